@@ -1,0 +1,95 @@
+"""Triangle meshes as frozen values, checked once at birth so that native libraries may be called without fear."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from app.arrays import FloatArray, IntArray, readonly
+from app.errors import MeshError
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """A triangle mesh.
+
+    Attributes:
+        vertices: (n, 3) [m], finite.
+        faces: (m, 3) indices into vertices, in range; counter-clockwise seen from outside.
+    """
+
+    vertices: FloatArray
+    faces: IntArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "vertices", readonly(np.asarray(self.vertices, dtype=np.float64).reshape(-1, 3)))
+        object.__setattr__(self, "faces", readonly(np.asarray(self.faces).reshape(-1, 3), np.int64))
+        bad = np.flatnonzero(~np.isfinite(self.vertices).all(axis=1))
+        if bad.size:
+            raise MeshError("a vertex is not a finite number", place=f"vertex {bad[0]}",
+                            value=self.vertices[bad[0]].tolist(), remedy="Export the mesh again without NaN or infinity")
+        outside = np.flatnonzero(((self.faces < 0) | (self.faces >= len(self.vertices))).any(axis=1))
+        if outside.size:
+            raise MeshError("a face names a vertex that does not exist", place=f"face {outside[0]}",
+                            value=self.faces[outside[0]].tolist(), remedy="Export the mesh again")
+
+    @cached_property
+    def _cross(self) -> FloatArray:
+        a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
+        return np.cross(b - a, c - a)
+
+    @cached_property
+    def face_areas(self) -> FloatArray:
+        """(m,) [m²]."""
+        return readonly(0.5 * np.linalg.norm(self._cross, axis=1))
+
+    @cached_property
+    def face_normals(self) -> FloatArray:
+        """(m, 3) unit outward normals; zero for a face without area."""
+        length = np.linalg.norm(self._cross, axis=1, keepdims=True)
+        return readonly(np.divide(self._cross, length, out=np.zeros_like(self._cross), where=length > 0))
+
+    @cached_property
+    def vertex_normals(self) -> FloatArray:
+        """(n, 3) area-weighted unit normals; zero where no face with area meets the vertex."""
+        total = np.zeros_like(self.vertices)
+        np.add.at(total, self.faces.ravel(), np.repeat(self._cross, 3, axis=0))
+        length = np.linalg.norm(total, axis=1, keepdims=True)
+        return readonly(np.divide(total, length, out=np.zeros_like(total), where=length > 0))
+
+    @cached_property
+    def edges(self) -> IntArray:
+        """(e, 2) undirected edges, each once, smaller index first, sorted."""
+        pairs = np.sort(self.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+        return readonly(np.unique(pairs, axis=0), np.int64)
+
+    @property
+    def area(self) -> float:
+        """Total area [m²]."""
+        return float(self.face_areas.sum())
+
+    @property
+    def bounds(self) -> FloatArray:
+        """(2, 3) smallest and largest coordinates [m]."""
+        return np.stack([self.vertices.min(axis=0), self.vertices.max(axis=0)])
+
+    @property
+    def size(self) -> float:
+        """Length of the bounding box's diagonal [m]; zero for an empty mesh."""
+        return float(np.linalg.norm(np.ptp(self.vertices, axis=0))) if len(self.vertices) else 0.0
+
+    def point(self, face: int, weights: FloatArray | tuple[float, float, float]) -> FloatArray:
+        """The point (3,) [m] with barycentric ``weights`` in ``face``."""
+        return np.asarray(weights) @ self.vertices[self.faces[face]]
+
+    def points(self, faces: IntArray, weights: FloatArray) -> FloatArray:
+        """The points (k, 3) [m] with barycentric ``weights`` (k, 3) in ``faces`` (k,)."""
+        return np.einsum("kc,kcd->kd", weights, self.vertices[self.faces[faces]])
+
+    def normal(self, face: int, weights: FloatArray | tuple[float, float, float]) -> FloatArray:
+        """The smooth outward unit normal (3,) at a point: corner normals blended by ``weights``."""
+        blended = np.asarray(weights) @ self.vertex_normals[self.faces[face]]
+        length = float(np.linalg.norm(blended))
+        return blended / length if length > 0 else self.face_normals[face]

@@ -1,0 +1,81 @@
+"""The robot as a self-contained value: everything needed to simulate, draw and record it, from any source."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+from app.arrays import FloatArray, readonly
+from app.errors import Finding, RobotError
+from app.geometry.mesh import Mesh
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    """One rigid body of the robot.
+
+    Attributes:
+        name: The body's name in the MJCF; unique.
+        mesh: What it looks like, in the link frame [m]; None for a link without geometry.
+    """
+
+    name: str
+    mesh: Mesh | None
+
+
+@dataclass(frozen=True)
+class Joint:
+    """One scalar joint, in the order of the posture vector.
+
+    Attributes:
+        name: Unique.
+        lower: Lower limit [rad, or m for a slide]; -inf when free.
+        upper: Upper limit.
+        slide: True for a prismatic joint.
+    """
+
+    name: str
+    lower: float
+    upper: float
+    slide: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """A robot with a fixed base and scalar joints.
+
+    Attributes:
+        name: A short name for people.
+        source: Where it came from: a path or a library name.
+        mjcf: The robot alone as MJCF text: no scene, no actuators, no sensors, no free joint; angles in radians.
+        assets: Mesh files the MJCF names, by file name.
+        links: Bodies in MJCF order, without the world.
+        joints: Joints in posture order.
+        home: (len(joints),) the posture at rest, inside the limits.
+        findings: What was noticed and repaired while reading it.
+    """
+
+    name: str
+    source: str
+    mjcf: str
+    assets: Mapping[str, bytes]
+    links: tuple[Link, ...]
+    joints: tuple[Joint, ...]
+    home: FloatArray
+    findings: tuple[Finding, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "home", readonly(self.home))
+
+    @cached_property
+    def link_index(self) -> dict[str, int]:
+        """Position of each link in ``links``, by name."""
+        return {link.name: i for i, link in enumerate(self.links)}
+
+    def link(self, name: str) -> Link:
+        """The link called ``name``; raises RobotError naming the valid ones."""
+        if name not in self.link_index:
+            known = ", ".join(self.link_index)
+            raise RobotError("there is no such link", file=self.source, value=name, remedy=f"Choose one of: {known}")
+        return self.links[self.link_index[name]]

@@ -1,0 +1,44 @@
+"""A frame: one frozen instant of a session, all that a view or a recorder may know."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from app.arrays import FloatArray, readonly
+from app.contacts.region import ContactRegion
+from app.control.command import JointCommand
+from app.simulation.poke import PokeState
+from app.timing import Timings
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """One instant.
+
+    Attributes:
+        tick: Number of control ticks since the start.
+        time: Simulated time [s].
+        posture: (n,) joint positions.
+        velocity: (n,) joint velocities.
+        pressures: (taxels,) [Pa].
+        regions: Contact regions read from the map.
+        pokes: Fingers on the skin.
+        command: What the controller asked for at this tick.
+        why_limited: What bounds the controller now, in words for a person; empty when nothing does.
+        timings: Wall milliseconds by stage of this tick; never part of a comparison.
+    """
+
+    tick: int
+    time: float
+    posture: FloatArray
+    velocity: FloatArray
+    pressures: FloatArray
+    regions: tuple[ContactRegion, ...]
+    pokes: tuple[PokeState, ...]
+    command: JointCommand
+    why_limited: tuple[str, ...] = ()
+    timings: Timings = field(default_factory=Timings)
+
+    def __post_init__(self) -> None:
+        for name in ("posture", "velocity", "pressures"):
+            object.__setattr__(self, name, readonly(getattr(self, name)))
