@@ -1,0 +1,40 @@
+#!/bin/sh
+# Installs Tactile Maps into .venv beside pyproject.toml: system libraries by apt-get, Python packages by pip.
+#   sh assets/install/install.sh           to use it
+#   sh assets/install/install.sh --tests   to work on it: editable, with the test tools
+set -eu
+cd "$(dirname "$0")/../.."
+extras="robots"
+lists="assets/install/debian-packages.txt"
+editable=""
+if [ "${1:-}" = "--tests" ]; then
+    extras="robots,dev"
+    lists="$lists assets/install/debian-packages-tests.txt"
+    editable="--editable"
+elif [ $# -gt 0 ]; then
+    echo "usage: sh assets/install/install.sh [--tests]" >&2
+    exit 2
+fi
+
+# System libraries: only where apt-get exists, and only those that are missing.
+if command -v apt-get >/dev/null 2>&1; then
+    missing=""
+    # shellcheck disable=SC2086  # the list of files is meant to be split
+    for package in $(grep -hv '^#' $lists); do
+        dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q 'ok installed' || missing="$missing $package"
+    done
+    if [ -n "$missing" ]; then
+        as_root=""
+        [ "$(id -u)" -eq 0 ] || as_root="sudo"
+        echo "Installing system libraries:$missing"
+        $as_root apt-get update -qq
+        # shellcheck disable=SC2086
+        DEBIAN_FRONTEND=noninteractive $as_root apt-get install -y -qq --no-install-recommends $missing >/dev/null
+    fi
+fi
+
+[ -x .venv/bin/python ] || python3 -m venv .venv
+echo "Installing Python packages into .venv (about 1.5 GB, mostly VTK and Qt)"
+.venv/bin/python -m pip install --quiet --disable-pip-version-check \
+    --constraint assets/install/constraints.txt $editable ".[$extras]"
+echo "Installed. Start it with: .venv/bin/tactile-maps"
