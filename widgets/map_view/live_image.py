@@ -1,0 +1,53 @@
+"""The tactile image as pixels Qt can draw without a copy: one buffer, filled in place from the pressure scale."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtGui import QImage
+from scipy.ndimage import distance_transform_edt
+
+from app.arrays import BoolArray
+from widgets.colours import PressureScale
+
+HALO_PX = 3.0
+"""How far the rim's colours are carried outwards, so that a smoothly drawn patch border never blends with nothing."""
+
+
+class LiveImage:
+    """A 32-bit image over an array of its own. Mutable: ``fill`` repaints it in place.
+
+    Args:
+        inside: (h, w) pixels that lie on a patch.
+    """
+
+    def __init__(self, inside: BoolArray) -> None:
+        height, width = inside.shape
+        self._level = np.empty(inside.shape, np.float32)
+        self._index = np.zeros(inside.shape, np.uint16)
+        self._pixels = np.zeros(inside.shape, np.uint32)
+        self._halo, self._source = _halo(inside)
+        self.image = QImage(self._pixels.data, width, height, 4 * width, QImage.Format.Format_RGB32)
+
+    def fill(self, kilopascals: NDArray[Any], scale: PressureScale) -> None:
+        """Colour the image by ``kilopascals`` (h, w) [kPa]. Cost: about 1 ms for 512² pixels."""
+        colours = scale.lut
+        top = len(colours) - 1
+        np.multiply(kilopascals, top / scale.maximum, out=self._level, casting="unsafe")
+        np.clip(self._level, 0, top, out=self._level)
+        np.copyto(self._index, self._level, casting="unsafe")
+        np.take(colours, self._index, out=self._pixels, mode="clip")
+        flat = self._pixels.reshape(-1)
+        flat[self._halo] = flat[self._source]
+
+
+def _halo(inside: BoolArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Flat indices of the pixels just outside the patches, and of the inside pixel nearest to each."""
+    if inside.all() or not inside.any():
+        return np.zeros(0, np.intp), np.zeros(0, np.intp)
+    distance, nearest = distance_transform_edt(~inside, return_indices=True)
+    halo = np.flatnonzero((distance > 0) & (distance <= HALO_PX))
+    rows, columns = nearest[0].ravel()[halo], nearest[1].ravel()[halo]
+    return halo, np.ravel_multi_index((rows, columns), inside.shape)

@@ -1,0 +1,191 @@
+"""What moves over the map, drawn in pixels: contacts and their force, fingertips, the hover mark, names, a scale bar."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QTransform
+
+from app.session.frame import Frame
+from widgets.colours import Theme
+from widgets.map_view.map_hit import MapFrame, three_digits
+from widgets.map_view.map_items import cosmetic, point
+from widgets.map_view.map_shapes import MapShapes, PatchShape
+
+EDGE = 12.0
+"""Distance of captions from the viewport's edge [px]."""
+THIN = "\u2009"
+
+
+@dataclass(frozen=True)
+class ContactMark:
+    """A contact region's centre of pressure [scene units] and its force in words."""
+
+    at: QPointF
+    text: str
+
+
+@dataclass(frozen=True)
+class FingerMark:
+    """A fingertip: where it touches and its radius, both in scene units."""
+
+    at: QPointF
+    radius: float
+
+
+@dataclass(frozen=True)
+class Marks:
+    """Everything drawn over the map at one instant, in scene units.
+
+    Attributes:
+        contours: Lines around the touched areas.
+        contacts: Centres of pressure.
+        fingers: Fingertips on the skin.
+        hover: What the pointer is over, in either view.
+        readout: The words for it.
+        word: A state the whole view is in, such as "Replaying"; empty when live.
+    """
+
+    contours: list[QLineF] = field(default_factory=list)
+    contacts: tuple[ContactMark, ...] = ()
+    fingers: tuple[FingerMark, ...] = ()
+    hover: QPointF | None = None
+    readout: str = ""
+    word: str = ""
+
+    def of_frame(self, frame: Frame, where: MapFrame, fingers: list[np.ndarray], contours: list[QLineF]) -> Marks:
+        """The same view with the contacts of ``frame``; ``fingers``: the map point (2,) [m] of each poke."""
+        contacts = tuple(
+            ContactMark(point(where.to_scene(region.map_point)), f"{three_digits(region.force)}{THIN}N")
+            for region in frame.regions
+        )
+        tips = tuple(
+            FingerMark(point(where.to_scene(at)), poke.radius * where.scale)
+            for poke, at in zip(frame.pokes, fingers, strict=True)
+        )
+        return replace(self, contours=contours, contacts=contacts, fingers=tips)
+
+
+class MapPainter:
+    """Draws ``Marks`` over a viewport. Mutable only in its theme.
+
+    Args:
+        theme: Colours of everything that is not skin.
+        font: The window's font; captions are a smaller cut of it.
+    """
+
+    def __init__(self, theme: Theme, font: QFont) -> None:
+        self.theme = theme
+        self._caption, self._figure = QFont(font), QFont(font)
+        self._caption.setPixelSize(11)
+        self._figure.setPixelSize(13)
+        self._figure.setWeight(QFont.Weight.DemiBold)
+
+    def paint(self, painter: QPainter, marks: Marks, shapes: MapShapes, view: QTransform, room: QRectF) -> None:
+        """Draw all of ``marks``; ``view`` takes scene units to pixels of the viewport ``room``."""
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        self._paint_contours(painter, marks, view)
+        for patch in shapes.patches:
+            self._paint_name(painter, patch, view, room)
+        for finger in marks.fingers:
+            self._paint_finger(painter, view.map(finger.at), finger.radius * view.m11())
+        for contact in marks.contacts:
+            self._paint_contact(painter, view.map(contact.at), contact.text, room)
+        if marks.hover is not None:
+            self._paint_hover(painter, view.map(marks.hover))
+        self._paint_scale_bar(painter, shapes.frame.scale * view.m11(), room)
+        if marks.readout:
+            self._paint_readout(painter, marks.readout, room)
+        if marks.word:
+            self._paint_word(painter, marks.word, room)
+
+    def _paint_contours(self, painter: QPainter, marks: Marks, view: QTransform) -> None:
+        painter.save()
+        painter.setTransform(view, True)
+        painter.setPen(cosmetic(QColor(29, 33, 38, 190), 1.3))
+        painter.drawLines(marks.contours)
+        painter.restore()
+
+    def _paint_name(self, painter: QPainter, patch: PatchShape, view: QTransform, room: QRectF) -> None:
+        low, high = patch.outline.min(axis=0), patch.outline.max(axis=0)
+        box = view.mapRect(QRectF(*low, *(high - low)))
+        if not box.intersects(room) or box.width() < 24:
+            return
+        metrics = QFontMetricsF(self._caption)
+        text = metrics.elidedText(patch.name, Qt.TextElideMode.ElideMiddle, max(box.width() + 16, 40))
+        width = metrics.horizontalAdvance(text)
+        x = min(max(box.center().x() - width / 2, EDGE), room.right() - EDGE - width)
+        sticks = box.top() - 8 < EDGE + metrics.ascent()
+        if sticks:
+            self._paint_chip(painter, QPointF(x, EDGE), text, self._caption, QColor(self.theme.quiet))
+            return
+        painter.setFont(self._caption)
+        painter.setPen(QColor(self.theme.quiet))
+        painter.drawText(QPointF(x, box.top() - 8), text)
+
+    def _paint_finger(self, painter: QPainter, at: QPointF, radius: float) -> None:
+        for colour, width in ((QColor(29, 33, 38, 120), 4.0), (QColor(self.theme.accent), 2.0)):
+            painter.setPen(QPen(colour, width))
+            painter.drawEllipse(at, max(radius, 6.0), max(radius, 6.0))
+
+    def _paint_contact(self, painter: QPainter, at: QPointF, text: str, room: QRectF) -> None:
+        painter.setPen(QPen(QColor(29, 33, 38), 1.5))
+        painter.setBrush(QColor(255, 255, 255))
+        painter.drawEllipse(at, 4.0, 4.0)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        metrics = QFontMetricsF(self._figure)
+        width, height = metrics.horizontalAdvance(text) + 16, metrics.height() + 6
+        left = at.x() + 14 if at.x() + 14 + width < room.right() - EDGE else at.x() - 14 - width
+        top = at.y() - 14 - height if at.y() - 14 - height > EDGE else at.y() + 14
+        self._paint_chip(painter, QPointF(left, top), text, self._figure, QColor(self.theme.text))
+
+    def _paint_hover(self, painter: QPainter, at: QPointF) -> None:
+        for colour, width in ((QColor(29, 33, 38, 120), 4.0), (QColor(self.theme.accent), 2.0)):
+            painter.setPen(QPen(colour, width, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
+            for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+                painter.drawLine(at + QPointF(4 * dx, 4 * dy), at + QPointF(10 * dx, 10 * dy))
+
+    def _paint_scale_bar(self, painter: QPainter, pixels_per_metre: float, room: QRectF) -> None:
+        millimetres = nice_length(100 / pixels_per_metre * 1e3)
+        length, bottom = millimetres * 1e-3 * pixels_per_metre, room.bottom() - EDGE
+        painter.setPen(QPen(QColor(self.theme.quiet), 1.5, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap))
+        painter.drawPolyline(
+            [QPointF(EDGE, bottom - 5), QPointF(EDGE, bottom), QPointF(EDGE + length, bottom),
+             QPointF(EDGE + length, bottom - 5)]
+        )  # fmt: skip
+        painter.setFont(self._caption)
+        painter.drawText(QPointF(EDGE + length + 8, bottom), f"{millimetres:g}{THIN}mm")
+
+    def _paint_readout(self, painter: QPainter, text: str, room: QRectF) -> None:
+        metrics = QFontMetricsF(self._caption)
+        corner = QPointF(
+            room.right() - EDGE - metrics.horizontalAdvance(text) - 12, room.bottom() - EDGE - metrics.height() - 2
+        )
+        self._paint_chip(painter, corner, text, self._caption, QColor(self.theme.text))
+
+    def _paint_word(self, painter: QPainter, word: str, room: QRectF) -> None:
+        painter.setPen(QPen(QColor(self.theme.accent), 3, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap,
+                            Qt.PenJoinStyle.MiterJoin))  # fmt: skip
+        painter.drawRect(room.adjusted(1.5, 1.5, -1.5, -1.5))
+        self._paint_chip(painter, QPointF(EDGE, EDGE), word, self._figure, QColor(self.theme.accent))
+
+    def _paint_chip(self, painter: QPainter, corner: QPointF, text: str, font: QFont, ink: QColor) -> None:
+        metrics, pad = QFontMetricsF(font), 8.0 if font.pixelSize() > 11 else 6.0
+        box = QRectF(corner.x(), corner.y(), metrics.horizontalAdvance(text) + 2 * pad, metrics.height() + pad - 2)
+        ground = QColor(self.theme.panel)
+        ground.setAlpha(225)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(ground)
+        painter.drawRoundedRect(box, 4, 4)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.setFont(font)
+        painter.setPen(ink)
+        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
+
+
+def nice_length(most: float) -> float:
+    """The largest of 1, 2, 5 times a power of ten that is at most ``most``."""
+    power = 10.0 ** np.floor(np.log10(most))
+    return float(power * next(step for step in (5, 2, 1) if step * power <= most * (1 + 1e-9)))

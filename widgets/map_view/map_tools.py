@@ -1,0 +1,84 @@
+"""What the hand does on the map, as a small state machine without Qt: poke on a patch, pan beside it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from app.geometry.surface_point import SurfacePoint
+
+
+@dataclass(frozen=True)
+class Pressed:
+    """A finger touched the skin at ``at``."""
+
+    at: SurfacePoint
+
+
+@dataclass(frozen=True)
+class Moved:
+    """The finger stroked to ``at``."""
+
+    at: SurfacePoint
+
+
+@dataclass(frozen=True)
+class Released:
+    """The finger left the skin."""
+
+
+@dataclass(frozen=True)
+class Panned:
+    """The map was dragged by this many pixels."""
+
+    dx: float
+    dy: float
+
+
+Act = Pressed | Moved | Released | Panned
+
+
+class Mode(Enum):
+    """What the hand is doing."""
+
+    IDLE = "idle"
+    POKING = "poking"
+    PANNING = "panning"
+
+
+class Hand:
+    """Turns presses, moves and releases into acts. Mutable; ``cancel`` brings it back to idle.
+
+    A stroke that leaves the patches stays at its last point until it comes back onto one.
+    """
+
+    def __init__(self) -> None:
+        self.mode = Mode.IDLE
+        self._at: SurfacePoint | None = None
+        self._pixel = (0.0, 0.0)
+
+    def press(self, pixel: tuple[float, float], at: SurfacePoint | None, *, pan: bool = False) -> Act | None:
+        """A button went down over ``at``; ``pan`` when the button or a key asks for panning."""
+        if self.mode is not Mode.IDLE:
+            return None
+        self._pixel, self._at = pixel, at
+        if at is None or pan:
+            self.mode = Mode.PANNING
+            return None
+        self.mode = Mode.POKING
+        return Pressed(at)
+
+    def move(self, pixel: tuple[float, float], at: SurfacePoint | None) -> Act | None:
+        """The pointer moved to ``pixel`` over ``at``."""
+        previous, self._pixel = self._pixel, pixel
+        if self.mode is Mode.PANNING:
+            return Panned(pixel[0] - previous[0], pixel[1] - previous[1])
+        if self.mode is Mode.IDLE or at is None or at == self._at:
+            return None
+        self._at = at
+        return Moved(at)
+
+    def cancel(self) -> Act | None:
+        """The button came up, Escape was pressed or the focus went: whatever was going on ends."""
+        mode, self.mode, self._at = self.mode, Mode.IDLE, None
+        return Released() if mode is Mode.POKING else None
