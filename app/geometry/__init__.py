@@ -1,0 +1,6 @@
+"""Meshes, poses and points on a surface: what every later folder speaks of.
+
+Values first: ``mesh``, ``pose``, ``surface_point``. Then questions about a mesh: ``topology`` (who touches whom),
+``clean`` (what a file's mesh needs before anything native may see it), ``closest`` and ``raycast`` (built once, asked
+often). ``wrap`` makes one clean outer surface of any mesh.
+"""

@@ -53,14 +53,14 @@ class Camera:
             anchor[0] + (self.centre[0] - anchor[0]) * ratio,
             anchor[1] + (self.centre[1] - anchor[1]) * ratio,
         )
-        return replace(self, zoom=zoom)._looking_at(moved)
+        return self._looking_at(moved, zoom)
 
     def panned(self, dx: float, dy: float, viewport: Point) -> Camera:
         """Drag the map by this many pixels; the centre never leaves the map, so it cannot get lost."""
         scale = self.scale(viewport)
-        return self._looking_at((self.centre[0] - dx / scale, self.centre[1] - dy / scale))
+        return self._looking_at((self.centre[0] - dx / scale, self.centre[1] - dy / scale), self.zoom)
 
-    def _looking_at(self, centre: Point) -> Camera:
+    def _looking_at(self, centre: Point, zoom: float) -> Camera:
         x = min(max(centre[0], 0.0), self.content[0])
         y = min(max(centre[1], 0.0), self.content[1])
-        return replace(self, centre=(x, y))
+        return replace(self, centre=(x, y), zoom=zoom)

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from app.arrays import FloatArray
 
-# Edges of a cell: 0 top, 1 right, 2 bottom, 3 left. Corner bits: 1 top left, 2 top right, 4 bottom right, 8 bottom left.
+# Edges of a cell: 0 top, 1 right, 2 bottom, 3 left.
+# Bits of its corners: 1 top left, 2 top right, 4 bottom right, 8 bottom left.
 _SEGMENTS = {
     1: [(3, 0)], 2: [(0, 1)], 3: [(3, 1)], 4: [(1, 2)], 5: [(3, 0), (1, 2)], 6: [(0, 2)], 7: [(3, 2)],
     8: [(2, 3)], 9: [(0, 2)], 10: [(0, 1), (2, 3)], 11: [(1, 2)], 12: [(3, 1)], 13: [(0, 1)], 14: [(3, 0)],

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import shiboken6
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QBrush, QColor, QImage, QPainter, QPainterPath, QPen, QPolygonF, QTransform
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
@@ -12,19 +11,15 @@ from app.arrays import FloatArray
 from widgets.colours import PressureScale, Theme
 from widgets.map_view.map_shapes import MapShapes
 
-TAXELS_FROM_PITCH_PX = 11.0
+TAXELS_FROM_PITCH_PX = 20.0
 """Taxels are drawn once their distance on the screen reaches this: below, dots would hide the image."""
 BUCKETS = 32
+"""Colours in which taxels are drawn; one call of Qt for each."""
 
 
-def polygon(points: FloatArray) -> QPolygonF:
-    """A polygon of ``points`` (n, 2), copied in one piece rather than point by point."""
-    result = QPolygonF()
-    if len(points):
-        result.resize(len(points))
-        memory = shiboken6.VoidPtr(result.data(), 16 * len(points), True)
-        np.frombuffer(memory, np.float64).reshape(-1, 2)[:] = points
-    return result
+def points(places: FloatArray) -> list[QPointF]:
+    """Points at ``places`` (n, 2)."""
+    return [QPointF(x, y) for x, y in places.tolist()]
 
 
 def lines(segments: FloatArray) -> list[QLineF]:
@@ -32,9 +27,12 @@ def lines(segments: FloatArray) -> list[QLineF]:
     return [QLineF(x0, y0, x1, y1) for (x0, y0), (x1, y1) in segments.tolist()]
 
 
-def cosmetic(colour: QColor, width: float, style: Qt.PenStyle = Qt.PenStyle.SolidLine) -> QPen:
-    """A round pen whose width is in pixels whatever the zoom."""
-    pen = QPen(colour, width, style, Qt.PenCapStyle.RoundCap, Qt.PenJoinStyle.RoundJoin)
+def cosmetic(painter: QPainter, colour: QColor, width: float) -> QPen:
+    """A round pen as wide as asked in logical pixels, whatever the zoom and the display's scale."""
+    device = painter.device()
+    pen = QPen(colour, width * device.devicePixelRatio())  # cosmetic widths are in the device's own pixels
+    pen.setCapStyle(Qt.PenCapStyle.RoundCap)
+    pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
     pen.setCosmetic(True)
     return pen
 
@@ -52,11 +50,11 @@ class PatchesItem(QGraphicsItem):
         super().__init__()
         self._area = QPainterPath()
         for patch in shapes.patches:
-            self._area.addPolygon(polygon(patch.outline))
+            self._area.addPolygon(QPolygonF(points(patch.outline)))
             self._area.closeSubpath()
         self._area.setFillRule(Qt.FillRule.WindingFill)
-        self._border = [line for patch in shapes.patches for line in lines(patch.border)]
-        self._seams = [line for patch in shapes.patches for line in lines(patch.seam)]
+        self._borders = [points(line) for patch in shapes.patches for line in patch.border]
+        self._seams = [points(line) for patch in shapes.patches for line in patch.seam]
         self._brush = QBrush(image)
         to_scene = QTransform.fromTranslate(place.x(), place.y())
         self._brush.setTransform(to_scene.scale(place.width() / image.width(), place.height() / image.height()))
@@ -65,10 +63,7 @@ class PatchesItem(QGraphicsItem):
 
     def set_theme(self, theme: Theme) -> None:
         """Take the theme's line colour."""
-        ink = QColor(theme.quiet)
-        self._border_pen = cosmetic(ink, 1.2)
-        self._seam_pen = cosmetic(ink, 1.0)
-        self._seam_pen.setDashPattern([4.0, 4.0])
+        self._border_ink, self._ground = QColor(theme.quiet), QColor(theme.window)
         self.update()
 
     def boundingRect(self) -> QRectF:
@@ -79,10 +74,18 @@ class PatchesItem(QGraphicsItem):
         """Qt: draw image and borders."""
         painter.setRenderHints(QPainter.RenderHint.Antialiasing | QPainter.RenderHint.SmoothPixmapTransform)
         painter.fillPath(self._area, self._brush)
-        painter.setPen(self._border_pen)
-        painter.drawLines(self._border)
-        painter.setPen(self._seam_pen)
-        painter.drawLines(self._seams)
+        painter.setPen(cosmetic(painter, self._border_ink, 1.2))
+        for border in self._borders:
+            painter.drawPolyline(border)
+        painter.setPen(cosmetic(painter, self._ground, 4.0))
+        for seam in self._seams:
+            painter.drawPolyline(seam)
+        dashes = cosmetic(painter, self._border_ink, 1.6)
+        dashes.setCapStyle(Qt.PenCapStyle.FlatCap)
+        dashes.setDashPattern([4.0, 3.0])
+        painter.setPen(dashes)
+        for seam in self._seams:
+            painter.drawPolyline(seam)
 
 
 class TaxelsItem(QGraphicsItem):
@@ -90,14 +93,13 @@ class TaxelsItem(QGraphicsItem):
 
     def __init__(self, shapes: MapShapes) -> None:
         super().__init__()
-        self._points, self._pitch = shapes.taxels, shapes.pitch
-        self._rings = polygon(shapes.taxels)
-        self._dots: list[tuple[QColor, QPolygonF]] = []
+        self._points, self._pitch = points(shapes.taxels), shapes.pitch
+        self._dots: list[tuple[QColor, list[QPointF]]] = []
         self._kilopascals = np.zeros(len(shapes.taxels))
         self._scale: PressureScale | None = None
         self._bounds = QRectF(0, 0, *shapes.frame.size).adjusted(-2, -2, 2, 2)
 
-    def show(self, kilopascals: FloatArray, scale: PressureScale) -> None:
+    def colour(self, kilopascals: FloatArray, scale: PressureScale) -> None:
         """Take the pressures (n,) [kPa]; they are sorted into colours when next drawn."""
         self._kilopascals, self._scale, self._dots = kilopascals, scale, []
 
@@ -116,22 +118,18 @@ class TaxelsItem(QGraphicsItem):
             return
         if not self._dots:
             self._dots = self._buckets(self._scale)
-        size = min(2.5 + 0.12 * self._pitch * pixels_per_unit, 9.0)
-        painter.setPen(cosmetic(QColor(29, 33, 38, 150), size + 1.6))
-        painter.drawPoints(self._rings)
-        for colour, points in self._dots:
-            painter.setPen(cosmetic(colour, size))
-            painter.drawPoints(points)
+        size = min(2.0 + 0.1 * self._pitch * pixels_per_unit, 9.0)
+        painter.setPen(cosmetic(painter, QColor(29, 33, 38, 120), size + 1.6))
+        painter.drawPoints(self._points)
+        for colour, dots in self._dots:
+            painter.setPen(cosmetic(painter, colour, size))
+            painter.drawPoints(dots)
 
-    def _buckets(self, scale: PressureScale) -> list[tuple[QColor, QPolygonF]]:
+    def _buckets(self, scale: PressureScale) -> list[tuple[QColor, list[QPointF]]]:
         share = np.clip(self._kilopascals / scale.maximum, 0, 1)
         bucket = np.ceil(share * (BUCKETS - 1)).astype(int)
         entry = np.arange(BUCKETS) * (len(scale.lut) - 1) // (BUCKETS - 1)
         return [
-            (QColor.fromRgb(int(scale.lut[entry[k]])), polygon(self._points[bucket == k])) for k in np.unique(bucket)
+            (QColor.fromRgb(int(scale.lut[entry[k]])), [self._points[i] for i in np.flatnonzero(bucket == k).tolist()])
+            for k in np.unique(bucket)
         ]
-
-
-def point(values: FloatArray) -> QPointF:
-    """A point of ``values`` (2,)."""
-    return QPointF(float(values[0]), float(values[1]))

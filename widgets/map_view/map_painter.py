@@ -1,4 +1,4 @@
-"""What moves over the map, drawn in pixels: contacts and their force, fingertips, the hover mark, names, a scale bar."""
+"""What lies over the map, drawn in pixels: contacts with their force, fingertips, the hover mark, names, a scale."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ import numpy as np
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QTransform
 
+from app.arrays import FloatArray
 from app.session.frame import Frame
 from widgets.colours import Theme
-from widgets.map_view.map_hit import MapFrame, three_digits
-from widgets.map_view.map_items import cosmetic, point
+from widgets.map_view.map_hit import MapFrame
+from widgets.map_view.map_items import cosmetic
 from widgets.map_view.map_shapes import MapShapes, PatchShape
 
 EDGE = 12.0
@@ -55,14 +56,14 @@ class Marks:
     readout: str = ""
     word: str = ""
 
-    def of_frame(self, frame: Frame, where: MapFrame, fingers: list[np.ndarray], contours: list[QLineF]) -> Marks:
+    def of_frame(self, frame: Frame, where: MapFrame, fingers: list[FloatArray], contours: list[QLineF]) -> Marks:
         """The same view with the contacts of ``frame``; ``fingers``: the map point (2,) [m] of each poke."""
         contacts = tuple(
-            ContactMark(point(where.to_scene(region.map_point)), f"{three_digits(region.force)}{THIN}N")
+            ContactMark(QPointF(*where.to_scene(region.map_point)), f"{region.force:.1f}{THIN}N")
             for region in frame.regions
         )
         tips = tuple(
-            FingerMark(point(where.to_scene(at)), poke.radius * where.scale)
+            FingerMark(QPointF(*where.to_scene(at)), poke.radius * where.scale)
             for poke, at in zip(frame.pokes, fingers, strict=True)
         )
         return replace(self, contours=contours, contacts=contacts, fingers=tips)
@@ -104,7 +105,7 @@ class MapPainter:
     def _paint_contours(self, painter: QPainter, marks: Marks, view: QTransform) -> None:
         painter.save()
         painter.setTransform(view, True)
-        painter.setPen(cosmetic(QColor(29, 33, 38, 190), 1.3))
+        painter.setPen(cosmetic(painter, QColor(29, 33, 38, 190), 1.3))
         painter.drawLines(marks.contours)
         painter.restore()
 
@@ -115,18 +116,15 @@ class MapPainter:
             return
         metrics = QFontMetricsF(self._caption)
         text = metrics.elidedText(patch.name, Qt.TextElideMode.ElideMiddle, max(box.width() + 16, 40))
-        width = metrics.horizontalAdvance(text)
-        x = min(max(box.center().x() - width / 2, EDGE), room.right() - EDGE - width)
-        sticks = box.top() - 8 < EDGE + metrics.ascent()
-        if sticks:
-            self._paint_chip(painter, QPointF(x, EDGE), text, self._caption, QColor(self.theme.quiet))
-            return
-        painter.setFont(self._caption)
-        painter.setPen(QColor(self.theme.quiet))
-        painter.drawText(QPointF(x, box.top() - 8), text)
+        width, height = metrics.horizontalAdvance(text) + 12, metrics.height() + 4
+        middle = box.intersected(room).center().x()
+        left = min(max(middle - width / 2, EDGE), room.right() - EDGE - width)
+        # Above its patch, or at the viewport's top while the patch reaches beyond it.
+        corner = QPointF(left, max(box.top() - height - 2, EDGE))
+        self._paint_chip(painter, corner, text, self._caption, QColor(self.theme.quiet), QColor(self.theme.window))
 
     def _paint_finger(self, painter: QPainter, at: QPointF, radius: float) -> None:
-        for colour, width in ((QColor(29, 33, 38, 120), 4.0), (QColor(self.theme.accent), 2.0)):
+        for colour, width in self._halo_and_accent():
             painter.setPen(QPen(colour, width))
             painter.drawEllipse(at, max(radius, 6.0), max(radius, 6.0))
 
@@ -142,26 +140,32 @@ class MapPainter:
         self._paint_chip(painter, QPointF(left, top), text, self._figure, QColor(self.theme.text))
 
     def _paint_hover(self, painter: QPainter, at: QPointF) -> None:
-        for colour, width in ((QColor(29, 33, 38, 120), 4.0), (QColor(self.theme.accent), 2.0)):
+        for colour, width in self._halo_and_accent():
             painter.setPen(QPen(colour, width, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
             for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
                 painter.drawLine(at + QPointF(4 * dx, 4 * dy), at + QPointF(10 * dx, 10 * dy))
 
+    def _halo_and_accent(self) -> tuple[tuple[QColor, float], ...]:
+        """The accent alone would drown in light skin, so it is drawn over a wider dark line."""
+        return (QColor(29, 33, 38, 130), 4.6), (QColor(self.theme.accent), 2.6)
+
     def _paint_scale_bar(self, painter: QPainter, pixels_per_metre: float, room: QRectF) -> None:
         millimetres = nice_length(100 / pixels_per_metre * 1e3)
-        length, bottom = millimetres * 1e-3 * pixels_per_metre, room.bottom() - EDGE
+        length, text = millimetres * 1e-3 * pixels_per_metre, f"{millimetres:g}{THIN}mm"
+        metrics = QFontMetricsF(self._caption)
+        height = metrics.height() + 4
+        box = QRectF(EDGE, room.bottom() - EDGE - height, length + metrics.horizontalAdvance(text) + 20, height)
+        self._paint_ground(painter, box, QColor(self.theme.panel))
+        left, bottom = box.left() + 6, box.bottom() - 6
         painter.setPen(QPen(QColor(self.theme.quiet), 1.5, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap))
-        painter.drawPolyline(
-            [QPointF(EDGE, bottom - 5), QPointF(EDGE, bottom), QPointF(EDGE + length, bottom),
-             QPointF(EDGE + length, bottom - 5)]
-        )  # fmt: skip
+        painter.drawPolyline([QPointF(left + x, bottom + y) for x, y in ((0, -5), (0, 0), (length, 0), (length, -5))])
         painter.setFont(self._caption)
-        painter.drawText(QPointF(EDGE + length + 8, bottom), f"{millimetres:g}{THIN}mm")
+        painter.drawText(QPointF(left + length + 8, bottom), text)
 
     def _paint_readout(self, painter: QPainter, text: str, room: QRectF) -> None:
         metrics = QFontMetricsF(self._caption)
         corner = QPointF(
-            room.right() - EDGE - metrics.horizontalAdvance(text) - 12, room.bottom() - EDGE - metrics.height() - 2
+            room.right() - EDGE - metrics.horizontalAdvance(text) - 12, room.bottom() - EDGE - metrics.height() - 4
         )
         self._paint_chip(painter, corner, text, self._caption, QColor(self.theme.text))
 
@@ -171,18 +175,22 @@ class MapPainter:
         painter.drawRect(room.adjusted(1.5, 1.5, -1.5, -1.5))
         self._paint_chip(painter, QPointF(EDGE, EDGE), word, self._figure, QColor(self.theme.accent))
 
-    def _paint_chip(self, painter: QPainter, corner: QPointF, text: str, font: QFont, ink: QColor) -> None:
+    def _paint_chip(
+        self, painter: QPainter, corner: QPointF, text: str, font: QFont, ink: QColor, ground: QColor | None = None
+    ) -> None:
         metrics, pad = QFontMetricsF(font), 8.0 if font.pixelSize() > 11 else 6.0
         box = QRectF(corner.x(), corner.y(), metrics.horizontalAdvance(text) + 2 * pad, metrics.height() + pad - 2)
-        ground = QColor(self.theme.panel)
+        self._paint_ground(painter, box, ground or QColor(self.theme.panel))
+        painter.setFont(font)
+        painter.setPen(ink)
+        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
+
+    def _paint_ground(self, painter: QPainter, box: QRectF, ground: QColor) -> None:
         ground.setAlpha(225)
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(ground)
         painter.drawRoundedRect(box, 4, 4)
         painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.setFont(font)
-        painter.setPen(ink)
-        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
 
 
 def nice_length(most: float) -> float:

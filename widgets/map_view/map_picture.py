@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from PySide6.QtCore import QLineF, QRectF
+from PySide6.QtCore import QLineF, QPointF, QRectF
 from PySide6.QtWidgets import QGraphicsScene
 
 from app.arrays import FloatArray
+from app.geometry.surface_point import SurfacePoint
 from app.maps.tactile_image import TactileImage
 from app.maps.tactile_map import TactileMap
 from app.session.frame import Frame
@@ -56,11 +57,16 @@ class MapPicture:
         """Show the same pressures on another scale."""
         self._live.fill(self._kilopascals, scale)
         pressures = np.zeros(len(self.shapes.taxels)) if self.pressures is None else self.pressures
-        self._taxels.show(pressures / 1e3, scale)
+        self._taxels.colour(pressures / 1e3, scale)
 
     def set_theme(self, theme: Theme) -> None:
         """Take the theme's line colours."""
         self._patches.set_theme(theme)
+
+    def place_of(self, at: SurfacePoint) -> QPointF:
+        """Where a body point lies in the scene."""
+        x, y = self.shapes.frame.to_scene(self.map.to_map(at))
+        return QPointF(x, y)
 
     def contours(self) -> list[QLineF]:
         """Lines around the touched areas [scene units]."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass
 from enum import Enum
 
@@ -56,12 +57,15 @@ class Hand:
         self.mode = Mode.IDLE
         self._at: SurfacePoint | None = None
         self._pixel = (0.0, 0.0)
+        self._button: Hashable = None
 
-    def press(self, pixel: tuple[float, float], at: SurfacePoint | None, *, pan: bool = False) -> Act | None:
-        """A button went down over ``at``; ``pan`` when the button or a key asks for panning."""
+    def press(
+        self, pixel: tuple[float, float], at: SurfacePoint | None, *, button: Hashable = None, pan: bool = False
+    ) -> Act | None:
+        """``button`` went down over ``at``; ``pan`` when the button or a key asks for panning."""
         if self.mode is not Mode.IDLE:
             return None
-        self._pixel, self._at = pixel, at
+        self._pixel, self._at, self._button = pixel, at, button
         if at is None or pan:
             self.mode = Mode.PANNING
             return None
@@ -78,7 +82,11 @@ class Hand:
         self._at = at
         return Moved(at)
 
+    def release(self, button: Hashable = None) -> Act | None:
+        """``button`` came up; only the one that began the hold ends it."""
+        return self.cancel() if button == self._button else None
+
     def cancel(self) -> Act | None:
-        """The button came up, Escape was pressed or the focus went: whatever was going on ends."""
+        """Escape was pressed or the focus went: whatever was going on ends."""
         mode, self.mode, self._at = self.mode, Mode.IDLE, None
         return Released() if mode is Mode.POKING else None

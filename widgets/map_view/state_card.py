@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QFont
+from PySide6.QtGui import QColor, QFont, QPalette
 from PySide6.QtWidgets import QLabel, QProgressBar, QPushButton, QVBoxLayout, QWidget
+
+from widgets.colours import Theme
 
 
 class StateCard(QWidget):
@@ -15,6 +17,8 @@ class StateCard(QWidget):
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
         self.setObjectName("map-state")
+        self.setAutoFillBackground(True)
+        self.setBackgroundRole(QPalette.ColorRole.Window)
         self._heading, self._text = QLabel(self), QLabel(self)
         self._progress, self._button = QProgressBar(self), QPushButton(self)
         heading = QFont(self.font())
@@ -36,6 +40,16 @@ class StateCard(QWidget):
         layout.addWidget(self._progress, 0, Qt.AlignmentFlag.AlignHCenter)
         layout.addWidget(self._button, 0, Qt.AlignmentFlag.AlignHCenter)
         layout.addStretch(1)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take the theme's ground and ink."""
+        palette = self.palette()
+        palette.setColor(QPalette.ColorRole.Window, QColor(theme.window))
+        palette.setColor(QPalette.ColorRole.WindowText, QColor(theme.text))
+        self.setPalette(palette)
+        quiet = QPalette(palette)
+        quiet.setColor(QPalette.ColorRole.WindowText, QColor(theme.quiet))
+        self._text.setPalette(quiet)
 
     def say(self, heading: str, text: str, *, button: str = "", progress: float | None = None) -> None:
         """Show a message; ``progress`` in 0..1 shows a bar, an empty ``button`` none."""

@@ -1,0 +1,172 @@
+"""One clean outer surface of any mesh: what a cover of some thickness over it looks like from outside.
+
+A link's mesh from a file is seldom a surface: screws float inside it, shells have holes, parts overlap. A skin is worn
+over all that. So the skin's surface is the set of points at the cover's thickness from the mesh, seen from outside:
+closed, manifold and outward by construction, whatever the mesh was.
+
+Decision: this instead of repairing meshes face by face. Repair needs a rule for each defect and still leaves inner
+surfaces; the wrap needs none, closes gaps narrower than twice the thickness as foam would, and its triangles are even,
+which flattening likes. Its price: edges sharper than the thickness are rounded, and details smaller than the voxel
+vanish.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import igl
+import numpy as np
+from scipy import ndimage
+from scipy.sparse import coo_matrix, csr_matrix, diags
+
+from app.arrays import FloatArray, IntArray
+from app.errors import Finding, MeshError
+from app.geometry.closest import ClosestPoint
+from app.geometry.mesh import Mesh
+from app.geometry.topology import compact, edge_table, face_components, is_closed_manifold
+
+MAX_NODES = 6_000_000
+"""Of the voxel grid; about 50 MB of distances."""
+_SNAP = 0.12
+_ROUNDS = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Wrap:
+    """A wrapped mesh.
+
+    Attributes:
+        surface: Closed, manifold, outward.
+        voxel: Grid spacing used [m]; edges are about this long.
+        thickness: Distance from the mesh [m]; larger than asked for where the grid would have been too large.
+        findings: What had to give.
+    """
+
+    surface: Mesh
+    voxel: float
+    thickness: float
+    findings: tuple[Finding, ...]
+
+
+def wrap(mesh: Mesh, *, thickness: float, voxel: float, where: str = "mesh") -> Wrap:
+    """Wrap ``mesh`` (cleaned: see ``clean``) at a distance.
+
+    Args:
+        mesh: Faces with area; any topology, any orientation.
+        thickness: Distance of the surface from the mesh [m], > 0.
+        voxel: Wanted edge length [m]; at most 1.5 thicknesses are used, so that no thin sheet slips through the grid.
+        where: The mesh's name, for findings and errors.
+
+    Raises:
+        MeshError: The sizes are not positive, or nothing is left to wrap.
+
+    Cost: about 3 µs per grid node near the mesh; a forearm at 4 mm takes 0.1 s.
+    """
+    if not (thickness > 0 and voxel > 0 and np.isfinite(thickness + voxel)):
+        raise MeshError("thickness and voxel must be positive", file=where, value=(thickness, voxel))
+    thickness, voxel, findings = _affordable(mesh, thickness, min(voxel, 1.5 * thickness), where)
+    closest = ClosestPoint(mesh)
+    nodes, shape = _grid(mesh, thickness, voxel)
+    field = _outside_distance(closest, mesh, nodes, shape, thickness, voxel)
+    vertices, faces, _ = igl.marching_cubes(field.ravel(order="F"), nodes, *shape, thickness)
+    surface = _outer_shell(Mesh(vertices, np.asarray(faces)), where)
+    return Wrap(_even_out(surface, closest, mesh, thickness), voxel, thickness, findings)
+
+
+def _affordable(mesh: Mesh, thickness: float, voxel: float, where: str) -> tuple[float, float, tuple[Finding, ...]]:
+    """Coarsen until the grid fits in memory, and thicken with it so that the grid still sees the sheet."""
+    extent = np.ptp(mesh.vertices, axis=0)
+    finest = voxel
+    while np.prod((extent + 2 * thickness) / voxel + 6) > MAX_NODES:
+        voxel *= 1.1
+        thickness = max(thickness, voxel / 1.5)
+    if voxel == finest:
+        return thickness, voxel, ()
+    action = f"wrapped with a {1e3 * voxel:.3g} mm grid at {1e3 * thickness:.3g} mm instead of {1e3 * finest:.3g} mm"
+    return thickness, voxel, (Finding("coarse-wrap", where, action),)
+
+
+def _grid(mesh: Mesh, thickness: float, voxel: float) -> tuple[FloatArray, tuple[int, int, int]]:
+    """Nodes (n, 3), x running fastest, with two free layers around the surface."""
+    low = mesh.bounds[0] - thickness - 2 * voxel
+    shape = tuple(int(n) for n in np.ceil((mesh.bounds[1] + thickness + 2 * voxel - low) / voxel).astype(int) + 1)
+    axes = [low[k] + voxel * np.arange(shape[k]) for k in range(3)]
+    z, y, x = np.meshgrid(axes[2], axes[1], axes[0], indexing="ij")
+    return np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1), (shape[0], shape[1], shape[2])
+
+
+def _outside_distance(
+    closest: ClosestPoint, mesh: Mesh, nodes: FloatArray, shape: tuple[int, int, int], thickness: float, voxel: float
+) -> FloatArray:
+    """(nx, ny, nz) distance to the mesh where the outside reaches, less than the thickness everywhere else.
+
+    Exact only within a band around the surface; further away a constant will do.
+    """
+    band = thickness + 3 * voxel
+    near = _near(mesh, nodes, shape, band, voxel)
+    field = np.full(len(nodes), band)
+    field[near] = closest.query(nodes[near])[2]
+    # A node almost on the surface makes slivers: move the level away from it; the vertices are put back later.
+    offset = field - thickness
+    snapped = np.abs(offset) < _SNAP * voxel
+    field[snapped] = thickness + np.where(offset[snapped] < 0, -_SNAP, _SNAP) * voxel
+    cube = field.reshape(shape[::-1]).transpose(2, 1, 0)
+    labels, _ = ndimage.label(cube > thickness)
+    return np.where(labels == labels[0, 0, 0], cube, np.minimum(cube, thickness - _SNAP * voxel))
+
+
+def _near(mesh: Mesh, nodes: FloatArray, shape: tuple[int, int, int], band: float, voxel: float) -> IntArray:
+    """Numbers of nodes that may be within ``band`` of the mesh: voxels of dense samples, dilated."""
+    low = nodes[0]
+    occupied = np.zeros(shape[::-1], dtype=bool)
+    corners = mesh.vertices[mesh.faces]
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    for steps in np.unique(np.ceil(longest / voxel).astype(int)):
+        group = corners[np.ceil(longest / voxel).astype(int) == steps]
+        i, j = np.meshgrid(np.arange(steps + 1), np.arange(steps + 1), indexing="ij")
+        keep = i + j <= steps
+        a, b = i[keep] / max(steps, 1), j[keep] / max(steps, 1)
+        weights = np.stack([1 - a - b, a, b], axis=1)
+        for block in np.array_split(group, max(1, len(group) * len(weights) // 2_000_000)):
+            cells = np.rint(((weights @ block).reshape(-1, 3) - low) / voxel).astype(int)
+            occupied[cells[:, 2], cells[:, 1], cells[:, 0]] = True
+    reach = ndimage.distance_transform_edt(~occupied, sampling=voxel)
+    return np.flatnonzero(reach.ravel() <= band + voxel)
+
+
+def _outer_shell(surface: Mesh, where: str) -> Mesh:
+    """The piece that encloses the largest volume; others are crumbs that float beside it."""
+    labels = face_components(surface.faces)
+    corners = surface.vertices[surface.faces] - surface.bounds.mean(axis=0)
+    volumes = np.bincount(labels, weights=np.linalg.det(corners) / 6)
+    faces, used = compact(surface.faces[labels == volumes.argmax()])
+    outer = Mesh(surface.vertices[used], faces)
+    if volumes.max() <= 0 or not is_closed_manifold(outer.faces):
+        raise MeshError("the wrap did not close", file=where, value=f"{len(outer.faces)} faces",
+                        remedy="Choose another number of taxels or another cover thickness")
+    return outer
+
+
+def _even_out(surface: Mesh, closest: ClosestPoint, mesh: Mesh, thickness: float) -> Mesh:
+    """Slide vertices along the surface towards their neighbours' mean, and back to the exact distance."""
+    average = _umbrella(surface)
+    vertices = surface.vertices
+    for _ in range(_ROUNDS):
+        normals = Mesh(vertices, surface.faces).vertex_normals
+        step = 0.6 * (average @ vertices - vertices)
+        vertices = vertices + step - (step * normals).sum(axis=1, keepdims=True) * normals
+        faces, weights, distance = closest.query(vertices)
+        away = vertices - mesh.points(faces, weights)
+        # Only where the direction is safe; a vertex on the medial axis stays where smoothing left it.
+        safe = (distance > 0.3 * thickness) & (distance < 2 * thickness)
+        scale = np.where(safe, thickness / np.where(safe, distance, 1.0), 1.0)
+        vertices = vertices + (scale - 1)[:, None] * away
+    return Mesh(vertices, surface.faces)
+
+
+def _umbrella(surface: Mesh) -> csr_matrix:
+    """Sparse (n, n): each row averages the vertex's neighbours."""
+    edges, count = edge_table(surface.faces).edges, len(surface.vertices)
+    both = np.concatenate([edges, edges[:, ::-1]])
+    adjacency = coo_matrix((np.ones(len(both)), (both[:, 0], both[:, 1])), shape=(count, count)).tocsr()
+    return diags(1.0 / np.asarray(adjacency.sum(axis=1)).ravel()) @ adjacency

@@ -1,0 +1,64 @@
+"""A mesh alone as a robot of one fixed link, so that any shape may wear a skin."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from app.errors import Finding, MeshError
+from app.geometry.mesh import Mesh
+from app.robots.build import build_robot
+from app.robots.mesh_file import read_mesh, to_msh
+from app.robots.robot import Robot
+
+LINK = "mesh"
+CLEARANCE = 0.05  # m between the ground and the lowest point
+_LARGEST_IN_METRES = 10.0  # a bounding box with a longer diagonal is taken for millimetres
+
+
+def load_bare_mesh(path: Path, *, name: str | None = None) -> Robot:
+    """A robot with one link called ``mesh`` and no joints, standing just above the ground.
+
+    Its inertia is stated rather than computed, so that open and inside-out meshes load too. Where the mesh is flat, so
+    that it has no convex hull, it collides with a thin box instead (a Finding).
+
+    Raises:
+        RobotError: The file is missing or a folder.
+        MeshError: It cannot be read, is empty, has no size, or holds numbers that are not finite.
+    """
+    mesh, findings = _in_metres(read_mesh(path), path)
+    spec = mujoco.MjSpec()
+    spec.compiler.degree = False
+    spec.modelname = name or path.stem
+    shell = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # asks no closed surface of it
+    spec.add_mesh(name=LINK, file="mesh.msh", inertia=shell)
+    body = spec.worldbody.add_body(name=LINK, pos=[0, 0, CLEARANCE - mesh.bounds[0, 2]])
+    body.mass, body.inertia, body.explicitinertial = 1.0, [0.01] * 3, True
+    body.add_geom(name="visual", type=mujoco.mjtGeom.mjGEOM_MESH, meshname=LINK, group=2, contype=0, conaffinity=0)
+    findings += _add_collision(body, mesh, path)
+    assets = {"mesh.msh": to_msh(mesh)}
+    spec.assets = assets
+    return build_robot(spec, name=spec.modelname, source=str(path), assets=assets, findings=findings)
+
+
+def _in_metres(mesh: Mesh, path: Path) -> tuple[Mesh, list[Finding]]:
+    if mesh.area == 0.0:
+        raise MeshError("the mesh has no area", file=path, remedy="Export it again with its surface")
+    if mesh.size <= _LARGEST_IN_METRES:
+        return mesh, []
+    guess = Finding("units", str(path), f"{mesh.size:.3g} across, so taken for millimetres")
+    return Mesh(mesh.vertices * 1e-3, mesh.faces), [guess]
+
+
+def _add_collision(body: mujoco.MjsBody, mesh: Mesh, path: Path) -> list[Finding]:
+    centred = mesh.vertices - mesh.vertices.mean(axis=0)
+    flat = np.linalg.svd(centred, compute_uv=False)[-1] < 1e-5 * mesh.size * np.sqrt(len(centred))
+    if not flat:
+        body.add_geom(name="collision", type=mujoco.mjtGeom.mjGEOM_MESH, meshname=LINK, group=3)
+        return []
+    low, high = mesh.bounds
+    half = np.maximum(0.5 * (high - low), 1e-3)
+    body.add_geom(name="collision", type=mujoco.mjtGeom.mjGEOM_BOX, pos=0.5 * (low + high), size=half, group=3)
+    return [Finding("flat-mesh", str(path), "collides as its bounding box")]

@@ -1,0 +1,115 @@
+"""Mesh files in and out: whatever the format, what leaves here is a checked Mesh or a named error."""
+
+from __future__ import annotations
+
+import io
+import struct
+from pathlib import Path
+
+import numpy as np
+import trimesh
+from collada.common import DaeError
+
+from app.arrays import FloatArray, IntArray
+from app.errors import MeshError
+from app.geometry.mesh import Mesh
+from app.robots.safe_files import parse_xml, read_bytes
+
+MESH_SUFFIXES = (".obj", ".stl", ".ply", ".off", ".glb", ".dae", ".msh")
+MAX_FACES = 5_000_000
+# What third-party parsers raise on files that are not what they claim to be.
+_PARSER_ERRORS = (ValueError, TypeError, KeyError, IndexError, AttributeError, AssertionError, NotImplementedError,
+                  MemoryError, OverflowError, RecursionError, EOFError, struct.error, DaeError)  # fmt: skip
+
+
+def read_mesh(path: Path) -> Mesh:
+    """The triangles of a mesh file in the file's own units, as one mesh; corners at the same place become one vertex.
+
+    Raises:
+        RobotError: The file is missing, a folder or larger than 64 MB.
+        MeshError: It cannot be read, is empty, or holds numbers that are not finite.
+    """
+    return parse_mesh(read_bytes(path), path)
+
+
+def parse_mesh(data: bytes, path: Path) -> Mesh:
+    """Like ``read_mesh``, from bytes; ``path`` tells the format by its suffix and the name for errors."""
+    suffix = path.suffix.lower()
+    if suffix not in MESH_SUFFIXES:
+        raise MeshError(
+            "the mesh format is not supported",
+            file=path,
+            value=path.suffix or "no suffix",
+            remedy=f"Convert it to one of: {', '.join(MESH_SUFFIXES)}",
+        )
+    try:
+        vertices, faces = _from_msh(data) if suffix == ".msh" else _by_trimesh(data, suffix, path)
+    except _PARSER_ERRORS as error:
+        raise MeshError(
+            "the mesh cannot be read", file=path, value=f"{type(error).__name__}: {error}", remedy="Export it again"
+        ) from error
+    if not len(faces):
+        raise MeshError("the mesh has no triangles", file=path, remedy="Export it again with its surface")
+    if len(faces) > MAX_FACES:
+        raise MeshError(
+            "the mesh has more than 5 million triangles", file=path, value=len(faces), remedy="Simplify it first"
+        )
+    try:
+        return Mesh(*_weld(vertices, Mesh(vertices, faces).faces))
+    except MeshError as error:
+        raise MeshError(error.problem, file=path, place=error.place, value=error.value, remedy=error.remedy) from error
+
+
+def to_msh(mesh: Mesh) -> bytes:
+    """``mesh`` in MuJoCo's binary format: float32 coordinates, vertices and faces in their order.
+
+    Layout: four counts (vertices, normals, texture coordinates, faces), then vertices and faces; from the chapter on
+    mesh assets of MuJoCo's XML reference.
+    """
+    counts = struct.pack("<4i", len(mesh.vertices), 0, 0, len(mesh.faces))
+    return counts + mesh.vertices.astype("<f4").tobytes() + mesh.faces.astype("<i4").tobytes()
+
+
+def box_mesh(size: float) -> Mesh:
+    """A cube with edges of ``size`` [m] about the origin: the placeholder for a mesh that is missing."""
+    cube = trimesh.creation.box((size, size, size))
+    return Mesh(np.asarray(cube.vertices), np.asarray(cube.faces))
+
+
+def _from_msh(data: bytes) -> tuple[FloatArray, IntArray]:
+    vertices, normals, coordinates, faces = struct.unpack_from("<4i", data)
+    if min(vertices, normals, coordinates, faces) < 0:
+        raise ValueError("a count is negative")
+    positions = np.frombuffer(data, "<f4", 3 * vertices, 16).reshape(-1, 3)
+    indices = np.frombuffer(data, "<i4", 3 * faces, 16 + 4 * (3 * vertices + 3 * normals + 2 * coordinates))
+    return positions.astype(np.float64), indices.reshape(-1, 3).astype(np.int64)
+
+
+def _by_trimesh(data: bytes, suffix: str, path: Path) -> tuple[FloatArray, IntArray]:
+    unit = _collada_unit(data, path) if suffix == ".dae" else 1.0
+    loaded = trimesh.load(io.BytesIO(data), file_type=suffix[1:], process=False)
+    mesh = loaded.to_mesh() if isinstance(loaded, trimesh.Scene) else loaded
+    faces = getattr(mesh, "faces", None)
+    if faces is None:
+        return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
+    return unit * np.asarray(mesh.vertices, dtype=np.float64), np.asarray(faces, dtype=np.int64)
+
+
+def _collada_unit(data: bytes, path: Path) -> float:
+    """Metres per unit; the up-axis is left alone because URDF tools leave it alone."""
+    unit = parse_xml(data, file=path).find("{*}asset/{*}unit")
+    metres = float(unit.get("meter", "1")) if unit is not None else 1.0
+    if not (np.isfinite(metres) and metres > 0):
+        raise ValueError(f"the unit is {metres} metres")
+    return metres
+
+
+def _weld(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
+    """Let corners at exactly the same place share a vertex; formats such as STL repeat them for each triangle."""
+    rows = np.ascontiguousarray(vertices + 0.0)  # -0.0 and 0.0 are one place
+    keys = rows.view([("", rows.dtype)] * 3).ravel()
+    _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
+    order = np.argsort(first)  # keep the file's order of vertices
+    rank = np.empty(len(order), dtype=np.int64)
+    rank[order] = np.arange(len(order))
+    return rows[first[order]], rank[inverse.ravel()][faces]

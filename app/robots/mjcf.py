@@ -1,0 +1,151 @@
+"""Robots from MJCF files: includes unfolded, meshes gathered, everything MuJoCo need not see taken out first."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path, PurePosixPath
+from xml.etree.ElementTree import Element, tostring
+
+from app.errors import RobotError
+from app.robots.asset_store import AssetStore
+from app.robots.build import build_robot
+from app.robots.compile import parse_spec
+from app.robots.robot import Robot
+from app.robots.safe_files import contained, parse_xml, read_bytes
+
+_MAX_INCLUDES = 100
+_MAX_COPIES = 2000
+_SECTIONS = ("actuator", "sensor", "tendon", "option", "size", "visual", "statistic", "custom", "extension",
+             "deformable")  # fmt: skip
+_UNSUPPORTED = ("composite", "flexcomp", "attach", "model")
+_FILE_ASSETS = ("texture", "hfield", "skin")
+
+
+def load_mjcf(path: Path, *, package_roots: Sequence[Path] = (), name: str | None = None) -> Robot:
+    """The robot in an MJCF file.
+
+    Files it names must lie in its folder or below, or in a package root. Textures, actuators, sensors, tendons and
+    the scene are left out; a missing mesh becomes a small box and a Finding.
+
+    Args:
+        path: The main file.
+        package_roots: Further folders its files may lie in.
+        name: A short name for people; the model's own by default.
+
+    Raises:
+        RobotError: The file cannot be read, names files elsewhere, or holds no robot that simulates.
+        MeshError: One of its meshes is not usable.
+    """
+    reader = _Reader(path, (path.resolve().parent, *package_roots))
+    root = reader.unfold(parse_xml(read_bytes(path), file=path))
+    if root.tag != "mujoco":
+        raise RobotError(
+            "this XML file is not MJCF",
+            file=path,
+            value=f"<{root.tag}>",
+            remedy="Open an MJCF file (<mujoco>) or a URDF file (<robot>)",
+        )
+    folder = _mesh_folder(root)
+    _cut(root, path)
+    store = AssetStore()
+    for mesh in root.iter("mesh"):
+        if mesh.get("file") is not None:
+            _gather(mesh, folder, reader, store)
+    source = str(path)
+    spec = parse_spec(tostring(root, encoding="unicode"), store.files, source=source)
+    return build_robot(
+        spec,
+        name=name or spec.modelname or path.stem,
+        source=source,
+        assets=store.files,
+        findings=store.findings,
+    )
+
+
+class _Reader:
+    """Finds the files that one MJCF file names. Mutable: counts includes."""
+
+    def __init__(self, path: Path, roots: Sequence[Path]) -> None:
+        self.path, self.roots = path, roots
+        self.folder = path.resolve().parent
+        self._included = 0
+
+    def place(self, named: str, *folders: str) -> Path:
+        """The file called ``named``, inside the allowed folders."""
+        plain = str(PurePosixPath(*folders, named.replace("\\", "/")))
+        return contained(self.folder / plain, self.roots, file=self.path, named=named)
+
+    def unfold(self, element: Element) -> Element:
+        """Replace each ``<include>`` below ``element`` by what the file's root holds; returns ``element``."""
+        children: list[Element] = []
+        for child in element:
+            children.extend(self._included_elements(child) if child.tag == "include" else [self.unfold(child)])
+        element[:] = children
+        return element
+
+    def _included_elements(self, include: Element) -> list[Element]:
+        self._included += 1
+        if self._included > _MAX_INCLUDES:
+            raise RobotError(
+                f"more than {_MAX_INCLUDES} files are included",
+                file=self.path,
+                value=include.get("file"),
+                remedy="Look for files that include each other",
+            )
+        target = self.place(include.get("file", ""))
+        return list(self.unfold(parse_xml(read_bytes(target), file=target)))
+
+
+def _mesh_folder(root: Element) -> tuple[str, bool]:
+    """Where meshes lie, relative to the main file, and whether only their bare names count; removes the settings."""
+    folder, strip = "", False
+    for compiler in root.findall("compiler"):
+        assets = compiler.attrib.pop("assetdir", folder)
+        folder = compiler.attrib.pop("meshdir", assets)
+        strip = compiler.attrib.pop("strippath", str(strip).lower()) == "true"
+        compiler.attrib.pop("texturedir", None)
+    return folder, strip
+
+
+def _gather(mesh: Element, folder: tuple[str, bool], reader: _Reader, store: AssetStore) -> None:
+    """Read one ``<mesh file=...>`` into ``store`` and let the element name the copy."""
+    named = mesh.get("file", "")
+    pure = PurePosixPath(named.replace("\\", "/"))
+    path = reader.place(pure.name if folder[1] else named, folder[0])
+    mesh.set("name", mesh.get("name") or pure.stem)  # MuJoCo's default, which the copy's name must not change
+    mesh.set("file", store.add(path))
+    mesh.attrib.pop("content_type", None)
+
+
+def _cut(root: Element, path: Path) -> None:
+    """Remove what is not the robot or is only for show; refuse what is not made of rigid links."""
+    for tag in _UNSUPPORTED:
+        if root.find(f".//{tag}") is not None:
+            raise RobotError(
+                f"<{tag}> is not supported",
+                file=path,
+                remedy="A robot is made of rigid links: export it as one plain MJCF file",
+            )
+    copies = sum(_count(replicate, path) for replicate in root.iter("replicate"))
+    if copies > _MAX_COPIES:
+        raise RobotError("<replicate> asks for too many copies", file=path, value=copies)
+    for parent in list(root.iter()):
+        for child in list(parent):
+            top = parent is root and child.tag in _SECTIONS
+            relief = child.tag == "geom" and (child.get("hfield") is not None or child.get("type") == "hfield")
+            if top or relief or child.tag == "plugin" or (parent.tag == "asset" and child.tag in _FILE_ASSETS):
+                parent.remove(child)
+        if parent.tag == "material":
+            parent.attrib.pop("texture", None)
+            parent[:] = []
+
+
+def _count(replicate: Element, path: Path) -> int:
+    """Copies asked for by a ``<replicate>`` and those nested in it."""
+    try:
+        own = int(replicate.get("count", "1"))
+    except ValueError as error:
+        raise RobotError("<replicate> needs a whole number", file=path, value=replicate.get("count")) from error
+    for inner in replicate.findall(".//replicate"):
+        own *= max(1, _count(inner, path))
+    return own

@@ -1,0 +1,187 @@
+"""MJCF in: the robot without its scene, meshes from its own folder only, and hostile files by name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.errors import MeshError, RobotError
+from app.robots.mjcf import load_mjcf
+
+
+def edit(path: Path, old: str, new: str) -> Path:
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new))
+    return path
+
+
+def test_only_the_robot_is_left(tiny: Path) -> None:
+    robot = load_mjcf(tiny)
+    assert [link.name for link in robot.links] == ["base", "rod"]
+    for gone in ("floor", "motor", "jointpos", "keyframe", "light"):
+        assert gone not in robot.mjcf
+    assert robot.name == "tiny"
+
+
+def test_degrees_become_radians_and_the_keyframe_becomes_home(tiny: Path) -> None:
+    robot = load_mjcf(tiny)
+    joint = robot.joints[0]
+    assert (joint.lower, joint.upper) == pytest.approx((-np.pi / 2, np.pi / 4), rel=1e-5)
+    assert robot.home == pytest.approx([0.25])
+
+
+def test_a_home_outside_the_limits_is_reported(tiny: Path) -> None:
+    robot = load_mjcf(edit(tiny, 'qpos="0.25"', 'qpos="2.0"'))
+    assert robot.home == pytest.approx([np.pi / 4], rel=1e-5)
+    assert "home-outside-limits" in {finding.kind for finding in robot.findings}
+
+
+def test_without_a_keyframe_home_is_zero_or_the_middle_of_limits_that_exclude_it(tiny: Path) -> None:
+    text = tiny.read_text()
+    start, end = text.index("<keyframe>"), text.index("</mujoco>")
+    tiny.write_text(text[:start] + text[end:])
+    assert load_mjcf(tiny).home == pytest.approx([0.0])
+    edit(tiny, 'range="-90 45"', 'range="20 40"')
+    assert load_mjcf(tiny).home == pytest.approx([np.radians(30)], rel=1e-5)
+
+
+def test_a_free_joint_is_removed_and_said(tiny: Path) -> None:
+    edit(tiny, '<body name="base" pos="0 0 0.5">', '<body name="base" pos="0 0 0.5"><freejoint/>')
+    edit(tiny, 'qpos="0.25"', 'qpos="0 0 1 1 0 0 0 0.25"')
+    robot = load_mjcf(tiny)
+    assert len(robot.joints) == 1
+    assert robot.home == pytest.approx([0.25])
+    assert "free-base" in {finding.kind for finding in robot.findings}
+
+
+def test_loose_things_of_the_scene_are_left_out_and_said(tiny: Path) -> None:
+    loose = '<body name="ball"><freejoint/><geom size="0.1"/></body><body name="hand" mocap="true"/></worldbody>'
+    robot = load_mjcf(edit(tiny, "</worldbody>", loose))
+    assert [link.name for link in robot.links] == ["base", "rod"]
+    assert {finding.kind: finding.count for finding in robot.findings}["scene-objects"] == 2
+
+
+def test_ball_joints_are_refused_by_name(tiny: Path) -> None:
+    edit(tiny, '<joint name="hinge" axis="0 1 0" range="-90 45" damping="0.1"/>', '<joint name="b" type="ball"/>')
+    edit(tiny, '<motor joint="hinge"/>', "")
+    edit(tiny, '<jointpos joint="hinge"/>', "")
+    with pytest.raises(RobotError, match="ball joints are not supported") as caught:
+        load_mjcf(tiny)
+    assert "joint b" in str(caught.value)
+
+
+def test_an_include_is_unfolded(tiny: Path) -> None:
+    (tiny.parent / "scene.xml").write_text('<mujoco><include file="tiny.xml"/><worldbody><light/></worldbody></mujoco>')
+    robot = load_mjcf(tiny.parent / "scene.xml")
+    assert [link.name for link in robot.links] == ["base", "rod"]
+
+
+def test_files_that_include_each_other_are_refused(tiny: Path) -> None:
+    edit(tiny, "<worldbody>", '<include file="tiny.xml"/><worldbody>')
+    with pytest.raises(RobotError, match="files are included"):
+        load_mjcf(tiny)
+
+
+@pytest.mark.parametrize("hostile", ["../../../../../../etc/passwd", "/etc/passwd"])
+@pytest.mark.parametrize("element", ["mesh", "include"])
+def test_paths_that_climb_out_are_refused_by_name(tiny: Path, hostile: str, element: str) -> None:
+    old = 'file="rod.stl"' if element == "mesh" else "<worldbody>"
+    new = f'file="{hostile}"' if element == "mesh" else f'<include file="{hostile}"/><worldbody>'
+    with pytest.raises(RobotError, match="climbs out") as caught:
+        load_mjcf(edit(tiny, old, new))
+    assert hostile in str(caught.value)
+
+
+def test_a_link_that_leads_out_of_the_folder_is_refused(tiny: Path, tmp_path: Path) -> None:
+    secret = tmp_path / "secret.stl"
+    secret.write_bytes(b"secret")
+    (tiny.parent / "meshes" / "rod.stl").unlink()
+    (tiny.parent / "meshes" / "rod.stl").symlink_to(secret)
+    with pytest.raises(RobotError, match="climbs out"):
+        load_mjcf(tiny)
+
+
+def test_a_package_root_allows_meshes_beside_the_folder(tiny: Path, tmp_path: Path, rod: bytes) -> None:
+    (tmp_path / "shared").mkdir()
+    (tmp_path / "shared" / "rod.stl").write_bytes(rod)
+    edit(tiny, 'file="rod.stl"', 'file="../../shared/rod.stl"')
+    with pytest.raises(RobotError, match="climbs out"):
+        load_mjcf(tiny)
+    assert load_mjcf(tiny, package_roots=[tmp_path / "shared"]).links[1].mesh is not None
+
+
+def test_an_entity_bomb_is_refused_before_it_swells(tiny: Path) -> None:
+    tiny.write_text('<!DOCTYPE m [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;&a;">]>\n<mujoco>&b;</mujoco>')
+    with pytest.raises(RobotError, match="entities"):
+        load_mjcf(tiny)
+
+
+def test_broken_xml_says_where(tiny: Path) -> None:
+    with pytest.raises(RobotError, match="not valid XML.*line") as caught:
+        load_mjcf(edit(tiny, "</worldbody>", ""))
+    assert "tiny.xml" in str(caught.value)
+
+
+def test_what_mujoco_refuses_is_said_in_its_words(tiny: Path) -> None:
+    with pytest.raises(RobotError, match="MuJoCo cannot read the robot.*nonsense"):
+        load_mjcf(edit(tiny, "<worldbody>", "<nonsense/><worldbody>"))
+
+
+def test_an_xml_file_of_another_kind_is_refused(tiny: Path) -> None:
+    tiny.write_text("<svg/>")
+    with pytest.raises(RobotError, match="not MJCF"):
+        load_mjcf(tiny)
+
+
+def test_an_empty_model_is_refused(tiny: Path) -> None:
+    tiny.write_text("<mujoco><worldbody><geom type='plane' size='1 1 1'/></worldbody></mujoco>")
+    with pytest.raises(RobotError, match="contains no robot"):
+        load_mjcf(tiny)
+
+
+@pytest.mark.parametrize(
+    ("element", "problem"),
+    [('<replicate count="1000000000"><geom size="1"/></replicate>', "too many copies"),
+     ('<replicate count="many"><geom size="1"/></replicate>', "whole number"),
+     ('<composite type="cable"/>', "not supported")],
+)  # fmt: skip
+def test_absurd_and_soft_things_are_refused(tiny: Path, element: str, problem: str) -> None:
+    with pytest.raises(RobotError, match=problem):
+        load_mjcf(edit(tiny, '<body name="base"', f'{element}<body name="base"'))
+
+
+def test_a_missing_mesh_becomes_a_small_box(tiny: Path) -> None:
+    (tiny.parent / "meshes" / "rod.stl").unlink()
+    robot = load_mjcf(tiny)
+    assert {finding.kind for finding in robot.findings} >= {"missing-mesh"}
+    assert robot.link("rod").mesh is not None
+    assert np.ptp(robot.link("rod").mesh.vertices, axis=0) == pytest.approx([0.02] * 3)
+
+
+def test_a_mesh_with_nan_is_refused_by_its_name(tiny: Path, rod: bytes) -> None:
+    broken = bytearray(rod)
+    broken[96:100] = np.array([np.nan], "<f4").tobytes()
+    (tiny.parent / "meshes" / "rod.stl").write_bytes(bytes(broken))
+    with pytest.raises(MeshError, match="not a finite number") as caught:
+        load_mjcf(tiny)
+    assert "rod.stl" in str(caught.value)
+
+
+def test_textures_and_materials_do_not_need_their_files(tiny: Path) -> None:
+    textured = ('<asset><texture name="t" type="2d" file="absent.png"/><material name="m" texture="t"/>'
+                '<hfield name="h" file="absent.png" size="1 1 1 1"/>')  # fmt: skip
+    edit(tiny, "<asset>", textured)
+    edit(tiny, 'type="mesh" mesh="rod"', 'type="mesh" mesh="rod" material="m"')
+    edit(tiny, "<light", '<geom type="hfield" hfield="h"/><light')
+    assert len(load_mjcf(tiny).links) == 2
+
+
+def test_two_meshes_of_one_name_in_two_folders_are_both_kept(tiny: Path, rod: bytes) -> None:
+    (tiny.parent / "meshes" / "other").mkdir()
+    (tiny.parent / "meshes" / "other" / "rod.stl").write_bytes(rod)
+    edit(tiny, "</asset>", '<mesh name="second" file="other/rod.stl"/></asset>')
+    edit(tiny, '<geom type="box"', '<geom type="mesh" mesh="second" mass="1"/><geom type="box"')
+    assert sorted(load_mjcf(tiny).assets) == ["rod.msh", "rod_2.msh"]

@@ -1,0 +1,57 @@
+"""Files by strangers: bounded, inside, without XML tricks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from app.errors import RobotError
+from app.robots import safe_files
+from app.robots.safe_files import contained, parse_xml, read_bytes
+
+
+def test_a_folder_a_missing_file_and_a_huge_one_are_told_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(RobotError, match="folder, not a file"):
+        read_bytes(tmp_path)
+    with pytest.raises(RobotError, match="no such file"):
+        read_bytes(tmp_path / "absent.xml")
+    monkeypatch.setattr(safe_files, "MAX_BYTES", 3)
+    (tmp_path / "large").write_bytes(b"1234")
+    with pytest.raises(RobotError, match="larger than"):
+        read_bytes(tmp_path / "large")
+    (tmp_path / "small").write_bytes(b"123")
+    assert read_bytes(tmp_path / "small") == b"123"
+
+
+def test_a_name_no_file_can_have_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(RobotError):
+        read_bytes(tmp_path / ("x" * 5000))
+
+
+def test_xml_with_too_many_elements_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(safe_files, "MAX_ELEMENTS", 2)
+    assert parse_xml(b"<a><b/></a>", file=tmp_path).tag == "a"
+    with pytest.raises(RobotError, match="elements"):
+        parse_xml(b"<a><b/><b/></a>", file=tmp_path)
+
+
+@pytest.mark.parametrize("data", [b"", b"<a>", b"\xff\xfe\x00", b'<?xml version="1.0" encoding="no-such"?><a/>'])
+def test_what_is_not_xml_is_refused(tmp_path: Path, data: bytes) -> None:
+    with pytest.raises(RobotError, match="not valid XML"):
+        parse_xml(data, file=tmp_path / "x.xml")
+
+
+def test_a_path_stays_inside_its_roots(tmp_path: Path) -> None:
+    assert contained(tmp_path / "a" / ".." / "b", [tmp_path], file=tmp_path, named="b") == tmp_path.resolve() / "b"
+    with pytest.raises(RobotError, match="climbs out"):
+        contained(tmp_path / "..", [tmp_path], file=tmp_path, named="..")
+    with pytest.raises(RobotError, match="cannot be followed"):
+        contained(tmp_path / "nul\0", [tmp_path], file=tmp_path, named="nul")
+
+
+def test_a_loop_of_links_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "a").symlink_to(tmp_path / "b")
+    (tmp_path / "b").symlink_to(tmp_path / "a")
+    with pytest.raises(RobotError):
+        read_bytes(contained(tmp_path / "a", [tmp_path], file=tmp_path, named="a"))

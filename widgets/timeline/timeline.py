@@ -1,0 +1,181 @@
+"""The timeline: what is being recorded, or a recording to play, pause, scrub and step through."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QColor, QKeyEvent, QPalette
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QPushButton, QStackedWidget, QWidget
+
+from widgets.colours import Theme
+from widgets.timeline.playhead import SPEEDS, Playhead, clock_text
+from widgets.timeline.scrub_bar import ScrubBar
+
+EMPTY = "Press Record to keep a session; open a recording to replay it."
+
+
+class Timeline(QWidget):
+    """Shows time and emits what the hand asks of it; whoever owns the clock calls ``advance`` or ``set_time``."""
+
+    scrubbed = Signal(float)
+    """The position changed, by hand or by playing: seconds from the recording's start."""
+    play_toggled = Signal(bool)
+    """Playing began or ended."""
+    speed_changed = Signal(float)
+    """Another speed was chosen, as a multiple of real time."""
+    live_requested = Signal()
+    """The hand wants to leave the recording."""
+
+    def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("timeline")
+        self.setAccessibleName("Timeline")
+        self._theme = theme
+        self._playhead = Playhead(0.0)
+        self._replaying = False
+        self._recorded: float | None = None
+        self._play, self._live = QPushButton("Play", self), QPushButton("Back to live", self)
+        self._clock, self._note = QLabel(self), QLabel(self)
+        self._bar, self._speed = ScrubBar(theme, self), QComboBox(self)
+        self._middle = QStackedWidget(self)
+        self._set_up()
+        self._lay_out()
+        self.set_theme(theme)
+
+    def _set_up(self) -> None:
+        self._play.setObjectName("timeline-play")
+        self._play.setToolTip("Play or pause the recording (Space)")
+        self._play.clicked.connect(self.toggle_play)
+        self._live.setObjectName("timeline-live")
+        self._live.setToolTip("Leave the recording and go back to the running simulation")
+        self._live.clicked.connect(self.live_requested)
+        self._clock.setAccessibleName("Time")
+        self._clock.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        self._clock.setMinimumWidth(self._clock.fontMetrics().horizontalAdvance("00:00.0 / 00:00.0") + 8)
+        self._speed.setObjectName("timeline-speed")
+        self._speed.setAccessibleName("Speed")
+        self._speed.setToolTip("How fast the recording plays, as a multiple of real time")
+        for speed in SPEEDS:
+            self._speed.addItem(f"{speed:g}×", speed)
+        self._speed.setCurrentIndex(SPEEDS.index(1.0))
+        self._speed.currentIndexChanged.connect(self._on_speed_chosen)
+        self._bar.scrubbed.connect(self._on_bar_scrubbed)
+        self.setFocusProxy(self._bar)
+
+    def _lay_out(self) -> None:
+        self._middle.addWidget(self._note)
+        self._middle.addWidget(self._bar)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(12, 4, 12, 4)
+        row.setSpacing(8)
+        row.addWidget(self._play)
+        row.addWidget(self._clock)
+        row.addWidget(self._middle, 1)
+        row.addWidget(self._speed)
+        row.addWidget(self._live)
+        self.setFixedHeight(56)
+
+    @property
+    def playhead(self) -> Playhead:
+        """Where the replay stands."""
+        return self._playhead
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        self._theme = theme
+        self._bar.set_theme(theme)
+        self._show()
+        if not self._replaying:
+            self.set_live(self._recorded)
+
+    def set_live(self, recording_seconds: float | None) -> None:
+        """Show the running session; ``recording_seconds`` of it are kept so far, None when it is not recorded."""
+        self._stop()
+        self._replaying, self._recorded = False, recording_seconds
+        palette = self._note.palette()
+        ink = self._theme.quiet if recording_seconds is None else self._theme.text
+        palette.setColor(QPalette.ColorRole.WindowText, QColor(ink))
+        self._note.setPalette(palette)
+        if recording_seconds is None:
+            self._note.setText(EMPTY)
+        else:
+            dot = f'<span style="color:{QColor(self._theme.fault).name()}">●</span>'
+            self._note.setText(f"{dot}&nbsp; Recording &nbsp;{clock_text(recording_seconds)}")
+        self._show()
+
+    def set_recording(
+        self, duration: float, poke_spans: Sequence[tuple[float, float]], *, frame_seconds: float = 1 / 30
+    ) -> None:
+        """Show a recording from its start, paused.
+
+        Args:
+            duration: Of the recording [s].
+            poke_spans: From and to which second each poke lasted.
+            frame_seconds: Time between two frames [s]; what Left and Right step.
+        """
+        self._stop()
+        self._replaying = True
+        self._playhead = Playhead(duration, frame_seconds, speed=self._playhead.speed)
+        self._bar.show_recording(duration, poke_spans)
+        self._show()
+
+    def set_time(self, time: float) -> None:
+        """Stand at ``time`` [s] without emitting anything."""
+        self._playhead = self._playhead.at(time)
+        self._show()
+
+    def advance(self, elapsed: float) -> None:
+        """Let ``elapsed`` wall seconds pass: while playing, moves and emits ``scrubbed``; a held bar does not move."""
+        if self._playhead.playing and not self._bar.held:
+            self._become(self._playhead.advanced(elapsed))
+
+    def toggle_play(self) -> None:
+        """Play or pause; from the end, start over."""
+        if self._replaying:
+            self._become(self._playhead.toggled())
+
+    def _become(self, playhead: Playhead) -> None:
+        before, self._playhead = self._playhead, playhead
+        self._show()
+        if playhead.time != before.time:
+            self.scrubbed.emit(playhead.time)
+        if playhead.playing != before.playing:
+            self.play_toggled.emit(playhead.playing)
+
+    def _stop(self) -> None:
+        if self._playhead.playing:
+            self._become(replace(self._playhead, playing=False))
+
+    def _on_bar_scrubbed(self, time: float) -> None:
+        self._become(self._playhead.at(time))
+
+    def _on_speed_chosen(self, index: int) -> None:
+        self._playhead = replace(self._playhead, speed=SPEEDS[index])
+        self.speed_changed.emit(self._playhead.speed)
+
+    def _show(self) -> None:
+        head = self._playhead
+        self._middle.setCurrentWidget(self._bar if self._replaying else self._note)
+        for widget in (self._play, self._clock, self._speed, self._live):
+            widget.setVisible(self._replaying)
+        self._play.setText("Pause" if head.playing else "Play")
+        self._clock.setText(f"{clock_text(head.time)} / {clock_text(head.duration)}")
+        self._bar.show_time(head.time)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Qt: Left and Right step (Shift: ten frames), Home and End jump, Space plays and pauses."""
+        frames = 10 if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1
+        moves = {
+            Qt.Key.Key_Left: lambda head: head.stepped(-frames),
+            Qt.Key.Key_Right: lambda head: head.stepped(frames),
+            Qt.Key.Key_Home: lambda head: head.at(0.0),
+            Qt.Key.Key_End: lambda head: head.at(head.duration),
+            Qt.Key.Key_Space: Playhead.toggled,
+        }
+        move = moves.get(Qt.Key(event.key()))
+        if move is None or not self._replaying:
+            super().keyPressEvent(event)
+        else:
+            self._become(move(self._playhead))
