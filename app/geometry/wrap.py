@@ -54,7 +54,7 @@ def wrap(mesh: Mesh, *, thickness: float, voxel: float, where: str = "mesh") -> 
     Args:
         mesh: Faces with area; any topology, any orientation.
         thickness: Distance of the surface from the mesh [m], > 0.
-        voxel: Wanted edge length [m]; at most 1.5 thicknesses are used, so that no thin sheet slips through the grid.
+        voxel: Wanted edge length [m]; at most 1.9 thicknesses are used, so that no thin sheet slips through the grid.
         where: The mesh's name, for findings and errors.
 
     Raises:
@@ -64,7 +64,7 @@ def wrap(mesh: Mesh, *, thickness: float, voxel: float, where: str = "mesh") -> 
     """
     if not (thickness > 0 and voxel > 0 and np.isfinite(thickness + voxel)):
         raise MeshError("thickness and voxel must be positive", file=where, value=(thickness, voxel))
-    thickness, voxel, findings = _affordable(mesh, thickness, min(voxel, 1.5 * thickness), where)
+    thickness, voxel, findings = _affordable(mesh, thickness, min(voxel, 1.9 * thickness), where)
     closest = ClosestPoint(mesh)
     nodes, shape = _grid(mesh, thickness, voxel)
     field = _outside_distance(closest, mesh, nodes, shape, thickness, voxel)
@@ -79,7 +79,7 @@ def _affordable(mesh: Mesh, thickness: float, voxel: float, where: str) -> tuple
     finest = voxel
     while np.prod((extent + 2 * thickness) / voxel + 6) > MAX_NODES:
         voxel *= 1.1
-        thickness = max(thickness, voxel / 1.5)
+        thickness = max(thickness, voxel / 1.9)
     if voxel == finest:
         return thickness, voxel, ()
     action = f"wrapped with a {1e3 * voxel:.3g} mm grid at {1e3 * thickness:.3g} mm instead of {1e3 * finest:.3g} mm"

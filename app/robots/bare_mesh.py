@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import mujoco
-import numpy as np
 
 from app.errors import Finding, MeshError
 from app.geometry.mesh import Mesh
@@ -21,8 +20,8 @@ _LARGEST_IN_METRES = 10.0  # a bounding box with a longer diagonal is taken for 
 def load_bare_mesh(path: Path, *, name: str | None = None) -> Robot:
     """A robot with one link called ``mesh`` and no joints, standing just above the ground.
 
-    Its inertia is stated rather than computed, so that open and inside-out meshes load too. Where the mesh is flat, so
-    that it has no convex hull, it collides with a thin box instead (a Finding).
+    Its inertia is stated rather than computed, so that open and inside-out meshes load too. Nothing collides with a
+    flat mesh, which has no convex hull (a Finding).
 
     Raises:
         RobotError: The file is missing or a folder.
@@ -37,7 +36,7 @@ def load_bare_mesh(path: Path, *, name: str | None = None) -> Robot:
     body = spec.worldbody.add_body(name=LINK, pos=[0, 0, CLEARANCE - mesh.bounds[0, 2]])
     body.mass, body.inertia, body.explicitinertial = 1.0, [0.01] * 3, True
     body.add_geom(name="visual", type=mujoco.mjtGeom.mjGEOM_MESH, meshname=LINK, group=2, contype=0, conaffinity=0)
-    findings += _add_collision(body, mesh, path)
+    body.add_geom(name="collision", type=mujoco.mjtGeom.mjGEOM_MESH, meshname=LINK, group=3)
     assets = {"mesh.msh": to_msh(mesh)}
     spec.assets = assets
     return build_robot(spec, name=spec.modelname, source=str(path), assets=assets, findings=findings)
@@ -50,15 +49,3 @@ def _in_metres(mesh: Mesh, path: Path) -> tuple[Mesh, list[Finding]]:
         return mesh, []
     guess = Finding("units", str(path), f"{mesh.size:.3g} across, so taken for millimetres")
     return Mesh(mesh.vertices * 1e-3, mesh.faces), [guess]
-
-
-def _add_collision(body: mujoco.MjsBody, mesh: Mesh, path: Path) -> list[Finding]:
-    centred = mesh.vertices - mesh.vertices.mean(axis=0)
-    flat = np.linalg.svd(centred, compute_uv=False)[-1] < 1e-5 * mesh.size * np.sqrt(len(centred))
-    if not flat:
-        body.add_geom(name="collision", type=mujoco.mjtGeom.mjGEOM_MESH, meshname=LINK, group=3)
-        return []
-    low, high = mesh.bounds
-    half = np.maximum(0.5 * (high - low), 1e-3)
-    body.add_geom(name="collision", type=mujoco.mjtGeom.mjGEOM_BOX, pos=0.5 * (low + high), size=half, group=3)
-    return [Finding("flat-mesh", str(path), "collides as its bounding box")]

@@ -14,6 +14,7 @@ from app.robots.exclusions import pairs_to_exclude
 from app.robots.robot import Joint, Link, Robot
 from app.robots.strip import home_of_keyframe, name_everything, strip_scene
 from app.robots.tessellate import link_mesh
+from app.robots.thin_meshes import keep_inertias_valid, settle_thin_meshes
 
 MAX_BODIES = 2000
 _PROOF_STEPS = 20
@@ -44,10 +45,11 @@ def build_robot(
     if len(spec.bodies) > MAX_BODIES:
         raise RobotError(f"the robot has more than {MAX_BODIES} bodies", file=source, value=len(spec.bodies))
     wished = {**home_of_keyframe(spec), **(home or {})}
-    notes = [*findings, *strip_scene(spec, source), *name_everything(spec)]
+    notes = [*findings, *strip_scene(spec, source), *name_everything(spec), *settle_thin_meshes(spec, assets)]
     used = {mesh.file for mesh in spec.meshes}
     files = {file: content for file, content in assets.items() if file in used}
     first = compile_spec(spec, source=source)
+    keep_inertias_valid(spec, first)
     notes += _exclude_touching(spec, first, _home(first, wished)[0])
     model = compile_spec(parse_spec(spec.to_xml(), files, source=source), source=source)
     rest, clipped = _home(model, wished)

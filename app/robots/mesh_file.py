@@ -63,11 +63,14 @@ def parse_mesh(data: bytes, path: Path) -> Mesh:
 def to_msh(mesh: Mesh) -> bytes:
     """``mesh`` in MuJoCo's binary format: float32 coordinates, vertices and faces in their order.
 
+    MuJoCo wants four vertices at least, so a single triangle repeats its last.
+
     Layout: four counts (vertices, normals, texture coordinates, faces), then vertices and faces; from the chapter on
     mesh assets of MuJoCo's XML reference.
     """
-    counts = struct.pack("<4i", len(mesh.vertices), 0, 0, len(mesh.faces))
-    return counts + mesh.vertices.astype("<f4").tobytes() + mesh.faces.astype("<i4").tobytes()
+    vertices = np.vstack([mesh.vertices, *[mesh.vertices[-1:]] * (4 - len(mesh.vertices))])
+    counts = struct.pack("<4i", len(vertices), 0, 0, len(mesh.faces))
+    return counts + vertices.astype("<f4").tobytes() + mesh.faces.astype("<i4").tobytes()
 
 
 def box_mesh(size: float) -> Mesh:

@@ -13,6 +13,7 @@ from app.errors import RobotError
 
 MAX_BYTES = 64 * 2**20
 MAX_ELEMENTS = 200_000
+MAX_DEPTH = 200
 
 
 def read_bytes(path: Path) -> bytes:
@@ -62,6 +63,11 @@ def parse_xml(data: bytes, *, file: Path) -> Element:
     count = sum(1 for _ in root.iter())
     if count > MAX_ELEMENTS:
         raise RobotError(f"the XML has more than {MAX_ELEMENTS} elements", file=file, value=count)
+    level, depth = [root], 0
+    while level:
+        level, depth = [child for element in level for child in element], depth + 1
+    if depth > MAX_DEPTH:
+        raise RobotError(f"the XML is nested more than {MAX_DEPTH} deep", file=file, value=depth)
     return root
 
 

@@ -50,8 +50,8 @@ def _geom_triangles(model: mujoco.MjModel, geom: int) -> tuple[FloatArray, IntAr
 
 
 def _local_triangles(model: mujoco.MjModel, geom: int) -> tuple[FloatArray, IntArray]:
-    kind, size = model.geom_type[geom], model.geom_size[geom]
     shape = mujoco.mjtGeom
+    kind, size = shape(int(model.geom_type[geom])), model.geom_size[geom]
     if kind == shape.mjGEOM_MESH:
         return _mesh_triangles(model, int(model.geom_dataid[geom]))
     if kind == shape.mjGEOM_BOX:

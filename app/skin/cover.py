@@ -22,7 +22,7 @@ from app.skin.visible import visible_from_outside
 
 Progress = Callable[[str, float], None]
 
-FACES_PER_TAXEL = 16
+FACES_PER_TAXEL = 12
 JOINT_CLEARANCE = 0.010
 """Skin keeps this far from the links beside it [m], so that joints can move."""
 _AUTOMATIC_LINKS = 3

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
-from PySide6.QtGui import QBrush, QColor, QImage, QPainter, QPainterPath, QPen, QPolygonF, QTransform
+from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QPen, QPolygonF, QTransform
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
 from app.arrays import FloatArray
 from widgets.colours import PressureScale, Theme
+from widgets.map_view.live_image import LiveImage
 from widgets.map_view.map_shapes import MapShapes
 
 TAXELS_FROM_PITCH_PX = 20.0
@@ -42,11 +43,11 @@ class PatchesItem(QGraphicsItem):
 
     Args:
         shapes: The map's shapes.
-        image: Drawn as it is at each paint; it may change in place.
+        live: Its image is drawn as it is at each paint; it may change in place.
         place: Where the image lies [scene units].
     """
 
-    def __init__(self, shapes: MapShapes, image: QImage, place: QRectF, theme: Theme) -> None:
+    def __init__(self, shapes: MapShapes, live: LiveImage, place: QRectF, theme: Theme) -> None:
         super().__init__()
         self._area = QPainterPath()
         for patch in shapes.patches:
@@ -55,7 +56,8 @@ class PatchesItem(QGraphicsItem):
         self._area.setFillRule(Qt.FillRule.WindingFill)
         self._borders = [points(line) for patch in shapes.patches for line in patch.border]
         self._seams = [points(line) for patch in shapes.patches for line in patch.seam]
-        self._brush = QBrush(image)
+        self._live = live  # keeps the memory behind the brush
+        self._brush, image = QBrush(live.image), live.image
         to_scene = QTransform.fromTranslate(place.x(), place.y())
         self._brush.setTransform(to_scene.scale(place.width() / image.width(), place.height() / image.height()))
         self._bounds = QRectF(0, 0, *shapes.frame.size).adjusted(-2, -2, 2, 2)

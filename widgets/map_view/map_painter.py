@@ -46,7 +46,8 @@ class Marks:
         fingers: Fingertips on the skin.
         hover: What the pointer is over, in either view.
         readout: The words for it.
-        word: A state the whole view is in, such as "Replaying"; empty when live.
+        replaying: Whether all this comes from a recording; said by the word and a coloured edge.
+        paused: Whether time stands still; said by the word.
     """
 
     contours: list[QLineF] = field(default_factory=list)
@@ -54,7 +55,8 @@ class Marks:
     fingers: tuple[FingerMark, ...] = ()
     hover: QPointF | None = None
     readout: str = ""
-    word: str = ""
+    replaying: bool = False
+    paused: bool = False
 
     def of_frame(self, frame: Frame, where: MapFrame, fingers: list[FloatArray], contours: list[QLineF]) -> Marks:
         """The same view with the contacts of ``frame``; ``fingers``: the map point (2,) [m] of each poke."""
@@ -99,8 +101,11 @@ class MapPainter:
         self._paint_scale_bar(painter, shapes.frame.scale * view.m11(), room)
         if marks.readout:
             self._paint_readout(painter, marks.readout, room)
-        if marks.word:
-            self._paint_word(painter, marks.word, room)
+        if marks.replaying:
+            self._paint_edge(painter, room)
+            self._paint_chip(painter, QPointF(EDGE, EDGE), "Replaying", self._figure, QColor(self.theme.text))
+        elif marks.paused:
+            self._paint_chip(painter, QPointF(EDGE, EDGE), "Paused", self._figure, QColor(self.theme.text))
 
     def _paint_contours(self, painter: QPainter, marks: Marks, view: QTransform) -> None:
         painter.save()
@@ -169,11 +174,11 @@ class MapPainter:
         )
         self._paint_chip(painter, corner, text, self._caption, QColor(self.theme.text))
 
-    def _paint_word(self, painter: QPainter, word: str, room: QRectF) -> None:
-        painter.setPen(QPen(QColor(self.theme.accent), 3, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap,
-                            Qt.PenJoinStyle.MiterJoin))  # fmt: skip
+    def _paint_edge(self, painter: QPainter, room: QRectF) -> None:
+        pen = QPen(QColor(self.theme.accent), 3)
+        pen.setJoinStyle(Qt.PenJoinStyle.MiterJoin)
+        painter.setPen(pen)
         painter.drawRect(room.adjusted(1.5, 1.5, -1.5, -1.5))
-        self._paint_chip(painter, QPointF(EDGE, EDGE), word, self._figure, QColor(self.theme.accent))
 
     def _paint_chip(
         self, painter: QPainter, corner: QPointF, text: str, font: QFont, ink: QColor, ground: QColor | None = None

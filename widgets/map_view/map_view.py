@@ -74,7 +74,11 @@ class MapView(MapCanvas):
         picture.recolour(self._scale)
         scene = QGraphicsScene(self)
         picture.add_to(scene)
-        self._picture, self._frame, self._marks = picture, None, Marks(word=self._marks.word)
+        self._picture, self._frame, self._marks = (
+            picture,
+            None,
+            Marks(paused=self._marks.paused, replaying=self._marks.replaying),
+        )
         self._hover_at(None)
         self._card.hide()
         self.show_scene(scene, picture.shapes.frame.size)
@@ -114,7 +118,11 @@ class MapView(MapCanvas):
 
     def set_replaying(self, *, replaying: bool) -> None:
         """Mark everything shown as replayed from a recording, or as live again."""
-        self._mark(replace(self._marks, word="Replaying" if replaying else ""))
+        self._mark(replace(self._marks, replaying=replaying))
+
+    def set_paused(self, *, paused: bool) -> None:
+        """Say that time stands still, or runs again."""
+        self._mark(replace(self._marks, paused=paused))
 
     def show_empty(self) -> None:
         """Say what would fill the view."""

@@ -120,13 +120,13 @@ def test_an_entity_bomb_is_refused_before_it_swells(tiny: Path) -> None:
 
 
 def test_broken_xml_says_where(tiny: Path) -> None:
-    with pytest.raises(RobotError, match="not valid XML.*line") as caught:
+    with pytest.raises(RobotError, match=r"not valid XML.*line") as caught:
         load_mjcf(edit(tiny, "</worldbody>", ""))
     assert "tiny.xml" in str(caught.value)
 
 
 def test_what_mujoco_refuses_is_said_in_its_words(tiny: Path) -> None:
-    with pytest.raises(RobotError, match="MuJoCo cannot read the robot.*nonsense"):
+    with pytest.raises(RobotError, match=r"MuJoCo cannot read the robot.*nonsense"):
         load_mjcf(edit(tiny, "<worldbody>", "<nonsense/><worldbody>"))
 
 

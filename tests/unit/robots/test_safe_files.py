@@ -36,6 +36,12 @@ def test_xml_with_too_many_elements_is_refused(tmp_path: Path, monkeypatch: pyte
         parse_xml(b"<a><b/><b/></a>", file=tmp_path)
 
 
+def test_xml_nested_too_deep_is_refused(tmp_path: Path) -> None:
+    assert parse_xml(b"<a>" * 200 + b"</a>" * 200, file=tmp_path).tag == "a"
+    with pytest.raises(RobotError, match="deep"):
+        parse_xml(b"<a>" * 100_000 + b"</a>" * 100_000, file=tmp_path)
+
+
 @pytest.mark.parametrize("data", [b"", b"<a>", b"\xff\xfe\x00", b'<?xml version="1.0" encoding="no-such"?><a/>'])
 def test_what_is_not_xml_is_refused(tmp_path: Path, data: bytes) -> None:
     with pytest.raises(RobotError, match="not valid XML"):

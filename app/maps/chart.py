@@ -1,0 +1,38 @@
+"""A chart: one patch laid flat, in its own coordinates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from app.arrays import FloatArray, IntArray, readonly
+from app.errors import Finding
+
+
+@dataclass(frozen=True, eq=False)
+class Chart:
+    """The parameterization of one patch.
+
+    Attributes:
+        faces: (m, 3) into ``plane``; face numbers are those of the patch's surface.
+        plane: (k, 2) [m], true total area, body's long direction up, first corner of its box at the origin.
+        vertex_of: (k,) the surface's vertex behind each point.
+        seams: (s, 2) cut edges as pairs of the surface's vertices.
+        method: How it was flattened.
+        energies: Mean symmetric Dirichlet energy after each round; 4 is an isometry.
+        seconds: Wall time at the end of each round.
+        findings: What had to be done besides.
+    """
+
+    faces: IntArray
+    plane: FloatArray
+    vertex_of: IntArray
+    seams: IntArray
+    method: str
+    energies: tuple[float, ...] = ()
+    seconds: tuple[float, ...] = ()
+    findings: tuple[Finding, ...] = field(default_factory=tuple)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "plane", readonly(self.plane))
+        for name in ("faces", "vertex_of", "seams"):
+            object.__setattr__(self, name, readonly(getattr(self, name), int))

@@ -1,0 +1,118 @@
+"""One patch from the body to the plane: cut, first map, best map, proof."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+import numpy as np
+
+from app.arrays import FloatArray
+from app.errors import Finding, MapError
+from app.geometry.mesh import Mesh
+from app.geometry.topology import boundary_loops
+from app.maps.bijective import crossings, flipped
+from app.maps.chart import Chart
+from app.maps.cut import CutSurface, cut_to_disk, far_points, farthest_from_border
+from app.maps.symmetric_dirichlet import Iterate, SymmetricDirichlet, minimise
+from app.maps.tutte import tutte
+
+METHODS = ("symmetric-dirichlet", "tutte")
+
+WORTH_A_SEAM = 4.6
+"""Mean energy above which one more seam is tried (a hemisphere has 4.14)."""
+_MAX_SEAMS = 3
+_WORTH_KEEPING = 0.1
+
+
+def flatten(
+    surface: Mesh, *, method: str = "symmetric-dirichlet", name: str = "patch",
+    progress: Callable[[Iterate], None] | None = None,
+) -> Chart:
+    """Lay one connected, manifold surface flat, one-to-one.
+
+    Args:
+        surface: With any topology; it is cut to a disk first.
+        method: ``symmetric-dirichlet`` (balanced angles and areas, the default) or ``tutte`` (always valid, distorted).
+        name: The patch's name, for findings and errors.
+        progress: Told each round; may raise to cancel.
+
+    Raises:
+        MapError: An unknown method, or a surface that cannot be cut or has faces without area.
+    """
+    if method not in METHODS:
+        raise MapError("there is no such method", place="method", value=method, remedy=f"Choose {' or '.join(METHODS)}")
+    cut = cut_to_disk(surface)
+    chart = _flatten_cut(surface, cut, method, name, progress)
+    terminals: list[int] = []
+    while method != "tutte" and chart.energies[-1] > WORTH_A_SEAM and len(terminals) < _MAX_SEAMS:
+        terminals.append(farthest_from_border(surface, cut))
+        cut = cut_to_disk(surface, terminals=_with_closed_ends(surface, terminals))
+        better = _flatten_cut(surface, cut, method, name, progress)
+        if chart.energies[-1] - better.energies[-1] < _WORTH_KEEPING * (chart.energies[-1] - 4):
+            break
+        note = Finding("seam-added", name, f"distortion {chart.energies[-1]:.2f} -> {better.energies[-1]:.2f} (4 is none)")
+        chart = Chart(better.faces, better.plane, better.vertex_of, better.seams, better.method, better.energies,
+                      better.seconds, (*chart.findings, *better.findings, note))
+    return chart
+
+
+def _with_closed_ends(surface: Mesh, terminals: list[int]) -> list[int]:
+    """A closed surface is cut between two points anyway; keep those when more are asked for."""
+    return terminals if boundary_loops(surface.faces) else [*far_points(surface), *terminals]
+
+
+def _flatten_cut(
+    surface: Mesh, cut: CutSurface, method: str, name: str, progress: Callable[[Iterate], None] | None
+) -> Chart:
+    positions = surface.vertices[cut.vertex_of]
+    # Scale first: unit area, so that no tolerance depends on the unit of length.
+    size = float(np.sqrt(surface.area))
+    problem = SymmetricDirichlet(positions / size, cut.faces)
+    start = tutte(positions, cut.faces)
+    start *= np.sqrt(1.0 / _area(start, cut))
+    if flipped(start, cut.faces).any():
+        raise MapError("the surface is too long and thin for a first map", file=name, value=f"{len(cut.faces)} faces",
+                       remedy="Cover the link with more taxels, or split it")
+    rounds, findings = [Iterate(start, problem.energy(start), 0.0, 1.0)], []
+    if method == "symmetric-dirichlet":
+        rounds = _collect(minimise(problem, start), progress)
+        if crossings(_border(rounds[-1].plane, cut)):
+            simple = minimise(problem, start, allowed=lambda plane: not crossings(_border(plane, cut)))
+            rounds = _collect(simple, progress)
+            findings.append(Finding("overlap-avoided", name, f"stopped at distortion {rounds[-1].energy:.2f}"))
+    plane = rounds[-1].plane * size
+    plane = _upright(plane * np.sqrt(surface.area / _area(plane, cut)), positions)
+    return Chart(cut.faces, plane, cut.vertex_of, cut.seams, method, tuple(r.energy for r in rounds),
+                 tuple(r.seconds for r in rounds), tuple(findings))
+
+
+def _collect(iterates: Iterable[Iterate], progress: Callable[[Iterate], None] | None) -> list[Iterate]:
+    rounds: list[Iterate] = []
+    for iterate in iterates:
+        rounds.append(iterate)
+        if progress is not None:
+            progress(iterate)
+    return rounds
+
+
+def _border(plane: FloatArray, cut: CutSurface) -> FloatArray:
+    return plane[boundary_loops(cut.faces)[0]]
+
+
+def _area(plane: FloatArray, cut: CutSurface) -> float:
+    loop = _border(plane, cut)
+    after = np.roll(loop, -1, axis=0)
+    return float(0.5 * (loop[:, 0] * after[:, 1] - loop[:, 1] * after[:, 0]).sum())
+
+
+def _upright(plane: FloatArray, positions: FloatArray) -> FloatArray:
+    """Turn so that the body's long direction, away from the link's origin (its joint), points up; box at the origin."""
+    centred = positions - positions.mean(axis=0)
+    _, _, axes = np.linalg.svd(centred, full_matrices=False)
+    axis = axes[0] * (1.0 if axes[0] @ positions.mean(axis=0) >= 0 else -1.0)
+    flat = plane - plane.mean(axis=0)
+    gradient, *_ = np.linalg.lstsq(flat, centred @ axis, rcond=None)
+    length = float(np.linalg.norm(gradient))
+    up = gradient / length if length > 1e-9 else np.array([0.0, 1.0])
+    turned = flat @ np.array([[up[1], up[0]], [-up[0], up[1]]])
+    return turned - turned.min(axis=0)

