@@ -48,3 +48,21 @@ def compile_spec(spec: mujoco.MjSpec, *, source: str) -> mujoco.MjModel:
 def shorten(error: Exception) -> str:
     """MuJoCo's message on one line, without its prefix."""
     return " ".join(str(error).split()).removeprefix("Error: ").removeprefix("XML Error: ")
+
+
+def drop_shapes(spec: mujoco.MjSpec) -> None:
+    """Delete the geometry of bodies whose inertia is stated, and the meshes nobody uses then.
+
+    Bodies whose inertia comes from their shapes keep them, but collide with nothing.
+    """
+    for body in spec.bodies:
+        for geom in list(body.geoms):
+            if body.explicitinertial:
+                spec.delete(geom)
+            else:
+                geom.contype = geom.conaffinity = 0
+    used = {geom.meshname for geom in spec.geoms}
+    for mesh in [mesh for mesh in spec.meshes if mesh.name not in used]:
+        spec.delete(mesh)
+    for pair in list(spec.pairs):
+        spec.delete(pair)

@@ -8,7 +8,7 @@ import numpy as np
 from app.arrays import FloatArray
 from app.errors import RobotError
 from app.geometry.pose import Pose
-from app.robots.compile import compile_spec, robot_spec
+from app.robots.compile import compile_spec, drop_shapes, robot_spec
 from app.robots.robot import Robot
 
 
@@ -92,13 +92,5 @@ class Configuration:
 def _bare_model(robot: Robot) -> mujoco.MjModel:
     """The robot's model without the shapes of links whose inertia is stated."""
     spec = robot_spec(robot)
-    for body in spec.bodies:
-        if body.explicitinertial:
-            for geom in list(body.geoms):
-                spec.delete(geom)
-    used = {geom.meshname for geom in spec.geoms}
-    for mesh in [mesh for mesh in spec.meshes if mesh.name not in used]:
-        spec.delete(mesh)
-    for pair in list(spec.pairs):
-        spec.delete(pair)
+    drop_shapes(spec)
     return compile_spec(spec, source=robot.source)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import logging
 import struct
 from pathlib import Path
 
@@ -17,9 +18,12 @@ from app.robots.safe_files import parse_xml, read_bytes
 
 MESH_SUFFIXES = (".obj", ".stl", ".ply", ".off", ".glb", ".dae", ".msh")
 MAX_FACES = 5_000_000
+MAX_COORDINATE = 1e7
+logging.getLogger("trimesh").addHandler(logging.NullHandler())  # its tracebacks are not for users; our errors are
 # What third-party parsers raise on files that are not what they claim to be.
-_PARSER_ERRORS = (ValueError, TypeError, KeyError, IndexError, AttributeError, AssertionError, NotImplementedError,
-                  MemoryError, OverflowError, RecursionError, EOFError, struct.error, DaeError)  # fmt: skip
+_PARSER_ERRORS = (ValueError, TypeError, KeyError, IndexError, AttributeError, NameError, AssertionError,
+                  NotImplementedError, MemoryError, OverflowError, RecursionError, EOFError, struct.error,
+                  DaeError)  # fmt: skip
 
 
 def read_mesh(path: Path) -> Mesh:
@@ -48,12 +52,7 @@ def parse_mesh(data: bytes, path: Path) -> Mesh:
         raise MeshError(
             "the mesh cannot be read", file=path, value=f"{type(error).__name__}: {error}", remedy="Export it again"
         ) from error
-    if not len(faces):
-        raise MeshError("the mesh has no triangles", file=path, remedy="Export it again with its surface")
-    if len(faces) > MAX_FACES:
-        raise MeshError(
-            "the mesh has more than 5 million triangles", file=path, value=len(faces), remedy="Simplify it first"
-        )
+    _refuse_absurd_amounts(vertices, faces, path)
     try:
         return Mesh(*_weld(vertices, Mesh(vertices, faces).faces))
     except MeshError as error:
@@ -79,6 +78,23 @@ def box_mesh(size: float) -> Mesh:
     return Mesh(np.asarray(cube.vertices), np.asarray(cube.faces))
 
 
+def _refuse_absurd_amounts(vertices: FloatArray, faces: IntArray, path: Path) -> None:
+    largest = float(np.abs(vertices).max(initial=0.0))
+    if largest > MAX_COORDINATE:  # not so for NaN, which Mesh refuses with its place
+        raise MeshError(
+            "a coordinate is absurdly large",
+            file=path,
+            value=largest,
+            remedy="Export it again in metres or millimetres",
+        )
+    if not len(faces):
+        raise MeshError("the mesh has no triangles", file=path, remedy="Export it again with its surface")
+    if len(faces) > MAX_FACES:
+        raise MeshError(
+            "the mesh has more than 5 million triangles", file=path, value=len(faces), remedy="Simplify it first"
+        )
+
+
 def _from_msh(data: bytes) -> tuple[FloatArray, IntArray]:
     vertices, normals, coordinates, faces = struct.unpack_from("<4i", data)
     if min(vertices, normals, coordinates, faces) < 0:
@@ -90,12 +106,16 @@ def _from_msh(data: bytes) -> tuple[FloatArray, IntArray]:
 
 def _by_trimesh(data: bytes, suffix: str, path: Path) -> tuple[FloatArray, IntArray]:
     unit = _collada_unit(data, path) if suffix == ".dae" else 1.0
-    loaded = trimesh.load(io.BytesIO(data), file_type=suffix[1:], process=False)
-    mesh = loaded.to_mesh() if isinstance(loaded, trimesh.Scene) else loaded
+    with np.errstate(all="ignore"):  # absurd numbers are refused below, with the file's name
+        loaded = trimesh.load(io.BytesIO(data), file_type=suffix[1:], process=False)
+        mesh = loaded.to_mesh() if isinstance(loaded, trimesh.Scene) else loaded
     faces = getattr(mesh, "faces", None)
     if faces is None:
         return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
-    return unit * np.asarray(mesh.vertices, dtype=np.float64), np.asarray(faces, dtype=np.int64)
+    vertices = np.asarray(mesh.vertices, dtype=np.float64)
+    if vertices.ndim != 2 or vertices.shape[1] != 3:
+        raise ValueError("a vertex is not three numbers")
+    return unit * vertices, np.asarray(faces, dtype=np.int64)
 
 
 def _collada_unit(data: bytes, path: Path) -> float:

@@ -10,15 +10,11 @@ from app.errors import RobotError
 from app.robots.asset_store import AssetStore
 from app.robots.build import build_robot
 from app.robots.compile import parse_spec
+from app.robots.mjcf_cut import cut_mjcf
 from app.robots.robot import Robot
 from app.robots.safe_files import contained, parse_xml, read_bytes
 
 _MAX_INCLUDES = 100
-_MAX_COPIES = 2000
-_SECTIONS = ("actuator", "sensor", "tendon", "option", "size", "visual", "statistic", "custom", "extension",
-             "deformable")  # fmt: skip
-_UNSUPPORTED = ("composite", "flexcomp", "attach", "model")
-_FILE_ASSETS = ("texture", "hfield", "skin")
 
 
 def load_mjcf(path: Path, *, package_roots: Sequence[Path] = (), name: str | None = None) -> Robot:
@@ -46,7 +42,7 @@ def load_mjcf(path: Path, *, package_roots: Sequence[Path] = (), name: str | Non
             remedy="Open an MJCF file (<mujoco>) or a URDF file (<robot>)",
         )
     folder = _mesh_folder(root)
-    _cut(root, path)
+    cut_mjcf(root, path)
     store = AssetStore()
     for mesh in root.iter("mesh"):
         if mesh.get("file") is not None:
@@ -115,37 +111,3 @@ def _gather(mesh: Element, folder: tuple[str, bool], reader: _Reader, store: Ass
     mesh.set("name", mesh.get("name") or pure.stem)  # MuJoCo's default, which the copy's name must not change
     mesh.set("file", store.add(path))
     mesh.attrib.pop("content_type", None)
-
-
-def _cut(root: Element, path: Path) -> None:
-    """Remove what is not the robot or is only for show; refuse what is not made of rigid links."""
-    for tag in _UNSUPPORTED:
-        if root.find(f".//{tag}") is not None:
-            raise RobotError(
-                f"<{tag}> is not supported",
-                file=path,
-                remedy="A robot is made of rigid links: export it as one plain MJCF file",
-            )
-    copies = sum(_count(replicate, path) for replicate in root.iter("replicate"))
-    if copies > _MAX_COPIES:
-        raise RobotError("<replicate> asks for too many copies", file=path, value=copies)
-    for parent in list(root.iter()):
-        for child in list(parent):
-            top = parent is root and child.tag in _SECTIONS
-            relief = child.tag == "geom" and (child.get("hfield") is not None or child.get("type") == "hfield")
-            if top or relief or child.tag == "plugin" or (parent.tag == "asset" and child.tag in _FILE_ASSETS):
-                parent.remove(child)
-        if parent.tag == "material":
-            parent.attrib.pop("texture", None)
-            parent[:] = []
-
-
-def _count(replicate: Element, path: Path) -> int:
-    """Copies asked for by a ``<replicate>`` and those nested in it."""
-    try:
-        own = int(replicate.get("count", "1"))
-    except ValueError as error:
-        raise RobotError("<replicate> needs a whole number", file=path, value=replicate.get("count")) from error
-    for inner in replicate.findall(".//replicate"):
-        own *= max(1, _count(inner, path))
-    return own

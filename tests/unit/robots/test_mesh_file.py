@@ -45,6 +45,7 @@ BROKEN = {
     "points.obj": b"v 0 0 0\nv 1 0 0\nv 0 1 0\n",
     "outside.obj": b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n",
     "nan.obj": b"v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+    "huge.obj": b"v 1e300 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
     "words.obj": b"v a b c\nf 1 2 3\n",
     "absurd.ply": b"ply\nformat binary_little_endian 1.0\nelement vertex 999999999999\nproperty float x\n"
                   b"property float y\nproperty float z\nend_header\n",

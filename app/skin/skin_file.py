@@ -1,0 +1,182 @@
+"""Skins as files: npz with a version, checked at the door so that nothing later needs to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.array_file import MAX_BYTES, pack_arrays, unpack_arrays
+from app.errors import Finding, MeshError, SkinError
+from app.geometry.mesh import Mesh
+from app.skin.skin import Patch, Skin
+from app.skin.taxels import Quadrature, Taxels
+
+FORMAT, VERSION = "tactile-maps-skin", 1
+MAX_TAXELS = 1_000_000
+
+# Columns, and what the integers index (None: any number); checked in this order.
+_FLOATS = {
+    "positions": 3, "normals": 3, "weights": 3, "areas": 1,
+    "quadrature_positions": 3, "quadrature_normals": 3, "quadrature_areas": 1,
+}  # fmt: skip
+_INTEGERS = {"faces": (1, "face"), "neighbours": (2, "taxel"), "quadrature_taxel": (1, "taxel")}
+
+
+def save_skin(skin: Skin, path: str | Path) -> None:
+    """Write ``skin`` to ``path`` (usually ``.npz``), whole or not at all.
+
+    Raises:
+        SkinError: The file cannot be written.
+    """
+    path = Path(path)
+    part = path.with_name(path.name + ".part")
+    try:
+        part.write_bytes(skin_to_bytes(skin))
+        part.replace(path)
+    except OSError as error:
+        raise SkinError("the skin cannot be written", file=path, value=error,
+                        remedy="Choose a folder you may write to, with space left") from error
+
+
+def load_skin(path: str | Path) -> Skin:
+    """The skin that ``save_skin`` wrote to ``path``.
+
+    Raises:
+        SkinError: There is no such file, or it is not a sound skin.
+    """
+    path = Path(path)
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            raise SkinError("the file is too large for a skin", file=path, value=f"{path.stat().st_size} bytes")
+        data = path.read_bytes()
+    except (OSError, ValueError) as error:
+        raise SkinError("the file cannot be read", file=path, value=error, remedy="Check the path") from error
+    return skin_from_bytes(data, file=path)
+
+
+def skin_to_bytes(skin: Skin) -> bytes:
+    """``skin`` in the file's format; the same skin gives the same bytes."""
+    arrays: dict[str, NDArray[Any]] = {}
+    for i, patch in enumerate(skin.patches):
+        taxels, quadrature = patch.taxels, patch.taxels.quadrature
+        fields: dict[str, NDArray[Any]] = {"surface_vertices": patch.surface.vertices}
+        fields["surface_faces"] = patch.surface.faces
+        for name in (*_FLOATS, *_INTEGERS):
+            owner, part = (quadrature, name.removeprefix("quadrature_")) if "quadrature" in name else (taxels, name)
+            fields[name] = getattr(owner, part)
+        arrays |= {f"{i}_{name}": values for name, values in fields.items()}
+    header = {
+        "format": FORMAT,
+        "version": VERSION,
+        "patches": [{"name": patch.name, "link": patch.link} for patch in skin.patches],
+        "findings": [[f.kind, f.where, f.action, f.count] for f in skin.findings],
+    }
+    return pack_arrays(header, arrays)
+
+
+def skin_from_bytes(data: bytes, *, file: str | Path | None = None) -> Skin:
+    """The skin in ``data``.
+
+    Args:
+        data: From ``skin_to_bytes``, or from anyone.
+        file: Where it came from, for errors.
+
+    Raises:
+        SkinError: Damaged, hostile, of another format or a later version, or not a sound skin.
+    """
+    header, arrays = unpack_arrays(data, file=file, error=SkinError)
+    if header.get("format") != FORMAT:
+        raise SkinError("this is not a skin file", file=file, value=header.get("format"),
+                        remedy="Choose a file saved by Save skin")
+    if header.get("version") != VERSION:
+        raise SkinError("the skin file has an unknown version", file=file, value=header.get("version"),
+                        remedy=f"This program reads version {VERSION}")
+    names, findings = _header(header, file)
+    patches = tuple(_patch(arrays, i, name, link, file) for i, (name, link) in enumerate(names))
+    if sum(len(patch.taxels) for patch in patches) > MAX_TAXELS:
+        raise SkinError("the skin has too many taxels", file=file, remedy=f"The most is {MAX_TAXELS}")
+    return Skin(patches, findings)
+
+
+def _header(header: Mapping[str, Any], file: str | Path | None) -> tuple[list[tuple[str, str]], tuple[Finding, ...]]:
+    """Names and links of the patches, and the findings."""
+    patches, findings = header.get("patches"), header.get("findings")
+    sound = (
+        isinstance(patches, list)
+        and all(isinstance(p, dict) and all(isinstance(p.get(k), str) for k in ("name", "link")) for p in patches)
+        and isinstance(findings, list)
+        and all(isinstance(f, list) and [type(x) for x in f] == [str, str, str, int] for f in findings)
+    )
+    if not sound or not isinstance(patches, list) or not isinstance(findings, list):
+        raise SkinError("the skin file's header is broken", file=file)
+    names = [(p["name"], p["link"]) for p in patches]
+    if len({name for name, _ in names}) < len(names):
+        raise SkinError("two patches have the same name", file=file, value=[name for name, _ in names])
+    return names, tuple(Finding(*f) for f in findings)
+
+
+def _patch(
+    arrays: Mapping[str, NDArray[Any]], i: int, name: str, link: str, file: str | Path | None
+) -> Patch:
+    door = _Door(arrays, i, name, file)
+    try:
+        surface = Mesh(door.floats("surface_vertices", 3), door.integers("surface_faces", 3))
+    except MeshError as error:
+        raise SkinError(f"the patch's surface is broken: {error.problem}", file=file, place=name,
+                        value=error.value) from error
+    values: dict[str, NDArray[Any]] = {key: door.floats(key, columns) for key, columns in _FLOATS.items()}
+    values |= {key: door.integers(key, columns) for key, (columns, _) in _INTEGERS.items()}
+    counts = {"face": len(surface.faces), "taxel": len(values["positions"])}
+    door.check(values, counts)
+    quadrature = Quadrature(**{key: values.pop(f"quadrature_{key}") for key in ("positions", "normals", "areas", "taxel")})
+    return Patch(name, link, surface, Taxels(**values, quadrature=quadrature))
+
+
+class _Door:
+    """Takes one patch's arrays out of the file and lets only sound ones in."""
+
+    def __init__(self, arrays: Mapping[str, NDArray[Any]], i: int, name: str, file: str | Path | None) -> None:
+        self._arrays, self._i, self._name, self._file = arrays, i, name, file
+
+    def floats(self, key: str, columns: int) -> NDArray[Any]:
+        """Finite numbers, (n,) for one column, else (n, columns)."""
+        values = self._take(key, columns).astype(np.float64)
+        if not np.isfinite(values).all():
+            raise self._refuse("a number is not finite", key, values[~np.isfinite(values)][0])
+        return values
+
+    def integers(self, key: str, columns: int) -> NDArray[Any]:
+        """Whole numbers, (n,) for one column, else (n, columns)."""
+        values = self._take(key, columns)
+        if values.dtype.kind not in "iu":
+            raise self._refuse("an index is not a whole number", key, values.dtype)
+        return values.astype(np.int64)
+
+    def check(self, values: Mapping[str, NDArray[Any]], counts: Mapping[str, int]) -> None:
+        """Counts that agree, indices in range, areas above zero."""
+        for key, (_, what) in _INTEGERS.items():
+            bad = (values[key] < 0) | (values[key] >= counts[what])
+            if bad.any():
+                raise self._refuse(f"there is no such {what}", key, values[key][bad][0])
+        for key, rows in {key: len(part) for key, part in values.items() if key != "neighbours"}.items():
+            expected = len(values["quadrature_positions"]) if "quadrature" in key else counts["taxel"]
+            if rows != expected:
+                raise self._refuse(f"{expected} rows expected", key, rows)
+        for key in ("areas", "quadrature_areas"):
+            if (values[key] <= 0).any():
+                raise self._refuse("an area is not above zero", key, values[key].min())
+
+    def _take(self, key: str, columns: int) -> NDArray[Any]:
+        values = self._arrays.get(f"{self._i}_{key}")
+        if values is None:
+            raise self._refuse("an array is missing", key, None)
+        if values.shape[1:] != (() if columns == 1 else (columns,)) or values.ndim == 0:
+            raise self._refuse("an array has the wrong shape", key, values.shape)
+        return values
+
+    def _refuse(self, problem: str, key: str, value: object) -> SkinError:
+        return SkinError(problem, file=self._file, place=f"patch {self._name}, {key}", value=value)
