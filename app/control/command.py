@@ -45,11 +45,11 @@ class ControlSettings:
     """
 
     law: Literal["impedance", "hold_force"] = "impedance"
-    stiffness: float = 6.0
+    stiffness: float = 8.0
     damping_ratio: float = 1.0
     force_goal: float = 3.0
-    force_gain: float = 0.004
-    integral_time: float = 0.5
+    force_gain: float = 0.015
+    integral_time: float = 0.3
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from app.arrays import FloatArray, IntArray
 from app.errors import Finding, MeshError
 from app.geometry.mesh import Mesh
 from app.geometry.topology import compact
@@ -28,16 +29,16 @@ def clean(mesh: Mesh, *, where: str = "mesh") -> tuple[Mesh, tuple[Finding, ...]
     if len(faces) and size > 0:
         # Rounding to a grid after centring welds what a file wrote twice; a far offset must not eat the digits.
         cells = np.round((vertices - vertices.mean(axis=0)) / (RELATIVE_WELD * size))
-        _, first, inverse = np.unique(cells, axis=0, return_index=True, return_inverse=True)
+        first, inverse = _distinct_rows(cells)
         if len(first) < len(vertices):
             findings.append(Finding("duplicate-vertex", where, "welded", len(vertices) - len(first)))
-        vertices, faces = vertices[first], inverse.reshape(-1)[faces]
+        vertices, faces = vertices[first], inverse[faces]
         area = Mesh(vertices, faces).face_areas
         flat = area <= (RELATIVE_WELD * size) ** 2
         if flat.any():
             findings.append(Finding("zero-area-face", where, "dropped", int(flat.sum())))
         faces = faces[~flat]
-        _, kept = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
+        kept, _ = _distinct_rows(np.sort(faces, axis=1))
         if len(kept) < len(faces):
             findings.append(Finding("duplicate-face", where, "dropped", len(faces) - len(kept)))
         faces = faces[np.sort(kept)]
@@ -46,3 +47,13 @@ def clean(mesh: Mesh, *, where: str = "mesh") -> tuple[Mesh, tuple[Finding, ...]
                         remedy="Export it again with triangles")
     faces, used = compact(faces)
     return Mesh(vertices[used], faces), tuple(findings)
+
+
+def _distinct_rows(rows: FloatArray | IntArray) -> tuple[IntArray, IntArray]:
+    """The first row of each kind, and the kind of each row; kinds in sorted order."""
+    order = np.lexsort(rows.T[::-1])
+    new = np.ones(len(rows), dtype=bool)
+    new[1:] = (rows[order[1:]] != rows[order[:-1]]).any(axis=1)
+    kind = np.empty(len(rows), dtype=np.int64)
+    kind[order] = np.cumsum(new) - 1
+    return order[new], kind

@@ -29,9 +29,11 @@ class EdgeTable:
 
 def edge_table(faces: IntArray) -> EdgeTable:
     """Number the edges of ``faces`` (m, 3). Cost: one sort of 3 m pairs."""
-    directed = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    edges, inverse, count = np.unique(np.sort(directed, axis=1), axis=0, return_inverse=True, return_counts=True)
-    return EdgeTable(edges, inverse.reshape(-1, 3), count)
+    pairs = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    # One number a pair sorts ten times faster than rows of two.
+    base = int(faces.max(initial=0)) + 1
+    keys, inverse, count = np.unique(pairs[:, 0] * base + pairs[:, 1], return_inverse=True, return_counts=True)
+    return EdgeTable(np.stack(np.divmod(keys, base), axis=1), inverse.reshape(-1, 3), count)
 
 
 def face_pairs(faces: IntArray) -> IntArray:
@@ -95,7 +97,8 @@ def euler_characteristic(faces: IntArray) -> int:
 def is_closed_manifold(faces: IntArray) -> bool:
     """Whether every edge has two faces that run through it in opposite directions."""
     directed = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    once = len(np.unique(directed, axis=0)) == len(directed)
+    base = int(faces.max(initial=0)) + 1
+    once = len(np.unique(directed[:, 0] * base + directed[:, 1])) == len(directed)
     return bool(once and (edge_table(faces).face_count == 2).all())
 
 

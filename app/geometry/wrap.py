@@ -48,34 +48,59 @@ class Wrap:
     findings: tuple[Finding, ...]
 
 
-def wrap(mesh: Mesh, *, thickness: float, voxel: float, where: str = "mesh") -> Wrap:
+def wrap(mesh: Mesh, *, thickness: float, voxel: float, closing: float = 0.0, where: str = "mesh") -> Wrap:
     """Wrap ``mesh`` (cleaned: see ``clean``) at a distance.
 
     Args:
         mesh: Faces with area; any topology, any orientation.
         thickness: Distance of the surface from the mesh [m], > 0.
         voxel: Wanted edge length [m]; at most 1.9 thicknesses are used, so that no thin sheet slips through the grid.
+        closing: Radius [m] of a ball that rolls over the cover from outside: where it does not fit, in holes, grooves
+            and gaps, the surface spans them as stretched fabric would. Zero follows everything.
         where: The mesh's name, for findings and errors.
 
     Raises:
         MeshError: The sizes are not positive, or nothing is left to wrap.
 
-    Cost: about 3 µs per grid node near the mesh; a forearm at 4 mm takes 0.1 s.
+    Cost: about 3 µs per grid node near the mesh; a forearm at 4 mm takes 0.1 s, twice that with closing.
     """
-    if not (thickness > 0 and voxel > 0 and np.isfinite(thickness + voxel)):
-        raise MeshError("thickness and voxel must be positive", file=where, value=(thickness, voxel))
-    thickness, voxel, findings = _affordable(mesh, thickness, min(voxel, 1.9 * thickness), where)
+    if not (thickness > 0 and voxel > 0 and closing >= 0 and np.isfinite(thickness + voxel + closing)):
+        raise MeshError("thickness and voxel must be positive", file=where, value=(thickness, voxel, closing))
+    thickness, voxel, findings = _affordable(mesh, thickness, closing, min(voxel, 1.9 * thickness), where)
+    grid = _Grid.around(mesh, thickness + closing, voxel)
     closest = ClosestPoint(mesh)
-    nodes, shape = _grid(mesh, thickness, voxel)
-    field = _outside_distance(closest, mesh, nodes, shape, thickness, voxel)
-    vertices, faces, _ = igl.marching_cubes(field.ravel(order="F"), nodes, *shape, thickness)
-    surface = _outer_shell(Mesh(vertices, np.asarray(faces)), where)
-    return Wrap(_even_out(surface, closest, mesh, thickness), voxel, thickness, findings)
+    field = _outside_distance(closest, mesh, grid, thickness + closing)
+    if closing > 0:
+        mesh, loose = _shell(grid, field, thickness + closing, where)
+        closest = ClosestPoint(mesh)
+        field = _rolled(closest, field, grid, thickness, closing)
+    surface, loose = _shell(grid, _snapped(field, thickness, voxel), thickness, where)
+    surface = _even_out(surface, closest, mesh, closing if closing > 0 else thickness)
+    return Wrap(surface, voxel, thickness, findings + loose)
 
 
-def _affordable(mesh: Mesh, thickness: float, voxel: float, where: str) -> tuple[float, float, tuple[Finding, ...]]:
+@dataclass(frozen=True, eq=False)
+class _Grid:
+    """Nodes (n, 3), x running fastest, with two free layers around the surface at ``reach`` from the mesh."""
+
+    nodes: FloatArray
+    shape: tuple[int, int, int]
+    voxel: float
+
+    @staticmethod
+    def around(mesh: Mesh, reach: float, voxel: float) -> _Grid:
+        low, high = mesh.bounds[0] - reach - 2 * voxel, mesh.bounds[1] + reach + 2 * voxel
+        x_count, y_count, z_count = (int(n) for n in np.ceil((high - low) / voxel) + 1)
+        axes = [low[k] + voxel * np.arange(n) for k, n in enumerate((x_count, y_count, z_count))]
+        z, y, x = np.meshgrid(axes[2], axes[1], axes[0], indexing="ij")
+        return _Grid(np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1), (x_count, y_count, z_count), voxel)
+
+
+def _affordable(
+    mesh: Mesh, thickness: float, closing: float, voxel: float, where: str
+) -> tuple[float, float, tuple[Finding, ...]]:
     """Coarsen until the grid fits in memory, and thicken with it so that the grid still sees the sheet."""
-    extent = np.ptp(mesh.vertices, axis=0)
+    extent = np.ptp(mesh.vertices, axis=0) + 2 * closing
     finest = voxel
     while np.prod((extent + 2 * thickness) / voxel + 6) > MAX_NODES:
         voxel *= 1.1
@@ -86,33 +111,36 @@ def _affordable(mesh: Mesh, thickness: float, voxel: float, where: str) -> tuple
     return thickness, voxel, (Finding("coarse-wrap", where, action),)
 
 
-def _grid(mesh: Mesh, thickness: float, voxel: float) -> tuple[FloatArray, tuple[int, int, int]]:
-    """Nodes (n, 3), x running fastest, with two free layers around the surface."""
-    low = mesh.bounds[0] - thickness - 2 * voxel
-    shape = tuple(int(n) for n in np.ceil((mesh.bounds[1] + thickness + 2 * voxel - low) / voxel).astype(int) + 1)
-    axes = [low[k] + voxel * np.arange(shape[k]) for k in range(3)]
-    z, y, x = np.meshgrid(axes[2], axes[1], axes[0], indexing="ij")
-    return np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1), (shape[0], shape[1], shape[2])
-
-
-def _outside_distance(
-    closest: ClosestPoint, mesh: Mesh, nodes: FloatArray, shape: tuple[int, int, int], thickness: float, voxel: float
-) -> FloatArray:
-    """(nx, ny, nz) distance to the mesh where the outside reaches, less than the thickness everywhere else.
+def _outside_distance(closest: ClosestPoint, mesh: Mesh, grid: _Grid, level: float) -> FloatArray:
+    """(n,) distance to the mesh where the outside reaches, less than ``level`` everywhere else.
 
     Exact only within a band around the surface; further away a constant will do.
     """
-    band = thickness + 3 * voxel
-    near = _near(mesh, nodes, shape, band, voxel)
-    field = np.full(len(nodes), band)
-    field[near] = closest.query(nodes[near])[2]
-    # A node almost on the surface makes slivers: move the level away from it; the vertices are put back later.
-    offset = field - thickness
-    snapped = np.abs(offset) < _SNAP * voxel
-    field[snapped] = thickness + np.where(offset[snapped] < 0, -_SNAP, _SNAP) * voxel
-    cube = field.reshape(shape[::-1]).transpose(2, 1, 0)
-    labels, _ = ndimage.label(cube > thickness)
-    return np.where(labels == labels[0, 0, 0], cube, np.minimum(cube, thickness - _SNAP * voxel))
+    band = level + 3 * grid.voxel
+    near = _near(mesh, grid.nodes, grid.shape, band, grid.voxel)
+    field = np.full(len(grid.nodes), band)
+    field[near] = closest.query(grid.nodes[near])[2]
+    labels, _ = ndimage.label(field.reshape(grid.shape[::-1]) > level)
+    outside = (labels == labels[0, 0, 0]).ravel()
+    return np.where(outside, field, np.minimum(field, level - _SNAP * grid.voxel))
+
+
+def _rolled(
+    closest: ClosestPoint, field: FloatArray, grid: _Grid, thickness: float, closing: float
+) -> FloatArray:
+    """(n,) the same field with the gaps filled: level ``thickness`` lies ``closing`` inside the outer surface."""
+    level = thickness + closing
+    asked = np.flatnonzero((field < level) & (field > thickness - 3 * grid.voxel))
+    rolled = field.copy()
+    rolled[asked] = level - closest.query(grid.nodes[asked])[2]
+    return rolled
+
+
+def _snapped(field: FloatArray, level: float, voxel: float) -> FloatArray:
+    """A node almost on the surface makes slivers: move the level away from it; the vertices are put back later."""
+    offset = field - level
+    near = np.abs(offset) < _SNAP * voxel
+    return np.where(near, level + np.where(offset < 0, -_SNAP, _SNAP) * voxel, field)
 
 
 def _near(mesh: Mesh, nodes: FloatArray, shape: tuple[int, int, int], band: float, voxel: float) -> IntArray:
@@ -134,8 +162,10 @@ def _near(mesh: Mesh, nodes: FloatArray, shape: tuple[int, int, int], band: floa
     return np.flatnonzero(reach.ravel() <= band + voxel)
 
 
-def _outer_shell(surface: Mesh, where: str) -> Mesh:
-    """The piece that encloses the largest volume; others are crumbs that float beside it."""
+def _shell(grid: _Grid, field: FloatArray, level: float, where: str) -> tuple[Mesh, tuple[Finding, ...]]:
+    """The surface at ``level``: of its pieces the one that encloses most; the others float beside or inside it."""
+    vertices, all_faces, _ = igl.marching_cubes(field, grid.nodes, *grid.shape, level)
+    surface = Mesh(vertices, np.asarray(all_faces))
     labels = face_components(surface.faces)
     corners = surface.vertices[surface.faces] - surface.bounds.mean(axis=0)
     volumes = np.bincount(labels, weights=np.linalg.det(corners) / 6)
@@ -144,7 +174,8 @@ def _outer_shell(surface: Mesh, where: str) -> Mesh:
     if volumes.max() <= 0 or not is_closed_manifold(outer.faces):
         raise MeshError("the wrap did not close", file=where, value=f"{len(outer.faces)} faces",
                         remedy="Choose another number of taxels or another cover thickness")
-    return outer
+    loose = int((volumes > 0).sum()) - 1
+    return outer, (Finding("loose-part", where, "left bare: it does not touch the largest part", loose),) if loose else ()
 
 
 def _even_out(surface: Mesh, closest: ClosestPoint, mesh: Mesh, thickness: float) -> Mesh:

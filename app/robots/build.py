@@ -9,15 +9,15 @@ import numpy as np
 
 from app.arrays import FloatArray
 from app.errors import Finding, RobotError
-from app.robots.compile import compile_spec, parse_spec
+from app.robots.compile import compile_spec, parse_spec, spec_text
 from app.robots.exclusions import pairs_to_exclude
+from app.robots.prove import prove_alive, refuse_absurd_numbers
 from app.robots.robot import Joint, Link, Robot
 from app.robots.strip import home_of_keyframe, name_everything, strip_scene
 from app.robots.tessellate import link_mesh
 from app.robots.thin_meshes import keep_inertias_valid, settle_thin_meshes
 
 MAX_BODIES = 2000
-_PROOF_STEPS = 20
 
 
 def build_robot(
@@ -49,15 +49,17 @@ def build_robot(
     used = {mesh.file for mesh in spec.meshes}
     files = {file: content for file, content in assets.items() if file in used}
     first = compile_spec(spec, source=source)
+    refuse_absurd_numbers(first, source)
     keep_inertias_valid(spec, first)
     notes += _exclude_touching(spec, first, _home(first, wished)[0])
-    model = compile_spec(parse_spec(spec.to_xml(), files, source=source), source=source)
+    text = spec_text(spec, source=source)
+    model = compile_spec(parse_spec(text, files, source=source), source=source)
     rest, clipped = _home(model, wished)
     if clipped:
         notes.append(Finding("home-outside-limits", ", ".join(clipped), "moved inside the limits", len(clipped)))
-    _prove(model, rest, source)
+    prove_alive(model, rest, source)
     links = tuple(Link(model.body(i).name, link_mesh(model, i)) for i in range(1, model.nbody))
-    return Robot(name, source, spec.to_xml(), files, links, _joints(model), rest, tuple(notes))
+    return Robot(name, source, text, files, links, _joints(model), rest, tuple(notes))
 
 
 def _exclude_touching(spec: mujoco.MjSpec, model: mujoco.MjModel, home: FloatArray) -> list[Finding]:
@@ -96,18 +98,3 @@ def _home(model: mujoco.MjModel, wished: Mapping[str, float]) -> tuple[FloatArra
         home[i] = wished.get(name, home[i])
     inside = np.clip(home, lower, upper)
     return inside, [names[i] for i in np.flatnonzero(np.abs(inside - home) > 1e-5)]
-
-
-def _prove(model: mujoco.MjModel, home: FloatArray, source: str) -> None:
-    """Step the robot from rest; a robot that cannot take 20 steps is refused here, not in front of the user."""
-    data = mujoco.MjData(model)
-    data.qpos[:] = home
-    model.opt.timestep, model.opt.integrator = 1e-3, mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    mujoco.mj_step(model, data, _PROOF_STEPS)
-    troubles = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
-    if not np.isfinite(data.qpos).all() or any(data.warning[int(trouble)].number for trouble in troubles):
-        raise RobotError(
-            "the robot's simulation blows up within its first steps",
-            file=source,
-            remedy="Check masses, inertias and joint damping in the file",
-        )

@@ -45,6 +45,18 @@ def compile_spec(spec: mujoco.MjSpec, *, source: str) -> mujoco.MjModel:
         raise RobotError("MuJoCo cannot build the robot", file=source, value=shorten(error)) from error
 
 
+def spec_text(spec: mujoco.MjSpec, *, source: str) -> str:
+    """``spec`` as MJCF text in radians; it must have been compiled.
+
+    Raises:
+        RobotError: MuJoCo cannot write it.
+    """
+    try:
+        return spec.to_xml()
+    except (ValueError, mujoco.FatalError) as error:
+        raise RobotError("MuJoCo cannot write the robot", file=source, value=shorten(error)) from error
+
+
 def shorten(error: Exception) -> str:
     """MuJoCo's message on one line, without its prefix."""
     return " ".join(str(error).split()).removeprefix("Error: ").removeprefix("XML Error: ")

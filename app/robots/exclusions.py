@@ -37,7 +37,7 @@ def pairs_to_exclude(model: mujoco.MjModel, home: FloatArray, *, seed: int = 0) 
 def _random_postures(model: mujoco.MjModel, seed: int) -> FloatArray:
     """(POSTURES, nq) uniform inside the limits; within half a turn or half a metre where there are none."""
     span = np.where(model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE, 0.5, np.pi)
-    limited = model.jnt_limited.astype(bool)
+    limited = model.jnt_limited.astype(bool) & (np.ptp(model.jnt_range, axis=1) < 100 * span)
     lower = np.where(limited, model.jnt_range[:, 0], -span)
     upper = np.where(limited, model.jnt_range[:, 1], span)
     return np.random.default_rng(seed).uniform(lower, upper, (POSTURES, model.nq))

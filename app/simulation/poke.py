@@ -22,7 +22,7 @@ class Finger:
     stiffness: float = 1000.0
     radius: float = 0.008
     max_force: float = 20.0
-    speed: float = 0.006
+    speed: float = 0.012
 
 
 @dataclass(frozen=True)

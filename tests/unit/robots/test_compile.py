@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from app.errors import RobotError
-from app.robots.compile import compile_spec, robot_spec
+from app.robots.compile import compile_spec, robot_spec, spec_text
 from app.robots.load import load_robot
 
 
@@ -36,3 +36,9 @@ def test_text_mujoco_cannot_read_or_build_is_said_in_one_line(tiny: Path) -> Non
     assert "\n" not in str(caught.value)
     with pytest.raises(RobotError, match="cannot build"):
         compile_spec(robot_spec(replace(robot, assets={})), source=robot.source)
+
+
+def test_text_comes_back_in_radians_or_with_a_reason(tiny: Path) -> None:
+    spec = robot_spec(load_robot(tiny))
+    compile_spec(spec, source="tiny")
+    assert 'angle="radian"' in spec_text(spec, source="tiny")

@@ -1,0 +1,120 @@
+"""A session: one run of a prepared scene, advanced tick by tick, answering with frozen frames."""
+
+from __future__ import annotations
+
+from app.contacts.reader import ContactReader
+from app.control.command import ControlChanged
+from app.control.contact_motion import ContactMotionController, settings_from
+from app.session.frame import Frame
+from app.session.inputs import SessionInput
+from app.session.prepare import Prepared
+from app.simulation.simulation import Simulation
+from app.simulation.stimuli import FINGER, StimulusPlayer
+from app.simulation.poke import PokePressed, PokeReleased
+from app.timing import Stopwatch
+
+MAX_TICKS = 20
+"""Of one ``advance``: the rest of the wall time is dropped, so that a slow machine runs slower instead of choking."""
+
+
+class Session:
+    """Physics, touch, contacts and control of one scene. Mutable; ``reset`` starts again.
+
+    Reads no clock but for stage times. Everything that changes its course comes in through ``submit`` or is the scripted
+    hand; both are handed out by ``take_inputs`` with the tick they took effect at, and the same inputs at the same ticks
+    give the same frames, bit for bit.
+
+    Args:
+        prepared: The scene, made real.
+        scripted: Whether the scene's scripted hand plays until a person touches.
+    """
+
+    def __init__(self, prepared: Prepared, *, scripted: bool = True) -> None:
+        self.prepared, self._wants_script = prepared, scripted
+        scene = prepared.scene
+        self._simulation = Simulation(prepared.robot, prepared.skin, scene.effects)
+        self._reader = ContactReader(prepared.map)
+        self._controller = ContactMotionController(prepared.robot, settings_from(scene.control))
+        self._stimulus = StimulusPlayer(prepared.skin, scene.strokes, tick=scene.tick)
+        self._watch = Stopwatch()
+        self.reset()
+
+    def reset(self) -> None:
+        """Back to the start: the robot at home, no finger, the scripted hand playing; controller settings stay."""
+        self._simulation.reset()
+        self._reader.reset()
+        self._controller.reset()
+        self._waiting: list[SessionInput] = []
+        self._taken: list[tuple[int, SessionInput]] = []
+        self._ticks, self._remainder = 0, 0.0
+        self.scripted = self._wants_script and bool(self.prepared.scene.strokes)
+        # The settings in force are part of what a replay needs.
+        self._taken.append((0, ControlChanged(self._controller.settings)))
+        self.frame = self._frame()
+
+    @property
+    def settings(self) -> ControlChanged:
+        """The controller settings in force, as the input that sets them."""
+        return ControlChanged(self._controller.settings)
+
+    def submit(self, act: SessionInput) -> None:
+        """Let a person act at the start of the next tick. The first press ends the scripted hand's show."""
+        if isinstance(act, PokePressed) and self.scripted:
+            self.scripted = False
+            self._waiting.append(PokeReleased(FINGER))
+        self._waiting.append(act)
+
+    def take_inputs(self) -> list[tuple[int, SessionInput]]:
+        """Inputs that took effect since the last call, each with its tick (the frame that first shows it)."""
+        taken, self._taken = self._taken, []
+        return taken
+
+    def advance(self, elapsed: float) -> Frame:
+        """Simulate ``elapsed`` seconds in whole ticks, keeping the remainder; the frame of the last tick.
+
+        Raises:
+            SimulationError: The physics diverged or an input was refused; ``reset`` makes the session usable again
+                after the former, the latter leaves it as it was.
+        """
+        self._remainder += elapsed
+        count = int(self._remainder / self.prepared.scene.tick + 1e-9)
+        self._remainder = max(self._remainder - count * self.prepared.scene.tick, 0.0)
+        for _ in range(min(count, MAX_TICKS)):
+            self.tick()
+        return self.frame
+
+    def tick(self) -> Frame:
+        """One control tick: inputs, physics, touch, contacts, control."""
+        self._take_effect()
+        with self._watch.stage("physics"):
+            self._simulation.step(self.prepared.scene.steps_per_tick, self._command)
+        self._ticks += 1
+        self.frame = self._frame()
+        return self.frame
+
+    def _take_effect(self) -> None:
+        if self.scripted:
+            self._waiting += self._stimulus.inputs(self._ticks)
+        while self._waiting:
+            act = self._waiting.pop(0)
+            if isinstance(act, ControlChanged):
+                self._controller.settings = act.settings
+            else:
+                self._simulation.apply(act)
+            self._taken.append((self._ticks + 1, act))
+
+    def _frame(self) -> Frame:
+        simulation, watch = self._simulation, self._watch
+        with watch.stage("touch"):
+            pressures = simulation.sense()
+        with watch.stage("contacts"):
+            regions = self._reader.read(pressures)
+        with watch.stage("control"):
+            self._command = self._controller.command(
+                simulation.posture, simulation.velocity, regions, self.prepared.scene.tick
+            )
+        return Frame(
+            tick=self._ticks, time=self._ticks * self.prepared.scene.tick, posture=simulation.posture,
+            velocity=simulation.velocity, pressures=pressures, regions=regions, pokes=simulation.pokes,
+            command=self._command, why_limited=self._controller.why_limited, timings=watch.take(),
+        )
