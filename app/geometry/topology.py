@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix
+from scipy.sparse import coo_matrix, csr_matrix, diags
 from scipy.sparse.csgraph import connected_components
 
 from app.arrays import BoolArray, IntArray
@@ -113,3 +113,11 @@ def faces_at(faces: IntArray, vertices: IntArray, count: int) -> BoolArray:
     marked = np.zeros(count, dtype=bool)
     marked[vertices] = True
     return marked[faces].any(axis=1)
+
+
+def averaging(edges: IntArray, count: int) -> csr_matrix:
+    """Sparse (count, count): row i takes the mean over the other ends of the edges at i; zero where there is none."""
+    both = np.concatenate([edges, edges[:, ::-1]])
+    adjacency = coo_matrix((np.ones(len(both)), (both[:, 0], both[:, 1])), shape=(count, count)).tocsr()
+    degree = np.asarray(adjacency.sum(axis=1)).ravel()
+    return (diags(1.0 / np.maximum(degree, 1.0)) @ adjacency).tocsr()

@@ -17,13 +17,12 @@ from dataclasses import dataclass
 import igl
 import numpy as np
 from scipy import ndimage
-from scipy.sparse import coo_matrix, csr_matrix, diags
 
 from app.arrays import FloatArray, IntArray
 from app.errors import Finding, MeshError
 from app.geometry.closest import ClosestPoint
 from app.geometry.mesh import Mesh
-from app.geometry.topology import compact, edge_table, face_components, is_closed_manifold
+from app.geometry.topology import averaging, compact, edge_table, face_components, is_closed_manifold
 
 MAX_NODES = 6_000_000
 """Of the voxel grid; about 50 MB of distances."""
@@ -180,24 +179,20 @@ def _shell(grid: _Grid, field: FloatArray, level: float, where: str) -> tuple[Me
 
 def _even_out(surface: Mesh, closest: ClosestPoint, mesh: Mesh, thickness: float) -> Mesh:
     """Slide vertices along the surface towards their neighbours' mean, and back to the exact distance."""
-    average = _umbrella(surface)
+    average = averaging(edge_table(surface.faces).edges, len(surface.vertices))
     vertices = surface.vertices
     for _ in range(_ROUNDS):
         normals = Mesh(vertices, surface.faces).vertex_normals
         step = 0.6 * (average @ vertices - vertices)
         vertices = vertices + step - (step * normals).sum(axis=1, keepdims=True) * normals
         faces, weights, distance = closest.query(vertices)
-        away = vertices - mesh.points(faces, weights)
+        nearest = mesh.points(faces, weights)
+        away = vertices - nearest
+        # Where the grid is coarser than the cover a vertex may start below the mesh: it belongs on the other side.
+        below = (away * normals).sum(axis=1) < 0
+        away[below] *= -1
         # Only where the direction is safe; a vertex on the medial axis stays where smoothing left it.
         safe = (distance > 0.3 * thickness) & (distance < 2 * thickness)
         scale = np.where(safe, thickness / np.where(safe, distance, 1.0), 1.0)
-        vertices = vertices + (scale - 1)[:, None] * away
+        vertices = np.where((safe | below)[:, None], nearest + scale[:, None] * away, vertices)
     return Mesh(vertices, surface.faces)
-
-
-def _umbrella(surface: Mesh) -> csr_matrix:
-    """Sparse (n, n): each row averages the vertex's neighbours."""
-    edges, count = edge_table(surface.faces).edges, len(surface.vertices)
-    both = np.concatenate([edges, edges[:, ::-1]])
-    adjacency = coo_matrix((np.ones(len(both)), (both[:, 0], both[:, 1])), shape=(count, count)).tocsr()
-    return diags(1.0 / np.asarray(adjacency.sum(axis=1)).ravel()) @ adjacency

@@ -94,7 +94,8 @@ def _home(model: mujoco.MjModel, wished: Mapping[str, float]) -> tuple[FloatArra
     home = model.qpos0.copy()
     outside = (home < lower) | (home > upper)
     home[outside] = 0.5 * (lower[outside] + upper[outside])
-    for i, name in enumerate(names):
-        home[i] = wished.get(name, home[i])
-    inside = np.clip(home, lower, upper)
-    return inside, [names[i] for i in np.flatnonzero(np.abs(inside - home) > 1e-5)]
+    wishes = np.array([wished.get(name, rest) for name, rest in zip(names, home, strict=True)])
+    finite = np.isfinite(wishes)
+    inside = np.where(finite, np.clip(wishes, lower, upper), home)
+    moved = ~finite | ~np.isclose(inside, wishes, rtol=0, atol=1e-5)
+    return inside, [names[i] for i in np.flatnonzero(moved)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 
 import mujoco
@@ -40,8 +41,10 @@ def compile_spec(spec: mujoco.MjSpec, *, source: str) -> mujoco.MjModel:
         RobotError: MuJoCo refuses the model.
     """
     try:
-        return spec.compile()
-    except (ValueError, mujoco.FatalError) as error:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # MuJoCo warns here of inertias it cannot invert
+            return spec.compile()
+    except (ValueError, UserWarning, mujoco.FatalError) as error:
         raise RobotError("MuJoCo cannot build the robot", file=source, value=shorten(error)) from error
 
 

@@ -81,13 +81,13 @@ def robot_of_urdf(
     """
     store = AssetStore()
     _gather_meshes(root, Packages(path, package_roots), store)
-    followers = [joint for joint in root.iter("joint") if joint.find("mimic") is not None]
+    findings = _check_mimics(root, path)
     settings = SubElement(root, "mujoco")
     SubElement(settings, "compiler", _COMPILER)
     spec = parse_spec(tostring(root, encoding="unicode"), store.files, source=str(path))
     spec.compiler.degree = False
     _place_base(spec, base_height, base_yaw)
-    findings = [*store.findings, *_couple(spec, followers, path), *_add_joint_dynamics(spec)]
+    findings += [*store.findings, *_add_joint_dynamics(spec)]
     return build_robot(
         spec,
         name=name or spec.modelname or path.stem,
@@ -117,31 +117,17 @@ def _gather_meshes(root: Element, packages: Packages, store: AssetStore) -> None
         material[:] = [child for child in material if child.tag == "color"]
 
 
-def _couple(spec: mujoco.MjSpec, followers: list[Element], path: Path) -> list[Finding]:
-    """Turn ``<mimic>`` into joint couplings, which MuJoCo's URDF reader leaves out."""
-    known = {joint.name for joint in spec.joints}
-    for joint in followers:
-        mimic, name = joint.find("mimic"), joint.get("name", "")
-        leader = mimic.get("joint", "") if mimic is not None else ""
-        if mimic is None or not {leader, name} <= known:
-            raise RobotError("a joint mimics one that does not exist", file=path, place=f"joint {name}", value=leader)
-        coefficients = [_number(mimic, "offset", 0.0, path), _number(mimic, "multiplier", 1.0, path)]
-        coupling = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, name1=name, name2=leader)
-        coupling.objtype = mujoco.mjtObj.mjOBJ_JOINT
-        coupling.data[:] = 0.0
-        coupling.data[: len(coefficients)] = coefficients
-    names = ", ".join(joint.get("name", "") for joint in followers)
+def _check_mimics(root: Element, path: Path) -> list[Finding]:
+    """MuJoCo couples ``<mimic>`` joints to their leaders, but leaves out those whose leader it does not find."""
+    movable = {joint.get("name") for joint in root.iter("joint") if joint.get("type") != "fixed"}
+    followers = [(joint.get("name", ""), mimic) for joint in root.iter("joint") for mimic in joint.findall("mimic")]
+    for name, mimic in followers:
+        leader = mimic.get("joint", "")
+        if leader not in movable or name not in movable:
+            problem = "a joint mimics one that does not move or exist"
+            raise RobotError(problem, file=path, place=f"joint {name}", value=leader)
+    names = ", ".join(name for name, _ in followers)
     return [Finding("mimic-joints", names, "coupled to their leaders", len(followers))] if followers else []
-
-
-def _number(element: Element, key: str, default: float, path: Path) -> float:
-    try:
-        value = float(element.get(key, default))
-    except ValueError as error:
-        raise RobotError(f"{key} is not a number", file=path, place=element.tag, value=element.get(key)) from error
-    if not np.isfinite(value):
-        raise RobotError(f"{key} is not a finite number", file=path, place=element.tag, value=value)
-    return value
 
 
 def _add_joint_dynamics(spec: mujoco.MjSpec) -> list[Finding]:

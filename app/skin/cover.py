@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from app.errors import Finding, SkinError
 from app.geometry.clean import clean
@@ -14,8 +13,9 @@ from app.geometry.mesh import Mesh
 from app.geometry.wrap import wrap
 from app.robots.configuration import Configuration
 from app.robots.robot import Robot
-from app.skin.cover_spec import CoverSpec
-from app.skin.pieces import clear_of, tidy_pieces
+from app.skin.choose import choose_links, hull_area
+from app.skin.cover_spec import BRIDGED, CoverSpec
+from app.skin.pieces import clear_of, piece_name, tidy_pieces
 from app.skin.place import place_taxels
 from app.skin.skin import Patch, Skin
 from app.skin.visible import visible_from_outside
@@ -25,7 +25,6 @@ Progress = Callable[[str, float], None]
 FACES_PER_TAXEL = 12
 JOINT_CLEARANCE = 0.010
 """Skin keeps this far from the links beside it [m], so that joints can move."""
-_AUTOMATIC_LINKS = 3
 _MIN_TAXELS = 12
 _MIN_SHARE = 0.15
 _MAX_HOLE_TAXELS = 4
@@ -62,10 +61,11 @@ def cover(robot: Robot, spec: CoverSpec, *, progress: Progress = _silent) -> Ski
         raise SkinError("the link has no geometry to wear a skin", file=robot.source, value=missing[0],
                         remedy=f"Choose among: {', '.join(meshes)}")
     voxel = _voxel({name: meshes[name] for name in links}, spec.taxels)
+    configuration = Configuration(robot)
     pieces: list[_Piece] = []
     for i, name in enumerate(links):
         progress(f"Covering {name}", 0.7 * i / len(links))
-        found, notes = _pieces(robot, meshes, name, spec.thickness, voxel)
+        found, notes = _pieces(configuration, meshes, name, spec.thickness, voxel)
         pieces += found
         findings += notes
     if not pieces:
@@ -73,27 +73,6 @@ def cover(robot: Robot, spec: CoverSpec, *, progress: Progress = _silent) -> Ski
                         place=", ".join(links), remedy="Choose other links or a thinner cover")
     progress("Placing taxels", 0.7)
     return Skin(_patches(pieces, spec), tuple(findings))
-
-
-def choose_links(robot: Robot) -> tuple[str, ...]:
-    """The links with the largest hulls that a joint moves (or any, on a robot without joints), in robot order."""
-    hulls = {link.name: _hull_area(link.mesh) for link in robot.links if link.mesh is not None}
-    moving = [name for name in hulls if name in _moved_links(robot)] or list(hulls)
-    if not moving:
-        raise SkinError("no link of the robot has geometry", file=robot.source)
-    largest = sorted(moving, key=lambda name: -hulls[name])[:_AUTOMATIC_LINKS]
-    return tuple(name for name in hulls if name in largest)
-
-
-def _moved_links(robot: Robot) -> set[str]:
-    """Names of links that move when the joints do."""
-    if not robot.joints:
-        return set()
-    configuration = Configuration(robot)
-    at_home = configuration.poses()
-    configuration.update(robot.home + 0.1)
-    moved = np.abs(configuration.poses() - at_home).max(axis=(1, 2)) > 1e-9
-    return {link.name for link, does in zip(robot.links, moved, strict=True) if does}
 
 
 def _cleaned_links(robot: Robot) -> tuple[dict[str, Mesh], list[Finding]]:
@@ -106,25 +85,16 @@ def _cleaned_links(robot: Robot) -> tuple[dict[str, Mesh], list[Finding]]:
     return meshes, findings
 
 
-def _hull_area(mesh: Mesh) -> float:
-    """Area of the convex hull [m²]: the outer area as far as it can be told from a mesh in any state."""
-    try:
-        return float(ConvexHull(mesh.vertices).area)
-    except QhullError:
-        return mesh.area  # flat: there is no hull
-
-
 def _voxel(meshes: dict[str, Mesh], taxels: int) -> float:
     """Edge length that gives each taxel about ``FACES_PER_TAXEL`` faces; a voxel² of surface carries about three."""
-    area = sum(_hull_area(mesh) for mesh in meshes.values())
+    area = sum(hull_area(mesh) for mesh in meshes.values())
     return float(np.sqrt(3.0 * area / (taxels * FACES_PER_TAXEL)))
 
 
 def _pieces(
-    robot: Robot, meshes: dict[str, Mesh], name: str, thickness: float, voxel: float
+    configuration: Configuration, meshes: dict[str, Mesh], name: str, thickness: float, voxel: float
 ) -> tuple[list[_Piece], list[Finding]]:
-    wrapped = wrap(meshes[name], thickness=thickness, voxel=voxel, where=name)
-    configuration = Configuration(robot)
+    wrapped = wrap(meshes[name], thickness=thickness, voxel=voxel, closing=BRIDGED * thickness, where=name)
     here = configuration.pose(name).inverse
     others = []
     for other, mesh in meshes.items():
@@ -152,7 +122,6 @@ def _patches(pieces: list[_Piece], spec: CoverSpec) -> tuple[Patch, ...]:
     patches = []
     for i, piece in enumerate(pieces):
         before = sum(other.link == piece.link for other in pieces[:i])
-        name = piece.link if before == 0 else f"{piece.link} {before + 1}"
         taxels = place_taxels(piece.surface, int(counts[i]), seed=spec.seed)
-        patches.append(Patch(name, piece.link, piece.surface, taxels))
+        patches.append(Patch(piece_name(piece.link, before), piece.link, piece.surface, taxels))
     return tuple(patches)

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from app.errors import SkinError
 
 MAX_TAXELS = 20_000
+BRIDGED = 3.0
+"""A cover spans what a ball with a radius of this many thicknesses cannot roll into."""
 
 
 @dataclass(frozen=True)

@@ -6,18 +6,21 @@ from collections.abc import Sequence
 
 import igl
 import numpy as np
-from scipy.sparse import coo_matrix, diags
+from scipy.sparse import diags
 
 from app.arrays import BoolArray, FloatArray
 from app.geometry.closest import ClosestPoint
 from app.geometry.mesh import Mesh
 from app.geometry.topology import (
+    averaging,
     boundary_edges,
     bow_tie_vertices,
     compact,
     face_components,
     faces_at,
 )
+
+_ROWS_BEHIND = 3
 
 
 def clear_of(surface: Mesh, others: Sequence[Mesh], *, distance: float) -> BoolArray:
@@ -65,6 +68,11 @@ def tidy_pieces(surface: Mesh, usable: BoolArray, *, smallest: float, largest_ho
     return sorted(pieces, key=lambda piece: -piece.area)
 
 
+def piece_name(link: str, before: int) -> str:
+    """Name of the patch on ``link`` when ``before`` others have been named: "forearm", "forearm 2"."""
+    return link if before == 0 else f"{link} {before + 1}"
+
+
 def _split(surface: Mesh, keep: BoolArray) -> list[np.ndarray[tuple[int, int], np.dtype[np.int64]]]:
     faces = surface.faces[keep]
     if not len(faces):
@@ -103,18 +111,23 @@ def _trimmed(surface: Mesh, keep: BoolArray) -> BoolArray:
 
 
 def _smooth_border(piece: Mesh, rounds: int = 12) -> FloatArray:
-    """Vertices with the border slid along itself to a smooth line; each stays in its own tangent plane."""
-    border = boundary_edges(piece.faces)
+    """Vertices with the border slid along itself to a smooth line, and the rows behind it evened out.
+
+    Each vertex stays in its own tangent plane.
+    """
+    border, edges, count = boundary_edges(piece.faces), piece.edges, len(piece.vertices)
     if not len(border):
         return piece.vertices
-    count = len(piece.vertices)
-    both = np.concatenate([border, border[:, ::-1]])
-    adjacency = coo_matrix((np.ones(len(both)), (both[:, 0], both[:, 1])), shape=(count, count)).tocsr()
-    degree = np.asarray(adjacency.sum(axis=1)).ravel()
-    average = diags(1.0 / np.maximum(degree, 1)) @ adjacency
-    on_border = (degree > 0)[:, None]
+    on_border = np.zeros(count, dtype=bool)
+    on_border[border] = True
+    behind = on_border.copy()
+    for _ in range(_ROWS_BEHIND):
+        behind[edges[behind[edges].any(axis=1)]] = True
+    average = averaging(edges, count)
+    # A border vertex follows the border alone, the others all their neighbours.
+    average = diags(on_border.astype(float)) @ averaging(border, count) + diags((~on_border).astype(float)) @ average
     vertices, normals = piece.vertices, piece.vertex_normals
     for _ in range(rounds):
-        step = np.where(on_border, 0.5 * (average @ vertices - vertices), 0.0)
+        step = np.where(behind[:, None], 0.5 * (average @ vertices - vertices), 0.0)
         vertices = vertices + step - (step * normals).sum(axis=1, keepdims=True) * normals
     return vertices

@@ -18,6 +18,7 @@ from app.geometry.topology import face_pairs
 from app.skin.taxels import Quadrature, Taxels
 
 _LLOYD_ROUNDS = 8
+_STRAIGHTENING_ROUNDS = 4
 
 
 def place_taxels(surface: Mesh, count: int, *, seed: int = 0) -> Taxels:
@@ -43,9 +44,8 @@ def place_taxels(surface: Mesh, count: int, *, seed: int = 0) -> Taxels:
     seeds = _farthest_points(centres, count, int(np.random.default_rng(seed).integers(len(centres))))
     for _ in range(_LLOYD_ROUNDS):
         seeds = _cell_centres(centres, surface.face_areas, cells(graph, seeds), count)
-    owner = cells(graph, seeds)
-    middles = _means(centres, surface.face_areas, owner, count)
-    return taxels_at(surface, middles, owner)
+    middles = _means(centres, surface.face_areas, cells(graph, seeds), count)
+    return taxels_at(surface, middles, straight_cells(surface, middles, cells(graph, seeds), seeds))
 
 
 def taxels_at(surface: Mesh, points: FloatArray, owner: IntArray) -> Taxels:
@@ -87,7 +87,36 @@ def cells(graph: csr_matrix, seeds: IntArray, *, reach: float = np.inf) -> IntAr
     _, _, source = dijkstra(graph, directed=False, indices=seeds, min_only=True, return_predecessors=True, limit=reach)
     owner = np.full(graph.shape[0], -1, dtype=np.int64)
     owner[seeds] = np.arange(len(seeds))
-    return np.where(source >= 0, owner[source], -1)
+    return np.where(source >= 0, owner[np.maximum(source, 0)], -1)
+
+
+def straight_cells(surface: Mesh, points: FloatArray, owner: IntArray, seeds: IntArray) -> IntArray:
+    """(m,) the same cells with straight borders: faces beside a border go to the nearer taxel of the two.
+
+    Paths along a mesh favour its directions, and leave cells with teeth; across one border, a straight line is the
+    truer distance, and since only neighbours are compared nothing jumps.
+
+    Args:
+        surface: The patch's surface.
+        points: (n, 3) the taxels [m].
+        owner: (m,) from ``cells``.
+        seeds: (n,) one face of each taxel that stays its own.
+    """
+    centres = surface.vertices[surface.faces].mean(axis=1)
+    pairs = face_pairs(surface.faces)
+    face, beside = np.concatenate([pairs, pairs[:, ::-1]]).T
+    owner = owner.copy()
+    fixed = np.zeros(len(owner), dtype=bool)
+    fixed[seeds] = True
+    for _ in range(_STRAIGHTENING_ROUNDS):
+        border = (owner[face] != owner[beside]) & (owner[face] >= 0) & (owner[beside] >= 0) & ~fixed[face]
+        here, other = face[border], owner[beside[border]]
+        away = np.linalg.norm(centres[here] - points[other], axis=1)
+        nearer = away < np.linalg.norm(centres[here] - points[owner[here]], axis=1)
+        # Farthest first, so that of two neighbours that both are nearer the nearest has the last word.
+        order = np.lexsort((other[nearer], -away[nearer]))
+        owner[here[nearer][order]] = other[nearer][order]
+    return owner
 
 
 def _farthest_points(points: FloatArray, count: int, first: int) -> IntArray:

@@ -9,7 +9,7 @@ from PySide6.QtTest import QTest
 from app.session.prepare import prepare
 from app.session.session import Session
 from app.simulation.poke import PokePressed, PokeReleased
-from app.simulation.scene import load_scene
+from app.simulation.scene_file import load_scene
 from widgets.colours import DARK, PressureScale
 from widgets.map_view.map_view import MapView
 

@@ -31,3 +31,10 @@ def touched(tactile_map, taxels=(), *, tick=1, time=0.0, kilopascals=12.0, radiu
     command = JointCommand(none, none, none, none)
     timings = Timings({"physics": 1.1, "sensing": 0.5, "contacts": 0.3, "control": 0.2})
     return Frame(tick, time, none, none, pressures, tuple(regions), tuple(pokes), command, (), timings)
+
+
+def middle_taxel(tactile_map, patch) -> int:
+    """The taxel nearest to the middle of a patch on the map."""
+    first, last = tactile_map.skin.first[patch], tactile_map.skin.first[patch + 1]
+    points = tactile_map.taxel_points[first:last]
+    return int(first + np.linalg.norm(points - points.mean(axis=0), axis=1).argmin())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from PySide6.QtGui import QFont
 
-from tests.widgets.hand_made import touched
+from tests.widgets.hand_made import middle_taxel, touched
 from tests.widgets.pictures import check_picture
 from widgets.colours import DARK, LIGHT, PressureScale
 from widgets.map_view.map_view import MapView
@@ -18,7 +18,7 @@ def view(qtbot, prepared):
     view.setFont(QFont("DejaVu Sans", 10))
     view.resize(640, 560)
     view.show_prepared(prepared)
-    view.show_frame(touched(prepared.map, [10, len(prepared.skin) - 40]))
+    view.show_frame(touched(prepared.map, [middle_taxel(prepared.map, 0), middle_taxel(prepared.map, 1)], radius=0.05))
     return view
 
 
@@ -32,6 +32,6 @@ def test_framed(view, theme):
 def test_zoomed_in_and_replaying(view, prepared):
     view.show()
     view.set_replaying(replaying=True)
-    for _ in range(3):
-        view.zoom(2.0, view.pixel_of(prepared.skin.taxel_point(10)))
+    for _ in range(2):
+        view.zoom(2.0, view.pixel_of(prepared.skin.taxel_point(middle_taxel(prepared.map, 0))))
     check_picture(view, "map_view_zoomed")

@@ -54,6 +54,10 @@ class MapCanvas(QGraphicsView):
         scale = camera.scale(self._room())
         self.setTransform(QTransform.fromScale(scale, scale))
         self.centerOn(*camera.centre)
+        # Scrolling is in whole pixels; the transform carries the rest, so that the camera is met exactly.
+        width, height = self._room()
+        rest = QPointF(width / 2, height / 2) - self.viewportTransform().map(QPointF(*camera.centre))
+        self.setTransform(QTransform(scale, 0, 0, scale, rest.x(), rest.y()))
         self.viewport().update()
 
     def frame_all(self) -> None:

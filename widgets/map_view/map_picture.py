@@ -7,6 +7,7 @@ from PySide6.QtCore import QLineF, QPointF, QRectF
 from PySide6.QtWidgets import QGraphicsScene
 
 from app.arrays import FloatArray
+from app.contacts.reader import THRESHOLD
 from app.geometry.surface_point import SurfacePoint
 from app.maps.tactile_image import TactileImage
 from app.maps.tactile_map import TactileMap
@@ -17,7 +18,7 @@ from widgets.map_view.live_image import LiveImage
 from widgets.map_view.map_items import PatchesItem, TaxelsItem, lines
 from widgets.map_view.map_shapes import MapShapes
 
-TOUCHED_KPA = 1.0
+TOUCHED_KPA = THRESHOLD / 1e3
 """Where the line around a touched area runs [kPa]; the pressure from which the contact reader calls a taxel touched."""
 
 

@@ -104,7 +104,6 @@ class MapView(MapCanvas):
         """Take another theme."""
         self._theme = self._painter.theme = theme
         self.setBackgroundBrush(QColor(theme.window))
-        self._card.set_theme(theme)
         if self._picture is not None:
             self._picture.set_theme(theme)
         self.viewport().update()

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QColor, QFont, QPalette
+from PySide6.QtGui import QFont, QPalette
 from PySide6.QtWidgets import QLabel, QProgressBar, QPushButton, QVBoxLayout, QWidget
-
-from widgets.colours import Theme
 
 
 class StateCard(QWidget):
@@ -18,13 +16,15 @@ class StateCard(QWidget):
         super().__init__(parent)
         self.setObjectName("map-state")
         self.setAutoFillBackground(True)
-        self.setBackgroundRole(QPalette.ColorRole.Window)
+        self.setBackgroundRole(QPalette.ColorRole.Base)  # the views' ground
         self._heading, self._text = QLabel(self), QLabel(self)
         self._progress, self._button = QProgressBar(self), QPushButton(self)
         heading = QFont(self.font())
         heading.setPixelSize(16)
         self._heading.setFont(heading)
         self._text.setWordWrap(True)
+        self._heading.setForegroundRole(QPalette.ColorRole.Text)
+        self._text.setForegroundRole(QPalette.ColorRole.PlaceholderText)
         self._progress.setRange(0, 1000)
         self._progress.setTextVisible(False)
         self._progress.setFixedSize(240, 6)
@@ -40,16 +40,6 @@ class StateCard(QWidget):
         layout.addWidget(self._progress, 0, Qt.AlignmentFlag.AlignHCenter)
         layout.addWidget(self._button, 0, Qt.AlignmentFlag.AlignHCenter)
         layout.addStretch(1)
-
-    def set_theme(self, theme: Theme) -> None:
-        """Take the theme's ground and ink."""
-        palette = self.palette()
-        palette.setColor(QPalette.ColorRole.Window, QColor(theme.window))
-        palette.setColor(QPalette.ColorRole.WindowText, QColor(theme.text))
-        self.setPalette(palette)
-        quiet = QPalette(palette)
-        quiet.setColor(QPalette.ColorRole.WindowText, QColor(theme.quiet))
-        self._text.setPalette(quiet)
 
     def say(self, heading: str, text: str, *, button: str = "", progress: float | None = None) -> None:
         """Show a message; ``progress`` in 0..1 shows a bar, an empty ``button`` none."""

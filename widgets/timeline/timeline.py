@@ -94,10 +94,8 @@ class Timeline(QWidget):
         """Show the running session; ``recording_seconds`` of it are kept so far, None when it is not recorded."""
         self._stop()
         self._replaying, self._recorded = False, recording_seconds
-        palette = self._note.palette()
-        ink = self._theme.quiet if recording_seconds is None else self._theme.text
-        palette.setColor(QPalette.ColorRole.WindowText, QColor(ink))
-        self._note.setPalette(palette)
+        roles = QPalette.ColorRole
+        self._note.setForegroundRole(roles.PlaceholderText if recording_seconds is None else roles.WindowText)
         if recording_seconds is None:
             self._note.setText(EMPTY)
         else:

@@ -1,1 +1,1 @@
-"""Foreign skin files, one format a file: ``icub`` reads positions, ``icub_skin`` puts them on a link."""
+"""Skins from foreign files, one format a file: ``icub`` (its lines are taken apart by ``text_rows``)."""

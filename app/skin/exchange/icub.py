@@ -1,9 +1,9 @@
-"""Reads iCub taxel positions files (``skinGui/positions/*.txt``), with every defect that real ones have.
+"""iCub skin positions files: read with every known defect counted, and worn by a link of a robot.
 
-A file holds ``name``, ``spatial_sampling``, ``taxel2Repr ( ... )`` and, under ``[calibration]``, one row a taxel:
-``x y z nx ny nz`` in metres, link frame; an older form has the rows alone, of three or six numbers. Taxel i is pad
-i mod 12 of triangle i div 12; pads 6 and 10 measure temperature; an all-zero row or a negative entry of taxel2Repr is no
-taxel. The reference reader drops the last row; this one does not.
+The format is that of iCubSkinGui (robotology/icub-main, app/skinGui/conf/positions): a few named values, then one row
+``x y z [nx ny nz]`` a taxel, metres, link frame. Twelve rows make a triangular module; ``taxel2Repr`` says for each
+taxel which one represents its module, -1 where nothing is fitted and -2 where the pad measures temperature. An older
+form has rows only. All rows are read here; the original reader loses the last one.
 """
 
 from __future__ import annotations
@@ -13,129 +13,129 @@ from pathlib import Path
 
 import numpy as np
 
-from app.arrays import BoolArray, FloatArray, readonly
+from app.arrays import BoolArray, FloatArray, IntArray, readonly
 from app.errors import Finding, SkinError
+from app.robots.robot import Robot
+from app.skin.exchange.text_rows import Rows, read_rows
+from app.skin.skin import Skin
+from app.skin.wear import wear
 
-_MAX_BYTES = 16_000_000
-_PADS = 12
-_THERMAL = (6, 10)
+MODULE = 12
+THERMAL_PADS = (6, 10)
+THERMAL, UNFITTED = -2, -1
+SAME_PLACE = 1e-5
+"""Taxels closer than this [m] are one: the files state tenths of a millimetre."""
 
 
 @dataclass(frozen=True, eq=False)
 class IcubTaxels:
-    """The usable taxels of one positions file.
+    """The usable taxels of a positions file.
 
     Attributes:
-        link: The name in the file; empty when it has none.
-        positions: (n, 3) [m], in the frame the file was made for; no two equal.
-        normals: (n, 3) as written, not to be trusted (many files hold one constant for all).
-        rows: (n,) row of each taxel in the file, from 0.
-        findings: Every defect met, counted.
+        link: The link that the file names; None in a file without a header.
+        numbers: (n,) each taxel's row in the file, which is its number on the robot.
+        positions: (n, 3) [m], link frame.
+        normals: (n, 3) unit normals, or None where the file has none that mean anything.
+        findings: The file's defects, counted.
     """
 
-    link: str
+    link: str | None
+    numbers: IntArray
     positions: FloatArray
-    normals: FloatArray
-    rows: FloatArray
+    normals: FloatArray | None
     findings: tuple[Finding, ...]
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "numbers", readonly(self.numbers, np.int64))
         object.__setattr__(self, "positions", readonly(self.positions))
-        object.__setattr__(self, "normals", readonly(self.normals))
-        object.__setattr__(self, "rows", readonly(self.rows, int))
+        if self.normals is not None:
+            object.__setattr__(self, "normals", readonly(self.normals))
 
 
 def read_icub_positions(path: str | Path) -> IcubTaxels:
-    """Read a positions file.
+    """The usable taxels in the positions file at ``path``.
 
     Raises:
-        SkinError: It cannot be read, a row is not numbers (the line is named), or no taxel is usable.
+        SkinError: It cannot be read, or a line is not what the format allows; names the line and the value.
     """
     path = Path(path)
-    try:
-        if path.stat().st_size > _MAX_BYTES:
-            raise SkinError("the file is too large for taxel positions", file=path, value=path.stat().st_size)
-        text = path.read_text(encoding="utf8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise SkinError("the taxel file cannot be read", file=path, value=error,
-                        remedy="Give an iCub positions file (text)") from error
-    name, representative, rows = _parse(text, path)
-    if not len(rows):
-        raise SkinError("the file has no taxel rows", file=path, remedy="Rows of x y z nx ny nz belong under "
-                        "[calibration]")
-    return _usable(name, representative, rows, str(path))
-
-
-def _parse(text: str, path: Path) -> tuple[str, list[int], FloatArray]:
-    name, representative, rows = "", [], []
-    in_list = False
-    for number, line in enumerate(text.splitlines(), start=1):
-        words = line.replace("(", " ( ").replace(")", " ) ").split()
-        if not words or words[0].startswith(("#", "//", "[")):
-            continue
-        if words[0] == "name" and len(words) > 1:
-            name = words[1].strip('"')
-        elif words[0] == "taxel2Repr" or in_list:
-            in_list = ")" not in words
-            representative += [_integer(word, path, number) for word in words if word not in ("taxel2Repr", "(", ")")]
-        elif words[0][0].isalpha() and _is_key(words[0]):
-            continue
-        else:
-            rows.append(_row(words, path, number))
-    return name, representative, np.array(rows, dtype=np.float64).reshape(-1, 6)
-
-
-def _is_key(word: str) -> bool:
-    """Words such as ``spatial_sampling``; but not nan or inf, which are broken numbers."""
-    return word.replace("_", "").isalnum() and word.lower() not in ("nan", "inf", "infinity")
-
-
-def _integer(word: str, path: Path, line: int) -> int:
-    try:
-        return int(word)
-    except ValueError as error:
-        raise SkinError("taxel2Repr must hold whole numbers", file=path, place=f"line {line}", value=word) from error
-
-
-def _row(words: list[str], path: Path, line: int) -> list[float]:
-    try:
-        row = [float(word) for word in words]
-    except ValueError as error:
-        raise SkinError("a taxel row must be numbers", file=path, place=f"line {line}",
-                        value=" ".join(words)) from error
-    if len(row) not in (3, 6) or not np.isfinite(row).all():
-        raise SkinError("a taxel row must be 3 or 6 finite numbers", file=path, place=f"line {line}",
-                        value=" ".join(words))
-    return row + [0.0] * (6 - len(row))
-
-
-def _usable(name: str, representative: list[int], rows: FloatArray, where: str) -> IcubTaxels:
+    rows = read_rows(path)
     findings: list[Finding] = []
+    usable = _fitted(rows, path, findings)
+    number = np.flatnonzero(usable)
+    number = number[_distinct(rows.values[number, :3], path, findings)]
+    if not len(number):
+        raise SkinError("the file has no usable taxel", file=path, value=f"{len(rows.values)} rows",
+                        remedy="Choose a positions file with rows that are not all zero")
+    normals = _normals(rows.values[number, 3:], path, findings)
+    return IcubTaxels(rows.name, number, rows.values[number, :3], normals, tuple(findings))
 
-    def note(kind: str, action: str, count: int) -> None:
-        if count:
-            findings.append(Finding(kind, where, action, int(count)))
 
-    placed: BoolArray = (rows[:, :3] != 0).any(axis=1)
-    listed = np.ones(len(rows), dtype=bool)
-    if representative:
-        common = min(len(representative), len(rows))
-        note("list-length", f"taxel2Repr has {len(representative)} entries for {len(rows)} rows; rows beyond it count "
-             "as taxels where they have a position", abs(len(representative) - len(rows)))
-        listed[:common] = np.array(representative[:common]) >= 0
-    thermal = np.isin(np.arange(len(rows)) % _PADS, _THERMAL) & (len(rows) % _PADS == 0) & bool(representative)
-    note("unused-row", "left out: no position", (~placed).sum())
-    note("thermal-pad", "left out: pads 6 and 10 measure temperature", (placed & thermal & ~listed).sum())
-    note("disputed-row", "left out: has a position but taxel2Repr says it is not fitted",
-         (placed & ~listed & ~thermal).sum())
-    note("missing-position", "left out: taxel2Repr lists it but it has no position", (listed & ~placed).sum()
-         if representative else 0)
-    rows_used = np.flatnonzero(placed & listed)
-    if not len(rows_used):
-        raise SkinError("no taxel of the file is usable", file=where, value=f"{len(rows)} rows")
-    _, first = np.unique(np.round(rows[rows_used, :3], 7), axis=0, return_index=True)
-    kept = rows_used[np.sort(first)]
-    note("duplicate-taxel", "merged with the taxel at the same position", len(rows_used) - len(kept))
-    if len(np.unique(np.round(rows[kept, 3:], 6), axis=0)) == 1:
-        note("dummy-normals", "all normals are equal; taken from the surface instead", len(kept))
-    return IcubTaxels(name, rows[kept, :3], rows[kept, 3:], kept, tuple(findings))
+def _fitted(rows: Rows, path: Path, findings: list[Finding]) -> BoolArray:
+    """(n,) rows that hold a taxel that feels touch: fitted by the list, not thermal, not all zero."""
+    count, where = len(rows.values), path.name
+    placed = (rows.values != 0).any(axis=1)
+    listed = np.zeros(count, dtype=bool)
+    state = np.zeros(count, dtype=np.int64)
+    if rows.representatives is not None:
+        known = min(count, len(rows.representatives))
+        listed[:known], state[:known] = True, rows.representatives[:known]
+        _note(findings, "list-length", where, f"taxel2Repr has {len(rows.representatives)} entries for {count} rows; "
+              "rows beyond it count as fitted where they have a position", abs(len(rows.representatives) - count))
+    if count % MODULE == 0:
+        # Files before 2020 mark thermal pads -1; where nothing is listed only the pad's place in its module tells.
+        pad = np.isin(np.arange(count) % MODULE, THERMAL_PADS)
+        state[pad & ((listed & (state < 0)) | ~listed)] = THERMAL
+    _note(findings, "unused-row", where, "left out: the row is all zero", int((~placed).sum()))
+    _note(findings, "thermal-pad", where, "left out: it measures temperature", int((placed & (state == THERMAL)).sum()))
+    _note(findings, "unfitted-taxel", where, "left out: it has a position, but taxel2Repr says that it is not fitted",
+          int((placed & (state == UNFITTED)).sum()))
+    _note(findings, "missing-position", where, "left out: taxel2Repr says that it is fitted, but its row is all zero",
+          int((~placed & listed & (state >= 0)).sum()))
+    return np.asarray(placed & (state >= 0))
+
+
+def _distinct(positions: FloatArray, path: Path, findings: list[Finding]) -> IntArray:
+    """Indices of the first taxel at each place."""
+    _, first = np.unique(np.rint(positions / SAME_PLACE), axis=0, return_index=True)
+    _note(findings, "duplicate-taxel", path.name, "merged: two taxels at one place", len(positions) - len(first))
+    return np.sort(first)
+
+
+def _normals(normals: FloatArray, path: Path, findings: list[Finding]) -> FloatArray | None:
+    """Unit normals, or None where they are absent or the same dummy throughout."""
+    if not normals.shape[1]:
+        return None
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    if (length == 0).any() or len(np.unique(normals, axis=0)) == 1:
+        _note(findings, "dummy-normals", path.name, "the normals are taken from the link's surface", len(normals))
+        return None
+    off = int((np.abs(length - 1) > 1e-2).sum())
+    _note(findings, "normals-not-unit", path.name, "scaled to length one", off)
+    return normals / length
+
+
+def _note(findings: list[Finding], kind: str, where: str, action: str, count: int) -> None:
+    if count:
+        findings.append(Finding(kind, where, action, count))
+
+
+def import_icub(robot: Robot, path: str | Path, *, link: str | None = None, thickness: float = 0.003) -> Skin:
+    """The skin of the positions file at ``path``, worn by the link it names.
+
+    Args:
+        robot: Usually iCub; any robot with a link that fits.
+        path: The positions file.
+        link: Which link wears it; None for the one the file names.
+        thickness: Of the cover over the link's mesh [m].
+
+    Raises:
+        SkinError: The file cannot be used, names no link, or its taxels lie far from the link.
+        RobotError: The robot has no such link.
+    """
+    taxels = read_icub_positions(path)
+    name = link or taxels.link
+    if name is None:
+        raise SkinError("the file does not name its link", file=path, remedy="Choose the link that wears these taxels")
+    skin = wear(robot, name, taxels.positions, thickness=thickness, file=path)
+    return Skin(skin.patches, taxels.findings + skin.findings)

@@ -33,9 +33,10 @@ def test_degrees_become_radians_and_the_keyframe_becomes_home(tiny: Path) -> Non
     assert robot.home == pytest.approx([0.25])
 
 
-def test_a_home_outside_the_limits_is_reported(tiny: Path) -> None:
-    robot = load_mjcf(edit(tiny, 'qpos="0.25"', 'qpos="2.0"'))
-    assert robot.home == pytest.approx([np.pi / 4], rel=1e-5)
+@pytest.mark.parametrize(("asked", "home"), [("2.0", np.pi / 4), ("inf", 0.0)])
+def test_a_home_outside_the_limits_is_reported(tiny: Path, asked: str, home: float) -> None:
+    robot = load_mjcf(edit(tiny, 'qpos="0.25"', f'qpos="{asked}"'))
+    assert robot.home == pytest.approx([home], rel=1e-5)
     assert "home-outside-limits" in {finding.kind for finding in robot.findings}
 
 

@@ -91,8 +91,9 @@ def test_a_mimic_joint_follows_its_leader(urdf: Write) -> None:
     robot = load_urdf(path)
     assert "mimic-joints" in {finding.kind for finding in robot.findings}
     assert 'joint1="second"' in robot.mjcf
+    assert 'joint2="hinge"' in robot.mjcf
     path.write_text(text.replace("</robot>", follower.replace("LEADER", "nobody")))
-    with pytest.raises(RobotError, match="mimics one that does not exist"):
+    with pytest.raises(RobotError, match="mimics one that does not move or exist"):
         load_urdf(path)
 
 

@@ -1,0 +1,65 @@
+"""What every widget test stands on: a small real arm in its skin, and a look around after each test for what it left."""
+
+from __future__ import annotations
+
+import gc
+from collections import Counter
+from dataclasses import replace
+
+import pytest
+import shiboken6
+from PySide6.QtCore import QCoreApplication, QEvent, QThread, QTimer
+from PySide6.QtWidgets import QApplication
+from vtkmodules.vtkRenderingCore import vtkRenderWindow
+
+from app.session.prepare import Prepared, prepare
+from app.simulation.scene_file import load_scene
+
+TAXELS = 150
+
+
+@pytest.fixture(scope="session")
+def prepared() -> Prepared:
+    """The arm we ship, in three patches with few taxels; seconds to make, so made once."""
+    scene = load_scene("arm")
+    prepared = prepare(replace(scene, cover=replace(scene.cover, taxels=TAXELS)))
+    assert len(prepared.skin) == TAXELS
+    return prepared
+
+
+@pytest.fixture(autouse=True)
+def nothing_left():
+    """Fail a test that leaves a window, a running timer or thread, or a live render window behind."""
+    before = _alive()
+    yield
+    left = _alive() - before
+    assert not left, f"left behind: {dict(left)}"
+
+
+def _alive() -> Counter[str]:
+    """What is alive now that should not outlive a test, by kind."""
+    _flush_deferred_deletes()
+    gc.collect()
+    alive = Counter(_describe(widget) for widget in QApplication.topLevelWidgets())
+    for thing in gc.get_objects():
+        kind = type(thing)
+        if issubclass(kind, vtkRenderWindow):
+            alive[kind.__name__] += 1
+        elif issubclass(kind, QTimer) and shiboken6.isValid(thing) and thing.isActive():
+            alive[f"running QTimer of {_describe(thing.parent())}"] += 1
+        elif issubclass(kind, QThread) and shiboken6.isValid(thing) and thing.isRunning():
+            alive["running QThread"] += 1
+    return alive
+
+
+def _flush_deferred_deletes() -> None:
+    if QCoreApplication.instance() is not None:
+        # Twice: what is deleted first may ask for its children's deletion.
+        for _ in range(2):
+            QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete.value)
+            QCoreApplication.processEvents()
+
+
+def _describe(thing: object) -> str:
+    name = thing.objectName() if hasattr(thing, "objectName") else ""
+    return f"{type(thing).__name__} {name}".strip()

@@ -1,0 +1,91 @@
+"""Marks on the body: centres of pressure with force arrows, fingertips, the hover."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+
+from app.arrays import FloatArray
+from app.geometry.surface_point import SurfacePoint
+from app.session.frame import Frame
+from app.session.prepare import Prepared
+from widgets.colours import Theme
+
+ARROW_LENGTH = 0.012
+"""Metres of arrow per newton."""
+MAX_ARROW = 0.25
+_MOST = 8
+
+
+class Marks:
+    """A fixed set of small actors, placed and shown as needed: nothing is created while frames flow.
+
+    Args:
+        plotter: Where to draw.
+        theme: Accents.
+        prepared: Whose skin is marked.
+    """
+
+    def __init__(self, plotter: Any, theme: Theme, prepared: Prepared) -> None:
+        self._prepared, self._index = prepared, prepared.robot.link_index
+        self._size = 0.010
+        disc = pv.Disc(inner=0.62, outer=1.0, c_res=48)
+        ball = pv.Sphere(theta_resolution=24, phi_resolution=16)
+        arrow = pv.Arrow(start=(0, 0, 1), direction=(0, 0, -1), tip_length=0.3, tip_radius=0.09, shaft_radius=0.03)
+        self._discs = [_add(plotter, disc, theme.accent, lit=False) for _ in range(_MOST)]
+        self._arrows = [_add(plotter, arrow, theme.accent, lit=True) for _ in range(_MOST)]
+        self._balls = [_add(plotter, ball, theme.text, lit=True, opacity=0.35) for _ in range(_MOST)]
+        self._hover = _add(plotter, disc, theme.accent, lit=False)
+
+    def show_frame(self, frame: Frame, poses: FloatArray) -> None:
+        """Place discs and arrows at the regions' centres of pressure, and a ball at each fingertip."""
+        regions, pokes = frame.regions[:_MOST], frame.pokes[:_MOST]
+        for actors in (self._discs, self._arrows):
+            for actor in actors[len(regions) :]:
+                actor.visibility = False
+        for region, disc, arrow in zip(regions, self._discs, self._arrows, strict=False):
+            pose = poses[self._index[region.link]]
+            point, normal = pose[:3, :3] @ region.point + pose[:3, 3], pose[:3, :3] @ region.normal
+            _place(disc, point + 0.001 * normal, normal, self._size, self._size)
+            length = min(ARROW_LENGTH * region.force, MAX_ARROW)
+            _place(arrow, point + 0.002 * normal, normal, 0.08, max(length, 1e-3))
+        for actor in self._balls[len(pokes) :]:
+            actor.visibility = False
+        for poke, ball in zip(pokes, self._balls, strict=False):
+            _place(ball, poke.point + poke.radius * poke.normal, poke.normal, 2 * poke.radius, 2 * poke.radius)
+
+    def set_hover(self, at: SurfacePoint | None, poses: FloatArray) -> None:
+        """Ring the place under the pointer."""
+        if at is None:
+            self._hover.visibility = False
+            return
+        skin = self._prepared.skin
+        pose = poses[self._index[skin.link(at)]]
+        normal = pose[:3, :3] @ skin.normal(at)
+        _place(self._hover, pose[:3, :3] @ skin.position(at) + pose[:3, 3] + 0.0015 * normal, normal, 0.006, 0.006)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        for ball in self._balls:
+            ball.prop.color = theme.text
+
+
+def _add(plotter: Any, mesh: pv.PolyData, colour: str, *, lit: bool, opacity: float = 1.0) -> Any:
+    actor = plotter.add_mesh(mesh, color=colour, lighting=lit, opacity=opacity, pickable=False, reset_camera=False,
+                             show_scalar_bar=False)
+    actor.visibility = False
+    return actor
+
+
+def _place(actor: Any, point: FloatArray, normal: FloatArray, width: float, length: float) -> None:
+    """Show an actor at ``point`` with its z axis along ``normal``, scaled across and along it."""
+    aside = np.eye(3)[np.abs(normal).argmin()]
+    x = np.cross(aside, normal)
+    x /= np.linalg.norm(x)
+    matrix = np.eye(4)
+    matrix[:3, 0], matrix[:3, 1], matrix[:3, 2] = width * x, width * np.cross(normal, x), length * normal
+    matrix[:3, 3] = point
+    actor.user_matrix = matrix
+    actor.visibility = True
