@@ -48,14 +48,14 @@ DARK = Theme("dark", "#1d2126", "#252a31", "#e6e8eb", "#9aa3ad", "#343b44")
 LIGHT = Theme("light", "#f4f5f7", "#ffffff", "#1d2126", "#5b6570", "#d8dce1", body="#8b949e")
 THEMES = {theme.name: theme for theme in (DARK, LIGHT)}
 
-DEFAULT_MAXIMUM = 30.0
-"""Top of the pressure scale [kPa]: a gentle 4 N poke reads about 13 kPa, 10 N about 30."""
+DEFAULT_MAXIMUM = 50.0
+"""Top of the pressure scale [kPa]: on the arm's skin an 8 mm fingertip reads about 15 kPa at 4 N, 30 at 8, 58 at 15."""
 
 # Light neutral (the bare skin) through yellow and orange to deep red: lightness falls all the way, so that the order
 # can be read in grey and by colour-blind eyes (tested by simulation).
-_STOPS = np.array([0.0, 0.12, 0.35, 0.6, 0.8, 1.0])
+_STOPS = np.array([0.0, 0.14, 0.35, 0.6, 0.8, 1.0])
 _COLOURS = np.array(
-    [[216, 219, 222], [247, 218, 132], [248, 173, 63], [226, 98, 33], [177, 37, 33], [92, 6, 22]], dtype=np.float64
+    [[224, 227, 230], [243, 209, 122], [243, 165, 58], [222, 95, 34], [172, 36, 32], [92, 6, 22]], dtype=np.float64
 )
 
 

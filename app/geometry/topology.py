@@ -112,7 +112,7 @@ def faces_at(faces: IntArray, vertices: IntArray, count: int) -> BoolArray:
     """(m,) whether a face touches any of ``vertices``; ``count`` is the number of vertices of the mesh."""
     marked = np.zeros(count, dtype=bool)
     marked[vertices] = True
-    return marked[faces].any(axis=1)
+    return np.asarray(marked[faces].any(axis=1))
 
 
 def averaging(edges: IntArray, count: int) -> csr_matrix:

@@ -63,8 +63,11 @@ def cut_to_disk(surface: Mesh, *, terminals: Sequence[int] = ()) -> CutSurface:
     faces, vertex_of = _open(surface, table, cut)
     result = CutSurface(faces, vertex_of, table.edges[cut])
     if euler_characteristic(result.faces) != 1 or len(boundary_loops(result.faces)) != 1:
-        raise MapError("the surface could not be cut to a disk", value=f"{len(loops)} boundary loops",
-                       remedy="Split it into simpler patches")  # fmt: skip
+        raise MapError(
+            "the surface could not be cut to a disk",
+            value=f"{len(loops)} boundary loops",
+            remedy="Split it into simpler patches",
+        )
     return result
 
 
@@ -90,8 +93,11 @@ def _check(surface: Mesh, table: EdgeTable) -> None:
     if not len(surface.faces):
         raise MapError("the surface has no faces to lay flat")
     if table.face_count.max() > 2:
-        raise MapError("an edge of the surface has more than two faces", value=int(table.face_count.max()),
-                       remedy="Cover the link anew, or clean the mesh")  # fmt: skip
+        raise MapError(
+            "an edge of the surface has more than two faces",
+            value=int(table.face_count.max()),
+            remedy="Cover the link anew, or clean the mesh",
+        )
     directed = surface.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2) @ [len(surface.vertices), 1]
     if len(np.unique(directed)) < len(directed):
         raise MapError("neighbouring faces disagree about which side is outside", remedy="Orient the faces alike")

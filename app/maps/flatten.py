@@ -25,7 +25,10 @@ _WORTH_KEEPING = 0.1
 
 
 def flatten(
-    surface: Mesh, *, method: str = "symmetric-dirichlet", name: str = "patch",
+    surface: Mesh,
+    *,
+    method: str = "symmetric-dirichlet",
+    name: str = "patch",
     progress: Callable[[Iterate], None] | None = None,
 ) -> Chart:
     """Lay one connected, manifold surface flat, one-to-one.
@@ -50,9 +53,19 @@ def flatten(
         better = _flatten_cut(surface, cut, method, name, progress)
         if chart.energies[-1] - better.energies[-1] < _WORTH_KEEPING * (chart.energies[-1] - 4):
             break
-        note = Finding("seam-added", name, f"distortion {chart.energies[-1]:.2f} -> {better.energies[-1]:.2f} (4 is none)")
-        chart = Chart(better.faces, better.plane, better.vertex_of, better.seams, better.method, better.energies,
-                      better.seconds, (*chart.findings, *better.findings, note))
+        note = Finding(
+            "seam-added", name, f"distortion {chart.energies[-1]:.2f} -> {better.energies[-1]:.2f} (4 is none)"
+        )
+        chart = Chart(
+            better.faces,
+            better.plane,
+            better.vertex_of,
+            better.seams,
+            better.method,
+            better.energies,
+            better.seconds,
+            (*chart.findings, *better.findings, note),
+        )
     return chart
 
 
@@ -71,8 +84,12 @@ def _flatten_cut(
     start = tutte(positions, cut.faces)
     start *= np.sqrt(1.0 / _area(start, cut))
     if flipped(start, cut.faces).any():
-        raise MapError("the surface is too long and thin for a first map", file=name, value=f"{len(cut.faces)} faces",
-                       remedy="Cover the link with more taxels, or split it")
+        raise MapError(
+            "the surface is too long and thin for a first map",
+            file=name,
+            value=f"{len(cut.faces)} faces",
+            remedy="Cover the link with more taxels, or split it",
+        )
     rounds, findings = [Iterate(start, problem.energy(start), 0.0, 1.0)], []
     if method == "symmetric-dirichlet":
         rounds = _collect(minimise(problem, start), progress)
@@ -82,8 +99,16 @@ def _flatten_cut(
             findings.append(Finding("overlap-avoided", name, f"stopped at distortion {rounds[-1].energy:.2f}"))
     plane = rounds[-1].plane * size
     plane = _upright(plane * np.sqrt(surface.area / _area(plane, cut)), positions)
-    return Chart(cut.faces, plane, cut.vertex_of, cut.seams, method, tuple(r.energy for r in rounds),
-                 tuple(r.seconds for r in rounds), tuple(findings))
+    return Chart(
+        cut.faces,
+        plane,
+        cut.vertex_of,
+        cut.seams,
+        method,
+        tuple(r.energy for r in rounds),
+        tuple(r.seconds for r in rounds),
+        tuple(findings),
+    )
 
 
 def _collect(iterates: Iterable[Iterate], progress: Callable[[Iterate], None] | None) -> list[Iterate]:

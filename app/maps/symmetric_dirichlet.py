@@ -18,6 +18,7 @@ from scipy.sparse.linalg import splu
 
 from app.arrays import FloatArray, IntArray
 from app.errors import MapError
+from app.maps.rest import rest_triangles
 
 _ARMIJO = 1e-4
 _SAFE = 0.9
@@ -44,27 +45,24 @@ class SymmetricDirichlet:
     """The energy of maps of one triangulated disk. Built once from the rest shape; all questions are about a plane.
 
     Args:
-        positions: (k, 3) rest positions.
-        faces: (m, 3), each with an area.
+        positions: (k, 3) rest positions; scale them to about unit area.
+        faces: (m, 3).
 
-    Raises:
-        MapError: A face has no area to compare with.
+    Attributes:
+        faces: As given.
+        areas: (m,) of the faces at rest.
+        count: Number of vertices.
+        mollified: How many faces had no area and were given a little, see ``rest``.
     """
 
     def __init__(self, positions: FloatArray, faces: IntArray) -> None:
-        first, second = positions[faces[:, 1]] - positions[faces[:, 0]], positions[faces[:, 2]] - positions[faces[:, 0]]
-        length = np.linalg.norm(first, axis=1)
-        height = np.linalg.norm(np.cross(first, second), axis=1)
-        if not ((length > 0).all() and (height > 1e-12 * length**2).all()):
-            bad = int(np.argmin(height))
-            raise MapError("a face has no area to flatten", place=f"face {bad}", remedy="Clean the mesh first")
-        along = (first * second).sum(axis=1) / length
-        across = height / length
+        rest = rest_triangles(positions, faces)
         inverse = np.zeros((len(faces), 2, 2))
-        inverse[:, 0, 0], inverse[:, 0, 1], inverse[:, 1, 1] = 1 / length, -along / (length * across), 1 / across
+        inverse[:, 0, 0], inverse[:, 1, 1] = 1 / rest.base, 1 / rest.across
+        inverse[:, 0, 1] = -rest.along / (rest.base * rest.across)
         # Rows of edges times inverse = gradient of the three hat functions: J = plane[face].T @ gradient.
         self._gradient = np.concatenate([-inverse.sum(axis=1)[:, None, :], inverse], axis=1)
-        self.faces, self.areas, self.count = faces, 0.5 * height, len(positions)
+        self.faces, self.areas, self.count, self.mollified = faces, rest.areas, len(positions), rest.mollified
         self._pattern()
 
     def jacobians(self, plane: FloatArray) -> FloatArray:
@@ -93,12 +91,13 @@ class SymmetricDirichlet:
         stress = np.einsum("fij,fj,fjk->fik", u, slope, vt)
         local = np.einsum("fij,fkj->fki", stress * weight[:, None, None], self._gradient)
         gradient = np.bincount(self._dofs.ravel(), local.ravel(), minlength=2 * self.count)
-        modes, values = _eigensystem(u, s, vt)
+        modes, curvatures = _eigensystem(u, s, vt)
         # Each mode's matrix, seen through the face's six coordinates: (m, 4 modes, 6).
         rows = np.einsum("fqij,fkj->fqki", modes, self._gradient).reshape(len(s), 4, 6)
-        blocks = np.einsum("fqa,fq,fqb->fab", rows, values * weight[:, None], rows, optimize=True)
+        blocks = np.einsum("fqa,fq,fqb->fab", rows, curvatures * weight[:, None], rows, optimize=True)
         data = np.bincount(self._slot, blocks.ravel(), minlength=len(self._rows))
-        return gradient, csc_matrix((data, self._rows, self._columns), shape=(2 * self.count,) * 2)
+        size = 2 * self.count
+        return gradient.astype(np.float64), csc_matrix((data, self._rows, self._columns), shape=(size, size))
 
     def _pattern(self) -> None:
         """Where each face's 6 x 6 block goes in the sparse matrix; the same in every iteration."""
@@ -145,7 +144,7 @@ def minimise(
         clock: Seconds.
 
     Raises:
-        MapError: The start has flips.
+        MapError: The start has flips, or the numbers are too far apart to solve for a step.
 
     Cost: about 4 µs a face and round, nearly all of it factorisation.
     """
@@ -156,9 +155,7 @@ def minimise(
     yield Iterate(plane, energy, clock() - start, 1.0)
     for _ in range(rounds):
         gradient, hessian = problem.derivatives(plane)
-        hessian.setdiag(hessian.diagonal() + 1e-9 * hessian.diagonal().mean())
-        factor = splu(hessian, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
-        step = -factor.solve(gradient).reshape(-1, 2)
+        step = _newton_step(hessian, gradient)
         better, length = _line_search(problem, plane, step, energy, float(gradient @ step.ravel()), allowed)
         gained = energy - problem.energy(better)
         plane, energy = better, energy - gained
@@ -167,8 +164,22 @@ def minimise(
             return
 
 
+def _newton_step(hessian: csc_matrix, gradient: FloatArray) -> FloatArray:
+    """(k, 2) downhill; the three rigid motions, which cost nothing, are held by a hint of the diagonal."""
+    hessian.setdiag(hessian.diagonal() + 1e-9 * hessian.diagonal().mean())
+    try:
+        factor = splu(hessian, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+    except RuntimeError as error:
+        raise MapError("the map is too distorted to be improved", value=error, remedy="Use method tutte") from error
+    return -np.asarray(factor.solve(gradient)).reshape(-1, 2)
+
+
 def _line_search(
-    problem: SymmetricDirichlet, plane: FloatArray, step: FloatArray, energy: float, slope: float,
+    problem: SymmetricDirichlet,
+    plane: FloatArray,
+    step: FloatArray,
+    energy: float,
+    slope: float,
     allowed: Callable[[FloatArray], bool] | None,
 ) -> tuple[FloatArray, float]:
     length = min(1.0, _SAFE * problem.largest_step(plane, step))

@@ -11,7 +11,7 @@ from app.robots.library import find_robot
 from app.robots.robot import Robot
 from app.simulation.scene import Scene
 from app.skin.cover import cover
-from app.skin.exchange.icub_skin import import_icub
+from app.skin.exchange.icub import import_icub
 from app.skin.skin import Skin
 
 Progress = Callable[[str, float], None]

@@ -55,7 +55,7 @@ def tidy_pieces(surface: Mesh, usable: BoolArray, *, smallest: float, largest_ho
         smallest: Pieces below this area [m²] are dropped.
         largest_hole: Holes up to this area [m²] are filled.
     """
-    keep = usable[surface.faces].all(axis=1)
+    keep = np.asarray(usable[surface.faces].all(axis=1))
     keep = _without_crumbs(surface, keep, smallest)
     keep = ~_without_crumbs(surface, ~keep, largest_hole)
     keep = _trimmed(surface, keep)

@@ -69,7 +69,7 @@ def taxels_at(surface: Mesh, points: FloatArray, owner: IntArray) -> Taxels:
         normals=normals,
         faces=faces,
         weights=weights,
-        areas=np.bincount(owner[felt], weights=surface.face_areas[felt], minlength=len(points)),
+        areas=np.bincount(owner[felt], surface.face_areas[felt], len(points)).astype(np.float64),
         neighbours=np.unique(np.sort(pairs, axis=1), axis=0).reshape(-1, 2),
         quadrature=quadrature,
     )

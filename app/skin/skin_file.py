@@ -132,7 +132,8 @@ def _patch(
     values |= {key: door.integers(key, columns) for key, (columns, _) in _INTEGERS.items()}
     counts = {"face": len(surface.faces), "taxel": len(values["positions"])}
     door.check(values, counts)
-    quadrature = Quadrature(**{key: values.pop(f"quadrature_{key}") for key in ("positions", "normals", "areas", "taxel")})
+    points = {key: values.pop(f"quadrature_{key}") for key in ("positions", "normals", "areas", "taxel")}
+    quadrature = Quadrature(**points)
     return Patch(name, link, surface, Taxels(**values, quadrature=quadrature))
 
 
@@ -169,6 +170,11 @@ class _Door:
         for key in ("areas", "quadrature_areas"):
             if (values[key] <= 0).any():
                 raise self._refuse("an area is not above zero", key, values[key].min())
+        summed = np.bincount(values["quadrature_taxel"], values["quadrature_areas"], minlength=counts["taxel"])
+        if not np.allclose(summed, values["areas"], rtol=1e-9, atol=0):
+            raise self._refuse("the areas are not the sums of their quadrature points", "areas", None)
+        if (values["weights"] < 0).any() or not np.allclose(values["weights"].sum(axis=1), 1, rtol=0, atol=1e-9):
+            raise self._refuse("barycentric weights must not be negative and sum to one", "weights", None)
 
     def _take(self, key: str, columns: int) -> NDArray[Any]:
         values = self._arrays.get(f"{self._i}_{key}")

@@ -126,7 +126,7 @@ def _around(surface: Mesh, seeds: IntArray, reach: float) -> BoolArray:
 
 def _patches(pieces: list[Mesh], points: FloatArray, pitch: float, link: str) -> tuple[Patch, ...]:
     """One patch for each piece that has taxels; each taxel goes to the nearest piece."""
-    away = np.stack([ClosestPoint(piece).query(points)[2] for piece in pieces]) if pieces else np.zeros((0, len(points)))
+    away = np.array([ClosestPoint(piece).query(points)[2] for piece in pieces]).reshape(len(pieces), len(points))
     patches: list[Patch] = []
     for i, piece in enumerate(pieces):
         own = points[(away.argmin(axis=0) == i) & (away[i] <= pitch)]

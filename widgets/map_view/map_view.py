@@ -18,8 +18,8 @@ from widgets.map_view.map_canvas import MapCanvas
 from widgets.map_view.map_hit import describe, hit
 from widgets.map_view.map_painter import MapPainter, Marks
 from widgets.map_view.map_picture import MapPicture
-from widgets.map_view.map_tools import Act, Hand, Mode, Moved, Panned, Pressed, Released
-from widgets.map_view.state_card import StateCard
+from widgets.hand import Act, Hand, Mode, Moved, Panned, Pressed, Released
+from widgets.state_card import StateCard
 
 
 class MapView(MapCanvas):

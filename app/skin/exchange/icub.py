@@ -130,12 +130,22 @@ def import_icub(robot: Robot, path: str | Path, *, link: str | None = None, thic
         thickness: Of the cover over the link's mesh [m].
 
     Raises:
-        SkinError: The file cannot be used, names no link, or its taxels lie far from the link.
-        RobotError: The robot has no such link.
+        SkinError: The file cannot be used, the robot has no link of its name, or the taxels lie far from the link.
+        RobotError: The robot has no link called ``link``.
     """
     taxels = read_icub_positions(path)
-    name = link or taxels.link
-    if name is None:
-        raise SkinError("the file does not name its link", file=path, remedy="Choose the link that wears these taxels")
+    name = link or _find_link(robot, taxels.link, Path(path))
     skin = wear(robot, name, taxels.positions, thickness=thickness, file=path)
     return Skin(skin.patches, taxels.findings + skin.findings)
+
+
+def _find_link(robot: Robot, named: str | None, path: Path) -> str:
+    """The robot's link for the file's name; ``upper_arm`` in the file ``left_arm`` is ``l_upper_arm`` on the robot."""
+    if named is None:
+        raise SkinError("the file does not name its link", file=path, remedy="Choose the link that wears these taxels")
+    side = {"left": "l_", "right": "r_"}.get(path.name.partition("_")[0], "")
+    for name in (named, side + named):
+        if name in robot.link_index:
+            return name
+    raise SkinError("the robot has no link of the file's name", file=path, value=named,
+                    remedy=f"Choose one of: {', '.join(robot.link_index)}")

@@ -1,4 +1,4 @@
-"""What the hand does on the map, as a small state machine without Qt: poke on a patch, pan beside it."""
+"""What the hand does on a view, as a small state machine without Qt: poke on the skin, move the view beside it."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Released:
 
 @dataclass(frozen=True)
 class Panned:
-    """The map was dragged by this many pixels."""
+    """The view was dragged by this many pixels."""
 
     dx: float
     dy: float

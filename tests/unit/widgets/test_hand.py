@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from app.geometry.surface_point import SurfacePoint
-from widgets.map_view.map_tools import Hand, Mode, Moved, Panned, Pressed, Released
+from widgets.hand import Hand, Mode, Moved, Panned, Pressed, Released
 
 HERE = SurfacePoint(0, 3, (0.2, 0.3, 0.5))
 THERE = SurfacePoint(0, 4, (0.2, 0.3, 0.5))

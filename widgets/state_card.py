@@ -14,7 +14,7 @@ class StateCard(QWidget):
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
-        self.setObjectName("map-state")
+        self.setObjectName("state-card")
         self.setAutoFillBackground(True)
         self.setBackgroundRole(QPalette.ColorRole.Base)  # the views' ground
         self._heading, self._text = QLabel(self), QLabel(self)
