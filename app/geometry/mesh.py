@@ -28,8 +28,8 @@ class Mesh:
         object.__setattr__(self, "faces", readonly(np.asarray(self.faces).reshape(-1, 3), np.int64))
         bad = np.flatnonzero(~np.isfinite(self.vertices).all(axis=1))
         if bad.size:
-            raise MeshError("a vertex is not a finite number", place=f"vertex {bad[0]}",
-                            value=self.vertices[bad[0]].tolist(), remedy="Export the mesh again without NaN or infinity")
+            value, remedy = self.vertices[bad[0]].tolist(), "Export the mesh again without NaN or infinity"
+            raise MeshError("a vertex is not a finite number", place=f"vertex {bad[0]}", value=value, remedy=remedy)
         outside = np.flatnonzero(((self.faces < 0) | (self.faces >= len(self.vertices))).any(axis=1))
         if outside.size:
             raise MeshError("a face names a vertex that does not exist", place=f"face {outside[0]}",

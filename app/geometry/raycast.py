@@ -56,7 +56,8 @@ class RayCaster:
         start = (np.asarray(origin, dtype=np.float64) - self._centre) / self._size
         # Start near the mesh: single precision loses a millimetre when the camera is a kilometre away.
         forward = max(float(-start @ unit) - 1.0, 0.0)
-        face, distance, _, _ = self._tree.intersectRay_first((start + forward * unit).astype(np.float32), unit.astype(np.float32))
+        near = (start + forward * unit).astype(np.float32)
+        face, distance, _, _ = self._tree.intersectRay_first(near, unit.astype(np.float32))
         if face < 0 or not np.isfinite(distance):
             return None
         along = (forward + distance) * self._size

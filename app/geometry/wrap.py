@@ -74,7 +74,7 @@ def wrap(mesh: Mesh, *, thickness: float, voxel: float, closing: float = 0.0, wh
         closest = ClosestPoint(mesh)
         field = _rolled(closest, field, grid, thickness, closing)
     surface, loose = _shell(grid, _snapped(field, thickness, voxel), thickness, where)
-    surface = _even_out(surface, closest, mesh, closing if closing > 0 else thickness)
+    surface = _even_out(surface, closest, mesh, -closing if closing > 0 else thickness)
     return Wrap(surface, voxel, thickness, findings + loose)
 
 
@@ -174,11 +174,17 @@ def _shell(grid: _Grid, field: FloatArray, level: float, where: str) -> tuple[Me
         raise MeshError("the wrap did not close", file=where, value=f"{len(outer.faces)} faces",
                         remedy="Choose another number of taxels or another cover thickness")
     loose = int((volumes > 0).sum()) - 1
-    return outer, (Finding("loose-part", where, "left bare: it does not touch the largest part", loose),) if loose else ()
+    if not loose:
+        return outer, ()
+    return outer, (Finding("loose-part", where, "left bare: it does not touch the largest part", loose),)
 
 
-def _even_out(surface: Mesh, closest: ClosestPoint, mesh: Mesh, thickness: float) -> Mesh:
-    """Slide vertices along the surface towards their neighbours' mean, and back to the exact distance."""
+def _even_out(surface: Mesh, closest: ClosestPoint, mesh: Mesh, offset: float) -> Mesh:
+    """Slide vertices along the surface towards their neighbours' mean, and back to the exact distance.
+
+    The distance is ``offset`` outside ``mesh``, or inside it where negative.
+    """
+    far = abs(offset)
     average = averaging(edge_table(surface.faces).edges, len(surface.vertices))
     vertices = surface.vertices
     for _ in range(_ROUNDS):
@@ -188,11 +194,11 @@ def _even_out(surface: Mesh, closest: ClosestPoint, mesh: Mesh, thickness: float
         faces, weights, distance = closest.query(vertices)
         nearest = mesh.points(faces, weights)
         away = vertices - nearest
-        # Where the grid is coarser than the cover a vertex may start below the mesh: it belongs on the other side.
-        below = (away * normals).sum(axis=1) < 0
-        away[below] *= -1
+        # Where the grid is coarser than the cover a vertex may start beyond the mesh: it belongs on the other side.
+        beyond = (away * normals).sum(axis=1) < 0 if offset > 0 else np.zeros(len(vertices), dtype=bool)
+        away[beyond] *= -1
         # Only where the direction is safe; a vertex on the medial axis stays where smoothing left it.
-        safe = (distance > 0.3 * thickness) & (distance < 2 * thickness)
-        scale = np.where(safe, thickness / np.where(safe, distance, 1.0), 1.0)
-        vertices = np.where((safe | below)[:, None], nearest + scale[:, None] * away, vertices)
+        safe = (distance > 0.3 * far) & (distance < 2 * far)
+        scale = np.where(safe, far / np.where(safe, distance, 1.0), 1.0)
+        vertices = np.where((safe | beyond)[:, None], nearest + scale[:, None] * away, vertices)
     return Mesh(vertices, surface.faces)

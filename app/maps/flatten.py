@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 
 import numpy as np
 
@@ -40,38 +41,49 @@ def flatten(
         progress: Told each round; may raise to cancel.
 
     Raises:
-        MapError: An unknown method, or a surface that cannot be cut or has faces without area.
+        MapError: An unknown method, or a surface that cannot be cut or opened.
     """
     if method not in METHODS:
         raise MapError("there is no such method", place="method", value=method, remedy=f"Choose {' or '.join(METHODS)}")
-    cut = cut_to_disk(surface)
+    if not surface.area > 0:
+        raise MapError("the surface has no area to lay flat", place=name, value=f"{len(surface.faces)} faces")
+    cut, terminals = _openable(surface, name)
     chart = _flatten_cut(surface, cut, method, name, progress)
-    terminals: list[int] = []
     while method != "tutte" and chart.energies[-1] > WORTH_A_SEAM and len(terminals) < _MAX_SEAMS:
-        terminals.append(farthest_from_border(surface, cut))
-        cut = cut_to_disk(surface, terminals=_with_closed_ends(surface, terminals))
+        cut, terminals = _with_seam(surface, cut, terminals)
         better = _flatten_cut(surface, cut, method, name, progress)
-        if chart.energies[-1] - better.energies[-1] < _WORTH_KEEPING * (chart.energies[-1] - 4):
+        before, after = chart.energies[-1], better.energies[-1]
+        if before - after < _WORTH_KEEPING * (before - 4):
             break
-        note = Finding(
-            "seam-added", name, f"distortion {chart.energies[-1]:.2f} -> {better.energies[-1]:.2f} (4 is none)"
-        )
-        chart = Chart(
-            better.faces,
-            better.plane,
-            better.vertex_of,
-            better.seams,
-            better.method,
-            better.energies,
-            better.seconds,
-            (*chart.findings, *better.findings, note),
-        )
+        note = Finding("seam-added", name, f"distortion {before:.2f} -> {after:.2f} (4 is none)")
+        chart = replace(better, findings=(*chart.findings, *better.findings, note))
     return chart
 
 
-def _with_closed_ends(surface: Mesh, terminals: list[int]) -> list[int]:
-    """A closed surface is cut between two points anyway; keep those when more are asked for."""
-    return terminals if boundary_loops(surface.faces) else [*far_points(surface), *terminals]
+def _openable(surface: Mesh, name: str) -> tuple[CutSurface, list[int]]:
+    """A cut whose first map is valid, and the ends of the seams it took besides those the topology asks for.
+
+    On a long, deep cup the first map shrinks the bottom below the smallest number; a seam into it lets it open.
+    """
+    cut, terminals = cut_to_disk(surface), list[int]()
+    while flipped(tutte(surface.vertices[cut.vertex_of], cut.faces), cut.faces).any():
+        if len(terminals) == _MAX_SEAMS:
+            raise MapError(
+                "the surface is too long and thin for a first map",
+                place=name,
+                value=f"{len(cut.faces)} faces",
+                remedy="Cover the link with more taxels, or split it",
+            )
+        cut, terminals = _with_seam(surface, cut, terminals)
+    return cut, terminals
+
+
+def _with_seam(surface: Mesh, cut: CutSurface, terminals: list[int]) -> tuple[CutSurface, list[int]]:
+    """One seam more, to the place farthest from border and seams so far."""
+    more = [*terminals, farthest_from_border(surface, cut)]
+    # A closed surface is cut between two points anyway; those stay.
+    ends = more if boundary_loops(surface.faces) else [*far_points(surface), *more]
+    return cut_to_disk(surface, terminals=ends), more
 
 
 def _flatten_cut(
@@ -82,33 +94,32 @@ def _flatten_cut(
     size = float(np.sqrt(surface.area))
     problem = SymmetricDirichlet(positions / size, cut.faces)
     start = tutte(positions, cut.faces)
-    start *= np.sqrt(1.0 / _area(start, cut))
-    if flipped(start, cut.faces).any():
-        raise MapError(
-            "the surface is too long and thin for a first map",
-            file=name,
-            value=f"{len(cut.faces)} faces",
-            remedy="Cover the link with more taxels, or split it",
-        )
+    start /= np.sqrt(_area(start, cut))
     rounds, findings = [Iterate(start, problem.energy(start), 0.0, 1.0)], []
+    if problem.mollified:
+        findings.append(Finding("thin-face", name, "given the least area that can be laid flat", problem.mollified))
     if method == "symmetric-dirichlet":
-        rounds = _collect(minimise(problem, start), progress)
-        if crossings(_border(rounds[-1].plane, cut)):
-            simple = minimise(problem, start, allowed=lambda plane: not crossings(_border(plane, cut)))
-            rounds = _collect(simple, progress)
+        rounds, overlapped = _optimised(problem, start, cut, progress)
+        if overlapped:
             findings.append(Finding("overlap-avoided", name, f"stopped at distortion {rounds[-1].energy:.2f}"))
-    plane = rounds[-1].plane * size
-    plane = _upright(plane * np.sqrt(surface.area / _area(plane, cut)), positions)
-    return Chart(
-        cut.faces,
-        plane,
-        cut.vertex_of,
-        cut.seams,
-        method,
-        tuple(r.energy for r in rounds),
-        tuple(r.seconds for r in rounds),
-        tuple(findings),
-    )
+    plane = rounds[-1].plane * np.sqrt(surface.area / _area(rounds[-1].plane, cut))
+    energies, seconds = tuple(r.energy for r in rounds), tuple(r.seconds for r in rounds)
+    upright = _upright(plane, positions)
+    return Chart(cut.faces, upright, cut.vertex_of, cut.seams, method, energies, seconds, tuple(findings))
+
+
+def _optimised(
+    problem: SymmetricDirichlet, start: FloatArray, cut: CutSurface, progress: Callable[[Iterate], None] | None
+) -> tuple[list[Iterate], bool]:
+    """The rounds to the best map that does not overlap itself, and whether the very best would have.
+
+    The first map does not overlap, so refusing every step that would make the border meet itself keeps it so.
+    """
+    rounds = _collect(minimise(problem, start), progress)
+    if not crossings(_border(rounds[-1].plane, cut)):
+        return rounds, False
+    simple = minimise(problem, start, allowed=lambda plane: not crossings(_border(plane, cut)))
+    return _collect(simple, progress), True
 
 
 def _collect(iterates: Iterable[Iterate], progress: Callable[[Iterate], None] | None) -> list[Iterate]:

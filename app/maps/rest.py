@@ -1,4 +1,4 @@
-"""The shape each face would like to keep: its triangle laid in a plane of its own, faces without area made fit first."""
+"""The shape each face would like to keep, in a plane of its own; faces without area are made fit first."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ class RestTriangles:
 def rest_triangles(positions: FloatArray, faces: IntArray) -> RestTriangles:
     """Lay each face of ``positions`` (k, 3), ``faces`` (m, 3) in a plane of its own.
 
-    A face that is a line or a point has no shape to compare a map with. Its sides are lengthened by the same amount until
-    they form a triangle (local intrinsic mollification, Sharp and Crane 2020); no vertex moves.
+    A face that is a line or a point has no shape to compare a map with. Its sides are lengthened by the same amount
+    until they form a triangle (local intrinsic mollification, Sharp and Crane 2020); no vertex moves.
     """
     corners = positions[faces]
     first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]

@@ -74,7 +74,7 @@ class SymmetricDirichlet:
         return self._energy_of(self.jacobians(plane))
 
     def _energy_of(self, jacobian: FloatArray) -> float:
-        determinant = np.linalg.det(jacobian)
+        determinant = _determinants(jacobian)
         if not (determinant > 0).all():
             return float("inf")
         squares = (jacobian**2).sum(axis=(1, 2))
@@ -82,10 +82,7 @@ class SymmetricDirichlet:
 
     def derivatives(self, plane: FloatArray) -> tuple[FloatArray, csc_matrix]:
         """Gradient (2k,) and the projected Hessian (2k, 2k) of the mean energy; x and y of a vertex side by side."""
-        u, s, vt = np.linalg.svd(self.jacobians(plane))
-        flip = np.sign(np.linalg.det(u))[:, None]
-        u[:, :, 1] *= flip
-        vt[:, 1] *= flip
+        u, s, vt = rotation_svd(self.jacobians(plane))
         weight = self.areas / self.areas.sum()
         slope = 2 * s - 2 * s**-3
         stress = np.einsum("fij,fj,fjk->fik", u, slope, vt)
@@ -189,6 +186,29 @@ def _line_search(
             return candidate, length
         length *= 0.5
     return plane, 0.0
+
+
+def rotation_svd(matrices: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Rotations u (m, 2, 2), values s (m, 2) and rotations vt with u diag(s) vt = ``matrices`` (m, 2, 2).
+
+    The values are s1 >= |s2|, and s2 has the determinant's sign. In closed form (Blinn 1996); no loop, no library.
+    """
+    (a, b), (c, d) = np.moveaxis(matrices, 0, -1)
+    same, other = np.hypot(a + d, c - b) / 2, np.hypot(a - d, b + c) / 2
+    turn, twist = np.arctan2(c - b, a + d), np.arctan2(b + c, a - d)
+    largest = same + other
+    # The smaller value by the determinant: the difference same - other would lose its digits.
+    smallest = _determinants(matrices) / np.where(largest > 0, largest, 1.0)
+    return _rotations(0.5 * (turn + twist)), np.stack([largest, smallest], axis=1), _rotations(0.5 * (turn - twist))
+
+
+def _rotations(angles: FloatArray) -> FloatArray:
+    cosine, sine = np.cos(angles), np.sin(angles)
+    return np.stack([cosine, -sine, sine, cosine], axis=1).reshape(-1, 2, 2)
+
+
+def _determinants(matrices: FloatArray) -> FloatArray:
+    return matrices[:, 0, 0] * matrices[:, 1, 1] - matrices[:, 0, 1] * matrices[:, 1, 0]
 
 
 def _eigensystem(u: FloatArray, s: FloatArray, vt: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix, diags
-from scipy.spatial import cKDTree
 
-from app.arrays import FloatArray, readonly
+from app.arrays import FloatArray, IntArray, readonly
 from app.geometry.surface_point import SurfacePoint
 from app.maps.interpolation import interpolation_weights
 from app.maps.tactile_map import TactileMap
@@ -34,7 +33,7 @@ class TactileImage:
         self._patch, self._face, self._weights = map_.to_body_many(self.centres())
         self.inside = readonly((self._face >= 0).reshape(self.shape), bool)
         # Border pixels whose centre is just outside are shown too, so that a patch's edge is not ragged.
-        shown = _padded(self._patch, self.inside.ravel(), self.centres(), 1.5 * self.resolution)
+        shown = _padded(self._patch, self.shape)
         self.weights = interpolation_weights(map_, shown, self.centres()).astype(np.float32)
         self.shown = readonly((shown >= 0).reshape(self.shape), bool)
 
@@ -81,13 +80,11 @@ def vertex_weights(map_: TactileMap) -> list[csr_matrix]:
     return result
 
 
-def _padded(patch: np.ndarray, inside: np.ndarray, centres: FloatArray, reach: float) -> np.ndarray:
-    """Patch of each pixel, taking in those within ``reach`` of one that is inside."""
-    outside, held = np.flatnonzero(~inside), np.flatnonzero(inside)
-    if not len(held) or not len(outside):
-        return patch
-    distance, nearest = cKDTree(centres[held]).query(centres[outside], distance_upper_bound=reach)
-    shown = patch.copy()
-    near = np.isfinite(distance)
-    shown[outside[near]] = patch[held[nearest[near]]]
-    return shown
+def _padded(patch: IntArray, shape: tuple[int, int]) -> IntArray:
+    """Patch of each pixel, each patch grown by one pixel all around."""
+    grid = np.pad(patch.reshape(shape), 1, constant_values=-1)
+    grown = grid[1:-1, 1:-1].copy()
+    for row, column in ((0, 1), (2, 1), (1, 0), (1, 2), (0, 0), (0, 2), (2, 0), (2, 2)):
+        beside = grid[row : row + shape[0], column : column + shape[1]]
+        grown = np.where(grown >= 0, grown, beside)
+    return grown.ravel()

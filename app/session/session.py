@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from app.contacts.reader import ContactReader
-from app.control.command import ControlChanged
+from app.control.command import ControlChanged, ControlSettings
 from app.control.contact_motion import ContactMotionController, settings_from
 from app.session.frame import Frame
 from app.session.inputs import SessionInput
@@ -21,20 +21,28 @@ class Session:
     """Physics, touch, contacts and control of one scene. Mutable; ``reset`` starts again.
 
     Reads no clock but for stage times. Everything that changes its course comes in through ``submit`` or is the scripted
-    hand; both are handed out by ``take_inputs`` with the tick they took effect at, and the same inputs at the same ticks
-    give the same frames, bit for bit.
+    hand; both stand in ``inputs`` with the tick they took effect at, and the same inputs at the same ticks give the same
+    frames, bit for bit.
 
     Args:
         prepared: The scene, made real.
         scripted: Whether the scene's scripted hand plays until a person touches.
+        settings: The controller's settings to start with; by default those of the scene.
+
+    Attributes:
+        frame: The newest frame.
+        inputs: (tick, input) since the reset, in order; the tick is that of the first frame that shows it.
+        scripted: Whether the scripted hand still plays.
     """
 
-    def __init__(self, prepared: Prepared, *, scripted: bool = True) -> None:
+    def __init__(
+        self, prepared: Prepared, *, scripted: bool = True, settings: ControlSettings | None = None
+    ) -> None:
         self.prepared, self._wants_script = prepared, scripted
         scene = prepared.scene
         self._simulation = Simulation(prepared.robot, prepared.skin, scene.effects)
         self._reader = ContactReader(prepared.map)
-        self._controller = ContactMotionController(prepared.robot, settings_from(scene.control))
+        self._controller = ContactMotionController(prepared.robot, settings or settings_from(scene.control))
         self._stimulus = StimulusPlayer(prepared.skin, scene.strokes, tick=scene.tick)
         self._watch = Stopwatch()
         self.reset()
@@ -45,17 +53,16 @@ class Session:
         self._reader.reset()
         self._controller.reset()
         self._waiting: list[SessionInput] = []
-        self._taken: list[tuple[int, SessionInput]] = []
+        # The settings in force are part of what a replay needs.
+        self.inputs: list[tuple[int, SessionInput]] = [(0, ControlChanged(self._controller.settings))]
         self._ticks, self._remainder = 0, 0.0
         self.scripted = self._wants_script and bool(self.prepared.scene.strokes)
-        # The settings in force are part of what a replay needs.
-        self._taken.append((0, ControlChanged(self._controller.settings)))
         self.frame = self._frame()
 
     @property
-    def settings(self) -> ControlChanged:
-        """The controller settings in force, as the input that sets them."""
-        return ControlChanged(self._controller.settings)
+    def settings(self) -> ControlSettings:
+        """The controller settings in force."""
+        return self._controller.settings
 
     def submit(self, act: SessionInput) -> None:
         """Let a person act at the start of the next tick. The first press ends the scripted hand's show."""
@@ -63,11 +70,6 @@ class Session:
             self.scripted = False
             self._waiting.append(PokeReleased(FINGER))
         self._waiting.append(act)
-
-    def take_inputs(self) -> list[tuple[int, SessionInput]]:
-        """Inputs that took effect since the last call, each with its tick (the frame that first shows it)."""
-        taken, self._taken = self._taken, []
-        return taken
 
     def advance(self, elapsed: float) -> Frame:
         """Simulate ``elapsed`` seconds in whole ticks, keeping the remainder; the frame of the last tick.
@@ -101,7 +103,7 @@ class Session:
                 self._controller.settings = act.settings
             else:
                 self._simulation.apply(act)
-            self._taken.append((self._ticks + 1, act))
+            self.inputs.append((self._ticks + 1, act))
 
     def _frame(self) -> Frame:
         simulation, watch = self._simulation, self._watch

@@ -26,8 +26,8 @@ def visible_from_outside(surface: Mesh, others: Sequence[Mesh], *, voxel: float)
         others: What may stand in the way, in the surface's frame.
         voxel: Edge length [m]; a bin is two edges wide.
     """
-    blockers = [surface.vertices, *(_samples(other, voxel) for other in others)]
-    points = np.concatenate(blockers)
+    blockers = [_samples(other, voxel) for other in others]
+    points = np.concatenate([surface.vertices, *(_thinned(cloud, voxel) for cloud in blockers)])
     count = len(surface.vertices)
     seen = np.zeros(count, dtype=int)
     for direction in _fibonacci_sphere(DIRECTIONS):
@@ -66,6 +66,14 @@ def _samples(mesh: Mesh, spacing: float) -> FloatArray:
         a, b = i[inside] / number, j[inside] / number
         clouds.append((np.stack([1 - a - b, a, b], axis=1) @ corners[steps == number]).reshape(-1, 3))
     return np.concatenate(clouds)
+
+
+def _thinned(points: FloatArray, voxel: float) -> FloatArray:
+    """One point of each occupied voxel: a bin is two voxels wide, so more say nothing new."""
+    cell = np.floor((points - points.min(axis=0)) / voxel).astype(np.int64)
+    shape = cell.max(axis=0) + 1
+    key = (cell[:, 0] * shape[1] + cell[:, 1]) * shape[2] + cell[:, 2]
+    return points[np.unique(key, return_index=True)[1]]
 
 
 def _fibonacci_sphere(count: int) -> FloatArray:

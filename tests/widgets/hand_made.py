@@ -1,4 +1,4 @@
-"""Frames made by hand: a smooth touch at a taxel, as the session would report it, without simulating."""
+"""Values made by hand: a smooth touch as the session would report it, and a small map whose shape never changes."""
 
 from __future__ import annotations
 
@@ -6,8 +6,14 @@ import numpy as np
 
 from app.contacts.region import ContactRegion
 from app.control.command import JointCommand
+from app.geometry.mesh import Mesh
+from app.maps.chart import Chart
+from app.maps.layout import MapLayout, Placement
+from app.maps.tactile_map import TactileMap
 from app.session.frame import Frame
 from app.simulation.poke import PokeState
+from app.skin.skin import Patch, Skin
+from app.skin.taxels import Quadrature, Taxels
 from app.timing import Timings
 
 
@@ -33,8 +39,37 @@ def touched(tactile_map, taxels=(), *, tick=1, time=0.0, kilopascals=12.0, radiu
     return Frame(tick, time, none, none, pressures, tuple(regions), tuple(pokes), command, (), timings)
 
 
-def middle_taxel(tactile_map, patch) -> int:
-    """The taxel nearest to the middle of a patch on the map."""
-    first, last = tactile_map.skin.first[patch], tactile_map.skin.first[patch + 1]
-    points = tactile_map.taxel_points[first:last]
-    return int(first + np.linalg.norm(points - points.mean(axis=0), axis=1).argmin())
+def leaf_map() -> TactileMap:
+    """A real map of two flat, leaf-shaped patches: pictures of it pin the drawing, not the covering or flattening."""
+    leaves = [("left leaf", 0.10, 0.16, (0.11, 0.17)), ("right leaf", 0.13, 0.10, (0.38, 0.12))]
+    made = [_leaf(name, width, height) for name, width, height, _ in leaves]
+    placements = tuple(Placement(0.1 * k, middle) for k, (_, _, _, middle) in enumerate(leaves))
+    return TactileMap(Skin(tuple(patch for patch, _ in made)), tuple(chart for _, chart in made), MapLayout(placements))
+
+
+def _leaf(name, width, height, *, rings=12, sides=48) -> tuple[Patch, Chart]:
+    """A patch as rings of points around a middle; a sixth of its border counts as seam."""
+    angle = np.arange(sides) * 2 * np.pi / sides
+    reach = 1 + 0.1 * np.cos(3 * angle)
+    rim = np.stack([width * reach * np.cos(angle), height * reach * np.sin(angle)], axis=1)
+    plane = np.vstack([np.zeros((1, 2)), *(rim * k / rings for k in range(1, rings + 1))])
+    here, there = np.arange(sides), (np.arange(sides) + 1) % sides
+    faces = [np.stack([np.zeros(sides, int), 1 + here, 1 + there], axis=1)]
+    for k in range(rings - 1):
+        inner, outer = 1 + k * sides, 1 + (k + 1) * sides
+        faces += [np.stack([inner + here, outer + here, outer + there], axis=1),
+                  np.stack([inner + here, outer + there, inner + there], axis=1)]  # fmt: skip
+    surface = Mesh(np.column_stack([plane, np.zeros(len(plane))]), np.vstack(faces))
+    seams = np.stack([here, there], axis=1)[: sides // 6] + 1 + (rings - 1) * sides
+    chart = Chart(surface.faces, plane, np.arange(len(plane)), seams, "by hand")
+    return Patch(name, name.replace(" ", "_"), surface, _taxels(surface)), chart
+
+
+def _taxels(surface) -> Taxels:
+    """One taxel in the middle of every third face outside the crowded centre, sharing the area evenly."""
+    chosen = np.arange(240, len(surface.faces), 3)
+    weights, count = np.full((len(chosen), 3), 1 / 3), len(chosen)
+    positions, normals = surface.points(chosen, weights), np.tile([0.0, 0.0, 1.0], (count, 1))
+    areas = np.full(count, surface.area / count)
+    felt = Quadrature(positions, normals, areas, np.arange(count))
+    return Taxels(positions, normals, chosen, weights, areas, np.zeros((0, 2), int), felt)

@@ -1,24 +1,30 @@
-"""How the map looks, pinned: framed with two touches, and zoomed in until taxels show."""
+"""How the map looks, pinned: framed with two touches in both themes, and zoomed in until the taxels show."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import pytest
 from PySide6.QtGui import QFont
 
-from tests.widgets.hand_made import middle_taxel, touched
+from tests.widgets.hand_made import leaf_map, touched
 from tests.widgets.pictures import check_picture
 from widgets.colours import DARK, LIGHT, PressureScale
 from widgets.map_view.map_view import MapView
 
+TOUCHED = 150
+
 
 @pytest.fixture
 def view(qtbot, prepared):
+    leaves = leaf_map()
     view = MapView(DARK, PressureScale(20.0))
     qtbot.addWidget(view)
     view.setFont(QFont("DejaVu Sans", 10))
     view.resize(640, 560)
-    view.show_prepared(prepared)
-    view.show_frame(touched(prepared.map, [middle_taxel(prepared.map, 0), middle_taxel(prepared.map, 1)], radius=0.05))
+    view.show_prepared(replace(prepared, skin=leaves.skin, map=leaves))
+    view.show_frame(touched(leaves, [TOUCHED, len(leaves.skin) - 90], radius=0.03))
+    view.set_hover(leaves.skin.taxel_point(TOUCHED + 40))
     return view
 
 
@@ -26,12 +32,11 @@ def view(qtbot, prepared):
 def test_framed(view, theme):
     view.set_theme(theme)
     view.show()
-    check_picture(view, f"map_view_{'dark' if theme is DARK else 'light'}")
+    check_picture(view, f"map_view_{theme.name}")
 
 
-def test_zoomed_in_and_replaying(view, prepared):
+def test_zoomed_in_and_replaying(view):
     view.show()
     view.set_replaying(replaying=True)
-    for _ in range(2):
-        view.zoom(2.0, view.pixel_of(prepared.skin.taxel_point(middle_taxel(prepared.map, 0))))
+    view.zoom(5.0, view.pixel_of(leaf_map().skin.taxel_point(TOUCHED)))
     check_picture(view, "map_view_zoomed")

@@ -14,11 +14,11 @@ from app.maps.tactile_image import TactileImage
 from app.session.frame import Frame
 from app.session.prepare import Prepared
 from widgets.colours import PressureScale, Theme
+from widgets.hand import Act, Hand, Mode, Moved, Panned, Pressed, Released
 from widgets.map_view.map_canvas import MapCanvas
 from widgets.map_view.map_hit import describe, hit
 from widgets.map_view.map_painter import MapPainter, Marks
 from widgets.map_view.map_picture import MapPicture
-from widgets.hand import Act, Hand, Mode, Moved, Panned, Pressed, Released
 from widgets.state_card import StateCard
 
 

@@ -52,6 +52,8 @@ class TracePlot(QWidget):
         self.plot.setMenuEnabled(False)
         self.plot.setMouseEnabled(x=False, y=False)
         self.plot.hideButtons()
+        menu = self.plot.getPlotItem().ctrlMenu  # made without a parent, it would outlive the plot
+        menu.setParent(self.plot, menu.windowFlags())
         self.plot.setXRange(-1.04 * SECONDS, 0.05 * SECONDS, padding=0)
         times = [(-SECONDS, f"−{SECONDS:g}\u2009s"), (-SECONDS / 2, f"−{SECONDS / 2:g}\u2009s"), (0, "now")]
         left, bottom = self.plot.getAxis("left"), self.plot.getAxis("bottom")

@@ -1,0 +1,142 @@
+"""Frames and inputs as bytes, exact to the last bit.
+
+A frame message is little-endian, without padding:
+
+    int64  tick                     float64 time [s]
+    int32  joints, taxels, pokes, regions, region taxels in all, bytes of words
+    float64  posture, velocity (joints each), pressures [Pa] (taxels), command posture, stiffness, damping, torque
+    float64  per poke (14): id, patch, face, 3 weights, force [N], point [m] (3), normal (3), radius [m]
+    float64  per region (18): id, patch, face, 3 weights, force [N], area [m²], peak [Pa], map point [m] (2),
+             point in the link [m] (3), normal in the link (3), number of taxels
+    int32    taxel numbers of all regions, one after the other
+    UTF-8 JSON  {"why_limited": [...], "ms": {stage: milliseconds}}
+
+An input message is JSON: {"tick": n, "kind": name, ...fields}; floats are written so that they read back equal.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from app.contacts.region import ContactRegion
+from app.control.command import ControlChanged, ControlSettings, JointCommand
+from app.errors import RecordingError
+from app.geometry.surface_point import SurfacePoint
+from app.session.frame import Frame
+from app.session.inputs import PokeMoved, PokePressed, PokeReleased, SessionInput
+from app.simulation.poke import Finger, PokeState
+from app.skin.skin import Skin
+from app.timing import Timings
+
+_HEAD = struct.Struct("<qd6i")
+_POKE, _REGION = 14, 18
+_KINDS = {"press": PokePressed, "move": PokeMoved, "release": PokeReleased, "control": ControlChanged}
+
+FRAME_SCHEMA = json.dumps({"title": "tactile_maps.Frame", "description": __doc__})
+INPUT_SCHEMA = json.dumps({
+    "title": "tactile_maps.Input", "type": "object", "required": ["tick", "kind"],
+    "properties": {"tick": {"type": "integer"}, "kind": {"enum": sorted(_KINDS)}},
+})
+
+
+def encode_frame(frame: Frame) -> bytes:
+    """One frame as a message."""
+    words = json.dumps({"why_limited": frame.why_limited, "ms": frame.timings.ms}).encode()
+    taxels = [region.taxels for region in frame.regions]
+    head = _HEAD.pack(frame.tick, frame.time, len(frame.posture), len(frame.pressures), len(frame.pokes),
+                      len(frame.regions), sum(map(len, taxels)), len(words))
+    command = frame.command
+    numbers = [frame.posture, frame.velocity, frame.pressures, command.posture, command.stiffness, command.damping,
+               command.torque]
+    numbers += [[p.id, *_place(p.at), p.force, *p.point, *p.normal, p.radius] for p in frame.pokes]
+    numbers += [
+        [r.id, *_place(r.at), r.force, r.area, r.peak, *r.map_point, *r.point, *r.normal, len(r.taxels)]
+        for r in frame.regions
+    ]
+    body = np.concatenate([np.asarray(part, dtype="<f8") for part in numbers]).astype("<f8").tobytes()
+    return head + body + np.concatenate([*taxels, []]).astype("<i4").tobytes() + words
+
+
+def _place(at: SurfacePoint) -> tuple[float, ...]:
+    return (at.patch, at.face, *at.weights)
+
+
+def decode_frame(data: bytes, skin: Skin) -> Frame:
+    """The frame of a message.
+
+    Raises:
+        RecordingError: The message is not a frame of this skin.
+    """
+    try:
+        return _decode_frame(data, skin)
+    except (struct.error, ValueError, IndexError, KeyError, TypeError) as error:
+        raise RecordingError("a frame of the recording is damaged", value=error) from error
+
+
+def _decode_frame(data: bytes, skin: Skin) -> Frame:
+    tick, time, joints, taxels, pokes, regions, members, words = _HEAD.unpack_from(data)
+    count = 6 * joints + taxels + _POKE * pokes + _REGION * regions
+    if min(joints, taxels, pokes, regions, members, words) < 0 or taxels != len(skin) or (
+        _HEAD.size + 8 * count + 4 * members + words != len(data)
+    ):
+        raise ValueError("its sizes do not add up")
+    numbers = np.frombuffer(data, "<f8", count, _HEAD.size)
+    named = np.frombuffer(data, "<i4", members, _HEAD.size + 8 * count).astype(np.int64)
+    text = json.loads(data[len(data) - words :])
+    parts = np.split(numbers, np.cumsum([joints, joints, taxels, *[joints] * 4, _POKE * pokes]))
+    rows = parts[8].reshape(regions, _REGION)
+    groups = np.split(named, np.cumsum(rows[:, -1].astype(int))[:-1]) if regions else []
+    return Frame(
+        tick, time, parts[0], parts[1], parts[2],
+        tuple(_region(row, group, skin) for row, group in zip(rows, groups, strict=True)),
+        tuple(_poke(row) for row in parts[7].reshape(pokes, _POKE)),
+        JointCommand(*parts[3:7]), tuple(map(str, text["why_limited"])),
+        Timings({str(stage): float(ms) for stage, ms in text["ms"].items()}),
+    )
+
+
+def _poke(row: Any) -> PokeState:
+    return PokeState(int(row[0]), _at(row[1:6]), float(row[6]), row[7:10], row[10:13], float(row[13]))
+
+
+def _region(row: Any, taxels: Any, skin: Skin) -> ContactRegion:
+    at = _at(row[1:6])
+    return ContactRegion(int(row[0]), taxels, float(row[6]), float(row[7]), float(row[8]), row[9:11], at, skin.link(at),
+                         row[11:14], row[14:17])
+
+
+def _at(row: Any) -> SurfacePoint:
+    return SurfacePoint(int(row[0]), int(row[1]), (float(row[2]), float(row[3]), float(row[4])))
+
+
+def encode_input(tick: int, act: SessionInput) -> bytes:
+    """One input as a message."""
+    kind = next(name for name, known in _KINDS.items() if isinstance(act, known))
+    return json.dumps({"tick": tick, "kind": kind, **asdict(act)}).encode()
+
+
+def decode_input(data: bytes) -> tuple[int, SessionInput]:
+    """Tick and input of a message.
+
+    Raises:
+        RecordingError: The message is no known input.
+    """
+    try:
+        raw = json.loads(data)
+        tick, kind = int(raw.pop("tick")), raw.pop("kind")
+        if "at" in raw:
+            at = raw["at"]
+            a, b, c = (float(weight) for weight in at["weights"])
+            raw["at"] = SurfacePoint(int(at["patch"]), int(at["face"]), (a, b, c))
+        if kind == "press":
+            raw["finger"] = Finger(**{key: float(value) for key, value in raw["finger"].items()})
+        if kind == "control":
+            raw["settings"] = ControlSettings(**raw["settings"])
+        return tick, _KINDS[kind](**raw)
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise RecordingError("an input of the recording is damaged", value=error) from error

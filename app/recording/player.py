@@ -1,0 +1,92 @@
+"""A recording opened for replay: frames by number, inputs by tick."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from mcap.records import Message
+
+from app.errors import RecordingError
+from app.recording import bundle, reading
+from app.recording.codec import decode_frame, decode_input
+from app.session.frame import Frame
+from app.session.inputs import SessionInput
+
+
+class Player:
+    """A recording, indexed. Frames are unpacked when asked for, so an hour of them needs no more memory than its file.
+
+    Args:
+        path: The file; one that was cut off is read as far as it goes.
+
+    Attributes:
+        prepared: The scene, robot, skin and map it was made with.
+        times: (n,) simulated seconds of the frames.
+        inputs: (tick, input) of everything that was done, from the session's start.
+        versions: Programs' versions when it was made.
+        complete: Whether the file ends as it should.
+
+    Raises:
+        RecordingError: The file cannot be read, is not ours, or holds no frame.
+
+    Cost: about 0.1 s to open, and 20 ms for each second recorded with 1000 taxels.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        contents = reading.read(path)
+        self._contents = contents
+        self.versions, self.complete = contents.metadata, contents.complete
+        self.prepared = bundle.unpack(contents.attachments, file=str(path))
+        self.inputs: list[tuple[int, SessionInput]] = []
+        self._places: list[tuple[int, int]] = []
+        times = []
+        for number, chunk in enumerate(contents.chunks):
+            for place, (topic, message) in enumerate(reading.messages(chunk, contents.channels)):
+                if topic == "/frame":
+                    self._places.append((number, place))
+                    times.append(1e-9 * message.log_time)
+                elif topic == "/input":
+                    self.inputs.append(decode_input(message.data))
+        if not times:
+            raise RecordingError("the recording holds no frame", file=path)
+        self.times = np.array(times)
+        self._unpacked = lru_cache(maxsize=8)(self._unpack)
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+    @property
+    def duration(self) -> float:
+        """From the first frame to the last [s]."""
+        return float(self.times[-1] - self.times[0])
+
+    def frame(self, number: int) -> Frame:
+        """Frame ``number``, from 0. Raises RecordingError when it is damaged; cost about 0.2 ms."""
+        chunk, place = self._places[number]
+        return decode_frame(self._unpacked(chunk)[place].data, self.prepared.skin)
+
+    def number_at(self, seconds: float) -> int:
+        """The frame shown ``seconds`` after the first, clamped to the ends."""
+        return int(np.clip(np.searchsorted(self.times, self.times[0] + seconds + 1e-9, side="right") - 1, 0,
+                           len(self) - 1))
+
+    def poke_spans(self) -> list[tuple[float, float]]:
+        """Times [s] since the first frame between which a finger was on the skin, for marks on a timeline."""
+        tick, down, spans = self.prepared.scene.tick, {}, []
+        for at, act in self.inputs:
+            kind = type(act).__name__
+            if kind == "PokePressed":
+                down.setdefault(act.id, at)  # type: ignore[union-attr]
+            elif kind == "PokeReleased" and act.id in down:  # type: ignore[union-attr]
+                spans.append((down.pop(act.id), at))  # type: ignore[union-attr]
+        last = round(float(self.times[-1]) / tick)
+        spans += [(start, last) for start in down.values()]
+        first = float(self.times[0])
+        shown = [(start * tick - first, end * tick - first) for start, end in spans]
+        return [(max(start, 0.0), min(end, self.duration)) for start, end in shown if end > 0 and start < self.duration]
+
+    def _unpack(self, chunk: int) -> list[Message]:
+        return [message for _, message in reading.messages(self._contents.chunks[chunk], self._contents.channels)]

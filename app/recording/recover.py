@@ -1,0 +1,75 @@
+"""Salvages a recording that was cut off: everything whole is written to a new, complete file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from mcap.writer import CompressionType, Writer
+
+from app.errors import RecordingError
+from app.recording import reading
+from app.recording.bundle import MEDIA_TYPES
+from app.recording.codec import FRAME_SCHEMA, INPUT_SCHEMA
+
+
+@dataclass(frozen=True)
+class Recovered:
+    """What was saved.
+
+    Attributes:
+        frames: Frames in the new file.
+        lost_frames: Frames missing between the first and the last saved one; how many followed the cut nobody knows.
+        was_complete: Whether the file was whole to begin with.
+        file: The new file.
+    """
+
+    frames: int
+    lost_frames: int
+    was_complete: bool
+    file: str
+
+
+def recover(source: str | Path, target: str | Path, *, overwrite: bool = False) -> Recovered:
+    """Copy what is whole in ``source`` to a complete recording ``target``.
+
+    Raises:
+        RecordingError: The source is no recording or holds no frame; the target exists or cannot be written.
+    """
+    source, target = Path(source), Path(target)
+    if source.resolve() == target.resolve():
+        raise RecordingError("a recording cannot be recovered into itself", file=target, remedy="Name another file")
+    contents = reading.read(source)
+    ticks = []
+    chunks = [reading.messages(chunk, contents.channels) for chunk in contents.chunks]
+    ticks = [message.sequence for chunk in chunks for topic, message in chunk if topic == "/frame"]
+    if not ticks:
+        raise RecordingError("nothing can be recovered: no whole frame is left", file=source)
+    try:
+        with target.open("wb" if overwrite else "xb") as stream:
+            writer = Writer(stream, chunk_size=1_000_000, compression=CompressionType.ZSTD)
+            _write(writer, contents, chunks)
+    except FileExistsError as error:
+        raise RecordingError("the file exists already", file=target, remedy="Choose another name") from error
+    except OSError as error:
+        raise RecordingError("the recovered recording cannot be written", file=target, value=error.strerror) from error
+    return Recovered(len(ticks), ticks[-1] - ticks[0] + 1 - len(ticks), contents.complete, str(target))
+
+
+def _write(writer: Writer, contents: reading.Contents, chunks: list[list[tuple[str, reading.Message]]]) -> None:
+    writer.start(profile="", library="tactile-maps")
+    if contents.metadata:
+        writer.add_metadata("tactile-maps", contents.metadata)
+    for name, data in contents.attachments.items():
+        writer.add_attachment(0, 0, name, MEDIA_TYPES.get(name, "application/octet-stream"), data)
+    schema = {"/frame": ("tactile_maps.Frame", FRAME_SCHEMA), "/input": ("tactile_maps.Input", INPUT_SCHEMA)}
+    channels = {}
+    for topic, (name, text) in schema.items():
+        number = writer.register_schema(name, "jsonschema", text.encode())
+        channels[topic] = writer.register_channel(topic, name if topic == "/frame" else "json", number)
+    for chunk in chunks:
+        for topic, message in chunk:
+            if topic in channels:
+                writer.add_message(channels[topic], message.log_time, message.data, message.publish_time,
+                                   message.sequence)
+    writer.finish()
