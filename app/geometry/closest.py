@@ -9,6 +9,8 @@ from app.arrays import FloatArray, IntArray
 from app.errors import MeshError
 from app.geometry.mesh import Mesh
 
+_FLAT = 1e-13  # squared sine of the angle below which a triangle is a line
+
 
 class ClosestPoint:
     """Answers "which point of this mesh is closest to ...".
@@ -47,15 +49,34 @@ class ClosestPoint:
 def barycentric(corners: FloatArray, points: FloatArray) -> FloatArray:
     """(k, 3) weights of ``points`` (k, d) in triangles ``corners`` (k, 3, d); not negative, summing to one.
 
-    The points must lie in their triangles; rounding just outside is put back on the border. Ericson, Real-Time
-    Collision Detection, section 3.4.
+    The points must lie in their triangles; rounding just outside is put back on the border. In a triangle without area
+    the point's place on the nearest side counts. Ericson, Real-Time Collision Detection, section 3.4.
     """
     u, v, w = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], points - corners[:, 0]
     uu, uv, vv = (u * u).sum(1), (u * v).sum(1), (v * v).sum(1)
     wu, wv = (w * u).sum(1), (w * v).sum(1)
     determinant = uu * vv - uv * uv
-    safe = np.where(determinant > 0, determinant, 1.0)
-    b = np.where(determinant > 0, (vv * wu - uv * wv) / safe, 0.0)
-    c = np.where(determinant > 0, (uu * wv - uv * wu) / safe, 0.0)
-    weights = np.maximum(np.stack([1 - b - c, b, c], axis=1), 0.0)
+    flat = determinant <= _FLAT * uu * vv
+    safe = np.where(flat, 1.0, determinant)
+    b, c = (vv * wu - uv * wv) / safe, (uu * wv - uv * wu) / safe
+    weights = np.stack([1 - b - c, b, c], axis=1)
+    if flat.any():
+        weights[flat] = _on_nearest_side(corners[flat], points[flat])
+    weights = np.maximum(weights, 0.0)
     return weights / weights.sum(axis=1, keepdims=True)
+
+
+def _on_nearest_side(corners: FloatArray, points: FloatArray) -> FloatArray:
+    """(k, 3) weights of the closest point on the three sides."""
+    best, away = np.zeros((len(points), 3)), np.full(len(points), np.inf)
+    for start, end in ((0, 1), (1, 2), (2, 0)):
+        side = corners[:, end] - corners[:, start]
+        length = (side * side).sum(1)
+        along = ((points - corners[:, start]) * side).sum(1) / np.where(length > 0, length, 1.0)
+        along = np.clip(along, 0.0, 1.0)
+        distance = np.linalg.norm(corners[:, start] + along[:, None] * side - points, axis=1)
+        nearer = distance < away
+        away[nearer] = distance[nearer]
+        best[nearer] = 0.0
+        best[nearer, start], best[nearer, end] = 1 - along[nearer], along[nearer]
+    return best

@@ -121,7 +121,7 @@ def _outside_distance(closest: ClosestPoint, mesh: Mesh, grid: _Grid, level: flo
     field[near] = closest.query(grid.nodes[near])[2]
     labels, _ = ndimage.label(field.reshape(grid.shape[::-1]) > level)
     outside = (labels == labels[0, 0, 0]).ravel()
-    return np.where(outside, field, np.minimum(field, level - _SNAP * grid.voxel))
+    return np.where(outside, field, np.minimum(field, level - 1e-6 * grid.voxel))
 
 
 def _rolled(

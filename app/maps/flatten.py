@@ -48,6 +48,7 @@ def flatten(
     if not surface.area > 0:
         raise MapError("the surface has no area to lay flat", place=name, value=f"{len(surface.faces)} faces")
     cut, terminals = _openable(surface, name)
+    notes = [Finding("seam-added", name, "too deep to open without", len(terminals))] if terminals else []
     chart = _flatten_cut(surface, cut, method, name, progress)
     while method != "tutte" and chart.energies[-1] > WORTH_A_SEAM and len(terminals) < _MAX_SEAMS:
         cut, terminals = _with_seam(surface, cut, terminals)
@@ -55,9 +56,9 @@ def flatten(
         before, after = chart.energies[-1], better.energies[-1]
         if before - after < _WORTH_KEEPING * (before - 4):
             break
-        note = Finding("seam-added", name, f"distortion {before:.2f} -> {after:.2f} (4 is none)")
-        chart = replace(better, findings=(*chart.findings, *better.findings, note))
-    return chart
+        notes.append(Finding("seam-added", name, f"distortion {before:.2f} -> {after:.2f} (4 is none)"))
+        chart = better
+    return replace(chart, findings=(*chart.findings, *notes))
 
 
 def _openable(surface: Mesh, name: str) -> tuple[CutSurface, list[int]]:

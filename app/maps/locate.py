@@ -15,13 +15,13 @@ class PlaneLocator:
     """Finds containing triangles among many that do not overlap.
 
     Args:
-        triangles: (t, 3, 2) corners, counter-clockwise; one without area holds no point.
+        triangles: (t, 3, 2) corners, in either direction; a triangle without area holds no point.
     """
 
     def __init__(self, triangles: FloatArray) -> None:
         a, first, second = triangles[:, 0], triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
         area = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
-        self._sound = area > 0
+        self._sound = area != 0
         safe = np.where(self._sound, area, 1.0)
         # Weight of corner 1 is row . (p - a) with the first row, of corner 2 with the second.
         self._origin = a

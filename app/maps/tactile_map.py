@@ -35,6 +35,9 @@ class TactileMap:
         counts = {len(self.skin.patches), len(self.charts), len(self.layout.placements)}
         if len(counts) != 1:
             raise MapError("skin, charts and layout disagree in the number of patches", value=sorted(counts))
+        for patch, chart in zip(self.skin.patches, self.charts, strict=True):
+            if len(patch.surface.faces) != len(chart.faces):
+                raise MapError("a chart does not have its surface's faces", place=patch.name, value=len(chart.faces))
 
     @cached_property
     def uv(self) -> tuple[FloatArray, ...]:
@@ -73,10 +76,14 @@ class TactileMap:
         """The map point (2,) [m] of a place on the body; on a seam, that of the copy its face belongs to."""
         return np.asarray(at.weights) @ self.uv[at.patch][self.charts[at.patch].faces[at.face]]
 
+    def to_map_many(self, patch: IntArray, face: IntArray, weights: FloatArray) -> FloatArray:
+        """Map points (k, 2) [m] of places given by patch (k,), face (k,) and weights (k, 3)."""
+        return np.einsum("kc,kcd->kd", weights, self._triangles[self._starts[patch] + face])
+
     def to_body(self, point: FloatArray) -> SurfacePoint | None:
         """The place on the body behind a map point (2,) [m]; None outside all patches.
 
-        Exact: the containing triangle, not the nearest taxels. Cost: about 30 µs.
+        Exact: the containing triangle, not the nearest taxels. Cost: about 50 µs, of 100,000 at once 0.6 µs each.
         """
         patch, face, weights = self.to_body_many(np.asarray(point, dtype=np.float64).reshape(1, 2))
         if face[0] < 0:
@@ -87,14 +94,23 @@ class TactileMap:
     def to_body_many(self, points: FloatArray) -> tuple[IntArray, IntArray, FloatArray]:
         """Patch (k,), face (k,) and weights (k, 3) behind map points (k, 2) [m]; patch and face are -1 outside."""
         triangle, weights = self._locator.query(points)
-        starts = np.cumsum([0, *(len(chart.faces) for chart in self.charts)])
-        patch = np.where(triangle >= 0, np.searchsorted(starts, triangle, side="right") - 1, -1)
-        return patch, np.where(triangle >= 0, triangle - starts[patch], -1), weights
+        patch = np.where(triangle >= 0, np.searchsorted(self._starts, triangle, side="right") - 1, -1)
+        return patch, np.where(triangle >= 0, triangle - self._starts[patch], -1), weights
+
+    @cached_property
+    def _starts(self) -> IntArray:
+        """(patches + 1,) number of each patch's first triangle when all are numbered through."""
+        return np.cumsum([0, *(len(chart.faces) for chart in self.charts)])
+
+    @cached_property
+    def _triangles(self) -> FloatArray:
+        """(t, 3, 2) all triangles on the map [m]."""
+        triangles = [uv[chart.faces] for chart, uv in zip(self.charts, self.uv, strict=True)]
+        return np.concatenate(triangles) if triangles else np.zeros((0, 3, 2))
 
     @cached_property
     def _locator(self) -> PlaneLocator:
-        triangles = [uv[chart.faces] for chart, uv in zip(self.charts, self.uv, strict=True)]
-        return PlaneLocator(np.concatenate(triangles) if triangles else np.zeros((0, 3, 2)))
+        return PlaneLocator(self._triangles)
 
 
 def _seam_segments(chart: Chart, uv: FloatArray) -> FloatArray:

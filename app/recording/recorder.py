@@ -101,12 +101,12 @@ class Recorder:
             self._writer.finish()
             self._stream.close()
         except OSError as error:
-            self._abandon()
+            self.abandon()
             raise RecordingError("the recording could not be completed", file=self.path, value=error,
                                  remedy=_WRITE_REMEDY) from error
 
-    def _abandon(self) -> None:
-        """Let go of a file that takes no more bytes."""
+    def abandon(self) -> None:
+        """Let go of a file that takes no more bytes, without completing it."""
         try:
             self._stream.close()
         except OSError:

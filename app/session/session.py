@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from app.contacts.reader import ContactReader
 from app.control.command import ControlChanged, ControlSettings
 from app.control.contact_motion import ContactMotionController, settings_from
@@ -71,8 +73,12 @@ class Session:
             self._waiting.append(PokeReleased(FINGER))
         self._waiting.append(act)
 
-    def advance(self, elapsed: float) -> Frame:
+    def advance(self, elapsed: float, *, each: Callable[[Frame], None] | None = None) -> Frame:
         """Simulate ``elapsed`` seconds in whole ticks, keeping the remainder; the frame of the last tick.
+
+        Args:
+            elapsed: Seconds to simulate.
+            each: Told every tick's frame, as a recorder wants it.
 
         Raises:
             SimulationError: The physics diverged or an input was refused; ``reset`` makes the session usable again
@@ -82,7 +88,9 @@ class Session:
         count = int(self._remainder / self.prepared.scene.tick + 1e-9)
         self._remainder = max(self._remainder - count * self.prepared.scene.tick, 0.0)
         for _ in range(min(count, MAX_TICKS)):
-            self.tick()
+            frame = self.tick()
+            if each is not None:
+                each(frame)
         return self.frame
 
     def tick(self) -> Frame:

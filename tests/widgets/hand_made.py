@@ -39,6 +39,13 @@ def touched(tactile_map, taxels=(), *, tick=1, time=0.0, kilopascals=12.0, radiu
     return Frame(tick, time, none, none, pressures, tuple(regions), tuple(pokes), command, (), timings)
 
 
+def middle_taxel(tactile_map, patch) -> int:
+    """The taxel nearest to the middle of a patch on the map."""
+    first, last = tactile_map.skin.first[patch], tactile_map.skin.first[patch + 1]
+    points = tactile_map.taxel_points[first:last]
+    return int(first + np.linalg.norm(points - points.mean(axis=0), axis=1).argmin())
+
+
 def leaf_map() -> TactileMap:
     """A real map of two flat, leaf-shaped patches: pictures of it pin the drawing, not the covering or flattening."""
     leaves = [("left leaf", 0.10, 0.16, (0.11, 0.17)), ("right leaf", 0.13, 0.10, (0.38, 0.12))]
@@ -65,10 +72,14 @@ def _leaf(name, width, height, *, rings=12, sides=48) -> tuple[Patch, Chart]:
     return Patch(name, name.replace(" ", "_"), surface, _taxels(surface)), chart
 
 
-def _taxels(surface) -> Taxels:
-    """One taxel in the middle of every third face outside the crowded centre, sharing the area evenly."""
-    chosen = np.arange(240, len(surface.faces), 3)
-    weights, count = np.full((len(chosen), 3), 1 / 3), len(chosen)
+def _taxels(surface, count=220) -> Taxels:
+    """Evenly spread face middles, each as far from those before as can be, sharing the area."""
+    middles, chosen = surface.vertices[surface.faces].mean(axis=1), np.zeros(count, dtype=int)
+    away = np.linalg.norm(middles - middles[0], axis=1)
+    for k in range(1, count):
+        chosen[k] = away.argmax()
+        away = np.minimum(away, np.linalg.norm(middles - middles[chosen[k]], axis=1))
+    weights = np.full((count, 3), 1 / 3)
     positions, normals = surface.points(chosen, weights), np.tile([0.0, 0.0, 1.0], (count, 1))
     areas = np.full(count, surface.area / count)
     felt = Quadrature(positions, normals, areas, np.arange(count))

@@ -7,12 +7,12 @@ from dataclasses import replace
 import pytest
 from PySide6.QtGui import QFont
 
-from tests.widgets.hand_made import leaf_map, touched
+from tests.widgets.hand_made import leaf_map, middle_taxel, touched
 from tests.widgets.pictures import check_picture
 from widgets.colours import DARK, LIGHT, PressureScale
 from widgets.map_view.map_view import MapView
 
-TOUCHED = 150
+HOVERED = 9
 
 
 @pytest.fixture
@@ -23,8 +23,8 @@ def view(qtbot, prepared):
     view.setFont(QFont("DejaVu Sans", 10))
     view.resize(640, 560)
     view.show_prepared(replace(prepared, skin=leaves.skin, map=leaves))
-    view.show_frame(touched(leaves, [TOUCHED, len(leaves.skin) - 90], radius=0.03))
-    view.set_hover(leaves.skin.taxel_point(TOUCHED + 40))
+    view.show_frame(touched(leaves, [0, middle_taxel(leaves, 1)], radius=0.04))
+    view.set_hover(leaves.skin.taxel_point(HOVERED))
     return view
 
 
@@ -38,5 +38,5 @@ def test_framed(view, theme):
 def test_zoomed_in_and_replaying(view):
     view.show()
     view.set_replaying(replaying=True)
-    view.zoom(5.0, view.pixel_of(leaf_map().skin.taxel_point(TOUCHED)))
+    view.zoom(3.0, view.pixel_of(leaf_map().skin.taxel_point(0)))
     check_picture(view, "map_view_zoomed")

@@ -26,8 +26,8 @@ class Canvas(Protocol):
     plotter: Any
     widget: QWidget
 
-    def draw(self) -> None:
-        """Render the scene."""
+    def draw(self, *, quality: float = 1.0) -> None:
+        """Render the scene, at ``quality`` times the display's own resolution where the canvas can."""
 
     def close_plotter(self) -> None:
         """Release the render window; the widget draws nothing after this."""
@@ -46,11 +46,11 @@ class ImageCanvas(QWidget):
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.setMouseTracking(True)
 
-    def draw(self) -> None:
-        """Render at the widget's size in device pixels, and repaint."""
+    def draw(self, *, quality: float = 1.0) -> None:
+        """Render at ``quality`` times the widget's size in device pixels, and repaint."""
         if self._closed:
             return
-        ratio = self.devicePixelRatioF()
+        ratio = self.devicePixelRatioF() * quality
         width, height = max(round(self.width() * ratio), 1), max(round(self.height() * ratio), 1)
         window = self.plotter.render_window
         if tuple(window.GetSize()) != (width, height):
@@ -58,8 +58,8 @@ class ImageCanvas(QWidget):
         window.Render()
         window.GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, self._pixels)
         rows = vtk_to_numpy(self._pixels).reshape(height, width, 4)
-        self._image = QImage(rows[::-1].tobytes(), width, height, 4 * width, QImage.Format.Format_RGBX8888)
-        self._image.setDevicePixelRatio(ratio)
+        self._rows = rows[::-1].tobytes()  # upper row first; kept, because the image only points to it
+        self._image = QImage(self._rows, width, height, 4 * width, QImage.Format.Format_RGBX8888)
         self.update()
 
     def close_plotter(self) -> None:
@@ -74,7 +74,8 @@ class ImageCanvas(QWidget):
         if self._image is None:
             painter.fillRect(self.rect(), self.palette().base())
         else:
-            painter.drawImage(0, 0, self._image)
+            painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+            painter.drawImage(self.rect(), self._image)
         painter.end()
 
 
@@ -89,8 +90,8 @@ class OpenGLCanvas:
         self.widget.setMouseTracking(True)
         self.widget.setAcceptDrops(False)  # it would load any dropped file by itself
 
-    def draw(self) -> None:
-        """Ask for one paint; ``render`` would render twice."""
+    def draw(self, *, quality: float = 1.0) -> None:
+        """Ask for one paint at the display's resolution; ``render`` would render twice."""
         self.plotter.update()
 
     def close_plotter(self) -> None:

@@ -30,18 +30,22 @@ class Marks:
 
     def __init__(self, plotter: Any, theme: Theme, prepared: Prepared) -> None:
         self._prepared, self._index = prepared, prepared.robot.link_index
-        self._size = 0.010
-        disc = pv.Disc(inner=0.62, outer=1.0, c_res=48)
+        self._size = 0.015
+        disc = pv.Disc(inner=0.86, outer=1.0, c_res=48)  # a ring, so that the touch within stays in sight
+        hover = pv.Disc(inner=0.62, outer=1.0, c_res=48)
         ball = pv.Sphere(theta_resolution=24, phi_resolution=16)
-        arrow = pv.Arrow(start=(0, 0, 1), direction=(0, 0, -1), tip_length=0.3, tip_radius=0.09, shaft_radius=0.03)
+        arrow = pv.Arrow(start=(0, 0, 1), direction=(0, 0, -1), tip_length=0.3, tip_radius=0.07, shaft_radius=0.022)
         self._discs = [_add(plotter, disc, theme.accent, lit=False) for _ in range(_MOST)]
-        self._arrows = [_add(plotter, arrow, theme.accent, lit=True) for _ in range(_MOST)]
-        self._balls = [_add(plotter, ball, theme.text, lit=True, opacity=0.35) for _ in range(_MOST)]
-        self._hover = _add(plotter, disc, theme.accent, lit=False)
+        self._arrows = [_add(plotter, arrow, theme.accent, lit=False) for _ in range(_MOST)]
+        self._balls = [_add(plotter, ball, theme.text, lit=True, opacity=0.25) for _ in range(_MOST)]
+        self._hover = _add(plotter, hover, theme.accent, lit=False)
+        self.forces: list[tuple[FloatArray, float]] = []
+        """Each arrow's tail and tip (2, 3) [m], world, and the force it stands for [N]."""
 
     def show_frame(self, frame: Frame, poses: FloatArray) -> None:
         """Place discs and arrows at the regions' centres of pressure, and a ball at each fingertip."""
         regions, pokes = frame.regions[:_MOST], frame.pokes[:_MOST]
+        self.forces = []
         for actors in (self._discs, self._arrows):
             for actor in actors[len(regions) :]:
                 actor.visibility = False
@@ -51,6 +55,7 @@ class Marks:
             _place(disc, point + 0.001 * normal, normal, self._size, self._size)
             length = min(ARROW_LENGTH * region.force, MAX_ARROW)
             _place(arrow, point + 0.002 * normal, normal, 0.08, max(length, 1e-3))
+            self.forces.append((point + np.outer([0.002 + length, 0.002], normal), region.force))
         for actor in self._balls[len(pokes) :]:
             actor.visibility = False
         for poke, ball in zip(pokes, self._balls, strict=False):
@@ -73,8 +78,9 @@ class Marks:
 
 
 def _add(plotter: Any, mesh: pv.PolyData, colour: str, *, lit: bool, opacity: float = 1.0) -> Any:
-    actor = plotter.add_mesh(mesh, color=colour, lighting=lit, opacity=opacity, pickable=False, reset_camera=False,
-                             show_scalar_bar=False)
+    actor = plotter.add_mesh(
+        mesh, color=colour, lighting=lit, opacity=opacity, pickable=False, reset_camera=False, show_scalar_bar=False
+    )
     actor.visibility = False
     return actor
 

@@ -1,50 +1,37 @@
-"""Moving a camera by hand: orbit, pan and zoom, as arithmetic on a PyVista camera. No Qt."""
+"""Moving the eye by hand: orbit, pan and zoom, from one viewpoint to the next. Knows neither Qt nor VTK."""
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
-from app.arrays import FloatArray
+from widgets.robot_view.viewpoint import Viewpoint
 
 _LOWEST, _HIGHEST = np.radians(-85), np.radians(88)
+_TURN_PER_HEIGHT = 2 * np.pi / 1.5
 
 
-def orbit(camera: Any, dx: float, dy: float, height: int) -> None:
-    """Turn about the focal point by pixels dragged; z stays up and the poles are not crossed."""
-    away = np.array(camera.position) - camera.focal_point
-    distance = float(np.linalg.norm(away))
-    turn = 2 * np.pi * np.array([dx, dy]) / (1.5 * height)
-    azimuth = np.arctan2(away[1], away[0]) - turn[0]
-    elevation = float(np.clip(np.arcsin(away[2] / distance) + turn[1], _LOWEST, _HIGHEST))
-    direction = [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)]
-    camera.position = np.array(camera.focal_point) + distance * np.array(direction)
-    camera.up = (0.0, 0.0, 1.0)
+def orbit(view: Viewpoint, dx: float, dy: float, height: int) -> Viewpoint:
+    """Turn about the focus by pixels dragged in a view of this height; z stays up, the poles are not crossed."""
+    away = view.eye - view.focus
+    azimuth = np.arctan2(away[1], away[0]) - _TURN_PER_HEIGHT * dx / height
+    elevation = np.arcsin(np.clip(away[2] / view.distance, -1, 1)) + _TURN_PER_HEIGHT * dy / height
+    elevation = np.clip(elevation, _LOWEST, _HIGHEST)
+    flat = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
+    direction = np.cos(elevation) * flat + np.array([0.0, 0.0, np.sin(elevation)])
+    return replace(view, eye=view.focus + view.distance * direction, up=np.array([0.0, 0.0, 1.0]))
 
 
-def pan(camera: Any, dx: float, dy: float, height: int) -> None:
-    """Move eye and focal point together, so that what is at the focal point's depth follows the pointer."""
-    forward, right, up, distance = _frame(camera)
-    del forward
-    pixel = 2 * distance * np.tan(np.radians(camera.view_angle) / 2) / height
+def pan(view: Viewpoint, dx: float, dy: float, height: int) -> Viewpoint:
+    """Move eye and focus together, so that what is as deep as the focus follows the pointer."""
+    right, up, _ = view.axes
+    pixel = 2 * view.distance * np.tan(np.radians(view.view_angle) / 2) / height
     step = pixel * (dy * up - dx * right)
-    camera.focal_point, camera.position = camera.focal_point + step, camera.position + step
+    return replace(view, eye=view.eye + step, focus=view.focus + step)
 
 
-def zoom(camera: Any, factor: float, *, nearest: float = 0.02, farthest: float = 100.0) -> None:
-    """Go closer by ``factor`` (> 1) or away (< 1), towards the focal point [m]."""
-    away = np.array(camera.position) - camera.focal_point
-    distance = float(np.linalg.norm(away))
-    wanted = float(np.clip(distance / factor, nearest, farthest))
-    camera.position = camera.focal_point + away * (wanted / distance)
-
-
-def _frame(camera: Any) -> tuple[FloatArray, FloatArray, FloatArray, float]:
-    """Forward, right and up unit vectors, and the distance to the focal point [m]."""
-    forward = np.array(camera.focal_point) - camera.position
-    distance = float(np.linalg.norm(forward))
-    forward = forward / distance
-    right = np.cross(forward, camera.up)
-    right /= np.linalg.norm(right)
-    return forward, right, np.cross(right, forward), distance
+def zoom(view: Viewpoint, factor: float, *, nearest: float = 0.02, farthest: float = 100.0) -> Viewpoint:
+    """Go closer to the focus by ``factor`` (> 1) or away (< 1), within these distances [m]."""
+    distance = float(np.clip(view.distance / factor, nearest, farthest))
+    return replace(view, eye=view.focus + (view.eye - view.focus) * (distance / view.distance))

@@ -2,51 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from app.arrays import FloatArray
 from app.geometry.raycast import RayCaster
 from app.geometry.surface_point import SurfacePoint
 from app.session.prepare import Prepared
-
-
-@dataclass(frozen=True, eq=False)
-class CameraRay:
-    """A ray from the eye through a pixel, world frame.
-
-    Attributes:
-        origin: (3,) [m].
-        direction: (3,) unit.
-    """
-
-    origin: FloatArray
-    direction: FloatArray
-
-
-def camera_ray(
-    pixel: tuple[float, float], size: tuple[int, int], position: FloatArray, focus: FloatArray, up: FloatArray,
-    view_angle: float,
-) -> CameraRay:
-    """The ray through a pixel of a perspective camera.
-
-    Args:
-        pixel: From the upper left corner.
-        size: Width and height of the picture, in the same pixels.
-        position: (3,) of the eye [m].
-        focus: (3,) what it looks at [m].
-        up: (3,) roughly up.
-        view_angle: Vertical, full [degrees].
-    """
-    forward = (focus - position) / np.linalg.norm(focus - position)
-    right = np.cross(forward, up)
-    right /= np.linalg.norm(right)
-    half = np.tan(np.radians(view_angle) / 2)
-    x = (2 * pixel[0] / size[0] - 1) * half * size[0] / size[1]
-    y = (1 - 2 * pixel[1] / size[1]) * half
-    direction = forward + x * right + y * np.cross(right, forward)
-    return CameraRay(np.asarray(position, dtype=np.float64), direction / np.linalg.norm(direction))
+from widgets.robot_view.viewpoint import CameraRay
 
 
 class SkinPicker:

@@ -17,6 +17,12 @@ from app.session.frame import Frame
 from app.session.prepare import Prepared
 from widgets.colours import PressureScale, Theme, mixed
 from widgets.robot_view.marks import Marks
+from widgets.robot_view.viewpoint import Viewpoint, framing
+
+_STILL = 2e-5
+"""Joints that move less [rad, m] do not change a pixel."""
+_AWAY = np.array([0.78, -0.92, 0.42])
+"""From the robot to the eye: its front is +x, and z is up."""
 
 
 class RobotScene:
@@ -62,6 +68,7 @@ class RobotScene:
         self._move()
         self._ground()
         self.frame_all()
+        self.fit_depth()
 
     def show_frame(self, frame: Frame) -> None:
         """Move links and colour skin, in place; the caller renders."""
@@ -72,6 +79,19 @@ class RobotScene:
         self._move()
         self._colour(frame.pressures)
         self._marks.show_frame(frame, self.poses)
+
+    def shows(self, frame: Frame) -> bool:
+        """Whether ``frame`` would look like the one shown: an arm at rest need not be drawn again and again."""
+        shown = self._frame
+        return shown is not None and (
+            shown is frame
+            or (
+                bool(np.abs(frame.posture - shown.posture).max(initial=0.0) < _STILL)
+                and bool(np.abs(frame.pressures - shown.pressures).max(initial=0.0) < 1e3 * self._scale.maximum / 256)
+                and len(frame.pokes) == len(shown.pokes)
+                and [f"{r.id} {r.force:.2f}" for r in frame.regions] == [f"{r.id} {r.force:.2f}" for r in shown.regions]
+            )
+        )
 
     def set_hover(self, at: SurfacePoint | None) -> None:
         """Mark a place on the skin; None for none."""
@@ -99,21 +119,35 @@ class RobotScene:
         """(links, 4, 4) ``T_world_link`` as drawn."""
         return self._configuration.poses()
 
-    def frame_all(self) -> None:
-        """Look at everything, three quarters from the front and slightly from above."""
-        if self._prepared is None:
-            return
-        points = self._corners()
-        middle, radius = 0.5 * (points.min(axis=0) + points.max(axis=0)), 0.5 * np.ptp(points, axis=0)
-        camera = self._plotter.camera
-        camera.view_angle = 30.0
-        distance = 1.05 * float(np.linalg.norm(radius)) / np.sin(np.radians(15.0))
-        away = np.array([0.78, -0.92, 0.42])
-        camera.focal_point = middle
-        camera.position = middle + distance * away / np.linalg.norm(away)
-        camera.up = (0.0, 0.0, 1.0)
-        camera.is_set = True  # or PyVista would look from its own default place at the first render
-        self._plotter.reset_camera_clipping_range()
+    @property
+    def forces(self) -> list[tuple[FloatArray, float]]:
+        """Each force arrow's tail and tip (2, 3) [m], world, and the force it stands for [N]."""
+        return self._marks.forces if self._prepared is not None else []
+
+    @property
+    def viewpoint(self) -> Viewpoint:
+        """Where the eye is."""
+        return Viewpoint.of(self._plotter.camera)
+
+    def look(self, viewpoint: Viewpoint) -> None:
+        """Look from there."""
+        viewpoint.to(self._plotter.camera)
+        self._plotter.camera.is_set = True  # or PyVista would look from its own default place at the first render
+
+    def frame_all(self, *, aspect: float | None = None) -> None:
+        """Look at everything, three quarters from the front and slightly from above.
+
+        Args:
+            aspect: Width by height of the picture; by default the plotter's.
+        """
+        if self._prepared is not None:
+            width, height = self._plotter.window_size
+            points = self._corners()
+            self.look(framing(points, _AWAY, aspect or width / height, view_angle=30.0, fill=0.86))
+
+    def fit_depth(self) -> None:
+        """Let the camera's depth hold all that is drawn; before each picture, since the robot moves."""
+        self._plotter.renderer.ResetCameraClippingRange()
 
     def _corners(self) -> FloatArray:
         """(k, 3) corners of all links' and patches' boxes, world [m]."""
@@ -159,13 +193,19 @@ class RobotScene:
         lines = np.concatenate([np.array(ends).reshape(-1, 2) + centre, np.full((2 * len(ends), 1), floor)], axis=1)
         grid = pv.PolyData(lines, lines=np.insert(np.arange(len(lines)).reshape(-1, 2), 0, 2, axis=1).ravel())
         colour = mixed(self._theme.window, self._theme.quiet, 0.28)
-        self._plotter.add_mesh(grid, color=colour, line_width=1, lighting=False, name="ground", pickable=False,
-                               reset_camera=False)
+        self._plotter.add_mesh(
+            grid, color=colour, line_width=1, lighting=False, name="ground", pickable=False, reset_camera=False
+        )
 
 
 _MATTE: dict[str, Any] = {
-    "smooth_shading": True, "split_sharp_edges": False, "ambient": 0.22, "diffuse": 0.82, "specular": 0.0,
-    "show_scalar_bar": False, "reset_camera": False,
+    "smooth_shading": True,
+    "split_sharp_edges": False,
+    "ambient": 0.34,
+    "diffuse": 0.70,
+    "specular": 0.0,
+    "show_scalar_bar": False,
+    "reset_camera": False,
 }
 
 

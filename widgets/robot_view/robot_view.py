@@ -2,40 +2,32 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
-
-import numpy as np
-from PySide6.QtCore import QEvent, QObject, QPointF, Qt, QTimer, Signal
-from PySide6.QtGui import QKeyEvent, QMouseEvent, QResizeEvent, QShowEvent, QWheelEvent
-from PySide6.QtWidgets import QVBoxLayout, QWidget
+from PySide6.QtCore import QEvent, QObject, QPointF, Qt, Signal
+from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent, QResizeEvent, QWheelEvent
+from PySide6.QtWidgets import QWidget
 
 from app.geometry.surface_point import SurfacePoint
-from app.session.frame import Frame
 from app.session.prepare import Prepared
 from widgets.colours import PressureScale, Theme
 from widgets.hand import Act, Hand, Mode, Moved, Panned, Pressed, Released
-from widgets.robot_view import orbit
-from widgets.robot_view.canvas import make_canvas
-from widgets.robot_view.pick import SkinPicker, camera_ray
-from widgets.robot_view.robot_scene import RobotScene
+from widgets.robot_view.orbit import orbit, pan, zoom
+from widgets.robot_view.pick import SkinPicker
+from widgets.robot_view.robot_canvas import RobotCanvas
 from widgets.state_card import StateCard
 
-_SHORTEST_WAIT_MS = 15.0
 _WHEEL_STEP = 1.15
 
 
-class RobotView(QWidget):
+class RobotView(RobotCanvas):
     """Draws the robot and emits what the hand did; decides nothing.
 
-    Rendering waits for the event loop, so that the map is painted first, and for twice the time of the last picture, so
-    that slow drawing never starves the rest.
+    Left presses poke the skin and turn the view beside it; middle or with Shift they pan; the wheel zooms; a double
+    click beside the skin frames the robot.
 
     Args:
         theme: Colours of everything that is not skin.
         scale: Colours of pressure.
         parent: Qt parent.
-        clock: Seconds, for pacing.
     """
 
     poke_pressed = Signal(object)
@@ -46,35 +38,20 @@ class RobotView(QWidget):
     """The finger left."""
     hovered = Signal(object)
     """The SurfacePoint under the pointer, or None."""
-    drawn = Signal(float)
-    """A picture was rendered: its milliseconds."""
     open_requested = Signal()
     """The button of the empty or failed state was pressed."""
     cancel_requested = Signal()
     """The button of the loading state was pressed."""
 
-    def __init__(
-        self, theme: Theme, scale: PressureScale, parent: QWidget | None = None, *,
-        clock: Callable[[], float] = time.perf_counter,
-    ) -> None:
-        super().__init__(parent)
-        self._clock, self._last_ms, self._dirty = clock, 0.0, False
-        self._prepared: Prepared | None = None
+    def __init__(self, theme: Theme, scale: PressureScale, parent: QWidget | None = None) -> None:
+        super().__init__(theme, scale, parent)
         self._picker: SkinPicker | None = None
         self._hand, self._button = Hand(), Qt.MouseButton.NoButton
         self._hover: SurfacePoint | None = None
         self._loading = False
-        self.canvas = make_canvas(self)
-        self.scene = RobotScene(self.canvas.plotter, theme, scale)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(self.canvas.widget)
         self.canvas.widget.installEventFilter(self)
         self._card = StateCard(self)
         self._card.helped.connect(self._on_card_helped)
-        self._timer = QTimer(self)
-        self._timer.setSingleShot(True)
-        self._timer.timeout.connect(self._on_timer)
         self.setObjectName("robot-view")
         self.setAccessibleName("Robot")
         self.setAccessibleDescription("Press the skin to poke it. Drag beside it to turn the view.")
@@ -85,46 +62,18 @@ class RobotView(QWidget):
     # What is shown.
 
     def show_prepared(self, prepared: Prepared) -> None:
-        """Show the robot of ``prepared`` at home, framed."""
+        """Show the robot of ``prepared`` at home, framed; if it cannot be, the last one stays."""
         self._end_hold()
-        self._prepared, self._picker = prepared, SkinPicker(prepared)
+        picker = SkinPicker(prepared)
+        self.show_robot(prepared)
+        self._picker = picker
         self._hover_at(None)
-        self.scene.show_prepared(prepared)
         self._card.hide()
-        self._refresh()
-
-    def show_frame(self, frame: Frame) -> None:
-        """Show ``frame`` of the prepared scene, at the next chance to draw."""
-        if self._prepared is not None:
-            self.scene.show_frame(frame)
-            if self._hover is not None:
-                self.scene.set_hover(self._hover if self._hand.mode is Mode.IDLE else None)
-            self._refresh()
-
-    def set_hover(self, at: SurfacePoint | None) -> None:
-        """Mark the place that the pointer is over in another view; None for none."""
-        self.scene.set_hover(at)
-        self._refresh()
-
-    def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
-        self.scene.set_theme(theme)
-        self._refresh()
-
-    def set_scale(self, scale: PressureScale) -> None:
-        """Take another pressure scale."""
-        self.scene.set_scale(scale)
-        self._refresh()
-
-    def frame_all(self) -> None:
-        """Look at the whole robot again."""
-        self.scene.frame_all()
-        self._refresh()
 
     def show_empty(self) -> None:
         """Say what would fill the view."""
-        self._tell("No robot yet", "Open a robot, or drop its file here: MJCF, URDF or a bare mesh.",
-                   button="Open robot…")
+        text = "Open a robot, or drop its file here: MJCF, URDF or a bare mesh."
+        self._tell("No robot yet", text, button="Open robot…")
 
     def show_loading(self, text: str, progress: float) -> None:
         """Say that a robot is being made: ``text`` names the stage, ``progress`` runs from 0 to 1."""
@@ -136,22 +85,17 @@ class RobotView(QWidget):
 
     def show_last(self) -> None:
         """Go back to the last good robot after loading another one failed or was cancelled."""
-        if self._prepared is None:
+        if self.prepared is None:
             self.show_empty()
         else:
             self._card.hide()
-            self._refresh()
-
-    def draw_now(self) -> None:
-        """Render without waiting; for pictures and tests."""
-        self._dirty = True
-        self._on_timer()
+            self.request()
 
     def close_view(self) -> None:
         """Give the graphics back; the view draws nothing after this."""
-        self._timer.stop()
+        self._end_hold()
         self.canvas.widget.removeEventFilter(self)
-        self.canvas.close_plotter()
+        super().close_view()
 
     def _tell(self, heading: str, text: str, *, button: str, progress: float | None = None) -> None:
         self._end_hold()
@@ -162,71 +106,37 @@ class RobotView(QWidget):
     def _on_card_helped(self) -> None:
         (self.cancel_requested if self._loading else self.open_requested).emit()
 
-    def _refresh(self) -> None:
-        """Render soon: after what waits in the event loop, and not before twice the last picture's time has passed."""
-        self._dirty = True
-        if not self._timer.isActive() and self.isVisible():
-            self._timer.start(round(max(_SHORTEST_WAIT_MS, self._last_ms)))
-
-    def _on_timer(self) -> None:
-        if not self._dirty or not self.isVisible() or self._card.isVisible():
-            return
-        start = self._clock()
-        self.canvas.plotter.renderer.ResetCameraClippingRange()
-        self.canvas.draw()
-        self._dirty, self._last_ms = False, 1e3 * (self._clock() - start)
-        self.drawn.emit(self._last_ms)
-
     # The hand.
-
-    def pixel_of(self, at: SurfacePoint) -> QPointF:
-        """Where a place on the skin is in this view now [px]; it may be hidden behind something."""
-        assert self._prepared is not None
-        camera, skin = self.canvas.plotter.camera, self._prepared.skin
-        pose = self.scene.poses[self._prepared.robot.link_index[skin.link(at)]]
-        world = pose[:3, :3] @ skin.position(at) + pose[:3, 3]
-        forward = np.array(camera.focal_point) - camera.position
-        forward /= np.linalg.norm(forward)
-        right = np.cross(forward, camera.up)
-        right /= np.linalg.norm(right)
-        away = world - camera.position
-        scale = self.height() / (2 * np.tan(np.radians(camera.view_angle) / 2) * (away @ forward))
-        return QPointF(self.width() / 2 + scale * (away @ right),
-                       self.height() / 2 - scale * (away @ np.cross(right, forward)))
 
     def _at(self, position: QPointF) -> SurfacePoint | None:
         if self._picker is None or self._card.isVisible():
             return None
-        camera = self.canvas.plotter.camera
-        ray = camera_ray((position.x(), position.y()), (self.width(), self.height()), np.array(camera.position),
-                         np.array(camera.focal_point), np.array(camera.up), camera.view_angle)
+        ray = self.scene.viewpoint.ray((position.x(), position.y()), (self.width(), self.height()))
         return self._picker.pick(ray, self.scene.poses)
 
     def _act(self, act: Act | None) -> None:
         if isinstance(act, Pressed):
-            self.scene.set_hover(None)
+            self.set_hover(None)
             self.poke_pressed.emit(act.at)
         elif isinstance(act, Moved):
             self.poke_moved.emit(act.at)
         elif isinstance(act, Released):
+            self.set_hover(self._hover)
             self.poke_released.emit()
         elif isinstance(act, Panned):
-            move = orbit.orbit if self._button == Qt.MouseButton.LeftButton else orbit.pan
-            move(self.canvas.plotter.camera, act.dx, act.dy, self.height())
-            self._refresh()
+            move = orbit if self._button == Qt.MouseButton.LeftButton else pan
+            self.look(move(self.scene.viewpoint, act.dx, act.dy, self.height()))
         self._show_cursor()
 
     def _end_hold(self) -> None:
         self._act(self._hand.cancel())
 
     def _hover_at(self, at: SurfacePoint | None) -> None:
-        if at == self._hover:
-            return
-        self._hover = at
-        if self._prepared is not None:
+        if at != self._hover:
+            self._hover = at
             self.set_hover(None if self._hand.mode is Mode.POKING else at)
-        self._show_cursor()
-        self.hovered.emit(at)
+            self._show_cursor()
+            self.hovered.emit(at)
 
     def _show_cursor(self) -> None:
         shape = Qt.CursorShape.OpenHandCursor
@@ -237,63 +147,56 @@ class RobotView(QWidget):
         self.canvas.widget.setCursor(shape)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Qt: all of the canvas's mouse, wheel and keys; the canvas's own handling never sees them."""
-        kind = event.type()
+        """Qt: all of the canvas's mouse and wheel; the canvas's own handling never sees them."""
         if isinstance(event, QMouseEvent):
-            if kind == QEvent.Type.MouseButtonPress:
-                self._press(event)
-            elif kind == QEvent.Type.MouseMove:
-                at = self._at(event.position()) if self._hand.mode is not Mode.PANNING else None
-                self._act(self._hand.move(event.position().toTuple(), at))
-                self._hover_at(at)
-            elif kind == QEvent.Type.MouseButtonRelease:
-                self._act(self._hand.release(event.button()))
-            elif kind == QEvent.Type.MouseButtonDblClick:
-                self._double_click(event)
+            self._mouse(event)
             return True
         if isinstance(event, QWheelEvent):
-            orbit.zoom(self.canvas.plotter.camera, _WHEEL_STEP ** (event.angleDelta().y() / 120))
-            self._refresh()
+            self.look(zoom(self.scene.viewpoint, _WHEEL_STEP ** (event.angleDelta().y() / 120)))
             return True
-        if kind == QEvent.Type.Leave:
+        if event.type() == QEvent.Type.Leave:
             self._hover_at(None)
         return False
 
-    def _press(self, event: QMouseEvent) -> None:
-        self.setFocus(Qt.FocusReason.MouseFocusReason)
-        shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
-        left = event.button() == Qt.MouseButton.LeftButton
-        self._button = Qt.MouseButton.LeftButton if left and not shift else Qt.MouseButton.MiddleButton
-        at = self._at(event.position()) if left and not shift else None
-        self._act(self._hand.press(event.position().toTuple(), at, button=event.button(), pan=at is None))
-
-    def _double_click(self, event: QMouseEvent) -> None:
-        if event.button() == Qt.MouseButton.LeftButton and self._at(event.position()) is None:
+    def _mouse(self, event: QMouseEvent) -> None:
+        kind = event.type()
+        if kind == QEvent.Type.MouseButtonPress:
+            self._press(event)
+        elif kind == QEvent.Type.MouseMove:
+            at = None if self._hand.mode is Mode.PANNING else self._at(event.position())
+            self._act(self._hand.move(event.position().toTuple(), at))
+            self._hover_at(at)
+        elif kind == QEvent.Type.MouseButtonRelease:
+            self._act(self._hand.release(event.button()))
+        elif event.button() == Qt.MouseButton.LeftButton and self._at(event.position()) is None:
             self.frame_all()
-        else:
+        else:  # on the skin a second quick press is a second poke
             self._press(event)
 
+    def _press(self, event: QMouseEvent) -> None:
+        self.setFocus(Qt.FocusReason.MouseFocusReason)
+        turns = (
+            event.button() == Qt.MouseButton.LeftButton and not event.modifiers() & Qt.KeyboardModifier.ShiftModifier
+        )
+        self._button = Qt.MouseButton.LeftButton if turns else Qt.MouseButton.MiddleButton
+        at = self._at(event.position()) if turns else None
+        self._act(self._hand.press(event.position().toTuple(), at, button=event.button(), pan=at is None))
+
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Qt: Escape ends a poke, R and F frame the robot."""
+        """Qt: Escape ends a poke, F frames the robot."""
         if event.key() == Qt.Key.Key_Escape and self._hand.mode is not Mode.IDLE:
             self._end_hold()
-        elif event.key() in (Qt.Key.Key_R, Qt.Key.Key_F) and not event.modifiers():
+        elif event.key() == Qt.Key.Key_F and not event.modifiers():
             self.frame_all()
         else:
             super().keyPressEvent(event)
 
-    def focusOutEvent(self, event: QEvent) -> None:
+    def focusOutEvent(self, event: QFocusEvent) -> None:
         """Qt: a finger never stays pressed where no hand can lift it."""
         self._end_hold()
-        super().focusOutEvent(event)  # type: ignore[arg-type]
-
-    def showEvent(self, event: QShowEvent) -> None:
-        """Qt: catch up with the newest frame."""
-        super().showEvent(event)
-        self._refresh()
+        super().focusOutEvent(event)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Qt: draw at the new size."""
+        """Qt: the message keeps covering the view."""
         super().resizeEvent(event)
         self._card.setGeometry(self.rect())
-        self._refresh()

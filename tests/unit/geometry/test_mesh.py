@@ -1,0 +1,56 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.errors import MeshError
+from app.geometry.mesh import Mesh
+
+TRIANGLE = Mesh([[0, 0, 0], [2, 0, 0], [0, 2, 0]], [[0, 1, 2]])
+
+
+def test_areas_normals_edges_bounds_and_size() -> None:
+    assert TRIANGLE.face_areas.tolist() == [2.0]
+    assert TRIANGLE.area == 2.0
+    assert TRIANGLE.face_normals.tolist() == [[0, 0, 1]]
+    assert TRIANGLE.vertex_normals.tolist() == [[0, 0, 1]] * 3
+    assert TRIANGLE.edges.tolist() == [[0, 1], [0, 2], [1, 2]]
+    assert TRIANGLE.bounds.tolist() == [[0, 0, 0], [2, 2, 0]]
+    assert TRIANGLE.size == pytest.approx(np.sqrt(8))
+
+
+def test_points_and_normals_by_weights() -> None:
+    assert TRIANGLE.point(0, (0.5, 0.25, 0.25)).tolist() == [0.5, 0.5, 0]
+    assert TRIANGLE.points(np.array([0, 0]), np.array([[1, 0, 0], [0, 1, 0.0]])).tolist() == [[0, 0, 0], [2, 0, 0]]
+    assert TRIANGLE.normal(0, (1 / 3, 1 / 3, 1 / 3)).tolist() == pytest.approx([0, 0, 1])
+
+
+def test_a_face_without_area_has_no_normal() -> None:
+    mesh = Mesh([[0, 0, 0], [1, 0, 0]], [[0, 1, 1]])
+    assert mesh.face_normals.tolist() == [[0, 0, 0]]
+    assert mesh.normal(0, (1, 0, 0)).tolist() == [0, 0, 0]
+
+
+def test_an_empty_mesh_is_a_value_too() -> None:
+    mesh = Mesh(np.zeros((0, 3)), np.zeros((0, 3), dtype=int))
+    assert (mesh.area, mesh.size, len(mesh.edges)) == (0, 0, 0)
+
+
+def test_arrays_are_its_own_and_read_only() -> None:
+    vertices = np.eye(3)
+    mesh = Mesh(vertices, np.array([[0, 1, 2]]))
+    vertices[0, 0] = 9
+    assert mesh.vertices[0, 0] == 1
+    with pytest.raises(ValueError, match="read-only"):
+        mesh.vertices[0, 0] = 2
+
+
+def test_a_vertex_that_is_not_finite_is_named() -> None:
+    with pytest.raises(MeshError, match="vertex 1.*finite"):
+        Mesh([[0, 0, 0], [np.nan, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+
+
+@pytest.mark.parametrize("index", [3, -1])
+def test_a_face_out_of_range_is_named(index: int) -> None:
+    with pytest.raises(MeshError, match="face 1"):
+        Mesh(np.eye(3), [[0, 1, 2], [0, 1, index]])

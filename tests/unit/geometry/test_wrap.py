@@ -1,0 +1,52 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.errors import MeshError
+from app.geometry import wrap as wrap_module
+from app.geometry.wrap import wrap
+from tests.numerics.hard_meshes import HARD_MESHES
+
+SPHERE = HARD_MESHES["sphere"]
+
+
+def test_a_wrapped_ball_is_a_larger_ball() -> None:
+    surface = wrap(SPHERE, thickness=0.01, voxel=0.01).surface
+    radius = np.linalg.norm(surface.vertices, axis=1)
+    assert radius == pytest.approx(0.11, abs=1e-3)
+    assert surface.area == pytest.approx(4 * np.pi * 0.11**2, rel=0.02)
+
+
+def test_triangles_are_well_shaped() -> None:
+    surface = wrap(HARD_MESHES["cube"], thickness=0.01, voxel=0.01, closing=0.03).surface
+    corners = surface.vertices[surface.faces]
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    assert np.percentile(2 * surface.face_areas / longest**2, 1) > 0.3  # height over longest side
+
+
+def test_closing_cuts_the_handles_that_holes_make() -> None:
+    small = wrap(HARD_MESHES["torus"], thickness=0.003, voxel=0.005).surface
+    inner = np.linalg.norm(small.vertices[:, :2], axis=1).min()
+    filled = wrap(HARD_MESHES["torus"], thickness=0.003, voxel=0.005, closing=0.08).surface
+    assert inner > 0.05
+    assert np.linalg.norm(filled.vertices[:, :2], axis=1).min() < 0.01
+
+
+def test_a_grid_too_large_is_made_coarser_and_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(wrap_module, "MAX_NODES", 20_000)
+    result = wrap(SPHERE, thickness=0.002, voxel=0.002, where="ball")
+    assert [f.kind for f in result.findings] == ["coarse-wrap"]
+    assert result.voxel > 0.002
+    assert result.thickness >= result.voxel / 1.9 - 1e-12
+
+
+def test_loose_parts_are_said() -> None:
+    result = wrap(HARD_MESHES["two components"], thickness=0.005, voxel=0.008)
+    assert [(f.kind, f.count) for f in result.findings] == [("loose-part", 1)]
+
+
+@pytest.mark.parametrize("sizes", [(0, 1, 0), (1, 0, 0), (1, 1, -1), (np.nan, 1, 0), (1, np.inf, 0)])
+def test_senseless_sizes_are_refused(sizes: tuple[float, float, float]) -> None:
+    with pytest.raises(MeshError, match="positive"):
+        wrap(SPHERE, thickness=sizes[0], voxel=sizes[1], closing=sizes[2])

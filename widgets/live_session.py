@@ -1,0 +1,293 @@
+"""The running session behind the window: the only caller that changes it. Intents come in, facts go out as signals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from app.control.command import ControlChanged, ControlSettings
+from app.errors import TactileMapsError
+from app.geometry.surface_point import SurfacePoint
+from app.recording.player import Player
+from app.recording.recorder import Recorder
+from app.session.frame import Frame
+from app.session.prepare import Prepared
+from app.session.session import Session
+from app.simulation.poke import Finger, PokeMoved, PokePressed, PokeReleased
+from app.simulation.scene import Scene
+from widgets.runner import Runner, ThreadRunner
+from widgets.worker import Worker
+
+FRAME_MS = 16
+HAND = 1
+"""Id of the hand's finger; the scripted one has 0."""
+
+
+class LiveSession(QObject):
+    """Owns session, runner, worker, recorder and player.
+
+    Args:
+        parent: Qt parent.
+        make_runner: ``InlineRunner`` in tests, the thread otherwise.
+    """
+
+    frame_ready = Signal(object)
+    """The newest Frame, at most once a drawn frame; live or replayed."""
+    prepared_changed = Signal(object)
+    """Another Prepared is shown from now on."""
+    measured = Signal(object)
+    """The MapQuality of its map."""
+    loading = Signal(str, float)
+    """A scene is being prepared: the stage, and 0 to 1."""
+    loading_ended = Signal()
+    """It is not any more: done, failed or cancelled."""
+    failed = Signal(str)
+    """Something could not be done; the sentence says what, where and what helps. All that was good is kept."""
+    mode_changed = Signal(str)
+    """``empty``, ``live``, ``paused`` or ``replaying``."""
+    recording_changed = Signal(object)
+    """Path of the recording being written, or None."""
+    saved = Signal(str)
+    """Path of a recording that is complete."""
+    player_changed = Signal(object)
+    """The Player being replayed, or None."""
+    settings_changed = Signal(object)
+    """ControlSettings in force."""
+    touched = Signal()
+    """A person touched the skin for the first time in this scene."""
+
+    def __init__(
+        self, parent: QObject | None = None, *, make_runner: Callable[..., Runner] = ThreadRunner
+    ) -> None:
+        super().__init__(parent)
+        self._make_runner = make_runner
+        self.runner: Runner | None = None
+        self.recorder: Recorder | None = None
+        self.player: Player | None = None
+        self._broken: tuple[Recorder, TactileMapsError] | None = None
+        self.finger = Finger()
+        self._live: Prepared | None = None
+        self._shown: Frame | None = None
+        self.worker = Worker(self)
+        self.worker.progressed.connect(self.loading)
+        self.worker.prepared.connect(self.show_prepared)
+        self.worker.measured.connect(self.measured)
+        self.worker.failed.connect(self._on_worker_failed)
+        self._timer = QTimer(self)
+        self._timer.setInterval(FRAME_MS)
+        self._timer.timeout.connect(self.pump)
+        self._timer.start()
+
+    # Scenes.
+
+    def open_scene(self, scene: Scene) -> None:
+        """Prepare a scene; the one that runs goes on until the new one is ready."""
+        self.loading.emit(f"Opening {scene.robot}", 0.0)
+        self.worker.prepare(scene)
+
+    def cancel_loading(self) -> None:
+        """Stop preparing; what runs goes on."""
+        self.worker.cancel()
+        self.loading_ended.emit()
+
+    def show_prepared(self, prepared: Prepared) -> None:
+        """Run a prepared scene from its start."""
+        self.loading_ended.emit()
+        try:
+            session = Session(prepared)
+        except TactileMapsError as error:
+            self.failed.emit(str(error))
+            return
+        self.stop_recording()
+        self._drop_player()
+        if self.runner is not None:
+            self.runner.stop()
+        self._live, self._shown = prepared, None
+        self.runner = self._make_runner(session, self._on_tick)
+        self.prepared_changed.emit(prepared)
+        self.settings_changed.emit(session.settings)
+        self.mode_changed.emit(self.mode)
+        self.pump()
+
+    @property
+    def mode(self) -> str:
+        """``empty``, ``live``, ``paused`` or ``replaying``."""
+        if self.player is not None:
+            return "replaying"
+        if self.runner is None:
+            return "empty"
+        return "paused" if self.runner.paused else "live"
+
+    @property
+    def prepared(self) -> Prepared | None:
+        """What is shown now, live or replayed."""
+        return self.player.prepared if self.player is not None else self._live
+
+    # The hand.
+
+    def press(self, at: SurfacePoint) -> None:
+        """A finger presses the skin."""
+        if self.player is None and self.runner is not None:
+            self.runner.submit(PokePressed(HAND, at, self.finger))
+            self.touched.emit()
+
+    def move(self, at: SurfacePoint) -> None:
+        """It strokes to another place."""
+        if self.player is None and self.runner is not None:
+            self.runner.submit(PokeMoved(HAND, at))
+
+    def release(self) -> None:
+        """It lifts."""
+        if self.player is None and self.runner is not None:
+            self.runner.submit(PokeReleased(HAND))
+
+    def set_settings(self, settings: ControlSettings) -> None:
+        """Change the controller, at the next tick."""
+        if self.runner is not None and self.player is None:
+            self.runner.submit(ControlChanged(settings))
+            self.settings_changed.emit(settings)
+
+    # Time.
+
+    def set_paused(self, *, paused: bool) -> None:
+        """Stop or go on."""
+        if self.runner is not None and self.player is None:
+            self.runner.paused = paused
+            self.mode_changed.emit(self.mode)
+
+    def step(self) -> None:
+        """One tick while paused."""
+        if self.runner is not None and self.player is None and self.runner.paused:
+            self.runner.step()
+            self.pump()
+
+    def reset(self) -> None:
+        """Start the scene again; a recording ends where it is."""
+        if self.runner is not None and self.player is None:
+            self.stop_recording()
+            self.runner.reset()
+            self._shown = None
+            self.pump()
+
+    def set_speed(self, speed: float) -> None:
+        """Simulated seconds per second."""
+        if self.runner is not None:
+            self.runner.speed = speed
+
+    def pump(self) -> None:
+        """Hand on the newest frame, if there is one, and any failure."""
+        if self.runner is None or self.player is not None:
+            return
+        with self.runner.lock:
+            frame, failure = self.runner.session.frame, self.runner.failure
+            broken, self._broken = self._broken, None
+            self.runner.failure = None
+        if broken is not None:
+            broken[0].abandon()
+            self.failed.emit(str(broken[1]))
+            self.recording_changed.emit(None)
+        if failure is not None:
+            self.stop_recording()
+            self.failed.emit(str(failure))
+            self.mode_changed.emit(self.mode)
+        if frame is not self._shown:
+            self._shown = frame
+            self.frame_ready.emit(frame)
+
+    # Recording and replay.
+
+    def start_recording(self, path: str | Path, *, overwrite: bool = False) -> None:
+        """Record every tick from now on to a new file."""
+        if self._live is None or self.recorder is not None or self.player is not None or self.runner is None:
+            return
+        try:
+            recorder = Recorder(path, self._live, overwrite=overwrite)
+        except TactileMapsError as error:
+            self.failed.emit(str(error))
+            return
+        with self.runner.lock:
+            self.recorder = recorder
+        self.recording_changed.emit(str(path))
+
+    def stop_recording(self) -> None:
+        """Complete the file."""
+        if self.recorder is None:
+            return
+        assert self.runner is not None
+        with self.runner.lock:
+            recorder, self.recorder = self.recorder, None
+        try:
+            recorder.close()
+        except TactileMapsError as error:
+            self.failed.emit(str(error))
+        else:
+            self.saved.emit(str(recorder.path))
+        self.recording_changed.emit(None)
+
+    def open_recording(self, path: str | Path) -> None:
+        """Replay a recording; the live session waits."""
+        try:
+            player = Player(path)
+        except TactileMapsError as error:
+            self.failed.emit(str(error))
+            return
+        self.stop_recording()
+        if self.runner is not None:
+            self.runner.paused = True
+        self.player = player
+        self.prepared_changed.emit(player.prepared)
+        self.player_changed.emit(player)
+        self.mode_changed.emit(self.mode)
+        self.show_time(0.0)
+
+    def show_time(self, seconds: float) -> None:
+        """Show the recording's frame at ``seconds`` from its start."""
+        if self.player is None:
+            return
+        try:
+            frame = self.player.frame(self.player.number_at(seconds))
+        except TactileMapsError as error:
+            self.failed.emit(str(error))
+            return
+        if self._shown is None or frame.tick != self._shown.tick:
+            self._shown = frame
+            self.frame_ready.emit(frame)
+
+    def back_to_live(self) -> None:
+        """Leave the recording."""
+        if self.player is None:
+            return
+        self._drop_player()
+        if self._live is not None and self.runner is not None:
+            self.runner.paused = False
+            self.prepared_changed.emit(self._live)
+            self.settings_changed.emit(self.runner.session.settings)
+        self.mode_changed.emit(self.mode)
+        self.pump()
+
+    def close(self) -> None:
+        """Complete the recording, end thread and process."""
+        self._timer.stop()
+        self.stop_recording()
+        if self.runner is not None:
+            self.runner.stop()
+        self.worker.close()
+
+    def _drop_player(self) -> None:
+        if self.player is not None:
+            self.player, self._shown = None, None
+            self.player_changed.emit(None)
+
+    def _on_tick(self, frame: Frame) -> None:
+        """Every tick, under the runner's lock, on its thread: no signals here."""
+        if self.recorder is not None and self.runner is not None:
+            try:
+                self.recorder.write(frame, self.runner.session.inputs)
+            except TactileMapsError as error:
+                self._broken, self.recorder = (self.recorder, error), None
+
+    def _on_worker_failed(self, text: str) -> None:
+        self.loading_ended.emit()
+        self.failed.emit(text)

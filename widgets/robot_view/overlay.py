@@ -1,0 +1,125 @@
+"""What lies over the body, drawn by Qt: forces in words, the arrows' scale, which way is up, and what state it is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPaintEvent, QPen, QPolygonF
+from PySide6.QtWidgets import QWidget
+
+from app.arrays import FloatArray
+from widgets.colours import Theme, mixed
+from widgets.robot_view.orientation_cube import cube_faces
+
+EDGE = 12.0
+"""Distance of captions from the view's edge [px]."""
+CUBE = 15.0
+"""Half edge of the orientation cube [px]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Captions:
+    """Everything said over the body at one instant.
+
+    Attributes:
+        forces: Tail and tip (2, 2) [px] of each force arrow, and its words.
+        legend: What the arrows' length means.
+        axes: (3, 3) rows right, up and forward of the picture; None before there is one.
+        replaying: Whether all this comes from a recording; said by the word and a coloured edge.
+        paused: Whether time stands still; said by the word.
+    """
+
+    forces: tuple[tuple[FloatArray, str], ...] = ()
+    legend: str = ""
+    axes: FloatArray | None = field(default=None)
+    replaying: bool = False
+    paused: bool = False
+
+
+class Overlay(QWidget):
+    """A transparent sheet over the canvas; the mouse goes through it."""
+
+    def __init__(self, theme: Theme, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._theme, self._captions = theme, Captions()
+        self.setObjectName("robot-overlay")
+        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self._caption, self._figure = QFont(self.font()), QFont(self.font())
+        self._caption.setPixelSize(11)
+        self._figure.setPixelSize(13)
+        self._figure.setWeight(QFont.Weight.DemiBold)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        self._theme = theme
+        self.update()
+
+    def say(self, captions: Captions) -> None:
+        """Show these captions."""
+        self._captions = captions
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Qt: captions, cube, edge."""
+        painter, said, room = QPainter(self), self._captions, QRectF(self.rect())
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        for arrow, text in said.forces:
+            if np.isfinite(arrow).all():  # not behind the eye
+                self._paint_force(painter, arrow, text, room)
+        if said.legend:
+            height = QFontMetricsF(self._caption).height() + 4
+            self._paint_chip(
+                painter, QPointF(EDGE, room.bottom() - EDGE - height), said.legend, self._caption, quiet=True
+            )
+        if said.axes is not None:
+            self._paint_cube(painter, said.axes, QPointF(room.right() - 3 * CUBE, room.bottom() - 3 * CUBE))
+        if said.replaying:
+            pen = QPen(QColor(self._theme.accent), 3)
+            pen.setJoinStyle(Qt.PenJoinStyle.MiterJoin)
+            painter.setPen(pen)
+            painter.drawRect(room.adjusted(1.5, 1.5, -1.5, -1.5))
+        if said.replaying or said.paused:
+            word = "Replaying" if said.replaying else "Paused"
+            self._paint_chip(painter, QPointF(EDGE, EDGE), word, self._figure)
+        painter.end()
+
+    def _paint_force(self, painter: QPainter, arrow: FloatArray, text: str, room: QRectF) -> None:
+        """Write beyond the arrow's tail, so that neither the arrow nor the touch is covered."""
+        metrics = QFontMetricsF(self._figure)
+        half = 0.5 * np.array([metrics.horizontalAdvance(text) + 16, metrics.height() + 6])
+        along = arrow[0] - arrow[1]
+        length = float(np.linalg.norm(along))
+        along = along / length if length > 4 else np.array([0.0, -1.0])
+        clear = 6 + max(20.0 - length, 0.0) + float(np.min(half / np.maximum(np.abs(along), 1e-6)))
+        low, high = half + EDGE, np.array([room.width(), room.height()]) - half - EDGE
+        corner = np.clip(arrow[0] + clear * along, low, np.maximum(low, high)) - half
+        self._paint_chip(painter, QPointF(*corner.tolist()), text, self._figure)
+
+    def _paint_chip(self, painter: QPainter, corner: QPointF, text: str, font: QFont, *, quiet: bool = False) -> None:
+        metrics, pad = QFontMetricsF(font), 8.0 if font.pixelSize() > 11 else 6.0
+        box = QRectF(corner.x(), corner.y(), metrics.horizontalAdvance(text) + 2 * pad, metrics.height() + pad - 2)
+        ground = QColor(self._theme.panel)
+        ground.setAlpha(225)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(ground)
+        painter.drawRoundedRect(box, 4, 4)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.setFont(font)
+        painter.setPen(QColor(self._theme.quiet if quiet else self._theme.text))
+        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
+
+    def _paint_cube(self, painter: QPainter, axes: FloatArray, middle: QPointF) -> None:
+        theme = self._theme
+        painter.setFont(self._caption)
+        for face in cube_faces(axes):
+            corners = [middle + CUBE * QPointF(x, y) for x, y in face.corners.tolist()]
+            painter.setPen(QPen(QColor(mixed(theme.panel, theme.quiet, 0.55)), 1))
+            painter.setBrush(QColor(mixed(theme.panel, theme.quiet, 0.08 + 0.22 * face.facing)))
+            painter.drawPolygon(QPolygonF(corners))
+            x, y = (CUBE * np.mean(face.corners, axis=0)).tolist()
+            box = QRectF(middle.x() + x - 20, middle.y() + y - 20, 40, 40)
+            painter.setPen(QColor(theme.text))
+            painter.drawText(box, Qt.AlignmentFlag.AlignCenter, face.name)
+        painter.setBrush(Qt.BrushStyle.NoBrush)

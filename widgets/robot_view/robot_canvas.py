@@ -1,0 +1,161 @@
+"""The robot in a widget: newest frame drawn when due, the eye moved and kept, captions over it. Knows no hand."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from PySide6.QtCore import QPointF, Signal
+from PySide6.QtGui import QHideEvent, QResizeEvent, QShowEvent
+from PySide6.QtWidgets import QVBoxLayout, QWidget
+
+from app.errors import RobotError
+from app.geometry.surface_point import SurfacePoint
+from app.session.frame import Frame
+from app.session.prepare import Prepared
+from widgets.colours import PressureScale, Theme
+from widgets.robot_view.canvas import make_canvas
+from widgets.robot_view.drawing import Drawing
+from widgets.robot_view.marks import ARROW_LENGTH
+from widgets.robot_view.overlay import Captions, Overlay
+from widgets.robot_view.robot_scene import RobotScene
+from widgets.robot_view.viewpoint import Viewpoint
+
+
+class RobotCanvas(QWidget):
+    """Shows one prepared robot as of the newest frame; draws only while it is seen and something changed.
+
+    Args:
+        theme: Colours of everything that is not skin.
+        scale: Colours of pressure.
+        parent: Qt parent.
+    """
+
+    drawn = Signal(float)
+    """A picture was drawn: its milliseconds."""
+
+    def __init__(self, theme: Theme, scale: PressureScale, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.prepared: Prepared | None = None
+        self._frame: Frame | None = None
+        self._mark: SurfacePoint | None = None
+        self._captions, self._framed = Captions(), True
+        self.canvas = make_canvas(self)
+        self.scene = RobotScene(self.canvas.plotter, theme, scale)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(self.canvas.widget)
+        self._overlay = Overlay(theme, self)
+        self._drawing = Drawing(self.canvas, self)
+        self._drawing.due.connect(self._on_drawing_due)
+        self._drawing.drawn.connect(self.drawn)
+
+    def show_robot(self, prepared: Prepared) -> None:
+        """Show the robot of ``prepared`` at home, framed."""
+        self.scene.show_prepared(prepared)
+        self.prepared, self._frame, self._mark = prepared, None, None
+        legend = f"Arrow: {1e3 * ARROW_LENGTH:g}\u2009mm per newton"
+        self._captions = replace(self._captions, forces=(), legend=legend)
+        self.frame_all()
+
+    def show_frame(self, frame: Frame) -> None:
+        """Show ``frame`` of the prepared scene at the next chance to draw; the newest wins."""
+        if self.prepared is not None:
+            self._frame = frame
+            if not self.scene.shows(frame):
+                self.request()
+
+    def set_hover(self, at: SurfacePoint | None) -> None:
+        """Mark a place on the skin, such as the one the pointer is over in another view; None for none."""
+        if at != self._mark:
+            self._mark = at
+            self.request()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        self.scene.set_theme(theme)
+        self._overlay.set_theme(theme)
+        self.request()
+
+    def set_scale(self, scale: PressureScale) -> None:
+        """Take another pressure scale."""
+        self.scene.set_scale(scale)
+        self.request()
+
+    def set_replaying(self, *, replaying: bool) -> None:
+        """Mark everything shown as replayed from a recording, or as live again."""
+        self._say(replace(self._captions, replaying=replaying))
+
+    def set_paused(self, *, paused: bool) -> None:
+        """Say that time stands still, or runs again."""
+        self._say(replace(self._captions, paused=paused))
+
+    def frame_all(self) -> None:
+        """Look at the whole robot again, and keep it whole while the view is resized."""
+        self._framed = True
+        self.scene.frame_all(aspect=self.width() / max(self.height(), 1))
+        self.request()
+
+    def look(self, viewpoint: Viewpoint) -> None:
+        """Look from where the hand moved the eye."""
+        self._framed = False
+        self.scene.look(viewpoint)
+        self.request(moving=True)
+
+    def pixel_of(self, at: SurfacePoint) -> QPointF:
+        """Where a place on the skin is in this view now [px]; it may be hidden behind something.
+
+        Raises:
+            RobotError: No robot is shown.
+        """
+        if self.prepared is None:
+            raise RobotError("there is no robot to find the point on", value=at, remedy="Show a prepared scene first")
+        skin = self.prepared.skin
+        pose = self.scene.poses[self.prepared.robot.link_index[skin.link(at)]]
+        world = pose[:3, :3] @ skin.position(at) + pose[:3, 3]
+        return QPointF(*self.scene.viewpoint.pixels(world, (self.width(), self.height()))[0])
+
+    def request(self, *, moving: bool = False) -> None:
+        """Draw soon, if seen; ``moving`` while the hand moves the eye."""
+        if self.isVisible() and self.prepared is not None:
+            self._drawing.request(moving=moving)
+
+    def draw_now(self, *, quality: float = 1.0) -> None:
+        """Draw without waiting, at ``quality`` times the resolution where possible; for pictures and tests."""
+        self._drawing.now(quality=quality)
+
+    def close_view(self) -> None:
+        """Give the graphics back; nothing is drawn after this."""
+        self._drawing.stop()
+        self.prepared = None
+        self.canvas.close_plotter()
+
+    def _on_drawing_due(self) -> None:
+        if self._frame is not None and not self.scene.shows(self._frame):
+            self.scene.show_frame(self._frame)
+        self.scene.set_hover(self._mark)
+        self.scene.fit_depth()
+        view, size = self.scene.viewpoint, (self.width(), self.height())
+        forces = tuple((view.pixels(arrow, size), f"{force:.1f}\u2009N") for arrow, force in self.scene.forces)
+        self._say(replace(self._captions, forces=forces, axes=view.axes))
+
+    def _say(self, captions: Captions) -> None:
+        self._captions = captions
+        self._overlay.say(captions)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Qt: catch up with the newest frame."""
+        super().showEvent(event)
+        self.request()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Qt: what nobody sees is not drawn."""
+        super().hideEvent(event)
+        self._drawing.stop()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Qt: draw at the new size; what was framed stays framed."""
+        super().resizeEvent(event)
+        self._overlay.setGeometry(self.rect())
+        if self._framed:
+            self.frame_all()
+        self.request()

@@ -1,0 +1,108 @@
+"""What drives a session: wall time in batches on a thread, or time handed in by a test."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+
+from app.errors import TactileMapsError
+from app.session.frame import Frame
+from app.session.inputs import SessionInput
+from app.session.session import Session
+
+BATCH = 0.010
+"""Seconds between two batches: longer than Python's thread switch, shorter than a drawn frame."""
+_LONGEST = 0.1
+_SMOOTH = 0.1
+
+
+class Runner:
+    """A session and whether, how fast and for whom it runs. Mutable; one lock guards it all.
+
+    Args:
+        session: What to run.
+        each: Told every tick's frame, under the lock: the recorder.
+
+    Attributes:
+        paused: Whether time stands still.
+        speed: Simulated seconds per wall second asked for.
+        real_time_factor: And reached, smoothed over about a second.
+        failure: Why the session stopped, or None.
+    """
+
+    def __init__(self, session: Session, each: Callable[[Frame], None]) -> None:
+        self.session, self._each = session, each
+        self.lock = threading.RLock()
+        self.paused, self.speed, self.real_time_factor = False, 1.0, 0.0
+        self.failure: TactileMapsError | None = None
+
+    def submit(self, act: SessionInput) -> None:
+        """Let a person act at the next tick."""
+        with self.lock:
+            self.session.submit(act)
+
+    def step(self) -> None:
+        """One tick while paused."""
+        with self.lock:
+            self._run(self.session.prepared.scene.tick)
+
+    def reset(self) -> None:
+        """Start the session again."""
+        with self.lock:
+            self.session.reset()
+            self.failure = None
+
+    def stop(self) -> None:
+        """End for good; the session stays as it is."""
+
+    def _run(self, seconds: float) -> None:
+        """Advance; a failure pauses and is kept for whoever asks."""
+        try:
+            self.session.advance(seconds, each=self._each)
+        except TactileMapsError as error:
+            self.failure, self.paused = error, True
+
+
+class InlineRunner(Runner):
+    """Runs only when told to: deterministic, for tests and pictures."""
+
+    def run_for(self, seconds: float) -> None:
+        """Simulate so many seconds now, unless paused."""
+        tick = self.session.prepared.scene.tick
+        for _ in range(round(seconds / tick)):
+            if not self.paused:
+                self._run(tick)
+        self.real_time_factor = 0.0 if self.paused else 1.0
+
+
+class ThreadRunner(Runner):
+    """Runs by the wall clock on a thread of its own. Time it cannot keep up with is dropped, and shown as the factor."""
+
+    def __init__(
+        self, session: Session, each: Callable[[Frame], None], *, clock: Callable[[], float] = time.perf_counter
+    ) -> None:
+        super().__init__(session, each)
+        self._clock, self._ended = clock, threading.Event()
+        self._thread = threading.Thread(target=self._loop, name="session", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End the thread and wait for it."""
+        self._ended.set()
+        self._thread.join()
+
+    def _loop(self) -> None:
+        last = self._clock()
+        while not self._ended.wait(BATCH):
+            now = self._clock()
+            elapsed, last = now - last, now
+            with self.lock:
+                before = self.session.frame.time
+                if not self.paused:
+                    self._run(min(elapsed, _LONGEST) * self.speed)
+                self._measure(self.session.frame.time - before, elapsed)
+
+    def _measure(self, simulated: float, elapsed: float) -> None:
+        share = min(_SMOOTH * elapsed / BATCH / 10, 1.0)
+        self.real_time_factor += share * (simulated / max(elapsed, 1e-9) - self.real_time_factor)

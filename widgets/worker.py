@@ -1,0 +1,124 @@
+"""One process beside the window that prepares scenes: slow, native and allowed to crash, without the window noticing."""
+
+from __future__ import annotations
+
+import multiprocessing as mp
+from multiprocessing.connection import Connection
+from typing import Any
+
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from app.errors import TactileMapsError
+from app.simulation.scene import Scene
+
+_POLL_MS = 25
+
+
+def _work(connection: Connection) -> None:
+    """The process: scenes in; progress, a prepared scene and its map's quality, or a failure, out."""
+    from app.maps.quality import measure
+    from app.session.prepare import prepare
+
+    while True:
+        try:
+            scene = connection.recv()
+        except EOFError:
+            return
+        try:
+            made = prepare(scene, progress=lambda text, done: connection.send(("progress", (text, done))))
+            connection.send(("prepared", made))
+            connection.send(("measured", measure(made.map)))
+        except TactileMapsError as error:
+            connection.send(("failed", str(error)))
+        except (MemoryError, OSError, ArithmeticError, ValueError, LookupError, RuntimeError, TypeError) as error:
+            # Whatever else goes wrong in there, the window must hear of it and live on.
+            connection.send(("failed", f"{scene.robot}: an unexpected problem ({type(error).__name__}: {error})."))
+
+
+class Worker(QObject):
+    """Prepares scenes in one process; the newest request wins. ``close`` ends the process."""
+
+    progressed = Signal(str, float)
+    """What is being done, and how far it is, 0 to 1."""
+    prepared = Signal(object)
+    """A Prepared."""
+    measured = Signal(object)
+    """The MapQuality of the last Prepared."""
+    failed = Signal(str)
+    """Why there is none."""
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._process: Any = None
+        self._connection: Connection | None = None
+        self._busy = False
+        self._timer = QTimer(self)
+        self._timer.setInterval(_POLL_MS)
+        self._timer.timeout.connect(self._on_timer)
+        self._start()
+
+    @property
+    def busy(self) -> bool:
+        """Whether a scene is being prepared."""
+        return self._busy
+
+    def prepare(self, scene: Scene) -> None:
+        """Prepare ``scene``; one that is being prepared is dropped."""
+        if self._busy:
+            self.cancel()
+        if self._connection is None:
+            self._start()
+        assert self._connection is not None
+        self._connection.send(scene)
+        self._busy = True
+        self._timer.start()
+
+    def cancel(self) -> None:
+        """Drop what is being prepared."""
+        if self._busy:
+            self.close()
+            self._start()
+
+    def close(self) -> None:
+        """End the process, whatever it does."""
+        self._timer.stop()
+        self._busy = False
+        if self._process is not None:
+            self._process.kill()
+            self._process.join()
+            self._process.close()
+            self._process = None
+        if self._connection is not None:
+            self._connection.close()
+            self._connection = None
+
+    def _start(self) -> None:
+        context = mp.get_context("spawn")
+        ours, theirs = context.Pipe()
+        self._process = context.Process(target=_work, args=(theirs,), daemon=True, name="prepare")
+        self._process.start()
+        theirs.close()
+        self._connection = ours
+
+    def _on_timer(self) -> None:
+        assert self._connection is not None
+        try:
+            while self._connection is not None and self._connection.poll():
+                self._take(*self._connection.recv())
+        except (EOFError, ConnectionResetError):
+            self.close()
+            self._start()
+            self.failed.emit("Preparing the scene ended unexpectedly; the scene before it is kept. "
+                             "Try fewer taxels, or another link.")
+
+    def _take(self, kind: str, content: Any) -> None:
+        if kind == "progress":
+            self.progressed.emit(*content)
+        elif kind == "measured":
+            self._timer.stop()
+            self.measured.emit(content)
+        else:
+            self._busy = False
+            if kind == "failed":
+                self._timer.stop()
+            (self.prepared if kind == "prepared" else self.failed).emit(content)
