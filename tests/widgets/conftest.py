@@ -1,4 +1,4 @@
-"""What every widget test stands on: a small real arm in its skin, and a look around after each test for what it left."""
+"""What every widget test stands on: a small real arm in its skin, and a look after each test for what it left."""
 
 from __future__ import annotations
 

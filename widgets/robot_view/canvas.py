@@ -1,8 +1,9 @@
 """Two widgets that show a PyVista plotter: one that works everywhere, one for a display with OpenGL.
 
 Decision: ``pyvistaqt.QtInteractor`` alone will not do. Without a display it crashes the process, and on software OpenGL
-it draws each frame twice. ``ImageCanvas`` renders off screen and paints the pixels: it works with no X server at all and
-is faster on software OpenGL. ``OpenGLCanvas`` spares the read-back where there is real hardware.
+it draws each frame twice. ``ImageCanvas`` renders off screen and paints the pixels: it works with no X server at all
+and is faster on software OpenGL. ``OpenGLCanvas`` spares the read-back where there is real
+hardware.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ class ImageCanvas(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.plotter: Any = pv.Plotter(off_screen=True, window_size=(64, 64), lighting="none")
-        self.widget = self
+        self.widget: QWidget = self
         self._pixels = vtkUnsignedCharArray()
         self._image: QImage | None = None
         self._closed = False

@@ -1,4 +1,4 @@
-"""When to draw: after what waits in the event loop, never so often that the rest starves, and once more when it rests."""
+"""When to draw: after what waits in the event loop, never so often that the rest starves, once more when it rests."""
 
 from __future__ import annotations
 

@@ -114,7 +114,7 @@ class Overlay(QWidget):
         theme = self._theme
         painter.setFont(self._caption)
         for face in cube_faces(axes):
-            corners = [middle + CUBE * QPointF(x, y) for x, y in face.corners.tolist()]
+            corners = [QPointF(middle.x() + CUBE * x, middle.y() + CUBE * y) for x, y in face.corners.tolist()]
             painter.setPen(QPen(QColor(mixed(theme.panel, theme.quiet, 0.55)), 1))
             painter.setBrush(QColor(mixed(theme.panel, theme.quiet, 0.08 + 0.22 * face.facing)))
             painter.drawPolygon(QPolygonF(corners))

@@ -65,10 +65,10 @@ class RobotView(RobotCanvas):
         """Show the robot of ``prepared`` at home, framed; if it cannot be, the last one stays."""
         self._end_hold()
         picker = SkinPicker(prepared)
-        self.show_robot(prepared)
-        self._picker = picker
         self._hover_at(None)
         self._card.hide()
+        self.show_robot(prepared)
+        self._picker = picker
 
     def show_empty(self) -> None:
         """Say what would fill the view."""
@@ -105,6 +105,11 @@ class RobotView(RobotCanvas):
 
     def _on_card_helped(self) -> None:
         (self.cancel_requested if self._loading else self.open_requested).emit()
+
+    def request(self, *, moving: bool = False) -> None:
+        """Draw soon, unless a message covers the view."""
+        if not self._card.isVisible():
+            super().request(moving=moving)
 
     # The hand.
 

@@ -1,0 +1,99 @@
+"""Opens the window, on a display or, for pictures, without one."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from app.errors import DisplayError
+from app.session.prepare import prepare
+from app.simulation.scene import Scene
+
+# Off-screen rendering must not look for an X server; VTK reads this when it is imported, below.
+os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+os.environ.setdefault("QT_API", "pyside6")
+
+from PySide6.QtWidgets import QApplication
+
+from widgets.colours import THEMES, apply_theme
+from widgets.main_window import MainWindow
+from widgets.runner import InlineRunner
+from widgets.settings import Settings
+
+
+def launch(scene: Scene) -> int:
+    """Open the window on ``scene`` and return when it is closed.
+
+    Raises:
+        DisplayError: There is no display.
+    """
+    if sys.platform.startswith("linux") and not _has_display():
+        raise DisplayError("there is no display to open a window on", place="DISPLAY, WAYLAND_DISPLAY", value="not set",
+                           remedy="Run it in a desktop session or under xvfb-run; run, replay and screenshot need no "
+                           "display")
+    app = _application()
+    settings = Settings()
+    apply_theme(app, THEMES[settings.theme])
+    window = MainWindow(settings)
+    window.show()
+    window.live.open_scene(scene)
+    return app.exec()
+
+
+def screenshot(
+    scene: Scene, path: str | Path, *, at: float = 2.0, theme: str = "dark", size: tuple[int, int] = (1400, 900),
+    progress: Callable[[str, float], None] = lambda _text, _fraction: None,
+) -> None:
+    """Save a picture of the whole window after ``at`` simulated seconds of the scene; needs no display.
+
+    Raises:
+        TactileMapsError: The scene cannot be prepared, or the picture not be written.
+    """
+    os.environ["QT_QPA_PLATFORM"] = "offscreen"
+    prepared = prepare(scene, progress=progress)
+    app = _application()
+    apply_theme(app, THEMES[theme])
+    window = picture_window(theme, size)
+    try:
+        window.live.show_prepared(prepared)
+        app.processEvents()
+        assert isinstance(window.live.runner, InlineRunner)
+        for _ in range(round(at / 0.05)):
+            window.live.runner.run_for(0.05)
+            window.live.pump()
+        window.show_quality()
+        app.processEvents()
+        window.robot_view.draw_now()
+        app.processEvents()
+        if not window.grab().save(str(path)):
+            raise DisplayError("the picture cannot be written", file=path, remedy="Choose a folder you may write to and "
+                               "a name that ends in .png")
+    finally:
+        window.close()
+
+
+def picture_window(theme: str, size: tuple[int, int]) -> MainWindow:
+    """A window that runs only when told to and remembers nothing; for pictures and tests."""
+    settings = Settings(Path(os.devnull))
+    settings.theme = theme
+    window = MainWindow(settings, make_runner=InlineRunner)
+    window.resize(*size)
+    window.show()
+    return window
+
+
+def _application() -> QApplication:
+    app = QApplication.instance()
+    if isinstance(app, QApplication):
+        return app
+    app = QApplication(sys.argv[:1])
+    app.setApplicationName("Tactile Maps")
+    app.setDesktopFileName("tactile-maps")
+    return app
+
+
+def _has_display() -> bool:
+    platform = os.environ.get("QT_QPA_PLATFORM", "")
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")) or platform not in ("", "xcb", "wayland")

@@ -1,0 +1,349 @@
+"""The window: views, panels, menus and what connects them. Wiring only; it decides nothing about touch."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent
+from PySide6.QtWidgets import (
+    QApplication,
+    QComboBox,
+    QDockWidget,
+    QHBoxLayout,
+    QLabel,
+    QMainWindow,
+    QScrollArea,
+    QSizePolicy,
+    QSplitter,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.maps.quality import measure
+from app.recording.player import Player
+from app.session.frame import Frame
+from app.session.prepare import Prepared
+from widgets.actions import make_actions
+from widgets.colour_bar import ColourBar
+from widgets.colours import THEMES, PressureScale, apply_theme
+from widgets.commands import Commands
+from widgets.icons import icon
+from widgets.live_session import LiveSession
+from widgets.map_view.map_view import MapView
+from widgets.message_bar import HintBar, MessageBar
+from widgets.panels.contacts_panel import ContactsPanel
+from widgets.panels.controller_panel import ControllerPanel
+from widgets.panels.effects_panel import EffectsPanel
+from widgets.panels.live_plots import LivePlots
+from widgets.panels.quality_panel import QualityPanel
+from widgets.panels.timing_panel import TimingPanel
+from widgets.robot_view.robot_view import RobotView
+from widgets.runner import Runner, ThreadRunner
+from widgets.settings import Settings
+from widgets.timeline.playhead import SPEEDS
+from widgets.timeline.timeline import Timeline
+
+
+class MainWindow(QMainWindow):
+    """The whole window.
+
+    Args:
+        settings: What it remembers.
+        make_runner: ``InlineRunner`` in tests and pictures.
+    """
+
+    def __init__(self, settings: Settings, *, make_runner: Callable[..., Runner] = ThreadRunner) -> None:
+        super().__init__()
+        self.settings = settings
+        self.theme, self.scale = THEMES[settings.theme], PressureScale()
+        self.live = LiveSession(self, make_runner=make_runner)
+        self.actions_by_name = make_actions(self)
+        self._build_views()
+        self._build_panels()
+        self._build_bottom()
+        self.commands = Commands(self)
+        self._build_toolbar()
+        self._connect()
+        self.setWindowTitle("Tactile Maps")
+        self.setAcceptDrops(True)
+        self.resize(1400, 900)
+        if settings.geometry is not None:
+            self.restoreGeometry(settings.geometry)
+        self._on_mode_changed("empty")
+
+    # Building.
+
+    def _build_views(self) -> None:
+        self.robot_view, self.map_view = RobotView(self.theme, self.scale), MapView(self.theme, self.scale)
+        self.colour_bar = ColourBar(self.theme, self.scale)
+        self.message_bar, self.hint_bar = MessageBar(self.theme), HintBar(self.theme)
+        self.hint_bar.setVisible(not self.settings.hints_read)
+        right = QWidget()
+        row = QHBoxLayout(right)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(0)
+        row.addWidget(self.colour_bar)
+        row.addWidget(self.map_view, 1)
+        self._splitter = QSplitter(Qt.Orientation.Horizontal)
+        self._splitter.setChildrenCollapsible(False)
+        self._splitter.setHandleWidth(1)
+        for view in (self.robot_view, right):
+            view.setMinimumWidth(400)
+            self._splitter.addWidget(view)
+        self._splitter.setSizes([1000, 1000])
+        centre = QWidget()
+        column = QVBoxLayout(centre)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(self.message_bar)
+        column.addWidget(self.hint_bar)
+        column.addWidget(self._splitter, 1)
+        self.setCentralWidget(centre)
+
+    def _build_panels(self) -> None:
+        self.controller_panel, self.contacts_panel = ControllerPanel(), ContactsPanel()
+        self.effects_panel, self.quality_panel, self.timing_panel = EffectsPanel(), QualityPanel(), TimingPanel()
+        content = QWidget()
+        column = QVBoxLayout(content)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(4)
+        for panel in (self.controller_panel, self.contacts_panel, self.quality_panel, self.timing_panel,
+                      self.effects_panel):
+            column.addWidget(panel)
+        column.addStretch(1)
+        scroll = QScrollArea()
+        scroll.setWidget(content)
+        scroll.setWidgetResizable(True)
+        scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        scroll.setFixedWidth(300)
+        self.panels = self._dock("Panels", scroll, Qt.DockWidgetArea.RightDockWidgetArea)
+
+    def _build_bottom(self) -> None:
+        self.timeline, self.plots = Timeline(self.theme), LivePlots(self.theme)
+        content = QWidget()
+        column = QVBoxLayout(content)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(self.timeline)
+        self.plots.setFixedHeight(140)
+        column.addWidget(self.plots)
+        self.bottom = self._dock("Timeline and plots", content, Qt.DockWidgetArea.BottomDockWidgetArea)
+        self.setCorner(Qt.Corner.BottomRightCorner, Qt.DockWidgetArea.RightDockWidgetArea)
+
+    def _dock(self, title: str, content: QWidget, area: Qt.DockWidgetArea) -> QDockWidget:
+        dock = QDockWidget(title, self)
+        dock.setObjectName(f"dock-{title.split()[0].lower()}")
+        dock.setTitleBarWidget(QWidget(dock))  # a plain edge: panels have headings of their own
+        dock.setFeatures(QDockWidget.DockWidgetFeature.NoDockWidgetFeatures)
+        dock.setWidget(content)
+        self.addDockWidget(area, dock)
+        return dock
+
+    def _build_toolbar(self) -> None:
+        bar = self.addToolBar("Session")
+        bar.setObjectName("toolbar")
+        bar.setMovable(False)
+        bar.setIconSize(QSize(16, 16))
+        bar.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        bar.setContextMenuPolicy(Qt.ContextMenuPolicy.PreventContextMenu)
+        for name in ("pause", "step", "reset", "record"):
+            bar.addAction(self.actions_by_name[name])
+        bar.addSeparator()
+        self.speed = QComboBox()
+        self.speed.setObjectName("speed")
+        self.speed.setAccessibleName("Simulation speed")
+        self.speed.setToolTip("Simulated seconds per second asked for")
+        for speed in SPEEDS:
+            self.speed.addItem(f"{speed:g}×", speed)
+        self.speed.setCurrentIndex(SPEEDS.index(1.0))
+        bar.addWidget(self.speed)
+        spacer = QWidget()
+        spacer.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        bar.addWidget(spacer)
+        self.scene_label, self.factor_label = QLabel(), QLabel()
+        self.scene_label.setProperty("role", "heading")
+        self.factor_label.setObjectName("real-time-factor")
+        self.factor_label.setToolTip("Simulated seconds per second reached: 1.00× is real time")
+        self.factor_label.setMinimumWidth(120)
+        self.factor_label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        bar.addWidget(self.scene_label)
+        bar.addWidget(self.factor_label)
+        self._dress_toolbar()
+
+    def _dress_toolbar(self) -> None:
+        mode = self.live.mode
+        playing = mode == "live" or (mode == "replaying" and self.timeline.playhead.playing)
+        looks = {
+            "pause": ("pause" if playing else "play", "Pause" if playing else "Play"), "step": ("step", "Step"),
+            "reset": ("reset", "Reset"),
+            "record": ("record", "Record") if self.live.recorder is None else ("stop", "Stop recording"),
+        }
+        for name, (shape, text) in looks.items():
+            colour = self.theme.fault if name == "record" else self.theme.text
+            self.actions_by_name[name].setIcon(icon(shape, colour))
+            self.actions_by_name[name].setText(text)
+        self.actions_by_name["pause"].setChecked(mode == "paused")
+
+    def _connect(self) -> None:
+        live, views = self.live, (self.robot_view, self.map_view)
+        for view, other in (views, views[::-1]):
+            view.poke_pressed.connect(live.press)
+            view.poke_moved.connect(live.move)
+            view.poke_released.connect(live.release)
+            view.hovered.connect(other.set_hover)
+            view.open_requested.connect(self.actions_by_name["open_robot"].trigger)
+            view.cancel_requested.connect(live.cancel_loading)
+        live.prepared_changed.connect(self._on_prepared_changed)
+        live.frame_ready.connect(self._on_frame_ready)
+        live.loading.connect(self._on_loading)
+        live.loading_ended.connect(self._on_loading_ended)
+        live.failed.connect(self._on_failed)
+        live.saved.connect(self._on_saved)
+        live.mode_changed.connect(self._on_mode_changed)
+        live.recording_changed.connect(self._on_recording_changed)
+        live.player_changed.connect(self._on_player_changed)
+        live.settings_changed.connect(self._on_settings_changed)
+        live.measured.connect(self.quality_panel.show_quality)
+        live.touched.connect(self._on_hints_read)
+        self.hint_bar.dismissed.connect(self._on_hints_read)
+        self.controller_panel.settings_edited.connect(live.set_settings)
+        self.colour_bar.maximum_changed.connect(self._on_maximum_changed)
+        self.timeline.scrubbed.connect(live.show_time)
+        self.timeline.play_toggled.connect(self._on_play_toggled)
+        self.timeline.live_requested.connect(live.back_to_live)
+        self.speed.currentIndexChanged.connect(self._on_speed_chosen)
+        self.robot_view.drawn.connect(self._on_drawn)
+
+    # Facts.
+
+    def _on_prepared_changed(self, prepared: Prepared) -> None:
+        self.robot_view.show_prepared(prepared)
+        self.map_view.show_prepared(prepared)
+        self.effects_panel.show_prepared(prepared)
+        self.quality_panel.show_prepared(prepared)
+        self.contacts_panel.clear()
+        self.timing_panel.clear()
+        self.plots.clear()
+        self.scene_label.setText(prepared.scene.title or prepared.robot.name)
+        if prepared.robot.findings or prepared.skin.findings:
+            count = len(prepared.robot.findings) + len(prepared.skin.findings)
+            self.statusBar().showMessage(f"{count} things were noticed or repaired while opening; see tactile-maps "
+                                         f"inspect {prepared.scene.robot}", 10_000)
+
+    def _on_frame_ready(self, frame: Frame) -> None:
+        """The map first: it is what the finger waits for."""
+        self.map_view.show_frame(frame)
+        self.map_view.viewport().repaint()
+        self.robot_view.show_frame(frame)
+        self.colour_bar.set_peak(1e-3 * float(frame.pressures.max(initial=0.0)))
+        for panel in (self.contacts_panel, self.controller_panel, self.timing_panel, self.plots):
+            panel.show_frame(frame)
+        runner = self.live.runner
+        factor = 0.0 if runner is None or self.live.player is not None else runner.real_time_factor
+        self.factor_label.setText("replay" if self.live.player is not None else f"{factor:.2f}× real time")
+        if self.live.recorder is not None:
+            self.timeline.set_live(self.live.recorder.frames * self.live.recorder.tick)
+
+    def _on_loading(self, text: str, fraction: float) -> None:
+        for view in (self.robot_view, self.map_view):
+            view.show_loading(text, fraction)
+
+    def _on_loading_ended(self) -> None:
+        for view in (self.robot_view, self.map_view):
+            view.show_last()
+
+    def _on_failed(self, text: str) -> None:
+        self.message_bar.say(text, fault=True)
+
+    def _on_saved(self, path: str) -> None:
+        self.message_bar.say(f"Recorded to {path}")
+        self.settings.add_recent(path)
+
+    def _on_mode_changed(self, mode: str) -> None:
+        for name in ("step", "reset", "record"):
+            self.actions_by_name[name].setEnabled(mode in ("live", "paused"))
+        self.actions_by_name["step"].setEnabled(mode == "paused")
+        self.actions_by_name["pause"].setEnabled(mode != "empty")
+        self.map_view.set_replaying(replaying=mode == "replaying")
+        self.map_view.set_paused(paused=mode == "paused")
+        self.controller_panel.setEnabled(mode in ("live", "paused"))
+        self._dress_toolbar()
+
+    def _on_recording_changed(self, path: str | None) -> None:
+        self.actions_by_name["record"].setChecked(path is not None)
+        self.timeline.set_live(0.0 if path is not None else None)
+        self._dress_toolbar()
+
+    def _on_player_changed(self, player: Player | None) -> None:
+        if player is None:
+            self.timeline.set_live(None)
+        else:
+            tick = player.prepared.scene.tick
+            self.timeline.set_recording(player.duration, player.poke_spans(), frame_seconds=tick)
+
+    def _on_settings_changed(self, settings: object) -> None:
+        self.controller_panel.show_settings(settings)  # type: ignore[arg-type]
+        goal = getattr(settings, "force_goal", None) if getattr(settings, "law", "") == "hold_force" else None
+        self.plots.set_force_goal(goal)
+
+    def _on_hints_read(self) -> None:
+        self.hint_bar.hide()
+        self.settings.hints_read = True
+
+    def _on_maximum_changed(self, kilopascals: float) -> None:
+        self.scale = PressureScale(kilopascals)
+        for part in (self.robot_view, self.map_view, self.colour_bar):
+            part.set_scale(self.scale)
+
+    def _on_play_toggled(self, _playing: bool) -> None:
+        self._dress_toolbar()
+
+    def _on_speed_chosen(self, _index: int) -> None:
+        self.live.set_speed(float(self.speed.currentData()))
+
+    def _on_drawn(self, milliseconds: float) -> None:
+        self.timing_panel.add("3-D view", milliseconds)
+
+    def set_theme(self, name: str) -> None:
+        """Dress everything in ``dark`` or ``light``."""
+        self.theme = THEMES[name]
+        self.settings.theme = name
+        apply_theme(QApplication.instance(), self.theme)  # type: ignore[arg-type]
+        for part in (self.robot_view, self.map_view, self.colour_bar, self.timeline, self.plots, self.message_bar,
+                     self.hint_bar):
+            part.set_theme(self.theme)
+        self._dress_toolbar()
+
+    # Qt.
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        """Qt: files are welcome."""
+        if event.mimeData().hasUrls():
+            event.acceptProposedAction()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        """Qt: open the first file dropped."""
+        paths = [url.toLocalFile() for url in event.mimeData().urls() if url.isLocalFile()]
+        if paths:
+            self.commands.open_path(paths[0])
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """Qt: complete the recording, end thread and process, give the graphics back."""
+        self.settings.geometry = self.saveGeometry()
+        self.commands.close()
+        self.live.close()
+        self.robot_view.close_view()
+        super().closeEvent(event)
+
+    def createPopupMenu(self) -> None:  # type: ignore[override]
+        """Qt: no menu for hiding bars by accident; View has it."""
+
+    def action(self, name: str) -> QAction:
+        """The action called ``name``."""
+        return self.actions_by_name[name]
+
+    def show_quality(self) -> None:
+        """Measure the map that is shown, here and now; the worker does it when it has prepared a scene."""
+        if self.live.prepared is not None:
+            self.quality_panel.show_quality(measure(self.live.prepared.map))

@@ -1,0 +1,61 @@
+"""What the window remembers between launches, in one file a person can read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from platformdirs import user_config_path
+from PySide6.QtCore import QByteArray, QSettings
+
+_RECENT = 8
+
+
+class Settings:
+    """Theme, window shape, recent files, and whether the hints were read.
+
+    Args:
+        path: The INI file; by default the user's own.
+    """
+
+    def __init__(self, path: Path | None = None) -> None:
+        file = path or user_config_path("tactile-maps", appauthor=False) / "window.ini"
+        self._store = QSettings(str(file), QSettings.Format.IniFormat)
+
+    @property
+    def theme(self) -> str:
+        """``dark`` or ``light``."""
+        value = self._store.value("theme", "dark")
+        return value if value in ("dark", "light") else "dark"
+
+    @theme.setter
+    def theme(self, name: str) -> None:
+        self._store.setValue("theme", name)
+
+    @property
+    def hints_read(self) -> bool:
+        """Whether the first hints need not be shown again."""
+        return str(self._store.value("hints_read", "false")).lower() == "true"
+
+    @hints_read.setter
+    def hints_read(self, read: bool) -> None:
+        self._store.setValue("hints_read", "true" if read else "false")
+
+    @property
+    def recent(self) -> list[str]:
+        """Files opened lately, newest first."""
+        value = self._store.value("recent", [])
+        return [value] if isinstance(value, str) else [str(item) for item in value or []]
+
+    def add_recent(self, path: str) -> None:
+        """Put a file on top of the recent ones."""
+        self._store.setValue("recent", [path, *(item for item in self.recent if item != path)][:_RECENT])
+
+    @property
+    def geometry(self) -> QByteArray | None:
+        """The window's shape when it was last closed."""
+        value = self._store.value("geometry")
+        return value if isinstance(value, QByteArray) and not value.isEmpty() else None
+
+    @geometry.setter
+    def geometry(self, shape: QByteArray) -> None:
+        self._store.setValue("geometry", shape)
