@@ -11,7 +11,8 @@ from app.arrays import FloatArray
 from app.errors import Finding, MapError
 from app.geometry.mesh import Mesh
 from app.geometry.topology import boundary_loops
-from app.maps.bijective import crossings, flipped
+from app.maps.bijective import crossings
+from app.maps.border import ApartBorder
 from app.maps.chart import Chart
 from app.maps.cut import CutSurface, cut_to_disk, far_points, farthest_from_border
 from app.maps.symmetric_dirichlet import Iterate, SymmetricDirichlet, minimise
@@ -21,6 +22,8 @@ METHODS = ("symmetric-dirichlet", "tutte")
 
 WORTH_A_SEAM = 4.6
 """Mean energy above which one more seam is tried (a hemisphere has 4.14)."""
+HOPELESS = 1e6
+"""Mean energy of a first map from which no good one is reached in reasonable time."""
 _MAX_SEAMS = 3
 _WORTH_KEEPING = 0.1
 
@@ -64,10 +67,10 @@ def flatten(
 def _openable(surface: Mesh, name: str) -> tuple[CutSurface, list[int]]:
     """A cut whose first map is valid, and the ends of the seams it took besides those the topology asks for.
 
-    On a long, deep cup the first map shrinks the bottom below the smallest number; a seam into it lets it open.
+    On a long, deep cup the first map shrinks the bottom towards the smallest number; a seam into it lets it open.
     """
     cut, terminals = cut_to_disk(surface), list[int]()
-    while flipped(tutte(surface.vertices[cut.vertex_of], cut.faces), cut.faces).any():
+    while not _first_energy(surface, cut) < HOPELESS:
         if len(terminals) == _MAX_SEAMS:
             raise MapError(
                 "the surface is too long and thin for a first map",
@@ -77,6 +80,19 @@ def _openable(surface: Mesh, name: str) -> tuple[CutSurface, list[int]]:
             )
         cut, terminals = _with_seam(surface, cut, terminals)
     return cut, terminals
+
+
+def _first_energy(surface: Mesh, cut: CutSurface) -> float:
+    problem, start = _posed(surface, cut)
+    return problem.energy(start)
+
+
+def _posed(surface: Mesh, cut: CutSurface) -> tuple[SymmetricDirichlet, FloatArray]:
+    """The energy and the first map, both of unit area, so that no tolerance depends on the unit of length."""
+    positions = surface.vertices[cut.vertex_of]
+    start = tutte(positions, cut.faces)
+    problem = SymmetricDirichlet((positions - positions.mean(axis=0)) / np.sqrt(surface.area), cut.faces)
+    return problem, start / np.sqrt(_area(start, cut))
 
 
 def _with_seam(surface: Mesh, cut: CutSurface, terminals: list[int]) -> tuple[CutSurface, list[int]]:
@@ -91,18 +107,14 @@ def _flatten_cut(
     surface: Mesh, cut: CutSurface, method: str, name: str, progress: Callable[[Iterate], None] | None
 ) -> Chart:
     positions = surface.vertices[cut.vertex_of]
-    # Scale first: unit area, so that no tolerance depends on the unit of length.
-    size = float(np.sqrt(surface.area))
-    problem = SymmetricDirichlet(positions / size, cut.faces)
-    start = tutte(positions, cut.faces)
-    start /= np.sqrt(_area(start, cut))
+    problem, start = _posed(surface, cut)
     rounds, findings = [Iterate(start, problem.energy(start), 0.0, 1.0)], []
     if problem.mollified:
         findings.append(Finding("thin-face", name, "given the least area that can be laid flat", problem.mollified))
     if method == "symmetric-dirichlet":
         rounds, overlapped = _optimised(problem, start, cut, progress)
         if overlapped:
-            findings.append(Finding("overlap-avoided", name, f"stopped at distortion {rounds[-1].energy:.2f}"))
+            findings.append(Finding("overlap-avoided", name, f"border kept apart, distortion {rounds[-1].energy:.2f}"))
     plane = rounds[-1].plane * np.sqrt(surface.area / _area(rounds[-1].plane, cut))
     energies, seconds = tuple(r.energy for r in rounds), tuple(r.seconds for r in rounds)
     upright = _upright(plane, positions)
@@ -114,13 +126,14 @@ def _optimised(
 ) -> tuple[list[Iterate], bool]:
     """The rounds to the best map that does not overlap itself, and whether the very best would have.
 
-    The first map does not overlap, so refusing every step that would make the border meet itself keeps it so.
+    The first map does not overlap, and a barrier between the border's parts keeps it so.
     """
     rounds = _collect(minimise(problem, start), progress)
     if not crossings(_border(rounds[-1].plane, cut)):
         return rounds, False
-    simple = minimise(problem, start, allowed=lambda plane: not crossings(_border(plane, cut)))
-    return _collect(simple, progress), True
+    apart = ApartBorder(problem, boundary_loops(cut.faces)[0], rounds[-1].plane)
+    rounds = _collect(minimise(apart, start), progress)
+    return [replace(r, energy=problem.energy(r.plane)) for r in rounds], True
 
 
 def _collect(iterates: Iterable[Iterate], progress: Callable[[Iterate], None] | None) -> list[Iterate]:

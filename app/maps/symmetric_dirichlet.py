@@ -11,6 +11,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from scipy.sparse import csc_matrix
@@ -78,7 +79,8 @@ class SymmetricDirichlet:
         if not (determinant > 0).all():
             return float("inf")
         squares = (jacobian**2).sum(axis=(1, 2))
-        return float((self.areas * squares * (1 + determinant**-2)).sum() / self.areas.sum())
+        with np.errstate(over="ignore"):  # a face of almost no area costs more than the largest number: inf is right
+            return float((self.areas * squares * (1 + determinant**-2)).sum() / self.areas.sum())
 
     def derivatives(self, plane: FloatArray) -> tuple[FloatArray, csc_matrix]:
         """Gradient (2k,) and the projected Hessian (2k, 2k) of the mean energy; x and y of a vertex side by side."""
@@ -121,23 +123,34 @@ class SymmetricDirichlet:
         return float(times.min()) if len(times) else float("inf")
 
 
+class Energy(Protocol):
+    """What ``minimise`` asks of an energy."""
+
+    def energy(self, plane: FloatArray, /) -> float:
+        """At a map; inf where the map is not allowed."""
+
+    def derivatives(self, plane: FloatArray, /) -> tuple[FloatArray, csc_matrix]:
+        """Gradient and positive semidefinite Hessian."""
+
+    def largest_step(self, plane: FloatArray, step: FloatArray, /) -> float:
+        """How far the energy is finite along a step, or more."""
+
+
 def minimise(
-    problem: SymmetricDirichlet,
+    problem: Energy,
     plane: FloatArray,
     *,
     tolerance: float = 1e-4,
     rounds: int = 100,
-    allowed: Callable[[FloatArray], bool] | None = None,
     clock: Callable[[], float] = time.perf_counter,
 ) -> Iterator[Iterate]:
     """Yield ever better maps, from a valid one until a round gains less than ``tolerance`` of what could be gained.
 
     Args:
-        problem: The rest shape.
+        problem: What to make small; 4 is the least possible.
         plane: (k, 2) a map without flips.
         tolerance: Relative decrease of (energy - 4) that still counts as progress.
         rounds: At most so many.
-        allowed: Asked about every candidate; one that is refused is tried again with half the step.
         clock: Seconds.
 
     Raises:
@@ -153,7 +166,7 @@ def minimise(
     for _ in range(rounds):
         gradient, hessian = problem.derivatives(plane)
         step = _newton_step(hessian, gradient)
-        better, length = _line_search(problem, plane, step, energy, float(gradient @ step.ravel()), allowed)
+        better, length = _line_search(problem, plane, step, energy, float(gradient @ step.ravel()))
         gained = energy - problem.energy(better)
         plane, energy = better, energy - gained
         yield Iterate(plane, energy, clock() - start, length)
@@ -172,17 +185,12 @@ def _newton_step(hessian: csc_matrix, gradient: FloatArray) -> FloatArray:
 
 
 def _line_search(
-    problem: SymmetricDirichlet,
-    plane: FloatArray,
-    step: FloatArray,
-    energy: float,
-    slope: float,
-    allowed: Callable[[FloatArray], bool] | None,
+    problem: Energy, plane: FloatArray, step: FloatArray, energy: float, slope: float
 ) -> tuple[FloatArray, float]:
     length = min(1.0, _SAFE * problem.largest_step(plane, step))
     while length > 1e-10:
         candidate = plane + length * step
-        if problem.energy(candidate) <= energy + _ARMIJO * length * slope and (allowed is None or allowed(candidate)):
+        if problem.energy(candidate) <= energy + _ARMIJO * length * slope:
             return candidate, length
         length *= 0.5
     return plane, 0.0

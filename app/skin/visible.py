@@ -14,7 +14,7 @@ from app.arrays import BoolArray, FloatArray
 from app.geometry.mesh import Mesh
 
 DIRECTIONS = 60
-_FACING = 0.25
+_FACING = 0.5
 _SEEN_FROM = 2
 
 

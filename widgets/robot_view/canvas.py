@@ -2,13 +2,14 @@
 
 Decision: ``pyvistaqt.QtInteractor`` alone will not do. Without a display it crashes the process, and on software OpenGL
 it draws each frame twice. ``ImageCanvas`` renders off screen and paints the pixels: it works with no X server at all
-and is faster on software OpenGL. ``OpenGLCanvas`` spares the read-back where there is real
-hardware.
+and is faster on software OpenGL. ``OpenGLCanvas`` spares the read-back where there is
+real hardware.
 """
 
 from __future__ import annotations
 
 import os
+import sys
 from typing import Any, Protocol
 
 import pyvista as pv
@@ -17,6 +18,12 @@ from PySide6.QtGui import QGuiApplication, QImage, QOffscreenSurface, QOpenGLCon
 from PySide6.QtWidgets import QWidget
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
+
+from app.errors import DisplayError
+
+if sys.platform == "linux":
+    # Off-screen windows by EGL: with no X server to look for there is nothing to complain about.
+    os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
 
 pv.global_theme.multi_samples = 1  # 4 samples cost four to five times the frame on software OpenGL
 
@@ -101,8 +108,19 @@ class OpenGLCanvas:
 
 
 def make_canvas(parent: QWidget | None = None) -> Canvas:
-    """The canvas that suits this display; ``TACTILE_MAPS_CANVAS`` = ``image`` or ``opengl`` decides by hand."""
+    """The canvas that suits this display; ``TACTILE_MAPS_CANVAS`` = ``image`` or ``opengl`` decides by hand.
+
+    Raises:
+        DisplayError: The variable says something else.
+    """
     wanted = os.environ.get("TACTILE_MAPS_CANVAS", "")
+    if wanted not in ("", "image", "opengl"):
+        raise DisplayError(
+            "there is no such canvas",
+            place="TACTILE_MAPS_CANVAS",
+            value=wanted,
+            remedy="Say image or opengl, or unset it",
+        )
     if wanted == "opengl" or (wanted != "image" and _has_hardware_opengl()):
         return OpenGLCanvas(parent)
     return ImageCanvas(parent)

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.errors import RobotError, SkinError
+from app.errors import MeshError, RobotError, SkinError
 from app.skin.cover import JOINT_CLEARANCE, cover
 from app.skin.cover_spec import CoverSpec
 from tests.numerics.hard_meshes import HARD_MESHES, HOPELESS_MESHES, one_link
@@ -53,14 +53,13 @@ def test_an_unknown_link_and_one_without_geometry_are_named() -> None:
 
 @pytest.mark.parametrize("name", HOPELESS_MESHES)
 def test_a_link_without_area_is_a_named_error(name: str) -> None:
-    with pytest.raises((SkinError, RobotError, Exception), match="geometry|area") as caught:
+    with pytest.raises((SkinError, MeshError), match=r"part.*area|geometry.*part"):
         cover(one_link(HOPELESS_MESHES[name]), CoverSpec(("part",), taxels=20))
-    assert "part" in str(caught.value)
 
 
 def test_a_link_buried_in_its_neighbour_stays_bare() -> None:
     with pytest.raises(SkinError, match="no surface is left"):
-        cover(two_rods(buried=0.2), CoverSpec(("base",), taxels=20, thickness=0.001))
+        cover(two_rods(buried=0.15, length=0.1), CoverSpec(("upper",), taxels=20))
 
 
 def test_repairs_are_told() -> None:

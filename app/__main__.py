@@ -1,0 +1,48 @@
+"""The program: joins the command line with the window. The only module of ``app`` that may import ``widgets``."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+
+from app.cli.main import run_command
+from app.cli.output import answer, facts, progress_line
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line; the exit code is returned."""
+    words = list(sys.argv[1:] if argv is None else argv)
+    return run_command(words, windows={"gui": _gui, "screenshot": _screenshot})
+
+
+def main_gui() -> int:
+    """The window, for a desktop's launcher."""
+    return main(["gui", *sys.argv[1:]])
+
+
+def _gui(arguments: argparse.Namespace) -> int:
+    from app.cli.scenes import scene_of
+    from widgets.launch import launch
+
+    return launch(scene_of(arguments))
+
+
+def _screenshot(arguments: argparse.Namespace) -> int:
+    from app.cli.scenes import scene_of
+    from widgets.launch import screenshot
+
+    report = progress_line()
+    screenshot(scene_of(arguments), arguments.output, at=arguments.at, theme=arguments.theme, size=arguments.size,
+               progress=report)
+    report("", 1.0)
+    width, height = arguments.size
+    if arguments.json:
+        answer({"file": arguments.output, "width": width, "height": height, "at_s": arguments.at})
+    else:
+        facts({"Written to": arguments.output, "Size": f"{width} x {height}"})
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

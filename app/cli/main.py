@@ -1,0 +1,71 @@
+"""Runs a command and turns whatever happens into an exit code and one message."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import traceback
+from collections.abc import Callable, Sequence
+from datetime import datetime
+from importlib import import_module
+from pathlib import Path
+
+from app.cli.output import answer, fail
+from app.cli.parser import build_parser
+from app.errors import TactileMapsError, UsageError
+
+COMMANDS = ("map", "inspect", "run", "replay", "recover", "gui", "screenshot")
+OpenWindow = Callable[[argparse.Namespace], int]
+
+
+def run_command(argv: Sequence[str], *, windows: dict[str, OpenWindow]) -> int:
+    """Do what the command line asks.
+
+    Args:
+        argv: Words after the program's name.
+        windows: The commands that need the widgets, handed in so that this package stays without them.
+
+    Returns:
+        0 done, 1 failed, 2 bad usage, 130 interrupted.
+    """
+    try:
+        arguments = build_parser().parse_args(argv)
+    except SystemExit as stop:
+        return int(stop.code or 0)
+    command = arguments.command or "gui"
+    as_json = getattr(arguments, "json", False)
+    try:
+        if command in windows:
+            return windows[command](arguments)
+        return int(import_module(f"app.cli.{command}_command").execute(arguments))
+    except TactileMapsError as error:
+        _report(str(error), as_json, kind=type(error).__name__)
+        return 2 if isinstance(error, UsageError) else 1
+    except KeyboardInterrupt:
+        _report("interrupted", as_json, kind="Interrupted")
+        return 130
+    except BrokenPipeError:
+        # Whoever read our output has gone; nothing more can be said.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except Exception as error:  # the last door: a person gets a sentence, the details go to a file
+        _report(f"an unexpected problem: {type(error).__name__}: {error}. The details are in {_crash_log()}", as_json,
+                kind="Unexpected")
+        return 1
+
+
+def _report(text: str, as_json: bool, *, kind: str) -> None:
+    fail(text)
+    if as_json:
+        answer({"error": {"kind": kind, "message": text}})
+
+
+def _crash_log() -> Path:
+    from platformdirs import user_log_path
+
+    folder = user_log_path("tactile-maps", appauthor=False)
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f"crash {datetime.now():%Y-%m-%d %H.%M.%S}.txt"
+    path.write_text(traceback.format_exc(), encoding="utf8")
+    return path

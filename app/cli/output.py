@@ -1,0 +1,62 @@
+"""What the command line says: facts on standard output, progress and failures on standard error."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import is_dataclass
+from typing import Any
+
+Progress = Callable[[str, float], None]
+
+
+def say(text: str) -> None:
+    """One line for a person."""
+    sys.stdout.write(text + "\n")
+
+
+def facts(rows: Mapping[str, object]) -> None:
+    """Aligned facts for a person."""
+    width = max((len(name) for name in rows), default=0)
+    for name, value in rows.items():
+        say(f"{name:<{width}}  {value}")
+
+
+def answer(result: Mapping[str, Any]) -> None:
+    """One object on one line, for a program; what JSON cannot say (NaN, infinity) becomes null."""
+    sys.stdout.write(json.dumps(_plain(result), allow_nan=False) + "\n")
+
+
+def fail(text: str) -> None:
+    """A failure, on standard error."""
+    sys.stderr.write(f"tactile-maps: {text}\n")
+
+
+def progress_line() -> Progress:
+    """Progress on one line of a terminal; nothing where standard error is a file."""
+    if not sys.stderr.isatty():
+        return lambda _text, _fraction: None
+
+    def report(text: str, fraction: float) -> None:
+        sys.stderr.write(f"\r\x1b[K{100 * fraction:3.0f} %  {text}")
+        if fraction >= 1.0:
+            sys.stderr.write("\r\x1b[K")
+        sys.stderr.flush()
+
+    return report
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if is_dataclass(value) and not isinstance(value, type):
+        return _plain(vars(value))
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if hasattr(value, "item"):
+        return _plain(value.item())
+    return value

@@ -1,0 +1,98 @@
+"""Everything the command line understands."""
+
+from __future__ import annotations
+
+import argparse
+from importlib.metadata import version
+
+EPILOG = """exit codes: 0 done, 1 the work failed and says why, 2 bad usage
+robots: arm (our own), ur5e, icub (pip install 'tactile-maps[robots]'), a file, or a model in MENAGERIE_ROOT"""
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """The parser; ``command`` is empty for the window."""
+    parser = argparse.ArgumentParser(
+        prog="tactile-maps", epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter,
+        description="A robot's skin and its flat tactile map: see, touch, record, measure.",
+    )
+    parser.add_argument("--version", action="version", version=f"tactile-maps {version('tactile-maps')}")
+    _scene_options(parser)
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND")
+    _add_window_commands(commands)
+    _add_file_commands(commands)
+    return parser
+
+
+def _add_window_commands(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]
+    gui = commands.add_parser("gui", help="open the window (the default)")
+    _scene_options(gui)
+    gui.add_argument("--json", action="store_true", help="report a failure as one JSON object")
+    run = commands.add_parser("run", help="simulate, and record, without a window")
+    run.add_argument("scene_file", nargs="?", metavar="SCENE", help="a scene's name or file")
+    _scene_options(run)
+    run.add_argument("--for", dest="seconds", type=_positive, default=5.0, metavar="SECONDS",
+                     help="simulated seconds (default 5)")
+    run.add_argument("-o", "--output", metavar="FILE.mcap", help="record to this file")
+    run.add_argument("--overwrite", action="store_true", help="replace an existing file")
+    _json(run)
+    shot = commands.add_parser("screenshot", help="a picture of the whole window, without a display")
+    _scene_options(shot)
+    shot.add_argument("--at", type=_not_negative, default=2.0, metavar="SECONDS", help="simulated seconds (default 2)")
+    shot.add_argument("--theme", choices=("dark", "light"), default="dark")
+    shot.add_argument("--size", type=_size, default=(1400, 900), metavar="WxH", help="in pixels (default 1400x900)")
+    shot.add_argument("-o", "--output", required=True, metavar="FILE.png")
+    _json(shot)
+
+
+def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]
+    make = commands.add_parser("map", help="robot, mesh or taxel file -> tactile map and its quality")
+    make.add_argument("input", metavar="INPUT", help="a robot's name or file, a bare mesh, or an iCub positions file")
+    make.add_argument("-o", "--output", metavar="FILE", help="write .npz (everything) or .obj (mesh with UV)")
+    make.add_argument("--method", default="symmetric-dirichlet", help="symmetric-dirichlet (default) or tutte")
+    make.add_argument("--links", nargs="+", default=[], metavar="LINK", help="links to cover (default: chosen)")
+    make.add_argument("--taxels", type=int, default=1000, help="how many to place (default 1000)")
+    make.add_argument("--robot", default="icub", help="who wears a positions file (default icub)")
+    make.add_argument("--seed", type=int, default=0)
+    _json(make)
+    inspect = commands.add_parser("inspect", help="what a robot, skin, map, scene or recording holds, and its problems")
+    inspect.add_argument("input", metavar="FILE|NAME")
+    _json(inspect)
+    replay = commands.add_parser("replay", help="step through a recording")
+    replay.add_argument("input", metavar="FILE.mcap")
+    replay.add_argument("--verify", action="store_true", help="simulate the recorded inputs again and compare")
+    _json(replay)
+    recover = commands.add_parser("recover", help="salvage a recording that was cut off")
+    recover.add_argument("input", metavar="FILE.mcap")
+    recover.add_argument("-o", "--output", required=True, metavar="FIXED.mcap")
+    recover.add_argument("--overwrite", action="store_true", help="replace an existing file")
+    _json(recover)
+
+
+def _scene_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--scene", metavar="NAME|FILE", default=argparse.SUPPRESS, help="a scene's name or file")
+    parser.add_argument("--robot", metavar="NAME|FILE", default=argparse.SUPPRESS, help="a robot's name or file")
+
+
+def _json(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--json", action="store_true", help="the last line of output is one JSON object")
+
+
+def _positive(text: str) -> float:
+    value = float(text)
+    if not 0 < value < 1e6:
+        raise argparse.ArgumentTypeError(f"must be above 0 and below a million: {text}")
+    return value
+
+
+def _not_negative(text: str) -> float:
+    value = float(text)
+    if not 0 <= value < 1e6:
+        raise argparse.ArgumentTypeError(f"must be 0 or more and below a million: {text}")
+    return value
+
+
+def _size(text: str) -> tuple[int, int]:
+    parts = text.lower().split("x")
+    if len(parts) != 2 or not all(part.isdigit() and 400 <= int(part) <= 8000 for part in parts):
+        raise argparse.ArgumentTypeError(f"must be like 1400x900, each side 400 to 8000: {text}")
+    return int(parts[0]), int(parts[1])

@@ -1,0 +1,30 @@
+"""Which scene a command means."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import replace
+
+from app.errors import UsageError
+from app.simulation.scene import Scene
+from app.simulation.scene_file import load_scene, scene_for
+
+
+def scene_of(arguments: argparse.Namespace) -> Scene:
+    """The scene named by ``SCENE``, ``--scene`` or ``--robot``; the arm's by default.
+
+    With both, the scene is played by the other robot, on links chosen by themselves.
+
+    Raises:
+        UsageError: Two scenes are named.
+        SceneError: There is no such scene.
+    """
+    first, second = getattr(arguments, "scene_file", None), getattr(arguments, "scene", None)
+    if first and second:
+        raise UsageError("two scenes are named", value=f"{first}, {second}", remedy="Name one")
+    name, robot = first or second, getattr(arguments, "robot", None)
+    if name and robot:
+        scene = load_scene(name)
+        cover = replace(scene.cover, links=())
+        return replace(scene, robot=robot, cover=cover, strokes=scene_for(robot).strokes)
+    return load_scene(name) if name else scene_for(robot or "arm")

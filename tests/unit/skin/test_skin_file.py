@@ -1,0 +1,99 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.array_file import pack_arrays, unpack_arrays
+from app.errors import Finding, SkinError
+from app.skin import skin_file
+from app.skin.place import place_taxels
+from app.skin.skin import Patch, Skin
+from app.skin.skin_file import load_skin, save_skin, skin_from_bytes, skin_to_bytes
+from tests.numerics.hard_meshes import HARD_MESHES
+
+Header, Arrays = dict[str, object], dict[str, np.ndarray]
+
+
+def skin() -> Skin:
+    ball, tube = HARD_MESHES["sphere"], HARD_MESHES["open tube"]
+    patches = (Patch("ball", "a", ball, place_taxels(ball, 5)), Patch("Röhre", "b", tube, place_taxels(tube, 7)))
+    return Skin(patches, (Finding("duplicate-face", "a", "dropped", 3),))
+
+
+def changed(change: Callable[[Header, Arrays], object]) -> bytes:
+    header, arrays = unpack_arrays(skin_to_bytes(skin()), error=SkinError)
+    arrays = {name: values.copy() for name, values in arrays.items()}
+    change(header, arrays)
+    return pack_arrays(header, arrays)
+
+
+def test_round_trip_is_bitwise(tmp_path: Path) -> None:
+    save_skin(skin(), tmp_path / "skin.npz")
+    loaded = load_skin(tmp_path / "skin.npz")
+    assert loaded.findings == skin().findings
+    assert [(p.name, p.link) for p in loaded.patches] == [("ball", "a"), ("Röhre", "b")]
+    assert skin_to_bytes(loaded) == skin_to_bytes(skin())
+    assert [path.name for path in tmp_path.iterdir()] == ["skin.npz"], "nothing half-written is left"
+
+
+def test_numpy_opens_it_without_pickles(tmp_path: Path) -> None:
+    save_skin(skin(), tmp_path / "skin.npz")
+    with np.load(tmp_path / "skin.npz", allow_pickle=False) as data:
+        assert data["1_positions"].shape == (7, 3)
+
+
+def test_a_skin_without_patches_survives() -> None:
+    assert len(skin_from_bytes(skin_to_bytes(Skin(())))) == 0
+
+
+def test_a_missing_file_and_an_unwritable_place_are_named(tmp_path: Path) -> None:
+    with pytest.raises(SkinError, match="nowhere.npz.*cannot be read"):
+        load_skin(tmp_path / "nowhere.npz")
+    with pytest.raises(SkinError, match="cannot be written"):
+        save_skin(skin(), tmp_path / "no folder" / "skin.npz")
+
+
+def test_a_file_too_large_is_not_even_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    save_skin(skin(), tmp_path / "skin.npz")
+    monkeypatch.setattr(skin_file, "MAX_BYTES", 10)
+    with pytest.raises(SkinError, match="too large"):
+        load_skin(tmp_path / "skin.npz")
+
+
+def test_too_many_taxels_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(skin_file, "MAX_TAXELS", 11)
+    with pytest.raises(SkinError, match="too many taxels"):
+        skin_from_bytes(skin_to_bytes(skin()))
+
+
+@pytest.mark.parametrize(
+    ("change", "problem"),
+    [
+        (lambda h, _a: h.update(format="other"), "not a skin file"),
+        (lambda h, _a: h.update(version=2), "unknown version"),
+        (lambda h, _a: h.update(patches=3), "header is broken"),
+        (lambda h, _a: h.update(patches=[{"name": 1, "link": "a"}]), "header is broken"),
+        (lambda h, _a: h.update(findings=[["a", "b"]]), "header is broken"),
+        (lambda h, _a: h["patches"][1].update(name="ball"), "same name"),
+        (lambda _h, a: a.pop("0_areas"), "patch ball, areas.*missing"),
+        (lambda _h, a: a.update({"0_areas": a["0_areas"][:-1]}), "patch ball, areas.*5 rows expected"),
+        (lambda _h, a: a.update({"0_areas": np.float64(3)}), "wrong shape"),
+        (lambda _h, a: a.update({"0_positions": a["0_positions"][:, :2]}), "wrong shape"),
+        (lambda _h, a: a["0_positions"].__setitem__(0, np.nan), "positions.*not finite"),
+        (lambda _h, a: a["0_faces"].__setitem__(0, 10**9), "faces.*no such face.*1000000000"),
+        (lambda _h, a: a["0_faces"].__setitem__(0, -1), "no such face"),
+        (lambda _h, a: a["0_neighbours"].__setitem__((0, 0), 5), "no such taxel"),
+        (lambda _h, a: a["0_quadrature_taxel"].__setitem__(0, 99), "no such taxel"),
+        (lambda _h, a: a.update({"0_faces": a["0_faces"].astype(float)}), "not a whole number"),
+        (lambda _h, a: a["0_surface_faces"].__setitem__((0, 0), 10**6), "surface is broken"),
+        (lambda _h, a: a["0_areas"].__setitem__(0, 0.0), "not above zero"),
+        (lambda _h, a: a["0_areas"].__setitem__(0, 1.0), "not the sums"),
+        (lambda _h, a: a["0_weights"].__setitem__(0, [1, 1, -1]), "barycentric"),
+    ],
+)
+def test_a_broken_skin_is_refused_by_name(change: Callable[[Header, Arrays], object], problem: str) -> None:
+    with pytest.raises(SkinError, match=f"hand.npz.*{problem}"):
+        skin_from_bytes(changed(change), file="hand.npz")

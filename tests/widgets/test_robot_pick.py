@@ -1,0 +1,57 @@
+"""Skin under a ray: what is seen is what is picked, wherever the links are."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.robots.configuration import Configuration
+from widgets.robot_view.pick import SkinPicker
+from widgets.robot_view.viewpoint import CameraRay
+
+
+@pytest.fixture(scope="module")
+def picker(prepared):
+    return SkinPicker(prepared)
+
+
+def place(prepared, poses, at):
+    pose = poses[prepared.robot.link_index[prepared.skin.link(at)]]
+    normal = pose[:3, :3] @ prepared.skin.normal(at)
+    return pose[:3, :3] @ prepared.skin.position(at) + pose[:3, 3], normal
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_ray_onto_a_taxel_from_close_by_finds_it_in_any_posture(prepared, picker, seed):
+    rng = np.random.default_rng(seed)
+    configuration = Configuration(prepared.robot)
+    configuration.update(prepared.robot.home + rng.uniform(-0.3, 0.3, len(prepared.robot.home)))
+    poses = configuration.poses()
+    for taxel in range(0, len(prepared.skin), 7):
+        point, normal = place(prepared, poses, prepared.skin.taxel_point(taxel))
+        found = picker.pick(CameraRay(point + 2e-3 * normal, -normal), poses)
+        assert found is not None
+        np.testing.assert_allclose(place(prepared, poses, found)[0], point, atol=2e-4)
+
+
+def test_what_is_in_front_wins_and_bare_links_hide_the_skin(prepared, picker):
+    poses = Configuration(prepared.robot).poses()
+    rng = np.random.default_rng(0)
+    hidden = 0
+    for taxel in range(len(prepared.skin)):
+        point, _ = place(prepared, poses, prepared.skin.taxel_point(taxel))
+        direction = rng.normal(size=3)
+        direction /= np.linalg.norm(direction)
+        found = picker.pick(CameraRay(point - 3.0 * direction, direction), poses)
+        if found is None:
+            hidden += 1
+            continue
+        met, normal = place(prepared, poses, found)
+        assert (met - point) @ direction <= 1e-4
+        assert normal @ direction < 0.2  # the side that looks at the eye
+    assert 0 < hidden < len(prepared.skin) / 2
+
+
+def test_beside_the_robot_there_is_no_skin(prepared, picker):
+    away = CameraRay(np.array([5.0, 0.0, 5.0]), np.array([1.0, 0.0, 0.0]))
+    assert picker.pick(away, Configuration(prepared.robot).poses()) is None
