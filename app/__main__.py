@@ -33,8 +33,14 @@ def _screenshot(arguments: argparse.Namespace) -> int:
     from widgets.launch import screenshot
 
     report = progress_line()
-    screenshot(scene_of(arguments), arguments.output, at=arguments.at, theme=arguments.theme, size=arguments.size,
-               progress=report)
+    screenshot(
+        scene_of(arguments),
+        arguments.output,
+        at=arguments.at,
+        theme=arguments.theme,
+        size=arguments.size,
+        progress=report,
+    )
     report("", 1.0)
     width, height = arguments.size
     if arguments.json:

@@ -70,9 +70,12 @@ def _check_sizes(
 ) -> None:
     total = sum(member.file_size for member in members)
     if len(members) > MAX_MEMBERS or total > max_bytes:
-        raise error("the file would unpack to an absurd size", file=file,
-                    value=f"{len(members)} arrays, {total} bytes",
-                    remedy=f"The most is {MAX_MEMBERS} arrays and {max_bytes} bytes")
+        raise error(
+            "the file would unpack to an absurd size",
+            file=file,
+            value=f"{len(members)} arrays, {total} bytes",
+            remedy=f"The most is {MAX_MEMBERS} arrays and {max_bytes} bytes",
+        )
 
 
 def _read(
@@ -85,8 +88,13 @@ def _read(
             raise error("an array has an unknown format", file=file, place=member.filename, value=version)
         shape, fortran, dtype = _READ_HEADER[version](stream)
         if dtype.kind not in "fiub":
-            raise error("only arrays of numbers are allowed", file=file, place=member.filename, value=dtype,
-                        remedy="Pickled objects are never read, since they can run code")
+            raise error(
+                "only arrays of numbers are allowed",
+                file=file,
+                place=member.filename,
+                value=dtype,
+                remedy="Pickled objects are never read, since they can run code",
+            )
         body = stream.read()
     if any(n < 0 for n in shape) or math.prod(shape) * dtype.itemsize != len(body):
         raise error("an array's shape does not fit its bytes", file=file, place=member.filename, value=shape)

@@ -37,12 +37,25 @@ class TactileMapsError(Exception):
 
     def __reduce__(self) -> tuple[object, ...]:
         """Errors cross from the worker process to the window, so they must pickle with their keywords."""
-        return (_rebuild, (type(self), self.problem, str(self.file) if self.file else None, self.place,
-                           None if self.value is None else str(self.value), self.remedy))
+        return (
+            _rebuild,
+            (
+                type(self),
+                self.problem,
+                str(self.file) if self.file else None,
+                self.place,
+                None if self.value is None else str(self.value),
+                self.remedy,
+            ),
+        )
 
 
 def _rebuild(
-    kind: type[TactileMapsError], problem: str, file: str | None, place: str | None, value: str | None,
+    kind: type[TactileMapsError],
+    problem: str,
+    file: str | None,
+    place: str | None,
+    value: str | None,
     remedy: str | None,
 ) -> TactileMapsError:
     return kind(problem, file=file, place=place, value=value, remedy=remedy)

@@ -45,7 +45,9 @@ def test_a_file_says_what_it_is(path):
 def test_app_starts_without_a_screen():
     """No module of app pulls in Qt or VTK; checked in a fresh interpreter, since this one has both."""
     modules = [
-        ".".join(path.relative_to(ROOT).with_suffix("").parts) for path in SOURCES if path.parts[len(ROOT.parts)] == "app"
+        ".".join(path.relative_to(ROOT).with_suffix("").parts)
+        for path in SOURCES
+        if path.parts[len(ROOT.parts)] == "app"
     ]
     names = [name.removesuffix(".__init__") for name in modules if not name.endswith("__main__")]
     code = (

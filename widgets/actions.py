@@ -34,7 +34,7 @@ ACTIONS = (
     ActionSpec("save_map", "Save map…", ("Ctrl+S",), "Save the tactile map as .npz, or as .obj with UV"),
     ActionSpec("save_picture", "Save picture…", ("Ctrl+Shift+S",), "Save the window as a picture"),
     ActionSpec("quit", "Quit", ("Ctrl+Q",), "Close the window"),
-    ActionSpec("pause", "Pause", ("Space",), "Stop or go on; in a replay, play or pause (Space)", checkable=True),
+    ActionSpec("pause", "Pause", ("Space",), "Stop or go on; in a replay, play or pause (Space)"),
     ActionSpec("step", "Step", (".",), "One control tick while paused (.)"),
     ActionSpec("reset", "Reset", ("Backspace",), "Start the scene again (Backspace)"),
     ActionSpec("record", "Record", ("Ctrl+R",), "Record every tick to a file (Ctrl+R)", checkable=True),
@@ -76,5 +76,7 @@ def make_actions(parent: QWidget) -> dict[str, QAction]:
 def keys_text() -> str:
     """All keys and gestures as a small HTML table."""
     rows = [(spec.keys[0], spec.text.rstrip("…")) for spec in ACTIONS if spec.keys]
-    lines = "".join(f"<tr><td><b>{keys}</b>&nbsp;&nbsp;&nbsp;</td><td>{text}</td></tr>" for keys, text in (*rows, *MOUSE))
+    lines = "".join(
+        f"<tr><td><b>{keys}</b>&nbsp;&nbsp;&nbsp;</td><td>{text}</td></tr>" for keys, text in (*rows, *MOUSE)
+    )
     return f"<table cellspacing='4'>{lines}</table>"

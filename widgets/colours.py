@@ -113,11 +113,24 @@ def _palette(theme: Theme) -> QPalette:
     palette, role = QPalette(), QPalette.ColorRole
     dim = mixed(theme.panel, theme.text, 0.08)
     colours = {
-        role.Window: theme.panel, role.WindowText: theme.text, role.Base: theme.window, role.AlternateBase: theme.panel,
-        role.Text: theme.text, role.PlaceholderText: theme.quiet, role.Button: dim, role.ButtonText: theme.text,
-        role.ToolTipBase: theme.panel, role.ToolTipText: theme.text, role.Highlight: theme.accent,
-        role.HighlightedText: "#10151a", role.Link: theme.accent, role.BrightText: theme.fault, role.Mid: theme.line,
-        role.Dark: theme.line, role.Light: dim, role.Shadow: theme.window,
+        role.Window: theme.panel,
+        role.WindowText: theme.text,
+        role.Base: theme.window,
+        role.AlternateBase: theme.panel,
+        role.Text: theme.text,
+        role.PlaceholderText: theme.quiet,
+        role.Button: dim,
+        role.ButtonText: theme.text,
+        role.ToolTipBase: theme.panel,
+        role.ToolTipText: theme.text,
+        role.Highlight: theme.accent,
+        role.HighlightedText: "#10151a",
+        role.Link: theme.accent,
+        role.BrightText: theme.fault,
+        role.Mid: theme.line,
+        role.Dark: theme.line,
+        role.Light: dim,
+        role.Shadow: theme.window,
     }
     for which, colour in colours.items():
         palette.setColor(which, QColor(colour))

@@ -49,12 +49,22 @@ class Commands(QObject):
         self._play_timer.timeout.connect(self._on_play_timer)
         window.timeline.play_toggled.connect(self._on_play_toggled)
         for name, act in (
-            ("open_robot", self.choose_robot), ("open_recording", self.choose_recording),
-            ("import_taxels", self.choose_taxels), ("save_map", self.choose_map_file),
-            ("save_picture", self.choose_picture_file), ("quit", window.close), ("pause", self.toggle_pause),
-            ("step", self._live.step), ("reset", self._live.reset), ("record", self.toggle_record),
-            ("theme", self.toggle_theme), ("panels", self.toggle_panels), ("plots", self.toggle_plots),
-            ("full_screen", self.toggle_full_screen), ("frame", self.frame_all), ("keys", self.tell_keys),
+            ("open_robot", self.choose_robot),
+            ("open_recording", self.choose_recording),
+            ("import_taxels", self.choose_taxels),
+            ("save_map", self.choose_map_file),
+            ("save_picture", self.choose_picture_file),
+            ("quit", window.close),
+            ("pause", self.toggle_pause),
+            ("step", self._live.step),
+            ("reset", self._live.reset),
+            ("record", self.toggle_record),
+            ("theme", self.toggle_theme),
+            ("panels", self.toggle_panels),
+            ("plots", self.toggle_plots),
+            ("full_screen", self.toggle_full_screen),
+            ("frame", self.frame_all),
+            ("keys", self.tell_keys),
             ("about", self.tell_about),
         ):
             window.action(name).triggered.connect(act)
@@ -90,7 +100,8 @@ class Commands(QObject):
         file.addAction(action("quit"))
         for title, names in (
             ("Session", ("pause", "step", "reset", "record")),
-            ("View", ("frame", "theme", "panels", "plots", "full_screen")), ("Help", ("keys", "about")),
+            ("View", ("frame", "theme", "panels", "plots", "full_screen")),
+            ("Help", ("keys", "about")),
         ):
             menu = bar.addMenu(title)
             for name in names:
@@ -153,8 +164,9 @@ class Commands(QObject):
         prepared = self._live.prepared
         if prepared is None:
             return
-        path, _ = QFileDialog.getSaveFileName(self._window, "Save map", f"{prepared.robot.name}.npz",
-                                              "Tactile map (*.npz);;OBJ with UV (*.obj)")
+        path, _ = QFileDialog.getSaveFileName(
+            self._window, "Save map", f"{prepared.robot.name}.npz", "Tactile map (*.npz);;OBJ with UV (*.obj)"
+        )
         if path:
             self.save_map(path)
 
@@ -186,8 +198,11 @@ class Commands(QObject):
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            self._window.message_bar.say(f"{folder}: recordings cannot be kept there ({error.strerror}). "
-                                         "Free space or make the folder writable.", fault=True)
+            self._window.message_bar.say(
+                f"{folder}: recordings cannot be kept there ({error.strerror}). "
+                "Free space or make the folder writable.",
+                fault=True,
+            )
         else:
             prepared = self._live.prepared
             name = prepared.robot.name if prepared is not None else "session"
@@ -243,8 +258,11 @@ class Commands(QObject):
     def tell_about(self) -> None:
         """Name versions."""
         names = ("tactile-maps", "mujoco", "libigl", "pyvista", "PySide6-Essentials", "numpy")
-        self._tell("About Tactile Maps", "A robot's skin and its tactile map, alive side by side.<br><br>"
-                   + "<br>".join(f"{name} {version(name)}" for name in names))
+        self._tell(
+            "About Tactile Maps",
+            "A robot's skin and its tactile map, alive side by side.<br><br>"
+            + "<br>".join(f"{name} {version(name)}" for name in names),
+        )
 
     def _tell(self, title: str, text: str) -> None:
         box = QMessageBox(QMessageBox.Icon.NoIcon, title, text, QMessageBox.StandardButton.Close, self._window)

@@ -63,5 +63,10 @@ def _stop(painter: QPainter, _colour: str) -> None:
 
 
 _SHAPES: dict[str, Callable[[QPainter, str], None]] = {
-    "play": _play, "pause": _pause, "step": _step, "reset": _reset, "record": _record, "stop": _stop,
+    "play": _play,
+    "pause": _pause,
+    "step": _step,
+    "reset": _reset,
+    "record": _record,
+    "stop": _stop,
 }

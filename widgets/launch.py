@@ -30,9 +30,12 @@ def launch(scene: Scene) -> int:
         DisplayError: There is no display.
     """
     if sys.platform.startswith("linux") and not _has_display():
-        raise DisplayError("there is no display to open a window on", place="DISPLAY, WAYLAND_DISPLAY", value="not set",
-                           remedy="Run it in a desktop session or under xvfb-run; run, replay and screenshot need no "
-                           "display")
+        raise DisplayError(
+            "there is no display to open a window on",
+            place="DISPLAY, WAYLAND_DISPLAY",
+            value="not set",
+            remedy="Run it in a desktop session or under xvfb-run; run, replay and screenshot need no display",
+        )
     app = _application()
     settings = Settings()
     apply_theme(app, THEMES[settings.theme])
@@ -43,7 +46,12 @@ def launch(scene: Scene) -> int:
 
 
 def screenshot(
-    scene: Scene, path: str | Path, *, at: float = 2.0, theme: str = "dark", size: tuple[int, int] = (1400, 900),
+    scene: Scene,
+    path: str | Path,
+    *,
+    at: float = 2.0,
+    theme: str = "dark",
+    size: tuple[int, int] = (1400, 900),
     progress: Callable[[str, float], None] = lambda _text, _fraction: None,
 ) -> None:
     """Save a picture of the whole window after ``at`` simulated seconds of the scene; needs no display.
@@ -68,8 +76,11 @@ def screenshot(
         window.robot_view.draw_now()
         app.processEvents()
         if not window.grab().save(str(path)):
-            raise DisplayError("the picture cannot be written", file=path, remedy="Choose a folder you may write to and "
-                               "a name that ends in .png")
+            raise DisplayError(
+                "the picture cannot be written",
+                file=path,
+                remedy="Choose a folder you may write to and a name that ends in .png",
+            )
     finally:
         window.close()
 
@@ -96,4 +107,8 @@ def _application() -> QApplication:
 
 def _has_display() -> bool:
     platform = os.environ.get("QT_QPA_PLATFORM", "")
-    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")) or platform not in ("", "xcb", "wayland")
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")) or platform not in (
+        "",
+        "xcb",
+        "wayland",
+    )

@@ -58,9 +58,7 @@ class LiveSession(QObject):
     touched = Signal()
     """A person touched the skin for the first time in this scene."""
 
-    def __init__(
-        self, parent: QObject | None = None, *, make_runner: Callable[..., Runner] = ThreadRunner
-    ) -> None:
+    def __init__(self, parent: QObject | None = None, *, make_runner: Callable[..., Runner] = ThreadRunner) -> None:
         super().__init__(parent)
         self._make_runner = make_runner
         self.runner: Runner | None = None

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QSize, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import (
     QApplication,
-    QComboBox,
     QDockWidget,
     QHBoxLayout,
-    QLabel,
     QMainWindow,
     QScrollArea,
-    QSizePolicy,
     QSplitter,
     QVBoxLayout,
     QWidget,
@@ -28,7 +25,6 @@ from widgets.actions import make_actions
 from widgets.colour_bar import ColourBar
 from widgets.colours import THEMES, PressureScale, apply_theme
 from widgets.commands import Commands
-from widgets.icons import icon
 from widgets.live_session import LiveSession
 from widgets.map_view.map_view import MapView
 from widgets.message_bar import HintBar, MessageBar
@@ -40,8 +36,8 @@ from widgets.panels.quality_panel import QualityPanel
 from widgets.panels.timing_panel import TimingPanel
 from widgets.robot_view.robot_view import RobotView
 from widgets.runner import Runner, ThreadRunner
+from widgets.session_bar import SessionBar
 from widgets.settings import Settings
-from widgets.timeline.playhead import SPEEDS
 from widgets.timeline.timeline import Timeline
 
 
@@ -63,7 +59,8 @@ class MainWindow(QMainWindow):
         self._build_panels()
         self._build_bottom()
         self.commands = Commands(self)
-        self._build_toolbar()
+        self.session_bar = SessionBar(self.actions_by_name, self.theme, self)
+        self.addToolBar(self.session_bar)
         self._connect()
         self.setWindowTitle("Tactile Maps")
         self.setAcceptDrops(True)
@@ -108,8 +105,13 @@ class MainWindow(QMainWindow):
         column = QVBoxLayout(content)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(4)
-        for panel in (self.controller_panel, self.contacts_panel, self.quality_panel, self.timing_panel,
-                      self.effects_panel):
+        for panel in (
+            self.controller_panel,
+            self.contacts_panel,
+            self.quality_panel,
+            self.timing_panel,
+            self.effects_panel,
+        ):
             column.addWidget(panel)
         column.addStretch(1)
         scroll = QScrollArea()
@@ -140,50 +142,10 @@ class MainWindow(QMainWindow):
         self.addDockWidget(area, dock)
         return dock
 
-    def _build_toolbar(self) -> None:
-        bar = self.addToolBar("Session")
-        bar.setObjectName("toolbar")
-        bar.setMovable(False)
-        bar.setIconSize(QSize(16, 16))
-        bar.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        bar.setContextMenuPolicy(Qt.ContextMenuPolicy.PreventContextMenu)
-        for name in ("pause", "step", "reset", "record"):
-            bar.addAction(self.actions_by_name[name])
-        bar.addSeparator()
-        self.speed = QComboBox()
-        self.speed.setObjectName("speed")
-        self.speed.setAccessibleName("Simulation speed")
-        self.speed.setToolTip("Simulated seconds per second asked for")
-        for speed in SPEEDS:
-            self.speed.addItem(f"{speed:g}×", speed)
-        self.speed.setCurrentIndex(SPEEDS.index(1.0))
-        bar.addWidget(self.speed)
-        spacer = QWidget()
-        spacer.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-        bar.addWidget(spacer)
-        self.scene_label, self.factor_label = QLabel(), QLabel()
-        self.scene_label.setProperty("role", "heading")
-        self.factor_label.setObjectName("real-time-factor")
-        self.factor_label.setToolTip("Simulated seconds per second reached: 1.00× is real time")
-        self.factor_label.setMinimumWidth(120)
-        self.factor_label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-        bar.addWidget(self.scene_label)
-        bar.addWidget(self.factor_label)
-        self._dress_toolbar()
-
     def _dress_toolbar(self) -> None:
         mode = self.live.mode
         playing = mode == "live" or (mode == "replaying" and self.timeline.playhead.playing)
-        looks = {
-            "pause": ("pause" if playing else "play", "Pause" if playing else "Play"), "step": ("step", "Step"),
-            "reset": ("reset", "Reset"),
-            "record": ("record", "Record") if self.live.recorder is None else ("stop", "Stop recording"),
-        }
-        for name, (shape, text) in looks.items():
-            colour = self.theme.fault if name == "record" else self.theme.text
-            self.actions_by_name[name].setIcon(icon(shape, colour))
-            self.actions_by_name[name].setText(text)
-        self.actions_by_name["pause"].setChecked(mode == "paused")
+        self.session_bar.show_state(mode, playing=playing, recording=self.live.recorder is not None)
 
     def _connect(self) -> None:
         live, views = self.live, (self.robot_view, self.map_view)
@@ -212,7 +174,7 @@ class MainWindow(QMainWindow):
         self.timeline.scrubbed.connect(live.show_time)
         self.timeline.play_toggled.connect(self._on_play_toggled)
         self.timeline.live_requested.connect(live.back_to_live)
-        self.speed.currentIndexChanged.connect(self._on_speed_chosen)
+        self.session_bar.speed_chosen.connect(live.set_speed)
         self.robot_view.drawn.connect(self._on_drawn)
 
     # Facts.
@@ -225,11 +187,14 @@ class MainWindow(QMainWindow):
         self.contacts_panel.clear()
         self.timing_panel.clear()
         self.plots.clear()
-        self.scene_label.setText(prepared.scene.title or prepared.robot.name)
+        self.session_bar.show_title(prepared.scene.title or prepared.robot.name)
         if prepared.robot.findings or prepared.skin.findings:
             count = len(prepared.robot.findings) + len(prepared.skin.findings)
-            self.statusBar().showMessage(f"{count} things were noticed or repaired while opening; see tactile-maps "
-                                         f"inspect {prepared.scene.robot}", 10_000)
+            self.statusBar().showMessage(
+                f"{count} things were noticed or repaired while opening; see tactile-maps "
+                f"inspect {prepared.scene.robot}",
+                10_000,
+            )
 
     def _on_frame_ready(self, frame: Frame) -> None:
         """The map first: it is what the finger waits for."""
@@ -240,8 +205,7 @@ class MainWindow(QMainWindow):
         for panel in (self.contacts_panel, self.controller_panel, self.timing_panel, self.plots):
             panel.show_frame(frame)
         runner = self.live.runner
-        factor = 0.0 if runner is None or self.live.player is not None else runner.real_time_factor
-        self.factor_label.setText("replay" if self.live.player is not None else f"{factor:.2f}× real time")
+        self.session_bar.show_factor(None if self.live.player or not runner else runner.real_time_factor)
         if self.live.recorder is not None:
             self.timeline.set_live(self.live.recorder.frames * self.live.recorder.tick)
 
@@ -261,17 +225,12 @@ class MainWindow(QMainWindow):
         self.settings.add_recent(path)
 
     def _on_mode_changed(self, mode: str) -> None:
-        for name in ("step", "reset", "record"):
-            self.actions_by_name[name].setEnabled(mode in ("live", "paused"))
-        self.actions_by_name["step"].setEnabled(mode == "paused")
-        self.actions_by_name["pause"].setEnabled(mode != "empty")
         self.map_view.set_replaying(replaying=mode == "replaying")
         self.map_view.set_paused(paused=mode == "paused")
         self.controller_panel.setEnabled(mode in ("live", "paused"))
         self._dress_toolbar()
 
     def _on_recording_changed(self, path: str | None) -> None:
-        self.actions_by_name["record"].setChecked(path is not None)
         self.timeline.set_live(0.0 if path is not None else None)
         self._dress_toolbar()
 
@@ -299,9 +258,6 @@ class MainWindow(QMainWindow):
     def _on_play_toggled(self, _playing: bool) -> None:
         self._dress_toolbar()
 
-    def _on_speed_chosen(self, _index: int) -> None:
-        self.live.set_speed(float(self.speed.currentData()))
-
     def _on_drawn(self, milliseconds: float) -> None:
         self.timing_panel.add("3-D view", milliseconds)
 
@@ -310,10 +266,17 @@ class MainWindow(QMainWindow):
         self.theme = THEMES[name]
         self.settings.theme = name
         apply_theme(QApplication.instance(), self.theme)  # type: ignore[arg-type]
-        for part in (self.robot_view, self.map_view, self.colour_bar, self.timeline, self.plots, self.message_bar,
-                     self.hint_bar):
+        for part in (
+            self.robot_view,
+            self.map_view,
+            self.colour_bar,
+            self.timeline,
+            self.plots,
+            self.message_bar,
+            self.hint_bar,
+            self.session_bar,
+        ):
             part.set_theme(self.theme)
-        self._dress_toolbar()
 
     # Qt.
 
@@ -336,7 +299,7 @@ class MainWindow(QMainWindow):
         self.robot_view.close_view()
         super().closeEvent(event)
 
-    def createPopupMenu(self) -> None:  # type: ignore[override]
+    def createPopupMenu(self) -> None:
         """Qt: no menu for hiding bars by accident; View has it."""
 
     def action(self, name: str) -> QAction:

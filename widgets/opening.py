@@ -42,8 +42,9 @@ def scene_to_open(path: str) -> Scene:
     if ending in (*ROBOTS, *MESHES):
         return scene_for(path)
     known = ", ".join((*ROBOTS, *MESHES, *SCENES, *RECORDINGS, *TAXELS))
-    raise UsageError("this kind of file cannot be opened", file=path, value=ending or "no ending",
-                     remedy=f"Give one of: {known}")
+    raise UsageError(
+        "this kind of file cannot be opened", file=path, value=ending or "no ending", remedy=f"Give one of: {known}"
+    )
 
 
 def with_taxels(scene: Scene, path: str) -> Scene:

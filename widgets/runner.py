@@ -77,7 +77,7 @@ class InlineRunner(Runner):
 
 
 class ThreadRunner(Runner):
-    """Runs by the wall clock on a thread of its own. Time it cannot keep up with is dropped, and shown as the factor."""
+    """Runs by the wall clock on a thread of its own. Time it cannot keep up with is dropped; the factor tells."""
 
     def __init__(
         self, session: Session, each: Callable[[Frame], None], *, clock: Callable[[], float] = time.perf_counter

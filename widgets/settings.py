@@ -44,7 +44,7 @@ class Settings:
     def recent(self) -> list[str]:
         """Files opened lately, newest first."""
         value = self._store.value("recent", [])
-        return [value] if isinstance(value, str) else [str(item) for item in value or []]
+        return [value] if isinstance(value, str) else [str(item) for item in value] if isinstance(value, list) else []
 
     def add_recent(self, path: str) -> None:
         """Put a file on top of the recent ones."""

@@ -1,4 +1,4 @@
-"""One process beside the window that prepares scenes: slow, native and allowed to crash, without the window noticing."""
+"""One process beside the window that prepares scenes: slow, native, and allowed to crash without the window."""
 
 from __future__ import annotations
 
@@ -63,9 +63,9 @@ class Worker(QObject):
         return self._busy
 
     def prepare(self, scene: Scene) -> None:
-        """Prepare ``scene``; one that is being prepared is dropped."""
-        if self._busy:
-            self.cancel()
+        """Prepare ``scene``; one that is being prepared or measured is dropped."""
+        if self._timer.isActive():
+            self.close()
         if self._connection is None:
             self._start()
         assert self._connection is not None
@@ -108,8 +108,10 @@ class Worker(QObject):
         except (EOFError, ConnectionResetError):
             self.close()
             self._start()
-            self.failed.emit("Preparing the scene ended unexpectedly; the scene before it is kept. "
-                             "Try fewer taxels, or another link.")
+            self.failed.emit(
+                "Preparing the scene ended unexpectedly; the scene before it is kept. "
+                "Try fewer taxels, or another link."
+            )
 
     def _take(self, kind: str, content: Any) -> None:
         if kind == "progress":

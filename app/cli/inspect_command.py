@@ -58,14 +58,24 @@ def describe(name: str) -> dict[str, Any]:
 
 
 def _robot(robot: Robot) -> dict[str, Any]:
-    return {"name": robot.name, "source": robot.source, "links": [link.name for link in robot.links],
-            "joints": [joint.name for joint in robot.joints], "bodies": len(robot.links),
-            "problems": _problems(robot.findings)}
+    return {
+        "name": robot.name,
+        "source": robot.source,
+        "links": [link.name for link in robot.links],
+        "joints": [joint.name for joint in robot.joints],
+        "bodies": len(robot.links),
+        "problems": _problems(robot.findings),
+    }
 
 
 def _skin(skin: Skin) -> dict[str, Any]:
-    return {"taxels": len(skin), "patches": [{"name": patch.name, "link": patch.link, "taxels": len(patch.taxels),
-                                              "cm2": 1e4 * patch.surface.area} for patch in skin.patches]}
+    return {
+        "taxels": len(skin),
+        "patches": [
+            {"name": patch.name, "link": patch.link, "taxels": len(patch.taxels), "cm2": 1e4 * patch.surface.area}
+            for patch in skin.patches
+        ],
+    }
 
 
 def _scene(scene: Scene) -> dict[str, Any]:
@@ -75,23 +85,43 @@ def _scene(scene: Scene) -> dict[str, Any]:
         session.tick()
     milliseconds = session.frame.timings.ms
     costs = {"fingers": milliseconds.get("physics"), "skin pressure (water-fill)": milliseconds.get("touch")}
-    effects = [{"name": row.name, "on": row.on, "why": row.why, "ms": costs.get(row.name)}
-               for row in effect_rows(scene)]
+    effects = [
+        {"name": row.name, "on": row.on, "why": row.why, "ms": costs.get(row.name)} for row in effect_rows(scene)
+    ]
     problems = _problems((*prepared.robot.findings, *prepared.skin.findings))
     robot = _robot(prepared.robot)
-    return {"kind": "scene", **robot, "name": scene.name, "title": scene.title, "robot": scene.robot,
-            **_skin(prepared.skin), "effects": effects, "problems": problems}
+    return {
+        "kind": "scene",
+        **robot,
+        "name": scene.name,
+        "title": scene.title,
+        "robot": scene.robot,
+        **_skin(prepared.skin),
+        "effects": effects,
+        "problems": problems,
+    }
 
 
 def _recording(name: str) -> dict[str, Any]:
     player = Player(name)
-    problems = [] if player.complete else [
-        {"kind": "cut-off", "where": name, "remedy": f"tactile-maps recover {name} -o fixed.mcap", "count": 1}]
-    return {"kind": "recording", "name": player.prepared.scene.name, "robot": player.prepared.robot.name,
-            "links": [link.name for link in player.prepared.robot.links],
-            "joints": [joint.name for joint in player.prepared.robot.joints], **_skin(player.prepared.skin),
-            "frames": len(player), "seconds": player.duration, "inputs": len(player.inputs),
-            "versions": player.versions, "problems": problems}
+    problems = (
+        []
+        if player.complete
+        else [{"kind": "cut-off", "where": name, "remedy": f"tactile-maps recover {name} -o fixed.mcap", "count": 1}]
+    )
+    return {
+        "kind": "recording",
+        "name": player.prepared.scene.name,
+        "robot": player.prepared.robot.name,
+        "links": [link.name for link in player.prepared.robot.links],
+        "joints": [joint.name for joint in player.prepared.robot.joints],
+        **_skin(player.prepared.skin),
+        "frames": len(player),
+        "seconds": player.duration,
+        "inputs": len(player.inputs),
+        "versions": player.versions,
+        "problems": problems,
+    }
 
 
 def _arrays(name: str) -> dict[str, Any]:
@@ -104,14 +134,24 @@ def _arrays(name: str) -> dict[str, Any]:
         except TactileMapsError:
             raise not_a_map from None
         return {"kind": "skin", "name": Path(name).stem, **_skin(skin), "problems": _problems(skin.findings)}
-    return {"kind": "map", "name": Path(name).stem, **_skin(map_.skin), "quality": measure(map_).to_json(),
-            "problems": _problems(map_.skin.findings)}
+    return {
+        "kind": "map",
+        "name": Path(name).stem,
+        **_skin(map_.skin),
+        "quality": measure(map_).to_json(),
+        "problems": _problems(map_.skin.findings),
+    }
 
 
 def _taxel_file(name: str) -> dict[str, Any]:
     taxels = read_icub_positions(name)
-    return {"kind": "taxel file", "name": Path(name).stem, "links": [taxels.link], "taxels": len(taxels.positions),
-            "problems": _problems(taxels.findings)}
+    return {
+        "kind": "taxel file",
+        "name": Path(name).stem,
+        "links": [taxels.link],
+        "taxels": len(taxels.positions),
+        "problems": _problems(taxels.findings),
+    }
 
 
 def _problems(findings: Iterable[Finding]) -> list[dict[str, Any]]:
@@ -122,6 +162,7 @@ def _text(value: object) -> str:
     if isinstance(value, dict):
         return ", ".join(f"{key} {item}" for key, item in value.items())
     if isinstance(value, list):
-        return ", ".join(f"{item['name']} ({item['taxels']} taxels)" if isinstance(item, dict) else str(item)
-                         for item in value)
+        return ", ".join(
+            f"{item['name']} ({item['taxels']} taxels)" if isinstance(item, dict) else str(item) for item in value
+        )
     return str(value)

@@ -50,8 +50,11 @@ def run_command(argv: Sequence[str], *, windows: dict[str, OpenWindow]) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except Exception as error:  # the last door: a person gets a sentence, the details go to a file
-        _report(f"an unexpected problem: {type(error).__name__}: {error}. The details are in {_crash_log()}", as_json,
-                kind="Unexpected")
+        _report(
+            f"an unexpected problem: {type(error).__name__}: {error}. The details are in {_crash_log()}",
+            as_json,
+            kind="Unexpected",
+        )
         return 1
 
 

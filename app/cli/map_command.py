@@ -52,24 +52,31 @@ def _skin(arguments: argparse.Namespace, report: Progress) -> tuple[Skin, list[d
     else:
         robot = find_robot(arguments.input)
         skin = cover(robot, CoverSpec(tuple(arguments.links), arguments.taxels, seed=arguments.seed), progress=report)
-    return skin, [{"kind": f.kind, "where": f.where, "count": f.count, "action": f.action}
-                  for f in (*robot.findings, *skin.findings)]
+    return skin, [{"kind": f.kind, "where": f.where, "count": f.count, "action": f.action} for f in robot.findings]
 
 
 def _tell(result: dict[str, object]) -> None:
     angle, area = result["angle"], result["area"]
-    assert isinstance(angle, dict) and isinstance(area, dict)
-    facts({
-        "Patches": result["patches"], "Taxels": result["taxels"], "Faces": result["faces"],
-        "One-to-one": "yes" if result["bijective"] else f"no ({result['flips']} flipped triangles)",
-        "Distortion": f"{result['symmetric_dirichlet']:.4f} (4 is none)",
-        "Angles, s1 / s2": f"{angle['median']:.3f} median, {angle['p95']:.3f} p95, {angle['max']:.3f} max",
-        "Areas": f"{area['median']:.3f} median, {area['p95']:.3f} p95, {area['max']:.3f} max",
-        "Neighbour distances": f"{100 * float(str(result['edge_error'])):.2f} % off (rms)",
-        "Stress": result["stress"], "Trustworthiness": result["trustworthiness"], "Continuity": result["continuity"],
-        "Round trip": f"{result['round_trip_mm']} mm", "Time": f"{result['seconds']:.2f} s",
-        "Written to": result["file"] or "nothing",
-    })
+    assert isinstance(angle, dict)
+    assert isinstance(area, dict)
+    facts(
+        {
+            "Patches": result["patches"],
+            "Taxels": result["taxels"],
+            "Faces": result["faces"],
+            "One-to-one": "yes" if result["bijective"] else f"no ({result['flips']} flipped triangles)",
+            "Distortion": f"{result['symmetric_dirichlet']:.4f} (4 is none)",
+            "Angles, s1 / s2": f"{angle['median']:.3f} median, {angle['p95']:.3f} p95, {angle['max']:.3f} max",
+            "Areas": f"{area['median']:.3f} median, {area['p95']:.3f} p95, {area['max']:.3f} max",
+            "Neighbour distances": f"{100 * float(str(result['edge_error'])):.2f} % off (rms)",
+            "Stress": result["stress"],
+            "Trustworthiness": result["trustworthiness"],
+            "Continuity": result["continuity"],
+            "Round trip": f"{result['round_trip_mm']} mm",
+            "Time": f"{result['seconds']:.2f} s",
+            "Written to": result["file"] or "nothing",
+        }
+    )
     findings = result["findings"]
     assert isinstance(findings, list)
     for finding in findings:

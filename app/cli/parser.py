@@ -12,7 +12,9 @@ robots: arm (our own), ur5e, icub (pip install 'tactile-maps[robots]'), a file, 
 def build_parser() -> argparse.ArgumentParser:
     """The parser; ``command`` is empty for the window."""
     parser = argparse.ArgumentParser(
-        prog="tactile-maps", epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter,
+        prog="tactile-maps",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
         description="A robot's skin and its flat tactile map: see, touch, record, measure.",
     )
     parser.add_argument("--version", action="version", version=f"tactile-maps {version('tactile-maps')}")
@@ -30,8 +32,9 @@ def _add_window_commands(commands: argparse._SubParsersAction) -> None:  # type:
     run = commands.add_parser("run", help="simulate, and record, without a window")
     run.add_argument("scene_file", nargs="?", metavar="SCENE", help="a scene's name or file")
     _scene_options(run)
-    run.add_argument("--for", dest="seconds", type=_positive, default=5.0, metavar="SECONDS",
-                     help="simulated seconds (default 5)")
+    run.add_argument(
+        "--for", dest="seconds", type=_positive, default=5.0, metavar="SECONDS", help="simulated seconds (default 5)"
+    )
     run.add_argument("-o", "--output", metavar="FILE.mcap", help="record to this file")
     run.add_argument("--overwrite", action="store_true", help="replace an existing file")
     _json(run)

@@ -12,9 +12,21 @@ def execute(arguments: argparse.Namespace) -> int:
     """Write what is whole to a new file."""
     saved = recover(arguments.input, arguments.output, overwrite=arguments.overwrite)
     if arguments.json:
-        answer({"frames": saved.frames, "lost_frames": saved.lost_frames, "was_complete": saved.was_complete,
-                "file": saved.file})
+        answer(
+            {
+                "frames": saved.frames,
+                "lost_frames": saved.lost_frames,
+                "was_complete": saved.was_complete,
+                "file": saved.file,
+            }
+        )
     else:
-        facts({"Frames": saved.frames, "Missing between them": saved.lost_frames,
-               "The file was": "complete" if saved.was_complete else "cut off", "Written to": saved.file})
+        facts(
+            {
+                "Frames": saved.frames,
+                "Missing between them": saved.lost_frames,
+                "The file was": "complete" if saved.was_complete else "cut off",
+                "Written to": saved.file,
+            }
+        )
     return 0

@@ -13,20 +13,37 @@ def execute(arguments: argparse.Namespace) -> int:
     """Read every frame, or verify every frame; 1 when a verification finds a difference."""
     report = progress_line()
     player = Player(arguments.input)
-    result: dict[str, object] = {"frames": len(player), "complete": player.complete, "identical": None,
-                                 "max_difference": None}
-    rows = {"Frames": len(player), "Duration": f"{player.duration:.2f} s", "Robot": player.prepared.robot.name,
-            "Complete": "yes" if player.complete else "no: cut off; recover makes it whole"}
+    result: dict[str, object] = {
+        "frames": len(player),
+        "complete": player.complete,
+        "identical": None,
+        "max_difference": None,
+    }
+    rows = {
+        "Frames": len(player),
+        "Duration": f"{player.duration:.2f} s",
+        "Robot": player.prepared.robot.name,
+        "Complete": "yes" if player.complete else "no: cut off; recover makes it whole",
+    }
     status = 0
     if arguments.verify:
         outcome = verify(player, progress=report)
         report("", 1.0)
-        result |= {"identical": outcome.identical, "max_difference": outcome.max_difference,
-                   "first_difference": outcome.first_difference, "other_versions": outcome.other_versions}
-        rows["Identical"] = "yes, every posture, velocity and pressure, bit for bit" if outcome.identical else (
-            f"no: from tick {outcome.first_difference} on, by up to {outcome.max_difference:.3g}")
+        result |= {
+            "identical": outcome.identical,
+            "max_difference": outcome.max_difference,
+            "first_difference": outcome.first_difference,
+            "other_versions": outcome.other_versions,
+        }
+        rows["Identical"] = (
+            "yes, every posture, velocity and pressure, bit for bit"
+            if outcome.identical
+            else (f"no: from tick {outcome.first_difference} on, by up to {outcome.max_difference:.3g}")
+        )
         if outcome.other_versions:
-            fail("recorded with other versions, so small differences are expected: " + ", ".join(outcome.other_versions))
+            fail(
+                "recorded with other versions, so small differences are expected: " + ", ".join(outcome.other_versions)
+            )
         status = 0 if outcome.identical else 1
     else:
         strongest = 0.0

@@ -35,13 +35,25 @@ def execute(arguments: argparse.Namespace) -> int:
     report("", 1.0)
     simulated = session.frame.time
     result = {
-        "simulated_s": simulated, "wall_s": wall, "real_time_factor": simulated / max(wall, 1e-9), "frames": count,
-        "taxels": len(prepared.skin), "contacts": len(contacts), "max_force_N": strongest, "file": arguments.output,
+        "simulated_s": simulated,
+        "wall_s": wall,
+        "real_time_factor": simulated / max(wall, 1e-9),
+        "frames": count,
+        "taxels": len(prepared.skin),
+        "contacts": len(contacts),
+        "max_force_N": strongest,
+        "file": arguments.output,
     }
     if not arguments.json:
-        facts({"Simulated": f"{simulated:.2f} s in {wall:.2f} s ({result['real_time_factor']:.1f}× real time)",
-               "Frames": count, "Taxels": len(prepared.skin),
-               "Contacts": f"{len(contacts)}, up to {strongest:.2f} N", "Recorded to": arguments.output or "nothing"})
+        facts(
+            {
+                "Simulated": f"{simulated:.2f} s in {wall:.2f} s ({result['real_time_factor']:.1f}× real time)",
+                "Frames": count,
+                "Taxels": len(prepared.skin),
+                "Contacts": f"{len(contacts)}, up to {strongest:.2f} N",
+                "Recorded to": arguments.output or "nothing",
+            }
+        )
     else:
         answer(result)
     return 0

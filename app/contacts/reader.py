@@ -83,8 +83,9 @@ class ContactReader:
     def _identify(self, cores: list[IntArray]) -> list[int]:
         """Ids for the regions: the largest overlap with an old region keeps its id, the others are new."""
         sets = [frozenset(core.tolist()) for core in cores]
-        shared = sorted(((len(s & old.taxels), -k, old.id) for k, s in enumerate(sets) for old in self._seen),
-                        reverse=True)
+        shared = sorted(
+            ((len(s & old.taxels), -k, old.id) for k, s in enumerate(sets) for old in self._seen), reverse=True
+        )
         ids: dict[int, int] = {}
         for overlap, negative, number in shared:
             if overlap and -negative not in ids and number not in ids.values():

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, TypeAlias
 
 from app.arrays import FloatArray, readonly
+
+LawName: TypeAlias = Literal["impedance", "hold_force"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +46,7 @@ class ControlSettings:
         integral_time: Time in which a constant error doubles the answer [s]; inf for none.
     """
 
-    law: Literal["impedance", "hold_force"] = "impedance"
+    law: LawName = "impedance"
     stiffness: float = 8.0
     damping_ratio: float = 1.0
     force_goal: float = 3.0

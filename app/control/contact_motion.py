@@ -74,13 +74,23 @@ def check_settings(settings: ControlSettings) -> ControlSettings:
         SceneError: Naming the setting, its value and its range.
     """
     if settings.law not in ("impedance", "hold_force"):
-        raise SceneError("there is no such control law", place="control.law", value=settings.law,
-                         remedy="Choose impedance or hold_force")
+        raise SceneError(
+            "there is no such control law",
+            place="control.law",
+            value=settings.law,
+            remedy="Choose impedance or hold_force",
+        )
     for name, (low, high) in RANGES.items():
         value = getattr(settings, name)
-        if not (isinstance(value, int | float) and np.isfinite([value]).all() | (value == high) and low <= value <= high):
-            raise SceneError("that setting is out of range", place=f"control.{name}", value=value,
-                             remedy=f"Choose {low:g} to {high:g}")
+        if not (
+            isinstance(value, int | float) and np.isfinite([value]).all() | (value == high) and low <= value <= high
+        ):
+            raise SceneError(
+                "that setting is out of range",
+                place=f"control.{name}",
+                value=value,
+                remedy=f"Choose {low:g} to {high:g}",
+            )
     return settings
 
 
@@ -93,6 +103,10 @@ def settings_from(values: dict[str, str | float]) -> ControlSettings:
     known = {f.name for f in fields(ControlSettings)}
     unknown = [key for key in values if key not in known]
     if unknown:
-        raise SceneError("there is no such controller setting", place="control", value=unknown[0],
-                         remedy=f"Known: {', '.join(sorted(known))}")
+        raise SceneError(
+            "there is no such controller setting",
+            place="control",
+            value=unknown[0],
+            remedy=f"Known: {', '.join(sorted(known))}",
+        )
     return check_settings(ControlSettings(**values))  # type: ignore[arg-type]

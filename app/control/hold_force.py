@@ -29,7 +29,7 @@ HOME_RATE = 1.5
 HOME_SPEED = 0.6
 """And never faster than this [rad/s]."""
 DAMPING = MAX_SPEED / (2 * MAX_JOINT_SPEED)
-"""Of the least squares [m/rad]: the largest answer to MAX_SPEED is then MAX_JOINT_SPEED (its gain is 1 / (2 damping))."""
+"""Of the least squares [m/rad]: its gain is at most 1 / (2 damping), so MAX_SPEED asks for MAX_JOINT_SPEED."""
 _WEAK = 2 * DAMPING
 
 
@@ -49,8 +49,12 @@ class HoldForce:
         self._homing = np.zeros_like(self._home)
 
     def command(
-        self, settings: ControlSettings, posture: FloatArray, velocity: FloatArray,
-        regions: Sequence[ContactRegion], dt: float,
+        self,
+        settings: ControlSettings,
+        posture: FloatArray,
+        velocity: FloatArray,
+        regions: Sequence[ContactRegion],
+        dt: float,
     ) -> JointCommand:
         """Retreat along the strongest contact's inward normal when it presses too hard, advance when too little."""
         limits: list[str] = []

@@ -24,9 +24,14 @@ class ImpedancePosture:
         """Nothing is remembered."""
 
     def command(
-        self, settings: ControlSettings, posture: FloatArray, velocity: FloatArray,
-        regions: Sequence[ContactRegion], dt: float,
+        self,
+        settings: ControlSettings,
+        posture: FloatArray,
+        velocity: FloatArray,
+        regions: Sequence[ContactRegion],
+        dt: float,
     ) -> JointCommand:
         """The same spring always."""
-        return joint_impedance(self._inertia, self._home, frequency=settings.stiffness,
-                               damping_ratio=settings.damping_ratio)
+        return joint_impedance(
+            self._inertia, self._home, frequency=settings.stiffness, damping_ratio=settings.damping_ratio
+        )

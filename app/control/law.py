@@ -19,7 +19,11 @@ class Law(Protocol):
         """Start from the home posture, without history."""
 
     def command(
-        self, settings: ControlSettings, posture: FloatArray, velocity: FloatArray,
-        regions: Sequence[ContactRegion], dt: float,
+        self,
+        settings: ControlSettings,
+        posture: FloatArray,
+        velocity: FloatArray,
+        regions: Sequence[ContactRegion],
+        dt: float,
     ) -> JointCommand:
         """What the joints should do for the next ``dt`` seconds."""

@@ -23,30 +23,31 @@ def clean(mesh: Mesh, *, where: str = "mesh") -> tuple[Mesh, tuple[Finding, ...]
     Raises:
         MeshError: Nothing with area is left.
     """
-    size = mesh.size
-    faces, findings = mesh.faces, []
-    vertices = mesh.vertices
-    if len(faces) and size > 0:
-        # Rounding to a grid after centring welds what a file wrote twice; a far offset must not eat the digits.
-        cells = np.round((vertices - vertices.mean(axis=0)) / (RELATIVE_WELD * size))
-        first, inverse = _distinct_rows(cells)
-        if len(first) < len(vertices):
-            findings.append(Finding("duplicate-vertex", where, "welded", len(vertices) - len(first)))
-        vertices, faces = vertices[first], inverse[faces]
-        area = Mesh(vertices, faces).face_areas
-        flat = area <= (RELATIVE_WELD * size) ** 2
-        if flat.any():
-            findings.append(Finding("zero-area-face", where, "dropped", int(flat.sum())))
-        faces = faces[~flat]
-        kept, _ = _distinct_rows(np.sort(faces, axis=1))
-        if len(kept) < len(faces):
-            findings.append(Finding("duplicate-face", where, "dropped", len(faces) - len(kept)))
-        faces = faces[np.sort(kept)]
-    if not len(faces) or size == 0:
-        raise MeshError("the mesh has no face with an area", file=where, value=f"{len(mesh.faces)} faces",
-                        remedy="Export it again with triangles")
+    vertices, faces, notes = mesh.vertices, mesh.faces, []
+    if len(faces) and mesh.size > 0:
+        vertices, inverse = _welded(mesh)
+        flat = Mesh(vertices, inverse[faces]).face_areas <= (RELATIVE_WELD * mesh.size) ** 2
+        distinct = inverse[faces][~flat]
+        kept, _ = _distinct_rows(np.sort(distinct, axis=1))
+        notes = [
+            Finding("duplicate-vertex", where, "welded", len(mesh.vertices) - len(vertices)),
+            Finding("zero-area-face", where, "dropped", int(flat.sum())),
+            Finding("duplicate-face", where, "dropped", len(distinct) - len(kept)),
+        ]
+        faces = distinct[np.sort(kept)]
+    if not len(faces) or mesh.size == 0:
+        value, remedy = f"{len(mesh.faces)} faces", "Export it again with triangles"
+        raise MeshError("the mesh has no face with an area", file=where, value=value, remedy=remedy)
     faces, used = compact(faces)
-    return Mesh(vertices[used], faces), tuple(findings)
+    return Mesh(vertices[used], faces), tuple(note for note in notes if note.count)
+
+
+def _welded(mesh: Mesh) -> tuple[FloatArray, IntArray]:
+    """The distinct vertices, and which of them each vertex is."""
+    # Rounding to a grid after centring welds what a file wrote twice; a far offset must not eat the digits.
+    cells = np.round((mesh.vertices - mesh.vertices.mean(axis=0)) / (RELATIVE_WELD * mesh.size))
+    first, inverse = _distinct_rows(cells)
+    return mesh.vertices[first], inverse
 
 
 def _distinct_rows(rows: FloatArray | IntArray) -> tuple[IntArray, IntArray]:

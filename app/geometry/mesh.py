@@ -32,8 +32,12 @@ class Mesh:
             raise MeshError("a vertex is not a finite number", place=f"vertex {bad[0]}", value=value, remedy=remedy)
         outside = np.flatnonzero(((self.faces < 0) | (self.faces >= len(self.vertices))).any(axis=1))
         if outside.size:
-            raise MeshError("a face names a vertex that does not exist", place=f"face {outside[0]}",
-                            value=self.faces[outside[0]].tolist(), remedy="Export the mesh again")
+            raise MeshError(
+                "a face names a vertex that does not exist",
+                place=f"face {outside[0]}",
+                value=self.faces[outside[0]].tolist(),
+                remedy="Export the mesh again",
+            )
 
     @cached_property
     def _cross(self) -> FloatArray:

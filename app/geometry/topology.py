@@ -69,8 +69,11 @@ def boundary_loops(faces: IntArray) -> list[IntArray]:
     starts, counts = np.unique(border[:, 0], return_counts=True)
     ends = np.unique(border[:, 1])
     if (counts > 1).any() or len(starts) != len(ends) or (starts != ends).any():
-        raise MeshError("the boundary is not made of simple loops", place=f"vertex {starts[counts.argmax()]}",
-                        remedy="Split the vertex, or orient the faces alike")
+        raise MeshError(
+            "the boundary is not made of simple loops",
+            place=f"vertex {starts[counts.argmax()]}",
+            remedy="Split the vertex, or orient the faces alike",
+        )
     following = dict(zip(border[:, 0].tolist(), border[:, 1].tolist(), strict=True))
     loops = []
     while following:

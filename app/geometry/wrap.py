@@ -124,9 +124,7 @@ def _outside_distance(closest: ClosestPoint, mesh: Mesh, grid: _Grid, level: flo
     return np.where(outside, field, np.minimum(field, level - 1e-6 * grid.voxel))
 
 
-def _rolled(
-    closest: ClosestPoint, field: FloatArray, grid: _Grid, thickness: float, closing: float
-) -> FloatArray:
+def _rolled(closest: ClosestPoint, field: FloatArray, grid: _Grid, thickness: float, closing: float) -> FloatArray:
     """(n,) the same field with the gaps filled: level ``thickness`` lies ``closing`` inside the outer surface."""
     level = thickness + closing
     asked = np.flatnonzero((field < level) & (field > thickness - 3 * grid.voxel))
@@ -171,8 +169,12 @@ def _shell(grid: _Grid, field: FloatArray, level: float, where: str) -> tuple[Me
     faces, used = compact(surface.faces[labels == volumes.argmax()])
     outer = Mesh(surface.vertices[used], faces)
     if volumes.max() <= 0 or not is_closed_manifold(outer.faces):
-        raise MeshError("the wrap did not close", file=where, value=f"{len(outer.faces)} faces",
-                        remedy="Choose another number of taxels or another cover thickness")
+        raise MeshError(
+            "the wrap did not close",
+            file=where,
+            value=f"{len(outer.faces)} faces",
+            remedy="Choose another number of taxels or another cover thickness",
+        )
     loose = int((volumes > 0).sum()) - 1
     if not loose:
         return outer, ()

@@ -1,8 +1,9 @@
 """The tactile map: the skin cut, flattened and laid out, with its inverse and its quality.
 
-Read in the order of the work: ``cut`` (a patch becomes a disk), ``tutte`` (a first map that is always valid),
-``symmetric_dirichlet`` (the best map near it), ``bijective`` (what "valid" means, checked), ``flatten`` (those four in
-a row, giving a ``chart``), ``packing`` (charts become a ``layout``), ``tactile_map`` (body to map and back),
-``tactile_image`` (pressures as a picture), ``quality`` (how good it is). ``build`` does all of it, ``map_file`` keeps
-the result.
+Read in the order of the work. One patch: ``cut`` (it becomes a disk), ``tutte`` (a first map that is always valid),
+``rest`` (the shapes to keep), ``symmetric_dirichlet`` (the map that keeps them best), ``bijective`` (what "valid" means,
+checked), ``border`` (how a map is kept off itself), ``flatten`` (those in a row, giving a ``chart``). All patches:
+``packing`` (charts become a ``layout``), ``tactile_map`` (body to map and back, by ``locate`` on a ``grid``),
+``tactile_image`` (pressures as a picture, by ``interpolation``). How good it is: ``geodesics``, ``topography``,
+``quality``. ``build`` does all of it, ``map_file`` keeps the result.
 """

@@ -72,8 +72,10 @@ def cut_to_disk(surface: Mesh, *, terminals: Sequence[int] = ()) -> CutSurface:
 
 
 def far_points(surface: Mesh) -> list[int]:
-    """Two vertices far apart along the edges (a double sweep)."""
-    first = _farthest(surface, surface.faces[0, :1])
+    """The vertex farthest from the middle, and the one farthest from it along the edges."""
+    used = np.unique(surface.faces)
+    away = np.linalg.norm(surface.vertices[used] - surface.vertices[used].mean(axis=0), axis=1)
+    first = int(used[away.argmax()])
     return [first, _farthest(surface, np.array([first]))]
 
 

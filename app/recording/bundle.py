@@ -40,8 +40,12 @@ def unpack(attachments: dict[str, bytes], *, file: str) -> Prepared:
     """
     missing = [name for name in (SCENE, ROBOT, MAP) if name not in attachments]
     if missing:
-        raise RecordingError("the recording does not hold what it was made with", file=file, value=missing[0],
-                             remedy="Only recordings made by this program can be replayed")
+        raise RecordingError(
+            "the recording does not hold what it was made with",
+            file=file,
+            value=missing[0],
+            remedy="Only recordings made by this program can be replayed",
+        )
     try:
         scene = scene_from_toml(attachments[SCENE].decode(), name="recording")
         robot = robot_from_zip(attachments[ROBOT], file=file)
@@ -49,21 +53,30 @@ def unpack(attachments: dict[str, bytes], *, file: str) -> Prepared:
     except UnicodeDecodeError as error:
         raise RecordingError("the recording's scene is damaged", file=file, value=error) from error
     except TactileMapsError as error:
-        raise RecordingError(f"the recording is damaged: {error.problem}", file=file, place=error.place,
-                             value=error.value, remedy=error.remedy) from error
+        raise RecordingError(
+            f"the recording is damaged: {error.problem}",
+            file=file,
+            place=error.place,
+            value=error.value,
+            remedy=error.remedy,
+        ) from error
     known = robot.link_index
     foreign = [patch.link for patch in map_.skin.patches if patch.link not in known]
     if foreign:
-        raise RecordingError("the recording's skin is worn by a link its robot does not have", file=file,
-                             value=foreign[0])
+        raise RecordingError(
+            "the recording's skin is worn by a link its robot does not have", file=file, value=foreign[0]
+        )
     return Prepared(scene, robot, map_.skin, map_)
 
 
 def robot_to_zip(robot: Robot) -> bytes:
     """The robot as a zip: ``robot.xml`` and its files (any MuJoCo tool opens them), and a header for what is ours."""
     header = {
-        "name": robot.name, "source": robot.source, "links": [link.name for link in robot.links],
-        "joints": [[j.name, j.lower, j.upper, j.slide] for j in robot.joints], "home": robot.home.tolist(),
+        "name": robot.name,
+        "source": robot.source,
+        "links": [link.name for link in robot.links],
+        "joints": [[j.name, j.lower, j.upper, j.slide] for j in robot.joints],
+        "home": robot.home.tolist(),
         "findings": [asdict(finding) for finding in robot.findings],
     }
     buffer = io.BytesIO()
@@ -92,7 +105,9 @@ def robot_from_zip(data: bytes, *, file: str) -> Robot:
         header = json.loads(parts["header.json"])
         links = tuple(Link(str(name), _mesh(parts, number)) for number, name in enumerate(header["links"]))
         return Robot(
-            name=str(header["name"]), source=str(header["source"]), mjcf=parts["robot.xml"].decode(),
+            name=str(header["name"]),
+            source=str(header["source"]),
+            mjcf=parts["robot.xml"].decode(),
             assets={name.removeprefix("assets/"): part for name, part in parts.items() if name.startswith("assets/")},
             links=links,
             joints=tuple(Joint(str(n), float(low), float(high), bool(s)) for n, low, high, s in header["joints"]),
@@ -109,8 +124,9 @@ def _check_members(members: list[zipfile.ZipInfo], file: str) -> None:
         if path.is_absolute() or ".." in path.parts or "\\" in member.filename:
             raise RecordingError("the recording's robot names a file outside itself", file=file, value=member.filename)
     if len(members) > _MAX_MEMBERS or sum(member.file_size for member in members) > _MAX_UNPACKED:
-        raise RecordingError("the recording's robot would unpack to an absurd size", file=file,
-                             value=f"{len(members)} files")
+        raise RecordingError(
+            "the recording's robot would unpack to an absurd size", file=file, value=f"{len(members)} files"
+        )
 
 
 def _array(values: np.ndarray) -> bytes:

@@ -38,21 +38,40 @@ _POKE, _REGION = 14, 18
 _KINDS = {"press": PokePressed, "move": PokeMoved, "release": PokeReleased, "control": ControlChanged}
 
 FRAME_SCHEMA = json.dumps({"title": "tactile_maps.Frame", "description": __doc__})
-INPUT_SCHEMA = json.dumps({
-    "title": "tactile_maps.Input", "type": "object", "required": ["tick", "kind"],
-    "properties": {"tick": {"type": "integer"}, "kind": {"enum": sorted(_KINDS)}},
-})
+INPUT_SCHEMA = json.dumps(
+    {
+        "title": "tactile_maps.Input",
+        "type": "object",
+        "required": ["tick", "kind"],
+        "properties": {"tick": {"type": "integer"}, "kind": {"enum": sorted(_KINDS)}},
+    }
+)
 
 
 def encode_frame(frame: Frame) -> bytes:
     """One frame as a message."""
     words = json.dumps({"why_limited": frame.why_limited, "ms": frame.timings.ms}).encode()
     taxels = [region.taxels for region in frame.regions]
-    head = _HEAD.pack(frame.tick, frame.time, len(frame.posture), len(frame.pressures), len(frame.pokes),
-                      len(frame.regions), sum(map(len, taxels)), len(words))
+    head = _HEAD.pack(
+        frame.tick,
+        frame.time,
+        len(frame.posture),
+        len(frame.pressures),
+        len(frame.pokes),
+        len(frame.regions),
+        sum(map(len, taxels)),
+        len(words),
+    )
     command = frame.command
-    numbers = [frame.posture, frame.velocity, frame.pressures, command.posture, command.stiffness, command.damping,
-               command.torque]
+    numbers: list[Any] = [
+        frame.posture,
+        frame.velocity,
+        frame.pressures,
+        command.posture,
+        command.stiffness,
+        command.damping,
+        command.torque,
+    ]
     numbers += [[p.id, *_place(p.at), p.force, *p.point, *p.normal, p.radius] for p in frame.pokes]
     numbers += [
         [r.id, *_place(r.at), r.force, r.area, r.peak, *r.map_point, *r.point, *r.normal, len(r.taxels)]
@@ -81,8 +100,10 @@ def decode_frame(data: bytes, skin: Skin) -> Frame:
 def _decode_frame(data: bytes, skin: Skin) -> Frame:
     tick, time, joints, taxels, pokes, regions, members, words = _HEAD.unpack_from(data)
     count = 6 * joints + taxels + _POKE * pokes + _REGION * regions
-    if min(joints, taxels, pokes, regions, members, words) < 0 or taxels != len(skin) or (
-        _HEAD.size + 8 * count + 4 * members + words != len(data)
+    if (
+        min(joints, taxels, pokes, regions, members, words) < 0
+        or taxels != len(skin)
+        or (_HEAD.size + 8 * count + 4 * members + words != len(data))
     ):
         raise ValueError("its sizes do not add up")
     numbers = np.frombuffer(data, "<f8", count, _HEAD.size)
@@ -92,10 +113,15 @@ def _decode_frame(data: bytes, skin: Skin) -> Frame:
     rows = parts[8].reshape(regions, _REGION)
     groups = np.split(named, np.cumsum(rows[:, -1].astype(int))[:-1]) if regions else []
     return Frame(
-        tick, time, parts[0], parts[1], parts[2],
+        tick,
+        time,
+        parts[0],
+        parts[1],
+        parts[2],
         tuple(_region(row, group, skin) for row, group in zip(rows, groups, strict=True)),
         tuple(_poke(row) for row in parts[7].reshape(pokes, _POKE)),
-        JointCommand(*parts[3:7]), tuple(map(str, text["why_limited"])),
+        JointCommand(*parts[3:7]),
+        tuple(map(str, text["why_limited"])),
         Timings({str(stage): float(ms) for stage, ms in text["ms"].items()}),
     )
 
@@ -106,8 +132,18 @@ def _poke(row: Any) -> PokeState:
 
 def _region(row: Any, taxels: Any, skin: Skin) -> ContactRegion:
     at = _at(row[1:6])
-    return ContactRegion(int(row[0]), taxels, float(row[6]), float(row[7]), float(row[8]), row[9:11], at, skin.link(at),
-                         row[11:14], row[14:17])
+    return ContactRegion(
+        int(row[0]),
+        taxels,
+        float(row[6]),
+        float(row[7]),
+        float(row[8]),
+        row[9:11],
+        at,
+        skin.link(at),
+        row[11:14],
+        row[14:17],
+    )
 
 
 def _at(row: Any) -> SurfacePoint:

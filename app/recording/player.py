@@ -70,12 +70,15 @@ class Player:
 
     def number_at(self, seconds: float) -> int:
         """The frame shown ``seconds`` after the first, clamped to the ends."""
-        return int(np.clip(np.searchsorted(self.times, self.times[0] + seconds + 1e-9, side="right") - 1, 0,
-                           len(self) - 1))
+        return int(
+            np.clip(np.searchsorted(self.times, self.times[0] + seconds + 1e-9, side="right") - 1, 0, len(self) - 1)
+        )
 
     def poke_spans(self) -> list[tuple[float, float]]:
         """Times [s] since the first frame between which a finger was on the skin, for marks on a timeline."""
-        tick, down, spans = self.prepared.scene.tick, {}, []
+        tick = self.prepared.scene.tick
+        down: dict[int, int] = {}
+        spans: list[tuple[int, int]] = []
         for at, act in self.inputs:
             kind = type(act).__name__
             if kind == "PokePressed":

@@ -50,14 +50,17 @@ class Recorder:
             self._begin(prepared)
         except OSError as error:
             self._stream.close()
-            raise RecordingError("the recording cannot be written", file=self.path, value=error,
-                                 remedy=_WRITE_REMEDY) from error
+            raise RecordingError(
+                "the recording cannot be written", file=self.path, value=error, remedy=_WRITE_REMEDY
+            ) from error
 
     def _begin(self, prepared: Prepared) -> None:
         writer = self._writer
         writer.start(profile="", library="tactile-maps")
-        writer.add_metadata("tactile-maps", versions() | {"format": FORMAT, "seed": str(prepared.scene.seed),
-                                                          "tick_s": repr(prepared.scene.tick)})
+        writer.add_metadata(
+            "tactile-maps",
+            versions() | {"format": FORMAT, "seed": str(prepared.scene.seed), "tick_s": repr(prepared.scene.tick)},
+        )
         for name, data in bundle.pack(prepared).items():
             writer.add_attachment(0, 0, name, bundle.MEDIA_TYPES[name], data)
         frame = writer.register_schema("tactile_maps.Frame", "jsonschema", FRAME_SCHEMA.encode())
@@ -84,8 +87,9 @@ class Recorder:
             self._writer.add_message(self._frame_channel, time, encode_frame(frame), time, frame.tick)
             self._stream.flush()
         except OSError as error:
-            raise RecordingError("the recording cannot be written further", file=self.path, value=error,
-                                 remedy=_WRITE_REMEDY) from error
+            raise RecordingError(
+                "the recording cannot be written further", file=self.path, value=error, remedy=_WRITE_REMEDY
+            ) from error
         self._inputs = len(inputs)
         self.frames += 1
 
@@ -102,8 +106,9 @@ class Recorder:
             self._stream.close()
         except OSError as error:
             self.abandon()
-            raise RecordingError("the recording could not be completed", file=self.path, value=error,
-                                 remedy=_WRITE_REMEDY) from error
+            raise RecordingError(
+                "the recording could not be completed", file=self.path, value=error, remedy=_WRITE_REMEDY
+            ) from error
 
     def abandon(self) -> None:
         """Let go of a file that takes no more bytes, without completing it."""
@@ -125,7 +130,8 @@ def versions() -> dict[str, str]:
     """What the numbers depend on: the programs' versions and the kind of machine."""
     names = ("tactile-maps", "numpy", "scipy", "mujoco", "libigl")
     return {name: version(name) for name in names} | {
-        "python": platform.python_version(), "machine": f"{platform.system()} {platform.machine()}",
+        "python": platform.python_version(),
+        "machine": f"{platform.system()} {platform.machine()}",
     }
 
 
@@ -133,7 +139,13 @@ def _open(path: Path, *, overwrite: bool) -> BinaryIO:
     try:
         return path.open("wb" if overwrite else "xb")
     except FileExistsError as error:
-        raise RecordingError("the file exists already", file=path, remedy="Choose another name, or overwrite it") from error
+        raise RecordingError(
+            "the file exists already", file=path, remedy="Choose another name, or overwrite it"
+        ) from error
     except OSError as error:
-        raise RecordingError("the recording cannot be written", file=path, value=error.strerror,
-                             remedy="Choose a folder you may write to") from error
+        raise RecordingError(
+            "the recording cannot be written",
+            file=path,
+            value=error.strerror,
+            remedy="Choose a folder you may write to",
+        ) from error

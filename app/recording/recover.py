@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from mcap.records import Message
 from mcap.writer import CompressionType, Writer
 
 from app.errors import RecordingError
@@ -56,7 +57,7 @@ def recover(source: str | Path, target: str | Path, *, overwrite: bool = False) 
     return Recovered(len(ticks), ticks[-1] - ticks[0] + 1 - len(ticks), contents.complete, str(target))
 
 
-def _write(writer: Writer, contents: reading.Contents, chunks: list[list[tuple[str, reading.Message]]]) -> None:
+def _write(writer: Writer, contents: reading.Contents, chunks: list[list[tuple[str, Message]]]) -> None:
     writer.start(profile="", library="tactile-maps")
     if contents.metadata:
         writer.add_metadata("tactile-maps", contents.metadata)
@@ -70,6 +71,7 @@ def _write(writer: Writer, contents: reading.Contents, chunks: list[list[tuple[s
     for chunk in chunks:
         for topic, message in chunk:
             if topic in channels:
-                writer.add_message(channels[topic], message.log_time, message.data, message.publish_time,
-                                   message.sequence)
+                writer.add_message(
+                    channels[topic], message.log_time, message.data, message.publish_time, message.sequence
+                )
     writer.finish()

@@ -61,8 +61,9 @@ def verify(player: Player, *, progress: Callable[[str, float], None] = _silent) 
         if number % 200 == 0:
             progress("Simulating again", number / len(player))
     now = versions()
-    changed = tuple(f"{key} {value} (now {now[key]})" for key, value in player.versions.items()
-                    if key in now and now[key] != value)
+    changed = tuple(
+        f"{key} {value} (now {now[key]})" for key, value in player.versions.items() if key in now and now[key] != value
+    )
     return Verification(compared, first is None, largest, first, changed)
 
 
@@ -76,8 +77,11 @@ def _session_of(player: Player) -> tuple[Session, list]:  # type: ignore[type-ar
 
 def _difference(one: Frame, other: Frame) -> float:
     """Largest difference; inf where the shapes disagree or only one of two numbers is NaN."""
-    pairs = ((one.posture, other.posture), (one.velocity, other.velocity),
-             (1e-3 * one.pressures, 1e-3 * other.pressures))
+    pairs = (
+        (one.posture, other.posture),
+        (one.velocity, other.velocity),
+        (1e-3 * one.pressures, 1e-3 * other.pressures),
+    )
     if one.tick != other.tick or any(a.shape != b.shape for a, b in pairs):
         return float("inf")
     worst = max((float(np.abs(a - b).max()) for a, b in pairs if a.size), default=0.0)

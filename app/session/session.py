@@ -10,9 +10,9 @@ from app.control.contact_motion import ContactMotionController, settings_from
 from app.session.frame import Frame
 from app.session.inputs import SessionInput
 from app.session.prepare import Prepared
+from app.simulation.poke import PokePressed, PokeReleased
 from app.simulation.simulation import Simulation
 from app.simulation.stimuli import FINGER, StimulusPlayer
-from app.simulation.poke import PokePressed, PokeReleased
 from app.timing import Stopwatch
 
 MAX_TICKS = 20
@@ -22,9 +22,9 @@ MAX_TICKS = 20
 class Session:
     """Physics, touch, contacts and control of one scene. Mutable; ``reset`` starts again.
 
-    Reads no clock but for stage times. Everything that changes its course comes in through ``submit`` or is the scripted
-    hand; both stand in ``inputs`` with the tick they took effect at, and the same inputs at the same ticks give the same
-    frames, bit for bit.
+    Reads no clock but for stage times. Whatever changes its course comes in through ``submit`` or is the scripted hand; both
+    stand in ``inputs`` with the tick they took effect at, and the same inputs at the same ticks give the same frames,
+    bit for bit.
 
     Args:
         prepared: The scene, made real.
@@ -37,9 +37,7 @@ class Session:
         scripted: Whether the scripted hand still plays.
     """
 
-    def __init__(
-        self, prepared: Prepared, *, scripted: bool = True, settings: ControlSettings | None = None
-    ) -> None:
+    def __init__(self, prepared: Prepared, *, scripted: bool = True, settings: ControlSettings | None = None) -> None:
         self.prepared, self._wants_script = prepared, scripted
         scene = prepared.scene
         self._simulation = Simulation(prepared.robot, prepared.skin, scene.effects)
@@ -124,7 +122,14 @@ class Session:
                 simulation.posture, simulation.velocity, regions, self.prepared.scene.tick
             )
         return Frame(
-            tick=self._ticks, time=self._ticks * self.prepared.scene.tick, posture=simulation.posture,
-            velocity=simulation.velocity, pressures=pressures, regions=regions, pokes=simulation.pokes,
-            command=self._command, why_limited=self._controller.why_limited, timings=watch.take(),
+            tick=self._ticks,
+            time=self._ticks * self.prepared.scene.tick,
+            posture=simulation.posture,
+            velocity=simulation.velocity,
+            pressures=pressures,
+            regions=regions,
+            pokes=simulation.pokes,
+            command=self._command,
+            why_limited=self._controller.why_limited,
+            timings=watch.take(),
         )

@@ -32,6 +32,8 @@ def assemble(robot: Robot, skin: Skin, effects: Effects) -> mujoco.MjModel:
     option.timestep, option.integrator = effects.timestep, mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     # MuJoCo 4.0.0 has a wrong sparse Hessian in its Newton solver; for robots dense is as fast.
     option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+    # Left to itself MuJoCo answers a diverging state with a reset to time zero; the guard wants to see it.
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     option.gravity = [0, 0, 0] if effects.gravity == "off" else [0, 0, -9.81]
     if effects.gravity == "compensated":
         for body in spec.bodies[1:]:
@@ -62,10 +64,20 @@ def _collide_with_skin(spec: mujoco.MjSpec, robot: Robot, skin: Skin) -> None:
         for geom in body.geoms:
             geom.contype = geom.conaffinity = 0
         mesh = _hull_points(robot, skin, link)
-        spec.add_mesh(name=f"skin hull {link}", uservert=mesh.vertices.ravel().tolist(),
-                      inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX)
-        body.add_geom(name=f"skin {link}", type=mujoco.mjtGeom.mjGEOM_MESH, meshname=f"skin hull {link}", mass=0.0,
-                      contype=1, conaffinity=1, group=3)
+        spec.add_mesh(
+            name=f"skin hull {link}",
+            uservert=mesh.vertices.ravel().tolist(),
+            inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX,
+        )
+        body.add_geom(
+            name=f"skin {link}",
+            type=mujoco.mjtGeom.mjGEOM_MESH,
+            meshname=f"skin hull {link}",
+            mass=0.0,
+            contype=1,
+            conaffinity=1,
+            group=3,
+        )
     known = {frozenset((exclude.bodyname1, exclude.bodyname2)) for exclude in spec.excludes}
     for first, second in pairs_to_exclude(compile_spec(spec, source=robot.source), robot.home):
         if frozenset((first, second)) not in known:

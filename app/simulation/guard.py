@@ -12,18 +12,21 @@ MAX_SPEED = 1e3
 
 
 def check(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """Raise when the state is not finite, MuJoCo has reset it, or a joint runs away.
+    """Raise when a joint's position or velocity is not finite, or runs away. Asked after every step; about 4 µs.
+
+    The model must not reset itself on bad numbers (``mjDSBL_AUTORESET``), or there is nothing left to see.
 
     Raises:
-        SimulationError: Naming the joint, its value and the simulated time.
+        SimulationError: Naming the first such joint, its value and the simulated time.
     """
-    bad = ~np.isfinite(data.qpos) | ~np.isfinite(data.qvel) | (np.abs(data.qvel) > MAX_SPEED)
-    troubles = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
-    reset = any(data.warning[int(kind)].number for kind in troubles)
-    if bad.any() or reset:
-        joint = int(np.flatnonzero(bad)[0]) if bad.any() else 0
-        raise SimulationError(
-            "the simulation diverged", place=f"joint {model.joint(joint).name} at {data.time:.3f} s",
-            value=f"{data.qvel[joint]:.3g} rad/s",
-            remedy="Reset; use softer gains, a softer finger or a smaller time step",
-        )
+    speed = np.abs(data.qvel)
+    # NaN compares false with everything, so the sound case is asked for, not the bad one.
+    if bool((speed <= MAX_SPEED).all()) and bool(np.isfinite(data.qpos).all()):
+        return
+    joint = int(np.flatnonzero(~((speed <= MAX_SPEED) & np.isfinite(data.qpos)))[0])
+    raise SimulationError(
+        "the simulation diverged",
+        place=f"joint {model.joint(joint).name} at {data.time:.3f} s",
+        value=f"position {data.qpos[joint]:.3g}, velocity {data.qvel[joint]:.3g} a second",
+        remedy="Reset; use softer gains, a softer finger or a smaller time step",
+    )

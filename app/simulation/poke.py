@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from app.arrays import FloatArray, readonly
+from app.errors import SimulationError
 from app.geometry.surface_point import SurfacePoint
 
 
@@ -13,16 +15,27 @@ class Finger:
     """A frictionless spherical fingertip on a spring.
 
     Attributes:
-        stiffness: Spring from the world-fixed fingertip to the skin [N/m].
-        radius: Of the fingertip [m].
+        stiffness: Spring from the world-fixed fingertip to the skin [N/m], > 0.
+        radius: Of the fingertip [m], > 0.
         max_force: The spring never pushes harder [N]; the finger stops advancing there.
-        speed: How fast the fingertip advances into the skin while held [m/s].
+        speed: How fast the fingertip advances into the skin while held [m/s], >= 0.
     """
 
     stiffness: float = 1000.0
     radius: float = 0.008
     max_force: float = 20.0
     speed: float = 0.012
+
+    def __post_init__(self) -> None:
+        for name, lowest in (("stiffness", 1e-3), ("radius", 1e-4), ("max_force", 0.0), ("speed", 0.0)):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value >= lowest):
+                raise SimulationError(
+                    "there is no such finger",
+                    place=f"finger {name}",
+                    value=value,
+                    remedy=f"Choose a number of at least {lowest:g}",
+                )
 
 
 @dataclass(frozen=True)

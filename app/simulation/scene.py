@@ -30,9 +30,9 @@ class Scene:
     name: str
     robot: str
     title: str = ""
-    cover: CoverSpec = CoverSpec()
+    cover: CoverSpec = field(default_factory=CoverSpec)
     taxel_file: str = ""
-    effects: Effects = Effects()
+    effects: Effects = field(default_factory=Effects)
     control: dict[str, str | float] = field(default_factory=dict)
     strokes: tuple[Stroke, ...] = ()
     tick: float = 0.005
@@ -40,12 +40,22 @@ class Scene:
 
     def __post_init__(self) -> None:
         if not 1e-5 <= self.effects.timestep <= 0.02:
-            raise SceneError("that time step cannot be simulated", file=self.name, place="effects.timestep",
-                             value=self.effects.timestep, remedy="Choose 0.00001 to 0.02 s")
+            raise SceneError(
+                "that time step cannot be simulated",
+                file=self.name,
+                place="effects.timestep",
+                value=self.effects.timestep,
+                remedy="Choose 0.00001 to 0.02 s",
+            )
         steps = self.tick / self.effects.timestep
         if not (1e-4 <= self.tick <= 1.0 and abs(steps - round(steps)) < 1e-6):
-            raise SceneError("a tick must be a whole number of time steps", file=self.name, place="tick",
-                             value=f"{self.tick} s", remedy=f"Choose a multiple of {self.effects.timestep} s up to 1 s")
+            raise SceneError(
+                "a tick must be a whole number of time steps",
+                file=self.name,
+                place="tick",
+                value=f"{self.tick} s",
+                remedy=f"Choose a multiple of {self.effects.timestep} s up to 1 s",
+            )
 
     @property
     def steps_per_tick(self) -> int:

@@ -33,8 +33,9 @@ def load_scene(name: str) -> Scene:
     """
     path = asset("scenes", f"{name}.toml") if name in scene_names() else Path(name)
     if not path.is_file():
-        raise SceneError("there is no such scene", value=name, remedy=f"Choose a file or one of: "
-                         f"{', '.join(scene_names())}")
+        raise SceneError(
+            "there is no such scene", value=name, remedy=f"Choose a file or one of: {', '.join(scene_names())}"
+        )
     if path.stat().st_size > _MAX_BYTES:
         raise SceneError("the file is too large for a scene", file=path, value=f"{path.stat().st_size} bytes")
     try:
@@ -66,18 +67,27 @@ def scene_from_toml(text: str, *, name: str, file: str | None = None) -> Scene:
     except SceneError as error:
         if error.file is not None and str(error.file) == file:
             raise
-        raise SceneError(error.problem, file=file or name, place=error.place, value=error.value,
-                         remedy=error.remedy) from error
+        raise SceneError(
+            error.problem, file=file or name, place=error.place, value=error.value, remedy=error.remedy
+        ) from error
     except TactileMapsError as error:
-        raise SceneError(error.problem, file=file or name, place=error.place, value=error.value,
-                         remedy=error.remedy) from error
+        raise SceneError(
+            error.problem, file=file or name, place=error.place, value=error.value, remedy=error.remedy
+        ) from error
 
 
 def scene_to_toml(scene: Scene) -> str:
     """The same scene as text; reading it gives an equal scene."""
     flat = {key: value for key, value in asdict(scene).items() if not isinstance(value, dict) and key != "strokes"}
-    parts = [_lines(flat), "[cover]", _lines(asdict(scene.cover)), "[effects]", _lines(asdict(scene.effects)),
-             "[control]", _lines(dict(scene.control))]
+    parts = [
+        _lines(flat),
+        "[cover]",
+        _lines(asdict(scene.cover)),
+        "[effects]",
+        _lines(asdict(scene.effects)),
+        "[control]",
+        _lines(dict(scene.control)),
+    ]
     for stroke in scene.strokes:
         parts += ["[[strokes]]", _lines(asdict(stroke))]
     return "\n".join(parts) + "\n"
@@ -88,8 +98,9 @@ def _scene(raw: dict[str, Any], name: str) -> Scene:
     control = _table(raw, "control")
     bad = [key for key, value in control.items() if isinstance(value, bool) or not isinstance(value, str | int | float)]
     if bad:
-        raise SceneError("a controller setting must be a number or a word", place=f"control.{bad[0]}",
-                         value=control[bad[0]])
+        raise SceneError(
+            "a controller setting must be a number or a word", place=f"control.{bad[0]}", value=control[bad[0]]
+        )
     strokes = raw.get("strokes", [])
     if not isinstance(strokes, list) or not all(isinstance(stroke, dict) for stroke in strokes):
         raise SceneError("strokes must be tables", place="strokes", remedy="Write [[strokes]] above each")
@@ -116,8 +127,12 @@ def _checked(kind: type, raw: Mapping[str, Any], place: str, *, skip: tuple[str,
     for key, value in raw.items():
         if key not in known:
             close = get_close_matches(key, known, n=1)
-            raise SceneError("there is no such key", place=place, value=key,
-                             remedy=f"Did you mean {close[0]}?" if close else f"Known keys: {', '.join(known)}")
+            raise SceneError(
+                "there is no such key",
+                place=place,
+                value=key,
+                remedy=f"Did you mean {close[0]}?" if close else f"Known keys: {', '.join(known)}",
+            )
         if key not in skip:
             field = known[key]
             result[key] = _value(value, "" if field.default is MISSING else field.default, f"{place}.{key}", key)
@@ -130,8 +145,9 @@ def _checked(kind: type, raw: Mapping[str, Any], place: str, *, skip: tuple[str,
 def _value(value: Any, default: Any, place: str, key: str) -> Any:
     """The value as the kind that the default is."""
     if key in _CHOICES and value not in _CHOICES[key]:
-        raise SceneError("there is no such choice", place=place, value=value,
-                         remedy=f"Choose one of: {', '.join(_CHOICES[key])}")
+        raise SceneError(
+            "there is no such choice", place=place, value=value, remedy=f"Choose one of: {', '.join(_CHOICES[key])}"
+        )
     wanted = type(default)
     if wanted is float and isinstance(value, int | float) and not isinstance(value, bool):
         return float(value)

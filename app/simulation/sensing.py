@@ -54,8 +54,11 @@ class _Bed:
     """The quadrature points of one link's skin."""
 
     def __init__(self, skin: Skin, link: str) -> None:
-        members = [(patch.taxels.quadrature, first) for patch, first in zip(skin.patches, skin.first, strict=False)
-                   if patch.link == link]
+        members = [
+            (patch.taxels.quadrature, first)
+            for patch, first in zip(skin.patches, skin.first, strict=False)
+            if patch.link == link
+        ]
         self._positions = np.concatenate([points.positions for points, _ in members])
         self._normals = np.concatenate([points.normals for points, _ in members])
         self._areas = np.concatenate([points.areas for points, _ in members])

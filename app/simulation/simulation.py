@@ -70,6 +70,10 @@ class Simulation:
     def step(self, count: int, command: Impedance) -> None:
         """Advance ``count`` time steps under one command.
 
+        Args:
+            count: How many.
+            command: Posture, stiffness, damping and added torque for each joint.
+
         Raises:
             SimulationError: The state left the numbers that mean something; it is kept as it was then.
         """
@@ -83,7 +87,7 @@ class Simulation:
             data.qfrc_applied[:] = command.torque
             self._fingers.push(data)
             mujoco.mj_step2(model, data)
-        guard.check(model, data)
+            guard.check(model, data)
         # Positions of bodies are those before the last step until kinematics is asked again.
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)

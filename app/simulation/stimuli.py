@@ -101,15 +101,21 @@ def stroke_path(skin: Skin, stroke: Stroke) -> list[SurfacePoint]:
     """
     names = [patch.name for patch in skin.patches]
     if stroke.patch and stroke.patch not in names:
-        raise SceneError("there is no such patch to stroke", place="stroke", value=stroke.patch,
-                         remedy=f"Choose one of: {', '.join(names)}")
+        raise SceneError(
+            "there is no such patch to stroke",
+            place="stroke",
+            value=stroke.patch,
+            remedy=f"Choose one of: {', '.join(names)}",
+        )
     number = names.index(stroke.patch) if stroke.patch else 0
     patch = skin.patches[number]
     ends = [_taxel_at(patch, place) for place in (stroke.start, stroke.end)]
     line = _evenly(patch.taxels.positions[_taxels_between(patch, *ends)])
     faces, weights, _ = ClosestPoint(patch.surface).query(line)
-    return [SurfacePoint(number, int(face), (float(a), float(b), float(c)))
-            for face, (a, b, c) in zip(faces, weights, strict=True)]
+    return [
+        SurfacePoint(number, int(face), (float(a), float(b), float(c)))
+        for face, (a, b, c) in zip(faces, weights, strict=True)
+    ]
 
 
 def _taxel_at(patch: Patch, place: tuple[float, float]) -> int:

@@ -56,10 +56,7 @@ def cover(robot: Robot, spec: CoverSpec, *, progress: Progress = _silent) -> Ski
     """
     links = spec.links or choose_links(robot)
     meshes, findings = _cleaned_links(robot)
-    missing = [name for name in links if robot.link(name).name not in meshes]
-    if missing:
-        raise SkinError("the link has no geometry to wear a skin", file=robot.source, value=missing[0],
-                        remedy=f"Choose among: {', '.join(meshes)}")
+    _check_links(robot, links, meshes)
     voxel = _voxel({name: meshes[name] for name in links}, spec.taxels)
     configuration = Configuration(robot)
     pieces: list[_Piece] = []
@@ -69,10 +66,25 @@ def cover(robot: Robot, spec: CoverSpec, *, progress: Progress = _silent) -> Ski
         pieces += found
         findings += notes
     if not pieces:
-        raise SkinError("no surface is left for skin once the joints are kept clear", file=robot.source,
-                        place=", ".join(links), remedy="Choose other links or a thinner cover")
+        raise SkinError(
+            "no surface is left for skin once the joints are kept clear",
+            file=robot.source,
+            place=", ".join(links),
+            remedy="Choose other links or a thinner cover",
+        )
     progress("Placing taxels", 0.7)
     return Skin(_patches(pieces, spec), tuple(findings))
+
+
+def _check_links(robot: Robot, links: tuple[str, ...], meshes: dict[str, Mesh]) -> None:
+    bare = [name for name in links if robot.link(name).name not in meshes]
+    if bare:
+        raise SkinError(
+            "the link has no geometry to wear a skin",
+            file=robot.source,
+            value=bare[0],
+            remedy=f"Choose among: {', '.join(meshes)}",
+        )
 
 
 def _cleaned_links(robot: Robot) -> tuple[dict[str, Mesh], list[Finding]]:

@@ -29,8 +29,16 @@ class CoverSpec:
 
     def __post_init__(self) -> None:
         if not 4 <= self.taxels <= MAX_TAXELS:
-            raise SkinError("that number of taxels cannot be placed", place="taxels", value=self.taxels,
-                            remedy=f"Choose 4 to {MAX_TAXELS}")
+            raise SkinError(
+                "that number of taxels cannot be placed",
+                place="taxels",
+                value=self.taxels,
+                remedy=f"Choose 4 to {MAX_TAXELS}",
+            )
         if not 1e-4 <= self.thickness <= 0.1:
-            raise SkinError("that cover thickness cannot be made", place="thickness", value=f"{self.thickness} m",
-                            remedy="Choose 0.0001 to 0.1 m")
+            raise SkinError(
+                "that cover thickness cannot be made",
+                place="thickness",
+                value=f"{self.thickness} m",
+                remedy="Choose 0.0001 to 0.1 m",
+            )

@@ -37,8 +37,11 @@ def place_taxels(surface: Mesh, count: int, *, seed: int = 0) -> Taxels:
     Cost: 1000 taxels on 16,000 faces take about 0.4 s, most of it for the cells.
     """
     if not 1 <= count <= len(surface.faces):
-        raise SkinError("the surface is too coarse for so many taxels", value=f"{count} taxels on "
-                        f"{len(surface.faces)} faces", remedy="Ask for fewer taxels or a finer surface")
+        raise SkinError(
+            "the surface is too coarse for so many taxels",
+            value=f"{count} taxels on {len(surface.faces)} faces",
+            remedy="Ask for fewer taxels or a finer surface",
+        )
     centres = surface.vertices[surface.faces].mean(axis=1)
     graph = surface_graph(surface, centres)
     seeds = _farthest_points(centres, count, int(np.random.default_rng(seed).integers(len(centres))))

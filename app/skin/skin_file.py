@@ -38,8 +38,12 @@ def save_skin(skin: Skin, path: str | Path) -> None:
         part.write_bytes(skin_to_bytes(skin))
         part.replace(path)
     except OSError as error:
-        raise SkinError("the skin cannot be written", file=path, value=error,
-                        remedy="Choose a folder you may write to, with space left") from error
+        raise SkinError(
+            "the skin cannot be written",
+            file=path,
+            value=error,
+            remedy="Choose a folder you may write to, with space left",
+        ) from error
 
 
 def load_skin(path: str | Path) -> Skin:
@@ -90,11 +94,16 @@ def skin_from_bytes(data: bytes, *, file: str | Path | None = None) -> Skin:
     """
     header, arrays = unpack_arrays(data, file=file, error=SkinError)
     if header.get("format") != FORMAT:
-        raise SkinError("this is not a skin file", file=file, value=header.get("format"),
-                        remedy="Choose a file saved by Save skin")
+        raise SkinError(
+            "this is not a skin file", file=file, value=header.get("format"), remedy="Choose a file saved by Save skin"
+        )
     if header.get("version") != VERSION:
-        raise SkinError("the skin file has an unknown version", file=file, value=header.get("version"),
-                        remedy=f"This program reads version {VERSION}")
+        raise SkinError(
+            "the skin file has an unknown version",
+            file=file,
+            value=header.get("version"),
+            remedy=f"This program reads version {VERSION}",
+        )
     names, findings = _header(header, file)
     patches = tuple(_patch(arrays, i, name, link, file) for i, (name, link) in enumerate(names))
     if sum(len(patch.taxels) for patch in patches) > MAX_TAXELS:
@@ -119,15 +128,14 @@ def _header(header: Mapping[str, Any], file: str | Path | None) -> tuple[list[tu
     return names, tuple(Finding(*f) for f in findings)
 
 
-def _patch(
-    arrays: Mapping[str, NDArray[Any]], i: int, name: str, link: str, file: str | Path | None
-) -> Patch:
+def _patch(arrays: Mapping[str, NDArray[Any]], i: int, name: str, link: str, file: str | Path | None) -> Patch:
     door = _Door(arrays, i, name, file)
     try:
         surface = Mesh(door.floats("surface_vertices", 3), door.integers("surface_faces", 3))
     except MeshError as error:
-        raise SkinError(f"the patch's surface is broken: {error.problem}", file=file, place=name,
-                        value=error.value) from error
+        raise SkinError(
+            f"the patch's surface is broken: {error.problem}", file=file, place=name, value=error.value
+        ) from error
     values: dict[str, NDArray[Any]] = {key: door.floats(key, columns) for key, columns in _FLOATS.items()}
     values |= {key: door.integers(key, columns) for key, (columns, _) in _INTEGERS.items()}
     counts = {"face": len(surface.faces), "taxel": len(values["positions"])}

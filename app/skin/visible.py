@@ -55,11 +55,11 @@ def _foremost(points: FloatArray, depth: FloatArray, direction: FloatArray, bin_
 
 
 def _samples(mesh: Mesh, spacing: float) -> FloatArray:
-    """Vertices and, on faces larger than a bin, points in rows between them."""
+    """Corners of faces and, on faces larger than a bin, points in rows between them."""
     corners = mesh.vertices[mesh.faces]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     steps = np.minimum(np.ceil(longest / (1.5 * spacing)).astype(int), 64)
-    clouds = [mesh.vertices]
+    clouds = [corners.reshape(-1, 3)]
     for number in np.unique(steps[steps > 1]):
         i, j = np.meshgrid(np.arange(number + 1), np.arange(number + 1), indexing="ij")
         inside = i + j <= number

@@ -98,11 +98,21 @@ def _on_link(
     frame = min(away, key=lambda name: float(np.median(away[name])))
     median, most = float(np.median(away[frame])), float(away[frame].max())
     if median > FARTHEST_MEDIAN:
-        raise SkinError(f"half of the taxels lie more than {1e3 * FARTHEST_MEDIAN:.0f} mm from the link {link}",
-                        file=file, value=f"median {1e3 * median:.1f} mm",
-                        remedy="Choose another link, or state the positions in the link's frame")
-    notes = [Finding("taxel-distance", link, f"moved onto the cover from {1e3 * median:.1f} mm (median) and "
-                     f"{1e3 * most:.1f} mm (most) off the link's mesh", len(positions))]
+        raise SkinError(
+            f"half of the taxels lie more than {1e3 * FARTHEST_MEDIAN:.0f} mm from the link {link}",
+            file=file,
+            value=f"median {1e3 * median:.1f} mm",
+            remedy="Choose another link, or state the positions in the link's frame",
+        )
+    notes = [
+        Finding(
+            "taxel-distance",
+            link,
+            f"moved onto the cover from {1e3 * median:.1f} mm (median) and "
+            f"{1e3 * most:.1f} mm (most) off the link's mesh",
+            len(positions),
+        )
+    ]
     if frame != link:
         notes.append(Finding("taxel-frame", link, f"the positions are stated in the frame {frame}"))
     return frames[frame].points(positions), notes

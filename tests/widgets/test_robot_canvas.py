@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import pytest
-from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QWidget
 
 from app.errors import DisplayError
 from widgets.robot_view.canvas import ImageCanvas, make_canvas
-from widgets.robot_view.drawing import HASTY_FROM_MS, STILL_UP_TO_MS, Drawing
+from widgets.robot_view.drawing import HASTY_FROM_MS, REST_MS, STILL_UP_TO_MS, Drawing
 
 
 class SlowCanvas(QWidget):
@@ -62,16 +61,15 @@ def test_a_very_slow_picture_is_not_drawn_again_for_beauty(draw, qtbot):
     drawing.now()
     drawing.request()
     qtbot.waitUntil(lambda: len(canvas.qualities) == 2)
-    QTest.qWait(250)
-    assert canvas.qualities == [1.0, 1.0]
+    with qtbot.assertNotEmitted(drawing.drawn, wait=REST_MS + 100):
+        assert canvas.qualities == [1.0, 1.0]
 
 
-def test_stopped_it_draws_no_more(draw):
-    canvas, drawing = draw(5.0)
-    drawing.request()
-    drawing.stop()
-    QTest.qWait(50)
-    assert canvas.qualities == []
+def test_stopped_it_draws_no_more(draw, qtbot):
+    _, drawing = draw(5.0)
+    with qtbot.assertNotEmitted(drawing.drawn, wait=50):
+        drawing.request()
+        drawing.stop()
 
 
 @pytest.fixture

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any, cast
 
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QPushButton, QWidget
 
-from app.control.command import ControlSettings
+from app.control.command import ControlSettings, LawName
 from app.session.frame import Frame
 from widgets.panels.panel import LabelledSlider, Panel
 
@@ -17,14 +18,38 @@ _LAWS = {
 }
 _SLIDERS = {
     # setting: law, text, unit, low, high, step, shown units per SI unit, tool tip
-    "stiffness": ("impedance", "Stiffness", "rad/s", 1.0, 30.0, 0.5, 1.0,
-                  "Natural frequency of every joint about its home; higher yields less"),
+    "stiffness": (
+        "impedance",
+        "Stiffness",
+        "rad/s",
+        1.0,
+        30.0,
+        0.5,
+        1.0,
+        "Natural frequency of every joint about its home; higher yields less",
+    ),
     "damping_ratio": ("impedance", "Damping ratio", "", 0.1, 2.0, 0.05, 1.0, "1 returns without overshoot"),
     "force_goal": ("hold_force", "Force goal", "N", 0.0, 15.0, 0.5, 1.0, "The contact force to keep; 0 only retreats"),
-    "force_gain": ("hold_force", "Force gain", "mm/s per N", 1.0, 40.0, 1.0, 1000.0,
-                   "Retreat or approach speed for each newton too much or too little"),
-    "integral_time": ("hold_force", "Integral time", "s", 0.05, 2.0, 0.05, 1.0,
-                      "Shorter removes lasting errors faster, and overshoots more"),
+    "force_gain": (
+        "hold_force",
+        "Force gain",
+        "mm/s per N",
+        1.0,
+        40.0,
+        1.0,
+        1000.0,
+        "Retreat or approach speed for each newton too much or too little",
+    ),
+    "integral_time": (
+        "hold_force",
+        "Integral time",
+        "s",
+        0.05,
+        2.0,
+        0.05,
+        1.0,
+        "Shorter removes lasting errors faster, and overshoots more",
+    ),
 }
 
 
@@ -81,10 +106,12 @@ class ControllerPanel(Panel):
 
     def _on_law_clicked(self, button: QPushButton) -> None:
         law = next(name for name, known in self._buttons.items() if known is button)
-        self._edit(replace(self._settings, law=law))
+        self._edit(replace(self._settings, law=cast(LawName, law)))
 
     def _on_slider_changed(self, _value: float) -> None:
-        values = {name: self._sliders[name].value / row[6] for name, row in _SLIDERS.items() if row[0] == self._settings.law}
+        values: dict[str, Any] = {
+            name: self._sliders[name].value / row[6] for name, row in _SLIDERS.items() if row[0] == self._settings.law
+        }
         self._edit(replace(self._settings, **values))
 
     def _edit(self, settings: ControlSettings) -> None:

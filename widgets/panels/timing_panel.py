@@ -46,7 +46,7 @@ class TimingPanel(Panel):
         for stage, values in self._history.items():
             if stage not in self._rows:
                 row = len(self._rows)
-                self._rows[stage] = fact(stage.capitalize(), self), fact("", self, right=True)
+                self._rows[stage] = fact(stage[0].upper() + stage[1:], self), fact("", self, right=True)
                 for column, label in enumerate(self._rows[stage]):
                     self._grid.addWidget(label, row, column)
                 self._rows[stage][0].setToolTip("Median over the last two seconds")

@@ -22,7 +22,8 @@ from app.skin.wear import wear
 
 MODULE = 12
 THERMAL_PADS = (6, 10)
-THERMAL, UNFITTED = -2, -1
+THERMAL, UNFITTED, FITTED, UNKNOWN = -2, -1, 0, 1
+"""What is known of a row; the first two as the list writes them."""
 SAME_PLACE = 1e-5
 """Taxels closer than this [m] are one: the files state tenths of a millimetre."""
 
@@ -65,34 +66,47 @@ def read_icub_positions(path: str | Path) -> IcubTaxels:
     number = np.flatnonzero(usable)
     number = number[_distinct(rows.values[number, :3], path, findings)]
     if not len(number):
-        raise SkinError("the file has no usable taxel", file=path, value=f"{len(rows.values)} rows",
-                        remedy="Choose a positions file with rows that are not all zero")
+        raise SkinError(
+            "the file has no usable taxel",
+            file=path,
+            value=f"{len(rows.values)} rows",
+            remedy="Choose a positions file with rows that are not all zero",
+        )
     normals = _normals(rows.values[number, 3:], path, findings)
     return IcubTaxels(rows.name, number, rows.values[number, :3], normals, tuple(findings))
 
 
 def _fitted(rows: Rows, path: Path, findings: list[Finding]) -> BoolArray:
     """(n,) rows that hold a taxel that feels touch: fitted by the list, not thermal, not all zero."""
-    count, where = len(rows.values), path.name
-    placed = (rows.values != 0).any(axis=1)
-    listed = np.zeros(count, dtype=bool)
-    state = np.zeros(count, dtype=np.int64)
+    where, count = path.name, len(rows.values)
+    placed, state = (rows.values != 0).any(axis=1), _states(rows)
+    listed = 0 if rows.representatives is None else len(rows.representatives)
+    if listed:
+        action = f"taxel2Repr has {listed} entries for {count} rows; rows beyond it are fitted where they are not zero"
+        _note(findings, "list-length", where, action, abs(listed - count))
+    left_out = {
+        "unused-row": ("the row is all zero", ~placed),
+        "thermal-pad": ("it measures temperature", placed & (state == THERMAL)),
+        "unfitted-taxel": ("it has a position, but taxel2Repr says not fitted", placed & (state == UNFITTED)),
+        "missing-position": ("taxel2Repr says fitted, but its row is all zero", ~placed & (state == FITTED)),
+    }
+    for kind, (reason, which) in left_out.items():
+        _note(findings, kind, where, f"left out: {reason}", int(which.sum()))
+    return np.asarray(placed & ((state == FITTED) | (state == UNKNOWN)))
+
+
+def _states(rows: Rows) -> IntArray:
+    """(n,) FITTED, UNFITTED, THERMAL, or UNKNOWN beyond the end of the list."""
+    count = len(rows.values)
+    state = np.full(count, UNKNOWN)
     if rows.representatives is not None:
-        known = min(count, len(rows.representatives))
-        listed[:known], state[:known] = True, rows.representatives[:known]
-        _note(findings, "list-length", where, f"taxel2Repr has {len(rows.representatives)} entries for {count} rows; "
-              "rows beyond it count as fitted where they have a position", abs(len(rows.representatives) - count))
+        listed = rows.representatives[:count]
+        state[: len(listed)] = np.where(listed >= 0, FITTED, listed)
     if count % MODULE == 0:
-        # Files before 2020 mark thermal pads -1; where nothing is listed only the pad's place in its module tells.
+        # Older files mark thermal pads -1; where nothing is listed only the pad's place in its module tells.
         pad = np.isin(np.arange(count) % MODULE, THERMAL_PADS)
-        state[pad & ((listed & (state < 0)) | ~listed)] = THERMAL
-    _note(findings, "unused-row", where, "left out: the row is all zero", int((~placed).sum()))
-    _note(findings, "thermal-pad", where, "left out: it measures temperature", int((placed & (state == THERMAL)).sum()))
-    _note(findings, "unfitted-taxel", where, "left out: it has a position, but taxel2Repr says that it is not fitted",
-          int((placed & (state == UNFITTED)).sum()))
-    _note(findings, "missing-position", where, "left out: taxel2Repr says that it is fitted, but its row is all zero",
-          int((~placed & listed & (state >= 0)).sum()))
-    return np.asarray(placed & (state >= 0))
+        state[pad & (state != FITTED)] = THERMAL
+    return state
 
 
 def _distinct(positions: FloatArray, path: Path, findings: list[Finding]) -> IntArray:
@@ -147,5 +161,9 @@ def _find_link(robot: Robot, named: str | None, path: Path) -> str:
     for name in (named, side + named):
         if name in robot.link_index:
             return name
-    raise SkinError("the robot has no link of the file's name", file=path, value=named,
-                    remedy=f"Choose one of: {', '.join(robot.link_index)}")
+    raise SkinError(
+        "the robot has no link of the file's name",
+        file=path,
+        value=named,
+        remedy=f"Choose one of: {', '.join(robot.link_index)}",
+    )

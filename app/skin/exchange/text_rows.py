@@ -56,8 +56,13 @@ def read_rows(path: Path) -> Rows:
         raise SkinError("the file has no taxel rows", file=path, remedy="Choose an iCub skin positions file")
     most = max(len(rows), 0 if representatives is None else len(representatives))
     if representatives is not None and (representatives >= most).any():
-        raise SkinError("taxel2Repr names a taxel that does not exist", file=path, place="taxel2Repr",
-                        value=int(representatives.max()), remedy=f"The file has {len(rows)} rows")
+        raise SkinError(
+            "taxel2Repr names a taxel that does not exist",
+            file=path,
+            place="taxel2Repr",
+            value=int(representatives.max()),
+            remedy=f"The file has {len(rows)} rows",
+        )
     return Rows(name, representatives, np.array(rows))
 
 
@@ -90,8 +95,12 @@ def _row(words: list[str], rows: list[list[float]], path: Path, number: int) -> 
     if not np.isfinite(row).all():
         raise _bad("a number is not finite", path, number, " ".join(words))
     if max(abs(x) for x in row[:3]) > FARTHEST:
-        raise _bad(f"a taxel is more than {FARTHEST:g} m from its link; positions are in metres", path, number,
-                   " ".join(words[:3]))
+        raise _bad(
+            f"a taxel is more than {FARTHEST:g} m from its link; positions are in metres",
+            path,
+            number,
+            " ".join(words[:3]),
+        )
     return row
 
 

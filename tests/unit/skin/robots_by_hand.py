@@ -12,7 +12,7 @@ from app.robots.robot import Joint, Link, Robot
 def rod(length: float, radius: float) -> Mesh:
     """A closed cylinder from the origin upward."""
     shape = trimesh.creation.cylinder(radius=radius, height=length, sections=32).subdivide()
-    return Mesh(np.asarray(shape.vertices) + [0, 0, length / 2], np.asarray(shape.faces))
+    return Mesh(np.add(shape.vertices, [0, 0, length / 2]), np.asarray(shape.faces))
 
 
 def two_rods(*, buried: float = 0.0, length: float = 0.3) -> Robot:

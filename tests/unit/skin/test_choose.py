@@ -24,7 +24,9 @@ def test_a_flat_link_can_be_chosen_too() -> None:
 
 
 def test_a_robot_without_geometry_is_refused() -> None:
-    bare = Robot("bare", "bare.xml", '<mujoco><worldbody><body name="b"/></worldbody></mujoco>', {}, (), (), np.zeros(0))
+    bare = Robot(
+        "bare", "bare.xml", '<mujoco><worldbody><body name="b"/></worldbody></mujoco>', {}, (), (), np.zeros(0)
+    )
     with pytest.raises(SkinError, match="geometry"):
         choose_links(bare)
 

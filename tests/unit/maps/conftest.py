@@ -1,0 +1,14 @@
+"""One small map of three quite different patches, built once."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.maps.build import build_map
+from tests.numerics.map_surfaces import frustum, named, skin_of
+
+
+@pytest.fixture(scope="session")
+def three_patches():
+    """A tube, a saddle and a hemisphere, each with 40 taxels."""
+    return build_map(skin_of(frustum(along=16, around=30), named("saddle"), named("hemisphere")))

@@ -1,0 +1,26 @@
+"""Charts are values: frozen, with arrays of their own."""
+
+from __future__ import annotations
+
+from dataclasses import FrozenInstanceError
+
+import numpy as np
+import pytest
+
+from app.maps.flatten import flatten
+from tests.numerics.map_surfaces import sheet
+
+
+def test_a_chart_cannot_be_changed():
+    chart = flatten(sheet())
+    with pytest.raises(FrozenInstanceError):
+        chart.method = "other"
+    for name in ("faces", "plane", "vertex_of", "seams"):
+        assert not getattr(chart, name).flags.writeable
+
+
+def test_a_chart_tells_its_rounds():
+    chart = flatten(sheet())
+    assert len(chart.energies) == len(chart.seconds) > 1
+    assert list(chart.seconds) == sorted(chart.seconds)
+    assert np.diff(chart.energies).max() <= 0

@@ -1,0 +1,142 @@
+"""The iCub importer: on files written here with each defect, and on real ones where they are at hand."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.errors import Finding, RobotError, SkinError
+from app.robots.icub import icub_folder
+from app.robots.library import find_robot
+from app.skin.exchange.icub import import_icub, read_icub_positions
+from tests.unit.skin.robots_by_hand import two_rods
+
+REAL = Path(__file__).parents[5] / "shared" / "data" / "icub-skin" / "positions"
+needs_files = pytest.mark.skipif(not REAL.is_dir(), reason="the real iCub positions files are not beside this checkout")
+needs_icub = pytest.mark.skipif(icub_folder() is None, reason="the wheel icub-models is not installed")
+
+
+def module(number: int = 0, *, normal: str = "0 0 1") -> list[str]:
+    """Twelve rows: a grid of pads 6 mm apart on the upper rod's side, the thermal pads included."""
+    rows = []
+    for pad in range(12):
+        angle, height = 0.15 * (pad % 4), 0.1 + 0.006 * (pad // 4) + 0.02 * number
+        rows.append(f"{0.04 * np.cos(angle):.5f}\t{0.04 * np.sin(angle):.5f} {height:.5f}   {normal}")
+    return rows
+
+
+def written(tmp_path: Path, rows: list[str], *, header: str = "", end: str = "\n") -> Path:
+    path = tmp_path / "left_rod.txt"
+    path.write_bytes((header + end.join(rows) + end).encode())
+    return path
+
+
+def kinds(findings: tuple[Finding, ...]) -> dict[str, int]:
+    return {finding.kind: finding.count for finding in findings}
+
+
+def test_a_file_of_rows_only_drops_the_thermal_pads_and_keeps_the_last_row(tmp_path: Path) -> None:
+    taxels = read_icub_positions(written(tmp_path, module() + module(1), end="\r\n"))
+    assert taxels.link is None
+    assert taxels.numbers.tolist() == [0, 1, 2, 3, 4, 5, 7, 8, 9, 11, 12, 13, 14, 15, 16, 17, 19, 20, 21, 23]
+    assert kinds(taxels.findings) == {"thermal-pad": 4, "dummy-normals": 20}
+    assert taxels.normals is None
+
+
+def test_what_the_list_says_counts_before_the_pads_place(tmp_path: Path) -> None:
+    listed = "taxel2Repr ( 3 3 3 3 3 3 3 3 3 3 -1 -1 )\n"
+    taxels = read_icub_positions(written(tmp_path, module(), header="name upper\n" + listed))
+    assert taxels.link == "upper"
+    assert taxels.numbers.tolist() == list(range(10))
+    assert kinds(taxels.findings)["thermal-pad"] == 1
+    assert kinds(taxels.findings)["unfitted-taxel"] == 1
+
+
+def test_every_other_defect_is_counted(tmp_path: Path) -> None:
+    rows = module() + module(1)
+    rows[3] = rows[2]
+    rows[5] = "0 0 0 0 0 0"
+    listed = f"taxel2Repr ( {'3 ' * 30})\n"
+    findings = kinds(read_icub_positions(written(tmp_path, rows, header=listed)).findings)
+    assert findings == {
+        "list-length": 6, "unused-row": 1, "missing-position": 1, "duplicate-taxel": 1, "dummy-normals": 22
+    }  # fmt: skip
+
+
+def test_real_normals_are_kept_at_length_one(tmp_path: Path) -> None:
+    taxels = read_icub_positions(written(tmp_path, module() + module(1, normal="2 0 0")))
+    assert taxels.normals is not None
+    assert np.linalg.norm(taxels.normals, axis=1) == pytest.approx(1.0)
+    assert kinds(taxels.findings)["normals-not-unit"] == 10
+
+
+def test_positions_without_normals_are_enough(tmp_path: Path) -> None:
+    rows = [" ".join(row.split()[:3]) for row in module()]
+    assert read_icub_positions(written(tmp_path, rows)).normals is None
+
+
+def test_a_file_without_taxels_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(SkinError, match="no usable taxel"):
+        read_icub_positions(written(tmp_path, ["0 0 0 0 0 0"] * 12))
+
+
+def test_a_link_wears_the_taxels_where_they_are(tmp_path: Path) -> None:
+    path = written(tmp_path, module() + module(1), header="name upper\n")
+    skin = import_icub(two_rods(), path, thickness=0.002)
+    assert [(patch.name, patch.link, len(patch.taxels)) for patch in skin.patches] == [("upper", "upper", 20)]
+    taxels, wanted = skin.patches[0].taxels, read_icub_positions(path).positions
+    assert np.linalg.norm(taxels.positions - wanted, axis=1).max() < 0.004
+    assert (taxels.areas > 0).all()
+    # No taxel feels more than about a pitch around itself.
+    assert taxels.areas.max() < np.pi * 0.009**2
+    assert kinds(skin.findings)["taxel-distance"] == 20
+
+
+def test_the_side_in_the_files_name_finds_the_link(tmp_path: Path) -> None:
+    path = written(tmp_path, module(), header="name arm\n")
+    with pytest.raises(SkinError, match="found: arm.*Choose one of: base, upper"):
+        import_icub(two_rods(), path)
+    assert import_icub(two_rods(), path, link="upper").patches[0].link == "upper"
+
+
+def test_no_link_at_all_must_be_chosen(tmp_path: Path) -> None:
+    with pytest.raises(SkinError, match="does not name its link"):
+        import_icub(two_rods(), written(tmp_path, module()))
+    with pytest.raises(RobotError, match="no such link"):
+        import_icub(two_rods(), written(tmp_path, module()), link="elbow")
+
+
+@needs_files
+def test_real_files_hold_what_was_measured() -> None:
+    arm = read_icub_positions(REAL / "left_arm.txt")
+    assert (arm.link, len(arm.positions), arm.normals) == ("l_upper_arm", 350, None)
+    assert kinds(arm.findings) == {"list-length": 192, "unused-row": 418, "dummy-normals": 350}
+    assert arm.numbers[-1] == 767, "the row that the original reader drops"
+    forearm = read_icub_positions(REAL / "left_forearm_V2.txt")
+    assert (forearm.link, len(forearm.positions)) == ("l_forearm", 148)
+    assert kinds(forearm.findings)["duplicate-taxel"] == 240 - 148
+    torso = read_icub_positions(REAL / "torso.txt")
+    assert kinds(torso.findings)["thermal-pad"] == 88
+    assert len(torso.positions) + kinds(torso.findings)["duplicate-taxel"] == 440
+
+
+@needs_files
+@needs_icub
+@pytest.mark.parametrize(("file", "count"), [("left_arm.txt", 350), ("left_forearm_V2.txt", 148)])
+def test_real_taxels_are_worn_by_icub(file: str, count: int) -> None:
+    skin = import_icub(find_robot("icub"), REAL / file)
+    assert len(skin) == count
+    for patch in skin.patches:
+        assert (patch.taxels.areas > 0).all()
+        assert patch.taxels.areas.sum() <= patch.surface.area
+    assert max(len(patch.taxels) for patch in skin.patches) > 100
+    assert ("taxel-frame" in kinds(skin.findings)) == (file == "left_forearm_V2.txt")
+
+
+@needs_files
+@needs_icub
+def test_real_taxels_in_another_frame_are_refused_with_their_distance() -> None:
+    with pytest.raises(SkinError, match="torso.txt.*20 mm from the link chest.*median 7"):
+        import_icub(find_robot("icub"), REAL / "torso.txt")
