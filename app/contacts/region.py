@@ -23,6 +23,7 @@ class ContactRegion:
         link: Name of the touched link.
         point: (3,) the same point, link frame [m].
         normal: (3,) outward unit normal there, link frame.
+        torn: Whether a seam tears the region apart on the map, so that its centre was taken on the body instead.
     """
 
     id: int
@@ -35,6 +36,7 @@ class ContactRegion:
     link: str
     point: FloatArray
     normal: FloatArray
+    torn: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "taxels", readonly(self.taxels, int))

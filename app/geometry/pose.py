@@ -40,7 +40,7 @@ class Pose:
 
     @property
     def inverse(self) -> Pose:
-        """``T_ba``."""
+        """The same transform the other way: the pose of frame a seen from frame b."""
         return Pose(self.rotation.T, -self.rotation.T @ self.translation)
 
     def __matmul__(self, other: Pose) -> Pose:

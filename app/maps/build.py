@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from app.errors import MapError
+from app.errors import MapError, MeshError
+from app.maps.chart import Chart
 from app.maps.flatten import flatten
 from app.maps.packing import pack
 from app.maps.symmetric_dirichlet import Iterate
 from app.maps.tactile_map import TactileMap
-from app.skin.skin import Skin
+from app.skin.skin import Patch, Skin
 
 Progress = Callable[[str, float], None]
 
@@ -42,7 +43,14 @@ def build_map(skin: Skin, *, method: str = "symmetric-dirichlet", progress: Prog
             progress(text, fraction)
 
         progress(text, fraction)
-        charts.append(flatten(patch.surface, method=method, name=patch.name, progress=report))
+        charts.append(_flatten_named(patch, method, report))
         done += len(patch.surface.faces)
     progress("Arranging the map", 1.0)
     return TactileMap(skin, tuple(charts), pack(charts))
+
+
+def _flatten_named(patch: Patch, method: str, report: Callable[[Iterate], None]) -> Chart:
+    try:
+        return flatten(patch.surface, method=method, name=patch.name, progress=report)
+    except (MapError, MeshError) as error:
+        raise MapError(error.problem, place=f"patch {patch.name}", value=error.value, remedy=error.remedy) from error

@@ -53,15 +53,19 @@ class Geodesics:
 
     def quickly_from_vertex(self, source: int, targets: IntArray) -> FloatArray:
         """The same within about 1 %, by the heat method (Crane, Weischedel and Wardetzky 2013); 1 ms."""
-        if not self.exact:
+        if not self.exact or self._heat is None:
             return self.from_vertex(source, targets)
         found = np.asarray(igl.heat_geodesics_solve(self._heat, self._number[[source]])).reshape(-1)
         return found[self._number[targets]]
 
     @cached_property
     def _heat(self) -> Any:
+        """Factored systems; None where libigl cannot factor them, as for a single triangle."""
         data = igl.HeatGeodesicsData()
-        igl.heat_geodesics_precompute(self._mesh.vertices, self._mesh.faces, data)
+        try:
+            igl.heat_geodesics_precompute(self._mesh.vertices, self._mesh.faces, data)
+        except RuntimeError:
+            return None
         return data
 
     @cached_property

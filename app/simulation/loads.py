@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 
 from app.arrays import FloatArray, readonly
+from app.errors import SimulationError
 from app.skin.skin import Skin
 
 CONTACT_RADIUS = 0.008
@@ -23,7 +25,10 @@ class Load:
         point: (3,) where, link frame [m].
         normal: (3,) outward unit normal of the skin, link frame; the force acts against it.
         force: [N], >= 0.
-        radius: Of the ball that presses [m].
+        radius: Of the ball that presses [m], > 0.
+
+    Raises:
+        SimulationError: Force or radius is no such number.
     """
 
     link: str
@@ -35,10 +40,20 @@ class Load:
     def __post_init__(self) -> None:
         object.__setattr__(self, "point", readonly(self.point))
         object.__setattr__(self, "normal", readonly(self.normal))
+        if not (math.isfinite(self.force) and self.force >= 0 and math.isfinite(self.radius) and self.radius > 0):
+            raise SimulationError(
+                "there is no such load", place=f"on {self.link}", value=f"{self.force} N, radius {self.radius} m"
+            )
 
 
 def contact_loads(model: mujoco.MjModel, data: mujoco.MjData, skin: Skin) -> list[Load]:
-    """The solver's contacts on skinned links; when two such links touch, both feel it."""
+    """The solver's contacts on skinned links, normal components; when two such links touch, both feel it.
+
+    Args:
+        model: The compiled model.
+        data: After a step.
+        skin: Which links feel.
+    """
     links = {int(model.body(patch.link).id): patch.link for patch in skin.patches}
     loads, wrench = [], np.zeros(6)
     for number in range(data.ncon):

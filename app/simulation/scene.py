@@ -25,6 +25,9 @@ class Scene:
         strokes: What the scripted hand does.
         tick: Seconds between two control ticks, a whole number of time steps.
         seed: Of all randomness in the session.
+
+    Raises:
+        SceneError: Time step, tick or a seed is out of range.
     """
 
     name: str
@@ -56,6 +59,9 @@ class Scene:
                 value=f"{self.tick} s",
                 remedy=f"Choose a multiple of {self.effects.timestep} s up to 1 s",
             )
+        for place, seed in (("seed", self.seed), ("cover.seed", self.cover.seed)):
+            if seed < 0:
+                raise SceneError("a seed cannot be negative", file=self.name, place=place, value=seed)
 
     @property
     def steps_per_tick(self) -> int:
@@ -65,7 +71,7 @@ class Scene:
 
 @dataclass(frozen=True)
 class EffectRow:
-    """One effect of a scene: whether it is on, and why."""
+    """One effect of a scene: whether it is on, and why, in words for a person."""
 
     name: str
     on: bool

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
+import re
 import tomllib
 from collections.abc import Mapping
-from dataclasses import MISSING, asdict, fields
+from dataclasses import MISSING, asdict, fields, replace
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
@@ -26,7 +28,7 @@ def scene_names() -> tuple[str, ...]:
 
 
 def load_scene(name: str) -> Scene:
-    """The scene of that name or file.
+    """The scene of that name or file. In a file, the robot and its taxels may be named relative to its folder.
 
     Raises:
         SceneError: There is none, or it has a mistake; the message names the line or the key.
@@ -42,7 +44,9 @@ def load_scene(name: str) -> Scene:
         text = path.read_text(encoding="utf8")
     except (OSError, UnicodeDecodeError) as error:
         raise SceneError("the scene cannot be read", file=path, value=error) from error
-    return scene_from_toml(text, name=path.stem, file=str(path))
+    scene = scene_from_toml(text, name=path.stem, file=str(path))
+    robot, taxels = (_beside(path, value) for value in (scene.robot, scene.taxel_file))
+    return replace(scene, robot=robot, taxel_file=taxels)
 
 
 def scene_for(robot: str) -> Scene:
@@ -93,6 +97,11 @@ def scene_to_toml(scene: Scene) -> str:
     return "\n".join(parts) + "\n"
 
 
+def _beside(scene: Path, value: str) -> str:
+    """A file's name that is meant from the scene's folder, as a path; anything else unchanged."""
+    return str(scene.parent / value) if value and (scene.parent / value).is_file() else value
+
+
 def _scene(raw: dict[str, Any], name: str) -> Scene:
     values = _checked(Scene, {"name": name, **raw}, "scene", skip=("cover", "effects", "control", "strokes"))
     control = _table(raw, "control")
@@ -136,8 +145,9 @@ def _checked(kind: type, raw: Mapping[str, Any], place: str, *, skip: tuple[str,
         if key not in skip:
             field = known[key]
             result[key] = _value(value, "" if field.default is MISSING else field.default, f"{place}.{key}", key)
-    missing = [f.name for f in known.values() if f.default is MISSING and f.name not in raw and f.name not in skip]
-    if missing and missing != ["control"]:
+    needed = [f.name for f in known.values() if f.default is MISSING and f.default_factory is MISSING]
+    missing = [name for name in needed if name not in raw]
+    if missing:
         raise SceneError("a key is missing", place=place, value=missing[0])
     return result
 
@@ -163,15 +173,17 @@ def _value(value: Any, default: Any, place: str, key: str) -> Any:
 
 
 def _lines(values: Mapping[str, Any]) -> str:
-    return "\n".join(f"{key} = {_toml(value)}" for key, value in values.items())
+    return "\n".join(
+        f"{key if re.fullmatch('[A-Za-z0-9_-]+', key) else _toml(key)} = {_toml(value)}" for key, value in values.items()
+    )
 
 
 def _toml(value: Any) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
-        escaped = value.replace("\\", "\\\\").replace('"', '\\"')
-        return '"' + "".join(c if c.isprintable() else f"\\u{ord(c):04x}" for c in escaped) + '"'
+        # JSON's escapes are TOML's too, but for DEL, which TOML wants escaped.
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, tuple | list):
         return "[" + ", ".join(_toml(item) for item in value) + "]"
     return repr(value)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -24,7 +25,7 @@ _SMOOTHING = 9
 
 @dataclass(frozen=True)
 class Stroke:
-    """Press at one place, stroke to another over the skin, lift, rest.
+    """Press at one place, stroke to another over the skin, lift, rest. The same place twice is a poke.
 
     Attributes:
         patch: Name of the patch; empty for the first.
@@ -34,6 +35,9 @@ class Stroke:
         speed: Along the skin [m/s].
         hold: Time to press in before moving [s].
         rest: Time before the next stroke [s].
+
+    Raises:
+        SceneError: A number is out of its range.
     """
 
     patch: str = ""
@@ -43,6 +47,15 @@ class Stroke:
     speed: float = 0.06
     hold: float = 0.8
     rest: float = 0.6
+
+    def __post_init__(self) -> None:
+        places = [("start", value, 0.0, 1.0) for value in self.start] + [("end", value, 0.0, 1.0) for value in self.end]
+        others = [("force", self.force, 0.0, 100.0), ("speed", self.speed, 1e-3, 1.0), ("hold", self.hold, 0.0, 3600.0)]
+        for name, value, low, high in [*places, *others, ("rest", self.rest, 0.0, 3600.0)]:
+            if not low <= value <= high:
+                raise SceneError(
+                    "a stroke cannot be so", place=f"strokes.{name}", value=value, remedy=f"Choose {low:g} to {high:g}"
+                )
 
 
 class StimulusPlayer:
@@ -58,43 +71,48 @@ class StimulusPlayer:
     """
 
     def __init__(self, skin: Skin, strokes: Sequence[Stroke], *, tick: float) -> None:
-        self._tick = tick
-        self._strokes = [(stroke, stroke_path(skin, stroke)) for stroke in strokes]
-        self._lengths = [self._ticks_of(stroke, path) for stroke, path in self._strokes]
+        self._parts = [_Part(stroke, stroke_path(skin, stroke), tick) for stroke in strokes]
 
     def inputs(self, tick: int) -> list[PokeInput]:
         """What the scripted hand does at tick number ``tick``."""
-        if not self._strokes:
+        if not self._parts:
             return []
-        tick %= sum(self._lengths)
-        number = 0
-        while tick >= self._lengths[number]:
-            tick -= self._lengths[number]
-            number += 1
-        stroke, path = self._strokes[number]
-        return self._inputs_within(stroke, path, tick)
-
-    def _inputs_within(self, stroke: Stroke, path: list[SurfacePoint], tick: int) -> list[PokeInput]:
-        if tick == 0:
-            return [PokePressed(FINGER, path[0], Finger(max_force=stroke.force))]
-        before, now = self._place(stroke, tick - 1), self._place(stroke, tick)
-        last = len(path) - 1
-        if before < last <= now:
-            return [PokeMoved(FINGER, path[last]), PokeReleased(FINGER)]
-        if now > before and now < last:
-            return [PokeMoved(FINGER, path[now])]
+        tick %= sum(part.ticks for part in self._parts)
+        for part in self._parts:
+            if tick < part.ticks:
+                return part.inputs(tick)
+            tick -= part.ticks
         return []
 
-    def _place(self, stroke: Stroke, tick: int) -> int:
-        return int(max(tick * self._tick - stroke.hold, 0.0) * stroke.speed / _STEP)
 
-    def _ticks_of(self, stroke: Stroke, path: list[SurfacePoint]) -> int:
-        seconds = stroke.hold + len(path) * _STEP / stroke.speed + stroke.rest
-        return int(np.ceil(seconds / self._tick)) + 1
+class _Part:
+    """One stroke in ticks: pressed at 0, lifted at ``_lift``, at rest until ``ticks``."""
+
+    def __init__(self, stroke: Stroke, path: list[SurfacePoint], tick: float) -> None:
+        self._stroke, self._path, self._tick = stroke, path, tick
+        seconds = stroke.hold + (len(path) - 1) * _STEP / stroke.speed
+        self._lift = max(math.ceil(seconds / tick - 1e-9), 1)
+        self.ticks = self._lift + max(math.ceil(stroke.rest / tick - 1e-9), 1)
+
+    def inputs(self, tick: int) -> list[PokeInput]:
+        if tick == 0:
+            return [PokePressed(FINGER, self._path[0], Finger(max_force=self._stroke.force))]
+        if tick > self._lift:
+            return []
+        last, now, before = len(self._path) - 1, self._place(tick), self._place(tick - 1)
+        if tick == self._lift:
+            return [PokeMoved(FINGER, self._path[last]), PokeReleased(FINGER)]
+        return [PokeMoved(FINGER, self._path[now])] if now > before else []
+
+    def _place(self, tick: int) -> int:
+        along = max(tick * self._tick - self._stroke.hold, 0.0) * self._stroke.speed / _STEP
+        return min(int(along), len(self._path) - 1)
 
 
 def stroke_path(skin: Skin, stroke: Stroke) -> list[SurfacePoint]:
     """Places 1 mm apart along a stroke: the shortest way through neighbouring taxels, smoothed, laid on the surface.
+
+    Where no way leads from start to end, since the patch's taxels stand in groups, it is the end alone.
 
     Raises:
         SceneError: No such patch.

@@ -20,18 +20,33 @@ CUBE = 15.0
 
 
 @dataclass(frozen=True, eq=False)
+class ForceCaption:
+    """A contact's force in words.
+
+    Attributes:
+        arrow: (2, 2) tail and tip of its arrow [px].
+        text: The words.
+        away: Whether it presses on the side that looks away from the eye; said more quietly.
+    """
+
+    arrow: FloatArray
+    text: str
+    away: bool = False
+
+
+@dataclass(frozen=True, eq=False)
 class Captions:
     """Everything said over the body at one instant.
 
     Attributes:
-        forces: Tail and tip (2, 2) [px] of each force arrow, and its words.
+        forces: One for each arrow.
         legend: What the arrows' length means.
         axes: (3, 3) rows right, up and forward of the picture; None before there is one.
         replaying: Whether all this comes from a recording; said by the word and a coloured edge.
         paused: Whether time stands still; said by the word.
     """
 
-    forces: tuple[tuple[FloatArray, str], ...] = ()
+    forces: tuple[ForceCaption, ...] = ()
     legend: str = ""
     axes: FloatArray | None = field(default=None)
     replaying: bool = False
@@ -65,9 +80,9 @@ class Overlay(QWidget):
         """Qt: captions, cube, edge."""
         painter, said, room = QPainter(self), self._captions, QRectF(self.rect())
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        for arrow, text in said.forces:
-            if np.isfinite(arrow).all():  # not behind the eye
-                self._paint_force(painter, arrow, text, room)
+        for force in said.forces:
+            if np.isfinite(force.arrow).all():  # not behind the eye
+                self._paint_force(painter, force, room)
         if said.legend:
             height = QFontMetricsF(self._caption).height() + 4
             self._paint_chip(
@@ -85,17 +100,17 @@ class Overlay(QWidget):
             self._paint_chip(painter, QPointF(EDGE, EDGE), word, self._figure)
         painter.end()
 
-    def _paint_force(self, painter: QPainter, arrow: FloatArray, text: str, room: QRectF) -> None:
+    def _paint_force(self, painter: QPainter, force: ForceCaption, room: QRectF) -> None:
         """Write beyond the arrow's tail, so that neither the arrow nor the touch is covered."""
-        metrics = QFontMetricsF(self._figure)
-        half = 0.5 * np.array([metrics.horizontalAdvance(text) + 16, metrics.height() + 6])
+        metrics, arrow = QFontMetricsF(self._figure), force.arrow
+        half = 0.5 * np.array([metrics.horizontalAdvance(force.text) + 16, metrics.height() + 6])
         along = arrow[0] - arrow[1]
         length = float(np.linalg.norm(along))
         along = along / length if length > 4 else np.array([0.0, -1.0])
         clear = 6 + max(20.0 - length, 0.0) + float(np.min(half / np.maximum(np.abs(along), 1e-6)))
         low, high = half + EDGE, np.array([room.width(), room.height()]) - half - EDGE
         corner = np.clip(arrow[0] + clear * along, low, np.maximum(low, high)) - half
-        self._paint_chip(painter, QPointF(*corner.tolist()), text, self._figure)
+        self._paint_chip(painter, QPointF(*corner.tolist()), force.text, self._figure, quiet=force.away)
 
     def _paint_chip(self, painter: QPainter, corner: QPointF, text: str, font: QFont, *, quiet: bool = False) -> None:
         metrics, pad = QFontMetricsF(font), 8.0 if font.pixelSize() > 11 else 6.0

@@ -16,7 +16,7 @@ from widgets.colours import PressureScale, Theme
 from widgets.robot_view.canvas import make_canvas
 from widgets.robot_view.drawing import Drawing
 from widgets.robot_view.marks import ARROW_LENGTH
-from widgets.robot_view.overlay import Captions, Overlay
+from widgets.robot_view.overlay import Captions, ForceCaption, Overlay
 from widgets.robot_view.robot_scene import RobotScene
 from widgets.robot_view.viewpoint import Viewpoint
 
@@ -135,7 +135,12 @@ class RobotCanvas(QWidget):
         self.scene.set_hover(self._mark)
         self.scene.fit_depth()
         view, size = self.scene.viewpoint, (self.width(), self.height())
-        forces = tuple((view.pixels(arrow, size), f"{force:.1f}\u2009N") for arrow, force in self.scene.forces)
+        forces = tuple(
+            ForceCaption(
+                view.pixels(arrow, size), f"{force:.1f}\u2009N", bool((arrow[0] - arrow[1]) @ (view.eye - arrow[1]) < 0)
+            )
+            for arrow, force in self.scene.forces
+        )
         self._say(replace(self._captions, forces=forces, axes=view.axes))
 
     def _say(self, captions: Captions) -> None:

@@ -21,8 +21,8 @@ from widgets.robot_view.viewpoint import Viewpoint, framing
 
 _STILL = 2e-5
 """Joints that move less [rad, m] do not change a pixel."""
-_AWAY = np.array([0.78, -0.92, 0.42])
-"""From the robot to the eye: its front is +x, and z is up."""
+_AWAY = np.array([0.45, 0.95, 0.42])
+"""From the robot to the eye: its front is +x, z is up, and the side is that of a left arm."""
 
 
 class RobotScene:

@@ -95,6 +95,7 @@ class RobotView(RobotCanvas):
         """Give the graphics back; the view draws nothing after this."""
         self._end_hold()
         self.canvas.widget.removeEventFilter(self)
+        self._picker = None
         super().close_view()
 
     def _tell(self, heading: str, text: str, *, button: str, progress: float | None = None) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -110,7 +112,7 @@ def _moebius():
     low = np.stack([np.cos(turn), np.sin(turn), -0.2 * np.cos(turn / 2)], axis=1)
     high = np.stack([np.cos(turn), np.sin(turn), 0.2 * np.cos(turn / 2)], axis=1)
     rails = [(k, k + 24) for k in range(24)] + [(24, 0)]
-    faces = [f for (a, b), (c, d) in zip(rails, rails[1:], strict=False) for f in ((a, c, d), (a, d, b))]
+    faces = [f for (a, b), (c, d) in pairwise(rails) for f in ((a, c, d), (a, d, b))]
     return Mesh(np.concatenate([low, high]), faces)
 
 

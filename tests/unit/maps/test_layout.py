@@ -15,7 +15,9 @@ def _lengths(points):
     return np.linalg.norm(points[:, None] - points[None], axis=2)
 
 
-@pytest.mark.parametrize("placement", [Placement(), Placement(0.7, (1.0, -2.0)), Placement(-2.0, (0.0, 0.3), mirrored=True)])
+@pytest.mark.parametrize(
+    "placement", [Placement(), Placement(0.7, (1.0, -2.0)), Placement(-2.0, (0.0, 0.3), mirrored=True)]
+)
 def test_lengths_stay(placement):
     np.testing.assert_allclose(_lengths(placement.apply(POINTS)), _lengths(POINTS), atol=1e-12)
 

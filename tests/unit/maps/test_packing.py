@@ -11,9 +11,7 @@ from app.maps.packing import ASPECT, pack
 
 def _charts(sizes):
     faces = np.array([[0, 1, 2], [0, 2, 3]])
-    return [
-        Chart(faces, [[0, 0], [w, 0], [w, h], [0, h]], np.arange(4), np.zeros((0, 2)), "by hand") for w, h in sizes
-    ]
+    return [Chart(faces, [[0, 0], [w, 0], [w, h], [0, h]], np.arange(4), np.zeros((0, 2)), "by hand") for w, h in sizes]
 
 
 def _boxes(charts):

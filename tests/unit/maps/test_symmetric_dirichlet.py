@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -86,7 +88,7 @@ def test_energy_falls_every_round_and_time_is_told(posed):
     rounds = list(minimise(problem, 0.3 * plane, clock=lambda: next(ticks)))
     energies = [r.energy for r in rounds]
     assert len(rounds) > 3
-    assert all(b < a for a, b in zip(energies, energies[1:], strict=False))
+    assert all(b < a for a, b in pairwise(energies))
     assert [r.seconds for r in rounds] == sorted(r.seconds for r in rounds)
     assert np.abs(problem.derivatives(rounds[-1].plane)[0]).max() < 1e-4
 

@@ -62,8 +62,9 @@ def test_taxels_lie_where_their_faces_do(three_patches):
     for taxel in range(0, len(skin), 7):
         at = skin.taxel_point(taxel)
         np.testing.assert_allclose(three_patches.to_map(at), three_patches.taxel_points[taxel], atol=1e-15)
-        np.testing.assert_allclose(skin.position(at), skin.patches[at.patch].taxels.positions[taxel - skin.first[at.patch]],
-                                   atol=1e-12)
+        np.testing.assert_allclose(
+            skin.position(at), skin.patches[at.patch].taxels.positions[taxel - skin.first[at.patch]], atol=1e-12
+        )
 
 
 def test_outlines_close_around_the_patchs_area(three_patches):

@@ -1,0 +1,102 @@
+"""The tactile image: right side up, true to the map, and back to the body."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.maps.tactile_image import TactileImage, vertex_weights
+
+
+@pytest.fixture(scope="module")
+def image(three_patches):
+    return TactileImage(three_patches, width=200)
+
+
+def test_it_has_the_wanted_width_and_holds_the_map(three_patches, image):
+    low, high = three_patches.bounds
+    assert image.shape[1] in (200, 201)
+    assert (image.extent[0] <= low + 1e-12).all()
+    assert (image.extent[1] >= high - 1e-12).all()
+    np.testing.assert_allclose(np.ptp(image.extent, axis=0), image.resolution * np.array(image.shape[::-1]))
+
+
+def test_a_resolution_can_be_asked_for(three_patches):
+    assert TactileImage(three_patches, resolution=0.002).resolution == 0.002
+
+
+def test_row_zero_is_at_the_top(three_patches, image):
+    highest = int(three_patches.taxel_points[:, 1].argmax())
+    pressures = np.zeros(len(three_patches.skin))
+    pressures[highest] = 1000.0
+    rows = np.nonzero(image.render(pressures))[0]
+    assert rows.mean() < 0.25 * image.shape[0]
+
+
+def test_pressure_appears_at_its_taxel_in_kilopascals(three_patches, image):
+    for taxel in range(0, len(three_patches.skin), 11):
+        pressures = np.zeros(len(three_patches.skin))
+        pressures[taxel] = 5000.0
+        shown = image.render(pressures)
+        row, column = image.pixel(three_patches.taxel_points[taxel])
+        assert shown.dtype == np.float32
+        assert shown[row, column] > 2.5
+        assert shown.max() <= 5.0 + 1e-4
+
+
+def test_even_pressure_is_even_inside_and_nothing_outside(three_patches, image):
+    shown = image.render(np.full(len(three_patches.skin), 2000.0))
+    np.testing.assert_allclose(shown[image.inside], 2.0, rtol=1e-5)
+    assert (shown[~image.shown] == 0).all()
+    assert (~image.shown).any()
+
+
+def test_the_rim_is_one_pixel_wide(image):
+    assert (image.shown | ~image.inside).all(), "what is inside is shown"
+    rim = image.shown & ~image.inside
+    padded = np.pad(image.inside, 1)
+    near = np.zeros_like(image.inside)
+    for row in range(3):
+        for column in range(3):
+            near |= padded[row : row + image.shape[0], column : column + image.shape[1]]
+    assert rim.any()
+    np.testing.assert_array_equal(image.shown, near)
+
+
+def test_a_pixel_goes_to_the_body_and_back_to_itself(three_patches, image):
+    for row, column in np.argwhere(image.inside)[::97]:
+        at = image.back_project(int(row), int(column))
+        assert image.pixel(three_patches.to_map(at)) == (row, column)
+
+
+def test_a_pixel_off_the_skin_or_the_image_is_nowhere(image):
+    row, column = np.argwhere(~image.inside)[0]
+    assert image.back_project(int(row), int(column)) is None
+    for outside in ((-1, 0), (0, -1), (image.shape[0], 0), (0, image.shape[1])):
+        assert image.back_project(*outside) is None
+
+
+def test_centres_are_those_of_their_pixels(image):
+    centres = image.centres()
+    for number in range(0, len(centres), 1501):
+        assert image.pixel(centres[number]) == divmod(number, image.shape[1])
+
+
+def test_the_body_is_coloured_as_the_map(three_patches):
+    for number, weights in enumerate(vertex_weights(three_patches)):
+        surface = three_patches.skin.patches[number].surface
+        assert weights.shape == (len(surface.vertices), len(three_patches.skin))
+        np.testing.assert_allclose(np.asarray(weights.sum(axis=1)).ravel(), 1, rtol=1e-12)
+        assert (three_patches.skin.patch_of[weights.indices] == number).all()
+
+
+def test_no_seam_shows_on_the_body(three_patches):
+    """A seam's vertex takes the mean of its two places; without that one side would decide alone."""
+    weights, chart = vertex_weights(three_patches)[0], three_patches.charts[0]
+    vertex = int(chart.seams[len(chart.seams) // 2, 0])
+    copies = np.flatnonzero(chart.vertex_of == vertex)
+    assert len(copies) == 2
+    x = three_patches.taxel_points[weights[vertex].indices, 0]
+    middle = three_patches.uv[0][:, 0].mean()
+    assert (x < middle).any()
+    assert (x > middle).any()
