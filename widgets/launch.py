@@ -73,7 +73,7 @@ def screenshot(
             window.live.pump()
         window.show_quality()
         app.processEvents()
-        window.robot_view.draw_now()
+        window.robot_view.draw_now(quality=2.0)
         app.processEvents()
         if not window.grab().save(str(path)):
             raise DisplayError(

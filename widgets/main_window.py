@@ -11,7 +11,6 @@ from PySide6.QtWidgets import (
     QDockWidget,
     QHBoxLayout,
     QMainWindow,
-    QScrollArea,
     QSplitter,
     QVBoxLayout,
     QWidget,
@@ -28,12 +27,8 @@ from widgets.commands import Commands
 from widgets.live_session import LiveSession
 from widgets.map_view.map_view import MapView
 from widgets.message_bar import HintBar, MessageBar
-from widgets.panels.contacts_panel import ContactsPanel
-from widgets.panels.controller_panel import ControllerPanel
-from widgets.panels.effects_panel import EffectsPanel
+from widgets.panels.column import PanelColumn
 from widgets.panels.live_plots import LivePlots
-from widgets.panels.quality_panel import QualityPanel
-from widgets.panels.timing_panel import TimingPanel
 from widgets.robot_view.robot_view import RobotView
 from widgets.runner import Runner, ThreadRunner
 from widgets.session_bar import SessionBar
@@ -99,27 +94,8 @@ class MainWindow(QMainWindow):
         self.setCentralWidget(centre)
 
     def _build_panels(self) -> None:
-        self.controller_panel, self.contacts_panel = ControllerPanel(), ContactsPanel()
-        self.effects_panel, self.quality_panel, self.timing_panel = EffectsPanel(), QualityPanel(), TimingPanel()
-        content = QWidget()
-        column = QVBoxLayout(content)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(4)
-        for panel in (
-            self.controller_panel,
-            self.contacts_panel,
-            self.quality_panel,
-            self.timing_panel,
-            self.effects_panel,
-        ):
-            column.addWidget(panel)
-        column.addStretch(1)
-        scroll = QScrollArea()
-        scroll.setWidget(content)
-        scroll.setWidgetResizable(True)
-        scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        scroll.setFixedWidth(300)
-        self.panels = self._dock("Panels", scroll, Qt.DockWidgetArea.RightDockWidgetArea)
+        self.column = PanelColumn()
+        self.panels = self._dock("Panels", self.column, Qt.DockWidgetArea.RightDockWidgetArea)
 
     def _build_bottom(self) -> None:
         self.timeline, self.plots = Timeline(self.theme), LivePlots(self.theme)
@@ -166,10 +142,10 @@ class MainWindow(QMainWindow):
         live.recording_changed.connect(self._on_recording_changed)
         live.player_changed.connect(self._on_player_changed)
         live.settings_changed.connect(self._on_settings_changed)
-        live.measured.connect(self.quality_panel.show_quality)
+        live.measured.connect(self.column.quality.show_quality)
         live.touched.connect(self._on_hints_read)
         self.hint_bar.dismissed.connect(self._on_hints_read)
-        self.controller_panel.settings_edited.connect(live.set_settings)
+        self.column.controller.settings_edited.connect(live.set_settings)
         self.colour_bar.maximum_changed.connect(self._on_maximum_changed)
         self.timeline.scrubbed.connect(live.show_time)
         self.timeline.play_toggled.connect(self._on_play_toggled)
@@ -182,10 +158,7 @@ class MainWindow(QMainWindow):
     def _on_prepared_changed(self, prepared: Prepared) -> None:
         self.robot_view.show_prepared(prepared)
         self.map_view.show_prepared(prepared)
-        self.effects_panel.show_prepared(prepared)
-        self.quality_panel.show_prepared(prepared)
-        self.contacts_panel.clear()
-        self.timing_panel.clear()
+        self.column.show_prepared(prepared)
         self.plots.clear()
         self.session_bar.show_title(prepared.scene.title or prepared.robot.name)
         if prepared.robot.findings or prepared.skin.findings:
@@ -202,8 +175,8 @@ class MainWindow(QMainWindow):
         self.map_view.viewport().repaint()
         self.robot_view.show_frame(frame)
         self.colour_bar.set_peak(1e-3 * float(frame.pressures.max(initial=0.0)))
-        for panel in (self.contacts_panel, self.controller_panel, self.timing_panel, self.plots):
-            panel.show_frame(frame)
+        self.column.show_frame(frame)
+        self.plots.show_frame(frame)
         runner = self.live.runner
         self.session_bar.show_factor(None if self.live.player or not runner else runner.real_time_factor)
         if self.live.recorder is not None:
@@ -225,9 +198,10 @@ class MainWindow(QMainWindow):
         self.settings.add_recent(path)
 
     def _on_mode_changed(self, mode: str) -> None:
-        self.map_view.set_replaying(replaying=mode == "replaying")
-        self.map_view.set_paused(paused=mode == "paused")
-        self.controller_panel.setEnabled(mode in ("live", "paused"))
+        for view in (self.robot_view, self.map_view):
+            view.set_replaying(replaying=mode == "replaying")
+            view.set_paused(paused=mode == "paused")
+        self.column.controller.setEnabled(mode in ("live", "paused"))
         self._dress_toolbar()
 
     def _on_recording_changed(self, path: str | None) -> None:
@@ -242,7 +216,7 @@ class MainWindow(QMainWindow):
             self.timeline.set_recording(player.duration, player.poke_spans(), frame_seconds=tick)
 
     def _on_settings_changed(self, settings: object) -> None:
-        self.controller_panel.show_settings(settings)  # type: ignore[arg-type]
+        self.column.controller.show_settings(settings)  # type: ignore[arg-type]
         goal = getattr(settings, "force_goal", None) if getattr(settings, "law", "") == "hold_force" else None
         self.plots.set_force_goal(goal)
 
@@ -259,7 +233,7 @@ class MainWindow(QMainWindow):
         self._dress_toolbar()
 
     def _on_drawn(self, milliseconds: float) -> None:
-        self.timing_panel.add("3-D view", milliseconds)
+        self.column.timing.add("3-D view", milliseconds)
 
     def set_theme(self, name: str) -> None:
         """Dress everything in ``dark`` or ``light``."""
@@ -309,4 +283,4 @@ class MainWindow(QMainWindow):
     def show_quality(self) -> None:
         """Measure the map that is shown, here and now; the worker does it when it has prepared a scene."""
         if self.live.prepared is not None:
-            self.quality_panel.show_quality(measure(self.live.prepared.map))
+            self.column.quality.show_quality(measure(self.live.prepared.map))

@@ -11,7 +11,6 @@ from app.recording.verify import verify
 
 def execute(arguments: argparse.Namespace) -> int:
     """Read every frame, or verify every frame; 1 when a verification finds a difference."""
-    report = progress_line()
     player = Player(arguments.input)
     result: dict[str, object] = {
         "frames": len(player),
@@ -19,40 +18,42 @@ def execute(arguments: argparse.Namespace) -> int:
         "identical": None,
         "max_difference": None,
     }
-    rows = {
+    rows: dict[str, object] = {
         "Frames": len(player),
         "Duration": f"{player.duration:.2f} s",
         "Robot": player.prepared.robot.name,
         "Complete": "yes" if player.complete else "no: cut off; recover makes it whole",
     }
-    status = 0
-    if arguments.verify:
-        outcome = verify(player, progress=report)
-        report("", 1.0)
-        result |= {
-            "identical": outcome.identical,
-            "max_difference": outcome.max_difference,
-            "first_difference": outcome.first_difference,
-            "other_versions": outcome.other_versions,
-        }
-        rows["Identical"] = (
-            "yes, every posture, velocity and pressure, bit for bit"
-            if outcome.identical
-            else (f"no: from tick {outcome.first_difference} on, by up to {outcome.max_difference:.3g}")
-        )
-        if outcome.other_versions:
-            fail(
-                "recorded with other versions, so small differences are expected: " + ", ".join(outcome.other_versions)
-            )
-        status = 0 if outcome.identical else 1
-    else:
-        strongest = 0.0
-        for number in range(len(player)):
-            strongest = max([strongest, *(region.force for region in player.frame(number).regions)])
-            if number % 200 == 0:
-                report("Reading", number / len(player))
-        report("", 1.0)
-        result["max_force_N"] = strongest
-        rows["Strongest contact"] = f"{strongest:.2f} N"
+    (_verify if arguments.verify else _read)(player, result, rows)
     (answer(result) if arguments.json else facts(rows))
-    return status
+    return 1 if result["identical"] is False else 0
+
+
+def _verify(player: Player, result: dict[str, object], rows: dict[str, object]) -> None:
+    report = progress_line()
+    outcome = verify(player, progress=report)
+    report("", 1.0)
+    result |= {
+        "identical": outcome.identical,
+        "max_difference": outcome.max_difference,
+        "first_difference": outcome.first_difference,
+        "other_versions": outcome.other_versions,
+    }
+    rows["Identical"] = (
+        "yes, every posture, velocity and pressure, bit for bit"
+        if outcome.identical
+        else f"no: from tick {outcome.first_difference} on, by up to {outcome.max_difference:.3g}"
+    )
+    if outcome.other_versions:
+        fail("recorded with other versions, so small differences are expected: " + ", ".join(outcome.other_versions))
+
+
+def _read(player: Player, result: dict[str, object], rows: dict[str, object]) -> None:
+    report, strongest = progress_line(), 0.0
+    for number in range(len(player)):
+        strongest = max([strongest, *(region.force for region in player.frame(number).regions)])
+        if number % 200 == 0:
+            report("Reading", number / len(player))
+    report("", 1.0)
+    result["max_force_N"] = strongest
+    rows["Strongest contact"] = f"{strongest:.2f} N"

@@ -43,7 +43,7 @@ class MapQuality:
         stress: Kruskal's stress-1 against exact distances over the uncut body, within patches; nan if unknown.
         trustworthiness: 1 if the six nearest taxels on the map are so on the body; nan with under 18 taxels a patch.
         continuity: 1 if the six nearest taxels on the body are so on the map.
-        round_trip_mm: 95th percentile over the taxels of body -> map -> pixel's centre -> body, 512 pixels across.
+        round_trip_mm: 95th percentile over the taxels of body -> map -> pixel's centre -> body, at 512 pixels.
         seam_mm: Length of all seams on the body.
         seconds: Spent on flattening.
         findings: What was repaired, added or could not be measured.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import zipfile
+import zlib
 from dataclasses import asdict
 from pathlib import PurePosixPath
 
@@ -114,7 +115,17 @@ def robot_from_zip(data: bytes, *, file: str) -> Robot:
             home=np.array(header["home"], dtype=np.float64),
             findings=tuple(Finding(**finding) for finding in header["findings"]),
         )
-    except (zipfile.BadZipFile, OSError, ValueError, KeyError, TypeError, RuntimeError, EOFError) as error:
+    except (
+        zipfile.BadZipFile,
+        zlib.error,
+        NotImplementedError,
+        OSError,
+        ValueError,
+        KeyError,
+        TypeError,
+        RuntimeError,
+        EOFError,
+    ) as error:
         raise RecordingError("the recording's robot is damaged", file=file, value=error) from error
 
 

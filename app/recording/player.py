@@ -12,7 +12,7 @@ from app.errors import RecordingError
 from app.recording import bundle, reading
 from app.recording.codec import decode_frame, decode_input
 from app.session.frame import Frame
-from app.session.inputs import SessionInput
+from app.session.inputs import PokePressed, PokeReleased, SessionInput
 
 
 class Player:
@@ -80,11 +80,10 @@ class Player:
         down: dict[int, int] = {}
         spans: list[tuple[int, int]] = []
         for at, act in self.inputs:
-            kind = type(act).__name__
-            if kind == "PokePressed":
-                down.setdefault(act.id, at)  # type: ignore[union-attr]
-            elif kind == "PokeReleased" and act.id in down:  # type: ignore[union-attr]
-                spans.append((down.pop(act.id), at))  # type: ignore[union-attr]
+            if isinstance(act, PokePressed):
+                down.setdefault(act.id, at)
+            elif isinstance(act, PokeReleased) and act.id in down:
+                spans.append((down.pop(act.id), at))
         last = round(float(self.times[-1]) / tick)
         spans += [(start, last) for start in down.values()]
         first = float(self.times[0])

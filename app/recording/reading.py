@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,6 +17,18 @@ from app.errors import RecordingError
 
 MAX_CHUNK = 256_000_000
 MAX_RECORD = 1_500_000_000
+_DAMAGE = (
+    McapError,
+    zstandard.ZstdError,
+    struct.error,
+    EOFError,
+    ValueError,
+    KeyError,
+    AssertionError,
+    OverflowError,
+    MemoryError,
+)
+"""What reading damaged bytes may raise in the MCAP library."""
 _MAGIC = b"\x89MCAP0\r\n"
 
 
@@ -63,7 +76,17 @@ def _records(stream: BinaryIO) -> Iterator[McapRecord]:
     while True:
         try:
             yield next(records)
-        except (StopIteration, McapError, EOFError, ValueError, KeyError, AssertionError, OverflowError, MemoryError):
+        except (
+            StopIteration,
+            McapError,
+            struct.error,
+            EOFError,
+            ValueError,
+            KeyError,
+            AssertionError,
+            OverflowError,
+            MemoryError,
+        ):
             return
 
 
@@ -86,7 +109,7 @@ def messages(chunk: Chunk, channels: dict[int, str]) -> list[tuple[str, Message]
         return []
     try:
         records = breakup_chunk(chunk, validate_crc=True)
-    except (McapError, zstandard.ZstdError, EOFError, ValueError, KeyError, MemoryError, OverflowError):
+    except _DAMAGE:
         return []
     found = []
     for record in records:

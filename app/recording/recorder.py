@@ -49,7 +49,7 @@ class Recorder:
         try:
             self._begin(prepared)
         except OSError as error:
-            self._stream.close()
+            self.abandon()
             raise RecordingError(
                 "the recording cannot be written", file=self.path, value=error, remedy=_WRITE_REMEDY
             ) from error

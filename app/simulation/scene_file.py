@@ -174,7 +174,8 @@ def _value(value: Any, default: Any, place: str, key: str) -> Any:
 
 def _lines(values: Mapping[str, Any]) -> str:
     return "\n".join(
-        f"{key if re.fullmatch('[A-Za-z0-9_-]+', key) else _toml(key)} = {_toml(value)}" for key, value in values.items()
+        f"{key if re.fullmatch('[A-Za-z0-9_-]+', key) else _toml(key)} = {_toml(value)}"
+        for key, value in values.items()
     )
 
 

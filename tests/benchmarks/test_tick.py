@@ -12,7 +12,7 @@ from app.session.prepare import prepare
 from app.session.session import Session
 from app.simulation.assemble import assemble
 from app.simulation.poke import PokePressed
-from app.simulation.scene import load_scene
+from app.simulation.scene_file import load_scene
 
 
 def _bare_step_ms(prepared) -> float:

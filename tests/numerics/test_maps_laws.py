@@ -48,6 +48,7 @@ def test_what_was_done_besides_is_told(name):
     told = {finding.kind for finding in _chart(name).findings}
     expected = {
         "deep cup": {"seam-added"}, "cup": {"seam-added"}, "nearly closed": {"seam-added"},
+        "sphere": {"seam-added"},
         "sieve": {"overlap-avoided"}, "spiral": {"overlap-avoided"}, "thin faces": {"thin-face"},
     }  # fmt: skip
     assert told == expected.get(name, set())

@@ -26,7 +26,7 @@ def test_what_can_be_unrolled_is_unrolled_without_loss(surface):
 
 @pytest.mark.parametrize(("angle", "energy"), [(0.5, 4.00131), (1.0, 4.02164), (np.pi / 2, 4.14051)])
 def test_a_cap_of_a_sphere_reaches_the_optimum_known_for_it(angle, energy):
-    assert flatten(cap(angle, rings=32)).energies[-1] == pytest.approx(energy, abs=1.2e-3 * (energy - 4) + 2e-4)
+    assert flatten(cap(angle, rings=32)).energies[-1] == pytest.approx(energy, abs=5e-3 * (energy - 4) + 2e-5)
 
 
 def _best_ring_map(angle, count=200):

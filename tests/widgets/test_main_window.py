@@ -50,7 +50,11 @@ def visible_skin(window):
         pixel = view.pixel_of(at)
         if view.rect().contains(pixel.toPoint()):
             hit = view._at(pixel)
-            if hit is not None and np.linalg.norm(skin.position(hit) - skin.position(at)) < 1e-3 and hit.patch == at.patch:
+            if (
+                hit is not None
+                and np.linalg.norm(skin.position(hit) - skin.position(at)) < 1e-3
+                and hit.patch == at.patch
+            ):
                 return at, pixel.toPoint()
     raise AssertionError("no taxel can be seen")
 
@@ -67,7 +71,7 @@ def test_it_opens_alive(window):
     frame = window.live.runner.session.frame
     assert window.live.runner.session.scripted
     assert frame.regions, "the scripted stroke must keep the map alive"
-    assert "1 contact" in window.contacts_panel.findChild(object, "contacts-summary").text()
+    assert "1 contact" in window.column.contacts.findChild(object, "contacts-summary").text()
     assert "× real time" in window.session_bar.factor.text()
 
 
@@ -132,7 +136,7 @@ def test_hints_go_with_the_first_touch_and_stay_away(window):
 
 
 def test_holding_force_is_a_click_away_and_works(window):
-    QTest.mouseClick(window.controller_panel._buttons["hold_force"], Qt.MouseButton.LeftButton)
+    QTest.mouseClick(window.column.controller._buttons["hold_force"], Qt.MouseButton.LeftButton)
     press_map(window, 70)
     run(window, 3.0)
     frame = window.live.runner.session.frame
@@ -142,7 +146,7 @@ def test_holding_force_is_a_click_away_and_works(window):
 
 
 def test_gains_are_live(window):
-    slider = window.controller_panel._sliders["stiffness"]._slider
+    slider = window.column.controller._sliders["stiffness"]._slider
     before = window.live.runner.session.settings.stiffness
     QTest.keyClick(slider, Qt.Key.Key_Right)
     run(window, 0.05)
@@ -188,8 +192,8 @@ def test_a_bad_file_gives_one_message_and_keeps_the_scene(window, qtbot, tmp_pat
     if name != "nothing.urdf":
         path.write_bytes(b"not what it says")
     before = window.live.prepared
-    with qtbot.waitSignal(window.live.failed, timeout=20_000, raising=name != "picture.docx"):
-        window.commands.open_path(str(path))
+    window.commands.open_path(str(path))
+    qtbot.waitUntil(lambda: bool(window.message_bar.text), timeout=20_000)
     assert str(path) in window.message_bar.text
     assert "Traceback" not in window.message_bar.text
     assert window.live.prepared is before
@@ -202,8 +206,9 @@ def test_a_file_can_be_dropped(window, tmp_path):
     path.write_bytes(b"?")
     data = QMimeData()
     data.setUrls([QUrl.fromLocalFile(str(path))])
-    event = QDropEvent(QPointF(400, 400), Qt.DropAction.CopyAction, data, Qt.MouseButton.LeftButton,
-                       Qt.KeyboardModifier.NoModifier)
+    event = QDropEvent(
+        QPointF(400, 400), Qt.DropAction.CopyAction, data, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+    )
     window.dropEvent(event)
     assert "cannot be opened" in window.message_bar.text
 
@@ -212,7 +217,9 @@ def test_another_robot_is_prepared_beside_the_running_one(window, qtbot, tmp_pat
     path = tmp_path / "ball.obj"
     steps = np.linspace(0, 2 * np.pi, 24, endpoint=False)
     ring = [(0.1 * np.cos(a), 0.1 * np.sin(a), z) for z in (0.0, 0.2) for a in steps]
-    faces = [f"f {i + 1} {(i + 1) % 24 + 1} {i + 25}\nf {(i + 1) % 24 + 1} {(i + 1) % 24 + 25} {i + 25}" for i in range(24)]
+    faces = [
+        f"f {i + 1} {(i + 1) % 24 + 1} {i + 25}\nf {(i + 1) % 24 + 1} {(i + 1) % 24 + 25} {i + 25}" for i in range(24)
+    ]
     path.write_text("\n".join(["v {:.5f} {:.5f} {:.5f}".format(*v) for v in ring] + faces))
     with qtbot.waitSignal(window.live.prepared_changed, timeout=60_000):
         window.commands.open_path(str(path))
@@ -293,8 +300,8 @@ def test_the_pressure_scale_is_shared(window):
 
 def test_quality_is_shown(window):
     window.show_quality()
-    assert window.quality_panel.findChild(object, "quality-flips").text() == "0"
-    assert window.quality_panel.findChild(object, "quality-bijective").text() == "yes"
+    assert window.column.quality.findChild(object, "quality-flips").text() == "0"
+    assert window.column.quality.findChild(object, "quality-bijective").text() == "yes"
 
 
 def test_the_picture_of_the_whole_window(window):
@@ -304,7 +311,7 @@ def test_the_picture_of_the_whole_window(window):
     window.robot_view.draw_now()
     QApplication.processEvents()
     window.session_bar.show_factor(1.0)
-    window.timing_panel.hide()
+    window.column.timing.hide()
     window.plots.hide()
     QApplication.processEvents()
     window.robot_view.draw_now()

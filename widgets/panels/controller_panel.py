@@ -106,7 +106,7 @@ class ControllerPanel(Panel):
 
     def _on_law_clicked(self, button: QPushButton) -> None:
         law = next(name for name, known in self._buttons.items() if known is button)
-        self._edit(replace(self._settings, law=cast(LawName, law)))
+        self._edit(replace(self._settings, law=cast("LawName", law)))
 
     def _on_slider_changed(self, _value: float) -> None:
         values: dict[str, Any] = {

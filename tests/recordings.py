@@ -1,0 +1,38 @@
+"""A short session and its recording, for tests of recording and command line."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from app.control.command import ControlChanged, ControlSettings
+from app.recording.recorder import Recorder
+from app.session.prepare import Prepared, prepare
+from app.session.session import Session
+from app.simulation.poke import PokeMoved, PokePressed, PokeReleased
+from app.simulation.scene_file import load_scene
+
+
+def small_arm(taxels: int = 120) -> Prepared:
+    """The arm in few taxels; two seconds to make."""
+    scene = load_scene("arm")
+    return prepare(replace(scene, cover=replace(scene.cover, taxels=taxels)))
+
+
+def record(prepared: Prepared, path, *, ticks: int = 200, start: int = 0) -> Session:
+    """Record a poke, a stroke, a change of law and a release; ``start`` ticks pass before the recording begins."""
+    session = Session(prepared)
+    skin = prepared.skin
+    acts = {
+        start + 20: PokePressed(1, skin.taxel_point(30)),
+        start + 60: PokeMoved(1, skin.taxel_point(31)),
+        start + 80: ControlChanged(ControlSettings(law="hold_force", force_goal=2.0)),
+        start + 150: PokeReleased(1),
+    }
+    for _ in range(start):
+        session.tick()
+    with Recorder(path, prepared) as recorder:
+        for tick in range(start, start + ticks):
+            if tick in acts:
+                session.submit(acts[tick])
+            recorder.write(session.tick(), session.inputs)
+    return session

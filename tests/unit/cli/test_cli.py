@@ -1,0 +1,198 @@
+"""The command line keeps its promises: exit codes, JSON keys, one clear message."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from app.__main__ import main
+from tests.recordings import record, small_arm
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    path = tmp_path_factory.mktemp("cli") / "demo.mcap"
+    record(small_arm(), path, ticks=100)
+    return path
+
+
+@pytest.fixture
+def ball(tmp_path):
+    """A bare mesh: a closed box of twelve triangles."""
+    path = tmp_path / "box.obj"
+    corners = [(x, y, z) for x in (0, 0.2) for y in (0, 0.1) for z in (0, 0.1)]
+    quads = [(1, 2, 4, 3), (5, 7, 8, 6), (1, 5, 6, 2), (3, 4, 8, 7), (1, 3, 7, 5), (2, 6, 8, 4)]
+    lines = [f"v {x} {y} {z}" for x, y, z in corners]
+    lines += [f"f {a} {b} {c}\nf {a} {c} {d}" for a, b, c, d in quads]
+    path.write_text("\n".join(lines))
+    return path
+
+
+def call(capsys, *words) -> tuple[int, str, str]:
+    status = main([str(word) for word in words])
+    captured = capsys.readouterr()
+    return status, captured.out, captured.err
+
+
+def answer(capsys, *words) -> dict:
+    status, out, _ = call(capsys, *words, "--json")
+    assert status == 0
+    return json.loads(out.splitlines()[-1])
+
+
+def test_help_and_version(capsys):
+    assert call(capsys, "--help")[0] == 0
+    assert call(capsys, "--version")[1].startswith("tactile-maps 0.")
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["fly"],
+        ["map"],
+        ["run", "--for", "-1"],
+        ["run", "--for", "soon"],
+        ["screenshot", "-o", "x.png", "--size", "big"],
+        ["recover", "x.mcap"],
+        ["map", "arm", "-o", "x.docx"],
+        ["map", "arm", "--method", "magic"],
+        ["run", "arm", "--scene", "ur5e"],
+    ],
+)
+def test_bad_usage_exits_with_2(capsys, words):
+    status, out, err = call(capsys, *words)
+    assert status == 2
+    assert err
+    assert "Traceback" not in out + err
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["inspect", "armm"], "arm"),
+        (["inspect", "nowhere.urdf"], "nowhere.urdf"),
+        (["run", "--scene", "nowhere"], "arm"),
+        (["replay", "nowhere.mcap"], "nowhere.mcap"),
+        (["recover", "nowhere.mcap", "-o", "x.mcap"], "nowhere.mcap"),
+        (["map", "arm", "--taxels", "0"], "0"),
+        (["map", "arm", "--links", "wing"], "wing"),
+        (["inspect", "nowhere.npz"], "nowhere.npz"),
+    ],
+)
+def test_a_failure_exits_with_1_and_one_line(capsys, words, said):
+    status, out, err = call(capsys, *words)
+    assert status == 1
+    assert said in err
+    assert len(err.strip().splitlines()) == 1
+    assert out == ""
+
+
+def test_a_failure_as_json(capsys):
+    status, out, _ = call(capsys, "inspect", "nowhere.urdf", "--json")
+    assert status == 1
+    assert "nowhere.urdf" in json.loads(out.splitlines()[-1])["error"]["message"]
+
+
+def test_map(capsys, ball, tmp_path):
+    target = tmp_path / "map.npz"
+    result = answer(capsys, "map", ball, "-o", target, "--taxels", 60)
+    promised = {
+        "patches",
+        "taxels",
+        "faces",
+        "flips",
+        "bijective",
+        "symmetric_dirichlet",
+        "edge_error",
+        "stress",
+        "trustworthiness",
+        "continuity",
+        "round_trip_mm",
+        "angle",
+        "area",
+        "seconds",
+        "findings",
+    }
+    assert promised <= set(result)
+    assert {"median", "p95", "max"} <= set(result["angle"])
+    assert all({"kind", "count", "action"} <= set(finding) for finding in result["findings"])
+    assert result["taxels"] == 60
+    assert result["flips"] == 0
+    assert result["bijective"] is True
+    assert answer(capsys, "inspect", target)["kind"] == "map"
+    assert call(capsys, "map", ball, "-o", tmp_path / "map.obj", "--taxels", 60)[0] == 0
+    assert "vt " in (tmp_path / "map.obj").read_text()
+
+
+def test_inspect_a_scene(capsys):
+    result = answer(capsys, "inspect", "arm")
+    assert {"kind", "name", "joints", "links", "bodies", "taxels", "patches", "effects", "problems"} <= set(result)
+    assert len(result["joints"]) == 7
+    assert all({"name", "on", "why", "ms"} <= set(effect) for effect in result["effects"])
+    assert all({"kind", "where", "remedy"} <= set(problem) for problem in result["problems"])
+
+
+def test_inspect_says_what_is_wrong_with_a_cut_recording(capsys, recording, tmp_path):
+    assert answer(capsys, "inspect", recording)["problems"] == []
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(recording.read_bytes()[:-3000])
+    (problem,) = answer(capsys, "inspect", cut)["problems"]
+    assert "recover" in problem["remedy"]
+
+
+def test_run_records_and_replay_verifies(capsys, ball, tmp_path):
+    target = tmp_path / "run.mcap"
+    result = answer(capsys, "run", "--robot", ball, "--for", "0.5", "-o", target)
+    promised = {"simulated_s", "wall_s", "real_time_factor", "frames", "taxels", "contacts", "max_force_N", "file"}
+    assert promised <= set(result)
+    assert result["frames"] == 100
+    assert result["max_force_N"] > 0
+    assert call(capsys, "run", "--robot", ball, "--for", "0.5", "-o", target)[0] == 1, "it exists already"
+    verified = answer(capsys, "replay", target, "--verify")
+    assert verified["identical"] is True
+    assert verified["max_difference"] == 0.0
+    assert {"frames", "identical", "max_difference"} <= set(answer(capsys, "replay", target))
+
+
+def test_recover(capsys, recording, tmp_path):
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(recording.read_bytes()[:-20_000])
+    result = answer(capsys, "recover", cut, "-o", tmp_path / "fixed.mcap")
+    assert {"frames", "lost_frames", "file"} <= set(result)
+    assert 0 < result["frames"] <= 100
+
+
+def test_an_unexpected_problem_leaves_a_log_and_no_traceback(capsys, monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    monkeypatch.setattr("app.cli.recover_command.execute", lambda _arguments: 1 // 0)
+    status, out, err = call(capsys, "recover", "a.mcap", "-o", "b.mcap")
+    assert status == 1
+    assert "ZeroDivisionError" in err
+    assert "Traceback" not in out + err
+    (log,) = tmp_path.rglob("crash*.txt")
+    assert "Traceback" in log.read_text()
+
+
+def test_the_window_without_a_display_says_what_helps():
+    environment = {"PATH": "/usr/bin", "HOME": "/tmp"}
+    done = subprocess.run([sys.executable, "-m", "app"], cwd=ROOT, env=environment, capture_output=True, text=True)
+    assert done.returncode == 1
+    assert "no display" in done.stderr
+    assert "screenshot" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_screenshot_is_the_whole_window(capsys, ball, tmp_path):
+    """In a process of its own: it opens a window."""
+    target = tmp_path / "window.png"
+    words = ["screenshot", "--robot", ball, "--at", "0.5", "--size", "1280x800", "-o", target, "--json"]
+    done = subprocess.run([sys.executable, "-m", "app", *words], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout.splitlines()[-1])["width"] == 1280
+    assert target.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"

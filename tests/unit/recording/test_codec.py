@@ -1,0 +1,90 @@
+"""Messages hold frames and inputs to the last bit, and refuse what is neither."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.control.command import ControlChanged, ControlSettings
+from app.errors import RecordingError
+from app.geometry.surface_point import SurfacePoint
+from app.recording.codec import decode_frame, decode_input, encode_frame, encode_input
+from app.session.session import Session
+from app.simulation.poke import Finger, PokeMoved, PokePressed, PokeReleased
+
+AT = SurfacePoint(1, 7, (0.1, 0.2, 0.7))
+
+
+@pytest.fixture
+def touched(prepared):
+    """A frame with a finger and a region."""
+    session = Session(prepared)
+    session.submit(PokePressed(1, prepared.skin.taxel_point(30)))
+    for _ in range(100):
+        session.tick()
+    assert session.frame.regions
+    assert session.frame.pokes
+    return session.frame
+
+
+def test_a_frame_reads_back_equal_to_the_last_bit(touched, prepared):
+    again = decode_frame(encode_frame(touched), prepared.skin)
+    assert (again.tick, again.time, again.why_limited) == (touched.tick, touched.time, touched.why_limited)
+    assert again.timings == touched.timings
+    for name in ("posture", "velocity", "pressures"):
+        assert getattr(again, name).tobytes() == getattr(touched, name).tobytes()
+    for name in ("posture", "stiffness", "damping", "torque"):
+        assert getattr(again.command, name).tobytes() == getattr(touched.command, name).tobytes()
+    for one, other in zip(again.regions, touched.regions, strict=True):
+        assert (one.id, one.force, one.area, one.peak, one.at, one.link) == (
+            other.id,
+            other.force,
+            other.area,
+            other.peak,
+            other.at,
+            other.link,
+        )
+        assert np.array_equal(one.taxels, other.taxels)
+        assert np.array_equal(one.map_point, other.map_point)
+    for one, other in zip(again.pokes, touched.pokes, strict=True):
+        assert (one.id, one.at, one.force, one.radius) == (other.id, other.at, other.force, other.radius)
+
+
+@pytest.mark.parametrize(
+    "act",
+    [
+        PokePressed(3, AT, Finger(stiffness=1 / 3)),
+        PokeMoved(2, AT),
+        PokeReleased(9),
+        ControlChanged(ControlSettings(law="hold_force", force_goal=0.1 + 0.2)),
+    ],
+)
+def test_an_input_reads_back_equal(act):
+    assert decode_input(encode_input(12, act)) == (12, act)
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"",
+        b"{}",
+        b"[1]",
+        b"null",
+        b'{"tick": 1, "kind": "format disk"}',
+        b'{"tick": 1, "kind": "move", "id": 1}',
+        b'{"tick": "x", "kind": "release", "id": 1}',
+        b"\xff\xfe",
+        b'{"tick": 1, "kind": "press", "id": 1, "at": {"patch": 0, "face": 0, "weights": [1]}, "finger": {}}',
+    ],
+)
+def test_a_damaged_input_is_refused_by_name(data):
+    with pytest.raises(RecordingError, match="input of the recording is damaged"):
+        decode_input(data)
+
+
+def test_a_damaged_frame_is_refused_by_name(touched, prepared):
+    whole = encode_frame(touched)
+    absurd = whole[:16] + (2**31 - 1).to_bytes(4, "little") + whole[20:]
+    for data in (b"", whole[:10], whole[:-1], whole + b"x", absurd):
+        with pytest.raises(RecordingError, match="frame of the recording is damaged"):
+            decode_frame(data, prepared.skin)

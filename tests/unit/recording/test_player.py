@@ -1,0 +1,127 @@
+"""A recording holds all it needs, and a hostile one is refused by name."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+
+from app.errors import RecordingError
+from app.recording.bundle import robot_from_zip, robot_to_zip
+from app.recording.player import Player
+
+
+def test_it_holds_everything(recording, prepared):
+    player = Player(recording)
+    assert player.complete
+    assert len(player) == 200
+    assert player.duration == pytest.approx(199 * prepared.scene.tick)
+    assert player.prepared.scene == prepared.scene
+    assert player.prepared.robot.mjcf == prepared.robot.mjcf
+    assert player.prepared.robot.assets == prepared.robot.assets
+    assert np.array_equal(player.prepared.map.taxel_points, prepared.map.taxel_points)
+    assert {"mujoco", "numpy", "python", "seed", "format"} <= set(player.versions)
+    assert [type(act).__name__ for tick, act in player.inputs if tick > 60][:2] == ["PokeReleased", "PokePressed"]
+
+
+def test_frames_can_be_had_in_any_order(recording):
+    player = Player(recording)
+    ticks = [player.frame(number).tick for number in (199, 0, 100, 1, 198)]
+    assert ticks == [250, 51, 151, 52, 249]
+
+
+def test_times_are_found(recording):
+    player = Player(recording)
+    assert [player.number_at(s) for s in (-1.0, 0.0, 0.0049, 0.005, 0.5, 99.0)] == [0, 0, 0, 1, 100, 199]
+
+
+def test_pokes_are_marked(recording):
+    spans = Player(recording).poke_spans()
+    assert spans
+    assert all(0 <= start <= end <= Player(recording).duration for start, end in spans)
+
+
+def test_other_tools_can_open_it(recording):
+    """The plain MCAP reader finds the channels, their schemas and the attachments."""
+    with recording.open("rb") as stream:
+        reader = make_reader(stream)
+        summary = reader.get_summary()
+        names = {attachment.name for attachment in reader.iter_attachments()}
+    assert {channel.topic for channel in summary.channels.values()} == {"/frame", "/input"}
+    assert summary.statistics.message_count > 200
+    assert names == {"scene.toml", "robot.zip", "map.npz"}
+
+
+@pytest.mark.parametrize("share", [0.0, 0.001, 0.5, 0.97, 0.999])
+def test_a_cut_file_is_read_as_far_as_it_goes_or_refused(recording, tmp_path, share):
+    data = recording.read_bytes()
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(data[: int(share * len(data))])
+    try:
+        player = Player(cut)
+    except RecordingError:
+        assert share < 0.9
+    else:
+        assert not player.complete
+        assert 0 < len(player) <= 200
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_damage_anywhere_is_refused_or_read_around(recording, tmp_path, seed):
+    """Bytes overwritten at random: an error of ours or a shorter recording, never a crash."""
+    data = bytearray(recording.read_bytes())
+    chance = np.random.default_rng(seed)
+    for _ in range(5):
+        start = int(chance.integers(8, len(data) - 64))
+        data[start : start + 40] = chance.bytes(40)
+    damaged = tmp_path / "damaged.mcap"
+    damaged.write_bytes(data)
+    try:
+        player = Player(damaged)
+        for number in range(0, len(player), 40):
+            player.frame(number)
+    except RecordingError as error:
+        assert "recording" in str(error)
+
+
+def test_what_is_no_recording_is_named(tmp_path):
+    path = tmp_path / "notes.mcap"
+    path.write_text("hello")
+    with pytest.raises(RecordingError, match=r"notes\.mcap: this is not a recording"):
+        Player(path)
+    with pytest.raises(RecordingError, match="cannot be read"):
+        Player(tmp_path)
+
+
+def _with_member(robot, name: str, data: bytes) -> bytes:
+    buffer = io.BytesIO(robot_to_zip(robot))
+    with zipfile.ZipFile(buffer, "a", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr(name, data)
+    return buffer.getvalue()
+
+
+@pytest.mark.parametrize("name", ["../../etc/cron.d/x", "/etc/passwd", "assets/../../x", "a\\..\\b"])
+def test_a_robot_that_climbs_out_is_refused(prepared, name):
+    with pytest.raises(RecordingError, match="outside itself"):
+        robot_from_zip(_with_member(prepared.robot, name, b"x"), file="x.mcap")
+
+
+def test_a_bomb_is_refused_before_it_is_unpacked(prepared, monkeypatch):
+    monkeypatch.setattr("app.recording.bundle._MAX_UNPACKED", 50_000_000)
+    with pytest.raises(RecordingError, match="absurd size"):
+        robot_from_zip(_with_member(prepared.robot, "assets/zeros", bytes(60_000_000)), file="x.mcap")
+
+
+def test_a_pickled_mesh_is_refused(prepared):
+    buffer = io.BytesIO()
+    np.save(buffer, np.array([{"code": 1}], dtype=object), allow_pickle=True)
+    members = zipfile.ZipFile(io.BytesIO(robot_to_zip(prepared.robot)))
+    rebuilt = io.BytesIO()
+    with zipfile.ZipFile(rebuilt, "w") as archive:
+        for name in members.namelist():
+            archive.writestr(name, buffer.getvalue() if name == "meshes/0.npy" else members.read(name))
+    with pytest.raises(RecordingError, match="robot is damaged"):
+        robot_from_zip(rebuilt.getvalue(), file="x.mcap")

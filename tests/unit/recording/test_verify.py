@@ -1,0 +1,73 @@
+"""A recording can be run again, bit for bit; and a changed one is caught."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.errors import RecordingError
+from app.recording import codec
+from app.recording.player import Player
+from app.recording.recover import recover
+from app.recording.verify import verify
+from app.simulation.poke import PokeReleased
+
+
+def test_the_same_inputs_give_the_same_run(recording):
+    outcome = verify(Player(recording))
+    assert outcome.frames == 200
+    assert outcome.identical
+    assert outcome.max_difference == 0.0
+    assert outcome.first_difference is None
+
+
+def test_an_input_that_is_missing_is_noticed(recording):
+    player = Player(recording)
+    kept = [(tick, act) for tick, act in player.inputs if not (isinstance(act, PokeReleased) and act.id == 1)]
+    assert len(kept) == len(player.inputs) - 1
+    player.inputs = kept
+    outcome = verify(player)
+    assert not outcome.identical
+    assert outcome.first_difference == 201
+    assert outcome.max_difference > 0
+
+
+def test_other_versions_are_told(recording):
+    player = Player(recording)
+    player.versions = player.versions | {"mujoco": "3.0.0"}
+    (changed,) = verify(player).other_versions
+    assert "mujoco 3.0.0" in changed
+
+
+def test_progress_may_cancel(recording):
+    class Cancelled(Exception):
+        pass
+
+    def stop(_text, _fraction):
+        raise Cancelled
+
+    with pytest.raises(Cancelled):
+        verify(Player(recording), progress=stop)
+
+
+def test_a_recovered_recording_still_verifies(recording, tmp_path):
+    cut = tmp_path / "cut.mcap"
+    data = recording.read_bytes()
+    cut.write_bytes(data[: int(0.97 * len(data))])
+    saved = recover(cut, tmp_path / "fixed.mcap")
+    assert not saved.was_complete
+    assert 0 < saved.frames <= 200
+    assert verify(Player(tmp_path / "fixed.mcap")).identical
+
+
+def test_recover_never_eats_its_source(recording, tmp_path):
+    with pytest.raises(RecordingError, match="into itself"):
+        recover(recording, recording)
+    taken = tmp_path / "taken.mcap"
+    taken.write_text("mine")
+    with pytest.raises(RecordingError, match="exists already"):
+        recover(recording, taken)
+    assert taken.read_text() == "mine"
+
+
+def test_schemas_describe_the_bytes():
+    assert "pressures" in codec.FRAME_SCHEMA
