@@ -53,6 +53,7 @@ class MainWindow(QMainWindow):
         self._build_views()
         self._build_panels()
         self._build_bottom()
+        self.statusBar().setSizeGripEnabled(False)  # made now: made by its first message, it would move the views
         self.commands = Commands(self)
         self.session_bar = SessionBar(self.actions_by_name, self.theme, self)
         self.addToolBar(self.session_bar)
@@ -69,8 +70,6 @@ class MainWindow(QMainWindow):
     def _build_views(self) -> None:
         self.robot_view, self.map_view = RobotView(self.theme, self.scale), MapView(self.theme, self.scale)
         self.colour_bar = ColourBar(self.theme, self.scale)
-        self.message_bar, self.hint_bar = MessageBar(self.theme), HintBar(self.theme)
-        self.hint_bar.setVisible(not self.settings.hints_read)
         right = QWidget()
         row = QHBoxLayout(right)
         row.setContentsMargins(0, 0, 0, 0)
@@ -88,10 +87,10 @@ class MainWindow(QMainWindow):
         column = QVBoxLayout(centre)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
-        column.addWidget(self.message_bar)
-        column.addWidget(self.hint_bar)
         column.addWidget(self._splitter, 1)
         self.setCentralWidget(centre)
+        self.hint_bar, self.message_bar = HintBar(self.theme, centre), MessageBar(self.theme, centre)
+        self.hint_bar.setVisible(not self.settings.hints_read)
 
     def _build_panels(self) -> None:
         self.column = PanelColumn()

@@ -1,22 +1,60 @@
-"""Slim bars above the views: one message at a time, and the first hints. Nothing modal."""
+"""Slim bars that float over the views: one message at a time, and the first hints. Nothing modal.
+
+They float because a bar that pushed the views aside would move the robot under a finger that is pressing it.
+"""
 
 from __future__ import annotations
 
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QToolButton, QWidget
+from PySide6.QtCore import QEvent, QObject, Qt, Signal
+from PySide6.QtGui import QShowEvent
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QToolButton, QVBoxLayout, QWidget
 
 from widgets.colours import Theme, mixed
 
+_EDGE = 12
 HINTS = ("Press the skin or the map to poke it", "Drag along it to stroke", "Ctrl+R records what happens")
 
 
-class MessageBar(QWidget):
+class FloatingBar(QWidget):
+    """A bar near the upper edge of its parent.
+
+    Args:
+        parent: What it floats over.
+        widest: It takes this width [px] where the parent has room; None for as much as it needs, at the left.
+    """
+
+    def __init__(self, parent: QWidget, *, widest: int | None = None) -> None:
+        super().__init__(parent)
+        self._parent, self._widest = parent, widest
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        parent.installEventFilter(self)
+
+    def place(self) -> None:
+        """Take the place that the parent's size gives, above what else is there."""
+        width = min(self._parent.width() - 2 * _EDGE, self._widest or self.sizeHint().width())
+        height = self.heightForWidth(width) if self.hasHeightForWidth() else self.sizeHint().height()
+        left = _EDGE if self._widest is None else (self._parent.width() - width) // 2
+        self.setGeometry(left, _EDGE, width, height)
+        self.raise_()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Qt: the parent was resized."""
+        if event.type() == QEvent.Type.Resize:
+            self.place()
+        return False
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Qt: take the place."""
+        super().showEvent(event)
+        self.place()
+
+
+class MessageBar(FloatingBar):
     """Says what went wrong, or what was done, until closed or replaced."""
 
-    def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, theme: Theme, parent: QWidget) -> None:
+        super().__init__(parent, widest=720)
         self.setObjectName("message-bar")
-        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self._theme, self._fault = theme, False
         self._text = QLabel(self)
         self._text.setObjectName("message-text")
@@ -45,6 +83,7 @@ class MessageBar(QWidget):
         self.setAccessibleName(text)
         self._dress()
         self.show()
+        self.place()
 
     def set_theme(self, theme: Theme) -> None:
         """Take another theme."""
@@ -54,34 +93,35 @@ class MessageBar(QWidget):
     def _dress(self) -> None:
         edge = self._theme.fault if self._fault else self._theme.accent
         ground = mixed(self._theme.panel, edge, 0.14)
-        self.setStyleSheet(f"#message-bar {{ background: {ground}; border-left: 4px solid {edge}; }}")
+        self.setStyleSheet(
+            f"#message-bar {{ background: {ground}; border: 1px solid {edge}; border-left: 4px solid {edge};"
+            " border-radius: 6px; }"
+        )
 
 
-class HintBar(QWidget):
+class HintBar(FloatingBar):
     """Three hints for the first minutes; gone once the skin has been touched, or when dismissed."""
 
     dismissed = Signal()
 
-    def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
+    def __init__(self, theme: Theme, parent: QWidget) -> None:
         super().__init__(parent)
         self.setObjectName("hint-bar")
-        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(12, 4, 8, 4)
-        layout.setSpacing(24)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(12, 8, 12, 8)
+        layout.setSpacing(4)
         for number, text in enumerate(HINTS, start=1):
             label = QLabel(f"{number}  {text}", self)
             label.setObjectName(f"hint-{number}")
             layout.addWidget(label)
-        layout.addStretch(1)
         close = QToolButton(self)
         close.setText("Got it")
         close.setObjectName("hint-dismiss")
         close.clicked.connect(self.dismissed)
-        layout.addWidget(close)
+        layout.addWidget(close, 0, Qt.AlignmentFlag.AlignRight)
         self.set_theme(theme)
 
     def set_theme(self, theme: Theme) -> None:
         """Take another theme."""
         ground = mixed(theme.panel, theme.accent, 0.10)
-        self.setStyleSheet(f"#hint-bar {{ background: {ground}; border-bottom: 1px solid {theme.line}; }}")
+        self.setStyleSheet(f"#hint-bar {{ background: {ground}; border: 1px solid {theme.line}; border-radius: 6px; }}")

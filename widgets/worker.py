@@ -36,7 +36,7 @@ def _work(connection: Connection) -> None:
 
 
 class Worker(QObject):
-    """Prepares scenes in one process; the newest request wins. ``close`` ends the process."""
+    """Prepares scenes in one process, started by the first request; the newest request wins. ``close`` ends the process."""
 
     progressed = Signal(str, float)
     """What is being done, and how far it is, 0 to 1."""
@@ -55,7 +55,6 @@ class Worker(QObject):
         self._timer = QTimer(self)
         self._timer.setInterval(_POLL_MS)
         self._timer.timeout.connect(self._on_timer)
-        self._start()
 
     @property
     def busy(self) -> bool:
@@ -77,7 +76,6 @@ class Worker(QObject):
         """Drop what is being prepared."""
         if self._busy:
             self.close()
-            self._start()
 
     def close(self) -> None:
         """End the process, whatever it does."""
@@ -107,7 +105,6 @@ class Worker(QObject):
                 self._take(*self._connection.recv())
         except (EOFError, ConnectionResetError):
             self.close()
-            self._start()
             self.failed.emit(
                 "Preparing the scene ended unexpectedly; the scene before it is kept. "
                 "Try fewer taxels, or another link."

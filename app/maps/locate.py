@@ -36,7 +36,7 @@ class PlaneLocator:
     def query(self, points: FloatArray) -> tuple[IntArray, FloatArray]:
         """The triangle (k,) that holds each of ``points`` (k, 2), or -1, and the weights (k, 3) there, not negative.
 
-        On a shared side the triangle that holds the point deeper wins; not finite points are in none.
+        On a shared side it is one of the two; a point that is not finite is in none.
         """
         found, weights = np.full(len(points), -1, dtype=np.int64), np.zeros((len(points), 3))
         if self._grid is None or not len(points):
@@ -48,7 +48,6 @@ class PlaneLocator:
         first = 1 - second - third
         depth = np.minimum(np.minimum(first, second), third)
         held = np.flatnonzero((depth >= -_TOLERANCE) & self._sound[triangle])
-        held = held[np.argsort(depth[held], kind="stable")]  # of several the deepest is written last
         found[row[held]] = triangle[held]
         weights[row[held]] = np.stack([first[held], second[held], third[held]], axis=1)
         weights = np.maximum(weights, 0.0)

@@ -22,9 +22,9 @@ MAX_TICKS = 20
 class Session:
     """Physics, touch, contacts and control of one scene. Mutable; ``reset`` starts again.
 
-    Reads no clock but for stage times. Whatever changes its course comes in through ``submit`` or is the scripted hand; both
-    stand in ``inputs`` with the tick they took effect at, and the same inputs at the same ticks give the same frames,
-    bit for bit.
+    Reads no clock but for stage times. Whatever changes its course comes through ``submit`` or is the scripted hand;
+    both stand in ``inputs`` with the tick they took effect at, and the same inputs at the same ticks give the same
+    frames, bit for bit.
 
     Args:
         prepared: The scene, made real.

@@ -22,7 +22,7 @@ class Fingers:
 
     A finger touches one body point with a frictionless spring along the skin's normal there. The fingertip stands still
     in the world along that normal and slides with the point sideways, as a finger that tracks a place does; it advances
-    into the skin at the finger's speed while it pushes less than its limit. An arm that yields therefore feels less, and
+    into the skin at the finger's speed while it pushes less than its limit. An arm that yields feels less, and
     the spring gives back what it took: a tip pinned sideways as well would act from afar once the arm has turned away
     and feed it energy (measured: 0.6 J became 50 J within 6 s).
 

@@ -76,7 +76,7 @@ def test_it_opens_alive(window):
 
 
 def test_a_press_on_the_body_and_on_the_map_are_the_same_act(window):
-    at, pixel = visible_skin(window)
+    _, pixel = visible_skin(window)
     felt = []
     window.live.touched.connect(lambda: felt.append(True))
     QTest.mousePress(window.robot_view.canvas.widget, Qt.MouseButton.LeftButton, pos=pixel)

@@ -7,7 +7,7 @@ import pytest
 
 from app.maps.build import build_map
 from app.maps.interpolation import interpolation_weights
-from tests.numerics.map_surfaces import sheet, skin_of
+from tests.numerics.map_surfaces import named, sheet, skin_of
 
 
 @pytest.fixture(scope="module")
@@ -43,6 +43,17 @@ def test_a_linear_field_is_reproduced_between_taxels(three_patches, field):
     assert inner.sum() > 500
     shown = weights @ (three_patches.taxel_points @ [3.0, -2.0] + 1)
     np.testing.assert_allclose(shown[inner], points[inner] @ [3.0, -2.0] + 1, atol=1e-9)
+
+
+def test_a_gap_is_not_bridged():
+    """Across the mouth of a horseshoe the taxels of the far arm are the only ones there, and still not asked."""
+    map_ = build_map(skin_of(named("spiral"), taxels=60))
+    points = map_.uv[0]
+    weights = interpolation_weights(map_, np.zeros(len(points), dtype=int), points).tocoo()
+    away = np.linalg.norm(points[weights.row] - map_.taxel_points[weights.col], axis=1)
+    pitch = np.sqrt(map_.skin.patches[0].surface.area / 60)
+    assert np.ptp(points, axis=0).min() > 8 * pitch
+    assert away.max() < 2.5 * pitch
 
 
 def test_at_a_taxel_its_own_value_is_shown(three_patches):

@@ -42,6 +42,15 @@ def test_points_on_sides_and_corners_are_never_lost(triangles, weights, offset):
     np.testing.assert_allclose(found.sum(axis=1), 1, rtol=1e-12)
 
 
+def test_rounding_off_the_rim_loses_no_point(triangles):
+    """A corner computed elsewhere may lie a few last digits outside of everything."""
+    middle, size = triangles.mean(axis=(0, 1)), 0.02 * np.ptp(triangles)
+    corners = triangles.reshape(-1, 2)
+    outward = np.sign(corners - middle)
+    face, _ = PlaneLocator(triangles).query(corners + 1e-10 * size * outward)
+    assert (face >= 0).all()
+
+
 def test_it_agrees_with_trying_every_triangle(triangles):
     points = np.random.default_rng(1).uniform(triangles.min() - 0.02, triangles.max() + 0.02, (300, 2))
     a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]

@@ -22,6 +22,8 @@ def test_progress_names_the_patch_and_only_grows():
     fractions = [fraction for _, fraction in heard]
     assert fractions == sorted(fractions)
     assert (fractions[0], fractions[-1]) == (0.0, 1.0)
+    second = {fraction for text, fraction in heard if text == "Flattening patch 1"}
+    assert second == {192 / (192 + 1440)}
     assert {text for text, _ in heard} == {"Flattening patch 0", "Flattening patch 1", "Arranging the map"}
     assert len(heard) > 10, "every round is told, so that a stop is heard soon"
 

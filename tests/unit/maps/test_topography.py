@@ -56,7 +56,7 @@ def test_a_seam_loses_neighbours_but_makes_no_false_ones():
     shape = topography(build_map(skin_of(frustum(around=40, along=24), taxels=80)), sources=6, seed=0)
     assert shape.torn > 0.02
     assert shape.continuity < shape.trustworthiness - 0.005
-    assert shape.edge_error < 0.02, "a tube is laid flat without any stretch"
+    assert shape.edge_error < 0.004, "a tube is laid flat without any stretch; straight lines would give 0.008"
 
 
 def test_patches_too_small_to_rank_are_unknown_not_perfect():

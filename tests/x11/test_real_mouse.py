@@ -1,0 +1,159 @@
+"""A real mouse on a real X server: the app as a user starts it, poked with xdotool, answers in its recording."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.errors import RecordingError
+from app.recording.player import Player
+from app.simulation.poke import PokePressed, PokeReleased
+
+ROOT = Path(__file__).resolve().parents[2]
+TOOLS = ("Xvfb", "xdotool")
+MISSING = [tool for tool in TOOLS if shutil.which(tool) is None]
+
+pytestmark = [
+    pytest.mark.x11,
+    pytest.mark.skipif(bool(MISSING), reason=f"needs {', '.join(MISSING)} (apt-get install xvfb xdotool)"),
+]
+
+# The window writes the pixels of a visible taxel in both views to a file, so that the mouse knows where to go.
+HELPER = """
+import json, sys
+from pathlib import Path
+from PySide6.QtCore import QPoint, QTimer
+from app.simulation.scene_file import load_scene
+from dataclasses import replace
+from widgets import launch
+from widgets.colours import THEMES, apply_theme
+from widgets.main_window import MainWindow
+from widgets.settings import Settings
+
+def main():
+    folder = Path(sys.argv[1])
+    app = launch._application()
+    apply_theme(app, THEMES["dark"])
+    window = MainWindow(Settings(folder / "window.ini"))
+    window.resize(1280, 800)
+    window.move(0, 0)
+    window.show()
+
+    def tell(_prepared):
+        QTimer.singleShot(1500, write)
+
+    def write():
+        view, skin = window.robot_view, window.live.prepared.skin
+        for taxel in range(len(skin)):
+            at = skin.taxel_point(taxel)
+            pixel = view.pixel_of(at).toPoint()
+            hit = view._at(view.pixel_of(at))
+            if hit is not None and hit.patch == at.patch and view.rect().contains(pixel):
+                break
+        body = view.mapToGlobal(pixel)
+        flat = window.map_view.viewport().mapToGlobal(window.map_view.pixel_of(at).toPoint())
+        window.live.start_recording(folder / "poked.mcap")
+        places = {"taxel": taxel, "body": [body.x(), body.y()], "map": [flat.x(), flat.y()]}
+        (folder / "places.tmp").write_text(json.dumps(places))
+        (folder / "places.tmp").rename(folder / "places.json")
+
+    window.live.prepared_changed.connect(tell)
+    scene = load_scene("arm")
+    window.live.open_scene(replace(scene, strokes=(), cover=replace(scene.cover, taxels=300)))
+    app.exec()
+
+if __name__ == "__main__":
+    main()
+"""
+
+
+def wait_for(condition, seconds: float = 60.0):
+    """Poll until ``condition`` gives something true."""
+    deadline = time.monotonic() + seconds
+    while time.monotonic() < deadline:
+        found = condition()
+        if found:
+            return found
+        subprocess.run(["sync"], check=True)  # gives the others the processor
+    raise AssertionError("waited in vain")
+
+
+@pytest.fixture
+def screen():
+    """An X server of our own; its number is told by itself."""
+    reading, writing = os.pipe()
+    server = subprocess.Popen(
+        ["Xvfb", "-displayfd", str(writing), "-screen", "0", "1280x800x24", "-nolisten", "tcp"], pass_fds=(writing,),
+        stderr=subprocess.DEVNULL,
+    )
+    os.close(writing)
+    with os.fdopen(reading) as told:
+        number = told.readline().strip()
+    assert number, "Xvfb did not start"
+    yield f":{number}"
+    server.terminate()
+    server.wait()
+
+
+def test_a_poke_on_the_mesh_and_on_the_map_is_felt_at_the_same_place(screen, tmp_path):
+    script = tmp_path / "window.py"
+    script.write_text(HELPER)
+    environment = {key: value for key, value in os.environ.items() if key not in ("QT_QPA_PLATFORM", "WAYLAND_DISPLAY")}
+    environment |= {"DISPLAY": screen, "PYTHONPATH": str(ROOT)}
+    log = (tmp_path / "log.txt").open("w")
+    app = subprocess.Popen([sys.executable, script, tmp_path], env=environment, stdout=log, stderr=log)
+
+    def mouse(*words):
+        subprocess.run(["xdotool", *map(str, words)], env=environment, check=True)
+
+    try:
+        wait_for(lambda: (tmp_path / "places.json").exists() or app.poll() is not None)
+        assert app.poll() is None, (tmp_path / "log.txt").read_text()
+        places = json.loads((tmp_path / "places.json").read_text())
+        recording = tmp_path / "poked.mcap"
+        for number, where in enumerate(("body", "map"), start=1):
+            mouse("mousemove", *places[where], "mousedown", 1)
+            wait_for(lambda number=number: len(_presses(recording)) == number)
+            held = _written(recording)[0]
+            wait_for(lambda held=held: _written(recording)[0] > held + 100)
+            mouse("mouseup", 1)
+            wait_for(lambda number=number: len(_releases(recording)) == number)
+    finally:
+        app.send_signal(signal.SIGTERM)
+        app.wait()
+        log.close()
+    player = Player(recording)
+    (body, flat), skin = _presses(recording), player.prepared.skin
+    assert body.at.patch == flat.at.patch
+    wanted = skin.position(skin.taxel_point(places["taxel"]))
+    # A pixel is a good two millimetres in either view of this small window.
+    assert np.linalg.norm(skin.position(body.at) - wanted) < 5e-3
+    assert np.linalg.norm(skin.position(flat.at) - wanted) < 5e-3
+    strongest = max(region.force for n in range(len(player)) for region in player.frame(n).regions)
+    assert strongest > 1.0
+
+
+def _written(path: Path) -> tuple[int, list]:
+    """Frames and inputs in the file so far; none while its first chunk is not complete."""
+    try:
+        player = Player(path)
+    except RecordingError:
+        return 0, []
+    return len(player), [act for _, act in player.inputs]
+
+
+def _presses(path: Path) -> list[PokePressed]:
+    return [act for act in _written(path)[1] if isinstance(act, PokePressed)]
+
+
+def _releases(path: Path) -> list[PokeReleased]:
+    return [act for act in _written(path)[1] if isinstance(act, PokeReleased)]
