@@ -20,7 +20,7 @@ class FloatingBar(QWidget):
 
     Args:
         parent: What it floats over.
-        widest: It takes this width [px] where the parent has room; None for as much as it needs, at the left.
+        widest: It takes this width [px] where the parent has room; None for as much as it needs, at the right.
     """
 
     def __init__(self, parent: QWidget, *, widest: int | None = None) -> None:
@@ -33,7 +33,8 @@ class FloatingBar(QWidget):
         """Take the place that the parent's size gives, above what else is there."""
         width = min(self._parent.width() - 2 * _EDGE, self._widest or self.sizeHint().width())
         height = self.heightForWidth(width) if self.hasHeightForWidth() else self.sizeHint().height()
-        left = _EDGE if self._widest is None else (self._parent.width() - width) // 2
+        spare = self._parent.width() - width
+        left = spare - _EDGE if self._widest is None else spare // 2
         self.setGeometry(left, _EDGE, width, height)
         self.raise_()
 

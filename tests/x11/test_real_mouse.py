@@ -30,8 +30,9 @@ pytestmark = [
 # The window writes the pixels of a visible taxel in both views to a file, so that the mouse knows where to go.
 HELPER = """
 import json, sys
+import numpy as np
 from pathlib import Path
-from PySide6.QtCore import QPoint, QTimer
+from PySide6.QtCore import QPointF, QTimer
 from app.simulation.scene_file import load_scene
 from dataclasses import replace
 from widgets import launch
@@ -56,8 +57,9 @@ def main():
         for taxel in range(len(skin)):
             at = skin.taxel_point(taxel)
             pixel = view.pixel_of(at).toPoint()
-            hit = view._at(view.pixel_of(at))
-            if hit is not None and hit.patch == at.patch and view.rect().contains(pixel):
+            near = [view._at(QPointF(pixel.x() + x, pixel.y() + y)) for x in (-4, 4) for y in (-4, 4)]
+            # A taxel that faces the eye: four pixels aside is a centimetre aside, not more.
+            if all(hit and np.linalg.norm(skin.position(hit) - skin.position(at)) < 0.02 for hit in near):
                 break
         body = view.mapToGlobal(pixel)
         flat = window.map_view.viewport().mapToGlobal(window.map_view.pixel_of(at).toPoint())
@@ -92,7 +94,8 @@ def screen():
     """An X server of our own; its number is told by itself."""
     reading, writing = os.pipe()
     server = subprocess.Popen(
-        ["Xvfb", "-displayfd", str(writing), "-screen", "0", "1280x800x24", "-nolisten", "tcp"], pass_fds=(writing,),
+        ["Xvfb", "-displayfd", str(writing), "-screen", "0", "1280x800x24", "-nolisten", "tcp"],
+        pass_fds=(writing,),
         stderr=subprocess.DEVNULL,
     )
     os.close(writing)
