@@ -48,7 +48,7 @@ DARK = Theme("dark", "#1d2126", "#252a31", "#e6e8eb", "#9aa3ad", "#343b44")
 LIGHT = Theme("light", "#f4f5f7", "#ffffff", "#1d2126", "#5b6570", "#d8dce1", body="#8b949e")
 THEMES = {theme.name: theme for theme in (DARK, LIGHT)}
 
-DEFAULT_MAXIMUM = 50.0
+DEFAULT_MAXIMUM = 30.0
 """Top of the pressure scale [kPa]: on the arm's skin an 8 mm fingertip reads about 15 kPa at 4 N, 30 at 8, 58 at 15."""
 
 # Light neutral (the bare skin) through yellow and orange to deep red: lightness falls all the way, so that the order
@@ -147,6 +147,12 @@ def _style_sheet(theme: Theme) -> str:
                     padding: 4px 8px; }}
         QToolButton {{ border: 0; border-radius: 4px; padding: 5px 8px; }}
         QToolButton:hover {{ background: {hover}; }}
+        QPushButton {{ border: 1px solid {theme.line}; border-radius: 4px; padding: 5px 10px;
+                       background: {mixed(theme.panel, theme.text, 0.06)}; }}
+        QPushButton:hover {{ background: {hover}; }}
+        QPushButton:focus {{ border-color: {theme.accent}; }}
+        QPushButton:checked {{ background: {mixed(theme.panel, theme.accent, 0.38)}; border-color: {theme.accent}; }}
+        QPushButton:disabled {{ color: {mixed(theme.panel, theme.quiet, 0.65)}; }}
         QToolButton:checked {{ background: {mixed(theme.panel, theme.accent, 0.28)}; }}
         QStatusBar {{ background: {theme.panel}; color: {theme.quiet}; border-top: 1px solid {theme.line}; }}
         QStatusBar::item {{ border: 0; }}

@@ -31,7 +31,7 @@ class ContactReader:
         map_: The tactile map.
         threshold: A taxel is touched from here [Pa] and stays so down to half of it; > 0.
 
-    Cost: 5 µs when nothing is touched, about 0.15 ms otherwise.
+    Cost: 4 µs when nothing is touched, about 0.25 ms otherwise, 0.5 ms with 1000 taxels touched.
     """
 
     def __init__(self, map_: TactileMap, *, threshold: float = THRESHOLD) -> None:

@@ -15,7 +15,7 @@ from app.robots.urdf import robot_of_urdf, urdf_tree
 MODEL = "iCubGazeboV2_7"
 REMEDY = "pip install 'tactile-maps[robots]'"
 BASE_HEIGHT = 0.18  # m: the pelvis just clears the ground
-BASE_YAW = 1.5708  # rad: its front and its left arm face the usual camera
+BASE_YAW = -1.5708  # rad: its front and its left arm face the usual camera
 # A bent arm, off the body [rad].
 HOME = {"l_shoulder_pitch": -0.5, "l_shoulder_roll": 0.6, "l_elbow": 1.0, "l_wrist_prosup": 0.2}
 # Frames named *_dh_frame stay: taxel files state positions in them.

@@ -1,0 +1,127 @@
+"""Contact regions: what is found, where it is put, and that it is the same one as before."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.contacts.reader import THRESHOLD, ContactReader
+from app.errors import MapError
+from app.simulation.loads import Load
+from app.simulation.sensing import WaterFill
+from tests.touch import arm, prepared_bar
+
+BAR = prepared_bar()
+MAP, SKIN = BAR.map, BAR.map.skin
+POSITIONS = SKIN.patches[0].taxels.positions
+
+
+def around(point, *, kilopascals=10.0, radius=0.03):
+    """A round touch on the bar."""
+    away = np.linalg.norm(POSITIONS - np.asarray(point), axis=1)
+    return 1e3 * kilopascals * np.clip(1 - (away / radius) ** 2, 0, None)
+
+
+def test_nothing_touched_nothing_found():
+    assert ContactReader(MAP).read(np.zeros(len(SKIN))) == ()
+    assert ContactReader(MAP).read(np.full(len(SKIN), 0.99 * THRESHOLD)) == ()
+
+
+def test_one_touch_is_one_region_with_all_its_force_where_it_is():
+    pressures = around((0.2, 0, 0.02))
+    (region,) = ContactReader(MAP).read(pressures)
+    assert region.force == pytest.approx(pressures @ SKIN.areas, rel=1e-12), "the ring brings what is below threshold"
+    assert region.peak == pressures.max()
+    assert region.link == "bar"
+    assert not region.torn
+    mean = pressures * SKIN.areas @ POSITIONS / (pressures @ SKIN.areas)
+    assert region.point == pytest.approx(mean, abs=5e-4), "flat skin: the mean on the map is the mean on the body"
+    assert region.normal == pytest.approx([0, 0, 1])
+    assert MAP.to_map(region.at) == pytest.approx(region.map_point, abs=1e-12)
+    touched = pressures >= THRESHOLD
+    assert region.area == pytest.approx(SKIN.areas[touched].sum())
+    assert set(np.flatnonzero(touched)) < set(region.taxels)
+
+
+def test_two_touches_are_two_regions_strongest_first():
+    reader = ContactReader(MAP)
+    regions = reader.read(around((0.08, 0, 0.02)) + around((0.3, 0, 0.02), kilopascals=30))
+    assert [round(region.point[0], 1) for region in regions] == [0.3, 0.1]
+    assert regions[0].force > regions[1].force
+
+
+def test_everything_touched_is_one_region():
+    (region,) = ContactReader(MAP).read(np.full(len(SKIN), 5e3))
+    assert len(region.taxels) == len(SKIN)
+
+
+def test_a_taxel_stays_touched_down_to_half_the_threshold():
+    reader, pressures = ContactReader(MAP), np.zeros(len(SKIN))
+    for level, found in ((0.9, 0), (1.0, 1), (0.6, 1), (0.49, 0), (0.6, 0)):
+        pressures[7] = level * THRESHOLD
+        assert len(reader.read(pressures)) == found, level
+
+
+def test_a_region_keeps_its_name_while_it_wanders():
+    reader = ContactReader(MAP)
+    first = reader.read(around((0.08, 0, 0.02)))[0].id
+    for x in np.arange(0.08, 0.33, 0.005):
+        (region,) = reader.read(around((x, 0, 0.02)))
+        assert region.id == first
+    reader.read(np.zeros(len(SKIN)))
+    assert reader.read(around((0.08, 0, 0.02)))[0].id == first + 1, "a new touch is a new region"
+    reader.reset()
+    assert reader.read(around((0.08, 0, 0.02)))[0].id == 1
+
+
+def test_when_two_merge_the_larger_overlap_keeps_its_name():
+    reader = ContactReader(MAP)
+    small, large = around((0.1, 0, 0.02), radius=0.03), around((0.25, 0, 0.02), radius=0.06, kilopascals=20)
+    before = reader.read(small + large)
+    assert len(before) == 2
+    (merged,) = reader.read(small + large + around((0.17, 0, 0.02), radius=0.07))
+    assert merged.id == before[0].id
+    assert len(before[0].taxels) > len(before[1].taxels)
+    after = reader.read(small + large)
+    assert sorted(region.id for region in after) == [before[0].id, 3]
+
+
+def test_a_touch_across_a_seam_is_one_region_placed_on_the_body():
+    prepared = arm()
+    reader = ContactReader(prepared.map)
+    assert len(reader._seam), "the arm's tubes are cut somewhere"
+    skin, torn = prepared.skin, 0
+    body = np.concatenate([patch.taxels.positions for patch in skin.patches])
+    for one, other in reader._seam:
+        pressures = np.zeros(len(skin))
+        pressures[[one, other]] = 5e3
+        reader.reset()
+        (region,) = reader.read(pressures)
+        middle = body[[one, other]].T @ skin.areas[[one, other]] / skin.areas[[one, other]].sum()
+        torn += region.torn
+        assert np.linalg.norm(region.point - middle) < 0.6 * np.linalg.norm(body[one] - body[other])
+        assert region.force == pytest.approx(5e3 * skin.areas[[one, other]].sum(), rel=1e-12)
+    assert torn == len(reader._seam)
+
+
+def test_a_finger_anywhere_on_the_arm_is_found_where_it_is():
+    prepared = arm()
+    skin, felt, missed = prepared.skin, WaterFill(prepared.skin), []
+    reader = ContactReader(prepared.map)
+    for taxel in range(0, len(skin), 5):
+        at = skin.taxel_point(taxel)
+        load = Load(skin.link(at), skin.position(at), skin.normal(at), 5.0, 0.008)
+        reader.reset()
+        (region,) = reader.read(felt.pressures([load]))
+        assert region.force == pytest.approx(5.0, rel=1e-6)
+        assert region.at.patch == at.patch
+        missed.append(np.linalg.norm(region.point - load.point))
+    pitch = np.sqrt(np.median(skin.areas))
+    assert np.median(missed) < 0.3 * pitch
+    assert max(missed) < pitch
+
+
+@pytest.mark.parametrize("threshold", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_threshold_that_is_none_is_refused(threshold):
+    with pytest.raises(MapError, match="threshold"):
+        ContactReader(MAP, threshold=threshold)

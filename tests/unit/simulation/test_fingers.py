@@ -1,0 +1,142 @@
+"""Fingers: springs whose forces are known by hand on a bar."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.errors import SimulationError
+from app.geometry.surface_point import SurfacePoint
+from app.robots.configuration import Configuration
+from app.simulation.effects import Effects
+from app.simulation.poke import Finger, PokeMoved, PokePressed, PokeReleased
+from app.simulation.simulation import Simulation
+from tests.touch import BAR_INERTIA, arm, bar, bar_skin, hold, no_command, taxel_near
+
+SKIN = bar_skin()
+AT = SKIN.taxel_point(taxel_near(SKIN, 0, (0.3, 0, 0.02)))
+LEVER = float(SKIN.position(AT)[0])
+
+
+def fixed() -> Simulation:
+    return Simulation(bar(hinged=False), SKIN, Effects())
+
+
+def test_on_a_rigid_robot_force_is_stiffness_times_depth():
+    simulation, finger = fixed(), Finger(stiffness=800.0, speed=0.01, max_force=5.0)
+    simulation.apply(PokePressed(1, AT, finger))
+    for steps in range(1, 900):
+        simulation.step(1, no_command(bar(hinged=False)))
+        depth = 0.01 * 0.001 * (steps - 1)  # the tip advances after it has pushed
+        assert simulation.pokes[0].force == pytest.approx(min(800 * depth, 5.0), abs=1e-2 * 0.8)
+    assert simulation.pokes[0].force == 5.0
+
+
+def test_the_finger_stops_advancing_at_its_limit():
+    simulation = fixed()
+    simulation.apply(PokePressed(1, AT, Finger(speed=0.01, max_force=2.0)))
+    simulation.step(5000, no_command(bar(hinged=False)))
+    assert simulation.pokes[0].force == 2.0
+    before = simulation.state()
+    simulation.step(1, no_command(bar(hinged=False)))
+    changed = np.flatnonzero(simulation.state() != before)
+    assert list(changed) == [0], "only the clock goes on"
+
+
+def test_the_wrench_is_the_jacobians():
+    prepared = arm()
+    robot, skin = prepared.robot, prepared.skin
+    simulation, configuration = Simulation(robot, skin, Effects()), Configuration(robot)
+    at = skin.taxel_point(150)
+    simulation.apply(PokePressed(1, at, Finger(speed=0.0)))
+    simulation._fingers._down[1].depth = 0.004
+    simulation.step(1, no_command(robot))
+    pose, link = configuration.pose(skin.link(at)), skin.link(at)
+    wrench = -4.0 * pose.rotation @ skin.normal(at)
+    assert simulation._data.qfrc_applied == pytest.approx(
+        configuration.jacobian(link, skin.position(at)).T @ wrench, rel=1e-12, abs=1e-14
+    )
+    assert simulation.pokes[0].force == pytest.approx(4.0)
+
+
+def test_a_yielding_arm_feels_less_as_springs_in_series_do():
+    robot, finger = bar(), Finger(stiffness=1000.0, speed=0.005, max_force=50.0)
+    simulation, rigid = Simulation(robot, SKIN, Effects()), fixed()
+    for run, body in ((simulation, robot), (rigid, bar(hinged=False))):
+        run.apply(PokePressed(1, AT, finger))
+        run.step(2000, hold(body, 40.0, 6.0))
+    series = 1 / (1 / 1000.0 + LEVER**2 / 40.0)
+    before = simulation.pokes[0].force
+    simulation.step(400, hold(robot, 40.0, 6.0))
+    slope = (simulation.pokes[0].force - before) / 0.4
+    assert slope == pytest.approx(0.005 * series, rel=0.01)
+    assert simulation.pokes[0].force < 0.5 * rigid.pokes[0].force
+
+
+def test_moving_keeps_the_force_and_releasing_ends_it():
+    simulation = fixed()
+    simulation.apply(PokePressed(1, AT, Finger(speed=0.01)))
+    simulation.step(300, no_command(bar(hinged=False)))
+    force = simulation.pokes[0].force
+    there = SKIN.taxel_point(taxel_near(SKIN, 0, (0.1, 0, 0.02)))
+    simulation.apply(PokeMoved(1, there))
+    assert simulation.pokes[0].force == force
+    simulation.step(1, no_command(bar(hinged=False)))
+    assert simulation.pokes[0].force == pytest.approx(force + 0.01, abs=1e-9)
+    assert simulation.pokes[0].at == there
+    simulation.apply(PokeReleased(1))
+    assert simulation.pokes == ()
+    assert not simulation.sense().any()
+
+
+def test_unknown_fingers_are_ignored_and_a_second_press_starts_afresh():
+    simulation = fixed()
+    simulation.apply(PokeReleased(7))
+    simulation.apply(PokeMoved(7, AT))
+    assert simulation.pokes == ()
+    simulation.apply(PokePressed(1, AT))
+    simulation.step(100, no_command(bar(hinged=False)))
+    assert simulation.pokes[0].force > 0
+    simulation.apply(PokePressed(1, AT))
+    assert len(simulation.pokes) == 1
+    assert simulation.pokes[0].force == 0
+
+
+@pytest.mark.parametrize("at", [SurfacePoint(9, 0, (1.0, 0.0, 0.0)), SurfacePoint(0, 10**9, (1.0, 0.0, 0.0)),
+                                SurfacePoint(-1, 0, (1.0, 0.0, 0.0)), SurfacePoint(0, 0, (float("nan"), 0.0, 1.0)),
+                                SurfacePoint(0, 0, (2.0, -1.0, 0.0))])  # fmt: skip
+def test_a_place_off_the_skin_is_refused(at):
+    simulation = fixed()
+    simulation.apply(PokePressed(1, AT))
+    for poke in (PokePressed(2, at), PokeMoved(1, at)):
+        with pytest.raises(SimulationError, match="no such place"):
+            simulation.apply(poke)
+    assert [poke.at for poke in simulation.pokes] == [AT], "fingers stay as they were"
+
+
+def test_the_limit_of_stiffness_is_that_of_the_mass_at_the_point():
+    limit = BAR_INERTIA / LEVER**2 * (0.6 / 0.001) ** 2
+    simulation = Simulation(bar(), SKIN, Effects())
+    simulation.apply(PokePressed(1, AT, Finger(stiffness=0.999 * limit)))
+    with pytest.raises(SimulationError, match="too stiff") as caught:
+        simulation.apply(PokePressed(2, AT, Finger(stiffness=1.001 * limit)))
+    assert f"{limit:.3g} N/m" in caught.value.remedy
+    nearer_the_hinge = SKIN.taxel_point(taxel_near(SKIN, 0, (0.02, 0, 0.02)))
+    simulation.apply(PokePressed(2, nearer_the_hinge, Finger(stiffness=1.001 * limit)))
+    with pytest.raises(SimulationError, match="too stiff"):
+        simulation.apply(PokeMoved(2, AT))
+
+
+def test_nothing_is_too_stiff_for_a_robot_that_cannot_move():
+    simulation = fixed()
+    simulation.apply(PokePressed(1, AT, Finger(stiffness=1e9)))
+    simulation.step(1, no_command(bar(hinged=False)))
+    assert len(simulation.pokes) == 1
+
+
+def test_the_state_vector_tells_fingers_apart():
+    one, other = fixed(), fixed()
+    one.apply(PokePressed(1, AT, Finger(max_force=3.0)))
+    other.apply(PokePressed(1, AT, Finger(max_force=4.0)))
+    assert len(one.state()) == len(other.state()) > len(fixed().state())
+    assert not np.array_equal(one.state(), other.state())
