@@ -34,7 +34,9 @@ def bar(*, hinged: bool = True) -> Robot:
     joint = '<joint name="hinge" axis="0 1 0" range="-1.5 1.5" limited="true"/>' if hinged else ""
     joints = (Joint("hinge", -1.5, 1.5),) if hinged else ()
     text = _BAR.format(joint=joint)
-    return Robot("bar", "by hand", text, {}, (Link("bar", _box(0.2, 0.05, 0.02, x=0.2)),), joints, np.zeros(len(joints)))
+    return Robot(
+        "bar", "by hand", text, {}, (Link("bar", _box(0.2, 0.05, 0.02, x=0.2)),), joints, np.zeros(len(joints))
+    )
 
 
 def bar_skin(taxels: int = 60, *, finer: int = 1) -> Skin:

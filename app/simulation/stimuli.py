@@ -78,11 +78,11 @@ class StimulusPlayer:
         if not self._parts:
             return []
         tick %= sum(part.ticks for part in self._parts)
-        for part in self._parts:
-            if tick < part.ticks:
-                return part.inputs(tick)
-            tick -= part.ticks
-        return []
+        number = 0
+        while tick >= self._parts[number].ticks:
+            tick -= self._parts[number].ticks
+            number += 1
+        return self._parts[number].inputs(tick)
 
 
 class _Part:

@@ -25,7 +25,9 @@ def test_all_off_is_joints_and_their_impedance_alone():
     assert not model.opt.gravity.any()
 
 
-@pytest.mark.parametrize(("gravity", "weight", "compensated"), [("off", 0, 0), ("on", -9.81, 0), ("compensated", -9.81, 1)])
+@pytest.mark.parametrize(
+    ("gravity", "weight", "compensated"), [("off", 0, 0), ("on", -9.81, 0), ("compensated", -9.81, 1)]
+)
 def test_gravity(gravity, weight, compensated):
     model = assemble(bar(), bar_skin(), Effects(gravity=gravity))
     assert model.opt.gravity[2] == weight
@@ -54,7 +56,9 @@ def test_self_contact_collides_hulls_that_reach_the_skin():
 
 
 def test_the_arms_mass_does_not_depend_on_effects():
-    masses = [assemble(arm().robot, arm().skin, Effects(contact=contact)).body_mass.sum() for contact in ("off", "self")]
+    masses = [
+        assemble(arm().robot, arm().skin, Effects(contact=contact)).body_mass.sum() for contact in ("off", "self")
+    ]
     assert masses[0] == pytest.approx(masses[1], rel=1e-12)
     assert masses[0] > 1
 

@@ -26,12 +26,12 @@ def test_level_of_water_by_hand():
 
 def test_a_sphere_on_a_flat_bed_sinks_as_winkler_says():
     """F = π K R d² for a shallow sphere: the peak pressure is K d, and the touched area 2 π R d."""
-    skin, force, radius = bar_skin(1500, finer=4), 6.0, 0.05
+    skin, force, radius = bar_skin(1500, finer=4), 60.0, 0.05
     pressures = WaterFill(skin).pressures([press((0.2, 0, 0.02), force, radius)])
     depth = np.sqrt(force / (np.pi * FOUNDATION * radius))
-    assert pressures.max() == pytest.approx(FOUNDATION * depth, rel=0.1)
+    assert 0.9 < pressures.max() / (FOUNDATION * depth) < 1.05, "a taxel averages over its area"
     half = pressures > 0.5 * FOUNDATION * depth  # where the sphere is half as deep: half the area
-    assert skin.areas[half].sum() == pytest.approx(np.pi * radius * depth, rel=0.2)
+    assert skin.areas[half].sum() == pytest.approx(np.pi * radius * depth, rel=0.15)
 
 
 def test_pressure_is_under_the_finger():

@@ -1,0 +1,29 @@
+"""How much faster than real time a session can be recorded, and what a frame costs to write."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+
+from app.recording.recorder import Recorder
+from app.session.prepare import prepare
+from app.session.session import Session
+from app.simulation.poke import PokePressed
+from app.simulation.scene_file import load_scene
+
+
+def test_recording_one_frame(benchmark, tmp_path):
+    prepared = prepare(load_scene("arm"))
+    session = Session(prepared)
+    session.submit(PokePressed(1, prepared.skin.taxel_point(500)))
+    frames = [session.tick() for _ in range(200)]
+    assert frames[-1].regions
+    with Recorder(tmp_path / "rate.mcap", prepared) as recorder:
+        endless = itertools.cycle(frames)
+        benchmark.pedantic(lambda: recorder.write(next(endless), session.inputs), rounds=1000, warmup_rounds=50)
+        assert recorder.frames > 0
+    if benchmark.stats is not None:
+        mean = float(np.mean(benchmark.stats.stats.data))
+        benchmark.extra_info["times real time"] = f"{prepared.scene.tick / mean:.0f}"
+        benchmark.extra_info["bytes a frame"] = recorder.path.stat().st_size // recorder.frames

@@ -1,0 +1,198 @@
+"""A session: inputs at ticks in, frames out, the same every time."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.control.command import ControlChanged, ControlSettings
+from app.errors import SceneError, SimulationError
+from app.geometry.surface_point import SurfacePoint
+from app.session.session import MAX_TICKS, Session
+from app.simulation.poke import Finger, PokeMoved, PokePressed, PokeReleased
+from app.simulation.stimuli import FINGER, Stroke
+from tests.touch import arm, prepared_bar
+
+BAR = prepared_bar(strokes=(Stroke(hold=0.1),))
+AT, THERE = BAR.skin.taxel_point(30), BAR.skin.taxel_point(31)
+
+
+def quiet(prepared=BAR) -> Session:
+    return Session(prepared, scripted=False)
+
+
+def same(one, other) -> bool:
+    """Whether two frames are equal, bit for bit, but for the milliseconds they took."""
+    arrays = [(getattr(one, n), getattr(other, n)) for n in ("posture", "velocity", "pressures")]
+    arrays += [
+        (getattr(one.command, n), getattr(other.command, n)) for n in ("posture", "stiffness", "damping", "torque")
+    ]
+    arrays += [(a.point, b.point) for a, b in zip(one.regions, other.regions, strict=True)]
+    arrays += [(a.map_point, b.map_point) for a, b in zip(one.regions, other.regions, strict=True)]
+    values = [[(r.id, r.force, r.at) for r in f.regions] + [(p.id, p.force, p.at) for p in f.pokes] + [f.time, f.tick]
+              for f in (one, other)]  # fmt: skip
+    return all(np.array_equal(a, b) for a, b in arrays) and values[0] == values[1]
+
+
+def test_a_poke_is_felt_placed_and_released():
+    session = Session(BAR, scripted=False, settings=ControlSettings(stiffness=40.0))
+    session.submit(PokePressed(1, AT))
+    assert session.frame.pokes == (), "at the next tick, not now"
+    for _ in range(60):
+        frame = session.tick()
+    (poke,), (region,) = frame.pokes, frame.regions
+    assert poke.force > 1
+    assert frame.pressures @ BAR.skin.areas == pytest.approx(poke.force, rel=1e-12)
+    assert region.force == pytest.approx(poke.force, rel=1e-9)
+    assert np.linalg.norm(region.point - BAR.skin.position(AT)) < 0.012
+    session.submit(PokeReleased(1))
+    frame = session.tick()
+    assert not frame.pressures.any()
+    assert frame.regions == frame.pokes == ()
+
+
+def test_the_scripted_hand_plays_until_a_person_presses():
+    session = Session(BAR)
+    for _ in range(40):
+        frame = session.tick()
+    assert session.scripted
+    assert [poke.id for poke in frame.pokes] == [FINGER]
+    session.submit(PokeReleased(5))
+    session.submit(ControlChanged(ControlSettings(stiffness=9.0)))
+    session.tick()
+    assert session.scripted, "only a press is a touch"
+    session.submit(PokePressed(1, AT))
+    frame = session.tick()
+    assert not session.scripted
+    assert [poke.id for poke in frame.pokes] == [1]
+    session.submit(PokeReleased(1))
+    for _ in range(400):
+        assert session.tick().pokes == ()
+
+
+def test_same_inputs_same_frames_and_the_inputs_are_enough_to_repeat_it():
+    acts = {30: [PokePressed(1, arm().skin.taxel_point(20))], 60: [PokeMoved(1, arm().skin.taxel_point(21))],
+            80: [ControlChanged(ControlSettings(law="hold_force"))], 150: [PokeReleased(1)]}  # fmt: skip
+
+    def run(session):
+        frames = []
+        for tick in range(220):
+            for act in acts.get(tick, []):
+                session.submit(act)
+            frames.append(session.tick())
+        return frames
+
+    first_session = Session(arm())
+    first, second = run(first_session), run(Session(arm()))
+    assert all(map(same, first, second))
+    assert any(frame.regions for frame in first)
+    replay, waiting = Session(arm(), scripted=False), list(first_session.inputs)[1:]
+    for frame in first:
+        while waiting and waiting[0][0] == frame.tick:
+            replay.submit(waiting.pop(0)[1])
+        assert same(replay.tick(), frame)
+    assert not waiting
+
+
+def test_reset_repeats_the_run_with_the_settings_in_force():
+    session = quiet()
+    session.submit(ControlChanged(ControlSettings(stiffness=12.0)))
+    session.submit(PokePressed(1, AT))
+    for _ in range(20):
+        session.tick()
+    session.reset()
+    assert (session.frame.tick, session.frame.pokes) == (0, ())
+    assert session.inputs == [(0, ControlChanged(ControlSettings(stiffness=12.0)))]
+    fresh = Session(BAR, scripted=False, settings=ControlSettings(stiffness=12.0))
+    for run in (session, fresh):
+        run.submit(PokePressed(1, AT))
+        for _ in range(50):
+            run.tick()
+    assert same(session.frame, fresh.frame)
+
+
+def test_time_goes_in_whole_ticks_and_the_rest_is_kept():
+    session = quiet()
+    assert session.advance(0.004).tick == 0
+    assert session.advance(0.004).tick == 1
+    assert session.advance(0.0021).tick == 2
+    assert session.frame.time == pytest.approx(0.01)
+    for _ in range(1000):
+        session.advance(0.001)
+    assert session.frame.tick == 202, "no tick is lost to rounding"
+
+
+def test_time_it_cannot_keep_up_with_is_dropped():
+    session = quiet()
+    seen = []
+    session.advance(3600.0, each=seen.append)
+    assert session.frame.tick == MAX_TICKS == len(seen)
+    assert [frame.tick for frame in seen] == list(range(1, MAX_TICKS + 1))
+    assert session.advance(0.005).tick == MAX_TICKS + 1
+
+
+@pytest.mark.parametrize("act", [PokeReleased(3), PokeMoved(3, AT)])
+def test_acts_of_a_finger_that_is_not_down_do_nothing(act):
+    session, untouched = quiet(), quiet()
+    session.submit(act)
+    assert same(session.tick(), untouched.tick())
+
+
+def test_pressing_twice_starts_afresh():
+    session = quiet()
+    session.submit(PokePressed(1, AT))
+    for _ in range(40):
+        session.tick()
+    session.submit(PokePressed(1, THERE))
+    frame = session.tick()
+    assert [poke.at for poke in frame.pokes] == [THERE]
+    assert frame.pokes[0].force < 0.1
+
+
+@pytest.mark.parametrize(("act", "error", "words"), [
+    (PokePressed(1, SurfacePoint(7, 0, (1.0, 0.0, 0.0))), SimulationError, "no such place"),
+    (PokePressed(1, AT, Finger(stiffness=1e9)), SimulationError, "too stiff"),
+    (ControlChanged(ControlSettings(force_goal=-1.0)), SceneError, "force_goal"),
+])  # fmt: skip
+def test_a_refused_input_leaves_the_session_as_it_was(act, error, words):
+    session, other = quiet(), quiet()
+    for run in (session, other):
+        run.tick()
+    session.submit(act)
+    with pytest.raises(error, match=words):
+        session.tick()
+    assert session.frame.tick == 1
+    for _ in range(5):
+        assert same(session.tick(), other.tick())
+    assert session.inputs == other.inputs, "what had no effect is not recorded"
+
+
+def test_every_stage_is_timed():
+    assert list(quiet().tick().timings.ms) == ["physics", "touch", "contacts", "control"]
+
+
+def test_why_limited_reaches_the_frame():
+    prepared = prepared_bar()
+    session = Session(prepared, scripted=False, settings=ControlSettings(law="hold_force", force_goal=0.0))
+    session.submit(PokePressed(1, prepared.skin.taxel_point(0), Finger(speed=0.1)))
+    words = {word for _ in range(1500) for word in session.tick().why_limited}
+    assert words
+
+
+def test_a_robot_without_joints_runs_under_both_laws():
+    for law in ("impedance", "hold_force"):
+        prepared = prepared_bar(hinged=False)
+        session = Session(prepared, scripted=False, settings=ControlSettings(law=law))
+        session.submit(PokePressed(1, AT))
+        for _ in range(100):
+            frame = session.tick()
+        assert frame.posture.shape == (0,)
+        assert frame.regions[0].force == pytest.approx(frame.pokes[0].force, rel=1e-9)
+
+
+def test_a_scene_may_set_the_controller():
+    assert quiet(replace(BAR, scene=replace(BAR.scene, control={"force_goal": 5.0}))).settings.force_goal == 5.0
+    with pytest.raises(SceneError, match="no such controller setting"):
+        quiet(replace(BAR, scene=replace(BAR.scene, control={"magic": 1.0})))
