@@ -5,8 +5,11 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
+from types import TracebackType
 
+from app.crash_log import explain
 from app.errors import DisplayError
 from app.session.prepare import prepare
 from app.simulation.scene import Scene
@@ -40,9 +43,20 @@ def launch(scene: Scene) -> int:
     settings = Settings()
     apply_theme(app, THEMES[settings.theme])
     window = MainWindow(settings)
+    sys.excepthook = partial(_on_unexpected, window)
     window.show()
     window.live.open_scene(scene)
     return app.exec()
+
+
+def _on_unexpected(
+    window: MainWindow, kind: type[BaseException], error: BaseException, trace: TracebackType | None
+) -> None:
+    """What nobody foresaw in a slot: said in the window, kept in a file, and the window lives on."""
+    if issubclass(kind, KeyboardInterrupt):
+        window.close()
+    else:
+        window.message_bar.say(explain(error.with_traceback(trace)), fault=True)
 
 
 def screenshot(

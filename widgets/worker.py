@@ -36,7 +36,7 @@ def _work(connection: Connection) -> None:
 
 
 class Worker(QObject):
-    """Prepares scenes in one process, started by the first request; the newest request wins. ``close`` ends the process."""
+    """Prepares scenes in one process, started when first needed; the newest request wins. ``close`` ends it."""
 
     progressed = Signal(str, float)
     """What is being done, and how far it is, 0 to 1."""

@@ -5,14 +5,12 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-import traceback
 from collections.abc import Callable, Sequence
-from datetime import datetime
 from importlib import import_module
-from pathlib import Path
 
 from app.cli.output import answer, fail
 from app.cli.parser import build_parser
+from app.crash_log import explain
 from app.errors import TactileMapsError, UsageError
 
 COMMANDS = ("map", "inspect", "run", "replay", "recover", "gui", "screenshot")
@@ -50,11 +48,7 @@ def run_command(argv: Sequence[str], *, windows: dict[str, OpenWindow]) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except Exception as error:  # the last door: a person gets a sentence, the details go to a file
-        _report(
-            f"an unexpected problem: {type(error).__name__}: {error}. The details are in {_crash_log()}",
-            as_json,
-            kind="Unexpected",
-        )
+        _report(explain(error), as_json, kind="Unexpected")
         return 1
 
 
@@ -62,13 +56,3 @@ def _report(text: str, as_json: bool, *, kind: str) -> None:
     fail(text)
     if as_json:
         answer({"error": {"kind": kind, "message": text}})
-
-
-def _crash_log() -> Path:
-    from platformdirs import user_log_path
-
-    folder = user_log_path("tactile-maps", appauthor=False)
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder / f"crash {datetime.now():%Y-%m-%d %H.%M.%S}.txt"
-    path.write_text(traceback.format_exc(), encoding="utf8")
-    return path

@@ -6,8 +6,9 @@ A frame message is little-endian, without padding:
     int32  joints, taxels, pokes, regions, region taxels in all, bytes of words
     float64  posture, velocity (joints each), pressures [Pa] (taxels), command posture, stiffness, damping, torque
     float64  per poke (14): id, patch, face, 3 weights, force [N], point [m] (3), normal (3), radius [m]
-    float64  per region (18): id, patch, face, 3 weights, force [N], area [m²], peak [Pa], map point [m] (2),
-             point in the link [m] (3), normal in the link (3), number of taxels
+    float64  per region (19): id, patch, face, 3 weights, force [N], area [m²], peak [Pa], map point [m] (2),
+             point in the link [m] (3), normal in the link (3), number of taxels,
+             1 where a seam tears it (else 0)
     int32    taxel numbers of all regions, one after the other
     UTF-8 JSON  {"why_limited": [...], "ms": {stage: milliseconds}}
 
@@ -34,7 +35,7 @@ from app.skin.skin import Skin
 from app.timing import Timings
 
 _HEAD = struct.Struct("<qd6i")
-_POKE, _REGION = 14, 18
+_POKE, _REGION = 14, 19
 _KINDS = {"press": PokePressed, "move": PokeMoved, "release": PokeReleased, "control": ControlChanged}
 
 FRAME_SCHEMA = json.dumps({"title": "tactile_maps.Frame", "description": __doc__})
@@ -74,7 +75,7 @@ def encode_frame(frame: Frame) -> bytes:
     ]
     numbers += [[p.id, *_place(p.at), p.force, *p.point, *p.normal, p.radius] for p in frame.pokes]
     numbers += [
-        [r.id, *_place(r.at), r.force, r.area, r.peak, *r.map_point, *r.point, *r.normal, len(r.taxels)]
+        [r.id, *_place(r.at), r.force, r.area, r.peak, *r.map_point, *r.point, *r.normal, len(r.taxels), r.torn]
         for r in frame.regions
     ]
     body = np.concatenate([np.asarray(part, dtype="<f8") for part in numbers]).astype("<f8").tobytes()
@@ -111,7 +112,7 @@ def _decode_frame(data: bytes, skin: Skin) -> Frame:
     text = json.loads(data[len(data) - words :])
     parts = np.split(numbers, np.cumsum([joints, joints, taxels, *[joints] * 4, _POKE * pokes]))
     rows = parts[8].reshape(regions, _REGION)
-    groups = np.split(named, np.cumsum(rows[:, -1].astype(int))[:-1]) if regions else []
+    groups = np.split(named, np.cumsum(rows[:, 17].astype(int))[:-1]) if regions else []
     return Frame(
         tick,
         time,
@@ -143,6 +144,7 @@ def _region(row: Any, taxels: Any, skin: Skin) -> ContactRegion:
         skin.link(at),
         row[11:14],
         row[14:17],
+        bool(row[18]),
     )
 
 

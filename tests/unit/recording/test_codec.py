@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -45,6 +47,7 @@ def test_a_frame_reads_back_equal_to_the_last_bit(touched, prepared):
             other.link,
         )
         assert np.array_equal(one.taxels, other.taxels)
+        assert one.torn == other.torn
         assert np.array_equal(one.map_point, other.map_point)
     for one, other in zip(again.pokes, touched.pokes, strict=True):
         assert (one.id, one.at, one.force, one.radius) == (other.id, other.at, other.force, other.radius)
@@ -88,3 +91,8 @@ def test_a_damaged_frame_is_refused_by_name(touched, prepared):
     for data in (b"", whole[:10], whole[:-1], whole + b"x", absurd):
         with pytest.raises(RecordingError, match="frame of the recording is damaged"):
             decode_frame(data, prepared.skin)
+
+
+def test_a_torn_region_stays_torn(touched, prepared):
+    torn = replace(touched, regions=tuple(replace(region, torn=True) for region in touched.regions))
+    assert all(region.torn for region in decode_frame(encode_frame(torn), prepared.skin).regions)
