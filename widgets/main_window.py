@@ -90,7 +90,7 @@ class MainWindow(QMainWindow):
         column.addWidget(self._splitter, 1)
         self.setCentralWidget(centre)
         self.hint_bar, self.message_bar = HintBar(self.theme, centre), MessageBar(self.theme, centre)
-        self.hint_bar.setVisible(not self.settings.hints_read)
+        self.hint_bar.hide()
 
     def _build_panels(self) -> None:
         self.column = PanelColumn()
@@ -159,6 +159,7 @@ class MainWindow(QMainWindow):
         self.map_view.show_prepared(prepared)
         self.column.show_prepared(prepared)
         self.plots.clear()
+        self.hint_bar.setVisible(not self.settings.hints_read)
         self.session_bar.show_title(prepared.scene.title or prepared.robot.name)
         if prepared.robot.findings or prepared.skin.findings:
             count = len(prepared.robot.findings) + len(prepared.skin.findings)

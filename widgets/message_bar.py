@@ -16,11 +16,12 @@ HINTS = ("Press the skin or the map to poke it", "Drag along it to stroke", "Ctr
 
 
 class FloatingBar(QWidget):
-    """A bar near the upper edge of its parent.
+    """A bar in the upper middle or the lower right of its parent.
 
     Args:
         parent: What it floats over.
-        widest: It takes this width [px] where the parent has room; None for as much as it needs, at the right.
+        widest: It takes this width [px] where the parent has room; None for as much as it needs, in the lower
+            right, where a map seldom reaches.
     """
 
     def __init__(self, parent: QWidget, *, widest: int | None = None) -> None:
@@ -33,9 +34,9 @@ class FloatingBar(QWidget):
         """Take the place that the parent's size gives, above what else is there."""
         width = min(self._parent.width() - 2 * _EDGE, self._widest or self.sizeHint().width())
         height = self.heightForWidth(width) if self.hasHeightForWidth() else self.sizeHint().height()
-        spare = self._parent.width() - width
-        left = spare - _EDGE if self._widest is None else spare // 2
-        self.setGeometry(left, _EDGE, width, height)
+        aside, below = self._parent.width() - width, self._parent.height() - height - _EDGE
+        self.move(*((aside - _EDGE, below) if self._widest is None else (aside // 2, _EDGE)))
+        self.resize(width, height)
         self.raise_()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:

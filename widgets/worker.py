@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing as mp
+import signal
 from multiprocessing.connection import Connection
 from typing import Any
 
@@ -12,10 +13,12 @@ from app.errors import TactileMapsError
 from app.simulation.scene import Scene
 
 _POLL_MS = 25
+_UNFORESEEN = (MemoryError, OSError, ArithmeticError, ValueError, LookupError, RuntimeError, TypeError)
 
 
 def _work(connection: Connection) -> None:
     """The process: scenes in; progress, a prepared scene and its map's quality, or a failure, out."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl+C in a terminal reaches us too; the window ends us
     from app.maps.quality import measure
     from app.session.prepare import prepare
 
@@ -28,15 +31,17 @@ def _work(connection: Connection) -> None:
             made = prepare(scene, progress=lambda text, done: connection.send(("progress", (text, done))))
             connection.send(("prepared", made))
             connection.send(("measured", measure(made.map)))
+        except BrokenPipeError:
+            return  # the window has gone, and with it whoever wanted to know
         except TactileMapsError as error:
             connection.send(("failed", str(error)))
-        except (MemoryError, OSError, ArithmeticError, ValueError, LookupError, RuntimeError, TypeError) as error:
+        except _UNFORESEEN as error:
             # Whatever else goes wrong in there, the window must hear of it and live on.
             connection.send(("failed", f"{scene.robot}: an unexpected problem ({type(error).__name__}: {error})."))
 
 
 class Worker(QObject):
-    """Prepares scenes in one process, started when first needed; the newest request wins. ``close`` ends it."""
+    """Prepares scenes in one process; the newest request wins. ``close`` ends the process."""
 
     progressed = Signal(str, float)
     """What is being done, and how far it is, 0 to 1."""
@@ -61,21 +66,31 @@ class Worker(QObject):
         """Whether a scene is being prepared."""
         return self._busy
 
+    def warm(self) -> None:
+        """Start the process now, so that the next request need not wait for it."""
+        if self._process is not None and not self._process.is_alive():
+            self.close()
+        if self._process is None:
+            self._start()
+
     def prepare(self, scene: Scene) -> None:
         """Prepare ``scene``; one that is being prepared or measured is dropped."""
         if self._timer.isActive():
             self.close()
-        if self._connection is None:
-            self._start()
+        self.warm()
         assert self._connection is not None
-        self._connection.send(scene)
         self._busy = True
         self._timer.start()
+        try:
+            self._connection.send(scene)
+        except (BrokenPipeError, ConnectionResetError):
+            self._on_ended()
 
     def cancel(self) -> None:
-        """Drop what is being prepared."""
+        """Drop what is being prepared, and be ready for the next request."""
         if self._busy:
             self.close()
+            self.warm()
 
     def close(self) -> None:
         """End the process, whatever it does."""
@@ -104,11 +119,17 @@ class Worker(QObject):
             while self._connection is not None and self._connection.poll():
                 self._take(*self._connection.recv())
         except (EOFError, ConnectionResetError):
-            self.close()
-            self.failed.emit(
-                "Preparing the scene ended unexpectedly; the scene before it is kept. "
-                "Try fewer taxels, or another link."
-            )
+            self._on_ended()
+
+    def _on_ended(self) -> None:
+        """The process died: killed, out of memory, or a native library crashed in it."""
+        preparing = self._busy
+        self.close()
+        self.failed.emit(
+            "Preparing the scene ended unexpectedly; the scene before it is kept. Try fewer taxels, or another link."
+            if preparing
+            else "Measuring the map ended unexpectedly; its quality stays unknown. Open the scene again to measure it."
+        )
 
     def _take(self, kind: str, content: Any) -> None:
         if kind == "progress":
