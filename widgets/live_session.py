@@ -18,6 +18,7 @@ from app.session.session import Session
 from app.simulation.poke import Finger, PokeMoved, PokePressed, PokeReleased
 from app.simulation.scene import Scene
 from widgets.runner import Runner, ThreadRunner
+from widgets.tape import Tape, settings_at
 from widgets.worker import Worker
 
 FRAME_MS = 16
@@ -45,6 +46,8 @@ class LiveSession(QObject):
     """It is not any more: done, failed or cancelled."""
     failed = Signal(str)
     """Something could not be done; the sentence says what, where and what helps. All that was good is kept."""
+    halted = Signal(str)
+    """The simulation failed and stands still; the sentence says why. ``reset`` starts it again."""
     mode_changed = Signal(str)
     """``empty``, ``live``, ``paused`` or ``replaying``."""
     recording_changed = Signal(object)
@@ -62,10 +65,10 @@ class LiveSession(QObject):
         super().__init__(parent)
         self._make_runner = make_runner
         self.runner: Runner | None = None
-        self.recorder: Recorder | None = None
         self.player: Player | None = None
-        self._broken: tuple[Recorder, TactileMapsError] | None = None
         self.finger = Finger()
+        self._tape, self._speed = Tape(), 1.0
+        self._halted = self._was_paused = False
         self._live: Prepared | None = None
         self._shown: Frame | None = None
         self.worker = Worker(self)
@@ -102,8 +105,9 @@ class LiveSession(QObject):
         self._drop_player()
         if self.runner is not None:
             self.runner.stop()
-        self._live, self._shown = prepared, None
+        self._live, self._shown, self._halted = prepared, None, False
         self.runner = self._make_runner(session, self._on_tick)
+        self.runner.speed = self._speed
         self.prepared_changed.emit(prepared)
         self.settings_changed.emit(session.settings)
         self.mode_changed.emit(self.mode)
@@ -117,6 +121,11 @@ class LiveSession(QObject):
         if self.runner is None:
             return "empty"
         return "paused" if self.runner.paused else "live"
+
+    @property
+    def recorder(self) -> Recorder | None:
+        """What writes the recording, if one is being written."""
+        return self._tape.recorder
 
     @property
     def prepared(self) -> Prepared | None:
@@ -167,10 +176,14 @@ class LiveSession(QObject):
             self.stop_recording()
             self.runner.reset()
             self._shown = None
+            if self._halted:
+                self._halted = False
+                self.set_paused(paused=False)
             self.pump()
 
     def set_speed(self, speed: float) -> None:
-        """Simulated seconds per second."""
+        """Simulated seconds per second, in this scene and those opened after it."""
+        self._speed = speed
         if self.runner is not None:
             self.runner.speed = speed
 
@@ -180,15 +193,14 @@ class LiveSession(QObject):
             return
         with self.runner.lock:
             frame, failure = self.runner.session.frame, self.runner.failure
-            broken, self._broken = self._broken, None
-            self.runner.failure = None
-        if broken is not None:
-            broken[0].abandon()
-            self.failed.emit(str(broken[1]))
+            torn, self.runner.failure = self._tape.take_failure(), None
+        if torn is not None:
+            self.failed.emit(str(torn))
             self.recording_changed.emit(None)
         if failure is not None:
+            self._halted = True
             self.stop_recording()
-            self.failed.emit(str(failure))
+            self.halted.emit(str(failure))
             self.mode_changed.emit(self.mode)
         if frame is not self._shown:
             self._shown = frame
@@ -198,7 +210,7 @@ class LiveSession(QObject):
 
     def start_recording(self, path: str | Path, *, overwrite: bool = False) -> None:
         """Record every tick from now on to a new file."""
-        if self._live is None or self.recorder is not None or self.player is not None or self.runner is None:
+        if self._live is None or self._tape.recorder is not None or self.player is not None or self.runner is None:
             return
         try:
             recorder = Recorder(path, self._live, overwrite=overwrite)
@@ -206,16 +218,17 @@ class LiveSession(QObject):
             self.failed.emit(str(error))
             return
         with self.runner.lock:
-            self.recorder = recorder
+            self._tape.recorder = recorder
         self.recording_changed.emit(str(path))
 
     def stop_recording(self) -> None:
         """Complete the file."""
-        if self.recorder is None:
+        if self.runner is None:
             return
-        assert self.runner is not None
         with self.runner.lock:
-            recorder, self.recorder = self.recorder, None
+            recorder = self._tape.take_recorder()
+        if recorder is None:
+            return
         try:
             recorder.close()
         except TactileMapsError as error:
@@ -232,8 +245,8 @@ class LiveSession(QObject):
             self.failed.emit(str(error))
             return
         self.stop_recording()
-        if self.runner is not None:
-            self.runner.paused = True
+        if self.runner is not None and self.player is None:
+            self._was_paused, self.runner.paused = self.runner.paused, True
         self.player = player
         self.prepared_changed.emit(player.prepared)
         self.player_changed.emit(player)
@@ -251,6 +264,7 @@ class LiveSession(QObject):
             return
         if self._shown is None or frame.tick != self._shown.tick:
             self._shown = frame
+            self.settings_changed.emit(settings_at(self.player.inputs, frame.tick))
             self.frame_ready.emit(frame)
 
     def back_to_live(self) -> None:
@@ -259,7 +273,7 @@ class LiveSession(QObject):
             return
         self._drop_player()
         if self._live is not None and self.runner is not None:
-            self.runner.paused = False
+            self.runner.paused = self._was_paused
             self.prepared_changed.emit(self._live)
             self.settings_changed.emit(self.runner.session.settings)
         self.mode_changed.emit(self.mode)
@@ -280,11 +294,8 @@ class LiveSession(QObject):
 
     def _on_tick(self, frame: Frame) -> None:
         """Every tick, under the runner's lock, on its thread: no signals here."""
-        if self.recorder is not None and self.runner is not None:
-            try:
-                self.recorder.write(frame, self.runner.session.inputs)
-            except TactileMapsError as error:
-                self._broken, self.recorder = (self.recorder, error), None
+        if self.runner is not None:
+            self._tape.write(frame, self.runner.session.inputs)
 
     def _on_worker_failed(self, text: str) -> None:
         self.loading_ended.emit()

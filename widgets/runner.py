@@ -6,7 +6,8 @@ import threading
 import time
 from collections.abc import Callable
 
-from app.errors import TactileMapsError
+from app.crash_log import explain
+from app.errors import SimulationError, TactileMapsError
 from app.session.frame import Frame
 from app.session.inputs import SessionInput
 from app.session.session import Session
@@ -100,8 +101,15 @@ class ThreadRunner(Runner):
             with self.lock:
                 before = self.session.frame.time
                 if not self.paused:
-                    self._run(min(elapsed, _LONGEST) * self.speed)
+                    self._run_guarded(min(elapsed, _LONGEST) * self.speed)
                 self._measure(self.session.frame.time - before, elapsed)
+
+    def _run_guarded(self, seconds: float) -> None:
+        try:
+            self._run(seconds)
+        except Exception as error:  # the thread's last door: beyond it nobody would notice that time stands still
+            self.failure = SimulationError(explain(error), remedy="Reset starts the scene again")
+            self.paused = True
 
     def _measure(self, simulated: float, elapsed: float) -> None:
         share = min(_SMOOTH * elapsed / BATCH / 10, 1.0)

@@ -11,7 +11,7 @@ from app.maps.layout import MapLayout, Placement
 
 ASPECT = 1.15
 """Wanted width over height of the whole map."""
-MARGIN = 0.06
+MARGIN = 0.09
 """Free space around a chart, as a share of the median chart size."""
 
 

@@ -131,12 +131,13 @@ class MapPainter:
     def _paint_finger(self, painter: QPainter, at: QPointF, radius: float) -> None:
         for colour, width in self._halo_and_accent():
             painter.setPen(QPen(colour, width))
-            painter.drawEllipse(at, max(radius, 6.0), max(radius, 6.0))
+            # Around the touch, never over it: the pressure is the picture.
+            painter.drawEllipse(at, max(radius, 11.0), max(radius, 11.0))
 
     def _paint_contact(self, painter: QPainter, at: QPointF, text: str, room: QRectF) -> None:
-        painter.setPen(QPen(QColor(29, 33, 38), 1.5))
+        painter.setPen(QPen(QColor(29, 33, 38), 1.0))
         painter.setBrush(QColor(255, 255, 255))
-        painter.drawEllipse(at, 4.0, 4.0)
+        painter.drawEllipse(at, 2.5, 2.5)
         painter.setBrush(Qt.BrushStyle.NoBrush)
         metrics = QFontMetricsF(self._figure)
         width, height = metrics.horizontalAdvance(text) + 16, metrics.height() + 6

@@ -1,0 +1,56 @@
+"""What keeps a running session in a file, and what a file says about the session that ran."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from app.control.command import ControlChanged, ControlSettings
+from app.errors import TactileMapsError
+from app.recording.recorder import Recorder
+from app.session.frame import Frame
+from app.session.inputs import SessionInput
+
+
+class Tape:
+    """The recording being written, if there is one. Mutable, and touched only under the runner's lock.
+
+    Attributes:
+        recorder: Where ticks go; None while nothing is recorded.
+    """
+
+    def __init__(self) -> None:
+        self.recorder: Recorder | None = None
+        self._torn: tuple[Recorder, TactileMapsError] | None = None
+
+    def write(self, frame: Frame, inputs: Sequence[tuple[int, SessionInput]]) -> None:
+        """Keep a tick. A file that takes no more is put aside and told by ``take_failure``; the session goes on."""
+        if self.recorder is None:
+            return
+        try:
+            self.recorder.write(frame, inputs)
+        except TactileMapsError as error:
+            self._torn, self.recorder = (self.recorder, error), None
+
+    def take_recorder(self) -> Recorder | None:
+        """Stop writing; the recorder, to be closed by the caller outside the lock."""
+        recorder, self.recorder = self.recorder, None
+        return recorder
+
+    def take_failure(self) -> TactileMapsError | None:
+        """Why writing ended by itself since the last question; what was written by then stays readable."""
+        if self._torn is None:
+            return None
+        (recorder, error), self._torn = self._torn, None
+        recorder.abandon()
+        return error
+
+
+def settings_at(inputs: Sequence[tuple[int, SessionInput]], tick: int) -> ControlSettings:
+    """The controller settings in force at ``tick`` of a session with these inputs; the defaults before the first."""
+    settings = ControlSettings()
+    for at, act in inputs:
+        if at > tick:
+            break
+        if isinstance(act, ControlChanged):
+            settings = act.settings
+    return settings
