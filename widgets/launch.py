@@ -21,6 +21,7 @@ os.environ.setdefault("QT_API", "pyside6")
 from PySide6.QtWidgets import QApplication
 
 from widgets.colours import THEMES, apply_theme
+from widgets.display import require_display
 from widgets.main_window import MainWindow
 from widgets.runner import InlineRunner
 from widgets.settings import Settings
@@ -30,15 +31,10 @@ def launch(scene: Scene) -> int:
     """Open the window on ``scene`` and return when it is closed.
 
     Raises:
-        DisplayError: There is no display.
+        DisplayError: There is no display that answers, or Qt lacks what it needs to draw on it.
     """
-    if sys.platform.startswith("linux") and not _has_display():
-        raise DisplayError(
-            "there is no display to open a window on",
-            place="DISPLAY, WAYLAND_DISPLAY",
-            value="not set",
-            remedy="Run it in a desktop session or under xvfb-run; run, replay and screenshot need no display",
-        )
+    if sys.platform.startswith("linux"):
+        require_display()
     app = _application()
     settings = Settings()
     apply_theme(app, THEMES[settings.theme])
@@ -117,12 +113,3 @@ def _application() -> QApplication:
     app.setApplicationName("Tactile Maps")
     app.setDesktopFileName("tactile-maps")
     return app
-
-
-def _has_display() -> bool:
-    platform = os.environ.get("QT_QPA_PLATFORM", "")
-    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")) or platform not in (
-        "",
-        "xcb",
-        "wayland",
-    )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from PySide6.QtCore import QObject, QTimer, Signal
+from PySide6.QtCore import QObject, QTimer
 
 from app.control.command import ControlChanged, ControlSettings
 from app.errors import TactileMapsError
@@ -13,11 +13,13 @@ from app.geometry.surface_point import SurfacePoint
 from app.recording.player import Player
 from app.recording.recorder import Recorder
 from app.session.frame import Frame
+from app.session.inputs import SessionInput
 from app.session.prepare import Prepared
 from app.session.session import Session
 from app.simulation.poke import Finger, PokeMoved, PokePressed, PokeReleased
 from app.simulation.scene import Scene
 from widgets.runner import Runner, ThreadRunner
+from widgets.session_facts import SessionFacts
 from widgets.tape import Tape, settings_at
 from widgets.worker import Worker
 
@@ -26,40 +28,13 @@ HAND = 1
 """Id of the hand's finger; the scripted one has 0."""
 
 
-class LiveSession(QObject):
+class LiveSession(SessionFacts):
     """Owns session, runner, worker, recorder and player.
 
     Args:
         parent: Qt parent.
         make_runner: ``InlineRunner`` in tests, the thread otherwise.
     """
-
-    frame_ready = Signal(object)
-    """The newest Frame, at most once a drawn frame; live or replayed."""
-    prepared_changed = Signal(object)
-    """Another Prepared is shown from now on."""
-    measured = Signal(object)
-    """The MapQuality of its map."""
-    loading = Signal(str, float)
-    """A scene is being prepared: the stage, and 0 to 1."""
-    loading_ended = Signal()
-    """It is not any more: done, failed or cancelled."""
-    failed = Signal(str)
-    """Something could not be done; the sentence says what, where and what helps. All that was good is kept."""
-    halted = Signal(str)
-    """The simulation failed and stands still; the sentence says why. ``reset`` starts it again."""
-    mode_changed = Signal(str)
-    """``empty``, ``live``, ``paused`` or ``replaying``."""
-    recording_changed = Signal(object)
-    """Path of the recording being written, or None."""
-    saved = Signal(str)
-    """Path of a recording that is complete."""
-    player_changed = Signal(object)
-    """The Player being replayed, or None."""
-    settings_changed = Signal(object)
-    """ControlSettings in force."""
-    touched = Signal()
-    """A person touched the skin for the first time in this scene."""
 
     def __init__(self, parent: QObject | None = None, *, make_runner: Callable[..., Runner] = ThreadRunner) -> None:
         super().__init__(parent)
@@ -71,6 +46,8 @@ class LiveSession(QObject):
         self._halted = self._was_paused = False
         self._live: Prepared | None = None
         self._shown: Frame | None = None
+        self._settings: ControlSettings | None = None
+        self._wanted = ControlSettings()
         self.worker = Worker(self)
         self.worker.progressed.connect(self.loading)
         self.worker.prepared.connect(self.show_prepared)
@@ -80,8 +57,6 @@ class LiveSession(QObject):
         self._timer.setInterval(FRAME_MS)
         self._timer.timeout.connect(self.pump)
         self._timer.start()
-
-    # Scenes.
 
     def open_scene(self, scene: Scene) -> None:
         """Prepare a scene; the one that runs goes on until the new one is ready."""
@@ -109,7 +84,8 @@ class LiveSession(QObject):
         self.runner = self._make_runner(session, self._on_tick)
         self.runner.speed = self._speed
         self.prepared_changed.emit(prepared)
-        self.settings_changed.emit(session.settings)
+        self._wanted = session.settings
+        self._tell_settings(self._wanted)
         self.mode_changed.emit(self.mode)
         self.pump()
 
@@ -123,6 +99,11 @@ class LiveSession(QObject):
         return "paused" if self.runner.paused else "live"
 
     @property
+    def _running(self) -> Runner | None:
+        """The runner, while what it runs is what is shown."""
+        return self.runner if self.player is None else None
+
+    @property
     def recorder(self) -> Recorder | None:
         """What writes the recording, if one is being written."""
         return self._tape.recorder
@@ -132,49 +113,55 @@ class LiveSession(QObject):
         """What is shown now, live or replayed."""
         return self.player.prepared if self.player is not None else self._live
 
-    # The hand.
-
     def press(self, at: SurfacePoint) -> None:
         """A finger presses the skin."""
-        if self.player is None and self.runner is not None:
-            self.runner.submit(PokePressed(HAND, at, self.finger))
+        if self._submit(PokePressed(HAND, at, self.finger)):
             self.touched.emit()
 
     def move(self, at: SurfacePoint) -> None:
         """It strokes to another place."""
-        if self.player is None and self.runner is not None:
-            self.runner.submit(PokeMoved(HAND, at))
+        self._submit(PokeMoved(HAND, at))
 
     def release(self) -> None:
         """It lifts."""
-        if self.player is None and self.runner is not None:
-            self.runner.submit(PokeReleased(HAND))
+        self._submit(PokeReleased(HAND))
 
     def set_settings(self, settings: ControlSettings) -> None:
         """Change the controller, at the next tick."""
-        if self.runner is not None and self.player is None:
-            self.runner.submit(ControlChanged(settings))
-            self.settings_changed.emit(settings)
+        if self._submit(ControlChanged(settings)):
+            self._wanted = settings
+            self._tell_settings(settings)
 
-    # Time.
+    def _submit(self, act: SessionInput) -> bool:
+        """Whether there is a running session that takes it."""
+        if running := self._running:
+            running.submit(act)
+        return running is not None
+
+    def _tell_settings(self, settings: ControlSettings) -> None:
+        if settings != self._settings:
+            self._settings = settings
+            self.settings_changed.emit(settings)
 
     def set_paused(self, *, paused: bool) -> None:
         """Stop or go on."""
-        if self.runner is not None and self.player is None:
-            self.runner.paused = paused
+        if running := self._running:
+            running.paused = paused
             self.mode_changed.emit(self.mode)
 
     def step(self) -> None:
         """One tick while paused."""
-        if self.runner is not None and self.player is None and self.runner.paused:
-            self.runner.step()
+        if (running := self._running) and running.paused:
+            running.step()
             self.pump()
 
     def reset(self) -> None:
         """Start the scene again; a recording ends where it is."""
-        if self.runner is not None and self.player is None:
+        if running := self._running:
             self.stop_recording()
-            self.runner.reset()
+            running.reset()
+            if self._wanted != running.session.settings:  # asked for while paused, it has not taken effect yet
+                running.submit(ControlChanged(self._wanted))
             self._shown = None
             if self._halted:
                 self._halted = False
@@ -189,11 +176,11 @@ class LiveSession(QObject):
 
     def pump(self) -> None:
         """Hand on the newest frame, if there is one, and any failure."""
-        if self.runner is None or self.player is not None:
+        if (running := self._running) is None:
             return
-        with self.runner.lock:
-            frame, failure = self.runner.session.frame, self.runner.failure
-            torn, self.runner.failure = self._tape.take_failure(), None
+        with running.lock:
+            frame, failure = running.session.frame, running.failure
+            torn, running.failure = self._tape.take_failure(), None
         if torn is not None:
             self.failed.emit(str(torn))
             self.recording_changed.emit(None)
@@ -206,18 +193,17 @@ class LiveSession(QObject):
             self._shown = frame
             self.frame_ready.emit(frame)
 
-    # Recording and replay.
-
     def start_recording(self, path: str | Path, *, overwrite: bool = False) -> None:
         """Record every tick from now on to a new file."""
-        if self._live is None or self._tape.recorder is not None or self.player is not None or self.runner is None:
+        running = self._running
+        if running is None or self._live is None or self._tape.recorder is not None:
             return
         try:
             recorder = Recorder(path, self._live, overwrite=overwrite)
         except TactileMapsError as error:
             self.failed.emit(str(error))
             return
-        with self.runner.lock:
+        with running.lock:
             self._tape.recorder = recorder
         self.recording_changed.emit(str(path))
 
@@ -245,9 +231,9 @@ class LiveSession(QObject):
             self.failed.emit(str(error))
             return
         self.stop_recording()
-        if self.runner is not None and self.player is None:
-            self._was_paused, self.runner.paused = self.runner.paused, True
-        self.player = player
+        if running := self._running:
+            self._was_paused, running.paused = running.paused, True
+        self.player, self._shown = player, None
         self.prepared_changed.emit(player.prepared)
         self.player_changed.emit(player)
         self.mode_changed.emit(self.mode)
@@ -264,7 +250,7 @@ class LiveSession(QObject):
             return
         if self._shown is None or frame.tick != self._shown.tick:
             self._shown = frame
-            self.settings_changed.emit(settings_at(self.player.inputs, frame.tick))
+            self._tell_settings(settings_at(self.player.inputs, frame.tick))
             self.frame_ready.emit(frame)
 
     def back_to_live(self) -> None:
@@ -275,7 +261,7 @@ class LiveSession(QObject):
         if self._live is not None and self.runner is not None:
             self.runner.paused = self._was_paused
             self.prepared_changed.emit(self._live)
-            self.settings_changed.emit(self.runner.session.settings)
+            self._tell_settings(self._wanted)
         self.mode_changed.emit(self.mode)
         self.pump()
 

@@ -148,7 +148,7 @@ class MainWindow(QMainWindow):
         self.colour_bar.maximum_changed.connect(self._on_maximum_changed)
         self.timeline.scrubbed.connect(live.show_time)
         self.timeline.play_toggled.connect(self._on_play_toggled)
-        self.timeline.live_requested.connect(live.back_to_live)
+        self.timeline.live_requested.connect(self._on_live_requested)
         self.session_bar.speed_chosen.connect(live.set_speed)
         self.robot_view.drawn.connect(self._on_drawn)
 
@@ -214,6 +214,12 @@ class MainWindow(QMainWindow):
         else:
             tick = player.prepared.scene.tick
             self.timeline.set_recording(player.duration, player.poke_spans(), frame_seconds=tick)
+            self.live.worker.measure(player.prepared.map)
+
+    def _on_live_requested(self) -> None:
+        self.live.back_to_live()
+        if self.live.prepared is not None:
+            self.live.worker.measure(self.live.prepared.map)
 
     def _on_settings_changed(self, settings: object) -> None:
         self.column.controller.show_settings(settings)  # type: ignore[arg-type]

@@ -10,6 +10,7 @@ from typing import Any
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.errors import TactileMapsError
+from app.maps.tactile_map import TactileMap
 from app.simulation.scene import Scene
 
 _POLL_MS = 25
@@ -17,27 +18,30 @@ _UNFORESEEN = (MemoryError, OSError, ArithmeticError, ValueError, LookupError, R
 
 
 def _work(connection: Connection) -> None:
-    """The process: scenes in; progress, a prepared scene and its map's quality, or a failure, out."""
+    """The process: scenes or maps in; progress, a prepared scene and a map's quality, or a failure, out."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl+C in a terminal reaches us too; the window ends us
     from app.maps.quality import measure
     from app.session.prepare import prepare
 
     while True:
         try:
-            scene = connection.recv()
+            request = connection.recv()
         except EOFError:
             return
         try:
-            made = prepare(scene, progress=lambda text, done: connection.send(("progress", (text, done))))
-            connection.send(("prepared", made))
-            connection.send(("measured", measure(made.map)))
+            map_ = request
+            if isinstance(request, Scene):
+                made = prepare(request, progress=lambda text, done: connection.send(("progress", (text, done))))
+                connection.send(("prepared", made))
+                map_ = made.map
+            connection.send(("measured", measure(map_)))
         except BrokenPipeError:
             return  # the window has gone, and with it whoever wanted to know
         except TactileMapsError as error:
             connection.send(("failed", str(error)))
         except _UNFORESEEN as error:
             # Whatever else goes wrong in there, the window must hear of it and live on.
-            connection.send(("failed", f"{scene.robot}: an unexpected problem ({type(error).__name__}: {error})."))
+            connection.send(("failed", f"An unexpected problem while preparing: {type(error).__name__}: {error}."))
 
 
 class Worker(QObject):
@@ -48,7 +52,7 @@ class Worker(QObject):
     prepared = Signal(object)
     """A Prepared."""
     measured = Signal(object)
-    """The MapQuality of the last Prepared."""
+    """The MapQuality of the last Prepared, or of the map asked for."""
     failed = Signal(str)
     """Why there is none."""
 
@@ -75,14 +79,22 @@ class Worker(QObject):
 
     def prepare(self, scene: Scene) -> None:
         """Prepare ``scene``; one that is being prepared or measured is dropped."""
+        self._request(scene, busy=True)
+
+    def measure(self, map_: TactileMap) -> None:
+        """Measure a map; a scene that is being prepared goes first, and brings its own quality."""
+        if not self._busy:
+            self._request(map_, busy=False)
+
+    def _request(self, content: Scene | TactileMap, *, busy: bool) -> None:
         if self._timer.isActive():
             self.close()
         self.warm()
         assert self._connection is not None
-        self._busy = True
+        self._busy = busy
         self._timer.start()
         try:
-            self._connection.send(scene)
+            self._connection.send(content)
         except (BrokenPipeError, ConnectionResetError):
             self._on_ended()
 

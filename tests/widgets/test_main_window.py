@@ -149,7 +149,7 @@ def test_gains_are_live(window):
     assert window.live.runner.session.settings.stiffness > before
 
 
-def test_record_stop_replay_scrub_and_back(window, tmp_path):
+def test_record_stop_replay_scrub_and_back(window, qtbot, tmp_path):
     window.action("record").trigger()
     assert window.live.recorder is not None
     press_map(window, 70)
@@ -169,7 +169,9 @@ def test_record_stop_replay_scrub_and_back(window, tmp_path):
     window.action("pause").trigger()
     assert window.timeline.playhead.playing
     window.action("pause").trigger()
-    window.live.back_to_live()
+    quality = window.column.quality.findChild(object, "quality-bijective")
+    qtbot.waitUntil(lambda: quality.text() == "yes", timeout=30_000)
+    window.timeline.live_requested.emit()
     assert window.live.mode == "live"
     assert window.live._shown.tick == window.live.runner.session.frame.tick
 

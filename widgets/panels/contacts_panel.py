@@ -19,7 +19,7 @@ class ContactsPanel(Panel):
         self._summary.setObjectName("contacts-summary")
         grid = self.grid()
         self._cells = []
-        for column, text in enumerate(("On", "N", "kPa", "cm²")):
+        for column, text in enumerate(("On", "N", "kPa", "mm²")):
             head = fact(text, self, right=column > 0)
             head.setProperty("role", "caption")
             grid.addWidget(head, 0, column)
@@ -51,7 +51,7 @@ class ContactsPanel(Panel):
             texts = ["", "", "", ""]
             if number < len(regions):
                 region = regions[number]
-                texts = [region.link, f"{region.force:.2f}", f"{1e-3 * region.peak:.1f}", f"{1e4 * region.area:.1f}"]
+                texts = [region.link, f"{region.force:.2f}", f"{1e-3 * region.peak:.1f}", f"{1e6 * region.area:.0f}"]
             for cell, text in zip(cells, texts, strict=True):
                 if cell.text() != text:
                     cell.setText(text)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Any, cast
 
 from PySide6.QtCore import Signal
@@ -80,7 +81,7 @@ class ControllerPanel(Panel):
         for name, (_, text, unit, low, high, step, _, tip) in _SLIDERS.items():
             slider = LabelledSlider(text, unit, low, high, step, tip, self)
             slider.setObjectName(f"gain-{name}")
-            slider.value_changed.connect(self._on_slider_changed)
+            slider.value_changed.connect(partial(self._on_slider_changed, name))
             self._sliders[name] = slider
             self.column.addWidget(slider)
         self._why = self.caption("Not limited")
@@ -108,11 +109,9 @@ class ControllerPanel(Panel):
         law = next(name for name, known in self._buttons.items() if known is button)
         self._edit(replace(self._settings, law=cast("LawName", law)))
 
-    def _on_slider_changed(self, _value: float) -> None:
-        values: dict[str, Any] = {
-            name: self._sliders[name].value / row[6] for name, row in _SLIDERS.items() if row[0] == self._settings.law
-        }
-        self._edit(replace(self._settings, **values))
+    def _on_slider_changed(self, name: str, value: float) -> None:
+        changed: dict[str, Any] = {name: value / _SLIDERS[name][6]}
+        self._edit(replace(self._settings, **changed))
 
     def _edit(self, settings: ControlSettings) -> None:
         self.show_settings(settings)

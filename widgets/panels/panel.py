@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSlider, QVBoxLayout, QWidget
 
@@ -54,7 +56,8 @@ class LabelledSlider(QWidget):
         self, text: str, unit: str, low: float, high: float, step: float, tip: str, parent: QWidget | None = None
     ) -> None:
         super().__init__(parent)
-        self._unit, self._low, self._step = unit, low, step
+        self._unit, self._low, self._high, self._step = unit, low, high, step
+        self._number = low
         self._name, self._value = QLabel(text, self), fact("", self, right=True)
         self._slider = QSlider(Qt.Orientation.Horizontal, self)
         self._slider.setRange(0, round((high - low) / step))
@@ -74,19 +77,24 @@ class LabelledSlider(QWidget):
     @property
     def value(self) -> float:
         """In the unit shown."""
-        return self._low + self._step * self._slider.value()
+        return self._number
 
     def set_value(self, value: float) -> None:
-        """Show a value without emitting."""
+        """Show a value without emitting; outside the range the handle waits at the end, and the number is true."""
+        self._number = value
+        near = min(max(value, self._low), self._high)
         blocked = self._slider.blockSignals(True)
-        self._slider.setValue(round((value - self._low) / self._step))
+        self._slider.setValue(round((near - self._low) / self._step))
         self._slider.blockSignals(blocked)
         self._show()
 
-    def _on_slider_moved(self, _position: int) -> None:
+    def _on_slider_moved(self, position: int) -> None:
+        self._number = self._low + self._step * position
         self._show()
         self.value_changed.emit(self.value)
 
     def _show(self) -> None:
         decimals = max(0, len(f"{self._step:.3f}".rstrip("0").split(".")[1]))
-        self._value.setText(f"{self.value:.{decimals}f}\u2009{self._unit}")
+        number = f"{self._number:.{decimals}f}" if math.isfinite(self._number) else "∞"
+        self._value.setText(f"{number}\u2009{self._unit}" if self._unit else number)
+        self._slider.setAccessibleDescription(self._value.text())

@@ -12,26 +12,43 @@ from widgets.panels.panel import Panel, fact
 
 _WINDOW = 120
 _EVERY = 15
+VIEW = "3-D view"
+_STAGES = {
+    "physics": "Moves the robot and the fingers, once a tick",
+    "touch": "Turns contact into the taxels' pressures, once a tick",
+    "contacts": "Finds contact regions on the map, once a tick",
+    "control": "Decides what the joints do, once a tick",
+    VIEW: "Draws the robot, once a picture",
+}
 
 
 class TimingPanel(Panel):
     """Medians over the last two seconds, shown a few times a second, so that digits can be read."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__("Time per tick", "timing-panel", parent)
+        super().__init__("Timing", "timing-panel", parent)
         self._grid = self.grid()
         self._grid.setColumnStretch(0, 1)
-        self._rows: dict[str, tuple[QLabel, QLabel]] = {}
         self._history: dict[str, deque[float]] = {}
-        self._count = 0
+        self._count, self._shown_factor = 0, ""
+        self._values: dict[str, QLabel] = {}
+        self._add_row("factor", "Real time", "Simulated seconds per second; below what was asked for, time is dropped")
+        for stage, tip in _STAGES.items():
+            self._add_row(stage, stage[0].upper() + stage[1:], tip)
 
     def clear(self) -> None:
         """Forget another scene's times."""
         self._history.clear()
+        for value in self._values.values():
+            value.setText("–")
 
     def add(self, stage: str, milliseconds: float) -> None:
         """One measurement of a stage."""
         self._history.setdefault(stage, deque(maxlen=_WINDOW)).append(milliseconds)
+
+    def show_factor(self, factor: float | None) -> None:
+        """The real-time factor reached; None in a replay, where there is none."""
+        self._shown_factor = "–" if factor is None else f"{factor:.2f}×"
 
     def show_frame(self, frame: Frame) -> None:
         """Take a frame's stage times."""
@@ -42,14 +59,20 @@ class TimingPanel(Panel):
             self.refresh()
 
     def refresh(self) -> None:
-        """Show the medians and 95th percentiles now."""
+        """Show medians and 95th percentiles now."""
+        self._values["factor"].setText(self._shown_factor)
         for stage, values in self._history.items():
-            if stage not in self._rows:
-                row = len(self._rows)
-                self._rows[stage] = fact(stage[0].upper() + stage[1:], self), fact("", self, right=True)
-                for column, label in enumerate(self._rows[stage]):
-                    self._grid.addWidget(label, row, column)
-                self._rows[stage][0].setToolTip("Median over the last two seconds")
+            if stage not in self._values:
+                self._add_row(stage, stage[0].upper() + stage[1:], "Once a tick")
             median, high = np.percentile(list(values), [50, 95])
-            self._rows[stage][1].setText(f"{median:.2f}\u2009ms")
-            self._rows[stage][1].setToolTip(f"95 % within {high:.2f} ms")
+            self._values[stage].setText(f"{median:.2f}\u2009ms")
+            self._values[stage].setToolTip(f"Median of the last {len(values)}; 95\u2009% within {high:.2f}\u2009ms")
+
+    def _add_row(self, key: str, text: str, tip: str) -> None:
+        row = len(self._values)
+        name, value = fact(text, self), fact("–", self, right=True)
+        name.setToolTip(tip)
+        value.setObjectName(f"timing-{key}")
+        for column, label in enumerate((name, value)):
+            self._grid.addWidget(label, row, column)
+        self._values[key] = value

@@ -67,7 +67,7 @@ def test_taxels_lie_where_their_faces_do(three_patches):
         )
 
 
-def test_outlines_close_around_the_patchs_area(three_patches):
+def test_outlines_close_around_the_area_of_their_patch(three_patches):
     for patch, loop in zip(three_patches.skin.patches, three_patches.outlines, strict=True):
         after = np.roll(loop, -1, axis=0)
         area = 0.5 * (loop[:, 0] * after[:, 1] - loop[:, 1] * after[:, 0]).sum()
