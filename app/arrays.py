@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import is_dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -25,3 +26,20 @@ def readonly(values: ArrayLike, dtype: Any = np.float64) -> NDArray[Any]:
     own = np.array(values, dtype=dtype, order="C", copy=True)
     own.flags.writeable = False
     return own
+
+
+def refreeze(value: Any) -> None:
+    """Make every array inside a value read-only again, in place: pickling forgets that it was.
+
+    Looks into dataclasses, tuples, lists and dictionaries.
+    """
+    if isinstance(value, np.ndarray):
+        value.flags.writeable = False
+    elif isinstance(value, tuple | list):
+        for item in value:
+            refreeze(item)
+    elif isinstance(value, dict):
+        for item in value.values():
+            refreeze(item)
+    elif is_dataclass(value) and not isinstance(value, type):
+        refreeze(dict(vars(value)))

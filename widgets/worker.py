@@ -9,6 +9,7 @@ from typing import Any
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
+from app.arrays import refreeze
 from app.errors import TactileMapsError
 from app.maps.tactile_map import TactileMap
 from app.simulation.scene import Scene
@@ -144,6 +145,7 @@ class Worker(QObject):
         )
 
     def _take(self, kind: str, content: Any) -> None:
+        refreeze(content)
         if kind == "progress":
             self.progressed.emit(*content)
         elif kind == "measured":

@@ -1,0 +1,38 @@
+"""Errors name file, place, value and remedy in one line, and cross processes whole."""
+
+from __future__ import annotations
+
+import pickle
+
+import pytest
+
+from app.errors import MeshError, RobotError, TactileMapsError, UsageError
+
+
+@pytest.mark.parametrize(
+    ("error", "text"),
+    [
+        (MeshError("it is broken"), "it is broken."),
+        (MeshError("it is broken", file="a.obj"), "a.obj: it is broken."),
+        (
+            RobotError("it is broken", file="a.obj", place="face 3", value=7, remedy="Mend it"),
+            "a.obj, face 3: it is broken (found: 7). Mend it.",
+        ),
+        (UsageError("no", value=0), "no (found: 0)."),
+    ],
+)
+def test_the_message_is_one_sentence_a_person_can_act_on(error, text):
+    assert str(error) == text
+
+
+def test_a_huge_value_is_shortened():
+    assert len(str(TactileMapsError("no", value="x" * 10_000))) < 200
+    assert "\n" not in str(TactileMapsError("no", value="a\nb"))
+
+
+def test_an_error_crosses_processes_whole():
+    error = RobotError("it is broken", file="a.xml", place="line 1", value=[1], remedy="Mend it")
+    copy = pickle.loads(pickle.dumps(error))
+    assert type(copy) is RobotError
+    assert str(copy) == str(error)
+    assert (copy.problem, copy.file, copy.place, copy.remedy) == ("it is broken", "a.xml", "line 1", "Mend it")
