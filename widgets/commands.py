@@ -61,7 +61,9 @@ class Commands(QObject):
             ("record", self.toggle_record),
             ("theme", self.toggle_theme),
             ("panels", self.toggle_panels),
+            ("timing", self.show_timing),
             ("plots", self.toggle_plots),
+            ("reset_layout", self.reset_layout),
             ("full_screen", self.toggle_full_screen),
             ("frame", self.frame_all),
             ("keys", self.tell_keys),
@@ -100,7 +102,7 @@ class Commands(QObject):
         file.addAction(action("quit"))
         for title, names in (
             ("Session", ("pause", "step", "reset", "record")),
-            ("View", ("frame", "theme", "panels", "plots", "full_screen")),
+            ("View", ("frame", "theme", "panels", "timing", "plots", "reset_layout", "full_screen")),
             ("Help", ("keys", "about")),
         ):
             menu = bar.addMenu(title)
@@ -242,14 +244,26 @@ class Commands(QObject):
         """Show or hide timeline and plots."""
         self._window.bottom.setVisible(shown)
 
+    def show_timing(self) -> None:
+        """Bring the times into sight."""
+        self._window.action("panels").setChecked(True)
+        self.toggle_panels(True)
+        self._window.column.reveal(self._window.column.timing)
+
+    def reset_layout(self) -> None:
+        """The window as it first was."""
+        for name, toggle in (("panels", self.toggle_panels), ("plots", self.toggle_plots)):
+            self._window.action(name).setChecked(True)
+            toggle(True)
+        self._window.views.level()
+
     def toggle_full_screen(self, full: bool) -> None:
         """The whole screen, or not."""
         (self._window.showFullScreen if full else self._window.showNormal)()
 
     def frame_all(self) -> None:
         """Both views show everything."""
-        self._window.robot_view.frame_all()
-        self._window.map_view.frame_all()
+        self._window.views.frame_all()
 
     def tell_keys(self) -> None:
         """List keys and gestures."""

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent
+from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
 from PySide6.QtWidgets import (
     QApplication,
     QDockWidget,
-    QHBoxLayout,
+    QLabel,
     QMainWindow,
-    QSplitter,
     QVBoxLayout,
     QWidget,
 )
@@ -21,19 +20,18 @@ from app.recording.player import Player
 from app.session.frame import Frame
 from app.session.prepare import Prepared
 from widgets.actions import make_actions
-from widgets.colour_bar import ColourBar
 from widgets.colours import THEMES, PressureScale, apply_theme
 from widgets.commands import Commands
 from widgets.live_session import LiveSession
-from widgets.map_view.map_view import MapView
+from widgets.loading_bar import LoadingBar
 from widgets.message_bar import HintBar, MessageBar
 from widgets.panels.column import PanelColumn
 from widgets.panels.live_plots import LivePlots
-from widgets.robot_view.robot_view import RobotView
 from widgets.runner import Runner, ThreadRunner
 from widgets.session_bar import SessionBar
 from widgets.settings import Settings
 from widgets.timeline.timeline import Timeline
+from widgets.views import Views
 
 
 class MainWindow(QMainWindow):
@@ -47,13 +45,13 @@ class MainWindow(QMainWindow):
     def __init__(self, settings: Settings, *, make_runner: Callable[..., Runner] = ThreadRunner) -> None:
         super().__init__()
         self.settings = settings
-        self.theme, self.scale = THEMES[settings.theme], PressureScale()
+        self.theme = THEMES[settings.theme]
         self.live = LiveSession(self, make_runner=make_runner)
         self.actions_by_name = make_actions(self)
         self._build_views()
         self._build_panels()
         self._build_bottom()
-        self.statusBar().setSizeGripEnabled(False)  # made now: made by its first message, it would move the views
+        self._build_status()
         self.commands = Commands(self)
         self.session_bar = SessionBar(self.actions_by_name, self.theme, self)
         self.addToolBar(self.session_bar)
@@ -68,29 +66,19 @@ class MainWindow(QMainWindow):
     # Building.
 
     def _build_views(self) -> None:
-        self.robot_view, self.map_view = RobotView(self.theme, self.scale), MapView(self.theme, self.scale)
-        self.colour_bar = ColourBar(self.theme, self.scale)
-        right = QWidget()
-        row = QHBoxLayout(right)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(0)
-        row.addWidget(self.colour_bar)
-        row.addWidget(self.map_view, 1)
-        self._splitter = QSplitter(Qt.Orientation.Horizontal)
-        self._splitter.setChildrenCollapsible(False)
-        self._splitter.setHandleWidth(1)
-        for view in (self.robot_view, right):
-            view.setMinimumWidth(400)
-            self._splitter.addWidget(view)
-        self._splitter.setSizes([1000, 1000])
-        centre = QWidget()
-        column = QVBoxLayout(centre)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(self._splitter, 1)
-        self.setCentralWidget(centre)
-        self.hint_bar, self.message_bar = HintBar(self.theme, centre), MessageBar(self.theme, centre)
+        self.views = Views(self.theme, PressureScale())
+        self.robot_view, self.map_view, self.colour_bar = self.views.robot, self.views.map, self.views.bar
+        self.setCentralWidget(self.views)
+        self.hint_bar, self.message_bar = HintBar(self.theme, self.views), MessageBar(self.theme, self.views)
+        self.loading_bar = LoadingBar(self.theme, self.views)
         self.hint_bar.hide()
+
+    def _build_status(self) -> None:
+        """Made at once: made by its first message, the bar would move the views."""
+        self.statusBar().setSizeGripEnabled(False)
+        self.readout = QLabel()
+        self.readout.setObjectName("readout")
+        self.statusBar().addPermanentWidget(self.readout)
 
     def _build_panels(self) -> None:
         self.column = PanelColumn()
@@ -123,19 +111,20 @@ class MainWindow(QMainWindow):
         self.session_bar.show_state(mode, playing=playing, recording=self.live.recorder is not None)
 
     def _connect(self) -> None:
-        live, views = self.live, (self.robot_view, self.map_view)
-        for view, other in (views, views[::-1]):
-            view.poke_pressed.connect(live.press)
-            view.poke_moved.connect(live.move)
-            view.poke_released.connect(live.release)
-            view.hovered.connect(other.set_hover)
-            view.open_requested.connect(self.actions_by_name["open_robot"].trigger)
-            view.cancel_requested.connect(live.cancel_loading)
+        live, views = self.live, self.views
+        views.poke_pressed.connect(live.press)
+        views.poke_moved.connect(live.move)
+        views.poke_released.connect(live.release)
+        views.open_requested.connect(self.action("open_robot").trigger)
+        views.cancel_requested.connect(live.cancel_loading)
+        views.read_out.connect(self.readout.setText)
+        self.loading_bar.cancelled.connect(live.cancel_loading)
         live.prepared_changed.connect(self._on_prepared_changed)
         live.frame_ready.connect(self._on_frame_ready)
         live.loading.connect(self._on_loading)
         live.loading_ended.connect(self._on_loading_ended)
         live.failed.connect(self._on_failed)
+        live.halted.connect(self._on_halted)
         live.saved.connect(self._on_saved)
         live.mode_changed.connect(self._on_mode_changed)
         live.recording_changed.connect(self._on_recording_changed)
@@ -145,7 +134,6 @@ class MainWindow(QMainWindow):
         live.touched.connect(self._on_hints_read)
         self.hint_bar.dismissed.connect(self._on_hints_read)
         self.column.controller.settings_edited.connect(live.set_settings)
-        self.colour_bar.maximum_changed.connect(self._on_maximum_changed)
         self.timeline.scrubbed.connect(live.show_time)
         self.timeline.play_toggled.connect(self._on_play_toggled)
         self.timeline.live_requested.connect(self._on_live_requested)
@@ -155,8 +143,7 @@ class MainWindow(QMainWindow):
     # Facts.
 
     def _on_prepared_changed(self, prepared: Prepared) -> None:
-        self.robot_view.show_prepared(prepared)
-        self.map_view.show_prepared(prepared)
+        self.views.show_prepared(prepared)
         self.column.show_prepared(prepared)
         self.plots.clear()
         self.hint_bar.setVisible(not self.settings.hints_read)
@@ -170,37 +157,40 @@ class MainWindow(QMainWindow):
             )
 
     def _on_frame_ready(self, frame: Frame) -> None:
-        """The map first: it is what the finger waits for."""
-        self.map_view.show_frame(frame)
-        self.map_view.viewport().repaint()
-        self.robot_view.show_frame(frame)
-        self.colour_bar.set_peak(1e-3 * float(frame.pressures.max(initial=0.0)))
+        self.views.show_frame(frame)
+        runner = self.live.runner
+        factor = None if self.live.player or not runner else runner.real_time_factor
+        self.session_bar.show_factor(factor)
+        self.column.timing.show_factor(factor)
         self.column.show_frame(frame)
         self.plots.show_frame(frame)
-        runner = self.live.runner
-        self.session_bar.show_factor(None if self.live.player or not runner else runner.real_time_factor)
-        if self.live.recorder is not None:
-            self.timeline.set_live(self.live.recorder.frames * self.live.recorder.tick)
+        if (recorder := self.live.recorder) is not None:
+            self.timeline.set_live(recorder.frames * recorder.tick)
 
     def _on_loading(self, text: str, fraction: float) -> None:
-        for view in (self.robot_view, self.map_view):
-            view.show_loading(text, fraction)
+        """The first robot's progress fills the views; another's stays beside the one that lives."""
+        if self.live.prepared is None:
+            self.views.show_loading(text, fraction)
+        else:
+            self.loading_bar.show_progress(text, fraction)
 
     def _on_loading_ended(self) -> None:
-        for view in (self.robot_view, self.map_view):
-            view.show_last()
+        self.loading_bar.hide()
+        self.views.show_last()
 
     def _on_failed(self, text: str) -> None:
         self.message_bar.say(text, fault=True)
 
+    def _on_halted(self, text: str) -> None:
+        self.message_bar.say(text, fault=True, remedy=self.action("reset"))
+
     def _on_saved(self, path: str) -> None:
         self.message_bar.say(f"Recorded to {path}")
+        self.statusBar().showMessage(f"Recorded to {path}", 10_000)  # a second message may replace the first
         self.settings.add_recent(path)
 
     def _on_mode_changed(self, mode: str) -> None:
-        for view in (self.robot_view, self.map_view):
-            view.set_replaying(replaying=mode == "replaying")
-            view.set_paused(paused=mode == "paused")
+        self.views.show_mode(mode)
         self.column.controller.setEnabled(mode in ("live", "paused"))
         self._dress_toolbar()
 
@@ -230,11 +220,6 @@ class MainWindow(QMainWindow):
         self.hint_bar.hide()
         self.settings.hints_read = True
 
-    def _on_maximum_changed(self, kilopascals: float) -> None:
-        self.scale = PressureScale(kilopascals)
-        for part in (self.robot_view, self.map_view, self.colour_bar):
-            part.set_scale(self.scale)
-
     def _on_play_toggled(self, _playing: bool) -> None:
         self._dress_toolbar()
 
@@ -247,12 +232,11 @@ class MainWindow(QMainWindow):
         self.settings.theme = name
         apply_theme(QApplication.instance(), self.theme)  # type: ignore[arg-type]
         for part in (
-            self.robot_view,
-            self.map_view,
-            self.colour_bar,
+            self.views,
             self.timeline,
             self.plots,
             self.message_bar,
+            self.loading_bar,
             self.hint_bar,
             self.session_bar,
         ):
@@ -270,6 +254,13 @@ class MainWindow(QMainWindow):
         paths = [url.toLocalFile() for url in event.mimeData().urls() if url.isLocalFile()]
         if paths:
             self.commands.open_path(paths[0])
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Qt: what no widget wanted; Right steps, where it neither pans the map nor turns a gain."""
+        if event.key() == Qt.Key.Key_Right and not event.modifiers():
+            self.action("step").trigger()
+        else:
+            super().keyPressEvent(event)
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Qt: complete the recording, end thread and process, give the graphics back."""

@@ -6,12 +6,11 @@ They float because a bar that pushed the views aside would move the robot under 
 from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QObject, Qt, Signal
-from PySide6.QtGui import QShowEvent
+from PySide6.QtGui import QAction, QShowEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QToolButton, QVBoxLayout, QWidget
 
 from widgets.colours import Theme, mixed
 
-_EDGE = 12
 HINTS = ("Press the skin or the map to poke it", "Drag along it to stroke", "Ctrl+R records what happens")
 
 
@@ -24,6 +23,9 @@ class FloatingBar(QWidget):
             right, where a map seldom reaches.
     """
 
+    EDGE = 12
+    """Distance to the parent's edge [px]."""
+
     def __init__(self, parent: QWidget, *, widest: int | None = None) -> None:
         super().__init__(parent)
         self._parent, self._widest = parent, widest
@@ -32,10 +34,10 @@ class FloatingBar(QWidget):
 
     def place(self) -> None:
         """Take the place that the parent's size gives, above what else is there."""
-        width = min(self._parent.width() - 2 * _EDGE, self._widest or self.sizeHint().width())
+        width = min(self._parent.width() - 2 * self.EDGE, self._widest or self.sizeHint().width())
         height = self.heightForWidth(width) if self.hasHeightForWidth() else self.sizeHint().height()
-        aside, below = self._parent.width() - width, self._parent.height() - height - _EDGE
-        self.move(*((aside - _EDGE, below) if self._widest is None else (aside // 2, _EDGE)))
+        aside, below = self._parent.width() - width, self._parent.height() - height - self.EDGE
+        self.move(*((aside - self.EDGE, below) if self._widest is None else (aside // 2, self.EDGE)))
         self.resize(width, height)
         self.raise_()
 
@@ -63,6 +65,10 @@ class MessageBar(FloatingBar):
         self._text.setWordWrap(True)
         self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Minimum)
+        self._remedy = QToolButton(self)
+        self._remedy.setObjectName("message-remedy")
+        self._remedy.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
+        self._remedy.clicked.connect(self.hide)
         close = QToolButton(self)
         close.setText("Dismiss")
         close.setObjectName("message-dismiss")
@@ -70,6 +76,7 @@ class MessageBar(FloatingBar):
         layout = QHBoxLayout(self)
         layout.setContentsMargins(12, 6, 8, 6)
         layout.addWidget(self._text)
+        layout.addWidget(self._remedy)
         layout.addWidget(close)
         self.hide()
 
@@ -78,9 +85,14 @@ class MessageBar(FloatingBar):
         """What is said; empty when nothing is."""
         return self._text.text() if not self.isHidden() else ""
 
-    def say(self, text: str, *, fault: bool = False) -> None:
-        """Show a message; ``fault`` for what failed."""
+    def say(self, text: str, *, fault: bool = False, remedy: QAction | None = None) -> None:
+        """Show a message; ``fault`` for what failed, ``remedy`` for what helps, as a button."""
         self._text.setText(text)
+        for action in self._remedy.actions():
+            self._remedy.removeAction(action)
+        if remedy is not None:
+            self._remedy.setDefaultAction(remedy)
+        self._remedy.setVisible(remedy is not None)
         self._fault = fault
         self.setAccessibleName(text)
         self._dress()

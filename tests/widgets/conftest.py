@@ -14,6 +14,10 @@ from vtkmodules.vtkRenderingCore import vtkRenderWindow
 
 from app.session.prepare import Prepared, prepare
 from app.simulation.scene_file import load_scene
+from widgets.colours import DARK, apply_theme
+from widgets.main_window import MainWindow
+from widgets.runner import InlineRunner
+from widgets.settings import Settings
 
 TAXELS = 150
 
@@ -25,6 +29,22 @@ def prepared() -> Prepared:
     prepared = prepare(replace(scene, cover=replace(scene.cover, taxels=TAXELS)))
     assert len(prepared.skin) == TAXELS
     return prepared
+
+
+@pytest.fixture
+def window(qtbot, prepared, tmp_path, monkeypatch):
+    """The window on the small arm, without the scripted hand's touch in the way."""
+    monkeypatch.setattr("widgets.commands.recordings_folder", lambda: tmp_path / "recordings")
+    apply_theme(QApplication.instance(), DARK)
+    made = MainWindow(Settings(tmp_path / "window.ini"), make_runner=InlineRunner)
+    made.resize(1400, 900)
+    made.show()
+    qtbot.waitExposed(made)
+    made.live.show_prepared(prepared)
+    QApplication.processEvents()
+    yield made
+    made.close()
+    made.deleteLater()
 
 
 @pytest.fixture(autouse=True)

@@ -24,16 +24,21 @@ class PanelColumn(QScrollArea):
         self.controller, self.contacts, self.quality = ControllerPanel(), ContactsPanel(), QualityPanel()
         self.timing, self.effects = TimingPanel(), EffectsPanel()
         content = QWidget()
-        column = QVBoxLayout(content)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(4)
+        self._rows = QVBoxLayout(content)
+        self._rows.setContentsMargins(0, 0, 0, 0)
+        self._rows.setSpacing(4)
         for panel in (self.controller, self.contacts, self.quality, self.timing, self.effects):
-            column.addWidget(panel)
-        column.addStretch(1)
+            self._rows.addWidget(panel)
+        self._rows.addStretch(1)
         self.setWidget(content)
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setFixedWidth(WIDTH)
+
+    def reveal(self, panel: QWidget) -> None:
+        """Scroll so that all of ``panel`` can be seen."""
+        self._rows.activate()  # they may have been hidden until now
+        self.ensureWidgetVisible(panel, 0, 0)
 
     def show_prepared(self, prepared: Prepared) -> None:
         """Another scene."""

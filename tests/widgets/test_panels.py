@@ -1,0 +1,153 @@
+"""The panels: true numbers with units, and only what the hand moved is changed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QLabel
+
+from app.control.command import ControlSettings
+from app.maps.quality import measure
+from app.session.session import Session
+from app.simulation.poke import PokePressed
+from widgets.panels.contacts_panel import ContactsPanel
+from widgets.panels.controller_panel import ControllerPanel
+from widgets.panels.effects_panel import EffectsPanel
+from widgets.panels.panel import LabelledSlider
+from widgets.panels.quality_panel import QualityPanel
+from widgets.panels.timing_panel import VIEW, TimingPanel
+
+
+def shown(qtbot, panel):
+    """A panel on the screen, gone after the test."""
+    qtbot.addWidget(panel)
+    panel.resize(300, 400)
+    panel.show()
+    return panel
+
+
+def texts(panel):
+    """All words of a panel that can be seen."""
+    QApplication.processEvents()  # what was laid out just now is shown with the next events
+    return [label.text() for label in panel.findChildren(QLabel) if label.isVisible() and label.text()]
+
+
+@pytest.fixture
+def touched(prepared):
+    """A frame with one contact."""
+    session = Session(prepared, scripted=False)
+    session.submit(PokePressed(1, prepared.skin.taxel_point(70)))
+    session.advance(0.1)
+    for _ in range(5):
+        session.advance(0.1)
+    assert len(session.frame.regions) == 1
+    return session.frame
+
+
+def test_a_slider_gives_back_what_it_was_given(qtbot):
+    slider = shown(qtbot, LabelledSlider("Gain", "N", 0.0, 10.0, 0.5, "tip"))
+    for value in (0.0, 3.3, 10.0, 25.0, math.inf):
+        slider.set_value(value)
+        assert slider.value == value, "a slider shows the setting in force; it never rounds or clips it"
+    assert "∞" in texts(slider)[-1]
+
+
+def test_a_slider_moves_by_keys(qtbot):
+    slider = shown(qtbot, LabelledSlider("Gain", "N", 0.0, 10.0, 0.5, "tip"))
+    got = []
+    slider.value_changed.connect(got.append)
+    slider.set_value(3.0)
+    QTest.keyClick(slider._slider, Qt.Key.Key_Right)
+    assert got == [3.5]
+    assert "3.5\u2009N" in texts(slider)
+
+
+@pytest.mark.parametrize(
+    ("settings", "moved", "kept"),
+    [
+        (ControlSettings(stiffness=50.0), "damping_ratio", "stiffness"),
+        (ControlSettings(law="hold_force", integral_time=math.inf), "force_gain", "integral_time"),
+        (ControlSettings(law="hold_force", force_goal=3.3), "force_gain", "force_goal"),
+    ],
+)
+def test_only_the_gain_that_was_moved_changes(qtbot, settings, moved, kept):
+    panel = shown(qtbot, ControllerPanel())
+    panel.show_settings(settings)
+    got = []
+    panel.settings_edited.connect(got.append)
+    QTest.keyClick(panel._sliders[moved]._slider, Qt.Key.Key_Right)
+    assert getattr(got[0], moved) > getattr(settings, moved)
+    assert getattr(got[0], kept) == getattr(settings, kept)
+
+
+def test_a_law_shows_its_own_gains(qtbot):
+    panel = shown(qtbot, ControllerPanel())
+    got = []
+    panel.settings_edited.connect(got.append)
+    QTest.mouseClick(panel._buttons["hold_force"], Qt.MouseButton.LeftButton)
+    assert got[0].law == "hold_force"
+    assert panel._sliders["force_goal"].isVisible()
+    assert not panel._sliders["stiffness"].isVisible()
+
+
+def test_what_limits_the_controller_is_said(qtbot, touched):
+    panel = shown(qtbot, ControllerPanel())
+    panel.show_frame(replace(touched, why_limited=("elbow at its limit",)))
+    assert "Limited by: elbow at its limit" in texts(panel)
+    panel.show_frame(replace(touched, why_limited=()))
+    assert "Not limited" in texts(panel)
+
+
+def test_contacts_are_listed_with_units_and_cleared(qtbot, touched):
+    panel = shown(qtbot, ContactsPanel())
+    assert any("Nothing touches the skin" in text for text in texts(panel))
+    panel.show_frame(touched)
+    region = touched.regions[0]
+    words = texts(panel)
+    assert {"On", "N", "kPa", "mm²"} <= set(words)
+    assert words[-4:] == [
+        region.link,
+        f"{region.force:.2f}",
+        f"{1e-3 * region.peak:.1f}",
+        f"{1e6 * region.area:.0f}",
+    ]
+    panel.clear()
+    assert region.link not in texts(panel)
+
+
+def test_effects_say_what_is_on_and_why(qtbot, prepared):
+    panel = shown(qtbot, EffectsPanel())
+    panel.show_prepared(prepared)
+    panel.show_prepared(prepared)
+    qtbot.waitUntil(lambda: texts(panel).count("Gravity") == 1)  # rows added to a panel in sight are shown a turn later
+    assert "off" in texts(panel)
+    assert all(label.toolTip() for label in panel._labels)
+
+
+def test_quality_is_empty_then_measuring_then_measured(qtbot, prepared):
+    panel = shown(qtbot, QualityPanel())
+    assert any("Open a robot" in text for text in texts(panel))
+    panel.show_prepared(prepared)
+    assert "Measuring…" in texts(panel)
+    panel.show_quality(measure(prepared.map))
+    assert "Measuring…" not in texts(panel)
+    assert panel.findChild(QLabel, "quality-bijective").text() == "yes"
+    assert panel.findChild(QLabel, "quality-taxels").text() == str(len(prepared.skin))
+
+
+def test_times_follow_the_work_and_say_real_time(qtbot, touched):
+    panel = shown(qtbot, TimingPanel())
+    for milliseconds in (1.0, 2.0, 9.0):
+        panel.add(VIEW, milliseconds)
+    panel.show_factor(0.97)
+    panel.show_frame(touched)
+    names = [panel._grid.itemAtPosition(row, 0).widget().text() for row in range(panel._grid.rowCount())]
+    assert names == ["Real time", "Physics", "Touch", "Contacts", "Control", "3-D view"]
+    assert panel.findChild(QLabel, f"timing-{VIEW}").text() == "2.00\u2009ms"
+    assert panel.findChild(QLabel, "timing-factor").text() == "0.97×"
+    panel.clear()
+    assert panel.findChild(QLabel, f"timing-{VIEW}").text() == "–"

@@ -1,0 +1,135 @@
+"""The robot beside its map, the colour bar between them: one hover, one scale, one state."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QHBoxLayout, QSplitter, QVBoxLayout, QWidget
+
+from app.geometry.surface_point import SurfacePoint
+from app.maps.tactile_map import TactileMap
+from app.session.frame import Frame
+from app.session.prepare import Prepared
+from widgets.colour_bar import ColourBar
+from widgets.colours import PressureScale, Theme
+from widgets.map_view.map_hit import describe
+from widgets.map_view.map_view import MapView
+from widgets.robot_view.robot_view import RobotView
+
+_NARROWEST = 400
+
+
+class Views(QWidget):
+    """Both views as one: what is shown in one is shown in the other, and a hand on either is the same hand."""
+
+    poke_pressed = Signal(object)
+    """A finger pressed the skin at a SurfacePoint, in either view."""
+    poke_moved = Signal(object)
+    """It stroked to a SurfacePoint."""
+    poke_released = Signal()
+    """It lifted."""
+    open_requested = Signal()
+    """The button of an empty view was pressed."""
+    cancel_requested = Signal()
+    """The button of a loading view was pressed."""
+    read_out = Signal(str)
+    """What is under the pointer: patch, taxel, pressure and place; empty for nothing."""
+
+    def __init__(self, theme: Theme, scale: PressureScale, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.robot, self.map, self.bar = RobotView(theme, scale), MapView(theme, scale), ColourBar(theme, scale)
+        self.scale = scale
+        self._map: TactileMap | None = None
+        self._frame: Frame | None = None
+        self._hover: SurfacePoint | None = None
+        self._words = ""
+        self._lay_out()
+        self.bar.maximum_changed.connect(self._on_maximum_changed)
+        for view, other in ((self.robot, self.map), (self.map, self.robot)):
+            view.poke_pressed.connect(self.poke_pressed)
+            view.poke_moved.connect(self.poke_moved)
+            view.poke_released.connect(self.poke_released)
+            view.open_requested.connect(self.open_requested)
+            view.cancel_requested.connect(self.cancel_requested)
+            view.hovered.connect(other.set_hover)
+            view.hovered.connect(self._on_hovered)
+
+    def _lay_out(self) -> None:
+        right = QWidget()
+        row = QHBoxLayout(right)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(0)
+        row.addWidget(self.bar)
+        row.addWidget(self.map, 1)
+        self._splitter = QSplitter(Qt.Orientation.Horizontal)
+        self._splitter.setChildrenCollapsible(False)
+        self._splitter.setHandleWidth(1)
+        for side in (self.robot, right):
+            side.setMinimumWidth(_NARROWEST)
+            self._splitter.addWidget(side)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(self._splitter)
+        self.level()
+
+    def level(self) -> None:
+        """Give both sides the same width."""
+        self._splitter.setSizes([1000, 1000])
+
+    def show_prepared(self, prepared: Prepared) -> None:
+        """Another robot and map."""
+        self._map, self._frame = prepared.map, None
+        self.robot.show_prepared(prepared)
+        self.map.show_prepared(prepared)
+        self._on_hovered(None)
+
+    def show_frame(self, frame: Frame) -> None:
+        """Another instant; the map first, it is what the finger waits for."""
+        self._frame = frame
+        self.map.show_frame(frame)
+        self.map.viewport().repaint()
+        self.robot.show_frame(frame)
+        self.bar.set_peak(1e-3 * float(frame.pressures.max(initial=0.0)))
+        self._read_out()
+
+    def show_loading(self, text: str, fraction: float) -> None:
+        """The first robot is being prepared."""
+        for view in (self.robot, self.map):
+            view.show_loading(text, fraction)
+
+    def show_last(self) -> None:
+        """Back to what was shown before, or to nothing."""
+        for view in (self.robot, self.map):
+            view.show_last()
+
+    def show_mode(self, mode: str) -> None:
+        """``live``, ``paused``, ``replaying`` or ``empty``."""
+        for view in (self.robot, self.map):
+            view.set_replaying(replaying=mode == "replaying")
+            view.set_paused(paused=mode == "paused")
+
+    def frame_all(self) -> None:
+        """Both show everything."""
+        self.robot.frame_all()
+        self.map.frame_all()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        for part in (self.robot, self.map, self.bar):
+            part.set_theme(theme)
+
+    def _on_maximum_changed(self, kilopascals: float) -> None:
+        self.scale = PressureScale(kilopascals)
+        for part in (self.robot, self.map, self.bar):
+            part.set_scale(self.scale)
+
+    def _on_hovered(self, at: SurfacePoint | None) -> None:
+        self._hover = at
+        self._read_out()
+
+    def _read_out(self) -> None:
+        words = ""
+        if self._hover is not None and self._map is not None:
+            words = describe(self._map, self._hover, self._frame.pressures if self._frame is not None else None)
+        if words != self._words:
+            self._words = words
+            self.read_out.emit(words)
