@@ -23,6 +23,7 @@ class EffectsPanel(Panel):
         self._empty.hide()
         for label in self._labels:
             self._grid.removeWidget(label)
+            label.hide()  # it is deleted only when the events come round, and would lie over its successor
             label.deleteLater()
         self._labels = []
         for row, effect in enumerate(effect_rows(prepared.scene)):
