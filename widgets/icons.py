@@ -10,22 +10,27 @@ from PySide6.QtGui import QColor, QIcon, QPainter, QPainterPath, QPen, QPixmap, 
 _SIZE = 16
 
 
-def icon(name: str, colour: str) -> QIcon:
-    """The icon ``name``: play, pause, step, reset, record or stop."""
+def icon(name: str, colour: str, *, disabled: str) -> QIcon:
+    """The icon ``name``: play, pause, step, reset, record or stop; ``disabled`` is its colour while it does nothing."""
     result = QIcon()
     for scale in (1, 2):
-        pixmap = QPixmap(_SIZE * scale, _SIZE * scale)
-        pixmap.fill(Qt.GlobalColor.transparent)
-        painter = QPainter(pixmap)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.scale(scale, scale)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(colour))
-        _SHAPES[name](painter, colour)
-        painter.end()
-        pixmap.setDevicePixelRatio(scale)
-        result.addPixmap(pixmap)
+        result.addPixmap(_pixmap(name, colour, scale), QIcon.Mode.Normal)
+        result.addPixmap(_pixmap(name, disabled, scale), QIcon.Mode.Disabled)
     return result
+
+
+def _pixmap(name: str, colour: str, scale: int) -> QPixmap:
+    pixmap = QPixmap(_SIZE * scale, _SIZE * scale)
+    pixmap.fill(Qt.GlobalColor.transparent)
+    painter = QPainter(pixmap)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.scale(scale, scale)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(QColor(colour))
+    _SHAPES[name](painter, colour)
+    painter.end()
+    pixmap.setDevicePixelRatio(scale)
+    return pixmap
 
 
 def _triangle(painter: QPainter, left: float, right: float) -> None:

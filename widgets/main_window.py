@@ -23,7 +23,6 @@ from widgets.actions import make_actions
 from widgets.colours import THEMES, PressureScale, apply_theme
 from widgets.commands import Commands
 from widgets.live_session import LiveSession
-from widgets.loading_bar import LoadingBar
 from widgets.message_bar import HintBar, MessageBar
 from widgets.panels.column import PanelColumn
 from widgets.panels.live_plots import LivePlots
@@ -55,6 +54,7 @@ class MainWindow(QMainWindow):
         self.commands = Commands(self)
         self.session_bar = SessionBar(self.actions_by_name, self.theme, self)
         self.addToolBar(self.session_bar)
+        self.loading_bar = self.session_bar.loading
         self._connect()
         self.setWindowTitle("Tactile Maps")
         self.setAcceptDrops(True)
@@ -70,7 +70,6 @@ class MainWindow(QMainWindow):
         self.robot_view, self.map_view, self.colour_bar = self.views.robot, self.views.map, self.views.bar
         self.setCentralWidget(self.views)
         self.hint_bar, self.message_bar = HintBar(self.theme, self.views), MessageBar(self.theme, self.views)
-        self.loading_bar = LoadingBar(self.theme, self.views)
         self.hint_bar.hide()
 
     def _build_status(self) -> None:
@@ -78,6 +77,7 @@ class MainWindow(QMainWindow):
         self.statusBar().setSizeGripEnabled(False)
         self.readout = QLabel()
         self.readout.setObjectName("readout")
+        self.readout.setContentsMargins(12, 0, 12, 0)
         self.statusBar().addPermanentWidget(self.readout)
 
     def _build_panels(self) -> None:
@@ -175,7 +175,7 @@ class MainWindow(QMainWindow):
             self.loading_bar.show_progress(text, fraction)
 
     def _on_loading_ended(self) -> None:
-        self.loading_bar.hide()
+        self.loading_bar.clear()
         self.views.show_last()
 
     def _on_failed(self, text: str) -> None:
@@ -236,7 +236,6 @@ class MainWindow(QMainWindow):
             self.timeline,
             self.plots,
             self.message_bar,
-            self.loading_bar,
             self.hint_bar,
             self.session_bar,
         ):

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QToolButton, QVB
 
 from widgets.colours import Theme, mixed
 
+_EDGE = 12
 HINTS = ("Press the skin or the map to poke it", "Drag along it to stroke", "Ctrl+R records what happens")
 
 
@@ -23,9 +24,6 @@ class FloatingBar(QWidget):
             right, where a map seldom reaches.
     """
 
-    EDGE = 12
-    """Distance to the parent's edge [px]."""
-
     def __init__(self, parent: QWidget, *, widest: int | None = None) -> None:
         super().__init__(parent)
         self._parent, self._widest = parent, widest
@@ -34,10 +32,10 @@ class FloatingBar(QWidget):
 
     def place(self) -> None:
         """Take the place that the parent's size gives, above what else is there."""
-        width = min(self._parent.width() - 2 * self.EDGE, self._widest or self.sizeHint().width())
+        width = min(self._parent.width() - 2 * _EDGE, self._widest or self.sizeHint().width())
         height = self.heightForWidth(width) if self.hasHeightForWidth() else self.sizeHint().height()
-        aside, below = self._parent.width() - width, self._parent.height() - height - self.EDGE
-        self.move(*((aside - self.EDGE, below) if self._widest is None else (aside // 2, self.EDGE)))
+        aside, below = self._parent.width() - width, self._parent.height() - height - _EDGE
+        self.move(*((aside - _EDGE, below) if self._widest is None else (aside // 2, _EDGE)))
         self.resize(width, height)
         self.raise_()
 

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QComboBox, QLabel, QSizePolicy, QToolBar, QWidget
+from PySide6.QtWidgets import QComboBox, QLabel, QToolBar, QWidget
 
-from widgets.colours import Theme
+from widgets.colours import Theme, mixed
 from widgets.icons import icon
+from widgets.loading_bar import LoadingBar
 from widgets.timeline.playhead import SPEEDS
+
+_WIDTHS = {"pause": 92, "step": 84, "reset": 88, "record": 148}
+"""Of the buttons [px]: wide enough for the longest word each may show."""
 
 
 class SessionBar(QToolBar):
@@ -35,12 +39,11 @@ class SessionBar(QToolBar):
         for name in ("pause", "step", "reset", "record"):
             self.addAction(actions[name])
             # Fixed widths: a button that changes its word must not move its neighbours.
-            self.widgetForAction(actions[name]).setMinimumWidth(128 if name == "record" else 76)
+            self.widgetForAction(actions[name]).setFixedWidth(_WIDTHS[name])
         self.addSeparator()
         self.addWidget(self._make_speed())
-        spacer = QWidget()
-        spacer.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-        self.addWidget(spacer)
+        self.loading = LoadingBar()
+        self.addWidget(self.loading)
         self._title, self.factor = QLabel(), QLabel()
         self._title.setProperty("role", "heading")
         self.factor.setObjectName("real-time-factor")
@@ -83,7 +86,8 @@ class SessionBar(QToolBar):
         }
         for name, (shape, text) in looks.items():
             action = self._actions[name]
-            action.setIcon(icon(shape, self._theme.fault if name == "record" else self._theme.text))
+            colour = self._theme.fault if name == "record" else self._theme.text
+            action.setIcon(icon(shape, colour, disabled=mixed(self._theme.panel, self._theme.quiet, 0.65)))
             action.setText(text)
             action.setEnabled(mode in ("live", "paused"))
         self._actions["step"].setEnabled(mode == "paused")

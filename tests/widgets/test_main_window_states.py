@@ -23,22 +23,38 @@ def halt(window):
 
 def test_another_robot_loads_beside_the_one_that_lives(window, qtbot):
     window.live.loading.emit("Placing taxels", 0.4)
-    assert window.loading_bar.isVisible()
+    assert window.loading_bar.busy
     assert not window.robot_view._card.isVisible(), "the last good robot stays in sight"
     run(window, 0.1)
     press_map(window, 70)
     run(window, 0.1)
     assert window.live.runner.session.frame.pokes, "and can be touched"
     QTest.mouseClick(window.loading_bar.findChild(QToolButton, "loading-cancel"), Qt.MouseButton.LeftButton)
-    assert not window.loading_bar.isVisible()
+    assert not window.loading_bar.busy
 
 
-def test_messages_and_loading_never_cover_each_other(window):
-    window.message_bar.say("a message " * 30, fault=True)
-    window.loading_bar.show_progress("Placing taxels", 0.4)
+def test_loading_moves_nothing_however_long_its_words(window):
+    window.resize(1280, 800)
     QApplication.processEvents()
-    assert not window.message_bar.geometry().intersects(window.loading_bar.geometry())
-    assert window.views.rect().contains(window.loading_bar.geometry())
+    places = {part: part.geometry() for part in (window.session_bar, window.views, window.session_bar.factor)}
+    window.loading_bar.show_progress("Flattening a patch with a name that nobody would want to read " * 3, 0.4)
+    QApplication.processEvents()
+    assert {part: part.geometry() for part in places} == places
+
+
+def test_a_button_that_changes_its_word_moves_no_other(window):
+    def places():
+        QApplication.processEvents()
+        buttons = [window.session_bar.widgetForAction(window.action(name)) for name in ("step", "reset", "record")]
+        return [part.geometry() for part in (*buttons, window.session_bar.speed)]
+
+    before = places()
+    window.action("pause").trigger()
+    window.action("record").trigger()
+    assert places() == before
+    for name in ("pause", "step", "reset", "record"):
+        button = window.session_bar.widgetForAction(window.action(name))
+        assert button.sizeHint().width() <= button.width(), f"{button.text()} is cut"
 
 
 def test_a_halted_simulation_offers_its_reset(window):

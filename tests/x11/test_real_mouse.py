@@ -78,14 +78,17 @@ if __name__ == "__main__":
 """
 
 
-def wait_for(condition, seconds: float = 60.0):
-    """Poll until ``condition`` gives something true."""
+def wait_for(app: subprocess.Popen, condition, seconds: float = 60.0) -> None:
+    """Look again and again, between two looks waiting for nothing but the app's end, which is a failure."""
     deadline = time.monotonic() + seconds
     while time.monotonic() < deadline:
-        found = condition()
-        if found:
-            return found
-        subprocess.run(["sync"], check=True)  # gives the others the processor
+        if condition():
+            return
+        try:
+            code = app.wait(timeout=0.1)
+        except subprocess.TimeoutExpired:
+            continue
+        raise AssertionError(f"the app ended with {code}")
     raise AssertionError("waited in vain")
 
 
@@ -119,17 +122,16 @@ def test_a_poke_on_the_mesh_and_on_the_map_is_felt_at_the_same_place(screen, tmp
         subprocess.run(["xdotool", *map(str, words)], env=environment, check=True)
 
     try:
-        wait_for(lambda: (tmp_path / "places.json").exists() or app.poll() is not None)
-        assert app.poll() is None, (tmp_path / "log.txt").read_text()
+        wait_for(app, (tmp_path / "places.json").exists)
         places = json.loads((tmp_path / "places.json").read_text())
         recording = tmp_path / "poked.mcap"
         for number, where in enumerate(("body", "map"), start=1):
             mouse("mousemove", *places[where], "mousedown", 1)
-            wait_for(lambda number=number: len(_presses(recording)) == number)
+            wait_for(app, lambda number=number: len(_presses(recording)) == number)
             held = _written(recording)[0]
-            wait_for(lambda held=held: _written(recording)[0] > held + 100)
+            wait_for(app, lambda held=held: _written(recording)[0] > held + 100)
             mouse("mouseup", 1)
-            wait_for(lambda number=number: len(_releases(recording)) == number)
+            wait_for(app, lambda number=number: len(_releases(recording)) == number)
     finally:
         app.send_signal(signal.SIGTERM)
         app.wait()

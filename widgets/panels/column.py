@@ -14,6 +14,12 @@ from widgets.panels.quality_panel import QualityPanel
 from widgets.panels.timing_panel import TimingPanel
 
 WIDTH = 300
+_SLIM = """
+    QScrollBar:vertical { width: 8px; margin: 0; background: transparent; border: 0; }
+    QScrollBar::handle:vertical { background: palette(mid); border-radius: 4px; min-height: 32px; }
+    QScrollBar::add-line:vertical, QScrollBar::sub-line:vertical { height: 0; }
+    QScrollBar::add-page:vertical, QScrollBar::sub-page:vertical { background: transparent; }
+"""
 
 
 class PanelColumn(QScrollArea):
@@ -34,6 +40,7 @@ class PanelColumn(QScrollArea):
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setFixedWidth(WIDTH)
+        self.verticalScrollBar().setStyleSheet(_SLIM)
 
     def reveal(self, panel: QWidget) -> None:
         """Scroll so that all of ``panel`` can be seen."""

@@ -7,7 +7,8 @@ from PySide6.QtWidgets import QWidget
 from app.session.frame import Frame
 from widgets.panels.panel import Panel, fact
 
-_ROWS = 4
+_ROWS = 3
+"""More than that is rare; the line above counts and sums all of them."""
 
 
 class ContactsPanel(Panel):
@@ -28,13 +29,14 @@ class ContactsPanel(Panel):
             for column, cell in enumerate(cells):
                 grid.addWidget(cell, row + 1, column)
                 cell.setMinimumWidth(48)
+                cell.setFixedHeight(cell.fontMetrics().height() + 2)
             self._cells.append(cells)
         grid.setColumnStretch(0, 1)
         self.clear()
 
     def clear(self) -> None:
         """Nothing is touched."""
-        self._summary.setText("Nothing touches the skin. Press it in either view.")
+        self._summary.setText("Nothing touches the skin: press it in a view.")
         for cells in self._cells:
             for cell in cells:
                 cell.setText("")

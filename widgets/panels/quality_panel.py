@@ -18,7 +18,7 @@ _ROWS = (
     ("edge_error", "Neighbour distance error", "{:.1%}", "Root mean square, between neighbouring taxels"),
     ("trustworthiness", "Trustworthiness", "{:.4f}", "1: who is close on the map is close on the body"),
     ("continuity", "Continuity", "{:.4f}", "1: who is close on the body is close on the map"),
-    ("round_trip_mm", "Round trip", "{:.3f}\u2009mm", "Body to map to pixel and back, 95th percentile"),
+    ("round_trip_mm", "Round trip", "{:.2f}\u2009mm", "Body to map to pixel and back, 95th percentile"),
 )
 
 
@@ -54,5 +54,9 @@ class QualityPanel(Panel):
         facts = quality.to_json()
         for key, _, form, _ in _ROWS:
             value = facts[key]
-            text = {True: "yes", False: "no"}[value] if isinstance(value, bool) else form.format(value)
+            text = (
+                {True: "yes", False: "no"}[value]
+                if isinstance(value, bool)
+                else form.format(value).replace("%", "\u2009%")
+            )
             self._values[key].setText(text)
