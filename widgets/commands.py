@@ -48,13 +48,20 @@ class Commands(QObject):
         self._play_timer.setInterval(_PLAY_MS)
         self._play_timer.timeout.connect(self._on_play_timer)
         window.timeline.play_toggled.connect(self._on_play_toggled)
+        self._connect()
+        window.action("theme").setChecked(window.theme.name == "light")
+        window.action("panels").setChecked(True)
+        window.action("plots").setChecked(True)
+        self._build_menus()
+
+    def _connect(self) -> None:
         for name, act in (
             ("open_robot", self.choose_robot),
             ("open_recording", self.choose_recording),
             ("import_taxels", self.choose_taxels),
             ("save_map", self.choose_map_file),
             ("save_picture", self.choose_picture_file),
-            ("quit", window.close),
+            ("quit", self._window.close),
             ("pause", self.toggle_pause),
             ("step", self._live.step),
             ("reset", self._live.reset),
@@ -69,11 +76,7 @@ class Commands(QObject):
             ("keys", self.tell_keys),
             ("about", self.tell_about),
         ):
-            window.action(name).triggered.connect(act)
-        window.action("theme").setChecked(window.theme.name == "light")
-        window.action("panels").setChecked(True)
-        window.action("plots").setChecked(True)
-        self._build_menus()
+            self._window.action(name).triggered.connect(act)
 
     def close(self) -> None:
         """Stop what runs by itself."""

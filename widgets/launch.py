@@ -76,15 +76,7 @@ def screenshot(
     window = picture_window(theme, size)
     try:
         window.live.show_prepared(prepared)
-        app.processEvents()
-        assert isinstance(window.live.runner, InlineRunner)
-        for _ in range(round(at / 0.05)):
-            window.live.runner.run_for(0.05)
-            window.live.pump()
-        window.show_quality()
-        app.processEvents()
-        window.robot_view.draw_now(quality=2.0)
-        app.processEvents()
+        _play(window, at)
         if not window.grab().save(str(path)):
             raise DisplayError(
                 "the picture cannot be written",
@@ -93,6 +85,19 @@ def screenshot(
             )
     finally:
         window.close()
+
+
+def _play(window: MainWindow, seconds: float) -> None:
+    """Let simulated time pass and show where it ended, as finely as a picture deserves."""
+    QApplication.processEvents()
+    assert isinstance(window.live.runner, InlineRunner)
+    for _ in range(round(seconds / 0.05)):
+        window.live.runner.run_for(0.05)
+        window.live.pump()
+    window.show_quality()
+    QApplication.processEvents()
+    window.robot_view.draw_now(quality=2.0)
+    QApplication.processEvents()
 
 
 def picture_window(theme: str, size: tuple[int, int]) -> MainWindow:
