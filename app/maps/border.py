@@ -39,21 +39,35 @@ class ApartBorder:
         _, distance, _ = self._close(plane)
         return energy + _WEIGHT * float(((self._reach / distance - 1) ** 2).sum())
 
+    def gradient(self, plane: FloatArray) -> FloatArray:
+        """(2k,) of the energy and the barrier."""
+        vertices, distance, direction = self._close(plane)
+        return self._problem.gradient(plane) + self._push(vertices, distance, direction, plane.size)
+
     def derivatives(self, plane: FloatArray) -> tuple[FloatArray, csc_matrix]:
-        """Gradient (2k,) and a positive semidefinite Hessian (2k, 2k).
+        """Gradient (2k,) and the upper triangle of a positive semidefinite Hessian (2k, 2k).
 
         The barrier's part of the Hessian is that of a distance whose direction stays.
         """
         gradient, hessian = self._problem.derivatives(plane)
         vertices, distance, direction = self._close(plane)
+        gradient += self._push(vertices, distance, direction, plane.size)
+        ratio = self._reach / distance
+        curvature = 2 * _WEIGHT * (ratio**2 + 2 * (ratio - 1) * ratio) / distance**2
+        blocks = curvature[:, None, None] * direction[:, :, None] * direction[:, None, :]
+        dofs = _dofs(vertices)
+        rows, columns = np.repeat(dofs, 6, axis=1).ravel(), np.tile(dofs, (1, 6)).ravel()
+        upper = rows <= columns
+        entries = coo_matrix((blocks.ravel()[upper], (rows[upper], columns[upper])), shape=hessian.shape)
+        total = (hessian + entries).tocsc()
+        total.sort_indices()
+        return gradient, total
+
+    def _push(self, vertices: IntArray, distance: FloatArray, direction: FloatArray, size: int) -> FloatArray:
+        """The barrier's gradient (size,)."""
         ratio = self._reach / distance
         slope = -2 * _WEIGHT * (ratio - 1) * ratio / distance
-        curvature = 2 * _WEIGHT * (ratio**2 + 2 * (ratio - 1) * ratio) / distance**2
-        dofs = (2 * vertices[:, :, None] + np.arange(2)).reshape(-1, 6)
-        gradient += np.bincount(dofs.ravel(), (slope[:, None] * direction).ravel(), minlength=len(gradient))
-        blocks = curvature[:, None, None] * direction[:, :, None] * direction[:, None, :]
-        rows, columns = np.repeat(dofs, 6, axis=1).ravel(), np.tile(dofs, (1, 6)).ravel()
-        return gradient, (hessian + coo_matrix((blocks.ravel(), (rows, columns)), shape=hessian.shape)).tocsc()
+        return np.bincount(_dofs(vertices).ravel(), (slope[:, None] * direction).ravel(), minlength=size)
 
     def largest_step(self, plane: FloatArray, step: FloatArray) -> float:
         """How far along ``step`` (k, 2) the first face loses its area; inf if none does."""
@@ -79,3 +93,8 @@ class ApartBorder:
         unit, share = arm[near] / distance[near, None], share[near, None]
         vertices = np.stack([self._loop[point], self._loop[side], self._next[side]], axis=1)[near]
         return vertices, distance[near], np.concatenate([unit, (share - 1) * unit, -share * unit], axis=1)
+
+
+def _dofs(vertices: IntArray) -> IntArray:
+    """(p, 6) coordinates of (p, 3) vertices."""
+    return (2 * vertices[:, :, None] + np.arange(2)).reshape(-1, 6)

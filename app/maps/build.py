@@ -7,8 +7,8 @@ from collections.abc import Callable
 from app.errors import MapError, MeshError
 from app.maps.chart import Chart
 from app.maps.flatten import flatten
+from app.maps.newton import Iterate
 from app.maps.packing import pack
-from app.maps.symmetric_dirichlet import Iterate
 from app.maps.tactile_map import TactileMap
 from app.skin.skin import Patch, Skin
 

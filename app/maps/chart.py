@@ -18,7 +18,7 @@ class Chart:
         vertex_of: (k,) the surface's vertex behind each point.
         seams: (s, 2) cut edges as pairs of the surface's vertices.
         method: How it was flattened.
-        energies: Mean symmetric Dirichlet energy after each round; 4 is an isometry.
+        energies: Mean symmetric Dirichlet energy after each round, at its best scale; 4 is an isometry.
         seconds: Wall time at the end of each round.
         findings: What had to be done besides.
     """

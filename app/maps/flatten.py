@@ -1,7 +1,8 @@
-"""One patch from the body to the plane: cut, first map, best map, proof."""
+"""One patch from the body to the plane: cut, laid flat by any method, mended where not one-to-one, and proved."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 
@@ -10,149 +11,166 @@ import numpy as np
 from app.arrays import FloatArray
 from app.errors import Finding, MapError
 from app.geometry.mesh import Mesh
-from app.geometry.topology import boundary_loops
 from app.maps.bijective import crossings
 from app.maps.border import ApartBorder
 from app.maps.chart import Chart
-from app.maps.cut import CutSurface, cut_to_disk, far_points, farthest_from_border
-from app.maps.symmetric_dirichlet import Iterate, SymmetricDirichlet, minimise
-from app.maps.tutte import tutte
-
-METHODS = ("symmetric-dirichlet", "tutte")
+from app.maps.cut import CutSurface
+from app.maps.methods import balanced
+from app.maps.methods.disk import Disk
+from app.maps.methods.table import METHODS, Method, find_method
+from app.maps.newton import Iterate, minimise
+from app.maps.seams import SeamPlan, cut_with
 
 WORTH_A_SEAM = 4.6
 """Mean energy above which one more seam is tried (a hemisphere has 4.14)."""
 HOPELESS = 1e6
 """Mean energy of a first map from which no good one is reached in reasonable time."""
-_MAX_SEAMS = 3
+_MOST_SEAMS = 3
 _WORTH_KEEPING = 0.1
+
+Progress = Callable[[Iterate], None]
+
+__all__ = ["METHODS", "flatten"]
 
 
 def flatten(
     surface: Mesh,
     *,
     method: str = "symmetric-dirichlet",
+    lengths: float = 1.0,
+    seams: SeamPlan | None = None,
     name: str = "patch",
-    progress: Callable[[Iterate], None] | None = None,
+    progress: Progress | None = None,
 ) -> Chart:
     """Lay one connected, manifold surface flat, one-to-one.
 
     Args:
         surface: With any topology; it is cut to a disk first.
-        method: ``symmetric-dirichlet`` (balanced angles and areas, the default) or ``tutte`` (always valid, distorted).
+        method: A name in ``methods.table``. Where its map would flip or overlap, our own minimiser makes the one
+            nearest to its intent, and a finding says so.
+        lengths: From 1, keep lengths, to 0, keep angles; for methods that can.
+        seams: What is wanted of seams; by default those that the topology asks for and those that are worth it.
         name: The patch's name, for findings and errors.
         progress: Told each round; may raise to cancel.
 
     Raises:
         MapError: An unknown method, or a surface that cannot be cut or opened.
     """
-    if method not in METHODS:
-        raise MapError("there is no such method", place="method", value=method, remedy=f"Choose {' or '.join(METHODS)}")
+    how, plan = find_method(method), seams or SeamPlan()
+    if not 0 <= lengths <= 1:
+        raise MapError("the slider between angles and lengths goes from 0 to 1", place="lengths", value=lengths)
     if not surface.area > 0:
         raise MapError("the surface has no area to lay flat", place=name, value=f"{len(surface.faces)} faces")
-    cut, terminals = _openable(surface, name)
-    notes = [Finding("seam-added", name, "too deep to open without", len(terminals))] if terminals else []
-    chart = _flatten_cut(surface, cut, method, name, progress)
-    while method != "tutte" and chart.energies[-1] > WORTH_A_SEAM and len(terminals) < _MAX_SEAMS:
-        cut, terminals = _with_seam(surface, cut, terminals)
-        better = _flatten_cut(surface, cut, method, name, progress)
-        before, after = chart.energies[-1], better.energies[-1]
-        if before - after < _WORTH_KEEPING * (before - 4):
+    job = _Job(surface, how, lengths, plan, name, progress)
+    extra = job.openable()
+    notes = [Finding("seam-added", name, "too deep to open without", extra)] if plan.extra is None and extra else []
+    chart, reached = job.flatten(extra)
+    while job.seeks_seams and reached > WORTH_A_SEAM and extra < _MOST_SEAMS:
+        extra += 1
+        better, after = job.flatten(extra)
+        if reached - after < _WORTH_KEEPING * (reached - 4):
             break
-        notes.append(Finding("seam-added", name, f"distortion {before:.2f} -> {after:.2f} (4 is none)"))
-        chart = better
+        notes.append(Finding("seam-added", name, f"distortion {reached:.2f} -> {after:.2f} (4 is none)"))
+        chart, reached = better, after
     return replace(chart, findings=(*chart.findings, *notes))
 
 
-def _openable(surface: Mesh, name: str) -> tuple[CutSurface, list[int]]:
-    """A cut whose first map is valid, and the ends of the seams it took besides those the topology asks for.
+class _Job:
+    """One surface to be laid flat in one way, with as many seams as it takes."""
 
-    On a long, deep cup the first map shrinks the bottom towards the smallest number; a seam into it lets it open.
-    """
-    cut, terminals = cut_to_disk(surface), list[int]()
-    while not _first_energy(surface, cut) < HOPELESS:
-        if len(terminals) == _MAX_SEAMS:
-            raise MapError(
-                "the surface is too long and thin for a first map",
-                place=name,
-                value=f"{len(cut.faces)} faces",
-                remedy="Cover the link with more taxels, or split it",
-            )
-        cut, terminals = _with_seam(surface, cut, terminals)
-    return cut, terminals
+    def __init__(
+        self, surface: Mesh, how: Method, lengths: float, plan: SeamPlan, name: str, progress: Progress | None
+    ) -> None:
+        self._surface, self._how, self._lengths = surface, how, lengths
+        self._plan, self._name, self._progress = plan, name, progress
+        self._cuts: dict[int, tuple[CutSurface, Disk]] = {}
+
+    @property
+    def seeks_seams(self) -> bool:
+        """Whether seams that nobody asked for may be added; a method to be compared gets the topology's only."""
+        return self._how.name == "symmetric-dirichlet" and self._plan.extra is None
+
+    def openable(self) -> int:
+        """How many extra seams it takes for a first map that is not hopeless.
+
+        On a long, deep cup the first map shrinks the bottom towards the smallest number; a seam into it lets it open.
+        """
+        extra = self._plan.extra or 0
+        most = max(extra, _MOST_SEAMS)
+        while True:
+            _, disk = self._cut(extra)
+            if disk.energy.energy(disk.start) < HOPELESS:
+                return extra
+            if extra == most:
+                raise MapError(
+                    "the surface is too long and thin for a first map",
+                    place=self._name,
+                    value=f"{len(disk.faces)} faces",
+                    remedy="Cover the link with more taxels, or split it",
+                )
+            extra += 1
+
+    def _cut(self, extra: int) -> tuple[CutSurface, Disk]:
+        if extra not in self._cuts:
+            cut = cut_with(self._surface, self._plan, extra)
+            self._cuts[extra] = cut, Disk.of(self._surface, cut)
+        return self._cuts[extra]
+
+    def flatten(self, extra: int) -> tuple[Chart, float]:
+        """The chart with so many extra seams, and the energy that the method or the slider asks to be small."""
+        cut, disk = self._cut(extra)
+        rounds, findings = self._valid(disk)
+        best = rounds[-1].plane
+        if not np.isfinite(disk.energy.energy(best)) or crossings(best[disk.loop]):
+            raise MapError("no one-to-one map was found", place=self._name, remedy="Split the patch, or draw a seam")
+        if disk.energy.mollified:
+            note = Finding("thin-face", self._name, "given the least area that can be laid flat", disk.energy.mollified)
+            findings.append(note)
+        upright = _upright(best * np.sqrt(self._surface.area), self._surface.vertices[cut.vertex_of])
+        energies, seconds = tuple(r.energy for r in rounds), tuple(r.seconds for r in rounds)
+        chart = Chart(cut.faces, upright, cut.vertex_of, cut.seams, self._how.name, energies, seconds, tuple(findings))
+        return chart, rounds[-1].energy if self._lengths == 1 else balanced.objective(disk, self._lengths).energy(best)
+
+    def _valid(self, disk: Disk) -> tuple[list[Iterate], list[Finding]]:
+        """Rounds that end in a map without flips and overlaps, and what it took."""
+        findings, clock = [], _Clock()
+        rounds: list[Iterate] = []
+        try:
+            rounds += self._told(disk, clock, self._how.run(disk, self._lengths))
+        except RuntimeError as error:  # libigl's only way to say that a system is singular
+            findings.append(Finding("method-failed", self._name, f"{self._how.name}: {error}; made by our own instead"))
+        target = balanced.objective(disk, self._lengths if self._how.slides else self._how.lengths)
+        if not rounds or not np.isfinite(rounds[-1].energy):
+            if not findings:
+                findings.append(Finding("flips-mended", self._name, f"{self._how.name} turns triangles over here"))
+            rounds += self._told(disk, clock, (r.plane for r in minimise(target, disk.start)))
+        if crossings(rounds[-1].plane[disk.loop]):
+            # The first map does not overlap, and a barrier between the border's parts keeps it so.
+            apart = ApartBorder(target, disk.loop, rounds[-1].plane)
+            rounds += self._told(disk, clock, (r.plane for r in minimise(apart, disk.start)))
+            note = f"border kept apart, distortion {rounds[-1].energy:.2f}"
+            findings.append(Finding("overlap-avoided", self._name, note))
+        return rounds, findings
+
+    def _told(self, disk: Disk, clock: Callable[[], float], planes: Iterable[FloatArray]) -> list[Iterate]:
+        """Each plane at unit area, with its energy and the time it came."""
+        rounds = []
+        for plane in planes:
+            scaled = disk.scaled(plane)
+            rounds.append(Iterate(scaled, disk.energy.energy_at_best_scale(scaled), clock(), 1.0))
+            if self._progress is not None:
+                self._progress(rounds[-1])
+        return rounds
 
 
-def _first_energy(surface: Mesh, cut: CutSurface) -> float:
-    problem, start = _posed(surface, cut)
-    return problem.energy(start)
+class _Clock:
+    """Seconds since it was made."""
 
+    def __init__(self) -> None:
+        self._start = time.perf_counter()
 
-def _posed(surface: Mesh, cut: CutSurface) -> tuple[SymmetricDirichlet, FloatArray]:
-    """The energy and the first map, both of unit area, so that no tolerance depends on the unit of length."""
-    positions = surface.vertices[cut.vertex_of]
-    start = tutte(positions, cut.faces)
-    problem = SymmetricDirichlet((positions - positions.mean(axis=0)) / np.sqrt(surface.area), cut.faces)
-    return problem, start / np.sqrt(_area(start, cut))
-
-
-def _with_seam(surface: Mesh, cut: CutSurface, terminals: list[int]) -> tuple[CutSurface, list[int]]:
-    """One seam more, to the place farthest from border and seams so far."""
-    more = [*terminals, farthest_from_border(surface, cut)]
-    # A closed surface is cut between two points anyway; those stay.
-    ends = more if boundary_loops(surface.faces) else [*far_points(surface), *more]
-    return cut_to_disk(surface, terminals=ends), more
-
-
-def _flatten_cut(
-    surface: Mesh, cut: CutSurface, method: str, name: str, progress: Callable[[Iterate], None] | None
-) -> Chart:
-    positions = surface.vertices[cut.vertex_of]
-    problem, start = _posed(surface, cut)
-    rounds, findings = [Iterate(start, problem.energy(start), 0.0, 1.0)], []
-    if problem.mollified:
-        findings.append(Finding("thin-face", name, "given the least area that can be laid flat", problem.mollified))
-    if method == "symmetric-dirichlet":
-        rounds, overlapped = _optimised(problem, start, cut, progress)
-        if overlapped:
-            findings.append(Finding("overlap-avoided", name, f"border kept apart, distortion {rounds[-1].energy:.2f}"))
-    plane = rounds[-1].plane * np.sqrt(surface.area / _area(rounds[-1].plane, cut))
-    energies, seconds = tuple(r.energy for r in rounds), tuple(r.seconds for r in rounds)
-    upright = _upright(plane, positions)
-    return Chart(cut.faces, upright, cut.vertex_of, cut.seams, method, energies, seconds, tuple(findings))
-
-
-def _optimised(
-    problem: SymmetricDirichlet, start: FloatArray, cut: CutSurface, progress: Callable[[Iterate], None] | None
-) -> tuple[list[Iterate], bool]:
-    """The rounds to the best map that does not overlap itself, and whether the very best would have.
-
-    The first map does not overlap, and a barrier between the border's parts keeps it so.
-    """
-    rounds = _collect(minimise(problem, start), progress)
-    if not crossings(_border(rounds[-1].plane, cut)):
-        return rounds, False
-    apart = ApartBorder(problem, boundary_loops(cut.faces)[0], rounds[-1].plane)
-    rounds = _collect(minimise(apart, start), progress)
-    return [replace(r, energy=problem.energy(r.plane)) for r in rounds], True
-
-
-def _collect(iterates: Iterable[Iterate], progress: Callable[[Iterate], None] | None) -> list[Iterate]:
-    rounds: list[Iterate] = []
-    for iterate in iterates:
-        rounds.append(iterate)
-        if progress is not None:
-            progress(iterate)
-    return rounds
-
-
-def _border(plane: FloatArray, cut: CutSurface) -> FloatArray:
-    return plane[boundary_loops(cut.faces)[0]]
-
-
-def _area(plane: FloatArray, cut: CutSurface) -> float:
-    loop = _border(plane, cut)
-    after = np.roll(loop, -1, axis=0)
-    return float(0.5 * (loop[:, 0] * after[:, 1] - loop[:, 1] * after[:, 0]).sum())
+    def __call__(self) -> float:
+        return time.perf_counter() - self._start
 
 
 def _upright(plane: FloatArray, positions: FloatArray) -> FloatArray:

@@ -11,7 +11,7 @@ from app.geometry.mesh import Mesh
 from app.maps.cut import cut_to_disk
 from app.maps.flatten import flatten
 from app.maps.symmetric_dirichlet import SymmetricDirichlet, rotation_svd
-from app.maps.tutte import tutte
+from app.maps.methods.tutte import tutte
 from tests.numerics.map_surfaces import cap, frustum, named, sheet, spiral
 
 

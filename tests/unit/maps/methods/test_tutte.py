@@ -8,7 +8,7 @@ import pytest
 from app.geometry.topology import boundary_loops
 from app.maps.bijective import crossings, flipped
 from app.maps.cut import cut_to_disk
-from app.maps.tutte import tutte
+from app.maps.methods.tutte import tutte
 from tests.numerics.map_surfaces import SURFACES, named, sheet
 
 
