@@ -12,6 +12,7 @@ import zipfile
 import zlib
 from collections.abc import Mapping
 from pathlib import Path
+from tokenize import TokenError
 from typing import Any
 
 import numpy as np
@@ -48,21 +49,30 @@ def unpack_arrays(
     Raises:
         TactileMapsError: Of kind ``error``: not an npz, damaged, too large, pickled, or without a header.
     """
+    arrays = unpack_bare_arrays(data, file=file, error=error, max_bytes=max_bytes)
+    if _HEADER not in arrays:
+        raise error("the file has no header", file=file, remedy="Open a file that this program saved")
+    try:
+        header = json.loads(arrays.pop(_HEADER).astype(np.uint8).tobytes())
+    except (ValueError, RecursionError) as cause:
+        raise error("the file is damaged or of another kind", file=file, value=cause) from cause
+    if not isinstance(header, dict):
+        raise error("the file's header is not an object", file=file, value=header)
+    return header, arrays
+
+
+def unpack_bare_arrays(
+    data: bytes, *, file: str | Path | None = None, error: type[TactileMapsError], max_bytes: int = MAX_BYTES
+) -> dict[str, NDArray[Any]]:
+    """The arrays of an npz that any program wrote, by name; arguments and errors as ``unpack_arrays``."""
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             members = archive.infolist()
             _check_sizes(members, file, error, max_bytes)
-            arrays = {member.filename.removesuffix(".npy"): _read(archive, member, file, error) for member in members}
-            header = json.loads(arrays.pop(_HEADER).astype(np.uint8).tobytes())
-    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, RuntimeError, RecursionError) as cause:
+            return {member.filename.removesuffix(".npy"): _read(archive, member, file, error) for member in members}
+    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, RuntimeError, TokenError) as cause:
+        # A packing method that zipfile does not know is a NotImplementedError, which is a RuntimeError.
         raise error("the file is damaged or of another kind", file=file, value=cause) from cause
-    except KeyError as cause:
-        raise error("the file has no header", file=file, remedy="Open a file that this program saved") from cause
-    except NotImplementedError as cause:  # a packing method that zipfile does not know
-        raise error("the file is packed in an unknown way", file=file, value=cause) from cause
-    if not isinstance(header, dict):
-        raise error("the file's header is not an object", file=file, value=header)
-    return header, arrays
 
 
 def _check_sizes(

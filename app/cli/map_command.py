@@ -1,83 +1,129 @@
-"""``map``: make a tactile map and say how good it is."""
+"""``map``: make a tactile map from whatever there is, write it, and say how good it is."""
 
 from __future__ import annotations
 
 import argparse
 import time
 from pathlib import Path
+from typing import Any
 
-from app.cli.output import Progress, answer, facts, progress_line
+import numpy as np
+
+from app.arrays import FloatArray
+from app.cli.learn import learned_map, recorded_touch
+from app.cli.map_words import tell
+from app.cli.output import Progress, answer, progress_line
 from app.errors import MapError, UsageError
+from app.maps.body_distances import BodyDistances
 from app.maps.build import build_map
-from app.maps.flatten import METHODS
-from app.maps.map_file import save_map, save_obj
+from app.maps.compare import TaxelLayout, compare
+from app.maps.exchange.obj_uv import read_map_obj
+from app.maps.exchange.write import ENDINGS, write_map
+from app.maps.map_file import load_map
+from app.maps.methods.table import METHODS
 from app.maps.quality import measure
-from app.robots.library import find_robot
-from app.skin.cover import cover
-from app.skin.cover_spec import CoverSpec
-from app.skin.exchange.icub import import_icub
+from app.maps.seams import SeamPlan
+from app.maps.sources import Wanted, open_skin
+from app.maps.tactile_map import TactileMap
+from app.skin.exchange.icub_layout import read_icub_layout, with_layout
+from app.skin.exchange.read import read_taxels
+from app.skin.exchange.taxel_set import TaxelSet
+from app.skin.placement_spec import BorderStrip, PlacementSpec
 from app.skin.skin import Skin
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Make the map, write it where asked, report its quality."""
-    target = Path(arguments.output) if arguments.output else None
-    if target is not None and target.suffix.lower() not in (".npz", ".obj"):
-        raise UsageError("a map is written as .npz or .obj", file=target, value=target.suffix or "no ending")
+    target = _target(arguments)
     if arguments.method not in METHODS:
-        raise UsageError("there is no such method", value=arguments.method, remedy=f"Choose {' or '.join(METHODS)}")
-    report = progress_line()
-    start = time.perf_counter()
-    skin, findings = _skin(arguments, report)
-    map_ = build_map(skin, method=arguments.method, progress=report)
+        raise UsageError(
+            "there is no such method", value=arguments.method, remedy=f"Choose one of: {', '.join(METHODS)}"
+        )
+    report, start = progress_line(), time.perf_counter()
+    skin, map_ = _made(arguments, report)
     seconds = time.perf_counter() - start
-    quality = measure(map_)
+    body = BodyDistances(skin)
+    result = measure(map_, distances=body).to_json() | {"seconds": seconds, "file": str(target) if target else None}
+    if arguments.compare:
+        result["comparison"] = compare(map_, _other(arguments, skin), distances=body).to_json()
     if target is not None:
-        if target.exists() and target.is_dir():
-            raise MapError("the map cannot be written over a folder", file=target)
-        (save_obj if target.suffix.lower() == ".obj" else save_map)(map_, target)
-    result = quality.to_json() | {"seconds": seconds, "file": str(target) if target else None}
-    result["findings"] = [*findings, *result.get("findings", [])]
+        write_map(map_, target)
     if arguments.json:
         answer(result)
     else:
-        _tell(result)
+        tell(result)
     return 0
 
 
-def _skin(arguments: argparse.Namespace, report: Progress) -> tuple[Skin, list[dict[str, object]]]:
-    if Path(arguments.input).suffix.lower() == ".txt":
-        robot = find_robot(arguments.robot)
-        skin = import_icub(robot, arguments.input, link=arguments.links[0] if arguments.links else None)
+def _made(arguments: argparse.Namespace, report: Progress) -> tuple[Skin, TactileMap]:
+    """The skin and its map."""
+    recorded = Path(arguments.input).suffix.lower() == ".mcap"
+    skin, readings = recorded_touch(arguments.input) if recorded else (None, None)
+    if skin is None:
+        skin = open_skin(arguments.input, _wanted(arguments), progress=report)
+    if arguments.learn:
+        return skin, learned_map(arguments, skin, readings, report)
+    return skin, _map(arguments, skin, report)
+
+
+def _target(arguments: argparse.Namespace) -> Path | None:
+    """Where to write; refused before any work is done."""
+    if not arguments.output:
+        return None
+    target = Path(arguments.output)
+    if target.suffix.lower() not in ENDINGS:
+        endings = ", ".join(ENDINGS)
+        raise UsageError(
+            "a map is not written as this",
+            file=target,
+            value=target.suffix or "no ending",
+            remedy=f"Choose one of: {endings}",
+        )
+    if target.is_dir():
+        raise MapError("the map cannot be written over a folder", file=target)
+    return target
+
+
+def _wanted(arguments: argparse.Namespace) -> Wanted:
+    zones = () if arguments.keep_border is None else (BorderStrip(1e-3 * arguments.keep_border),)
+    taxels = None if arguments.pitch is not None or arguments.pattern == "modules" else arguments.taxels
+    pitch = None if arguments.pitch is None else 1e-3 * arguments.pitch
+    placement = PlacementSpec(pitch, taxels, arguments.pattern, arguments.density, zones, arguments.seed)
+    return Wanted(placement, tuple(arguments.links), arguments.robot, arguments.surface)
+
+
+def _map(arguments: argparse.Namespace, skin: Skin, report: Progress) -> TactileMap:
+    """Flattened as asked, or as another program has unwrapped it."""
+    if arguments.uv:
+        return read_map_obj(arguments.uv, skin)
+    plan = None if arguments.seams is None else SeamPlan(extra=arguments.seams)
+    seams = {patch.name: plan for patch in skin.patches} if plan else None
+    return build_map(skin, method=arguments.method, lengths=arguments.lengths, seams=seams, progress=report)
+
+
+def _other(arguments: argparse.Namespace, skin: Skin) -> TactileMap | TaxelLayout:
+    """What to compare with: a map of the same skin, or a layout drawn by hand."""
+    path = Path(arguments.compare)
+    if path.suffix.lower() == ".npz":
+        return load_map(path)
+    if path.suffix.lower() == ".ini":
+        taxels = with_layout(read_taxels(arguments.input), read_icub_layout(path))
     else:
-        robot = find_robot(arguments.input)
-        skin = cover(robot, CoverSpec(tuple(arguments.links), arguments.taxels, seed=arguments.seed), progress=report)
-    return skin, [{"kind": f.kind, "where": f.where, "count": f.count, "action": f.action} for f in robot.findings]
+        taxels = read_taxels(path)
+    return hand_made(taxels, skin, path)
 
 
-def _tell(result: dict[str, object]) -> None:
-    angle, area = result["angle"], result["area"]
-    assert isinstance(angle, dict)
-    assert isinstance(area, dict)
-    facts(
-        {
-            "Patches": result["patches"],
-            "Taxels": result["taxels"],
-            "Faces": result["faces"],
-            "One-to-one": "yes" if result["bijective"] else f"no ({result['flips']} flipped triangles)",
-            "Distortion": f"{result['symmetric_dirichlet']:.4f} (4 is none)",
-            "Angles, s1 / s2": f"{angle['median']:.3f} median, {angle['p95']:.3f} p95, {angle['max']:.3f} max",
-            "Areas": f"{area['median']:.3f} median, {area['p95']:.3f} p95, {area['max']:.3f} max",
-            "Neighbour distances": f"{100 * float(str(result['edge_error'])):.2f} % off (rms)",
-            "Stress": result["stress"],
-            "Trustworthiness": result["trustworthiness"],
-            "Continuity": result["continuity"],
-            "Round trip": f"{result['round_trip_mm']} mm",
-            "Time": f"{result['seconds']:.2f} s",
-            "Written to": result["file"] or "nothing",
-        }
-    )
-    findings = result["findings"]
-    assert isinstance(findings, list)
-    for finding in findings:
-        facts({f"  {finding.get('kind', '')} ({finding.get('count', 1)})": finding.get("action", "")})
+def hand_made(taxels: TaxelSet, skin: Skin, path: Path) -> TaxelLayout:
+    """The file's map points, each given to the taxel of the skin nearest to it on the body."""
+    points = taxels.points
+    if points is None:
+        raise MapError(
+            "the file has no map points to compare with", file=path, remedy="Give columns u and v, or a layout"
+        )
+    known = np.isfinite(points).all(axis=1)
+    return TaxelLayout(points[known], _nearest(skin, taxels.positions[known]))
+
+
+def _nearest(skin: Skin, positions: FloatArray) -> Any:
+    own = np.concatenate([patch.taxels.positions for patch in skin.patches])
+    return np.linalg.norm(positions[:, None] - own[None], axis=2).argmin(axis=1)

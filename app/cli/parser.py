@@ -22,6 +22,7 @@ def build_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
     _add_window_commands(commands)
     _add_file_commands(commands)
+    _add_experiment(commands)
     return parser
 
 
@@ -48,15 +49,7 @@ def _add_window_commands(commands: argparse._SubParsersAction) -> None:  # type:
 
 
 def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]
-    make = commands.add_parser("map", help="robot, mesh or taxel file -> tactile map and its quality")
-    make.add_argument("input", metavar="INPUT", help="a robot's name or file, a bare mesh, or an iCub positions file")
-    make.add_argument("-o", "--output", metavar="FILE", help="write .npz (everything) or .obj (mesh with UV)")
-    make.add_argument("--method", default="symmetric-dirichlet", help="symmetric-dirichlet (default) or tutte")
-    make.add_argument("--links", nargs="+", default=[], metavar="LINK", help="links to cover (default: chosen)")
-    make.add_argument("--taxels", type=int, default=1000, help="how many to place (default 1000)")
-    make.add_argument("--robot", default="icub", help="who wears a positions file (default icub)")
-    make.add_argument("--seed", type=int, default=0)
-    _json(make)
+    _add_map(commands)
     inspect = commands.add_parser("inspect", help="what a robot, skin, map, scene or recording holds, and its problems")
     inspect.add_argument("input", metavar="FILE|NAME")
     _json(inspect)
@@ -69,6 +62,59 @@ def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: i
     recover.add_argument("-o", "--output", required=True, metavar="FIXED.mcap")
     recover.add_argument("--overwrite", action="store_true", help="replace an existing file")
     _json(recover)
+
+
+def _add_experiment(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]
+    experiment = commands.add_parser("experiment", help="measure what accuracy costs in time, with a table and a page")
+    experiment.add_argument("name", metavar="NAME", help="map-cost or image-cost")
+    experiment.add_argument(
+        "-o",
+        "--output",
+        default="experiments",
+        metavar="DIR",
+        help="write CSV, JSON and HTML there (default experiments)",
+    )
+    experiment.add_argument(
+        "--jobs",
+        type=int,
+        default=1,
+        metavar="N",
+        help="cases at once, 0 for one a core; they disturb each other's times",
+    )
+    experiment.add_argument("--quick", action="store_true", help="a few small cases only")
+    experiment.add_argument("--seed", type=int, default=0)
+    _json(experiment)
+
+
+def _add_map(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]
+    make = commands.add_parser("map", help="robot, mesh, taxel or skin file -> tactile map and its quality")
+    add = make.add_argument
+    add(
+        "input",
+        metavar="INPUT",
+        help="robot, mesh, taxel file (.txt .csv .json .npz, URDF sensors), skin, map, recording",
+    )
+    add("-o", "--output", metavar="FILE", help=".npz (everything), .obj (with UV), .svg, .png, .json (Genoa), .csv")
+    add("--method", default="symmetric-dirichlet", help="symmetric-dirichlet (default), tutte, harmonic, lscm, ...")
+    add("--lengths", type=float, default=1.0, metavar="0-1", help="keep lengths (1, default) or angles (0)")
+    add("--cut", "--seams", dest="seams", type=int, metavar="N", help="extra seams a patch (default: what is worth it)")
+    add("--uv", metavar="FILE.obj", help="take the map from this unwrapped OBJ instead of flattening")
+    add("--learn", metavar="BUILDER", help="learn the map from touch: information-distance, geodesic-information, ...")
+    add("--babble", default="unbiased", choices=("unbiased", "self-touch", "multi-touch", "biased"))
+    add("--touches", type=int, default=3000, metavar="N", help="to learn from (default 3000)")
+    add("--compare", metavar="FILE", help="a map (.npz), layout (.ini) or table with u, v to measure beside it")
+    add("--links", nargs="+", default=[], metavar="LINK", help="links to cover, or the one that wears the taxels")
+    add(
+        "--robot", metavar="NAME", help="who wears a taxel file; 'none' joins the taxels alone (default: icub for .txt)"
+    )
+    add("--surface", default="outer", choices=("outer", "all", "cover"), help="of a bare mesh (default outer)")
+    add("--taxels", type=int, default=1000, help="how many to place (default 1000)")
+    add("--pitch", type=float, metavar="MM", help="distance between taxels, instead of their number")
+    add("--pattern", default="even", choices=("even", "hexagonal", "modules"), help="how they lie (default even)")
+    add("--density", choices=("curvature",), help="more taxels where the surface bends")
+    add("--keep-border", type=float, metavar="MM", help="no taxels so near a border")
+    add("--seed", type=int, default=0)
+    _json(make)
 
 
 def _scene_options(parser: argparse.ArgumentParser) -> None:

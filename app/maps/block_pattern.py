@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import csc_matrix
 
 from app.arrays import FloatArray, IntArray
@@ -39,7 +40,7 @@ class BlockPattern:
         self.columns = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int32)
 
     @cached_property
-    def rows(self) -> IntArray:
+    def rows(self) -> NDArray[np.int32]:
         """(nnz,) row of each entry, ascending in each column."""
         result = np.empty(int(self.columns[-1]), dtype=np.int32)
         diagonal = np.arange(self._count)

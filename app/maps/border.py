@@ -16,6 +16,8 @@ from app.maps.symmetric_dirichlet import SymmetricDirichlet
 
 _WEIGHT = 1e-3
 _REACH = 0.25
+_TOUCHING = 1e-6
+"""Nearer than this share of the reach counts as met: the two sides of a slit in a flat sheet do exactly that."""
 
 
 class ApartBorder:
@@ -38,6 +40,10 @@ class ApartBorder:
             return float("inf")
         _, distance, _ = self._close(plane)
         return energy + _WEIGHT * float(((self._reach / distance - 1) ** 2).sum())
+
+    def touches(self, plane: FloatArray) -> bool:
+        """Whether the border meets itself, or would if the plane were turned and rounded anew."""
+        return bool(crossings(plane[self._loop])) or bool((self._close(plane)[1] < _TOUCHING * self._reach).any())
 
     def gradient(self, plane: FloatArray) -> FloatArray:
         """(2k,) of the energy and the barrier."""
@@ -67,7 +73,10 @@ class ApartBorder:
         """The barrier's gradient (size,)."""
         ratio = self._reach / distance
         slope = -2 * _WEIGHT * (ratio - 1) * ratio / distance
-        return np.bincount(_dofs(vertices).ravel(), (slope[:, None] * direction).ravel(), minlength=size)
+        entries = (slope[:, None] * direction).ravel()
+        return np.bincount(_dofs(vertices).ravel(), entries, minlength=size).astype(
+            np.float64
+        )  # of none: whole numbers
 
     def largest_step(self, plane: FloatArray, step: FloatArray) -> float:
         """How far along ``step`` (k, 2) the first face loses its area; inf if none does."""

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from app.arrays import FloatArray, IntArray, readonly
 from app.errors import Finding
 
@@ -36,3 +38,19 @@ class Chart:
         object.__setattr__(self, "plane", readonly(self.plane))
         for name in ("faces", "vertex_of", "seams"):
             object.__setattr__(self, name, readonly(getattr(self, name), int))
+
+
+def upright(plane: FloatArray, positions: FloatArray) -> FloatArray:
+    """``plane`` (k, 2) turned so that the body's long direction, away from the link's origin (its joint), points up.
+
+    The box's first corner comes to the origin. ``positions`` (k, 3) are those of the same points on the body.
+    """
+    centred = positions - positions.mean(axis=0)
+    _, _, axes = np.linalg.svd(centred, full_matrices=False)
+    axis = axes[0] * (1.0 if axes[0] @ positions.mean(axis=0) >= 0 else -1.0)
+    flat = plane - plane.mean(axis=0)
+    gradient, *_ = np.linalg.lstsq(flat, centred @ axis, rcond=None)
+    length = float(np.linalg.norm(gradient))
+    up = gradient / length if length > 1e-9 else np.array([0.0, 1.0])
+    turned = flat @ np.array([[up[1], up[0]], [-up[0], up[1]]])
+    return turned - turned.min(axis=0)

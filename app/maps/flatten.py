@@ -11,9 +11,9 @@ import numpy as np
 from app.arrays import FloatArray
 from app.errors import Finding, MapError
 from app.geometry.mesh import Mesh
-from app.maps.bijective import crossings
+from app.maps.bijective import crossings, flipped
 from app.maps.border import ApartBorder
-from app.maps.chart import Chart
+from app.maps.chart import Chart, upright
 from app.maps.cut import CutSurface
 from app.maps.methods import balanced
 from app.maps.methods.disk import Disk
@@ -121,14 +121,14 @@ class _Job:
         cut, disk = self._cut(extra)
         rounds, findings = self._valid(disk)
         best = rounds[-1].plane
-        if not np.isfinite(disk.energy.energy(best)) or crossings(best[disk.loop]):
+        plane = upright(best * np.sqrt(self._surface.area), self._surface.vertices[cut.vertex_of])
+        if flipped(plane, cut.faces).any() or crossings(plane[disk.loop]):
             raise MapError("no one-to-one map was found", place=self._name, remedy="Split the patch, or draw a seam")
         if disk.energy.mollified:
             note = Finding("thin-face", self._name, "given the least area that can be laid flat", disk.energy.mollified)
             findings.append(note)
-        upright = _upright(best * np.sqrt(self._surface.area), self._surface.vertices[cut.vertex_of])
         energies, seconds = tuple(r.energy for r in rounds), tuple(r.seconds for r in rounds)
-        chart = Chart(cut.faces, upright, cut.vertex_of, cut.seams, self._how.name, energies, seconds, tuple(findings))
+        chart = Chart(cut.faces, plane, cut.vertex_of, cut.seams, self._how.name, energies, seconds, tuple(findings))
         return chart, rounds[-1].energy if self._lengths == 1 else balanced.objective(disk, self._lengths).energy(best)
 
     def _valid(self, disk: Disk) -> tuple[list[Iterate], list[Finding]]:
@@ -144,9 +144,9 @@ class _Job:
             if not findings:
                 findings.append(Finding("flips-mended", self._name, f"{self._how.name} turns triangles over here"))
             rounds += self._told(disk, clock, (r.plane for r in minimise(target, disk.start)))
-        if crossings(rounds[-1].plane[disk.loop]):
+        apart = ApartBorder(target, disk.loop, rounds[-1].plane)
+        if apart.touches(rounds[-1].plane):
             # The first map does not overlap, and a barrier between the border's parts keeps it so.
-            apart = ApartBorder(target, disk.loop, rounds[-1].plane)
             rounds += self._told(disk, clock, (r.plane for r in minimise(apart, disk.start)))
             note = f"border kept apart, distortion {rounds[-1].energy:.2f}"
             findings.append(Finding("overlap-avoided", self._name, note))
@@ -171,16 +171,3 @@ class _Clock:
 
     def __call__(self) -> float:
         return time.perf_counter() - self._start
-
-
-def _upright(plane: FloatArray, positions: FloatArray) -> FloatArray:
-    """Turn so that the body's long direction, away from the link's origin (its joint), points up; box at the origin."""
-    centred = positions - positions.mean(axis=0)
-    _, _, axes = np.linalg.svd(centred, full_matrices=False)
-    axis = axes[0] * (1.0 if axes[0] @ positions.mean(axis=0) >= 0 else -1.0)
-    flat = plane - plane.mean(axis=0)
-    gradient, *_ = np.linalg.lstsq(flat, centred @ axis, rcond=None)
-    length = float(np.linalg.norm(gradient))
-    up = gradient / length if length > 1e-9 else np.array([0.0, 1.0])
-    turned = flat @ np.array([[up[1], up[0]], [-up[0], up[1]]])
-    return turned - turned.min(axis=0)

@@ -1,4 +1,4 @@
-"""Distances over the body, to compare those on the map with."""
+"""Distances over a surface, to compare those on the map with."""
 
 from __future__ import annotations
 
@@ -9,12 +9,14 @@ import igl
 import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import cKDTree
 
 from app.arrays import FloatArray, IntArray
 from app.geometry.mesh import Mesh
 from app.geometry.topology import bow_tie_vertices, compact, edge_table
 
 _THINNEST = 1e-6
+_NONE = np.zeros(0, dtype=np.int64)
 
 
 class Geodesics:
@@ -24,7 +26,7 @@ class Geodesics:
     former, or is not manifold, is measured along its edges instead (up to 15 % too long), which ``exact`` says.
 
     Args:
-        surface: Not cut.
+        surface: Connected, not cut.
     """
 
     def __init__(self, surface: Mesh) -> None:
@@ -33,7 +35,8 @@ class Geodesics:
         self._number = np.full(len(surface.vertices), -1, dtype=np.int64)
         self._number[kept] = np.arange(len(kept))
         sides = self._mesh.vertices[faces] - np.roll(self._mesh.vertices[faces], 1, axis=1)
-        thin = self._mesh.face_areas <= _THINNEST * (sides**2).sum(axis=2).max(axis=1)
+        self._sides = np.linalg.norm(sides, axis=2)
+        thin = self._mesh.face_areas <= _THINNEST * (self._sides**2).max(axis=1)
         manifold = edge_table(faces).face_count.max(initial=0) <= 2 and not len(bow_tie_vertices(faces))
         self.exact = bool(len(faces) and manifold and not thin.any())
 
@@ -45,11 +48,28 @@ class Geodesics:
         goals = self._number[targets]
         if not self.exact:
             return dijkstra(self._edges, directed=False, indices=self._number[source])[goals]
-        none = np.zeros(0, dtype=np.int64)
-        vertices, faces = self._mesh.vertices, self._mesh.faces
-        unique, back = np.unique(goals, return_inverse=True)
-        found = igl.exact_geodesic(vertices, faces, self._number[[source]], none, unique, none)
-        return np.asarray(found).reshape(-1)[back]
+        return _exact(self._mesh.vertices, self._mesh.faces, int(self._number[source]), goals)
+
+    def near_vertex(self, source: int, targets: IntArray, reach: float) -> FloatArray:
+        """The same where it is at most ``reach`` [m], and inf beyond; 1 ms for 300 faces within reach.
+
+        A path of that length stays among the faces that meet the ball of that radius, so the others are not asked.
+        """
+        if not self.exact:
+            found = self.from_vertex(source, targets)
+            return np.where(found <= reach, found, np.inf)
+        start, goals = self._number[source], self._number[targets]
+        within = self._ball.query_ball_point(self._mesh.vertices[start], reach + self._reach_of_faces)
+        faces, kept = compact(self._mesh.faces[within])
+        place = np.searchsorted(kept, np.append(goals, start))
+        inside = np.append(np.isin(goals, kept), True)
+        result = np.full(len(goals), np.inf)
+        goal = place[:-1][inside[:-1]]
+        found = _exact(self._mesh.vertices[kept], faces, int(place[-1]), goal)
+        # What the ball cut off is told as 0.
+        reached = (found <= reach) & ((found > 0) | (goal == place[-1]))
+        result[inside[:-1]] = np.where(reached, found, np.inf)
+        return result
 
     def quickly_from_vertex(self, source: int, targets: IntArray) -> FloatArray:
         """The same within about 1 %, by the heat method (Crane, Weischedel and Wardetzky 2013); 1 ms."""
@@ -59,9 +79,19 @@ class Geodesics:
         return found[self._number[targets]]
 
     @cached_property
+    def _ball(self) -> cKDTree:
+        return cKDTree(self._mesh.vertices[self._mesh.faces].mean(axis=1))
+
+    @cached_property
+    def _reach_of_faces(self) -> float:
+        """No point of a face is farther from its middle than two thirds of its longest side."""
+        return 2 / 3 * float(self._sides.max())
+
+    @cached_property
     def _heat(self) -> Any:
         """Factored systems; None where libigl cannot factor them, as for a single triangle."""
         data = igl.HeatGeodesicsData()
+        data.use_intrinsic_delaunay = True
         try:
             igl.heat_geodesics_precompute(self._mesh.vertices, self._mesh.faces, data)
         except RuntimeError:
@@ -73,3 +103,11 @@ class Geodesics:
         edges, count = self._mesh.edges, len(self._mesh.vertices)
         lengths = np.linalg.norm(np.diff(self._mesh.vertices[edges], axis=1)[:, 0], axis=1)
         return coo_matrix((lengths, (edges[:, 0], edges[:, 1])), shape=(count, count)).tocsr()
+
+
+def _exact(vertices: FloatArray, faces: IntArray, source: int, targets: IntArray) -> FloatArray:
+    unique, back = np.unique(targets, return_inverse=True)
+    if not len(unique):
+        return np.zeros(0)
+    found = igl.exact_geodesic(vertices, faces, np.array([source]), _NONE, unique, _NONE)
+    return np.asarray(found, dtype=np.float64).reshape(-1)[back]

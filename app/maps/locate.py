@@ -10,6 +10,9 @@ from app.maps.grid import BoxGrid
 _TOLERANCE = 1e-9
 """Weights down to minus this still count as inside, so that rounding loses no point on a side."""
 
+_AT_ONCE = 8192
+"""Points whose candidates stay in the processor's cache."""
+
 
 class PlaneLocator:
     """Finds containing triangles among many that do not overlap.
@@ -30,7 +33,8 @@ class PlaneLocator:
         if len(triangles):
             low, high = triangles.min(axis=1), triangles.max(axis=1)
             slack = 4 * _TOLERANCE * float((high - low).max())
-            size = float(np.sqrt(np.prod(high - low, axis=1).mean()))
+            # Half a box is the size at which building the grid and asking it a picture's pixels cost least together.
+            size = 0.5 * float(np.sqrt(np.prod(high - low, axis=1).mean()))
             self._grid = BoxGrid(low - slack, high + slack, size)
 
     def query(self, points: FloatArray) -> tuple[IntArray, FloatArray]:
@@ -39,8 +43,14 @@ class PlaneLocator:
         On a shared side it is one of the two; a point that is not finite is in none.
         """
         found, weights = np.full(len(points), -1, dtype=np.int64), np.zeros((len(points), 3))
-        if self._grid is None or not len(points):
-            return found, weights
+        for start in range(0, len(points) if self._grid else 0, _AT_ONCE):
+            part = slice(start, start + _AT_ONCE)
+            self._find(points[part], found[part], weights[part])
+        return found, weights
+
+    def _find(self, points: FloatArray, found: IntArray, weights: FloatArray) -> None:
+        """Fills in ``found`` (k,) and ``weights`` (k, 3) where a triangle holds a point."""
+        assert self._grid is not None
         row, triangle = self._grid.candidates(points)
         x, y = (points[row] - self._origin[triangle]).T
         m = self._rows[triangle]
@@ -48,8 +58,6 @@ class PlaneLocator:
         first = 1 - second - third
         depth = np.minimum(np.minimum(first, second), third)
         held = np.flatnonzero((depth >= -_TOLERANCE) & self._sound[triangle])
+        inner = np.maximum(np.stack([first[held], second[held], third[held]], axis=1), 0.0)
         found[row[held]] = triangle[held]
-        weights[row[held]] = np.stack([first[held], second[held], third[held]], axis=1)
-        weights = np.maximum(weights, 0.0)
-        weights /= np.maximum(weights.sum(axis=1, keepdims=True), np.finfo(float).tiny)
-        return found, weights
+        weights[row[held]] = inner / inner.sum(axis=1, keepdims=True)

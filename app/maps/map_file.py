@@ -14,6 +14,7 @@ from app.errors import Finding, MapError, MeshError
 from app.geometry.topology import boundary_loops
 from app.maps.bijective import flipped
 from app.maps.chart import Chart
+from app.maps.exchange.obj_uv import write_obj
 from app.maps.layout import MapLayout, Placement
 from app.maps.tactile_map import TactileMap
 from app.skin.skin import Patch
@@ -103,28 +104,12 @@ def map_from_bytes(data: bytes, *, file: str | Path | None = None) -> TactileMap
 
 
 def save_obj(map_: TactileMap, path: str | Path) -> None:
-    """Write the skin as OBJ with the map as texture coordinates, one group a patch, each in its link's frame.
-
-    The texture square is filled by the map's larger side; a comment says how to get metres back.
+    """Write the skin as OBJ with the map as texture coordinates; see ``exchange.obj_uv``.
 
     Raises:
         MapError: The file cannot be written.
     """
-    low, side = map_.bounds[0], float(np.ptp(map_.bounds, axis=0).max()) or 1.0
-    lines = [
-        "# tactile map: vt = (map point - origin) / side",
-        f"# origin {low[0]:.9g} {low[1]:.9g} m, side {side:.9g} m",
-    ]
-    vertex, corner = 1, 1
-    for patch, chart, uv in zip(map_.skin.patches, map_.charts, map_.uv, strict=True):
-        surface = patch.surface
-        lines.append(f"g {'_'.join(patch.name.split()) or 'patch'}")
-        lines += [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in surface.vertices.tolist()]
-        lines += [f"vt {u:.9g} {v:.9g}" for u, v in ((uv - low) / side).tolist()]
-        pairs = np.stack([surface.faces + vertex, chart.faces + corner], axis=2).reshape(-1, 6).tolist()
-        lines += [f"f {a}/{d} {b}/{e} {c}/{f}" for a, d, b, e, c, f in pairs]
-        vertex, corner = vertex + len(surface.vertices), corner + len(uv)
-    _write(Path(path), ("\n".join(lines) + "\n").encode())
+    write_obj(map_, path)
 
 
 def _write(path: Path, data: bytes) -> None:

@@ -205,7 +205,7 @@ def _blocks(
     """The 2 x 2 blocks (xx, xy, yx, yy), each entry (m,), of corners (k, l), k <= l, of every face."""
     first, mixed, second, twist, flip = curvatures
     spin, swap = 0.5 * (flip + twist), 0.5 * (flip - twist)
-    blocks = {}
+    blocks: dict[tuple[int, int], tuple[FloatArray, ...]] = {}
     for pair in ((1, 1), (1, 2), (2, 2)):
         (p, q), (r, t) = (hats[corner - 1] for corner in pair)
         pr, qt, pt, qr = p * r, q * t, p * t, q * r

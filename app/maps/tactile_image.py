@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix, diags
 
 from app.arrays import FloatArray, IntArray, readonly
 from app.errors import MapError
 from app.geometry.surface_point import SurfacePoint
-from app.maps.interpolation import interpolation_weights
+from app.maps.image_force import behind, force_areas
+from app.maps.interpolation.weights import interpolation_weights
 from app.maps.tactile_map import TactileMap
 
 MOST_PIXELS = 2**24
@@ -21,14 +24,31 @@ class TactileImage:
         map_: The map.
         resolution: Pixel size [m]; by default such that the image's longer side has ``width`` pixels.
         width: Pixels along the longer side when no resolution is given.
+        interpolation: How to show what lies between taxels: ``barycentric``, ``nearest``, ``natural-neighbour`` or
+            ``thin-plate``; see each for its cost and error.
+
+    Attributes:
+        shape: Rows and columns.
+        extent: (2, 2) lower-left and upper-right corner on the map [m].
+        weights: Sparse (rows * columns, taxels) float32: the image of pressures is ``weights @ pressures``.
+        inside: (rows, columns) whether a pixel's centre is on the skin.
+        shown: (rows, columns) the same grown by a pixel.
 
     Raises:
-        MapError: A resolution that is not above zero, or so fine that the image would have more than 2^24 pixels.
+        MapError: A resolution that is not above zero, or so fine that the image would have more than 2^24 pixels; an
+            interpolation that does not exist.
 
-    Cost: 0.2 s to build at 512 pixels across; 0.3 ms to render.
+    Cost: 0.1 s to build at 512 pixels across and 0.2 ms to render, with barycentric interpolation.
     """
 
-    def __init__(self, map_: TactileMap, *, resolution: float | None = None, width: int = 512) -> None:
+    def __init__(
+        self,
+        map_: TactileMap,
+        *,
+        resolution: float | None = None,
+        width: int = 512,
+        interpolation: str = "barycentric",
+    ) -> None:
         low, high = map_.bounds
         self.resolution = max(float((high - low).max()) / width, 1e-9) if resolution is None else resolution
         columns, rows = _pixels(high - low, self.resolution)
@@ -36,11 +56,15 @@ class TactileImage:
         size = self.resolution * np.array([columns, rows])
         corner = 0.5 * (low + high - size)
         self.extent = readonly(np.stack([corner, corner + size]))
-        self._patch, self._face, self._weights = map_.to_body_many(self.centres())
+        self.interpolation = interpolation
+        centres = self.centres()
+        self._map = map_
+        self._patch, self._face, self._weights = map_.to_body_many(centres)
         self.inside = readonly((self._face >= 0).reshape(self.shape), bool)
         # Border pixels whose centre is just outside are shown too, so that a patch's edge is not ragged.
         shown = _padded(self._patch, self.shape)
-        self.weights = interpolation_weights(map_, shown, self.centres()).astype(np.float32)
+        weights = interpolation_weights(map_, shown, centres, interpolation=interpolation)
+        self.weights = weights.astype(np.float32)
         self.shown = readonly((shown >= 0).reshape(self.shape), bool)
 
     def centres(self) -> FloatArray:
@@ -56,6 +80,28 @@ class TactileImage:
             self.weights @ (1e-3 * np.asarray(pressures)).astype(np.float32)
         ).reshape(self.shape)
         return image
+
+    @property
+    def taxel_areas(self) -> FloatArray:
+        """(taxels,) on the body [m²]."""
+        return self._map.skin.areas
+
+    @cached_property
+    def pixel_areas(self) -> FloatArray:
+        """(rows, columns) on the body [m²], such that the image shows exactly the force that the skin feels.
+
+        See ``force_areas``. Cost: 20 ms at 512 pixels across, once; 100 ms with thin plates.
+        """
+        areas = force_areas(self.weights, behind(self._map, self._patch, self._face, self.resolution), self.taxel_areas)
+        return readonly(areas.reshape(self.shape))
+
+    def force(self, image: FloatArray) -> float:
+        """The force [N] normal to the skin that an image (rows, columns) [kPa] shows, or a part of one.
+
+        Of a rendered image that is sum(pressure * area) over the taxels to 1e-7, the precision of its pixels; of one
+        in double precision (``weights @ pressures``) to 1e-12. Blank all pixels but a region's to get that region's.
+        """
+        return 1e3 * float(np.vdot(self.pixel_areas, np.asarray(image, dtype=np.float64)))
 
     def pixel(self, point: FloatArray) -> tuple[int, int]:
         """Row and column of the pixel that holds a map point (2,) [m]; it may lie outside the image."""
@@ -87,14 +133,14 @@ def _pixels(size: FloatArray, resolution: float) -> tuple[int, int]:
     return int(counts[0]), int(counts[1])
 
 
-def vertex_weights(map_: TactileMap) -> list[csr_matrix]:
+def vertex_weights(map_: TactileMap, *, interpolation: str = "barycentric") -> list[csr_matrix]:
     """For each patch sparse (surface vertices, taxels): the image's interpolation, for colouring the body.
 
     A vertex on a seam has several places on the map; it takes the mean of them, so that no seam shows in touch.
     """
     result = []
     for number, (patch, chart, uv) in enumerate(zip(map_.skin.patches, map_.charts, map_.uv, strict=True)):
-        copies = interpolation_weights(map_, np.full(len(uv), number), uv)
+        copies = interpolation_weights(map_, np.full(len(uv), number), uv, interpolation=interpolation)
         count = len(patch.surface.vertices)
         gather = coo_matrix((np.ones(len(uv)), (chart.vertex_of, np.arange(len(uv)))), shape=(count, len(uv))).tocsr()
         share = 1.0 / np.maximum(np.asarray(gather.sum(axis=1)).ravel(), 1)

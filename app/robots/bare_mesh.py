@@ -6,15 +6,13 @@ from pathlib import Path
 
 import mujoco
 
-from app.errors import Finding, MeshError
-from app.geometry.mesh import Mesh
+from app.errors import MeshError
 from app.robots.build import build_robot
-from app.robots.mesh_file import read_mesh, to_msh
+from app.robots.mesh_file import in_metres, read_mesh, to_msh
 from app.robots.robot import Robot
 
 LINK = "mesh"
 CLEARANCE = 0.05  # m between the ground and the lowest point
-_LARGEST_IN_METRES = 10.0  # a bounding box with a longer diagonal is taken for millimetres
 
 
 def load_bare_mesh(path: Path, *, name: str | None = None) -> Robot:
@@ -27,7 +25,10 @@ def load_bare_mesh(path: Path, *, name: str | None = None) -> Robot:
         RobotError: The file is missing or a folder.
         MeshError: It cannot be read, is empty, has no size, or holds numbers that are not finite.
     """
-    mesh, findings = _in_metres(read_mesh(path), path)
+    mesh = read_mesh(path)
+    if mesh.area == 0.0:
+        raise MeshError("the mesh has no area", file=path, remedy="Export it again with its surface")
+    mesh, findings = in_metres(mesh, where=str(path))
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
     spec.modelname = name or path.stem
@@ -40,12 +41,3 @@ def load_bare_mesh(path: Path, *, name: str | None = None) -> Robot:
     assets = {"mesh.msh": to_msh(mesh)}
     spec.assets = assets
     return build_robot(spec, name=spec.modelname, source=str(path), assets=assets, findings=findings)
-
-
-def _in_metres(mesh: Mesh, path: Path) -> tuple[Mesh, list[Finding]]:
-    if mesh.area == 0.0:
-        raise MeshError("the mesh has no area", file=path, remedy="Export it again with its surface")
-    if mesh.size <= _LARGEST_IN_METRES:
-        return mesh, []
-    guess = Finding("units", str(path), f"{mesh.size:.3g} across, so taken for millimetres")
-    return Mesh(mesh.vertices * 1e-3, mesh.faces), [guess]

@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import io
+import json
 import logging
 import struct
 from pathlib import Path
+from urllib.parse import unquote
 
 import numpy as np
 import trimesh
 from collada.common import DaeError
 
 from app.arrays import FloatArray, IntArray
-from app.errors import MeshError
+from app.errors import Finding, MeshError
 from app.geometry.mesh import Mesh
-from app.robots.safe_files import parse_xml, read_bytes
+from app.robots.safe_files import contained, parse_xml, read_bytes
 
-MESH_SUFFIXES = (".obj", ".stl", ".ply", ".off", ".glb", ".dae", ".msh")
+MESH_SUFFIXES = (".obj", ".stl", ".ply", ".off", ".gltf", ".glb", ".dae", ".msh")
 MAX_FACES = 5_000_000
 MAX_COORDINATE = 1e7
+LARGEST_IN_METRES, SMALLEST_IN_METRES = 10.0, 1e-3  # m, of the bounding box's diagonal
+_FAR = 1e3  # sizes from the origin
 logging.getLogger("trimesh").addHandler(logging.NullHandler())  # its tracebacks are not for users; our errors are
 # What third-party parsers raise on files that are not what they claim to be.
 _PARSER_ERRORS = (ValueError, TypeError, KeyError, IndexError, AttributeError, NameError, AssertionError,
@@ -57,6 +61,27 @@ def parse_mesh(data: bytes, path: Path) -> Mesh:
         return Mesh(*_weld(vertices, Mesh(vertices, faces).faces))
     except MeshError as error:
         raise MeshError(error.problem, file=path, place=error.place, value=error.value, remedy=error.remedy) from error
+
+
+def in_metres(mesh: Mesh, *, where: str) -> tuple[Mesh, tuple[Finding, ...]]:
+    """``mesh`` as it is, or a thousandth of it where its size says that the file was in millimetres.
+
+    Formats other than glTF and Collada do not state a unit. A body more than 10 m across is taken for millimetres; one
+    below 1 mm, or one far from the origin, is left as it is. Each guess and doubt is a Finding.
+
+    Args:
+        mesh: In the file's own unit.
+        where: The file's name, for findings.
+    """
+    size, scale, notes = mesh.size, 1.0, list[Finding]()
+    if size > LARGEST_IN_METRES:
+        notes, scale = [Finding("units", where, f"{size:.3g} across, so taken for millimetres")], 1e-3
+    elif size < SMALLEST_IN_METRES:
+        notes = [Finding("units", where, f"only {size:.3g} m across: scale it if that is not meant")]
+    away = float(np.linalg.norm(mesh.bounds.mean(axis=0))) if size > 0 else 0.0
+    if away > _FAR * size:
+        notes.append(Finding("far-away", where, f"{away / size:.3g} times its size from the origin: digits are lost"))
+    return (Mesh(scale * mesh.vertices, mesh.faces) if scale != 1.0 else mesh), tuple(notes)
 
 
 def to_msh(mesh: Mesh) -> bytes:
@@ -107,7 +132,8 @@ def _from_msh(data: bytes) -> tuple[FloatArray, IntArray]:
 def _by_trimesh(data: bytes, suffix: str, path: Path) -> tuple[FloatArray, IntArray]:
     unit = _collada_unit(data, path) if suffix == ".dae" else 1.0
     with np.errstate(all="ignore"):  # absurd numbers are refused below, with the file's name
-        loaded = trimesh.load(io.BytesIO(data), file_type=suffix[1:], process=False)
+        buffers = _gltf_buffers(data, path) if suffix == ".gltf" else None
+        loaded = trimesh.load(io.BytesIO(data), file_type=suffix[1:], process=False, resolver=buffers)
         mesh = loaded.to_mesh() if isinstance(loaded, trimesh.Scene) else loaded
     faces = getattr(mesh, "faces", None)
     if faces is None:
@@ -116,6 +142,16 @@ def _by_trimesh(data: bytes, suffix: str, path: Path) -> tuple[FloatArray, IntAr
     if vertices.ndim != 2 or vertices.shape[1] != 3:
         raise ValueError("a vertex is not three numbers")
     return unit * vertices, np.asarray(faces, dtype=np.int64)
+
+
+def _gltf_buffers(data: bytes, path: Path) -> dict[str, bytes]:
+    """The files beside a glTF file that hold its numbers, by the names it calls them; it may not reach further."""
+    named = [buffer.get("uri", "") for buffer in json.loads(data).get("buffers", [])]
+    return {
+        name: read_bytes(contained(path.parent / unquote(name), [path.parent], file=path, named=name))
+        for name in named
+        if name and not name.startswith("data:")
+    }
 
 
 def _collada_unit(data: bytes, path: Path) -> float:

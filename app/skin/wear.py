@@ -20,7 +20,7 @@ from app.robots.configuration import Configuration
 from app.robots.robot import Robot
 from app.skin.cover_spec import BRIDGED
 from app.skin.pieces import piece_name, tidy_pieces
-from app.skin.place import cells, straight_cells, surface_graph, taxels_at
+from app.skin.place import cells, own_faces, straight_cells, surface_graph, taxels_at
 from app.skin.skin import Patch, Skin
 from app.skin.taxels import Taxels
 
@@ -147,21 +147,7 @@ def _patches(pieces: list[Mesh], points: FloatArray, pitch: float, link: str) ->
 
 def _taxels(piece: Mesh, points: FloatArray, pitch: float) -> Taxels:
     centres = piece.vertices[piece.faces].mean(axis=1)
-    seeds = _own_faces(centres, points)
+    seeds = own_faces(centres, points)
     graph: csr_matrix = surface_graph(piece, centres)
     owner = cells(graph, seeds, reach=REACH * pitch)
     return taxels_at(piece, points, straight_cells(piece, points, owner, seeds))
-
-
-def _own_faces(centres: FloatArray, points: FloatArray) -> IntArray:
-    """(n,) for each point the nearest face that no point before has taken, so that every taxel feels something."""
-    order = cKDTree(centres).query(points, k=min(64, len(centres)))[1].reshape(len(points), -1)
-    taken: set[int] = set()
-    seeds = []
-    for faces in order.tolist():
-        free = next((face for face in faces if face not in taken), None)
-        if free is None:
-            raise SkinError("the taxels lie too close together for the cover", value=f"{len(points)} taxels")
-        taken.add(free)
-        seeds.append(free)
-    return np.array(seeds, dtype=np.int64)

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from tests.benchmarks.flatten_table import FLATTENING, write
+
 
 def pytest_terminal_summary(terminalreporter, config):
     """Add the table; ``extra_info['per']`` states what one round is, ``extra_info['ratio']`` a comparison."""
@@ -23,3 +25,6 @@ def pytest_terminal_summary(terminalreporter, config):
         name = bench.name.removeprefix("test_").replace("_", " ")
         remark = "; ".join(f"{key}: {value}" for key, value in bench.extra_info.items())
         terminalreporter.write_line(f"{name:<58}{median:>10.3f}{p95:>10.3f}{bench.stats.rounds:>8}  {remark}")
+    if FLATTENING in config.stash:
+        terminalreporter.section("flattening, against peers")
+        write(config.stash[FLATTENING], terminalreporter.write_line)

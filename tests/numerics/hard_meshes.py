@@ -1,6 +1,7 @@
 """A named catalogue of meshes as they come from files: sound ones, and every defect that real ones have.
 
-Use ``HARD_MESHES[name]`` for one, ``WORN`` for the names of those that can wear a skin, ``one_link`` for a robot of it.
+``HARD_MESHES[name]`` are those that robots' links come as, ``one_link`` makes a robot of one. ``hard_groups`` has the
+wider catalogue of meshes to be laid flat as they are.
 """
 
 from __future__ import annotations
@@ -24,13 +25,13 @@ def _cube() -> Mesh:
     return _mesh(trimesh.creation.box((0.2, 0.15, 0.1)))
 
 
-def _joined(*meshes: Mesh) -> Mesh:
+def joined(*meshes: Mesh) -> Mesh:
     starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])[:-1]
     faces = [mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)]
     return Mesh(np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(faces))
 
 
-def _moved(mesh: Mesh, by: tuple[float, float, float]) -> Mesh:
+def moved(mesh: Mesh, by: tuple[float, float, float]) -> Mesh:
     return Mesh(mesh.vertices + by, mesh.faces)
 
 
@@ -55,7 +56,7 @@ def _soup() -> Mesh:
 
 def _inner_shell() -> Mesh:
     inner = _sphere(0.06)
-    return _joined(_sphere(), Mesh(inner.vertices, inner.faces[:, ::-1]))
+    return joined(_sphere(), Mesh(inner.vertices, inner.faces[:, ::-1]))
 
 
 def _slivers() -> Mesh:
@@ -86,7 +87,7 @@ def _plate() -> Mesh:
 
 def _spike() -> Mesh:
     """A ball with a thin long needle."""
-    return _joined(_sphere(), _moved(_mesh(trimesh.creation.cone(radius=0.008, height=0.25)), (0, 0, 0.09)))
+    return joined(_sphere(), moved(_mesh(trimesh.creation.cone(radius=0.008, height=0.25)), (0, 0, 0.09)))
 
 
 def _moebius(around: int = 60) -> Mesh:
@@ -121,8 +122,8 @@ HARD_MESHES: dict[str, Mesh] = {
     "torus": _mesh(trimesh.creation.torus(0.1, 0.04)),
     "open tube": _tube(),
     "soup": _soup(),
-    "two components": _joined(_sphere(), _moved(_sphere(0.03), (0.3, 0, 0))),
-    "overlapping parts": _joined(_cube(), _moved(_sphere(0.08), (0.08, 0.02, 0.03))),
+    "two components": joined(_sphere(), moved(_sphere(0.03), (0.3, 0, 0))),
+    "overlapping parts": joined(_cube(), moved(_sphere(0.08), (0.08, 0.02, 0.03))),
     "inner shell": _inner_shell(),
     "slivers": _slivers(),
     "zero-area faces": _zero_area_faces(),
@@ -130,7 +131,7 @@ HARD_MESHES: dict[str, Mesh] = {
     "inside out": Mesh(_cube().vertices, _cube().faces[:, ::-1]),
     "hole": _holed(),
     "fin": _fin(),
-    "huge offset": _moved(_cube(), (1e3, -1e3, 1e3)),
+    "huge offset": moved(_cube(), (1e3, -1e3, 1e3)),
     "tiny": Mesh(_cube().vertices / 200, _cube().faces),
     "large": Mesh(_cube().vertices * 50, _cube().faces),
     "flat plate": _plate(),

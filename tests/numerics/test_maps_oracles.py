@@ -10,8 +10,8 @@ from scipy.optimize import minimize
 from app.geometry.mesh import Mesh
 from app.maps.cut import cut_to_disk
 from app.maps.flatten import flatten
-from app.maps.symmetric_dirichlet import SymmetricDirichlet, rotation_svd
 from app.maps.methods.tutte import tutte
+from app.maps.symmetric_dirichlet import SymmetricDirichlet, rotation_svd
 from tests.numerics.map_surfaces import cap, frustum, named, sheet, spiral
 
 

@@ -6,7 +6,7 @@ import zipfile
 import numpy as np
 import pytest
 
-from app.array_file import pack_arrays, unpack_arrays
+from app.array_file import pack_arrays, unpack_arrays, unpack_bare_arrays
 from app.errors import SkinError
 
 
@@ -90,3 +90,13 @@ def test_a_flipped_bit_is_noticed() -> None:
     data[len(data) // 2] ^= 1
     with pytest.raises(SkinError, match="damaged"):
         unpack_arrays(bytes(data), error=SkinError)
+
+
+def test_arrays_of_another_program_need_no_header():
+    buffer = io.BytesIO()
+    np.savez(buffer, places=np.eye(3), numbers=np.arange(3))
+    arrays = unpack_bare_arrays(buffer.getvalue(), error=SkinError)
+    assert list(arrays) == ["places", "numbers"]
+    np.testing.assert_array_equal(arrays["places"], np.eye(3))
+    with pytest.raises(SkinError, match="no header"):
+        unpack_arrays(buffer.getvalue(), error=SkinError)

@@ -1,62 +1,200 @@
-"""How good the map is, at one look."""
+"""How good the map is, at one look: the few numbers that matter, what each means, and a mark where one is bad."""
 
 from __future__ import annotations
 
-from PySide6.QtWidgets import QWidget
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
 
+from PySide6.QtGui import QPalette
+from PySide6.QtWidgets import QHBoxLayout, QWidget
+
+from app.maps.compare import Comparison
 from app.maps.quality import MapQuality
 from app.session.prepare import Prepared
 from widgets.panels.panel import Panel, fact
 
+_MARK = "▲"
+_UNKNOWN = "–"
+
+
+@dataclass(frozen=True)
+class _Row:
+    """One measure of the card.
+
+    Attributes:
+        key: Of ``MapQuality.to_json``.
+        name: As shown.
+        form: Of its value.
+        tip: What it means, for somebody who never saw the word.
+        bad: Whether its value misleads whoever reads the map.
+        said: The name within a sentence.
+    """
+
+    key: str
+    name: str
+    form: Callable[[Any], str]
+    tip: str
+    bad: Callable[[Any], bool]
+    said: str = ""
+
+
+def _percent(value: float) -> str:
+    return f"{100 * value:.1f}\u2009%"
+
+
+def _spread(value: Mapping[str, float]) -> str:
+    return f"×{value['p95']:.2f}" if value["p95"] is not None else "∞"
+
+
+def _spread_bad(value: Mapping[str, float | None]) -> bool:
+    return value["p95"] is None or value["p95"] > 2
+
+
 _ROWS = (
-    # key, text, format, tool tip
-    ("patches", "Patches", "{:d}", "Pieces of skin laid flat"),
-    ("taxels", "Taxels", "{:d}", "Tactile elements on the map"),
-    ("flips", "Flipped triangles", "{:d}", "Must be 0"),
-    ("bijective", "One-to-one", "{}", "Every map point has one body point and back"),
-    ("symmetric_dirichlet", "Distortion", "{:.3f}", "Mean symmetric Dirichlet energy; 4 is none"),
-    ("edge_error", "Neighbour distance error", "{:.1%}", "Root mean square, between neighbouring taxels"),
-    ("trustworthiness", "Trustworthiness", "{:.4f}", "1: who is close on the map is close on the body"),
-    ("continuity", "Continuity", "{:.4f}", "1: who is close on the body is close on the map"),
-    ("round_trip_mm", "Round trip", "{:.2f}\u2009mm", "Body to map to pixel and back, 95th percentile"),
-)
+    _Row("bijective", "One-to-one", lambda v: "yes" if v else "no",
+         "Every point of the map is one place on the body, and back: no triangle flipped, nothing overlaps.",
+         lambda v: not v),
+    _Row("flips", "Flipped triangles", lambda v: f"{v}",
+         "Triangles that lie upside down on the map; must be 0.", lambda v: v > 0),
+    _Row("angle", "Angles", _spread,
+         "How much longer one direction is shown than the one across, within 95\u2009% of the skin. ×1 keeps shapes.",
+         _spread_bad, "angles"),
+    _Row("area", "Areas", _spread,
+         "How many times too large or too small an area is shown, within 95\u2009% of the skin. ×1 is true size.",
+         _spread_bad, "areas"),
+    _Row("edge_error", "Near distances", _percent,
+         "How far the distances between neighbouring taxels are off, root mean square at the best scale.",
+         lambda v: v > 0.15, "near distances"),
+    _Row("torn", "Torn neighbours", _percent,
+         "Neighbours on the body that a seam drew more than twice as far apart on the map.",
+         lambda v: v > 0.05, "torn neighbours"),
+    _Row("stress", "All distances", _percent,
+         "Stress: how far the distances between all taxels of a patch differ from those over the body. 0 is none.",
+         lambda v: v > 0.5, "all distances"),
+    _Row("trustworthiness", "Trustworthiness", lambda v: f"{v:.4f}",
+         "1 if the six nearest taxels on the map are nearest on the body too: no false neighbours.",
+         lambda v: v < 0.98, "false neighbours"),
+    _Row("continuity", "Continuity", lambda v: f"{v:.4f}",
+         "1 if the six nearest taxels on the body are nearest on the map too: no lost neighbours.",
+         lambda v: v < 0.95, "lost neighbours"),
+    _Row("round_trip_mm", "Round trip", lambda v: f"{v:.2f}\u2009mm",
+         "From the body to the map, to a pixel of the image and back: how far off, for 95\u2009% of the taxels.",
+         lambda v: v > 3.0, "round trip"),
+    _Row("taxels", "Taxels", lambda v: f"{v}", "Tactile elements on the map.", lambda _: False),
+)  # fmt: skip
+
+
+class _Cell(QWidget):
+    """A number, with a mark before it when it is bad."""
+
+    def __init__(self, name: str, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._mark, self._value = fact("", self, right=True), fact("", self, right=True)
+        self._mark.setForegroundRole(QPalette.ColorRole.BrightText)
+        self._mark.setObjectName(f"{name}-mark")
+        self._value.setObjectName(name)
+        line = QHBoxLayout(self)
+        line.setContentsMargins(0, 0, 0, 0)
+        line.setSpacing(2)
+        line.addWidget(self._mark, 1)
+        line.addWidget(self._value)
+
+    def write(self, text: str, *, bad: bool, best: bool) -> None:
+        """Show a value: marked if bad, bold if the best of two."""
+        font = self.font()
+        font.setBold(best)
+        self._value.setFont(font)
+        self._value.setText(text)
+        self._mark.setText(_MARK if bad else "")
 
 
 class QualityPanel(Panel):
-    """The quality card."""
+    """The quality card: of one map, or of two side by side."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Map quality", "quality-panel", parent)
         self._note = self.caption("Open a robot to measure its map.")
+        self._note.setObjectName("quality-note")
+        self._facts: tuple[Mapping[str, Any], ...] = ()
+        self._better: Mapping[str, str] = {}
         grid = self.grid()
         grid.setColumnStretch(0, 1)
-        self._values = {}
-        for row, (key, text, _, tip) in enumerate(_ROWS):
-            name, value = fact(text, self), fact("", self, right=True)
-            value.setObjectName(f"quality-{key}")
-            for column, label in enumerate((name, value)):
-                label.setToolTip(tip)
-                grid.addWidget(label, row, column)
-            self._values[key] = value
+        grid.setHorizontalSpacing(8)
+        self._heads = [fact("", self, right=True) for _ in range(2)]
+        for column, head in enumerate(self._heads):
+            head.setProperty("role", "caption")
+            grid.addWidget(head, 0, column + 1)
+        self._cells: dict[str, list[_Cell]] = {}
+        for number, row in enumerate(_ROWS, start=1):
+            name, cells = fact(row.name, self), [_Cell(f"quality-{row.key}{side}", self) for side in ("", "-b")]
+            name.setToolTip(row.tip)
+            for column, label in enumerate((name, *cells)):
+                grid.addWidget(label, number, column)
+            self._cells[row.key] = cells
+        self._show_second(False)
 
     def show_prepared(self, prepared: Prepared) -> None:
         """Another map; its quality comes a moment later."""
         self._note.setText("Measuring…")
-        self._note.show()
-        for value in self._values.values():
-            value.setText("")
-        self._values["patches"].setText(str(len(prepared.skin.patches)))
-        self._values["taxels"].setText(str(len(prepared.skin)))
+        self._facts, self._better = ({"taxels": len(prepared.skin)},), {}
+        self._show_second(False)
+        self._fill()
 
     def show_quality(self, quality: MapQuality) -> None:
-        """The numbers."""
-        self._note.hide()
-        facts = quality.to_json()
-        for key, _, form, _ in _ROWS:
-            value = facts[key]
-            text = (
-                {True: "yes", False: "no"}[value]
-                if isinstance(value, bool)
-                else form.format(value).replace("%", "\u2009%")
-            )
-            self._values[key].setText(text)
+        """The numbers of one map."""
+        self._facts, self._better = (quality.to_json(),), {}
+        self._note.setText(_verdict(self._facts[0]))
+        self._show_second(False)
+        self._fill()
+
+    def show_comparison(self, comparison: Comparison, *, names: tuple[str, str] = ("A", "B")) -> None:
+        """Two maps side by side; the better number of each row is bold.
+
+        Args:
+            comparison: Of the same taxels.
+            names: Short ones, for the columns' heads.
+        """
+        self._facts = (comparison.first.to_json(), comparison.second.to_json())
+        self._better = {measure.name: measure.better for measure in comparison.measures}
+        counts = [sum(better == side for better in self._better.values()) for side in ("first", "second")]
+        self._note.setText(
+            f"{names[0]} is better in {counts[0]} measures, {names[1]} in {counts[1]}; their taxels lie "
+            f"{comparison.procrustes_mm:.1f}\u2009mm apart."
+        )
+        for head, name in zip(self._heads, names, strict=True):
+            head.setText(name)
+        self._show_second(True)
+        self._fill()
+
+    def _show_second(self, shown: bool) -> None:
+        for label in (*self._heads, *(cells[1] for cells in self._cells.values())):
+            label.setVisible(shown)
+
+    def _fill(self) -> None:
+        for row in _ROWS:
+            for number, (side, cell) in enumerate(zip(("first", "second"), self._cells[row.key], strict=True)):
+                facts = self._facts[number] if number < len(self._facts) else {}
+                value = facts.get(row.key)
+                text = "" if not facts else _UNKNOWN if value is None else row.form(value)
+                cell.write(text, bad=value is not None and row.bad(value), best=self._better.get(row.key) == side)
+                cell.setToolTip(row.tip + _more(row.key, facts))
+
+
+def _more(key: str, facts: Mapping[str, Any]) -> str:
+    """What else is known, for the tool tip."""
+    value = facts.get(key)
+    if key == "torn" and value is not None:
+        return f" {facts['torn_pairs']} of {facts['pairs']} pairs."
+    if not isinstance(value, Mapping):
+        return ""
+    median, largest = (f"×{value[name]:.2f}" if value[name] is not None else "∞" for name in ("median", "max"))
+    return f" Median {median}, largest {largest}."
+
+
+def _verdict(facts: Mapping[str, Any]) -> str:
+    """One sentence: fit for use, not fit, or what to look at."""
+    if not facts["bijective"]:
+        return f"Not one-to-one: {facts['flips']} triangles flipped, {facts['overlaps']} overlaps."
+    bad = [row.said for row in _ROWS if row.said and facts[row.key] is not None and row.bad(facts[row.key])]
+    return f"Look at: {', '.join(bad)}." if bad else "Nothing to note."

@@ -3,20 +3,21 @@
 The format is that of iCubSkinGui (robotology/icub-main, app/skinGui/conf/positions): a few named values, then one row
 ``x y z [nx ny nz]`` a taxel, metres, link frame. Twelve rows make a triangular module; ``taxel2Repr`` says for each
 taxel which one represents its module, -1 where nothing is fitted and -2 where the pad measures temperature. An older
-form has rows only. All rows are read here; the original reader loses the last one.
+form has rows only. All rows are read here; the original reader loses the last one, so a row of zeros is written after.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from app.arrays import BoolArray, FloatArray, IntArray, readonly
+from app.arrays import BoolArray, FloatArray, IntArray
 from app.errors import Finding, SkinError
 from app.robots.robot import Robot
-from app.skin.exchange.text_rows import Rows, read_rows
+from app.skin.exchange.foreign_file import naming, note, write_lines
+from app.skin.exchange.taxel_set import TaxelSet, unit_normals
+from app.skin.exchange.text_rows import MAX_ROWS, Rows, read_rows
 from app.skin.skin import Skin
 from app.skin.wear import wear
 
@@ -24,37 +25,16 @@ MODULE = 12
 THERMAL_PADS = (6, 10)
 THERMAL, UNFITTED, FITTED, UNKNOWN = -2, -1, 0, 1
 """What is known of a row; the first two as the list writes them."""
+REPRESENTATIVE = 3
+"""The pad in the middle of its module."""
 SAME_PLACE = 1e-5
 """Taxels closer than this [m] are one: the files state tenths of a millimetre."""
+_FLAT = 1e-3
+"""Taxels with one normal for all may be this far [m] from one plane; farther, and the normal is a dummy."""
 
 
-@dataclass(frozen=True, eq=False)
-class IcubTaxels:
-    """The usable taxels of a positions file.
-
-    Attributes:
-        link: The link that the file names; None in a file without a header.
-        numbers: (n,) each taxel's row in the file, which is its number on the robot.
-        positions: (n, 3) [m], link frame.
-        normals: (n, 3) unit normals, or None where the file has none that mean anything.
-        findings: The file's defects, counted.
-    """
-
-    link: str | None
-    numbers: IntArray
-    positions: FloatArray
-    normals: FloatArray | None
-    findings: tuple[Finding, ...]
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "numbers", readonly(self.numbers, np.int64))
-        object.__setattr__(self, "positions", readonly(self.positions))
-        if self.normals is not None:
-            object.__setattr__(self, "normals", readonly(self.normals))
-
-
-def read_icub_positions(path: str | Path) -> IcubTaxels:
-    """The usable taxels in the positions file at ``path``.
+def read_icub_positions(path: str | Path) -> TaxelSet:
+    """The usable taxels in the positions file at ``path``; a taxel's number is its row.
 
     Raises:
         SkinError: It cannot be read, or a line is not what the format allows; names the line and the value.
@@ -72,8 +52,53 @@ def read_icub_positions(path: str | Path) -> IcubTaxels:
             value=f"{len(rows.values)} rows",
             remedy="Choose a positions file with rows that are not all zero",
         )
-    normals = _normals(rows.values[number, 3:], path, findings)
-    return IcubTaxels(rows.name, number, rows.values[number, :3], normals, tuple(findings))
+    positions = rows.values[number, :3]
+    normals = _normals(positions, rows.values[number, 3:], path, findings)
+    with naming(path):
+        return TaxelSet(
+            path.stem, rows.name, number, positions, normals, modules=number // MODULE, findings=tuple(findings)
+        )
+
+
+def write_icub_positions(taxels: TaxelSet, path: str | Path) -> None:
+    """Write ``taxels`` as a positions file: the row is the number, and what lies between is zero and not fitted.
+
+    Raises:
+        SkinError: A number beyond what the format can hold, a taxel that its rows cannot tell from an unused one, or
+            the file cannot be written.
+    """
+    path = Path(path)
+    if taxels.numbers.max() >= MAX_ROWS:
+        raise SkinError(
+            "a taxel's number is its row in this format",
+            file=path,
+            value=int(taxels.numbers.max()),
+            remedy="Renumber the taxels, or write .csv",
+        )
+    count = MODULE * (int(taxels.numbers.max()) // MODULE + 1)
+    rows = np.zeros((count, 6))
+    rows[taxels.numbers, :3] = taxels.positions
+    if taxels.normals is not None:
+        rows[taxels.numbers, 3:] = taxels.normals
+    if not rows[taxels.numbers].any(axis=1).all():
+        raise SkinError("a taxel at the origin without a normal would read as unused", file=path)
+    lines = [f"name {' '.join((taxels.link or '').split())}".rstrip(), "spatial_sampling taxel"]
+    lines += [f"taxel2Repr ( {' '.join(map(str, _representatives(taxels.numbers, count).tolist()))} )", "[calibration]"]
+    lines += [" ".join(map(repr, row)) for row in rows.tolist()]
+    lines += [" ".join(["0.0"] * 6)] * MODULE
+    write_lines(path, lines)
+
+
+def _representatives(numbers: IntArray, count: int) -> IntArray:
+    """(count + MODULE,) what ``taxel2Repr`` says: the middle pad of the module, or its first where that is missing."""
+    listed = np.full(count + MODULE, UNFITTED)
+    listed[np.flatnonzero(np.isin(np.arange(count) % MODULE, THERMAL_PADS))] = THERMAL
+    numbers = np.sort(numbers)
+    modules, first = np.unique(numbers // MODULE, return_index=True)
+    middle = modules * MODULE + REPRESENTATIVE
+    chosen = np.where(np.isin(middle, numbers), middle, numbers[first])
+    listed[numbers] = chosen[np.searchsorted(modules, numbers // MODULE)]
+    return listed
 
 
 def _fitted(rows: Rows, path: Path, findings: list[Finding]) -> BoolArray:
@@ -83,7 +108,7 @@ def _fitted(rows: Rows, path: Path, findings: list[Finding]) -> BoolArray:
     listed = 0 if rows.representatives is None else len(rows.representatives)
     if listed:
         action = f"taxel2Repr has {listed} entries for {count} rows; rows beyond it are fitted where they are not zero"
-        _note(findings, "list-length", where, action, abs(listed - count))
+        note(findings, "list-length", where, action, abs(listed - count))
     left_out = {
         "unused-row": ("the row is all zero", ~placed),
         "thermal-pad": ("it measures temperature", placed & (state == THERMAL)),
@@ -91,7 +116,7 @@ def _fitted(rows: Rows, path: Path, findings: list[Finding]) -> BoolArray:
         "missing-position": ("taxel2Repr says fitted, but its row is all zero", ~placed & (state == FITTED)),
     }
     for kind, (reason, which) in left_out.items():
-        _note(findings, kind, where, f"left out: {reason}", int(which.sum()))
+        note(findings, kind, where, f"left out: {reason}", int(which.sum()))
     return np.asarray(placed & ((state == FITTED) | (state == UNKNOWN)))
 
 
@@ -112,26 +137,25 @@ def _states(rows: Rows) -> IntArray:
 def _distinct(positions: FloatArray, path: Path, findings: list[Finding]) -> IntArray:
     """Indices of the first taxel at each place."""
     _, first = np.unique(np.rint(positions / SAME_PLACE), axis=0, return_index=True)
-    _note(findings, "duplicate-taxel", path.name, "merged: two taxels at one place", len(positions) - len(first))
+    note(findings, "duplicate-taxel", path.name, "merged: two taxels at one place", len(positions) - len(first))
     return np.sort(first)
 
 
-def _normals(normals: FloatArray, path: Path, findings: list[Finding]) -> FloatArray | None:
+def _normals(positions: FloatArray, normals: FloatArray, path: Path, findings: list[Finding]) -> FloatArray | None:
     """Unit normals, or None where they are absent or the same dummy throughout."""
     if not normals.shape[1]:
         return None
-    length = np.linalg.norm(normals, axis=1, keepdims=True)
-    if (length == 0).any() or len(np.unique(normals, axis=0)) == 1:
-        _note(findings, "dummy-normals", path.name, "the normals are taken from the link's surface", len(normals))
+    same = bool((normals == normals[0]).all())
+    if same and normals[0].any() and np.ptp(positions @ (normals[0] / np.linalg.norm(normals[0]))) > _FLAT:
+        note(
+            findings,
+            "dummy-normals",
+            path.name,
+            "not used: one normal for taxels that are not in one plane",
+            len(normals),
+        )
         return None
-    off = int((np.abs(length - 1) > 1e-2).sum())
-    _note(findings, "normals-not-unit", path.name, "scaled to length one", off)
-    return normals / length
-
-
-def _note(findings: list[Finding], kind: str, where: str, action: str, count: int) -> None:
-    if count:
-        findings.append(Finding(kind, where, action, count))
+    return unit_normals(normals, path.name, findings)
 
 
 def import_icub(robot: Robot, path: str | Path, *, link: str | None = None, thickness: float = 0.003) -> Skin:

@@ -9,11 +9,11 @@ import numpy as np
 
 from app.arrays import FloatArray, IntArray
 from app.errors import SkinError
+from app.skin.exchange.foreign_file import MAX_TAXELS, read_text
+from app.skin.exchange.taxel_set import FARTHEST
 
 MAX_BYTES = 16 * 2**20
-MAX_ROWS = 100_000
-FARTHEST = 10.0
-"""No taxel is farther from its link's origin than this [m]; more means another unit."""
+MAX_ROWS = MAX_TAXELS
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ def read_rows(path: Path) -> Rows:
     name: str | None = None
     representatives: IntArray | None = None
     rows: list[list[float]] = []
-    for number, line in enumerate(_text(path).splitlines(), start=1):
+    for number, line in enumerate(read_text(path, most=MAX_BYTES).splitlines(), start=1):
         words = line.split()
         if not words or words[0].startswith(("//", "#", "[")):
             continue
@@ -64,16 +64,6 @@ def read_rows(path: Path) -> Rows:
             remedy=f"The file has {len(rows)} rows",
         )
     return Rows(name, representatives, np.array(rows))
-
-
-def _text(path: Path) -> str:
-    try:
-        size = path.stat().st_size
-        if size > MAX_BYTES:
-            raise SkinError("the file is too large for a positions file", file=path, value=f"{size} bytes")
-        return path.read_bytes().decode("utf-8", errors="replace")
-    except (OSError, ValueError) as error:
-        raise SkinError("the file cannot be read", file=path, value=error, remedy="Check the path") from error
 
 
 def _is_number(word: str) -> bool:

@@ -8,9 +8,9 @@ import pytest
 from app.geometry.topology import boundary_loops
 from app.maps.bijective import crossings
 from app.maps.border import ApartBorder
+from app.maps.methods.tutte import tutte
 from app.maps.newton import minimise
 from app.maps.symmetric_dirichlet import SymmetricDirichlet
-from app.maps.methods.tutte import tutte
 from tests.numerics.map_surfaces import named, sheet
 
 

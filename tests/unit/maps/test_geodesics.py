@@ -54,3 +54,22 @@ def test_an_unsafe_surface_is_measured_along_its_edges(name):
 def test_loose_vertices_do_no_harm():
     surface = named("loose vertices")
     assert Geodesics(surface).from_vertex(3, np.array([3, 4])).tolist() == pytest.approx([0, 0.01])
+
+
+@pytest.mark.parametrize("name", ["saddle", "bumpy tube", "sieve", "hemisphere", "torus"])
+def test_near_distances_are_the_exact_ones_within_reach(name):
+    surface = named(name)
+    geodesics, everywhere, reach = Geodesics(surface), np.arange(len(surface.vertices)), 0.2 * surface.size
+    for source in (0, len(surface.vertices) // 2):
+        exact, near = geodesics.from_vertex(source, everywhere), geodesics.near_vertex(source, everywhere, reach)
+        within = exact <= reach
+        assert 2 < within.sum() < len(within), "the reach must cut the surface"
+        np.testing.assert_allclose(near[within], exact[within], atol=1e-12)
+        assert np.isinf(near[exact > reach * (1 + 1e-9)]).all()
+
+
+def test_near_distances_along_edges_end_at_the_reach_too():
+    surface = named("thin faces")
+    near = Geodesics(surface).near_vertex(0, np.arange(len(surface.vertices)), 0.03)
+    assert 2 < np.isfinite(near).sum() < len(near)
+    assert near[np.isfinite(near)].max() <= 0.03

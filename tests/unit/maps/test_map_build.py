@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from app.errors import MapError
-from app.maps.build import build_map
+from app.maps.build import build_map, flatten_patch, with_chart
+from app.maps.seams import SeamPlan, path_along_edges
 from app.skin.skin import Patch, Skin
 from tests.numerics.map_surfaces import frustum, sheet, skin_of, taxels_on
 
@@ -55,3 +57,29 @@ def test_a_patch_that_cannot_be_laid_flat_is_named():
     skin = Skin((Patch("shin", "leg", broken, taxels_on(whole, 10)),))
     with pytest.raises(MapError, match="shin"):
         build_map(skin)
+
+
+def test_one_patch_laid_flat_anew_leaves_the_others_alone(three_patches):
+    patch = three_patches.skin.patches[1]
+    chart = flatten_patch(patch, seams=SeamPlan(extra=1))
+    edited = with_chart(three_patches, 1, chart)
+    assert edited.charts[0] is three_patches.charts[0]
+    assert edited.charts[2] is three_patches.charts[2]
+    assert edited.layout.placements[::2] == three_patches.layout.placements[::2]
+    before, after = (m.uv[1].min(axis=0) + m.uv[1].max(axis=0) for m in (three_patches, edited))
+    np.testing.assert_allclose(after, before, atol=1e-12)
+
+
+def test_a_plan_for_a_patch_that_is_not_there_is_refused():
+    with pytest.raises(MapError, match=r"no such patch.*elbow"):
+        build_map(skin_of(sheet()), seams={"elbow": SeamPlan()})
+
+
+def test_seams_are_cut_where_they_were_asked_for():
+    skin = skin_of(sheet(), frustum())
+    surface = skin.patches[1].surface
+    up = np.lexsort((surface.vertices[:, 2], np.round(np.arctan2(*surface.vertices[:, :2].T), 6)))
+    drawn = path_along_edges(surface, [int(up[0]), int(up[20])])
+    map_ = build_map(skin, seams={"patch 1": SeamPlan(drawn=drawn)})
+    cut = {tuple(seam) for seam in map_.charts[1].seams.tolist()}
+    assert cut == {tuple(edge) for edge in drawn.tolist()}

@@ -9,15 +9,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from app.geometry.mesh import Mesh
+from app.geometry.topology import boundary_loops
+from app.maps.body_distances import BodyDistances
 from app.maps.build import build_map
+from app.maps.chart import Chart
 from app.maps.layout import MapLayout, Placement
-from app.maps.quality import measure
+from app.maps.quality import measure, overlaps
+from app.maps.tactile_image import TactileImage
 from app.maps.tactile_map import TactileMap
+from app.skin.skin import Skin
 from tests.numerics.map_surfaces import frustum, named, sheet, skin_of
 
 PROMISED = {
     "patches", "taxels", "faces", "flips", "bijective", "symmetric_dirichlet", "edge_error", "stress",
     "trustworthiness", "continuity", "round_trip_mm", "angle", "area", "seconds", "findings",
+    "isometry", "energy", "overlaps", "spearman", "pairs", "torn", "torn_pairs", "seam_mm", "force_error",
+    "torn_between_modules", "trustworthiness_between_modules", "continuity_between_modules",
 }  # fmt: skip
 
 
@@ -36,7 +44,8 @@ def test_a_flat_skin_is_mapped_without_loss(flat):
     assert (quality.patches, quality.taxels, quality.faces) == (2, 60, 2 * (24 * 16 + 16 * 16))
     assert (quality.flips, quality.bijective) == (0, True)
     assert quality.symmetric_dirichlet == pytest.approx(4, abs=1e-6)
-    for spread in (quality.angle, quality.area):
+    assert quality.energy.max == pytest.approx(4, abs=1e-5)
+    for spread in (quality.angle, quality.area, quality.isometry):
         assert [spread.median, spread.p95, spread.max] == pytest.approx([1, 1, 1], abs=1e-3)
     assert quality.seam_mm == 0
 
@@ -67,8 +76,39 @@ def test_patches_on_top_of_each_other_are_noticed(offset):
     apart = build_map(skin_of(sheet(), sheet(width=0.03, height=0.02), taxels=10))
     over = TactileMap(apart.skin, apart.charts, MapLayout((Placement(), Placement(offset=offset))))
     assert measure(apart).bijective
-    assert measure(over).flips == 0
-    assert not measure(over).bijective
+    quality = measure(over)
+    assert (quality.flips, quality.bijective) == (0, False)
+    assert quality.overlaps > 0
+
+
+def test_a_patch_in_the_hole_of_another_overlaps_nothing():
+    ring, small = named("sheet"), sheet(4, 4, width=0.01, height=0.01)
+    middle = ring.vertices[ring.faces].mean(axis=1)
+    holed = Mesh(ring.vertices, ring.faces[np.abs(middle[:, :2] - [0.06, 0.04]).max(axis=1) > 0.02])
+    parts = [skin_of(holed, taxels=10).patches[0], replace(skin_of(small, taxels=5).patches[0], name="small")]
+    charts = [
+        Chart(p.surface.faces, p.surface.vertices[:, :2], np.arange(len(p.surface.vertices)), [], "by hand")
+        for p in parts
+    ]
+    assert len(boundary_loops(holed.faces)) == 2
+    for corner, expected in ((0.055, 0), (0.005, 1)):
+        layout = MapLayout((Placement(), Placement(offset=(corner, corner - 0.02 * (corner > 0.05)))))
+        assert overlaps(TactileMap(Skin(tuple(parts)), tuple(charts), layout)) >= expected
+        assert (overlaps(TactileMap(Skin(tuple(parts)), tuple(charts), layout)) > 0) == (expected > 0)
+
+
+def test_what_is_known_of_the_body_need_not_be_measured_again(three_patches):
+    body, image = BodyDistances(three_patches.skin, sources=3), TactileImage(three_patches)
+    assert measure(three_patches, distances=body, image=image) == measure(three_patches, sources=3)
+
+
+def test_modules_are_told_apart_where_they_are_known(three_patches):
+    modules = np.arange(len(three_patches.skin)) // 4
+    quality = measure(three_patches, sources=3, modules=modules)
+    assert 0 < quality.pairs_between_modules < quality.pairs
+    assert quality.torn_between_modules <= quality.torn_pairs
+    assert 0.5 < quality.trustworthiness_between_modules <= 1
+    assert measure(three_patches, sources=3).to_json()["torn_between_modules"] is None
 
 
 def test_a_mirrored_patch_is_still_one_to_one(flat):
@@ -79,6 +119,10 @@ def test_a_mirrored_patch_is_still_one_to_one(flat):
 def test_a_round_trip_stays_within_a_pixel(three_patches):
     pixel_mm = 1e3 * np.ptp(three_patches.bounds, axis=0)[0] / 512
     assert 0.1 * pixel_mm < measure(three_patches, sources=3).round_trip_mm < 1.5 * pixel_mm
+
+
+def test_the_image_keeps_the_force(three_patches):
+    assert measure(three_patches, sources=3).force_error < 1e-12
 
 
 def test_the_seam_is_measured_on_the_body():
@@ -93,7 +137,8 @@ def test_findings_of_skin_and_charts_are_passed_on():
 def test_the_report_is_json_with_the_promised_keys(three_patches):
     report = measure(three_patches, sources=3).to_json()
     assert set(report) >= PROMISED
-    assert set(report["angle"]) == set(report["area"]) == {"median", "p95", "max"}
+    for name in ("angle", "area", "isometry", "energy"):
+        assert set(report[name]) == {"median", "p95", "max"}
     assert json.loads(json.dumps(report, allow_nan=False)) == report
 
 

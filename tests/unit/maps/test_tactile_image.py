@@ -7,6 +7,7 @@ import pytest
 
 from app.errors import MapError
 from app.maps.build import build_map
+from app.maps.interpolation.weights import INTERPOLATIONS
 from app.maps.tactile_image import TactileImage, vertex_weights
 from tests.numerics.map_surfaces import sheet, skin_of
 
@@ -95,6 +96,43 @@ def test_centres_are_those_of_their_pixels(image):
     centres = image.centres()
     for number in range(0, len(centres), 1501):
         assert image.pixel(centres[number]) == divmod(number, image.shape[1])
+
+
+@pytest.mark.parametrize("interpolation", INTERPOLATIONS)
+def test_the_force_of_any_touch_is_kept(three_patches, interpolation):
+    """To rounding in double precision, to that of its pixels in the image as it is shown."""
+    image = TactileImage(three_patches, width=160, interpolation=interpolation)
+    areas = image.pixel_areas.ravel()
+    kept = image.weights.astype(np.float64).T @ areas
+    np.testing.assert_allclose(kept, three_patches.skin.areas, rtol=1e-12)
+    pressures = np.random.default_rng(0).uniform(0, 5e4, len(three_patches.skin))
+    force = float(pressures @ image.taxel_areas)
+    exact = (image.weights.astype(np.float64) @ (1e-3 * pressures)).reshape(image.shape)
+    assert image.force(exact) == pytest.approx(force, rel=1e-12)
+    assert image.force(image.render(pressures)) == pytest.approx(force, rel=1e-6)
+
+
+@pytest.mark.parametrize("interpolation", INTERPOLATIONS)
+def test_pixel_areas_stay_near_the_bodys(three_patches, interpolation):
+    image = TactileImage(three_patches, width=160, interpolation=interpolation)
+    true = np.array([patch.surface.area for patch in three_patches.skin.patches]).sum()
+    assert image.pixel_areas.sum() == pytest.approx(true, rel=1e-9)
+    assert (image.pixel_areas[~image.inside] == 0).all()
+    assert np.quantile(image.pixel_areas[image.inside], 0.01) > 0.2 * np.median(image.pixel_areas[image.inside])
+
+
+def test_the_force_of_one_patch_is_that_of_its_part_of_the_image(three_patches, image):
+    pressures = np.full(len(three_patches.skin), 2000.0)
+    shown = image.render(pressures)
+    patch = three_patches.to_body_many(image.centres())[0].reshape(image.shape)
+    for number, worn in enumerate(three_patches.skin.patches):
+        part = np.where(patch == number, shown, 0)
+        assert image.force(part) == pytest.approx(2000 * worn.taxels.areas.sum(), rel=1e-6)
+
+
+def test_an_unknown_interpolation_is_a_named_error(three_patches):
+    with pytest.raises(MapError, match="interpolation"):
+        TactileImage(three_patches, interpolation="cubic")
 
 
 def test_the_body_is_coloured_as_the_map(three_patches):

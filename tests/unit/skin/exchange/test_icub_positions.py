@@ -10,7 +10,10 @@ import pytest
 from app.errors import Finding, RobotError, SkinError
 from app.robots.icub import icub_folder
 from app.robots.library import find_robot
-from app.skin.exchange.icub import import_icub, read_icub_positions
+from app.skin.exchange.icub import import_icub, read_icub_positions, write_icub_positions
+from app.skin.exchange.taxel_set import TaxelSet
+from app.skin.exchange.text_rows import read_rows
+from tests.unit.skin.exchange.taxels_by_hand import dome
 from tests.unit.skin.robots_by_hand import two_rods
 
 REAL = Path(__file__).parents[5] / "shared" / "data" / "icub-skin" / "positions"
@@ -140,3 +143,46 @@ def test_real_taxels_are_worn_by_icub(file: str, count: int) -> None:
 def test_real_taxels_in_another_frame_are_refused_with_their_distance() -> None:
     with pytest.raises(SkinError, match="torso.txt.*20 mm from the link chest.*median 7"):
         import_icub(find_robot("icub"), REAL / "torso.txt")
+
+
+def test_what_is_written_reads_back_sorted_by_row(tmp_path: Path) -> None:
+    taxels = dome()
+    write_icub_positions(taxels, tmp_path / "dome.txt")
+    back = read_icub_positions(tmp_path / "dome.txt")
+    order = np.argsort(taxels.numbers)
+    assert (back.name, back.link) == ("dome", "hand")
+    np.testing.assert_array_equal(back.numbers, taxels.numbers[order])
+    np.testing.assert_array_equal(back.positions, taxels.positions[order])
+    np.testing.assert_allclose(back.normals, taxels.normals[order], atol=1e-15)
+    np.testing.assert_array_equal(back.modules, back.numbers // 12)
+    assert set(kinds(back.findings)) == {"unused-row"}
+    text = (tmp_path / "dome.txt").read_text().splitlines()
+    assert text[:2] == ["name hand", "spatial_sampling taxel"]
+    assert text[-1] == "0.0 0.0 0.0 0.0 0.0 0.0", "the original reader loses the last row"
+    assert len(text) == 4 + 12 * (83 // 12 + 2)
+
+
+def test_the_middle_pad_represents_its_module_or_else_the_first(tmp_path: Path) -> None:
+    taxels = TaxelSet("two", None, np.array([3, 7, 6, 14, 13]), np.eye(5, 3) + [0, 0, 1])
+    write_icub_positions(taxels, tmp_path / "two.txt")
+    rows = read_rows(tmp_path / "two.txt")
+    assert rows.name is None
+    assert rows.representatives is not None
+    assert rows.representatives[:24].tolist() == [-1, -1, -1, 3, -1, -1, 3, 3, -1, -1, -2, -1,
+                                                  -1, 13, 13, -1, -1, -1, -2, -1, -1, -1, -2, -1]  # fmt: skip
+
+
+def test_what_rows_cannot_hold_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(SkinError, match="its row in this format.*100000.*Renumber"):
+        write_icub_positions(TaxelSet("far", None, np.array([100_000]), np.ones((1, 3))), tmp_path / "far.txt")
+    with pytest.raises(SkinError, match="would read as unused"):
+        write_icub_positions(TaxelSet("zero", None, np.array([0]), np.zeros((1, 3))), tmp_path / "zero.txt")
+
+
+def test_one_normal_for_all_means_something_in_one_plane(tmp_path: Path) -> None:
+    flat = ["0.01 0.02 0.1 0 0 2", "0.02 0.02 0.1 0 0 2", "0.02 0.03 0.1005 0 0 2"]
+    taxels = read_icub_positions(written(tmp_path, flat))
+    assert taxels.normals is not None
+    assert taxels.normals.tolist() == [[0, 0, 1]] * 3
+    assert kinds(taxels.findings) == {"normals-not-unit": 3}
+    assert read_icub_positions(written(tmp_path, [*flat, "0.03 0.03 0.11 0 0 2"])).normals is None

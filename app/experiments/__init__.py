@@ -1,0 +1,7 @@
+"""Experiments: what accuracy costs in time, asked of the same code that the window runs.
+
+Each answers one question and is one file: ``image_cost`` (which interpolation, at how many taxels and pixels),
+``map_cost`` (which way of laying flat, with how many seams, on how fine a mesh). ``table`` lists them. They are run by
+``sweep`` (cases in parallel, with progress and cancel) on bodies from ``meshes``, and told by ``report`` (CSV, JSON and
+one HTML page) with the curves of ``plot`` on a ``machine`` that is named.
+"""

@@ -1,0 +1,116 @@
+"""Random meshes broken at random: each gets a map that is one-to-one and exact, or a named error; none crashes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from hypothesis import Phase, event, given, settings
+from hypothesis import strategies as st
+
+from app.errors import MeshError, SkinError
+from app.geometry.mesh import Mesh
+from app.maps.build import build_map
+from app.skin.bare import skin_of_mesh
+from app.skin.placement_spec import PlacementSpec
+from tests.numerics.child_process import Child
+from tests.numerics.hard_laws import check_map, check_skin
+from tests.numerics.map_surfaces import cap, eight, frustum, sheet, sphere, torus
+
+SHAPES = {
+    "sheet": lambda: sheet(6, 5, shape=lambda x, y: 4 * x * y),
+    "tube": lambda: frustum(0.05, 0.03, around=10, along=6),
+    "cap": lambda: cap(1.0, rings=5),
+    "ball": lambda: sphere(subdivisions=1),
+    "torus": lambda: torus(around=10, across=6),
+    "two handles": eight,
+}
+BREAKS = (
+    "lose faces", "repeat faces", "turn faces", "loosen corners", "glue vertices", "collapse vertices", "add faces",
+    "flatten", "stretch", "shrink a face", "unit", "offset", "not a number", "bad index",
+)  # fmt: skip
+TAXELS = 8
+SECONDS = 30.0
+
+
+def broken(vertices: np.ndarray, faces: np.ndarray, how: str, rng: np.random.Generator) -> tuple:
+    """The mesh with one kind of damage more."""
+    some = rng.random(len(faces)) < 0.15
+    few, points = rng.integers(len(vertices), size=4), vertices.copy()
+    if how == "lose faces":
+        return vertices, faces[~some]
+    if how == "repeat faces":
+        return vertices, np.concatenate([faces, np.roll(faces[some], 1, axis=1), faces[some][:, ::-1]])
+    if how == "turn faces":
+        return vertices, np.where(some[:, None], faces[:, ::-1], faces)
+    if how == "loosen corners":
+        return vertices[faces].reshape(-1, 3), np.arange(faces.size).reshape(-1, 3)
+    if how == "glue vertices":
+        return vertices, np.where(np.isin(faces, few[:2]), few[0], faces)
+    if how == "add faces":
+        return vertices, np.concatenate([faces, rng.integers(len(vertices), size=(5, 3))])
+    if how == "bad index":
+        return vertices, np.concatenate([faces, [[0, 1, len(vertices)]]])
+    if how == "not a number":
+        points[few] = [np.nan, 1.0, np.inf]
+    if how == "collapse vertices":
+        points[few] = vertices[few[0]]
+    if how == "shrink a face":
+        points[faces[0]] = points[faces[0, 0]] + 10.0 ** rng.uniform(-14, -3) * rng.normal(size=(3, 3))
+    scale = {"flatten": [1, 1, 1e-5], "stretch": [100, 1, 1], "unit": 10.0 ** rng.uniform(-6, 6)}.get(how, 1.0)
+    offset = 1e6 * rng.normal(size=3) if how == "offset" else 0.0
+    return points * scale + offset, faces
+
+
+def outcome(shape: str, breaks: tuple[str, ...], seed: int) -> str:
+    """Runs in a child: the laws for one broken mesh."""
+    rng, mesh = np.random.default_rng(seed), SHAPES[shape]()
+    vertices, faces = mesh.vertices, mesh.faces
+    for how in breaks:
+        if len(faces):
+            vertices, faces = broken(vertices, faces, how, rng)
+    try:
+        skin = skin_of_mesh(Mesh(vertices, faces), PlacementSpec(taxels=TAXELS, seed=seed), surface="all")
+    except (MeshError, SkinError) as error:
+        return f"refused: {error.problem}"
+    check_map(build_map(check_skin(skin, TAXELS)))
+    return "mapped"
+
+
+@pytest.fixture(scope="module")
+def child() -> Iterator[Child]:
+    process = Child()
+    yield process
+    process.close()
+
+
+@settings(max_examples=60, derandomize=True, deadline=None, phases=[Phase.generate])  # a hang is not worth shrinking
+@given(
+    shape=st.sampled_from(sorted(SHAPES)),
+    breaks=st.lists(st.sampled_from(BREAKS[:-2]), max_size=5, unique=True).map(tuple),
+    seed=st.integers(0, 10_000),
+)
+def test_a_broken_mesh_is_mapped_or_refused_by_name(
+    child: Child, shape: str, breaks: tuple[str, ...], seed: int
+) -> None:
+    event(child.call(outcome, shape, breaks, seed, seconds=SECONDS))
+
+
+@pytest.mark.parametrize("how", BREAKS[:-2])
+@pytest.mark.parametrize("shape", sorted(SHAPES))
+def test_one_kind_of_damage_alone_is_always_mapped(child: Child, shape: str, how: str) -> None:
+    assert child.call(outcome, shape, (how,), 1, seconds=SECONDS) == "mapped"
+
+
+@pytest.mark.parametrize("how", BREAKS[-2:])
+def test_what_is_no_mesh_is_refused(child: Child, how: str) -> None:
+    answer = child.call(outcome, "tube", (how,), 1, seconds=SECONDS)
+    assert answer.startswith("refused: a ")
+
+
+def test_every_break_breaks_something() -> None:
+    mesh = SHAPES["torus"]()
+    for how in BREAKS:
+        vertices, faces = broken(mesh.vertices, mesh.faces, how, np.random.default_rng(1))
+        assert not (np.array_equal(vertices, mesh.vertices) and np.array_equal(faces, mesh.faces)), how

@@ -1,0 +1,63 @@
+"""The information distance against its definition, counted pair by pair."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.sparse import csr_matrix
+
+from app.maps.learned.information import adaptive_levels, information_distance
+
+BINS = 4
+
+
+@pytest.fixture(scope="module")
+def levels():
+    drawn = np.random.default_rng(1).integers(0, BINS, size=(200, 7))
+    drawn[:, 3] = (drawn[:, 2] * 3) % BINS  # a renaming of column 2
+    drawn[:, 4] = 0
+    drawn[:, 5] = np.minimum(drawn[:, 6], 1)  # less than column 6
+    return drawn
+
+
+def _entropy(*columns):
+    _, counts = np.unique(np.stack(columns), axis=1, return_counts=True)
+    share = counts / counts.sum()
+    return -(share * np.log2(share)).sum()
+
+
+def test_it_is_what_the_definition_says(levels):
+    found = information_distance(csr_matrix(levels, dtype=float), bins=BINS)
+    for i, x in enumerate(levels.T):
+        for j, y in enumerate(levels.T):
+            joint = _entropy(x, y)
+            wanted = 0 if i == j or joint == 0 else (2 * joint - _entropy(x) - _entropy(y)) / joint
+            assert found[i, j] == pytest.approx(wanted, abs=1e-12)
+
+
+def test_it_is_a_metric_from_0_to_1(levels):
+    found = information_distance(csr_matrix(levels, dtype=float), bins=BINS)
+    assert found.min() == 0
+    assert found.max() <= 1 + 1e-12
+    assert (found[:, :, None] + found[None] >= found[:, None, :] - 1e-12).all()
+    assert found[2, 3] == pytest.approx(0, abs=1e-12), "a renamed signal tells everything"
+    assert found[0, 1] > 0.9, "independent ones tell nothing"
+    assert found[4, 0] == pytest.approx(1, abs=1e-12), "a silent one tells nothing"
+
+
+def test_levels_of_touch_are_equally_frequent_and_rest_is_apart():
+    pressures = np.random.default_rng(2).exponential(size=(3000, 3)) * (
+        np.random.default_rng(3).random((3000, 3)) < 0.2
+    )
+    levels = adaptive_levels(csr_matrix(pressures), bins=5).toarray()
+    assert np.array_equal(levels == 0, pressures == 0)
+    for column, values in zip(levels.T, pressures.T, strict=True):
+        counts = np.bincount(column.astype(int))[1:]
+        assert len(counts) == 4
+        assert np.ptp(counts) <= 1
+        assert values[column == 1].max() < values[column == 2].min()
+
+
+def test_equal_pressures_share_a_level():
+    levels = adaptive_levels(csr_matrix(np.array([[7.0], [7], [0], [7], [9]])), bins=3).toarray().ravel()
+    assert len(set(levels[[0, 1, 3]])) == 1

@@ -1,0 +1,24 @@
+"""A learned map is a finite place for each taxel."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.errors import MapError
+from app.maps.learned.learned_map import LearnedMap, silent
+
+
+def test_it_keeps_its_own_arrays():
+    points = np.zeros((3, 2))
+    learned = LearnedMap(points, np.ones(3, dtype=bool), "by hand", 0.0, 0.0)
+    points[0] = 5
+    assert not learned.points.any()
+    assert not learned.points.flags.writeable
+    assert silent("", 0.5) is None
+
+
+@pytest.mark.parametrize(("points", "placed"), [(np.full((3, 2), np.nan), 3), (np.zeros((3, 2)), 4)])
+def test_no_place_is_missing(points, placed):
+    with pytest.raises(MapError, match="finite place"):
+        LearnedMap(points, np.ones(placed, dtype=bool), "by hand", 0.0, 0.0)
