@@ -7,18 +7,16 @@ import time
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from app.arrays import FloatArray
 from app.cli.learn import learned_map, recorded_touch
 from app.cli.map_words import tell
 from app.cli.output import Progress, answer, progress_line
-from app.errors import MapError, UsageError
+from app.errors import Finding, MapError, UsageError
 from app.maps.body_distances import BodyDistances
 from app.maps.build import build_map
 from app.maps.compare import TaxelLayout, compare
 from app.maps.exchange.obj_uv import read_map_obj
 from app.maps.exchange.write import ENDINGS, write_map
+from app.maps.hand_made import hand_made
 from app.maps.map_file import load_map
 from app.maps.methods.table import METHODS
 from app.maps.quality import measure
@@ -26,8 +24,8 @@ from app.maps.seams import SeamPlan
 from app.maps.sources import Wanted, open_skin
 from app.maps.tactile_map import TactileMap
 from app.skin.exchange.icub_layout import read_icub_layout, with_layout
+from app.skin.exchange.module_candidates import propose_modules
 from app.skin.exchange.read import read_taxels
-from app.skin.exchange.taxel_set import TaxelSet
 from app.skin.placement_spec import BorderStrip, PlacementSpec
 from app.skin.skin import Skin
 
@@ -45,7 +43,7 @@ def execute(arguments: argparse.Namespace) -> int:
     body = BodyDistances(skin)
     result = measure(map_, distances=body).to_json() | {"seconds": seconds, "file": str(target) if target else None}
     if arguments.compare:
-        result["comparison"] = compare(map_, _other(arguments, skin), distances=body).to_json()
+        result["comparison"] = _compared(arguments, map_, body)
     if target is not None:
         write_map(map_, target)
     if arguments.json:
@@ -101,29 +99,20 @@ def _map(arguments: argparse.Namespace, skin: Skin, report: Progress) -> Tactile
     return build_map(skin, method=arguments.method, lengths=arguments.lengths, seams=seams, progress=report)
 
 
-def _other(arguments: argparse.Namespace, skin: Skin) -> TactileMap | TaxelLayout:
-    """What to compare with: a map of the same skin, or a layout drawn by hand."""
-    path = Path(arguments.compare)
+def _compared(arguments: argparse.Namespace, map_: TactileMap, body: BodyDistances) -> dict[str, Any]:
+    """The map beside another of the same skin or one drawn by hand, and what is wrong with the drawing's modules."""
+    path, findings = Path(arguments.compare), list[Finding]()
+    other: TactileMap | TaxelLayout
     if path.suffix.lower() == ".npz":
-        return load_map(path)
-    if path.suffix.lower() == ".ini":
-        taxels = with_layout(read_taxels(arguments.input), read_icub_layout(path))
-    else:
-        taxels = read_taxels(path)
-    return hand_made(taxels, skin, path)
-
-
-def hand_made(taxels: TaxelSet, skin: Skin, path: Path) -> TaxelLayout:
-    """The file's map points, each given to the taxel of the skin nearest to it on the body."""
-    points = taxels.points
-    if points is None:
-        raise MapError(
-            "the file has no map points to compare with", file=path, remedy="Give columns u and v, or a layout"
+        other = load_map(path)
+    elif path.suffix.lower() == ".ini":
+        taxels, layout = read_taxels(arguments.input), read_icub_layout(path)
+        candidates = propose_modules(taxels, layout, seed=arguments.seed)
+        findings += [found] if (found := candidates.finding(path.name)) else []
+        other = hand_made(
+            with_layout(taxels, candidates.apply(layout) if arguments.mend_modules else layout), map_.skin
         )
-    known = np.isfinite(points).all(axis=1)
-    return TaxelLayout(points[known], _nearest(skin, taxels.positions[known]))
-
-
-def _nearest(skin: Skin, positions: FloatArray) -> Any:
-    own = np.concatenate([patch.taxels.positions for patch in skin.patches])
-    return np.linalg.norm(positions[:, None] - own[None], axis=2).argmin(axis=1)
+    else:
+        other = hand_made(read_taxels(path), map_.skin)
+    result = compare(map_, other, distances=body).to_json()
+    return result | {"findings": [vars(finding) for finding in findings]}

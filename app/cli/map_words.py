@@ -47,6 +47,8 @@ def _side_by_side(comparison: Mapping[str, Any]) -> None:
         name = row["name"].replace("_", " ")
         say(f"{name:<34}{_number(row['first']):>12}{_number(row['second']):>12}{marks[row['better']]}")
     say(f"{'taxels apart at best fit, rms':<34}{_number(comparison['procrustes_mm']):>12} mm")
+    for finding in comparison["findings"]:
+        say(f"  {finding['kind']} ({finding['count']}) {finding['where']}: {finding['action']}")
 
 
 def _spread(values: Mapping[str, float]) -> str:

@@ -103,6 +103,11 @@ def _add_map(commands: argparse._SubParsersAction) -> None:  # type: ignore[type
     add("--babble", default="unbiased", choices=("unbiased", "self-touch", "multi-touch", "biased"))
     add("--touches", type=int, default=3000, metavar="N", help="to learn from (default 3000)")
     add("--compare", metavar="FILE", help="a map (.npz), layout (.ini) or table with u, v to measure beside it")
+    add(
+        "--mend-modules",
+        action="store_true",
+        help="put modules of a compared layout that seem turned or mirrored right",
+    )
     add("--links", nargs="+", default=[], metavar="LINK", help="links to cover, or the one that wears the taxels")
     add(
         "--robot", metavar="NAME", help="who wears a taxel file; 'none' joins the taxels alone (default: icub for .txt)"

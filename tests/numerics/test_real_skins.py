@@ -14,6 +14,7 @@ import pytest
 
 from app.maps.build import build_map
 from app.maps.compare import compare
+from app.maps.hand_made import hand_made
 from app.maps.quality import measure
 from app.maps.sources import NOBODY, Wanted, open_skin
 from app.skin.exchange.icub_layout import read_icub_layout, with_layout
@@ -65,9 +66,7 @@ def test_and_is_at_least_as_good_as_the_map_drawn_by_hand(name):
     skin = open_skin(file, Wanted(robot=NOBODY))
     drawn = with_layout(read_taxels(file), read_icub_layout(REAL / "layouts" / f"{LAYOUTS[name]}.ini"))
     assert drawn.points is not None
-    from app.cli.map_command import hand_made
-
-    result = compare(build_map(skin), hand_made(drawn, skin, file))
+    result = compare(build_map(skin), hand_made(drawn, skin))
     values = {row.name: row for row in result.measures}
     for key in ("torn", "trustworthiness", "continuity", "edge_error"):
         assert values[key].better in ("first", "neither"), (key, values[key])

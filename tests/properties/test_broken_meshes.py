@@ -9,7 +9,7 @@ import pytest
 from hypothesis import Phase, event, given, settings
 from hypothesis import strategies as st
 
-from app.errors import MeshError, SkinError
+from app.errors import TactileMapsError
 from app.geometry.mesh import Mesh
 from app.maps.build import build_map
 from app.skin.bare import skin_of_mesh
@@ -72,9 +72,10 @@ def outcome(shape: str, breaks: tuple[str, ...], seed: int) -> str:
             vertices, faces = broken(vertices, faces, how, rng)
     try:
         skin = skin_of_mesh(Mesh(vertices, faces), PlacementSpec(taxels=TAXELS, seed=seed), surface="all")
-    except (MeshError, SkinError) as error:
+        map_ = build_map(check_skin(skin, TAXELS))
+    except TactileMapsError as error:
         return f"refused: {error.problem}"
-    check_map(build_map(check_skin(skin, TAXELS)))
+    check_map(map_)
     return "mapped"
 
 
