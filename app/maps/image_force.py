@@ -41,10 +41,10 @@ def force_areas(weights: csr_matrix, areas: FloatArray, taxel_areas: FloatArray)
         areas: (k,) D [m²]; 0 for pixels that are not on the skin, and they stay so.
         taxel_areas: (n,) a [m²].
 
-    From about ten pixels a taxel on, the factors lie between a half and two but at the rim; with three or fewer they
-    swing by tens, the whole force still right but not that of a part of the image. A taxel that no pixel shows has no
-    part in the image and none in its force; where there are fewer pixels than taxels the areas are the nearest in the
-    sense of least squares.
+    From about six pixels a taxel on, 98 % of the factors lie between 0.3 and 2.3, those far from 1 at the rim; with two
+    or fewer they swing by tens: the whole force is still right, but not that of a part of the image. A taxel that no
+    pixel shows has no part in the image and none in its force; where there are fewer pixels than taxels the areas are
+    the nearest in the sense of least squares.
     """
     exact = weights.astype(np.float64)
     mass = (exact.T @ diags(areas) @ exact).tocsr()

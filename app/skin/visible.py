@@ -12,6 +12,7 @@ import numpy as np
 
 from app.arrays import BoolArray, FloatArray
 from app.geometry.mesh import Mesh
+from app.geometry.outer import fibonacci_sphere
 
 DIRECTIONS = 60
 _FACING = 0.5
@@ -30,7 +31,7 @@ def visible_from_outside(surface: Mesh, others: Sequence[Mesh], *, voxel: float)
     points = np.concatenate([surface.vertices, *(_thinned(cloud, voxel) for cloud in blockers)])
     count = len(surface.vertices)
     seen = np.zeros(count, dtype=int)
-    for direction in _fibonacci_sphere(DIRECTIONS):
+    for direction in fibonacci_sphere(DIRECTIONS):
         depth = points @ direction
         foremost = _foremost(points, depth, direction, 2 * voxel)
         facing = surface.vertex_normals @ direction
@@ -74,11 +75,3 @@ def _thinned(points: FloatArray, voxel: float) -> FloatArray:
     shape = cell.max(axis=0) + 1
     key = (cell[:, 0] * shape[1] + cell[:, 1]) * shape[2] + cell[:, 2]
     return points[np.unique(key, return_index=True)[1]]
-
-
-def _fibonacci_sphere(count: int) -> FloatArray:
-    """(count, 3) evenly spread unit vectors."""
-    k = np.arange(count) + 0.5
-    z, turn = 1 - 2 * k / count, np.pi * (1 + 5**0.5) * k
-    radius = np.sqrt(1 - z**2)
-    return np.stack([radius * np.cos(turn), radius * np.sin(turn), z], axis=1)

@@ -83,9 +83,13 @@ def peer(method: str, disk: Disk, folder: Path, *arguments: str) -> Run:
     # Corner by corner, since the peer may have cut: its own disk has a vertex for every corner.
     loose = np.arange(disk.faces.size).reshape(-1, 3)
     energy = SymmetricDirichlet(disk.positions[disk.faces].reshape(-1, 3), loose)
-    unglued = corners.reshape(-1, 2) * ([-1.0, 1.0] if flipped(corners.reshape(-1, 2), loose).mean() > 0.5 else 1.0)
+    # A chart may be mirrored as a whole; that alone is no flip.
+    chart = face_components(faces)
+    turned = np.bincount(chart, flipped(corners.reshape(-1, 2), loose)) > 0.5 * np.bincount(chart)
+    mirror = np.where(turned[chart][:, None, None], [-1.0, 1.0], 1.0)
+    unglued = (corners * mirror).reshape(-1, 2)
     flips = int(flipped(unglued, loose).sum())
-    charts = int(face_components(faces).max()) + 1
+    charts = int(chart.max()) + 1
     overlaps = crossings(plane[boundary_loops(faces)[0]]) if charts == 1 and not flips else 0
     return Run(method, (seconds,), (energy.energy_at_best_scale(unglued),), flips, overlaps, charts)
 

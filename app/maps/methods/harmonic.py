@@ -13,10 +13,10 @@ import numpy as np
 
 from app.arrays import FloatArray
 from app.maps.methods.disk import Disk
+from app.maps.methods.tutte import circle
 
 
 def flatten_disk(disk: Disk) -> Iterator[FloatArray]:
     """The one round of the method ``harmonic``."""
-    border = disk.start[disk.loop]
-    circle = border / np.linalg.norm(border, axis=1, keepdims=True)
-    yield np.asarray(igl.harmonic(disk.positions, disk.faces, disk.loop, np.ascontiguousarray(circle), 1))
+    border = circle(disk.positions, disk.faces)[disk.loop]
+    yield np.asarray(igl.harmonic(disk.positions, disk.faces, disk.loop, np.ascontiguousarray(border), 1))

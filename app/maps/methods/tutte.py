@@ -35,7 +35,7 @@ def tutte(positions: FloatArray, faces: IntArray) -> FloatArray:
         (k, 2), counter-clockwise faces positive.
     """
     edges = edge_table(faces).edges
-    return _relaxed(_circle(positions, faces), edges, np.ones(len(edges)), faces)
+    return _relaxed(circle(positions, faces), edges, np.ones(len(edges)), faces)
 
 
 def evened(positions: FloatArray, faces: IntArray, plane: FloatArray) -> FloatArray:
@@ -47,10 +47,10 @@ def evened(positions: FloatArray, faces: IntArray, plane: FloatArray) -> FloatAr
     on_body, on_map = (np.linalg.norm(np.diff(x[edges], axis=1)[:, 0], axis=1) for x in (positions, plane))
     tiny = np.finfo(float).tiny
     pull = np.maximum(on_map, tiny) / np.maximum(on_body, 1e-9 * on_body.max())
-    return _relaxed(_circle(positions, faces), edges, np.maximum(pull / pull.max(), 1e-12), faces)
+    return _relaxed(circle(positions, faces), edges, np.maximum(pull / pull.max(), 1e-12), faces)
 
 
-def _circle(positions: FloatArray, faces: IntArray) -> FloatArray:
+def circle(positions: FloatArray, faces: IntArray) -> FloatArray:
     """(k, 2) the border on the unit circle, arcs as long as on the body; inner vertices at the origin."""
     (loop,) = boundary_loops(faces)
     steps = np.linalg.norm(positions[np.roll(loop, -1)] - positions[loop], axis=1)
