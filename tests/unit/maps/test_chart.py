@@ -23,4 +23,4 @@ def test_a_chart_tells_its_rounds():
     chart = flatten(sheet())
     assert len(chart.energies) == len(chart.seconds) > 1
     assert list(chart.seconds) == sorted(chart.seconds)
-    assert np.diff(chart.energies).max() <= 0
+    assert np.diff(chart.energies).max() <= 1e-12  # but for rounding, never up
