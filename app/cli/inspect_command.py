@@ -18,7 +18,8 @@ from app.session.prepare import prepare
 from app.session.session import Session
 from app.simulation.scene import Scene, effect_rows
 from app.simulation.scene_file import load_scene, scene_names
-from app.skin.exchange.icub import read_icub_positions
+from app.skin.exchange.icub_layout import read_icub_layout
+from app.skin.exchange.read import read_taxel_sets
 from app.skin.skin import Skin
 from app.skin.skin_file import load_skin
 
@@ -50,8 +51,10 @@ def describe(name: str) -> dict[str, Any]:
         return _recording(name)
     if ending == ".npz":
         return _arrays(name)
-    if ending == ".txt":
+    if ending in (".txt", ".csv", ".tsv", ".json"):
         return _taxel_file(name)
+    if ending == ".ini":
+        return _layout(name)
     if ending == ".toml" or name in scene_names():
         return _scene(load_scene(name))
     return {"kind": "robot", **_robot(find_robot(name))}
@@ -144,13 +147,25 @@ def _arrays(name: str) -> dict[str, Any]:
 
 
 def _taxel_file(name: str) -> dict[str, Any]:
-    taxels = read_icub_positions(name)
+    sets = read_taxel_sets(name)
     return {
         "kind": "taxel file",
         "name": Path(name).stem,
-        "links": [taxels.link],
-        "taxels": len(taxels.positions),
-        "problems": _problems(taxels.findings),
+        "links": [taxels.link for taxels in sets],
+        "taxels": sum(map(len, sets)),
+        "mapped": sum(int(taxels.mapped.sum()) for taxels in sets),
+        "problems": _problems(finding for taxels in sets for finding in taxels.findings),
+    }
+
+
+def _layout(name: str) -> dict[str, Any]:
+    layout = read_icub_layout(name)
+    return {
+        "kind": "layout",
+        "name": layout.name,
+        "modules": len(layout.modules),
+        "taxels": len(layout.numbers),
+        "problems": _problems(layout.findings),
     }
 
 

@@ -50,7 +50,7 @@ def _add_window_commands(commands: argparse._SubParsersAction) -> None:  # type:
 
 def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]
     _add_map(commands)
-    inspect = commands.add_parser("inspect", help="what a robot, skin, map, scene or recording holds, and its problems")
+    inspect = commands.add_parser("inspect", help="what a robot, skin, map, taxel file, scene or recording holds")
     inspect.add_argument("input", metavar="FILE|NAME")
     _json(inspect)
     replay = commands.add_parser("replay", help="step through a recording")

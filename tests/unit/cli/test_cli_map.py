@@ -113,6 +113,20 @@ def _plate_of_modules(positions: Path, layout: Path) -> None:
     write_icub_layout(Layout("left_plate", (places[0], turned, *places[2:])), layout)
 
 
+def test_taxel_files_and_layouts_are_described(capsys, cap, tmp_path):
+    positions, layout, table = tmp_path / "left_plate.txt", tmp_path / "left_plate.ini", tmp_path / "taxels.csv"
+    _plate_of_modules(positions, layout)
+    answer(capsys, cap, *FEW, "-o", table)
+    found = []
+    for path in (positions, layout, table):
+        assert run_command(["inspect", str(path), "--json"], windows={}) == 0
+        found.append(json.loads(capsys.readouterr().out.splitlines()[-1]))
+    assert [(one["kind"], one["taxels"]) for one in found] == [("taxel file", 40), ("layout", 48), ("taxel file", 60)]
+    assert found[2]["mapped"] == 60
+    assert found[0]["links"] == ["plate"]
+    assert "thermal-pad" in {problem["kind"] for problem in found[0]["problems"]}
+
+
 def test_a_map_is_learned_from_babbling(capsys, cap):
     result = answer(capsys, cap, *FEW, "--learn", "information-distance", "--touches", 400)
     assert result["bijective"]
