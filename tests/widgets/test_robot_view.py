@@ -264,7 +264,8 @@ def test_frames_are_drawn_soon_and_only_when_something_changed(view, heard, pres
     heard.drawn.clear()
     view.show_frame(pressed)
     assert heard.drawn == []  # not before the map had its turn
-    qtbot.waitUntil(lambda: len(heard.drawn) == 2)  # once live, once more at rest with smooth edges
+    qtbot.waitUntil(lambda: bool(heard.drawn) and not view._drawing.waiting)
+    assert len(heard.drawn) in (1, 2)  # once live, once more at rest with smooth edges where the machine is quick enough
     with qtbot.assertNotEmitted(view.drawn, wait=60):
         view.show_frame(pressed)
 

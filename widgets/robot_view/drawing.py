@@ -43,6 +43,11 @@ class Drawing(QObject):
             timer.setSingleShot(True)
             timer.timeout.connect(slot)
 
+    @property
+    def waiting(self) -> bool:
+        """Whether a picture is still to come."""
+        return self._soon.isActive() or self._rest.isActive()
+
     def request(self, *, moving: bool = False) -> None:
         """Draw soon; ``moving`` while the hand turns the view, where speed matters more than sharpness."""
         self._moving = moving
