@@ -265,7 +265,7 @@ def test_frames_are_drawn_soon_and_only_when_something_changed(view, heard, pres
     view.show_frame(pressed)
     assert heard.drawn == []  # not before the map had its turn
     qtbot.waitUntil(lambda: bool(heard.drawn) and not view._drawing.waiting)
-    assert len(heard.drawn) in (1, 2)  # once live, once more at rest with smooth edges where the machine is quick enough
+    assert len(heard.drawn) in (1, 2)  # once live, and at rest once more where the machine is quick
     with qtbot.assertNotEmitted(view.drawn, wait=60):
         view.show_frame(pressed)
 
