@@ -17,7 +17,7 @@ from app.maps.quality import measure
 from app.maps.tactile_map import TactileMap
 from tests.numerics.map_surfaces import named, sheet, skin_of
 
-ICUB = Path("/work/shared/data/icub-skin")
+ICUB = Path(__file__).parents[4] / "shared" / "data" / "icub-skin"
 
 
 @pytest.fixture(scope="module")
@@ -142,7 +142,7 @@ def _icub_layout(name):
     return points
 
 
-@pytest.mark.skipif(not ICUB.exists(), reason="the real iCub skin files are not on this machine")
+@pytest.mark.skipif(not ICUB.exists(), reason="the real iCub skin files are not beside this checkout")
 def test_the_left_arms_hand_made_map_scores_as_known():
     """350 taxels; 674 pairs under 8 mm, one torn, and that of 44 between modules; both scores 0.999."""
     positions, layout = _icub_positions("left_arm"), _icub_layout("left_arm_V2_7")
