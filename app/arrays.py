@@ -28,6 +28,15 @@ def readonly(values: ArrayLike, dtype: Any = np.float64) -> NDArray[Any]:
     return own
 
 
+def dot(a: FloatArray, b: FloatArray) -> float:
+    """The scalar product of two vectors (n,), on this thread.
+
+    ``a @ b`` wakes BLAS's other threads from 10,000 entries on, and waits a time slice (8 ms measured, instead of 6 µs)
+    where those cores are busy, as they are with a simulation beside.
+    """
+    return float(np.einsum("i,i", a, b))
+
+
 def refreeze(value: Any) -> None:
     """Make every array inside a value read-only again, in place: pickling forgets that it was.
 

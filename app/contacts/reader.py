@@ -42,7 +42,8 @@ class ContactReader:
         self._body = np.concatenate([patch.taxels.positions for patch in skin.patches])
         on_body = np.linalg.norm(np.diff(self._body[self._pairs], axis=1)[:, 0], axis=1)
         on_map = np.linalg.norm(np.diff(map_.taxel_points[self._pairs], axis=1)[:, 0], axis=1)
-        self._seam = self._pairs[on_map > _TORN * on_body]
+        scale = np.array([placement.scale for placement in map_.layout.placements])[skin.patch_of[self._pairs[:, 0]]]
+        self._seam = self._pairs[on_map > _TORN * scale * on_body]
         self._closest = [ClosestPoint(patch.surface) for patch in skin.patches]
         self.reset()
 

@@ -35,9 +35,14 @@ def crossings(*loops: FloatArray) -> int:
     Sides that follow each other share a corner and are left out. Only sides in the same cell of a grid are compared;
     1 ms for 500 sides.
     """
+    return len(crossing_sides(*loops)[0])
+
+
+def crossing_sides(*loops: FloatArray) -> tuple[IntArray, IntArray]:
+    """The pairs (i, j), i < j, of sides that meet, numbered through the loops by the corner each begins with."""
     start = np.concatenate(loops) if loops else np.zeros((0, 2))
     if len(start) < 2:
-        return 0
+        return np.zeros(0, np.int64), np.zeros(0, np.int64)
     after = _next(loops)
     end = start[after]
     low, high = np.minimum(start, end), np.maximum(start, end)
@@ -46,7 +51,8 @@ def crossings(*loops: FloatArray) -> int:
     i, j = i[~apart], j[~apart]
     d1, d2 = _side(start[i], end[i], start[j]), _side(start[i], end[i], end[j])
     d3, d4 = _side(start[j], end[j], start[i]), _side(start[j], end[j], end[i])
-    return int(((d1 * d2 <= 0) & (d3 * d4 <= 0)).sum())
+    meet = (d1 * d2 <= 0) & (d3 * d4 <= 0)
+    return i[meet], j[meet]
 
 
 def _next(loops: Sequence[FloatArray]) -> IntArray:

@@ -12,7 +12,7 @@ from scipy.sparse import coo_matrix, csc_matrix
 from app.arrays import FloatArray, IntArray
 from app.maps.bijective import crossings
 from app.maps.grid import BoxGrid
-from app.maps.symmetric_dirichlet import SymmetricDirichlet
+from app.maps.newton import Energy
 
 _WEIGHT = 1e-3
 _REACH = 0.25
@@ -21,15 +21,15 @@ _TOUCHING = 1e-6
 
 
 class ApartBorder:
-    """The energy of a ``SymmetricDirichlet`` and the border's barrier, to be minimised in its place.
+    """An energy of maps and the border's barrier, to be minimised in its place.
 
     Args:
-        problem: The energy without it.
+        problem: The energy without it: of stretching alone, or with pins.
         loop: (b,) border vertices in order.
         plane: (k, 2) a map without overlap, from which the reach is taken: a quarter of a mean border side.
     """
 
-    def __init__(self, problem: SymmetricDirichlet, loop: IntArray, plane: FloatArray) -> None:
+    def __init__(self, problem: Energy, loop: IntArray, plane: FloatArray) -> None:
         self._problem, self._loop, self._next = problem, loop, np.roll(loop, -1)
         self._reach = _REACH * float(np.linalg.norm(plane[self._next] - plane[loop], axis=1).mean())
 
@@ -39,6 +39,8 @@ class ApartBorder:
         if not np.isfinite(energy) or crossings(plane[self._loop]):
             return float("inf")
         _, distance, _ = self._close(plane)
+        if not distance.all():
+            return float("inf")  # a corner that misses a side by the last bit does not cross it
         return energy + _WEIGHT * float(((self._reach / distance - 1) ** 2).sum())
 
     def touches(self, plane: FloatArray) -> bool:
@@ -99,7 +101,7 @@ class ApartBorder:
         arm = start[point] - start[side] - share[:, None] * along
         distance = np.linalg.norm(arm, axis=1)
         near = distance < self._reach
-        unit, share = arm[near] / distance[near, None], share[near, None]
+        unit, share = arm[near] / np.where(distance > 0, distance, 1.0)[near, None], share[near, None]
         vertices = np.stack([self._loop[point], self._loop[side], self._next[side]], axis=1)[near]
         return vertices, distance[near], np.concatenate([unit, (share - 1) * unit, -share * unit], axis=1)
 

@@ -10,7 +10,7 @@ import numpy as np
 from app.errors import MapError, MeshError
 from app.maps.chart import Chart
 from app.maps.flatten import flatten
-from app.maps.layout import MapLayout, Placement
+from app.maps.layout import MapLayout
 from app.maps.methods.table import find_method
 from app.maps.newton import Iterate
 from app.maps.packing import pack
@@ -104,7 +104,7 @@ def with_chart(map_: TactileMap, number: int, chart: Chart) -> TactileMap:
     moved = replace(placement, offset=(0.0, 0.0))
     x, y = middle - moved.apply(_middle(chart)[None])[0]
     placements = list(map_.layout.placements)
-    placements[number] = Placement(placement.angle, (float(x), float(y)), placement.mirrored)
+    placements[number] = replace(moved, offset=(float(x), float(y)))
     charts = list(map_.charts)
     charts[number] = chart
     return TactileMap(map_.skin, tuple(charts), MapLayout(tuple(placements)))

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from app.arrays import FloatArray, IntArray, readonly
 from app.errors import Finding
+from app.geometry.topology import boundary_loops
+from app.maps.locate import PlaneLocator
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +42,28 @@ class Chart:
         object.__setattr__(self, "plane", readonly(self.plane))
         for name in ("faces", "vertex_of", "seams"):
             object.__setattr__(self, name, readonly(getattr(self, name), int))
+
+    @cached_property
+    def border(self) -> IntArray:
+        """(b,) the points around the chart, counter-clockwise; the first is not repeated."""
+        return readonly(boundary_loops(self.faces)[0], int)
+
+    @cached_property
+    def torn(self) -> IntArray:
+        """(t, 2) sides of the border that are joined to another side on the body."""
+        sides = np.stack([self.border, np.roll(self.border, -1)], axis=1)
+        base = [len(self.vertex_of), 1]
+        cut = np.isin(np.sort(self.vertex_of[sides], axis=1) @ base, np.sort(self.seams, axis=1) @ base)
+        return readonly(sides[cut], int)
+
+    @cached_property
+    def locator(self) -> PlaneLocator:
+        """Which face holds a point of the plane. Here, so that it outlives every other arrangement of the charts."""
+        return PlaneLocator(self.plane[self.faces])
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What was computed from a chart does not travel with it."""
+        return {part.name: getattr(self, part.name) for part in fields(self)}
 
 
 def upright(plane: FloatArray, positions: FloatArray) -> FloatArray:

@@ -85,9 +85,9 @@ class Distortion:
 def distortion(map_: TactileMap) -> Distortion:
     """Compare every face on the map with itself on the body. Cost: 15 ms for 20,000 faces."""
     stretch, turned, areas = [], [], []
-    for patch, chart in zip(map_.skin.patches, map_.charts, strict=True):
+    for patch, chart, placement in zip(map_.skin.patches, map_.charts, map_.layout.placements, strict=True):
         rest = rest_triangles(patch.surface.vertices[chart.vertex_of], chart.faces)
-        corner = chart.plane[chart.faces]
+        corner = placement.scale * chart.plane[chart.faces]
         first, second = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
         along = first / rest.base[:, None]
         across = (second - rest.along[:, None] * along) / rest.across[:, None]

@@ -15,14 +15,17 @@ from app.geometry.topology import boundary_loops
 from app.maps.bijective import flipped
 from app.maps.chart import Chart
 from app.maps.exchange.obj_uv import write_obj
-from app.maps.layout import MapLayout, Placement
+from app.maps.layout import FARTHEST, LARGEST, SMALLEST, MapLayout, Placement
 from app.maps.tactile_map import TactileMap
 from app.skin.skin import Patch
 from app.skin.skin_file import skin_from_bytes, skin_to_bytes
 
-FORMAT, VERSION = "tactile-maps-map", 1
-FARTHEST = 1e6
-"""No patch lies farther from the map's origin [m]."""
+FORMAT, VERSION = "tactile-maps-map", 2
+_READS = (1, VERSION)
+"""Version 1 had no scale in a placement."""
+
+# Angle, x, y, whether mirrored and, since version 2, scale.
+_PLACEMENTS = ([float, float, float, bool], [float, float, float, bool, float])
 
 # Columns and kinds of a chart's arrays.
 _ARRAYS = {
@@ -67,7 +70,9 @@ def map_to_bytes(map_: TactileMap) -> bytes:
         "version": VERSION,
         "methods": [chart.method for chart in map_.charts],
         "findings": [[[f.kind, f.where, f.action, f.count] for f in chart.findings] for chart in map_.charts],
-        "placements": [[float(p.angle), *map(float, p.offset), p.mirrored] for p in map_.layout.placements],
+        "placements": [
+            [float(p.angle), *map(float, p.offset), p.mirrored, float(p.scale)] for p in map_.layout.placements
+        ],
     }
     return pack_arrays(header, arrays)
 
@@ -88,12 +93,12 @@ def map_from_bytes(data: bytes, *, file: str | Path | None = None) -> TactileMap
         raise MapError(
             "this is not a map file", file=file, value=header.get("format"), remedy="Choose a file saved by Save map"
         )
-    if header.get("version") != VERSION:
+    if header.get("version") not in _READS:
         raise MapError(
             "the map file has an unknown version",
             file=file,
             value=header.get("version"),
-            remedy=f"This program reads version {VERSION}",
+            remedy=f"This program reads versions {_READS[0]} to {VERSION}",
         )
     if "skin" not in arrays or arrays["skin"].dtype != np.uint8:
         raise MapError("the map file has no skin", file=file)
@@ -137,7 +142,7 @@ def _header(
         parts.append(values)
     methods, findings, placements = parts
     notes = [tuple(Finding(*entry) for entry in part) for part in findings]
-    return methods, notes, tuple(Placement(a, (x, y), mirrored) for a, x, y, mirrored in placements)
+    return methods, notes, tuple(Placement(a, (x, y), *rest) for a, x, y, *rest in placements)
 
 
 def _is_method(value: object) -> bool:
@@ -151,9 +156,9 @@ def _is_findings(value: object) -> bool:
 
 
 def _is_placement(value: object) -> bool:
-    if not isinstance(value, list) or len(value) != 4 or not isinstance(value[3], bool):
+    if not isinstance(value, list) or [type(x) for x in value] not in _PLACEMENTS:
         return False
-    return all(type(x) is float and abs(x) < FARTHEST for x in value[:3])
+    return all(abs(x) < FARTHEST for x in value[:3]) and all(SMALLEST <= x <= LARGEST for x in value[4:])
 
 
 class _Door:

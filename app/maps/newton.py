@@ -15,7 +15,7 @@ from typing import Protocol
 import numpy as np
 from scipy.sparse import csc_matrix
 
-from app.arrays import FloatArray
+from app.arrays import FloatArray, dot
 from app.errors import MapError
 from app.geometry.factor import Factor
 
@@ -102,25 +102,29 @@ def _steps(
 ) -> Iterator[tuple[FloatArray, float, float]]:
     """Maps, their energies and the steps' lengths, from one factorisation."""
     gradient, hessian = problem.derivatives(plane)
-    _refactor(factor, hessian)
+    refactor(factor, hessian)
     steps: list[tuple[FloatArray, FloatArray]] = []
     first = energy
     for count in range(1, _STEPS + 1):
-        step = -_quasi_newton(factor, steps, gradient).reshape(-1, 2)
-        after, reached, length = _line_search(problem, plane, step, energy, float(gradient @ step.ravel()))
+        step = -quasi_newton(factor, steps, gradient).reshape(-1, 2)
+        after, reached, length = line_search(problem, plane, step, energy, dot(gradient, step.ravel()))
         yield after, reached, length
         gain = energy - reached
         if gain <= max(tolerance * max(reached - 4, 1e-9), _FAIR_SHARE * (first - reached) / count) or count == _STEPS:
             return
         new = problem.gradient(after)
         moved, turned = (after - plane).ravel(), new - gradient
-        if moved @ turned > 0:
+        if dot(moved, turned) > 0:
             steps.append((moved, turned))
         plane, energy, gradient = after, reached, new
 
 
-def _refactor(factor: Factor, hessian: csc_matrix) -> None:
-    """The three rigid motions, which cost nothing, are held by a hint of the diagonal."""
+def refactor(factor: Factor, hessian: csc_matrix) -> None:
+    """Factor ``hessian`` (upper triangle, changed): rigid motions, which cost nothing, are held by a hint of diagonal.
+
+    Raises:
+        MapError: The numbers are too far apart.
+    """
     diagonal = hessian.indptr[1:] - 1  # the last entry of each column of an upper triangle
     hessian.data[diagonal] += 1e-9 * hessian.data[diagonal].mean()
     try:
@@ -129,25 +133,31 @@ def _refactor(factor: Factor, hessian: csc_matrix) -> None:
         raise MapError("the map is too distorted to be improved", value=error, remedy="Use method tutte") from error
 
 
-def _quasi_newton(factor: Factor, steps: list[tuple[FloatArray, FloatArray]], gradient: FloatArray) -> FloatArray:
-    """The inverse Hessian's estimate times ``gradient``: Nocedal's two loops around the factored Hessian."""
+def quasi_newton(factor: Factor, steps: list[tuple[FloatArray, FloatArray]], gradient: FloatArray) -> FloatArray:
+    """The inverse Hessian's estimate times ``gradient``: Nocedal's two loops around the factored Hessian.
+
+    ``steps`` are the (moved, turned) pairs, each (2k,), since the factorisation.
+
+    Raises:
+        MapError: The numbers are too far apart.
+    """
     q, shares = gradient, []
     for moved, turned in reversed(steps):
-        shares.append(float(moved @ q) / float(moved @ turned))
+        shares.append(dot(moved, q) / dot(moved, turned))
         q = q - shares[-1] * turned
     try:
         result = factor.solve(q)
     except ArithmeticError as error:
         raise MapError("the map is too distorted to be improved", value=error, remedy="Use method tutte") from error
     for (moved, turned), share in zip(steps, reversed(shares), strict=True):
-        result = result + moved * (share - float(turned @ result) / float(moved @ turned))
+        result = result + moved * (share - dot(turned, result) / dot(moved, turned))
     return result
 
 
-def _line_search(
+def line_search(
     problem: Energy, plane: FloatArray, step: FloatArray, energy: float, slope: float
 ) -> tuple[FloatArray, float, float]:
-    """The accepted map, its energy and the step's length."""
+    """The accepted map, its energy and the step's length: 0 where none along ``step`` (k, 2) goes downhill enough."""
     length = min(1.0, _SAFE * problem.largest_step(plane, step))
     while length > 1e-10:
         candidate = plane + length * step

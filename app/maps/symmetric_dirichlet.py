@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csc_matrix
 
-from app.arrays import FloatArray, IntArray
+from app.arrays import FloatArray, IntArray, dot
 from app.maps.block_pattern import BlockPattern
 from app.maps.rest import rest_triangles
 
@@ -61,7 +61,7 @@ class SymmetricDirichlet:
         with np.errstate(over="ignore"):  # a face of almost no area costs more than the largest number: inf is right
             inverse = 1 / determinant
             lengths, angles = 1 + inverse * inverse, 2 * inverse
-            return float(self._weight @ (squares * (self._lengths * lengths + (1 - self._lengths) * angles)))
+            return dot(self._weight, squares * (self._lengths * lengths + (1 - self._lengths) * angles))
 
     def energy_at_best_scale(self, plane: FloatArray) -> float:
         """Least mean energy of lengths over all enlargements of ``plane``; inf where a face has no positive area.
@@ -74,7 +74,8 @@ class SymmetricDirichlet:
             return float("inf")
         squares = xx * xx + xy * xy + yx * yx + yy * yy
         with np.errstate(over="ignore"):
-            return float(2 * np.sqrt(self._weight @ squares) * np.sqrt(self._weight @ (squares * determinant**-2)))
+            stretched, squeezed = dot(self._weight, squares), dot(self._weight, squares * determinant**-2)
+            return float(2 * np.sqrt(stretched) * np.sqrt(squeezed))
 
     def gradient(self, plane: FloatArray) -> FloatArray:
         """(2k,) of the mean energy; x and y of a vertex side by side."""

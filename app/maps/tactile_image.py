@@ -74,6 +74,11 @@ class TactileImage:
         y = self.extent[1, 1] - (np.arange(rows) + 0.5) * self.resolution
         return np.stack([np.tile(x, rows), np.repeat(y, columns)], axis=1)
 
+    @property
+    def places(self) -> tuple[IntArray, IntArray, FloatArray]:
+        """Patch and face (rows * columns,) and weights (rows * columns, 3) behind each pixel's centre; -1 off skin."""
+        return self._patch, self._face, self._weights
+
     def render(self, pressures: FloatArray) -> np.ndarray[tuple[int, int], np.dtype[np.float32]]:
         """(rows, columns) [kPa] from pressures (taxels,) [Pa]; 0 outside the skin."""
         image: np.ndarray[tuple[int, int], np.dtype[np.float32]] = (

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.arrays import readonly, refreeze
+from app.arrays import dot, readonly, refreeze
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,3 +56,11 @@ def test_pickling_forgets_and_refreezing_restores(wrap):
     assert array_in(copy).flags.writeable, "otherwise there is nothing to restore"
     refreeze(copy)
     assert not array_in(copy).flags.writeable
+
+
+def test_a_scalar_product_is_what_the_matrix_product_says():
+    rng = np.random.default_rng(0)
+    for count in (0, 1, 7, 20_001):
+        a, b = rng.normal(size=(2, count))
+        assert dot(a, b) == pytest.approx(float(a @ b), rel=1e-12, abs=1e-12)
+        assert isinstance(dot(a, b), float)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from app.contacts.reader import THRESHOLD, ContactReader
 from app.errors import MapError
+from app.maps.layout import MapLayout
 from app.simulation.loads import Load
 from app.simulation.sensing import WaterFill
 from tests.touch import arm, prepared_bar
@@ -102,6 +105,12 @@ def test_a_touch_across_a_seam_is_one_region_placed_on_the_body():
         assert np.linalg.norm(region.point - middle) < 0.6 * np.linalg.norm(body[one] - body[other])
         assert region.force == pytest.approx(5e3 * skin.areas[[one, other]].sum(), rel=1e-12)
     assert torn == len(reader._seam)
+
+
+def test_a_patch_drawn_larger_is_torn_no_further():
+    map_ = arm().map
+    large = MapLayout(tuple(replace(place, scale=4.0) for place in map_.layout.placements))
+    np.testing.assert_array_equal(ContactReader(replace(map_, layout=large))._seam, ContactReader(map_)._seam)
 
 
 def test_a_finger_anywhere_on_the_arm_is_found_where_it_is():

@@ -72,3 +72,19 @@ def test_every_round_of_a_descent_stays_off_itself():
     assert len(rounds) > 5
     assert not any(crossings(r.plane[loop]) for r in rounds)
     assert problem.energy(rounds[-1].plane) < 4.02
+
+
+def test_a_corner_that_misses_a_side_by_the_last_bit_touches():
+    """An hourglass whose waist is one rounding wide, as the two sides of a seam in a plain tube come to lie."""
+    tip, a = [-0.38232282140252394, 0.10407355315773271], [-0.3084796216698031, 0.2676116508481561]
+    other = [tip[0], 0.10407355315773269]
+    plane = np.array([a, tip, [-0.5, 0.3], [-0.5, -0.1], other, [-0.3, -0.1]])
+    wide = plane + [[0, 0.1], [0, 0.1], [0, 0.1], [0, 0], [0, 0], [0, 0]]
+    faces = np.array([[2, 3, 4], [2, 4, 1], [0, 1, 4], [0, 4, 5]])
+    problem = SymmetricDirichlet(np.column_stack([wide, np.zeros(6)]), faces)
+    apart = ApartBorder(problem, np.arange(6), wide)
+    assert not apart.touches(wide)
+    assert crossings(plane) == 0
+    assert apart._close(plane)[1].min() == 0
+    assert apart.touches(plane)
+    assert apart.energy(plane) == np.inf

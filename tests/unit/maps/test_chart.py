@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from dataclasses import FrozenInstanceError
 
 import numpy as np
@@ -24,3 +25,13 @@ def test_a_chart_tells_its_rounds():
     assert len(chart.energies) == len(chart.seconds) > 1
     assert list(chart.seconds) == sorted(chart.seconds)
     assert np.diff(chart.energies).max() <= 1e-12  # but for rounding, never up
+
+
+def test_what_is_computed_from_a_chart_does_not_travel_with_it():
+    chart = flatten(sheet())
+    assert chart.locator.query(chart.plane[:1])[0] >= 0
+    assert len(chart.border) == len(set(chart.border.tolist())) == 40
+    assert len(chart.torn) == 0
+    back = pickle.loads(pickle.dumps(chart))
+    assert not {"border", "torn", "locator"} & set(vars(back))
+    np.testing.assert_array_equal(back.plane, chart.plane)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from app.array_file import pack_arrays, unpack_arrays
 from app.errors import MapError, SkinError
 from app.maps.build import build_map
+from app.maps.layout import MapLayout
 from app.maps.map_file import load_map, map_from_bytes, map_to_bytes, save_map, save_obj
 from tests.numerics.map_surfaces import named, skin_of
 
@@ -149,3 +152,20 @@ def test_obj_holds_the_body_and_the_map(three_patches, tmp_path):
     low, high = three_patches.bounds
     flat = np.concatenate([uv[c.faces] for uv, c in zip(three_patches.uv, three_patches.charts, strict=True)])
     np.testing.assert_allclose(vt[corners[..., 1]] * (high - low).max() + low, flat, atol=1e-8)
+
+
+def test_a_file_from_before_patches_could_be_scaled_is_read(three_patches):
+    header, arrays = unpack_arrays(map_to_bytes(three_patches), error=MapError)
+    old = header | {"version": 1, "placements": [entry[:4] for entry in header["placements"]]}
+    assert map_from_bytes(pack_arrays(old, arrays)).layout == three_patches.layout
+
+
+def test_a_scale_survives_and_an_absurd_one_is_refused(three_patches):
+    places = [replace(place, scale=2.5, mirrored=True) for place in three_patches.layout.placements]
+    scaled = replace(three_patches, layout=MapLayout(tuple(places)))
+    assert map_from_bytes(map_to_bytes(scaled)).layout == scaled.layout
+    header, arrays = unpack_arrays(map_to_bytes(three_patches), error=MapError)
+    for scale in (0.0, -1.0, 1e9, float("nan"), 1, "1"):
+        broken = header | {"placements": [[*entry[:4], scale] for entry in header["placements"]]}
+        with pytest.raises(MapError, match="header is broken"):
+            map_from_bytes(pack_arrays(broken, arrays))

@@ -96,6 +96,21 @@ def test_a_mirrored_and_turned_patch_still_answers(three_patches):
     np.testing.assert_allclose(_on_body(moved, *back), _on_body(moved, *asked), atol=1e-12)
 
 
+def test_moving_patches_shares_all_that_is_slow(three_patches):
+    assert three_patches.to_body(three_patches.taxel_points[0]) is not None
+    known = [chart.locator for chart in three_patches.charts]
+    moved = TactileMap(three_patches.skin, three_patches.charts, MapLayout((Placement(scale=0.5),) * 3))
+    assert moved.to_body(moved.taxel_points[0]) is not None
+    assert [chart.locator for chart in moved.charts] == known
+
+
+def test_where_patches_lie_on_one_another_one_of_them_answers(three_patches):
+    heap = TactileMap(three_patches.skin, three_patches.charts, MapLayout((Placement(),) * 3))
+    asked = _places(heap, 100)
+    points = heap.to_map_many(*asked)
+    np.testing.assert_allclose(heap.to_map_many(*heap.to_body_many(points)), points, atol=1e-12)
+
+
 def test_parts_that_do_not_belong_together_are_refused(three_patches):
     skin, charts, layout = three_patches.skin, three_patches.charts, three_patches.layout
     with pytest.raises(MapError, match="number of patches"):

@@ -1,0 +1,120 @@
+"""A map as a person edits it: the map, how each patch of it came about, and how the patch tree shows it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
+
+from numpy.typing import NDArray
+
+from app.errors import MapError
+from app.maps.chart import Chart
+from app.maps.layout import MapLayout
+from app.maps.pin import Pin
+from app.maps.seams import SeamPlan
+from app.maps.tactile_map import TactileMap
+from app.skin.skin import Skin
+
+
+@dataclass(frozen=True, eq=False)
+class PatchEdit:
+    """What a person wants of one patch. The first four make its chart, the others are for the patch tree.
+
+    Attributes:
+        method: A name in ``methods.table``, or how a chart that came from elsewhere was made.
+        lengths: From 1, keep lengths, to 0, keep angles.
+        seams: Drawn and further seams, and areas of interest.
+        pins: Places of the body held at places of the plane, in the chart's own frame, so that they move with it.
+        name: Shown to people; the skin's own name for the patch never changes.
+        visible: Whether the map view shows it.
+    """
+
+    method: str
+    lengths: float = 1.0
+    seams: SeamPlan = field(default_factory=SeamPlan)
+    pins: tuple[Pin, ...] = ()
+    name: str = ""
+    visible: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class MapDocument:
+    """All that a person can edit and save. Edits give new documents, which share whatever they did not change.
+
+    Attributes:
+        map: Skin, charts and layout; the very same object in documents that show the same map.
+        patches: What is wanted of each patch, in the skin's order.
+        order: Patch numbers in the order of the patch tree.
+    """
+
+    map: TactileMap
+    patches: tuple[PatchEdit, ...]
+    order: tuple[int, ...]
+
+    def __post_init__(self) -> None:
+        count = len(self.map.charts)
+        if len(self.patches) != count or sorted(self.order) != list(range(count)):
+            raise MapError("the patch tree is not that of the map", value=f"{len(self.patches)} for {count} patches")
+
+    @classmethod
+    def of(cls, map_: TactileMap) -> MapDocument:
+        """A first document around a map, however it was made."""
+        pairs = zip(map_.skin.patches, map_.charts, strict=True)
+        patches = tuple(PatchEdit(chart.method, name=patch.name) for patch, chart in pairs)
+        return cls(map_, patches, tuple(range(len(patches))))
+
+    @property
+    def skin(self) -> Skin:
+        """What is mapped; the same in all documents of a history."""
+        return self.map.skin
+
+    @property
+    def charts(self) -> tuple[Chart, ...]:
+        """Each patch laid flat."""
+        return self.map.charts
+
+    @property
+    def layout(self) -> MapLayout:
+        """Where the charts lie."""
+        return self.map.layout
+
+    def chosen(self, numbers: Iterable[int]) -> list[int]:
+        """Patch numbers in order, each once.
+
+        Raises:
+            MapError: There is no such patch.
+        """
+        known, wanted = range(len(self.patches)), sorted(set(numbers))
+        for number in wanted:
+            if number not in known:
+                raise MapError("there is no such patch", value=number, remedy=f"The map has {len(known)}, from 0")
+        return wanted
+
+    def with_layout(self, layout: MapLayout) -> MapDocument:
+        """The same charts, arranged otherwise."""
+        return replace(self, map=replace(self.map, layout=layout))
+
+    def with_patch(self, number: int, edit: PatchEdit) -> MapDocument:
+        """Another name or visibility for a patch, its chart being as it was."""
+        return replace(self, patches=(*self.patches[:number], edit, *self.patches[number + 1 :]))
+
+    def arrays(self) -> Iterator[NDArray[Any]]:
+        """The arrays that edits change, shared ones too, for counting what a history holds."""
+        for chart in self.charts:
+            yield from (chart.faces, chart.plane, chart.vertex_of, chart.seams)
+        for patch in self.patches:
+            yield patch.seams.drawn
+            if patch.seams.importance is not None:
+                yield patch.seams.importance
+
+    def rest(self, present: MapDocument) -> None:
+        """Let go of what was computed from map and charts that ``present`` does not share.
+
+        Whoever asks again has it computed again.
+        """
+        mine: tuple[TactileMap | Chart, ...] = (self.map, *self.charts)
+        for value in mine:
+            if not any(value is shared for shared in (present.map, *present.charts)):
+                for name in set(vars(value)) - {part.name for part in fields(value)}:
+                    del vars(value)[name]

@@ -1,0 +1,128 @@
+"""Pins: put in, dragged, typed and taken out. The map between them is solved anew.
+
+A drag goes so: ``grip`` at the press, ``PinnedPatch.move`` and ``frame`` at each move of the hand, ``hold`` for the
+document to be shown (always from the document that was gripped), and at the release ``settle``, whose exact result
+``History.refine`` puts in place of what the hand left.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+
+from app.arrays import FloatArray
+from app.editing.document import MapDocument, PatchEdit
+from app.editing.reflatten import Reflatten, in_frame, kept_lengths, request
+from app.errors import MapError
+from app.geometry.surface_point import SurfacePoint
+from app.maps.pin import Pin
+from app.maps.pins import PinnedPatch
+
+_SAME = 1e-9
+_ROUNDING = 1e-6
+
+
+def pin_places(document: MapDocument, number: int) -> FloatArray:
+    """(p, 2) map points [m] at which the pins of a patch are wanted; where they are, unless they hinder each other."""
+    document.chosen([number])
+    places = np.array([pin.place for pin in document.patches[number].pins]).reshape(-1, 2)
+    return document.layout.placements[number].apply(places)
+
+
+def chart_place(document: MapDocument, number: int, point: FloatArray | tuple[float, float]) -> tuple[float, float]:
+    """A map point (2,) [m] in the chart's own frame, in which pins are kept."""
+    document.chosen([number])
+    x, y = document.layout.placements[number].back(np.asarray(point, dtype=np.float64).reshape(1, 2))[0]
+    return float(x), float(y)
+
+
+def add_pin(document: MapDocument, at: SurfacePoint) -> MapDocument:
+    """A pin that holds a place of the body where it is on the map now, so that nothing moves.
+
+    Raises:
+        MapError: No such patch or place on it, or a pin is there already.
+    """
+    (number,) = document.chosen([at.patch])
+    patch, weights = document.patches[number], np.asarray(at.weights, dtype=np.float64)
+    sound = np.isfinite(weights).all() and (weights >= 0).all() and abs(weights.sum() - 1) <= _ROUNDING
+    if not (sound and 0 <= at.face < len(document.charts[number].faces)):
+        raise MapError("a pin is not on the patch", place=patch.name, value=f"face {at.face}, weights {at.weights}")
+    here = _lies(document, at)
+    if any(np.abs(_lies(document, pin.at) - here).max() < _SAME for pin in patch.pins):
+        raise MapError("there is a pin already", place=patch.name, remedy="Drag that one")
+    a, b, c = map(float, weights)
+    pin = Pin(SurfacePoint(number, int(at.face), (a, b, c)), (float(here[0]), float(here[1])))
+    return document.with_patch(number, replace(patch, pins=(*patch.pins, pin)))
+
+
+def grip(document: MapDocument, number: int) -> PinnedPatch:
+    """A patch under the hand, with its pins numbered from 0 in their order. Cost: 30 ms for 10,000 faces."""
+    document.chosen([number])
+    patch, surface = document.patches[number], document.skin.patches[number].surface
+    return PinnedPatch(surface, document.charts[number], lengths=kept_lengths(patch), pins=patch.pins, name=patch.name)
+
+
+def hold(document: MapDocument, number: int, gripped: PinnedPatch) -> MapDocument:
+    """The document with the patch as the hand has it now.
+
+    Args:
+        document: The one that was gripped; not what ``hold`` gave before, whose frame moved along.
+        number: Of the patch.
+        gripped: From ``grip``, moved since.
+    """
+    chart = replace(document.charts[number], plane=gripped.plane)
+    return in_frame(document, number, chart, replace(document.patches[number], pins=tuple(gripped.pins.values())))
+
+
+def settle(document: MapDocument, number: int) -> Reflatten:
+    """The exact map for the pins of a patch, after ``hold`` left one that the eye takes for it."""
+    document.chosen([number])
+    return request(document, "Drag a pin", [(number, document.patches[number])], anyway=True)
+
+
+def move_pin(document: MapDocument, number: int, pin: int, point: FloatArray | tuple[float, float]) -> Reflatten:
+    """Pin number ``pin`` of a patch wanted at a map point (x, y) [m], as a person types it.
+
+    Raises:
+        MapError: No such patch or pin, or the point is not finite.
+    """
+    (old,), place = _pins(document, number, [pin]), chart_place(document, number, point)
+    if not np.isfinite(place).all():
+        raise MapError("a pin is wanted at no place", place=document.patches[number].name, value=point)
+    pins = list(document.patches[number].pins)
+    pins[pin] = replace(old, place=place)
+    return _with_pins(document, number, "Move a pin", pins)
+
+
+def remove_pins(document: MapDocument, number: int, pins: Iterable[int]) -> Reflatten:
+    """Pins taken out by their numbers; without the last the map is what its method makes of it.
+
+    Raises:
+        MapError: No such patch or pin.
+    """
+    out = set(pins)
+    _pins(document, number, out)
+    left = [pin for k, pin in enumerate(document.patches[number].pins) if k not in out]
+    return _with_pins(document, number, "Remove pins", left)
+
+
+def _pins(document: MapDocument, number: int, wanted: Iterable[int]) -> list[Pin]:
+    document.chosen([number])
+    pins = document.patches[number].pins
+    for pin in wanted:
+        if not 0 <= pin < len(pins):
+            raise MapError("there is no such pin", place=document.patches[number].name, value=pin)
+    return [pins[pin] for pin in wanted]
+
+
+def _with_pins(document: MapDocument, number: int, name: str, pins: Iterable[Pin]) -> Reflatten:
+    wanted: PatchEdit = replace(document.patches[number], pins=tuple(pins))
+    return request(document, name, [(number, wanted)])
+
+
+def _lies(document: MapDocument, at: SurfacePoint) -> FloatArray:
+    """(2,) where a place of the body lies in its chart's own frame [m]."""
+    chart = document.charts[at.patch]
+    return np.asarray(at.weights) @ chart.plane[chart.faces[at.face]]

@@ -1,0 +1,21 @@
+"""One small document of a tube, a sheet and a saddle, built once; edits make their own."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.editing.document import MapDocument
+from app.editing.reflatten import apply, reflatten, set_method
+from app.maps.build import build_map
+from tests.numerics.map_surfaces import frustum, named, sheet, skin_of
+
+
+@pytest.fixture(scope="session")
+def document():
+    return MapDocument.of(build_map(skin_of(frustum(around=16, along=6), sheet(8, 6), named("saddle"), taxels=12)))
+
+
+@pytest.fixture(scope="session")
+def reflattened(document):
+    """The document with its sheet laid flat by another method."""
+    return apply(document, reflatten(set_method(document, [1], "tutte")))

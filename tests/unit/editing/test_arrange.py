@@ -1,0 +1,142 @@
+"""Arranging moves patches as asked and nothing else."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.editing.arrange import EDGES, align, mirror, move, repack, rotate, scale, true_size
+from app.errors import MapError
+from app.maps.bijective import signed_areas
+from app.maps.distortion import distortion
+from app.maps.layout import MapLayout, Placement
+from app.maps.quality import overlaps
+
+
+def _middle(document, numbers):
+    boxes = document.map.boxes[list(numbers)]
+    return 0.5 * (boxes[:, 0].min(axis=0) + boxes[:, 1].max(axis=0))
+
+
+def _same(first, second, **kwargs):
+    for a, b in zip(first.map.uv, second.map.uv, strict=True):
+        np.testing.assert_allclose(a, b, atol=1e-12, **kwargs)
+
+
+def test_a_move_moves_what_was_chosen(document):
+    moved = move(document, [0, 2], (0.1, -0.2))
+    for number, step in ((0, (0.1, -0.2)), (1, (0, 0)), (2, (0.1, -0.2))):
+        np.testing.assert_allclose(moved.map.uv[number], document.map.uv[number] + step, atol=1e-15)
+
+
+def test_what_changes_nothing_gives_the_document_itself(document):
+    assert move(document, [1], (0.0, 0.0)) is document
+    assert move(document, [], (1.0, 0.0)) is document
+    assert rotate(document, [], 1.0) is document
+    assert scale(document, [1], 1.0) is document
+    assert true_size(document, [0, 1, 2]) is document
+
+
+def test_a_turn_is_around_the_middle_of_all_and_counter_clockwise(document):
+    turned = rotate(document, [0, 1], np.pi / 2)
+    offset = document.map.uv[0] - _middle(document, [0, 1])
+    expected = _middle(document, [0, 1]) + offset @ np.array([[0, 1], [-1, 0]])
+    np.testing.assert_allclose(turned.map.uv[0], expected, atol=1e-12)
+
+
+def test_a_turn_about_a_point_leaves_it(document):
+    about = document.map.uv[1][5]
+    np.testing.assert_allclose(rotate(document, [1], 1.3, about=about).map.uv[1][5], about, atol=1e-15)
+
+
+def test_turns_add_up_and_stay_small(document):
+    turned = document
+    for _ in range(24):
+        turned = rotate(turned, [0], np.radians(15), about=np.zeros(2))
+    _same(turned, document)
+    assert abs(turned.layout.placements[0].angle) < 1e-12
+
+
+def test_mirroring_twice_is_nothing_and_once_turns_faces_over(document):
+    once = mirror(rotate(document, [1], 0.4), [1])
+    assert once.layout.placements[1].mirrored
+    assert (signed_areas(once.map.uv[1], once.charts[1].faces) < 0).all()
+    _same(mirror(mirror(document, [1]), [1]), document)
+    np.testing.assert_allclose(_middle(once, [1]), _middle(rotate(document, [1], 0.4), [1]), atol=1e-12)
+
+
+def test_scaling_is_seen_in_the_numbers_and_taken_back_to_the_last_bit(document):
+    large = scale(document, [2], 3.0)
+    np.testing.assert_allclose(np.ptp(large.map.uv[2], axis=0), 3 * np.ptp(document.map.uv[2], axis=0))
+    count = len(document.charts[2].faces)
+    np.testing.assert_allclose(distortion(large.map).area[-count:], 9 * distortion(document.map).area[-count:])
+    small = true_size(scale(large, [2], 1 / 7), [2])
+    assert small.layout.placements[2].scale == 1.0
+    _same(small, document)
+
+
+@pytest.mark.parametrize("factor", [0.0, -1.0, 0.01, 11.0, np.nan, np.inf])
+def test_an_absurd_scale_is_refused(document, factor):
+    with pytest.raises(MapError, match=r"too small or too large|not finite"):
+        scale(document, [0], factor)
+
+
+@pytest.mark.parametrize("by", [(1e7, 0.0), (0.0, np.nan), (np.inf, 0.0)])
+def test_an_absurd_move_is_refused(document, by):
+    with pytest.raises(MapError, match=r"too far out|not finite"):
+        move(document, [0], by)
+
+
+@pytest.mark.parametrize("edge", EDGES)
+def test_aligned_patches_share_an_edge_and_keep_the_other_coordinate(document, edge):
+    boxes = align(document, [0, 1, 2], edge).map.boxes
+    k = 0 if edge in ("left", "centre", "right") else 1
+    line = {"left": boxes[:, 0], "bottom": boxes[:, 0], "right": boxes[:, 1], "top": boxes[:, 1]}
+    np.testing.assert_allclose(np.ptp(line.get(edge, boxes.mean(axis=1))[:, k]), 0, atol=1e-12)
+    np.testing.assert_allclose(boxes[:, :, 1 - k], document.map.boxes[:, :, 1 - k], atol=1e-15)
+
+
+def test_one_patch_cannot_be_aligned(document):
+    with pytest.raises(MapError, match="nothing to be aligned"):
+        align(document, [1], "left")
+
+
+def _heap(document):
+    """All patches on one another, one turned, one mirrored and one enlarged."""
+    placements = (Placement(0.5), Placement(mirrored=True), Placement(scale=2.0))
+    return document.with_layout(MapLayout(placements))
+
+
+def test_repacking_all_parts_a_heap_and_keeps_each_as_it_is(document):
+    heap = _heap(document)
+    assert overlaps(heap.map) > 0
+    packed = repack(heap)
+    assert overlaps(packed.map) == 0
+    for old, new in zip(heap.layout.placements, packed.layout.placements, strict=True):
+        assert replace(new, offset=old.offset) == old
+
+
+def test_repacking_what_was_packed_is_the_first_layout(document):
+    _same(repack(document), document)
+    _same(repack(move(document, [1], (0.7, 0.2))), document)
+
+
+def test_repacking_some_brings_them_to_the_nearest_free_place(document):
+    onto = _middle(document, [1]) - _middle(document, [0])
+    heap = move(document, [0], onto)
+    assert overlaps(heap.map) > 0
+    packed = repack(heap, [0])
+    assert overlaps(packed.map) == 0
+    assert packed.layout.placements[1:] == document.layout.placements[1:]
+    assert np.linalg.norm(_middle(packed, [0]) - _middle(heap, [0])) < np.ptp(document.map.bounds, axis=0).max()
+
+
+def test_repacking_some_that_are_free_leaves_one_alone_where_it_is(document):
+    away = move(document, [2], (5.0, 5.0))
+    _same(repack(away, [2]), away)
+
+
+def test_repacking_none_is_nothing(document):
+    assert repack(document, []) is document

@@ -1,0 +1,145 @@
+"""Document files: what is saved comes back, and nothing unsound gets in."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.array_file import pack_arrays, unpack_arrays
+from app.editing.arrange import mirror, rotate, scale
+from app.editing.document import MapDocument
+from app.editing.document_file import document_from_bytes, document_to_bytes, load_document, save_document
+from app.editing.patches import rename, reorder, show
+from app.editing.pins import add_pin
+from app.editing.reflatten import apply, reflatten, set_lengths, stamp
+from app.editing.seams import draw_seam, paint_interest
+from app.errors import MapError
+from app.geometry.surface_point import SurfacePoint
+from app.maps.map_file import map_to_bytes, save_map
+
+
+@pytest.fixture(scope="module")
+def edited(document):
+    """Everything that can be edited, edited."""
+    new = scale(mirror(rotate(document, [0], 0.3), [2]), [1], 1.7)
+    for edit in (
+        lambda d: draw_seam(d, 1, [28, 31]),
+        lambda d: paint_interest(d, 1, [1, 2, 3]),
+        lambda d: set_lengths(d, [2], 0.3),
+    ):
+        new = apply(new, reflatten(edit(new)))
+    new = add_pin(new, SurfacePoint(1, 4, (0.2, 0.3, 0.5)))
+    return reorder(show(rename(new, 0, "Ünterarm ✋"), [2], visible=False), 0, 2)
+
+
+def _changed(document, *, header=None, patch=None, **arrays):
+    """The document's bytes with parts replaced; None removes an array. Array names start with an underscore."""
+    old_header, old = unpack_arrays(document_to_bytes(document), error=MapError)
+    merged = old | {key.removeprefix("_"): value for key, value in arrays.items()}
+    old_header["patches"][1] |= patch or {}
+    return pack_arrays(old_header | (header or {}), {k: v for k, v in merged.items() if v is not None})
+
+
+def test_what_is_saved_comes_back(edited, tmp_path):
+    save_document(edited, tmp_path / "map.npz")
+    back = load_document(tmp_path / "map.npz")
+    assert document_to_bytes(back) == document_to_bytes(edited)
+    assert [stamp(back, k) for k in range(3)] == [stamp(edited, k) for k in range(3)]
+    assert (back.order, back.layout) == (edited.order, edited.layout)
+    for mine, theirs in zip(back.patches, edited.patches, strict=True):
+        assert mine.pins == theirs.pins
+        assert (mine.name, mine.method, mine.lengths, mine.visible) == (
+            theirs.name, theirs.method, theirs.lengths, theirs.visible,
+        )  # fmt: skip
+        np.testing.assert_array_equal(mine.seams.drawn, theirs.seams.drawn)
+    np.testing.assert_array_equal(back.patches[1].seams.importance, edited.patches[1].seams.importance)
+    np.testing.assert_array_equal(back.map.taxel_points, edited.map.taxel_points)
+    assert [path.name for path in tmp_path.iterdir()] == ["map.npz"], "no half-written file is left"
+
+
+def test_a_plain_map_opens_as_a_new_document(document, tmp_path):
+    save_map(document.map, tmp_path / "map.npz")
+    opened = load_document(tmp_path / "map.npz")
+    assert document_to_bytes(opened) == document_to_bytes(document)
+
+
+def test_a_chart_from_elsewhere_survives(document):
+    charts = tuple(replace(chart, method="by hand") for chart in document.charts)
+    other = MapDocument.of(replace(document.map, charts=charts))
+    assert document_from_bytes(document_to_bytes(other)).patches[0].method == "by hand"
+
+
+@pytest.mark.parametrize(
+    ("header", "says"),
+    [
+        ({"format": "tactile-maps-skin"}, "not a map"),
+        ({"version": 99}, "unknown version"),
+        ({"order": [0, 1]}, "patch tree is broken"),
+        ({"order": [0, 1, "2"]}, "patch tree is broken"),
+        ({"order": None}, "patch tree is broken"),
+        ({"patches": []}, "list of patches"),
+        ({"patches": 3}, "list of patches"),
+        ({"patches": [1, 2, 3]}, "patch 0, name"),
+    ],
+)
+def test_a_broken_header_is_refused(edited, header, says):
+    with pytest.raises(MapError, match=says):
+        document_from_bytes(_changed(edited, header=header), file="x.npz")
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("name", 3), ("method", None), ("lengths", 1.5), ("lengths", float("nan")), ("lengths", 1), ("visible", 1),
+        ("extra", -1), ("extra", 1.0), ("extra", 10**9), ("extra", True), ("pins", None), ("pins", [[1]]),
+        ("pins", [[10**6, 1.0, 0.0, 0.0, 0.0, 0.0]]), ("pins", [[0, 1.0, 1.0, 0.0, 0.0, 0.0]]),
+        ("pins", [[0, 2.0, -1.0, 0.0, 0.0, 0.0]]), ("pins", [[0, 1.0, 0.0, 0.0, float("inf"), 0.0]]),
+        ("pins", [[True, 1.0, 0.0, 0.0, 0.0, 0.0]]),
+    ],
+)  # fmt: skip
+def test_a_broken_patch_is_refused_by_name(edited, key, value):
+    with pytest.raises(MapError, match=f"x.npz, patch patch 1, {key}"):
+        document_from_bytes(_changed(edited, patch={key: value}), file="x.npz")
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("drawn", None), ("drawn", np.zeros((2, 3), int)), ("drawn", np.zeros((2, 2))), ("drawn", np.array(3)),
+        ("drawn", np.array([[0, 60]])), ("drawn", np.array([[-1, 0]])), ("drawn", np.array([[2**63, 1]], np.uint64)),
+        ("importance", np.ones(3)), ("importance", np.ones(63, int)), ("importance", np.full(63, np.nan)),
+        ("importance", -np.ones(63)),
+    ],
+)  # fmt: skip
+def test_a_broken_array_is_refused_by_name(edited, name, values):
+    assert len(edited.skin.patches[1].surface.vertices) == 63
+    with pytest.raises(MapError, match=f"x.npz, patch patch 1, {name}"):
+        document_from_bytes(_changed(edited, **{f"_1_{name}": values}), file="x.npz")
+
+
+def test_a_document_without_a_map_is_refused(edited):
+    for values in (None, np.zeros(3)):
+        with pytest.raises(MapError, match="no map"):
+            document_from_bytes(_changed(edited, _map=values))
+    with pytest.raises(MapError):
+        document_from_bytes(_changed(edited, _map=np.zeros(30, np.uint8)))
+    for data in (b"", b"PK nonsense", map_to_bytes(edited.map)[:-40]):
+        with pytest.raises(MapError, match="damaged"):
+            document_from_bytes(data)
+
+
+def test_what_cannot_be_read_or_written_says_so(edited, tmp_path):
+    with pytest.raises(MapError, match="cannot be read"):
+        load_document(tmp_path / "nothing.npz")
+    (tmp_path / "file").write_bytes(b"")
+    with pytest.raises(MapError, match="cannot be saved"):
+        save_document(edited, tmp_path / "file" / "map.npz")
+
+
+def test_a_file_of_an_absurd_size_is_not_read(tmp_path):
+    with (tmp_path / "huge.npz").open("wb") as file:
+        file.truncate(2**31)
+    with pytest.raises(MapError, match="too large"):
+        load_document(tmp_path / "huge.npz")

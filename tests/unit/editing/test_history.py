@@ -1,0 +1,170 @@
+"""Undo and redo: the documents themselves come back, a gesture is one step, and memory has a bound."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.editing.arrange import move
+from app.editing.history import History
+from app.editing.patches import rename
+from app.errors import MapError
+
+
+def _steps(document, count):
+    documents = [document]
+    for _ in range(count):
+        documents.append(move(documents[-1], [1], (0.01, 0.0)))
+    return documents
+
+
+@pytest.fixture
+def history(document):
+    return History(document)
+
+
+def _done(history, count=5):
+    documents = _steps(history.present, count)
+    for k, later in enumerate(documents[1:]):
+        history.do(f"Move {k}", later)
+    return documents
+
+
+def test_everything_undone_is_the_first_document_itself_and_redone_the_last(history):
+    documents = _done(history)
+    assert not history.can_redo
+    for expected in documents[-2::-1]:
+        assert history.undo() is expected
+    assert not history.can_undo
+    assert history.undo() is documents[0]
+    for expected in documents[1:]:
+        assert history.redo() is expected
+    assert history.redo() is documents[-1]
+
+
+def test_the_list_has_all_names_and_leads_to_each(history):
+    documents = _done(history)
+    assert history.names == ("Open", *(f"Move {k}" for k in range(5)))
+    assert history.go(2) is documents[2]
+    assert history.position == 2
+    assert len(history.names) == 6, "what could be redone is listed"
+    for position in (-1, 6):
+        with pytest.raises(MapError, match="no such step"):
+            history.go(position)
+
+
+def test_a_new_edit_forgets_what_was_undone(history):
+    documents = _done(history)
+    history.go(2)
+    other = rename(history.present, 0, "Other")
+    history.do("Rename", other)
+    assert history.names == ("Open", "Move 0", "Move 1", "Rename")
+    assert history.undo() is documents[2]
+
+
+def test_nothing_done_is_no_step(history):
+    history.do("Nothing", history.present)
+    assert history.names == ("Open",)
+
+
+def test_a_gesture_is_one_step_however_long(history):
+    first = history.present
+    history.begin("Move")
+    for later in _steps(first, 150)[1:]:
+        history.change(later)
+    assert history.present is later
+    history.end()
+    assert history.names == ("Open", "Move")
+    assert history.present is later
+    assert history.undo() is first
+
+
+def test_a_cancelled_gesture_never_was(history):
+    documents = _done(history, 2)
+    history.go(1)
+    history.begin("Move")
+    history.change(_steps(history.present, 1)[1])
+    history.cancel()
+    assert history.present is documents[1]
+    assert history.redo() is documents[2], "and what could be redone still can"
+
+
+def test_a_gesture_that_changed_nothing_is_no_step(history):
+    history.begin("Move")
+    history.end()
+    assert (history.names, history.gesture) == (("Open",), "")
+
+
+def test_undo_in_a_gesture_leaves_the_gesture_only(history):
+    documents = _done(history, 1)
+    history.begin("Move")
+    history.change(_steps(history.present, 1)[1])
+    assert history.can_undo
+    assert not history.can_redo
+    assert history.undo() is documents[1]
+    assert history.gesture == ""
+
+
+def test_gestures_do_not_nest_and_nothing_else_happens_in_them(history):
+    with pytest.raises(MapError, match="no gesture"):
+        history.change(history.present)
+    history.begin("Move")
+    for act in (lambda: history.begin("Turn"), lambda: history.do("Name", history.present)):
+        with pytest.raises(MapError, match="gesture is going on"):
+            act()
+    with pytest.raises(MapError, match="gesture is going on"):
+        history.refine(history.present)
+
+
+def test_ending_or_cancelling_nothing_is_nothing(history):
+    history.end()
+    history.cancel()
+    assert history.names == ("Open",)
+
+
+def test_a_better_version_is_no_step_of_its_own(history):
+    documents = _done(history, 2)
+    better = rename(documents[2], 0, "Better")
+    history.refine(better)
+    assert history.present is better
+    assert history.names == ("Open", "Move 0", "Move 1")
+    assert history.undo() is documents[1]
+    assert history.redo() is better
+
+
+def test_the_oldest_steps_are_forgotten_first(document):
+    history = History(document, most_steps=3)
+    documents = _done(history, 10)
+    assert history.names == ("Move 6", "Move 7", "Move 8", "Move 9")
+    assert history.go(0) is documents[7]
+
+
+def test_bytes_have_a_bound_and_are_given_back(document, reflattened):
+    history = History(document)
+    small = history.bytes
+    history.do("Move", move(document, [0], (0.1, 0.0)))
+    step = history.bytes - small
+    assert step < 10_000, "a layout shares every array"
+    history.do("Method", reflattened)
+    chart = reflattened.charts[1]
+    new = sum(array.nbytes for array in (chart.faces, chart.plane, chart.vertex_of, chart.seams))
+    assert history.bytes == small + 2 * step + new
+    history.undo()
+    history.do("Move", move(document, [0], (0.2, 0.0)))
+    assert history.bytes == small + 2 * step, "what cannot be redone any more is free"
+    tight = History(document, most_bytes=small)
+    tight.do("Method", reflattened)
+    assert tight.present is reflattened, "the present is always kept"
+    assert tight.names == ("Method",)
+
+
+def test_steps_that_are_not_shown_hold_nothing_that_can_be_computed(history):
+    documents = _done(history, 2)
+    assert documents[2].map.taxel_points is not None
+    history.undo()
+    assert "taxel_points" not in vars(documents[2].map)
+    assert "taxel_points" not in vars(documents[0].map)
+
+
+def test_a_history_of_no_steps_is_refused(document):
+    with pytest.raises(MapError, match="at least one"):
+        History(document, most_steps=0)

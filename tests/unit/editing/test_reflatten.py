@@ -1,0 +1,171 @@
+"""Edits that are computed elsewhere: what is asked for comes back, and what comes too late is recognised."""
+
+from __future__ import annotations
+
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.editing.arrange import mirror, move, rotate
+from app.editing.document import MapDocument
+from app.editing.patches import rename, show
+from app.editing.pins import add_pin
+from app.editing.reflatten import (
+    StaleEdit,
+    _laid_over,
+    apply,
+    kept_lengths,
+    reflatten,
+    request,
+    set_lengths,
+    set_method,
+    stamp,
+)
+from app.errors import MapError
+from app.geometry.surface_point import SurfacePoint
+from app.maps.build import flatten_patch
+from app.maps.layout import Placement
+
+
+def test_only_the_edited_patch_is_laid_flat_anew(document, reflattened):
+    shared = [a is b for a, b in zip(reflattened.charts, document.charts, strict=True)]
+    assert shared == [True, False, True]
+    assert reflattened.charts[1].method == reflattened.patches[1].method == "tutte"
+    assert reflattened.layout.placements[::2] == document.layout.placements[::2]
+
+
+def test_a_chart_is_what_its_edit_says_whatever_came_before(document, reflattened):
+    back = apply(reflattened, reflatten(set_method(reflattened, [1], "symmetric-dirichlet")))
+    np.testing.assert_array_equal(back.charts[1].plane, document.charts[1].plane)
+    assert stamp(back, 1) == stamp(document, 1)
+
+
+def test_the_new_chart_lies_where_the_old_one_did(document):
+    turned = mirror(rotate(move(document, [1], (0.3, 0.1)), [1], 0.7), [1])
+    new = apply(turned, reflatten(set_method(turned, [1], "harmonic")))
+    np.testing.assert_allclose(new.map.boxes[1].mean(axis=0), turned.map.boxes[1].mean(axis=0), atol=0.02)
+    old = turned.layout.placements[1]
+    assert replace(new.layout.placements[1], offset=old.offset) == old
+
+
+def test_several_patches_are_one_step(document):
+    asked = set_lengths(document, [0, 2], 0.25)
+    assert [job.number for job in asked.jobs] == [0, 2]
+    new = apply(document, reflatten(asked))
+    assert [patch.lengths for patch in new.patches] == [0.25, 1.0, 0.25]
+
+
+def test_what_is_wanted_already_needs_nothing(document):
+    asked = set_method(document, [0, 1, 2], "symmetric-dirichlet")
+    assert asked.jobs == ()
+    assert apply(document, reflatten(asked)) is document
+
+
+def test_a_request_and_its_result_cross_processes(document):
+    result = pickle.loads(pickle.dumps(reflatten(pickle.loads(pickle.dumps(set_method(document, [2], "lscm"))))))
+    new = apply(document, result)
+    assert not new.charts[2].plane.flags.writeable
+    assert stamp(new, 2) == stamp(apply(document, reflatten(set_method(document, [2], "lscm"))), 2)
+
+
+def test_a_result_for_what_has_changed_meanwhile_is_refused(document, reflattened):
+    late = reflatten(set_lengths(document, [1], 0.5))
+    with pytest.raises(StaleEdit, match="changed meanwhile"):
+        apply(reflattened, late)
+    with pytest.raises(StaleEdit):
+        apply(MapDocument.of(apply(document, late).map), late)
+
+
+def test_what_does_not_touch_the_chart_makes_no_result_stale(document):
+    result = reflatten(set_method(document, [1], "tutte"))
+    meanwhile = show(rename(move(rotate(document, [0, 1], 0.2), [1], (0.1, 0.0)), 1, "Palm"), [1], visible=False)
+    new = apply(meanwhile, result)
+    assert (new.patches[1].name, new.patches[1].visible) == ("Palm", False)
+    assert new.layout.placements[1].angle == meanwhile.layout.placements[1].angle
+
+
+def test_undone_and_redone_a_document_is_what_it_was(document):
+    result = reflatten(set_method(document, [1], "tutte"))
+    assert apply(MapDocument.of(document.map), result).charts[1].method == "tutte"
+
+
+def test_the_gain_is_told_before_anything_is_accepted(document, reflattened):
+    (gain,) = reflatten(set_method(reflattened, [1], "symmetric-dirichlet")).gains
+    assert gain == pytest.approx(reflattened.charts[1].energies[-1] - document.charts[1].energies[-1])
+    assert gain > 0
+    unknown = replace(document.charts[1], energies=())
+    job = replace(set_method(document, [1], "tutte").jobs[0], before=unknown)
+    assert np.isnan(reflatten(replace(set_method(document, [1], "tutte"), jobs=(job,))).gains[0])
+
+
+def test_progress_is_told_and_may_cancel(document):
+    told = []
+    reflatten(set_lengths(document, [0, 2], 0.5), progress=lambda text, share: told.append((text, share)))
+    assert {text for text, _ in told} == {"Flattening patch 0", "Flattening patch 2"}
+    assert {share for _, share in told} == {0.0, 0.5}
+
+    def cancel(_text, _share):
+        raise InterruptedError
+
+    with pytest.raises(InterruptedError):
+        reflatten(set_lengths(document, [0], 0.5), progress=cancel)
+
+
+@pytest.mark.parametrize("lengths", [-0.1, 1.1, np.nan])
+def test_the_slider_has_two_ends(document, lengths):
+    with pytest.raises(MapError, match="from 0 to 1"):
+        set_lengths(document, [0], lengths)
+
+
+def test_a_method_without_slider_refuses_it_and_takes_it_back(document, reflattened):
+    with pytest.raises(MapError, match="no slider"):
+        set_lengths(reflattened, [1], 0.5)
+    slid = apply(document, reflatten(set_lengths(document, [0], 0.5)))
+    assert set_method(slid, [0], "tutte").jobs[0].wanted.lengths == 1.0
+    with pytest.raises(MapError, match="no such method"):
+        set_method(document, [0], "by magic")
+
+
+def test_pins_keep_what_the_method_keeps(document):
+    patch = document.patches[0]
+    kept = [kept_lengths(replace(patch, method=name, lengths=0.3)) for name in ("symmetric-dirichlet", "lscm", "arap")]
+    assert kept == [0.3, 0.0, 1.0]
+    assert kept_lengths(replace(patch, method="by hand")) == 1.0
+
+
+def test_a_chart_from_elsewhere_is_kept_until_a_method_is_chosen(document):
+    foreign = [replace(chart, method="by hand") for chart in document.charts]
+    other = MapDocument.of(replace(document.map, charts=tuple(foreign)))
+    same = apply(other, reflatten(request(other, "Again", [(1, other.patches[1])], anyway=True)))
+    np.testing.assert_array_equal(same.charts[1].plane, other.charts[1].plane)
+    new = apply(other, reflatten(set_method(other, [1], "tutte")))
+    assert new.charts[1].method == "tutte"
+
+
+def test_a_pinned_patch_cut_otherwise_still_lies_where_it_was(document):
+    pinned = add_pin(add_pin(document, SurfacePoint(2, 3, (1.0, 0.0, 0.0))), SurfacePoint(2, 90, (0.2, 0.3, 0.5)))
+    turned = rotate(pinned, [2], 0.8)
+    held = [turned.map.to_map(pin.at) for pin in turned.patches[2].pins]
+    new = apply(turned, reflatten(set_lengths(turned, [2], 0.0)))
+    now = [new.map.to_map(pin.at) for pin in new.patches[2].pins]
+    np.testing.assert_allclose(now, held, atol=0.003 * np.ptp(document.map.bounds))
+    np.testing.assert_allclose(new.charts[2].plane.min(axis=0), 0, atol=1e-15)
+
+
+def test_a_chart_is_laid_over_another_of_its_surface(document):
+    chart = document.charts[0]
+    other = replace(chart, plane=Placement(2.0, (0.3, -0.1)).apply(chart.plane))
+    np.testing.assert_allclose(_laid_over(chart, other).plane, other.plane, atol=1e-12)
+    assert _laid_over(chart, chart) is chart
+
+
+def test_what_cannot_be_laid_flat_says_which_patch(document):
+    job = set_method(document, [1], "tutte").jobs[0]
+    flat = replace(job.patch, surface=replace(job.patch.surface, vertices=job.patch.surface.vertices * 0))
+    asked = replace(set_method(document, [1], "tutte"), jobs=(replace(job, patch=flat),))
+    with pytest.raises(MapError, match="no area"):
+        reflatten(asked)
+    with pytest.raises(MapError, match="no area"):
+        flatten_patch(flat)
