@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction, QActionGroup, QKeySequence
 from PySide6.QtWidgets import QWidget
 
 
@@ -18,6 +19,8 @@ class ActionSpec:
         keys: Shortcuts, the first is shown.
         tip: What it does.
         checkable: Whether it stays down.
+        group: Of the actions of one group exactly one is down.
+        in_views: Whether its keys act only while one of the views has the focus; so must all keys that are letters.
     """
 
     name: str
@@ -25,6 +28,8 @@ class ActionSpec:
     keys: tuple[str, ...] = ()
     tip: str = ""
     checkable: bool = False
+    group: str = ""
+    in_views: bool = False
 
 
 ACTIONS = (
@@ -38,6 +43,65 @@ ACTIONS = (
     ActionSpec("step", "Step", (".",), "One control tick while paused (→ or .)"),
     ActionSpec("reset", "Reset", ("Backspace",), "Start the scene again (Backspace)"),
     ActionSpec("record", "Record", ("Ctrl+R",), "Record every tick to a file (Ctrl+R)", checkable=True),
+    ActionSpec("poke", "Poke", ("T",), "Press the skin to poke it (T)", group="tool", in_views=True),
+    ActionSpec(
+        "select_box",
+        "Select by box",
+        ("B",),
+        "Click taxels, or drag a box around them; Ctrl or Shift adds, Alt removes (B)",
+        group="tool",
+        in_views=True,
+    ),
+    ActionSpec(
+        "select_lasso",
+        "Select by lasso",
+        ("L",),
+        "Click taxels, or draw a line around them; Ctrl or Shift adds, Alt removes (L)",
+        group="tool",
+        in_views=True,
+    ),
+    ActionSpec(
+        "select_brush",
+        "Select by brush",
+        ("C",),
+        "Paint over taxels; [ and ] change the brush, Ctrl or Shift adds, Alt removes (C)",
+        group="tool",
+        in_views=True,
+    ),
+    ActionSpec("smaller_brush", "Smaller brush", ("[",), "Make the brush that selects smaller", in_views=True),
+    ActionSpec("larger_brush", "Larger brush", ("]",), "Make the brush that selects larger", in_views=True),
+    ActionSpec("select_all", "Select all", ("A",), "Select every taxel", in_views=True),
+    ActionSpec("select_none", "Select none", ("Alt+A",), "Select no taxel (Escape)", in_views=True),
+    ActionSpec("select_inverse", "Invert selection", ("Ctrl+I",), "Select the taxels that are not selected"),
+    ActionSpec(
+        "morph", "Body or map", ("M",), "Lay the skin flat in the robot view, or put it on again (M)", in_views=True
+    ),
+    *(
+        ActionSpec(f"ground_{name}", text, (f"Ctrl+{number}",), f"{tip} (Ctrl+{number})", group="ground")
+        for number, (name, text, tip) in enumerate(
+            (
+                ("pressure", "Pressure", "Show touch on bare skin"),
+                ("angle", "Stretch of angles", "Show how much longer one direction is drawn than the one across"),
+                ("area", "Stretch of areas", "Show how many times too large or too small areas are drawn"),
+                ("checker", "Checker", "Squares on the map: the body shows how the map pulls them"),
+                ("circles", "Circles", "Circles on the body: the map shows what it makes of them"),
+            ),
+            start=1,
+        )
+    ),
+    ActionSpec("mark_seams", "Seams", ("Alt+S",), "Dash the cuts along which the skin was laid open", checkable=True),
+    ActionSpec("mark_border", "Border", ("Alt+B",), "Line the end of the skin", checkable=True),
+    ActionSpec("mark_contours", "Contours", ("Alt+C",), "Line the touched areas", checkable=True),
+    ActionSpec(
+        "mark_taxel_ids", "Taxel numbers", ("Alt+N",), "Number the taxels, as many as have room", checkable=True
+    ),
+    ActionSpec(
+        "mark_dots",
+        "Taxels as dots",
+        ("Alt+D",),
+        "A dot for each taxel, instead of a picture between them",
+        checkable=True,
+    ),
     ActionSpec("theme", "Light theme", ("Ctrl+Shift+T",), "Dark or light", checkable=True),
     ActionSpec("panels", "Panels", ("F2",), "Show or hide the panels", checkable=True),
     ActionSpec("timing", "Timing", ("F3",), "Show where the time goes"),
@@ -52,28 +116,43 @@ ACTIONS = (
 MOUSE = (
     ("Press the skin or the map", "poke; force grows while held"),
     ("Drag along it", "stroke"),
-    ("Escape", "lift the finger"),
+    ("Escape", "lift the finger, give up a selection being drawn, or select none"),
+    ("Click, or drag around, with Select", "select taxels, on the map or on the body"),
     ("→", "one control tick while paused, or one frame of a replay"),
     ("Drag beside the robot", "turn the view; with Shift, move it"),
     ("Drag beside the map, or Space-drag", "move the map"),
     ("Wheel", "zoom"),
+    ("Click a side of the cube", "look from there"),
     ("Double-click beside robot or map", "frame all"),
 )
 
 
 def make_actions(parent: QWidget) -> dict[str, QAction]:
-    """The actions, owned by ``parent`` and active in its window."""
-    made = {}
+    """The actions, owned by ``parent`` and active in its window; those ``in_views`` wait for ``give_views_keys``."""
+    made: dict[str, QAction] = {}
+    groups: dict[str, QActionGroup] = {}
     for spec in ACTIONS:
         action = QAction(spec.text, parent)
         action.setObjectName(f"action-{spec.name}")
         action.setShortcuts([QKeySequence(keys) for keys in spec.keys])
         action.setToolTip(spec.tip)
         action.setStatusTip(spec.tip)
-        action.setCheckable(spec.checkable)
-        parent.addAction(action)
+        action.setCheckable(spec.checkable or bool(spec.group))
+        if spec.group:
+            groups.setdefault(spec.group, QActionGroup(parent)).addAction(action)
+        if spec.in_views:
+            action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
+        else:
+            parent.addAction(action)
         made[spec.name] = action
     return made
+
+
+def give_views_keys(views: QWidget, actions: dict[str, QAction]) -> None:
+    """Let the keys of the actions ``in_views`` act while ``views`` has the focus."""
+    for spec in ACTIONS:
+        if spec.in_views:
+            views.addAction(actions[spec.name])
 
 
 def keys_text() -> str:

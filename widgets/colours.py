@@ -74,14 +74,49 @@ class PressureScale:
     @cached_property
     def lut(self) -> NDArray[np.uint32]:
         """(256,) the same as opaque 0xffRRGGBB words, for QImage."""
-        red, green, blue = self.table.astype(np.uint32).T
-        return np.uint32(0xFF000000) | red << np.uint32(16) | green << np.uint32(8) | blue
+        return words32(self.table)
 
     def rgb(self, kilopascals: FloatArray) -> NDArray[np.uint8]:
         """(k, 3) colours of pressures (k,) [kPa]."""
         index = np.clip(np.asarray(kilopascals) * (255.0 / self.maximum), 0, 255).astype(np.uint8)
         colours: NDArray[np.uint8] = self.table[index]
         return colours
+
+
+BETWEEN_DOTS = (140, 149, 159)
+"""Red, green, blue of the skin between taxels that are shown as dots: darker than any untouched dot."""
+
+# Blue for shown smaller, brown for larger, the skin's own neutral for kept: dull, so that touch stays the loudest.
+_STRETCH = np.array(
+    [[31, 75, 128], [84, 132, 178], [163, 190, 214], [224, 227, 230], [204, 183, 160], [158, 119, 84], [101, 65, 36]],
+    dtype=np.float64,
+)
+
+
+@dataclass(frozen=True)
+class StretchScale:
+    """Factors of stretch to colour, evenly in their logarithm from 1 / ``most`` through 1 to ``most``."""
+
+    most: float = 2.0
+
+    @cached_property
+    def table(self) -> NDArray[np.uint8]:
+        """(255, 3) red, green, blue; the middle one is for 1."""
+        at, stops = np.linspace(-1, 1, 255), np.linspace(-1, 1, len(_STRETCH))
+        return np.stack([np.interp(at, stops, _STRETCH[:, k]) for k in range(3)], axis=1).round().astype(np.uint8)
+
+    def rgb(self, factors: FloatArray) -> NDArray[np.uint8]:
+        """(k, 3) colours of factors (k,); what lies beyond an end has its colour."""
+        with np.errstate(divide="ignore"):
+            share = np.log(np.asarray(factors)) / np.log(self.most)
+        colours: NDArray[np.uint8] = self.table[np.rint(127 * (1 + np.clip(share, -1, 1))).astype(np.int64)]
+        return colours
+
+
+def words32(colours: NDArray[np.uint8]) -> NDArray[np.uint32]:
+    """Colours (..., 3) as opaque 0xffRRGGBB words (...), for QImage."""
+    red, green, blue = np.moveaxis(colours.astype(np.uint32), -1, 0)
+    return np.uint32(0xFF000000) | red << np.uint32(16) | green << np.uint32(8) | blue
 
 
 def rgb(colour: str) -> tuple[float, float, float]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from datetime import datetime
-from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,9 +13,9 @@ from PySide6.QtWidgets import QFileDialog, QMessageBox
 
 from app.errors import TactileMapsError
 from app.maps.map_file import save_map, save_obj
-from app.robots.library import robot_names
 from app.simulation.scene_file import scene_for
 from widgets.actions import keys_text
+from widgets.menus import build_menus
 from widgets.opening import (
     RECORDING_FILTER,
     ROBOT_FILTER,
@@ -52,7 +51,7 @@ class Commands(QObject):
         window.action("theme").setChecked(window.theme.name == "light")
         window.action("panels").setChecked(True)
         window.action("plots").setChecked(True)
-        self._build_menus()
+        build_menus(window, self)
 
     def _connect(self) -> None:
         for name, act in (
@@ -81,43 +80,6 @@ class Commands(QObject):
     def close(self) -> None:
         """Stop what runs by itself."""
         self._play_timer.stop()
-
-    def _build_menus(self) -> None:
-        bar, action = self._window.menuBar(), self._window.action
-        file = bar.addMenu("File")
-        file.addAction(action("open_robot"))
-        robots = file.addMenu("Robots")
-        for entry in robot_names():
-            item = robots.addAction(entry.title)
-            item.setObjectName(f"robot-{entry.name}")
-            item.setEnabled(entry.available)
-            item.setToolTip(entry.remedy)
-            item.triggered.connect(partial(self.open_robot, entry.name))
-        robots.setToolTipsVisible(True)
-        file.addAction(action("import_taxels"))
-        file.addAction(action("open_recording"))
-        self._recent = file.addMenu("Recent files")
-        self._recent.aboutToShow.connect(self._list_recent)
-        file.addSeparator()
-        for name in ("save_map", "save_picture"):
-            file.addAction(action(name))
-        file.addSeparator()
-        file.addAction(action("quit"))
-        for title, names in (
-            ("Session", ("pause", "step", "reset", "record")),
-            ("View", ("frame", "theme", "panels", "timing", "plots", "reset_layout", "full_screen")),
-            ("Help", ("keys", "about")),
-        ):
-            menu = bar.addMenu(title)
-            for name in names:
-                menu.addAction(action(name))
-
-    def _list_recent(self) -> None:
-        self._recent.clear()
-        for path in self._window.settings.recent:
-            self._recent.addAction(path).triggered.connect(partial(self.open_path, path))
-        if self._recent.isEmpty():
-            self._recent.addAction("Nothing opened yet").setEnabled(False)
 
     # Opening.
 

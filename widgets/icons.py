@@ -11,7 +11,7 @@ _SIZE = 16
 
 
 def icon(name: str, colour: str, *, disabled: str) -> QIcon:
-    """The icon ``name``: play, pause, step, reset, record or stop; ``disabled`` is its colour while it does nothing."""
+    """The icon ``name``, of the session's acts or of a tool; ``disabled`` is its colour while it does nothing."""
     result = QIcon()
     for scale in (1, 2):
         result.addPixmap(_pixmap(name, colour, scale), QIcon.Mode.Normal)
@@ -67,6 +67,39 @@ def _stop(painter: QPainter, _colour: str) -> None:
     painter.drawRect(QRectF(3.5, 3.5, 9, 9))
 
 
+def _poke(painter: QPainter, colour: str) -> None:
+    """A fingertip on the skin."""
+    finger = QPainterPath()
+    finger.addRoundedRect(QRectF(5.2, 1, 5.6, 10.5), 2.8, 2.8)
+    painter.drawPath(finger)
+    painter.setPen(QPen(QColor(colour), 1.6, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
+    painter.drawLine(QPointF(1.5, 14), QPointF(14.5, 14))
+
+
+def _select_box(painter: QPainter, colour: str) -> None:
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    pen = QPen(QColor(colour), 1.5, Qt.PenStyle.CustomDashLine, Qt.PenCapStyle.FlatCap)
+    pen.setDashPattern([2.0, 1.4])
+    painter.setPen(pen)
+    painter.drawRect(QRectF(2, 3, 12, 10))
+
+
+def _select_lasso(painter: QPainter, colour: str) -> None:
+    loop = QPainterPath(QPointF(5, 10.5))
+    loop.cubicTo(QPointF(-1, 8), QPointF(2, 2), QPointF(8, 2))
+    loop.cubicTo(QPointF(15, 2), QPointF(16, 9), QPointF(9, 10))
+    loop.cubicTo(QPointF(5, 10.5), QPointF(3, 8.5), QPointF(4.5, 14.5))
+    painter.strokePath(loop, QPen(QColor(colour), 1.6))
+
+
+def _select_brush(painter: QPainter, colour: str) -> None:
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    painter.setPen(QPen(QColor(colour), 1.5))
+    painter.drawEllipse(QRectF(2, 2, 12, 12))
+    painter.setBrush(QColor(colour))
+    painter.drawEllipse(QRectF(6.5, 6.5, 3, 3))
+
+
 _SHAPES: dict[str, Callable[[QPainter, str], None]] = {
     "play": _play,
     "pause": _pause,
@@ -74,4 +107,8 @@ _SHAPES: dict[str, Callable[[QPainter, str], None]] = {
     "reset": _reset,
     "record": _record,
     "stop": _stop,
+    "poke": _poke,
+    "select_box": _select_box,
+    "select_lasso": _select_lasso,
+    "select_brush": _select_brush,
 }

@@ -27,6 +27,7 @@ from widgets.message_bar import HintBar, MessageBar
 from widgets.panels.column import PanelColumn
 from widgets.panels.live_plots import LivePlots
 from widgets.runner import Runner, ThreadRunner
+from widgets.seeing import Seeing
 from widgets.session_bar import SessionBar
 from widgets.settings import Settings
 from widgets.timeline.timeline import Timeline
@@ -51,6 +52,7 @@ class MainWindow(QMainWindow):
         self._build_panels()
         self._build_bottom()
         self._build_status()
+        self.seeing = Seeing(self)
         self.commands = Commands(self)
         self.session_bar = SessionBar(self.actions_by_name, self.theme, self)
         self.addToolBar(self.session_bar)

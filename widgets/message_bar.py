@@ -12,6 +12,8 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QToolButton, QVB
 from widgets.colours import Theme, mixed
 
 _EDGE = 12
+_CAPTIONS = 26
+"""Height of the line of captions along the views' lower edge [px]: scale, readout, legend of the arrows."""
 HINTS = ("Press the skin or the map to poke it", "Drag along it to stroke", "Ctrl+R records what happens")
 
 
@@ -21,7 +23,7 @@ class FloatingBar(QWidget):
     Args:
         parent: What it floats over.
         widest: It takes this width [px] where the parent has room; None for as much as it needs, in the lower
-            right, where a map seldom reaches.
+            right, where a map seldom reaches, above the captions.
     """
 
     def __init__(self, parent: QWidget, *, widest: int | None = None) -> None:
@@ -34,7 +36,7 @@ class FloatingBar(QWidget):
         """Take the place that the parent's size gives, above what else is there."""
         width = min(self._parent.width() - 2 * _EDGE, self._widest or self.sizeHint().width())
         height = self.heightForWidth(width) if self.hasHeightForWidth() else self.sizeHint().height()
-        aside, below = self._parent.width() - width, self._parent.height() - height - _EDGE
+        aside, below = self._parent.width() - width, self._parent.height() - height - _EDGE - _CAPTIONS
         self.move(*((aside - _EDGE, below) if self._widest is None else (aside // 2, _EDGE)))
         self.resize(width, height)
         self.raise_()

@@ -1,18 +1,20 @@
-"""The toolbar: play, step, reset, record, speed, and how simulated time keeps up."""
+"""The toolbar: play, step, reset, record, speed, the tools of the hand, and how simulated time keeps up."""
 
 from __future__ import annotations
 
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QComboBox, QLabel, QToolBar, QWidget
+from PySide6.QtWidgets import QComboBox, QLabel, QMenu, QToolBar, QToolButton, QWidget
 
 from widgets.colours import Theme, mixed
 from widgets.icons import icon
 from widgets.loading_bar import LoadingBar
 from widgets.timeline.playhead import SPEEDS
 
+_TOOLS = ("select_box", "select_lasso", "select_brush")
 _WIDTHS = {"pause": 92, "step": 84, "reset": 88, "record": 148}
-"""Of the buttons [px]: wide enough for the longest word each may show."""
+_SELECT_WIDTH = 168
+"""Widths of the buttons [px]: enough for the longest word each may show."""
 
 
 class SessionBar(QToolBar):
@@ -42,6 +44,9 @@ class SessionBar(QToolBar):
             self.widgetForAction(actions[name]).setFixedWidth(_WIDTHS[name])
         self.addSeparator()
         self.addWidget(self._make_speed())
+        self.addSeparator()
+        self.addAction(actions["poke"])
+        self.addWidget(self._make_select())
         self.loading = LoadingBar()
         self.addWidget(self.loading)
         self._title, self.factor = QLabel(), QLabel()
@@ -64,6 +69,28 @@ class SessionBar(QToolBar):
         self.speed.setCurrentIndex(SPEEDS.index(1.0))
         self.speed.currentIndexChanged.connect(self._on_speed_chosen)
         return self.speed
+
+    def _make_select(self) -> QToolButton:
+        """One button for three ways of selecting: it takes the last one, its menu offers all."""
+        self.select = QToolButton()
+        self.select.setObjectName("select")
+        self.select.setAccessibleName("Select taxels")
+        self.select.setPopupMode(QToolButton.ToolButtonPopupMode.MenuButtonPopup)
+        self.select.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.select.setIconSize(self.iconSize())
+        menu = QMenu(self.select)
+        for name in _TOOLS:
+            menu.addAction(self._actions[name])
+            self._actions[name].toggled.connect(self._on_select_toggled)
+        self.select.setMenu(menu)
+        self.select.setDefaultAction(self._actions["select_box"])
+        self.select.setFixedWidth(_SELECT_WIDTH)
+        return self.select
+
+    def _on_select_toggled(self, down: bool) -> None:
+        action = self.sender()
+        if down and isinstance(action, QAction):
+            self.select.setDefaultAction(action)
 
     def show_title(self, text: str) -> None:
         """Name the scene."""
@@ -90,6 +117,8 @@ class SessionBar(QToolBar):
             action.setIcon(icon(shape, colour, disabled=mixed(self._theme.panel, self._theme.quiet, 0.65)))
             action.setText(text)
             action.setEnabled(mode in ("live", "paused"))
+        for name in ("poke", *_TOOLS):
+            self._actions[name].setIcon(icon(name, self._theme.text, disabled=self._theme.quiet))
         self._actions["step"].setEnabled(mode == "paused")
         self._actions["pause"].setEnabled(mode != "empty")
         self._actions["record"].setChecked(recording)

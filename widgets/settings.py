@@ -7,11 +7,13 @@ from pathlib import Path
 from platformdirs import user_config_path
 from PySide6.QtCore import QByteArray, QSettings
 
+from widgets.overlays import Overlays
+
 _RECENT = 8
 
 
 class Settings:
-    """Theme, window shape, recent files, and whether the hints were read.
+    """Theme, window shape, overlays, recent files, and whether the hints were read.
 
     Args:
         path: The INI file; by default the user's own.
@@ -49,6 +51,15 @@ class Settings:
     def add_recent(self, path: str) -> None:
         """Put a file on top of the recent ones."""
         self._store.setValue("recent", [path, *(item for item in self.recent if item != path)][:_RECENT])
+
+    @property
+    def overlays(self) -> Overlays:
+        """What View > Overlay was set to."""
+        return Overlays.from_text(str(self._store.value("overlays", "")))
+
+    @overlays.setter
+    def overlays(self, overlays: Overlays) -> None:
+        self._store.setValue("overlays", overlays.to_text())
 
     @property
     def geometry(self) -> QByteArray | None:

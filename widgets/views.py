@@ -1,4 +1,4 @@
-"""The robot beside its map, the colour bar between them: one hover, one scale, one state."""
+"""The robot beside its map, the colour bar between them: one hover, one selection, one scale, one state."""
 
 from __future__ import annotations
 
@@ -6,14 +6,15 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QSplitter, QVBoxLayout, QWidget
 
 from app.geometry.surface_point import SurfacePoint
-from app.maps.tactile_map import TactileMap
 from app.session.frame import Frame
 from app.session.prepare import Prepared
 from widgets.colour_bar import ColourBar
 from widgets.colours import PressureScale, Theme
-from widgets.map_view.map_hit import describe
 from widgets.map_view.map_view import MapView
+from widgets.overlays import Ground, Overlays
 from widgets.robot_view.robot_view import RobotView
+from widgets.selection import Selection
+from widgets.tools import BRUSH, Tool, resized_brush
 
 _NARROWEST = 400
 
@@ -37,9 +38,9 @@ class Views(QWidget):
     def __init__(self, theme: Theme, scale: PressureScale, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.robot, self.map, self.bar = RobotView(theme, scale), MapView(theme, scale), ColourBar(theme, scale)
-        self.scale = scale
-        self._map: TactileMap | None = None
-        self._frame: Frame | None = None
+        self.scale, self.selection, self.tool = scale, Selection(self), Tool.POKE
+        self.selection.changed.connect(self._on_selection_changed)
+        self._brush, self.overlays = BRUSH, Overlays()
         self._hover: SurfacePoint | None = None
         self._words = ""
         self._lay_out()
@@ -50,6 +51,9 @@ class Views(QWidget):
             view.poke_released.connect(self.poke_released)
             view.open_requested.connect(self.open_requested)
             view.cancel_requested.connect(self.cancel_requested)
+            view.chooser.chosen.connect(self.selection.take)
+            view.chooser.abandoned.connect(self.selection.abandon)
+            view.cleared.connect(self.selection.clear)
             view.hovered.connect(other.set_hover)
             view.hovered.connect(self._on_hovered)
 
@@ -77,14 +81,14 @@ class Views(QWidget):
 
     def show_prepared(self, prepared: Prepared) -> None:
         """Another robot and map."""
-        self._map, self._frame = prepared.map, None
         self.robot.show_prepared(prepared)
         self.map.show_prepared(prepared)
+        self.selection.reset(len(prepared.skin))
+        self._overlay_body()
         self._on_hovered(None)
 
     def show_frame(self, frame: Frame) -> None:
         """Another instant; the map first, it is what the finger waits for."""
-        self._frame = frame
         self.map.show_frame(frame)
         self.map.viewport().repaint()
         self.robot.show_frame(frame)
@@ -107,6 +111,30 @@ class Views(QWidget):
             view.set_replaying(replaying=mode == "replaying")
             view.set_paused(paused=mode == "paused")
 
+    def set_overlays(self, overlays: Overlays) -> None:
+        """Both show what View > Overlay asks for."""
+        self.overlays = overlays
+        self.map.set_overlays(overlays)
+        self._overlay_body()
+        self._read_out()
+
+    def _overlay_body(self) -> None:
+        """The body wears the map's picture where there is one; touch alone it draws finer by itself."""
+        worn = self.overlays.ground is not Ground.PRESSURE
+        self.robot.set_overlay(self.map.skin_picture, worn=worn, dotted=self.overlays.dots)
+
+    def set_tool(self, tool: Tool) -> None:
+        """Both hands take another tool."""
+        self.tool = tool
+        for view in (self.robot, self.map):
+            view.set_tool(tool)
+
+    def resize_brush(self, steps: int) -> None:
+        """Make the brush so many steps larger, or smaller where negative."""
+        self._brush = resized_brush(self._brush, steps)
+        for view in (self.robot, self.map):
+            view.chooser.set_radius(self._brush)
+
     def frame_all(self) -> None:
         """Both show everything."""
         self.robot.frame_all()
@@ -122,14 +150,16 @@ class Views(QWidget):
         for part in (self.robot, self.map, self.bar):
             part.set_scale(self.scale)
 
+    def _on_selection_changed(self) -> None:
+        for view in (self.robot, self.map):
+            view.set_selection(self.selection.taxels, self.selection.inks)
+
     def _on_hovered(self, at: SurfacePoint | None) -> None:
         self._hover = at
         self._read_out()
 
     def _read_out(self) -> None:
-        words = ""
-        if self._hover is not None and self._map is not None:
-            words = describe(self._map, self._hover, self._frame.pressures if self._frame is not None else None)
+        words = self.map.words_for(self._hover)
         if words != self._words:
             self._words = words
             self.read_out.emit(words)

@@ -21,6 +21,10 @@ class LiveImage:
 
     Args:
         inside: (h, w) pixels that lie on a patch.
+
+    Attributes:
+        ground: (h, w) 0xffRRGGBB shown instead of the scale below ``touch_from``; None for the scale throughout.
+        touch_from: Pressure from which touch is shown over a ground [kPa]; infinite for never.
     """
 
     def __init__(self, inside: BoolArray) -> None:
@@ -29,7 +33,14 @@ class LiveImage:
         self._index = np.zeros(inside.shape, np.uint16)
         self._pixels = np.zeros(inside.shape, np.uint32)
         self._halo, self._source = _halo(inside)
+        self.ground: NDArray[np.uint32] | None = None
+        self.touch_from: float = 0.0
         self.image = QImage(self._pixels.data, width, height, 4 * width, QImage.Format.Format_RGB32)
+
+    @property
+    def pixels(self) -> NDArray[np.uint32]:
+        """(h, w) 0xffRRGGBB as last filled, row 0 at the top; changes in place."""
+        return self._pixels
 
     def fill(self, kilopascals: NDArray[Any], scale: PressureScale) -> None:
         """Colour the image by ``kilopascals`` (h, w) [kPa]. Cost: about 1 ms for 512² pixels."""
@@ -39,6 +50,8 @@ class LiveImage:
         np.clip(self._level, 0, top, out=self._level)
         np.copyto(self._index, self._level, casting="unsafe")
         np.take(colours, self._index, out=self._pixels, mode="clip")
+        if self.ground is not None:
+            np.copyto(self._pixels, self.ground, where=np.asarray(kilopascals) < self.touch_from)
         flat = self._pixels.reshape(-1)
         flat[self._halo] = flat[self._source]
 

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-import numpy as np
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QTransform
 
 from app.arrays import FloatArray
 from app.session.frame import Frame
+from widgets.chooser import Rubber, paint_rubber
 from widgets.colours import Theme
-from widgets.map_view.map_hit import MapFrame
+from widgets.map_view.map_hit import MapFrame, nice_length
 from widgets.map_view.map_items import cosmetic
+from widgets.map_view.map_legend import Legend, paint_legend
 from widgets.map_view.map_shapes import MapShapes, PatchShape
 
 EDGE = 12.0
@@ -48,6 +49,7 @@ class Marks:
         readout: The words for it.
         replaying: Whether all this comes from a recording; said by the word and a coloured edge.
         paused: Whether time stands still; said by the word.
+        legend: What the overlay's colours mean.
     """
 
     contours: list[QLineF] = field(default_factory=list)
@@ -57,6 +59,7 @@ class Marks:
     readout: str = ""
     replaying: bool = False
     paused: bool = False
+    legend: Legend | None = None
 
     def of_frame(self, frame: Frame, where: MapFrame, fingers: list[FloatArray], contours: list[QLineF]) -> Marks:
         """The same view with the contacts of ``frame``; ``fingers``: the map point (2,) [m] of each poke."""
@@ -98,14 +101,21 @@ class MapPainter:
             self._paint_contact(painter, view.map(contact.at), contact.text, room)
         if marks.hover is not None:
             self._paint_hover(painter, view.map(marks.hover))
-        self._paint_scale_bar(painter, shapes.frame.scale * view.m11(), room)
+        taken = self._paint_scale_bar(painter, shapes.frame.scale * view.m11(), room)
         if marks.readout:
-            self._paint_readout(painter, marks.readout, room)
+            self._paint_readout(painter, marks.readout, room, taken)
+        if marks.legend is not None:
+            corner = QPointF(room.right() - EDGE, EDGE)
+            paint_legend(painter, marks.legend, corner, self._caption, self.theme)
         if marks.replaying:
             self._paint_edge(painter, room)
             self._paint_chip(painter, QPointF(EDGE, EDGE), "Replaying", self._figure, QColor(self.theme.text))
         elif marks.paused:
             self._paint_chip(painter, QPointF(EDGE, EDGE), "Paused", self._figure, QColor(self.theme.text))
+
+    def paint_rubber(self, painter: QPainter, rubber: Rubber) -> None:
+        """Draw what a gesture draws."""
+        paint_rubber(painter, rubber, self.theme)
 
     def _paint_contours(self, painter: QPainter, marks: Marks, view: QTransform) -> None:
         painter.save()
@@ -155,7 +165,8 @@ class MapPainter:
         """The accent alone would drown in light skin, so it is drawn over a wider dark line."""
         return (QColor(29, 33, 38, 130), 4.6), (QColor(self.theme.accent), 2.6)
 
-    def _paint_scale_bar(self, painter: QPainter, pixels_per_metre: float, room: QRectF) -> None:
+    def _paint_scale_bar(self, painter: QPainter, pixels_per_metre: float, room: QRectF) -> QRectF:
+        """Draw the scale; returns where, so that nothing else is written there."""
         millimetres = nice_length(100 / pixels_per_metre * 1e3)
         length, text = millimetres * 1e-3 * pixels_per_metre, f"{millimetres:g}{THIN}mm"
         metrics = QFontMetricsF(self._caption)
@@ -167,13 +178,16 @@ class MapPainter:
         painter.drawPolyline([QPointF(left + x, bottom + y) for x, y in ((0, -5), (0, 0), (length, 0), (length, -5))])
         painter.setFont(self._caption)
         painter.drawText(QPointF(left + length + 8, bottom), text)
+        return box
 
-    def _paint_readout(self, painter: QPainter, text: str, room: QRectF) -> None:
+    def _paint_readout(self, painter: QPainter, text: str, room: QRectF, taken: QRectF) -> None:
         metrics = QFontMetricsF(self._caption)
-        corner = QPointF(
-            room.right() - EDGE - metrics.horizontalAdvance(text) - 12, room.bottom() - EDGE - metrics.height() - 4
-        )
-        self._paint_chip(painter, corner, text, self._caption, QColor(self.theme.text))
+        text = metrics.elidedText(text, Qt.TextElideMode.ElideRight, room.width() - 2 * EDGE - 12)
+        left = room.right() - EDGE - metrics.horizontalAdvance(text) - 12
+        top = room.bottom() - EDGE - metrics.height() - 4
+        if left < taken.right() + 6:  # no room beside the scale: above it
+            top = taken.top() - metrics.height() - 8
+        self._paint_chip(painter, QPointF(left, top), text, self._caption, QColor(self.theme.text))
 
     def _paint_edge(self, painter: QPainter, room: QRectF) -> None:
         pen = QPen(QColor(self.theme.accent), 3)
@@ -197,9 +211,3 @@ class MapPainter:
         painter.setBrush(ground)
         painter.drawRoundedRect(box, 4, 4)
         painter.setBrush(Qt.BrushStyle.NoBrush)
-
-
-def nice_length(most: float) -> float:
-    """The largest of 1, 2, 5 times a power of ten that is at most ``most``."""
-    power = 10.0 ** np.floor(np.log10(most))
-    return float(power * next(step for step in (5, 2, 1) if step * power <= most * (1 + 1e-9)))

@@ -4,19 +4,27 @@ from __future__ import annotations
 
 import numpy as np
 from PySide6.QtCore import QLineF, QPointF, QRectF
+from PySide6.QtGui import QFont
 from PySide6.QtWidgets import QGraphicsScene
 
-from app.arrays import FloatArray
+from app.arrays import FloatArray, IntArray
 from app.contacts.reader import THRESHOLD
 from app.geometry.surface_point import SurfacePoint
+from app.maps.overlay import flaws
 from app.maps.tactile_image import TactileImage
 from app.maps.tactile_map import TactileMap
 from app.session.frame import Frame
-from widgets.colours import PressureScale, Theme
+from widgets.colours import BETWEEN_DOTS, PressureScale, Theme, words32
 from widgets.map_view.contour import contour_segments
+from widgets.map_view.flaws_item import FlawsItem
+from widgets.map_view.ground import GroundPicture, paint_ground
 from widgets.map_view.live_image import LiveImage
-from widgets.map_view.map_items import PatchesItem, TaxelsItem, lines
+from widgets.map_view.map_items import PatchesItem, lines
+from widgets.map_view.map_legend import Legend, legend_of
 from widgets.map_view.map_shapes import MapShapes
+from widgets.map_view.taxels_item import TaxelsItem
+from widgets.overlays import Ground, Overlays
+from widgets.skin_picture import SkinPicture
 
 TOUCHED_KPA = THRESHOLD / 1e3
 """Where the line around a touched area runs [kPa]; the pressure from which the contact reader calls a taxel touched."""
@@ -44,13 +52,47 @@ class MapPicture:
         low, high = self.shapes.frame.to_scene(np.asarray(self._image.extent))
         self._place = QRectF(low[0], high[1], high[0] - low[0], low[1] - high[1])
         self._patches = PatchesItem(self.shapes, self._live, self._place, theme)
-        self._taxels = TaxelsItem(self.shapes)
+        self._taxels = TaxelsItem(self.shapes, QFont())
+        self._flaws = flaws(tactile_map)
+        self._flawed = FlawsItem(self._flaws, self.shapes.frame, theme)
+        self._grounds: dict[Ground, GroundPicture | None] = {}
+        self._overlays = Overlays()
         self._kilopascals = np.zeros(self._image.shape, np.float32)
 
     def add_to(self, scene: QGraphicsScene) -> None:
         """Put the items into ``scene``, which owns them from then on."""
         scene.addItem(self._patches)
+        scene.addItem(self._flawed)
         scene.addItem(self._taxels)
+
+    def overlay(self, overlays: Overlays, scale: PressureScale) -> None:
+        """Show what the setting asks for. Cost: 20 to 80 ms for a ground that has not been shown before."""
+        self._overlays = overlays
+        self._patches.line(border=overlays.border, seams=overlays.seams)
+        self._taxels.dots, self._taxels.numbered = overlays.dots, overlays.taxel_ids
+        ground = self.ground
+        bare = np.full(self._image.shape, words32(np.array(BETWEEN_DOTS, np.uint8))) if overlays.dots else None
+        self._live.ground = bare if ground is None else ground.pixels
+        self._live.touch_from = np.inf if overlays.dots else TOUCHED_KPA
+        self.recolour(scale)
+
+    @property
+    def ground(self) -> GroundPicture | None:
+        """What lies under the touch; None for the plain scale."""
+        kind = self._overlays.ground
+        if kind not in self._grounds:
+            self._grounds[kind] = paint_ground(kind, self.map, self._image)
+        return self._grounds[kind]
+
+    @property
+    def legend(self) -> Legend | None:
+        """What the overlay's colours mean; None where there is nothing to say."""
+        return legend_of(self.ground, self._flaws)
+
+    @property
+    def skin_picture(self) -> SkinPicture:
+        """The pixels as drawn here, for another view."""
+        return SkinPicture(self._live.pixels, self._image.extent, self.map.uv)
 
     def show(self, frame: Frame, scale: PressureScale) -> None:
         """Colour image and taxels by the frame's pressures. Cost: about 3 ms for 512² pixels."""
@@ -64,6 +106,10 @@ class MapPicture:
         pressures = np.zeros(len(self.shapes.taxels)) if self.pressures is None else self.pressures
         self._taxels.colour(pressures / 1e3, scale)
 
+    def select(self, taxels: IntArray, inks: tuple[str, ...]) -> None:
+        """Ring these taxels (k,), each in its colour."""
+        self._taxels.select(taxels, inks)
+
     def set_theme(self, theme: Theme) -> None:
         """Take the theme's line colours."""
         self._patches.set_theme(theme)
@@ -74,7 +120,9 @@ class MapPicture:
         return QPointF(x, y)
 
     def contours(self) -> list[QLineF]:
-        """Lines around the touched areas [scene units]."""
+        """Lines around the touched areas [scene units]; none while they are not wanted."""
+        if not self._overlays.contours:
+            return []
         segments = contour_segments(self._kilopascals, TOUCHED_KPA)
         height, width = self._image.shape
         pixel = np.array([self._place.width() / width, self._place.height() / height])

@@ -1,29 +1,34 @@
-"""The live tactile map under the hand: shows frames, and turns presses on it into pokes at body points."""
+"""The live tactile map under the hand: presses on it become pokes at body points, or choices of taxels."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
-from PySide6.QtCore import QEvent, QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import QColor, QFocusEvent, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QGraphicsScene, QWidget
+import numpy as np
+from PySide6.QtCore import QEvent, QPointF, Qt, Signal
+from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent
+from PySide6.QtWidgets import QWidget
 
-from app.errors import MapError
+from app.arrays import BoolArray, IntArray
 from app.geometry.surface_point import SurfacePoint
 from app.maps.tactile_image import TactileImage
-from app.session.frame import Frame
 from app.session.prepare import Prepared
+from widgets.chooser import Chooser, Rubber
 from widgets.colours import PressureScale, Theme
 from widgets.hand import Act, Hand, Mode, Moved, Panned, Pressed, Released
-from widgets.map_view.map_canvas import MapCanvas
-from widgets.map_view.map_hit import describe, hit
-from widgets.map_view.map_painter import MapPainter, Marks
-from widgets.map_view.map_picture import MapPicture
-from widgets.state_card import StateCard
+from widgets.map_view.map_display import MapDisplay
+from widgets.map_view.map_hit import hit, nearest_taxel
+from widgets.select_hand import Pixel
+from widgets.tools import Tool
+
+_TELLS = {
+    True: "Click taxels or draw around them to select them. Escape selects none.",
+    False: "Press a patch to poke the robot there. Drag beside the patches to pan.",
+}
 
 
-class MapView(MapCanvas):
-    """Draws the map and emits what the hand does on it; decides nothing.
+class MapView(MapDisplay):
+    """Emits what the hand does on the map; decides nothing.
 
     Args:
         theme: Colours of everything that is not skin.
@@ -41,130 +46,54 @@ class MapView(MapCanvas):
     """The SurfacePoint under the pointer, or None."""
     readout = Signal(str)
     """The words for it; the view shows them too."""
-    painted = Signal(int)
-    """A frame has reached the screen: its tick."""
-    open_requested = Signal()
-    """The button of the empty or failed state was pressed."""
-    cancel_requested = Signal()
-    """The button of the loading state was pressed."""
+    cleared = Signal()
+    """Escape, while nothing else was going on."""
 
     def __init__(self, theme: Theme, scale: PressureScale, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self._theme, self._scale = theme, scale
-        self._picture: MapPicture | None = None
-        self._frame: Frame | None = None
-        self._stale = self._unseen = self._loading = self._space = False
-        self._marks, self._hand = Marks(), Hand()
+        super().__init__(theme, scale, parent)
+        self._hand, self._tool, self._space = Hand(), Tool.POKE, False
         self._hover: SurfacePoint | None = None
-        self._painter = MapPainter(theme, self.font())
-        self.setObjectName("map-view")
-        self.setAccessibleName("Tactile map")
-        self.setAccessibleDescription("Press a patch to poke the robot there. Drag beside the patches to pan.")
-        self._card = StateCard(self.viewport())
-        self._card.helped.connect(self._on_card_helped)
-        self.set_theme(theme)
+        self.chooser = Chooser(self, self)
+        self.chooser.drawn.connect(self.viewport().update)
+        self.setAccessibleDescription(_TELLS[False])
         self.show_empty()
-
-    # What is shown.
 
     def show_prepared(self, prepared: Prepared, *, image: TactileImage | None = None) -> None:
         """Show the map of ``prepared``, framed; ``image`` saves building its tactile image here."""
         self._end_hold()
-        picture = MapPicture(prepared.map, self._theme, image=image)
-        picture.recolour(self._scale)
-        scene = QGraphicsScene(self)
-        picture.add_to(scene)
-        self._picture, self._frame, self._marks = (
-            picture,
-            None,
-            Marks(paused=self._marks.paused, replaying=self._marks.replaying),
-        )
+        super().show_prepared(prepared, image=image)
         self._hover_at(None)
-        self._card.hide()
-        self.show_scene(scene, picture.shapes.frame.size)
 
-    def show_frame(self, frame: Frame) -> None:
-        """Show ``frame`` of the prepared scene; while the view is hidden it is only kept."""
-        self._frame, self._stale = frame, True
-        if self.isVisible():
-            self._refresh()
-
-    def set_hover(self, at: SurfacePoint | None) -> None:
-        """Mark the place that the pointer is over in another view; None for none."""
-        if self._picture is not None:
-            self._mark(replace(self._marks, hover=None if at is None else self._picture.place_of(at)))
-
-    def pixel_of(self, at: SurfacePoint) -> QPointF:
-        """Where a body point is drawn in the viewport, finer than a pixel; raises MapError without a map."""
-        if self._picture is None:
-            raise MapError("there is no map to find the point on", value=at, remedy="Show a prepared scene first")
-        return self.viewportTransform().map(self._picture.place_of(at))
-
-    def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
-        self._theme = self._painter.theme = theme
-        self.setBackgroundBrush(QColor(theme.window))
-        if self._picture is not None:
-            self._picture.set_theme(theme)
-        self.viewport().update()
-
-    def set_scale(self, scale: PressureScale) -> None:
-        """Take another pressure scale."""
-        self._scale = scale
-        if self._picture is not None:
-            self._picture.recolour(scale)
-        self.viewport().update()
-
-    def set_replaying(self, *, replaying: bool) -> None:
-        """Mark everything shown as replayed from a recording, or as live again."""
-        self._mark(replace(self._marks, replaying=replaying))
-
-    def set_paused(self, *, paused: bool) -> None:
-        """Say that time stands still, or runs again."""
-        self._mark(replace(self._marks, paused=paused))
-
-    def show_empty(self) -> None:
-        """Say what would fill the view."""
-        self._tell("No tactile map yet", "Open a robot to see its skin laid flat.", button="Open robot…")
-
-    def show_loading(self, text: str, progress: float) -> None:
-        """Say that a map is being made: ``text`` names the stage, ``progress`` runs from 0 to 1."""
-        self._tell("Making the tactile map", text, button="Cancel", progress=progress)
-
-    def show_failed(self, text: str) -> None:
-        """Say why there is no map."""
-        self._tell("There is no tactile map", text, button="Open robot…")
-
-    def show_last(self) -> None:
-        """Go back to the last good map after loading another one failed or was cancelled."""
-        if self._picture is None:
-            self.show_empty()
-        else:
-            self._card.hide()
+    def set_tool(self, tool: Tool) -> None:
+        """Take another tool; what the hand was doing ends."""
+        self._end_hold()
+        self._tool = tool
+        self.chooser.set_tool(tool)
+        self.setAccessibleDescription(_TELLS[tool.chooses])
+        self._show_cursor()
 
     def _tell(self, heading: str, text: str, *, button: str, progress: float | None = None) -> None:
         self._end_hold()
-        self._loading = progress is not None
-        self._card.setGeometry(self.viewport().rect())
-        self._card.say(heading, text, button=button, progress=progress)
-
-    def _on_card_helped(self) -> None:
-        (self.cancel_requested if self._loading else self.open_requested).emit()
-
-    def _mark(self, marks: Marks) -> None:
-        self._marks = marks
-        self.viewport().update()
+        super()._tell(heading, text, button=button, progress=progress)
 
     def _refresh(self) -> None:
-        picture, frame = self._picture, self._frame
-        if picture is None or frame is None or not self._stale:
-            return
-        picture.show(frame, self._scale)
-        fingers = [picture.map.to_map(poke.at) for poke in frame.pokes]
-        contours = picture.contours() if frame.regions else []
-        self._mark(self._marks.of_frame(frame, picture.shapes.frame, fingers, contours))
-        self._stale, self._unseen = False, True
+        super()._refresh()
         self._read_out()
+
+    # Where things are, for choosing.
+
+    def taxel_at(self, pixel: Pixel) -> int | None:
+        """The taxel nearest to a pixel of a patch; None beside the patches."""
+        at = self._at(QPointF(*pixel))
+        return None if at is None or self._picture is None else nearest_taxel(self._picture.map, at)
+
+    def hidden(self, taxels: IntArray) -> BoolArray:
+        """Nothing hides anything on a map."""
+        return np.zeros(len(taxels), bool)
+
+    def rubber(self) -> Rubber:
+        """What the gesture draws over the map."""
+        return self.chooser.rubber
 
     # The hand.
 
@@ -189,6 +118,7 @@ class MapView(MapCanvas):
 
     def _end_hold(self) -> None:
         self._act(self._hand.cancel())
+        self.chooser.cancel()
 
     def _hover_at(self, at: SurfacePoint | None) -> None:
         if at == self._hover:
@@ -200,9 +130,7 @@ class MapView(MapCanvas):
         self.hovered.emit(at)
 
     def _read_out(self) -> None:
-        words = ""
-        if self._hover is not None and self._picture is not None:
-            words = describe(self._picture.map, self._hover, self._picture.pressures)
+        words = self.words_for(self._hover)
         if words != self._marks.readout:
             self._mark(replace(self._marks, readout=words))
             self.readout.emit(words)
@@ -213,26 +141,35 @@ class MapView(MapCanvas):
             shape = Qt.CursorShape.ClosedHandCursor
         elif self._space:
             shape = Qt.CursorShape.OpenHandCursor
-        elif self._hover is not None:
+        elif self._tool.chooses or self._hover is not None:
             shape = Qt.CursorShape.CrossCursor
         self.viewport().setCursor(shape)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Qt: poke on a patch, pan beside it, or anywhere with the middle button or Space."""
-        if event.button() in (Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton):
-            pan = self._space or event.button() == Qt.MouseButton.MiddleButton
-            self._hover_at(self._at(event.position()))
+        """Qt: poke on a patch or choose taxels; pan beside it, or anywhere with the middle button or Space."""
+        if event.button() not in (Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton):
+            return
+        pan = self._space or event.button() == Qt.MouseButton.MiddleButton
+        self._hover_at(self._at(event.position()))
+        if self._tool.chooses and not pan and self._hand.mode is Mode.IDLE:
+            if self._picture is not None and not self._card.isVisible():
+                self.chooser.press(event)
+        elif not self.chooser.busy:
             self._act(self._hand.press(event.position().toTuple(), self._hover, button=event.button(), pan=pan))
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Qt: stroke, pan or hover."""
+        """Qt: stroke, choose, pan or hover."""
         at = self._at(event.position())
         self._act(self._hand.move(event.position().toTuple(), at))
+        if self._tool.chooses:
+            self.chooser.move(event)
         self._hover_at(at)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """Qt: the hold ends with the button that began it."""
         self._act(self._hand.release(event.button()))
+        if self._tool.chooses:
+            self.chooser.release(event)
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         """Qt: frame all beside the patches; on a patch a second quick press is a second poke."""
@@ -242,9 +179,12 @@ class MapView(MapCanvas):
             self.mousePressEvent(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Qt: Escape ends a poke, Space makes the hand pan."""
-        if event.key() == Qt.Key.Key_Escape and self._hand.mode is not Mode.IDLE:
+        """Qt: Escape ends what the hand does, or selects nothing; Space makes the hand pan."""
+        if event.key() == Qt.Key.Key_Escape:
+            busy = self._hand.mode is not Mode.IDLE or self.chooser.busy
             self._end_hold()
+            if not busy:
+                self.cleared.emit()
         elif event.key() == Qt.Key.Key_Space:
             self._space = True
             self._show_cursor()
@@ -266,29 +206,5 @@ class MapView(MapCanvas):
     def leaveEvent(self, event: QEvent) -> None:
         """Qt: nothing is under the pointer."""
         self._hover_at(None)
+        self.chooser.leave()
         super().leaveEvent(event)
-
-    # Qt's drawing.
-
-    def showEvent(self, event: QShowEvent) -> None:
-        """Qt: catch up with the newest frame."""
-        super().showEvent(event)
-        self._refresh()
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        """Qt: the message keeps covering the view."""
-        super().resizeEvent(event)
-        self._card.setGeometry(self.viewport().rect())
-
-    def paintEvent(self, event: QPaintEvent) -> None:
-        """Qt: the scene, then the marks over it."""
-        super().paintEvent(event)
-        if self._picture is None or self._card.isVisible():
-            return
-        room = QRectF(self.viewport().rect())
-        painter = QPainter(self.viewport())
-        self._painter.paint(painter, self._marks, self._picture.shapes, self.viewportTransform(), room)
-        painter.end()
-        if self._unseen and self._frame is not None:
-            self._unseen = False
-            self.painted.emit(self._frame.tick)

@@ -8,7 +8,6 @@ import numpy as np
 import pyvista as pv
 
 from app.arrays import FloatArray
-from app.geometry.surface_point import SurfacePoint
 from app.session.frame import Frame
 from app.session.prepare import Prepared
 from widgets.colours import Theme
@@ -29,7 +28,7 @@ class Marks:
     """
 
     def __init__(self, plotter: Any, theme: Theme, prepared: Prepared) -> None:
-        self._prepared, self._index = prepared, prepared.robot.link_index
+        self._index = prepared.robot.link_index
         self._size = 0.015
         disc = pv.Disc(inner=0.86, outer=1.0, c_res=48)  # a ring, so that the touch within stays in sight
         hover = pv.Disc(inner=0.62, outer=1.0, c_res=48)
@@ -61,15 +60,19 @@ class Marks:
         for poke, ball in zip(pokes, self._balls, strict=False):
             _place(ball, poke.point + poke.radius * poke.normal, poke.normal, 2 * poke.radius, 2 * poke.radius)
 
-    def set_hover(self, at: SurfacePoint | None, poses: FloatArray) -> None:
-        """Ring the place under the pointer."""
-        if at is None:
+    def hide(self) -> None:
+        """Show no contact and no finger."""
+        self.forces = []
+        for actor in (*self._discs, *self._arrows, *self._balls):
+            actor.visibility = False
+
+    def set_hover(self, where: tuple[FloatArray, FloatArray] | None) -> None:
+        """Ring the place under the pointer: position (3,) [m] and unit normal (3,), world frame."""
+        if where is None:
             self._hover.visibility = False
-            return
-        skin = self._prepared.skin
-        pose = poses[self._index[skin.link(at)]]
-        normal = pose[:3, :3] @ skin.normal(at)
-        _place(self._hover, pose[:3, :3] @ skin.position(at) + pose[:3, 3] + 0.0015 * normal, normal, 0.006, 0.006)
+        else:
+            point, normal = where
+            _place(self._hover, point + 0.0015 * normal, normal, 0.006, 0.006)
 
     def set_theme(self, theme: Theme) -> None:
         """Take another theme."""

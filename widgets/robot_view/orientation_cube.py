@@ -1,4 +1,4 @@
-"""The cube in the corner that says where x, y and z point: its visible faces, as flat polygons without Qt."""
+"""The cube in the corner that says where x, y and z point, and turns the view: its visible faces, without Qt."""
 
 from __future__ import annotations
 
@@ -21,11 +21,19 @@ class CubeFace:
         corners: (4, 2) in half edges from the cube's middle, x to the right and y down.
         facing: 0 seen from the side, 1 seen straight on.
         name: Its axis, or nothing where it is too slanted to be read.
+        normal: (3,) its axis with its sign, world frame.
     """
 
     corners: FloatArray
     facing: float
     name: str
+    normal: FloatArray
+
+    def holds(self, x: float, y: float) -> bool:
+        """Whether a point in half edges from the cube's middle, y down, lies on it."""
+        sides, arms = np.roll(self.corners, -1, axis=0) - self.corners, np.array([x, y]) - self.corners
+        turns = sides[:, 0] * arms[:, 1] - sides[:, 1] * arms[:, 0]
+        return bool((turns >= 0).all() or (turns <= 0).all())
 
 
 def cube_faces(axes: FloatArray) -> list[CubeFace]:
@@ -41,5 +49,5 @@ def cube_faces(axes: FloatArray) -> list[CubeFace]:
             if facing <= 1e-6:
                 continue
             corners = np.insert(_RING, axis, side, axis=1) @ axes[:2].T * [1.0, -1.0]
-            faces.append(CubeFace(corners, facing, name if facing > _LEGIBLE else ""))
+            faces.append(CubeFace(corners, facing, name if facing > _LEGIBLE else "", side * np.eye(3)[axis]))
     return faces

@@ -10,8 +10,9 @@ from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPaintEvent, Q
 from PySide6.QtWidgets import QWidget
 
 from app.arrays import FloatArray
+from widgets.chooser import Rubber, paint_rubber
 from widgets.colours import Theme, mixed
-from widgets.robot_view.orientation_cube import cube_faces
+from widgets.robot_view.orientation_cube import CubeFace, cube_faces
 
 EDGE = 12.0
 """Distance of captions from the view's edge [px]."""
@@ -44,6 +45,7 @@ class Captions:
         axes: (3, 3) rows right, up and forward of the picture; None before there is one.
         replaying: Whether all this comes from a recording; said by the word and a coloured edge.
         paused: Whether time stands still; said by the word.
+        rubber: What a gesture draws.
     """
 
     forces: tuple[ForceCaption, ...] = ()
@@ -51,6 +53,7 @@ class Captions:
     axes: FloatArray | None = field(default=None)
     replaying: bool = False
     paused: bool = False
+    rubber: Rubber = field(default_factory=Rubber)
 
 
 class Overlay(QWidget):
@@ -89,7 +92,8 @@ class Overlay(QWidget):
                 painter, QPointF(EDGE, room.bottom() - EDGE - height), said.legend, self._caption, quiet=True
             )
         if said.axes is not None:
-            self._paint_cube(painter, said.axes, QPointF(room.right() - 3 * CUBE, room.bottom() - 3 * CUBE))
+            self._paint_cube(painter, said.axes, self._cube_middle())
+        paint_rubber(painter, said.rubber, self._theme)
         if said.replaying:
             pen = QPen(QColor(self._theme.accent), 3)
             pen.setJoinStyle(Qt.PenJoinStyle.MiterJoin)
@@ -99,6 +103,16 @@ class Overlay(QWidget):
             word = "Replaying" if said.replaying else "Paused"
             self._paint_chip(painter, QPointF(EDGE, EDGE), word, self._figure)
         painter.end()
+
+    def cube_face_at(self, pixel: QPointF) -> CubeFace | None:
+        """The face of the orientation cube under a pixel; None beside it."""
+        if self._captions.axes is None:
+            return None
+        away = (pixel - self._cube_middle()) / CUBE
+        return next((face for face in cube_faces(self._captions.axes) if face.holds(away.x(), away.y())), None)
+
+    def _cube_middle(self) -> QPointF:
+        return QPointF(self.width() - 3 * CUBE, self.height() - 3 * CUBE)
 
     def _paint_force(self, painter: QPainter, force: ForceCaption, room: QRectF) -> None:
         """Write beyond the arrow's tail, so that neither the arrow nor the touch is covered."""

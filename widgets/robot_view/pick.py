@@ -44,6 +44,11 @@ class SkinPicker:
                 return None
         return found
 
+    def distance(self, ray: CameraRay, poses: FloatArray) -> float:
+        """How far along the ray [m] it first meets anything; infinite where it meets nothing."""
+        hits = (caster.first_hit(*_local(ray, poses[link])) for link, caster in (*self._skin, *self._bare))
+        return min((hit.distance for hit in hits if hit is not None), default=np.inf)
+
 
 def _local(ray: CameraRay, pose: FloatArray) -> tuple[FloatArray, FloatArray]:
     rotation = pose[:3, :3]

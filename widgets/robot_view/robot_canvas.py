@@ -8,6 +8,7 @@ from PySide6.QtCore import QPointF, Signal
 from PySide6.QtGui import QHideEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
+from app.arrays import IntArray
 from app.errors import RobotError
 from app.geometry.surface_point import SurfacePoint
 from app.session.frame import Frame
@@ -19,6 +20,7 @@ from widgets.robot_view.marks import ARROW_LENGTH
 from widgets.robot_view.overlay import Captions, ForceCaption, Overlay
 from widgets.robot_view.robot_scene import RobotScene
 from widgets.robot_view.viewpoint import Viewpoint
+from widgets.skin_picture import SkinPicture
 
 
 class RobotCanvas(QWidget):
@@ -69,6 +71,16 @@ class RobotCanvas(QWidget):
         if at != self._mark:
             self._mark = at
             self.request()
+
+    def set_selection(self, taxels: IntArray, inks: tuple[str, ...]) -> None:
+        """Ring these taxels (k,), each in its colour."""
+        self.scene.set_selection(taxels, inks)
+        self.request()
+
+    def set_overlay(self, picture: SkinPicture | None, *, worn: bool, dotted: bool) -> None:
+        """Take the map's picture, ``worn`` or kept for the way to the map; whole, or in a dot for each taxel."""
+        self.scene.set_overlay(picture, worn=worn, dotted=dotted)
+        self.request()
 
     def set_theme(self, theme: Theme) -> None:
         """Take another theme."""

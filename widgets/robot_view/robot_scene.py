@@ -6,21 +6,23 @@ from typing import Any
 
 import numpy as np
 import pyvista as pv
-from vtkmodules.vtkCommonMath import vtkMatrix4x4
 
-from app.arrays import FloatArray
-from app.geometry.mesh import Mesh
+from app.arrays import FloatArray, IntArray
 from app.geometry.surface_point import SurfacePoint
-from app.maps.tactile_image import vertex_weights
 from app.robots.configuration import Configuration
 from app.session.frame import Frame
 from app.session.prepare import Prepared
 from widgets.colours import PressureScale, Theme, mixed
+from widgets.robot_view.drawn import MATTE, polydata, set_matrix
 from widgets.robot_view.marks import Marks
+from widgets.robot_view.skin_actors import SkinActors
 from widgets.robot_view.viewpoint import Viewpoint, framing
+from widgets.skin_picture import SkinPicture
 
 _STILL = 2e-5
 """Joints that move less [rad, m] do not change a pixel."""
+_FADE = 0.9
+"""How much of the bare links goes when the skin lies flat; a shadow of the robot stays."""
 _AWAY = np.array([0.45, 0.95, 0.42])
 """From the robot to the eye: its front is +x, z is up, and the side is that of a left arm."""
 
@@ -40,8 +42,7 @@ class RobotScene:
         self._frame: Frame | None = None
         self._links: list[tuple[int, Any]] = []
         self._bodies: list[Any] = []
-        self._bounds: list[FloatArray] = []
-        self._skins: list[tuple[pv.PolyData, Any]] = []
+        self._bounds: list[tuple[int, FloatArray]] = []
         self._light_and_ground()
 
     def show_prepared(self, prepared: Prepared) -> None:
@@ -49,21 +50,17 @@ class RobotScene:
         self._plotter.clear_actors()
         self._prepared, self._frame = prepared, None
         self._configuration = Configuration(prepared.robot)
-        self._links, self._bodies, self._skins, self._bounds = [], [], [], []
+        self._links, self._bodies, self._bounds = [], [], []
         for number, link in enumerate(prepared.robot.links):
             if link.mesh is not None and len(link.mesh.faces):
-                actor = self._plotter.add_mesh(_polydata(link.mesh), color=self._theme.body, **_MATTE)
+                body = polydata(link.mesh.vertices, link.mesh.vertex_normals, link.mesh.faces)
+                actor = self._plotter.add_mesh(body, color=self._theme.body, **MATTE)
                 self._links.append((number, actor))
                 self._bodies.append(actor)
-                self._bounds.append(link.mesh.bounds)
-        weights = vertex_weights(prepared.map)
-        for patch, matrix in zip(prepared.skin.patches, weights, strict=True):
-            surface = _polydata(patch.surface)
-            surface.point_data["touch"] = self._scale.rgb(np.zeros(len(patch.surface.vertices)))
-            actor = self._plotter.add_mesh(surface, scalars="touch", rgb=True, copy_mesh=False, **_MATTE)
-            self._links.append((prepared.robot.link_index[patch.link], actor))
-            self._skins.append((surface, matrix))
-            self._bounds.append(patch.surface.bounds)
+                self._bounds.append((number, link.mesh.bounds))
+        self._skin = SkinActors(self._plotter, prepared, self._scale)
+        self._bounds += [(prepared.robot.link_index[p.link], p.surface.bounds) for p in prepared.skin.patches]
+        self._plane = np.eye(4)
         self._marks = Marks(self._plotter, self._theme, prepared)
         self._move()
         self._ground()
@@ -77,8 +74,9 @@ class RobotScene:
         self._frame = frame
         self._configuration.update(frame.posture)
         self._move()
-        self._colour(frame.pressures)
-        self._marks.show_frame(frame, self.poses)
+        self._colour()
+        if not self.morphed:
+            self._marks.show_frame(frame, self.poses)
 
     def shows(self, frame: Frame) -> bool:
         """Whether ``frame`` would look like the one shown: an arm at rest need not be drawn again and again."""
@@ -96,7 +94,51 @@ class RobotScene:
     def set_hover(self, at: SurfacePoint | None) -> None:
         """Mark a place on the skin; None for none."""
         if self._prepared is not None:
-            self._marks.set_hover(at, self.poses)
+            self._marks.set_hover(None if at is None else self._skin.point(at, self.poses, self._plane))
+
+    def set_selection(self, taxels: IntArray, inks: tuple[str, ...]) -> None:
+        """Ring these taxels (k,), each in its colour."""
+        if self._prepared is not None:
+            self._skin.select(taxels, inks)
+
+    def set_overlay(self, picture: SkinPicture | None, *, worn: bool, dotted: bool) -> None:
+        """Take the map's picture, ``worn`` or kept for the way to the map; whole, or in a dot for each taxel."""
+        if self._prepared is not None:
+            self._skin.wear(picture, always=worn)
+            self._skin.dot(dotted=dotted)
+            self._move()
+            self._colour()
+
+    def morph(self, share: float) -> None:
+        """Lay the skin flat by this share: 0 on the body, 1 as on the map, facing the eye as it was at the start."""
+        if self._prepared is None:
+            return
+        if self._skin.share == 0:
+            self._plane = self._facing_plane()
+        self._skin.morph(share)
+        for actor in self._bodies:
+            actor.prop.opacity = 1.0 - _FADE * share
+        self._move()
+        self._colour()
+        if share > 0:
+            self._marks.hide()
+        elif self._frame is not None:
+            self._marks.show_frame(self._frame, self.poses)
+
+    @property
+    def morphed(self) -> bool:
+        """Whether the skin is off the body."""
+        return self._prepared is not None and self._skin.share > 0
+
+    def _facing_plane(self) -> FloatArray:
+        """(4, 4) ``T_world_map``: the map's middle at the robot's, its own up and right those of the picture."""
+        assert self._prepared is not None
+        right, up, forward = self.viewpoint.axes
+        plane, corners = np.eye(4), self._corners()
+        plane[:3, :3] = np.stack([right, up, -forward], axis=1)
+        middle = self._prepared.map.bounds.mean(axis=0)
+        plane[:3, 3] = 0.5 * (corners.min(axis=0) + corners.max(axis=0)) - plane[:3, :2] @ middle
+        return plane
 
     def set_theme(self, theme: Theme) -> None:
         """Take another theme."""
@@ -112,7 +154,7 @@ class RobotScene:
         """Take another pressure scale."""
         self._scale = scale
         if self._prepared is not None:
-            self._colour(np.zeros(len(self._prepared.skin)) if self._frame is None else self._frame.pressures)
+            self._colour()
 
     @property
     def poses(self) -> FloatArray:
@@ -153,7 +195,7 @@ class RobotScene:
         """(k, 3) corners of all links' and patches' boxes, world [m]."""
         poses = self.poses
         parts = []
-        for (number, _), bounds in zip(self._links, self._bounds, strict=True):
+        for number, bounds in self._bounds:
             corners = np.array(np.meshgrid(*bounds.T)).reshape(3, -1).T
             parts.append(corners @ poses[number][:3, :3].T + poses[number][:3, 3])
         return np.concatenate(parts)
@@ -161,18 +203,13 @@ class RobotScene:
     def _move(self) -> None:
         poses = self.poses
         for number, actor in self._links:
-            matrix = actor.GetUserMatrix()
-            if matrix is None:
-                matrix = vtkMatrix4x4()
-                actor.SetUserMatrix(matrix)
-            matrix.DeepCopy(poses[number].ravel())
+            set_matrix(actor, poses[number])
+        self._skin.move(poses, self._plane)
 
-    def _colour(self, pressures: FloatArray) -> None:
-        kilopascals = 1e-3 * pressures
-        for surface, matrix in self._skins:
-            colours = surface.point_data["touch"]
-            colours[:] = self._scale.rgb(matrix @ kilopascals)
-            surface.GetPointData().GetArray("touch").Modified()
+    def _colour(self) -> None:
+        assert self._prepared is not None
+        pressures = np.zeros(len(self._prepared.skin)) if self._frame is None else self._frame.pressures
+        self._skin.colour(pressures, self._scale)
 
     def _light_and_ground(self) -> None:
         self._plotter.set_background(self._theme.window)
@@ -196,21 +233,3 @@ class RobotScene:
         self._plotter.add_mesh(
             grid, color=colour, line_width=1, lighting=False, name="ground", pickable=False, reset_camera=False
         )
-
-
-_MATTE: dict[str, Any] = {
-    "smooth_shading": True,
-    "split_sharp_edges": False,
-    "ambient": 0.34,
-    "diffuse": 0.70,
-    "specular": 0.0,
-    "show_scalar_bar": False,
-    "reset_camera": False,
-}
-
-
-def _polydata(mesh: Mesh) -> pv.PolyData:
-    """The mesh for VTK, with its own area-weighted normals, so that VTK computes none."""
-    surface = pv.PolyData.from_regular_faces(mesh.vertices.copy(), mesh.faces.copy())
-    surface.point_data.active_normals = mesh.vertex_normals.copy()
-    return surface

@@ -2,27 +2,39 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
 from PySide6.QtCore import QEvent, QObject, QPointF, Qt, Signal
 from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent, QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import QWidget
 
+from app.arrays import BoolArray, FloatArray, IntArray
 from app.geometry.surface_point import SurfacePoint
 from app.session.prepare import Prepared
+from widgets.chooser import Chooser
 from widgets.colours import PressureScale, Theme
 from widgets.hand import Act, Hand, Mode, Moved, Panned, Pressed, Released
-from widgets.robot_view.orbit import orbit, pan, zoom
+from widgets.robot_view.body_taxels import BodyTaxels
+from widgets.robot_view.morph_slider import MorphSlider
+from widgets.robot_view.orbit import face, orbit, pan, zoom
+from widgets.robot_view.orientation_cube import CubeFace
 from widgets.robot_view.pick import SkinPicker
 from widgets.robot_view.robot_canvas import RobotCanvas
+from widgets.select_hand import Pixel
 from widgets.state_card import StateCard
+from widgets.tools import Tool
 
 _WHEEL_STEP = 1.15
+_CUBE_ROOM = 78
+"""Width that the orientation cube takes in the lower right corner [px]."""
 
 
 class RobotView(RobotCanvas):
     """Draws the robot and emits what the hand did; decides nothing.
 
-    Left presses poke the skin and turn the view beside it; middle or with Shift they pan; the wheel zooms; a double
-    click beside the skin frames the robot.
+    Left presses poke the skin, or choose taxels, and turn the view beside it; middle or with Shift they pan; the wheel
+    zooms; a click on the orientation cube looks from that side, a double click beside the skin frames the robot.
 
     Args:
         theme: Colours of everything that is not skin.
@@ -42,14 +54,21 @@ class RobotView(RobotCanvas):
     """The button of the empty or failed state was pressed."""
     cancel_requested = Signal()
     """The button of the loading state was pressed."""
+    cleared = Signal()
+    """Escape, while nothing else was going on."""
 
     def __init__(self, theme: Theme, scale: PressureScale, parent: QWidget | None = None) -> None:
         super().__init__(theme, scale, parent)
         self._picker: SkinPicker | None = None
-        self._hand, self._button = Hand(), Qt.MouseButton.NoButton
+        self._taxels: BodyTaxels | None = None
+        self._hand, self._button, self._tool = Hand(), Qt.MouseButton.NoButton, Tool.POKE
         self._hover: SurfacePoint | None = None
-        self._loading = False
+        self._loading = self._on_cube = False
+        self.chooser = Chooser(self, self)
+        self.chooser.drawn.connect(self._on_rubber_drawn)
         self.canvas.widget.installEventFilter(self)
+        self.morph = MorphSlider(self)
+        self.morph.moved.connect(self._on_morphed)
         self._card = StateCard(self)
         self._card.helped.connect(self._on_card_helped)
         self.setObjectName("robot-view")
@@ -66,9 +85,18 @@ class RobotView(RobotCanvas):
         self._end_hold()
         picker = SkinPicker(prepared)
         self._hover_at(None)
+        self.morph.reset()
         self._card.hide()
         self.show_robot(prepared)
-        self._picker = picker
+        self.morph.show()
+        self._picker, self._taxels = picker, BodyTaxels(prepared, picker)
+
+    def set_tool(self, tool: Tool) -> None:
+        """Take another tool; what the hand was doing ends."""
+        self._end_hold()
+        self._tool = tool
+        self.chooser.set_tool(tool)
+        self._show_cursor()
 
     def show_empty(self) -> None:
         """Say what would fill the view."""
@@ -95,7 +123,7 @@ class RobotView(RobotCanvas):
         """Give the graphics back; the view draws nothing after this."""
         self._end_hold()
         self.canvas.widget.removeEventFilter(self)
-        self._picker = None
+        self._picker = self._taxels = None
         super().close_view()
 
     def _tell(self, heading: str, text: str, *, button: str, progress: float | None = None) -> None:
@@ -112,11 +140,38 @@ class RobotView(RobotCanvas):
         if not self._card.isVisible():
             super().request(moving=moving)
 
+    # Where things are, for choosing.
+
+    def taxel_pixels(self) -> FloatArray:
+        """(taxels, 2) where those are that face the eye [px]; NaN for the others."""
+        if self._taxels is None:
+            return np.zeros((0, 2))
+        return self._taxels.pixels(self.scene.viewpoint, (self.width(), self.height()), self.scene.poses)
+
+    def hidden(self, taxels: IntArray) -> BoolArray:
+        """(k,) which of these the robot itself hides."""
+        if self._taxels is None:
+            return np.zeros(0, bool)
+        return self._taxels.hidden(taxels, self.scene.viewpoint, self.scene.poses)
+
+    def taxel_at(self, pixel: Pixel) -> int | None:
+        """The taxel nearest to the skin under a pixel; None beside the skin."""
+        at = self._at(QPointF(*pixel))
+        return None if at is None or self._taxels is None else self._taxels.nearest(at)
+
+    def _on_morphed(self, share: float) -> None:
+        self._end_hold()
+        self.scene.morph(share)
+        self.request(moving=True)
+
+    def _on_rubber_drawn(self) -> None:
+        self._say(replace(self._captions, rubber=self.chooser.rubber))
+
     # The hand.
 
     def _at(self, position: QPointF) -> SurfacePoint | None:
-        if self._picker is None or self._card.isVisible():
-            return None
+        if self._picker is None or self._card.isVisible() or self.scene.morphed:
+            return None  # there is no pressing a skin that is off the body
         ray = self.scene.viewpoint.ray((position.x(), position.y()), (self.width(), self.height()))
         return self._picker.pick(ray, self.scene.poses)
 
@@ -136,6 +191,7 @@ class RobotView(RobotCanvas):
 
     def _end_hold(self) -> None:
         self._act(self._hand.cancel())
+        self.chooser.cancel()
 
     def _hover_at(self, at: SurfacePoint | None) -> None:
         if at != self._hover:
@@ -144,8 +200,11 @@ class RobotView(RobotCanvas):
             self._show_cursor()
             self.hovered.emit(at)
 
+    def _cube_at(self, position: QPointF) -> CubeFace | None:
+        return None if self.prepared is None or self._card.isVisible() else self._overlay.cube_face_at(position)
+
     def _show_cursor(self) -> None:
-        shape = Qt.CursorShape.OpenHandCursor
+        shape = Qt.CursorShape.PointingHandCursor if self._on_cube else Qt.CursorShape.OpenHandCursor
         if self._hand.mode is Mode.PANNING:
             shape = Qt.CursorShape.ClosedHandCursor
         elif self._hover is not None or self._hand.mode is Mode.POKING:
@@ -162,6 +221,7 @@ class RobotView(RobotCanvas):
             return True
         if event.type() == QEvent.Type.Leave:
             self._hover_at(None)
+            self.chooser.leave()
         return False
 
     def _mouse(self, event: QMouseEvent) -> None:
@@ -169,11 +229,17 @@ class RobotView(RobotCanvas):
         if kind == QEvent.Type.MouseButtonPress:
             self._press(event)
         elif kind == QEvent.Type.MouseMove:
-            at = None if self._hand.mode is Mode.PANNING else self._at(event.position())
+            self._on_cube = self._hand.mode is Mode.IDLE and self._cube_at(event.position()) is not None
+            at = None if self._hand.mode is Mode.PANNING or self._on_cube else self._at(event.position())
             self._act(self._hand.move(event.position().toTuple(), at))
+            if self._tool.chooses:
+                self.chooser.move(event)
             self._hover_at(at)
+            self._show_cursor()
         elif kind == QEvent.Type.MouseButtonRelease:
             self._act(self._hand.release(event.button()))
+            if self._tool.chooses:
+                self.chooser.release(event)
         elif event.button() == Qt.MouseButton.LeftButton and self._at(event.position()) is None:
             self.frame_all()
         else:  # on the skin a second quick press is a second poke
@@ -181,17 +247,27 @@ class RobotView(RobotCanvas):
 
     def _press(self, event: QMouseEvent) -> None:
         self.setFocus(Qt.FocusReason.MouseFocusReason)
-        turns = (
-            event.button() == Qt.MouseButton.LeftButton and not event.modifiers() & Qt.KeyboardModifier.ShiftModifier
-        )
-        self._button = Qt.MouseButton.LeftButton if turns else Qt.MouseButton.MiddleButton
-        at = self._at(event.position()) if turns else None
-        self._act(self._hand.press(event.position().toTuple(), at, button=event.button(), pan=at is None))
+        left = event.button() == Qt.MouseButton.LeftButton
+        side = self._cube_at(event.position()) if left and self._hand.mode is Mode.IDLE else None
+        if side is not None:
+            self.look(face(self.scene.viewpoint, side.normal))
+            return
+        at = self._at(event.position()) if left else None
+        if self._tool.chooses and left and self._hand.mode is Mode.IDLE and (at is not None or self.chooser.busy):
+            self.chooser.press(event)
+        elif not self.chooser.busy:
+            turns = left and not event.modifiers() & Qt.KeyboardModifier.ShiftModifier
+            self._button = Qt.MouseButton.LeftButton if turns else Qt.MouseButton.MiddleButton
+            at = at if turns else None
+            self._act(self._hand.press(event.position().toTuple(), at, button=event.button(), pan=at is None))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Qt: Escape ends a poke, F frames the robot."""
-        if event.key() == Qt.Key.Key_Escape and self._hand.mode is not Mode.IDLE:
+        """Qt: Escape ends what the hand does, or selects nothing; F frames the robot."""
+        if event.key() == Qt.Key.Key_Escape:
+            busy = self._hand.mode is not Mode.IDLE or self.chooser.busy
             self._end_hold()
+            if not busy:
+                self.cleared.emit()
         elif event.key() == Qt.Key.Key_F and not event.modifiers():
             self.frame_all()
         else:
@@ -206,3 +282,4 @@ class RobotView(RobotCanvas):
         """Qt: the message keeps covering the view."""
         super().resizeEvent(event)
         self._card.setGeometry(self.rect())
+        self.morph.move(self.width() - self.morph.width() - _CUBE_ROOM, self.height() - self.morph.height() - 11)

@@ -1,0 +1,211 @@
+"""The live tactile map without a hand: shows frames, states, selections and overlays, and tells when it has drawn."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from PySide6.QtCore import QPointF, QRectF, Signal
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QResizeEvent, QShowEvent
+from PySide6.QtWidgets import QGraphicsScene, QWidget
+
+from app.arrays import FloatArray, IntArray
+from app.errors import MapError
+from app.geometry.surface_point import SurfacePoint
+from app.maps.tactile_image import TactileImage
+from app.session.frame import Frame
+from app.session.prepare import Prepared
+from widgets.chooser import Rubber
+from widgets.colours import PressureScale, Theme
+from widgets.map_view.map_canvas import MapCanvas
+from widgets.map_view.map_hit import describe
+from widgets.map_view.map_painter import MapPainter, Marks
+from widgets.map_view.map_picture import MapPicture
+from widgets.overlays import Overlays
+from widgets.skin_picture import SkinPicture
+from widgets.state_card import StateCard
+
+
+class MapDisplay(MapCanvas):
+    """Draws the map; decides nothing.
+
+    Args:
+        theme: Colours of everything that is not skin.
+        scale: Colours of pressure.
+        parent: Qt parent.
+    """
+
+    painted = Signal(int)
+    """A frame has reached the screen: its tick."""
+    open_requested = Signal()
+    """The button of the empty or failed state was pressed."""
+    cancel_requested = Signal()
+    """The button of the loading state was pressed."""
+
+    def __init__(self, theme: Theme, scale: PressureScale, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._theme, self._scale = theme, scale
+        self._picture: MapPicture | None = None
+        self._frame: Frame | None = None
+        self._stale = self._unseen = self._loading = False
+        self._marks, self._overlays = Marks(), Overlays()
+        self._painter = MapPainter(theme, self.font())
+        self.setObjectName("map-view")
+        self.setAccessibleName("Tactile map")
+        self._card = StateCard(self.viewport())
+        self._card.helped.connect(self._on_card_helped)
+        self.set_theme(theme)
+
+    def show_prepared(self, prepared: Prepared, *, image: TactileImage | None = None) -> None:
+        """Show the map of ``prepared``, framed; ``image`` saves building its tactile image here."""
+        picture = MapPicture(prepared.map, self._theme, image=image)
+        picture.overlay(self._overlays, self._scale)
+        scene = QGraphicsScene(self)
+        picture.add_to(scene)
+        self._picture, self._frame = picture, None
+        self._marks = Marks(paused=self._marks.paused, replaying=self._marks.replaying, legend=picture.legend)
+        self._card.hide()
+        self.show_scene(scene, picture.shapes.frame.size)
+
+    def show_frame(self, frame: Frame) -> None:
+        """Show ``frame`` of the prepared scene; while the view is hidden it is only kept."""
+        self._frame, self._stale = frame, True
+        if self.isVisible():
+            self._refresh()
+
+    def set_hover(self, at: SurfacePoint | None) -> None:
+        """Mark the place that the pointer is over in another view; None for none."""
+        if self._picture is not None:
+            self._mark(replace(self._marks, hover=None if at is None else self._picture.place_of(at)))
+
+    def set_selection(self, taxels: IntArray, inks: tuple[str, ...]) -> None:
+        """Ring these taxels (k,), each in its colour."""
+        if self._picture is not None:
+            self._picture.select(taxels, inks)
+            self.viewport().update()
+
+    def set_overlays(self, overlays: Overlays) -> None:
+        """Show what View > Overlay asks for."""
+        self._overlays = overlays
+        if self._picture is not None:
+            self._picture.overlay(overlays, self._scale)
+            contours = self._picture.contours() if self._frame is not None and self._frame.regions else []
+            self._mark(replace(self._marks, legend=self._picture.legend, contours=contours))
+
+    @property
+    def skin_picture(self) -> SkinPicture | None:
+        """The map's own pixels, for another view; None without a map."""
+        return None if self._picture is None else self._picture.skin_picture
+
+    def pixel_of(self, at: SurfacePoint) -> QPointF:
+        """Where a body point is drawn in the viewport, finer than a pixel; raises MapError without a map."""
+        if self._picture is None:
+            raise MapError("there is no map to find the point on", value=at, remedy="Show a prepared scene first")
+        return self.viewportTransform().map(self._picture.place_of(at))
+
+    def words_for(self, at: SurfacePoint | None) -> str:
+        """What is at a place of the skin: patch, taxel, pressure, map point, and stretch while it is shown."""
+        picture = self._picture
+        if at is None or picture is None:
+            return ""
+        stretched = "" if picture.ground is None else picture.ground.tell(picture.map, at)
+        return "  ·  ".join(filter(None, (describe(picture.map, at, picture.pressures), stretched)))
+
+    def taxel_pixels(self) -> FloatArray:
+        """(taxels, 2) where they are drawn in the viewport [px]."""
+        if self._picture is None:
+            return np.zeros((0, 2))
+        view = self.viewportTransform()
+        return self._picture.shapes.taxels * [view.m11(), view.m22()] + [view.dx(), view.dy()]
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        self._theme = self._painter.theme = theme
+        self.setBackgroundBrush(QColor(theme.window))
+        if self._picture is not None:
+            self._picture.set_theme(theme)
+        self.viewport().update()
+
+    def set_scale(self, scale: PressureScale) -> None:
+        """Take another pressure scale."""
+        self._scale = scale
+        if self._picture is not None:
+            self._picture.recolour(scale)
+        self.viewport().update()
+
+    def set_replaying(self, *, replaying: bool) -> None:
+        """Mark everything shown as replayed from a recording, or as live again."""
+        self._mark(replace(self._marks, replaying=replaying))
+
+    def set_paused(self, *, paused: bool) -> None:
+        """Say that time stands still, or runs again."""
+        self._mark(replace(self._marks, paused=paused))
+
+    def show_empty(self) -> None:
+        """Say what would fill the view."""
+        self._tell("No tactile map yet", "Open a robot to see its skin laid flat.", button="Open robot…")
+
+    def show_loading(self, text: str, progress: float) -> None:
+        """Say that a map is being made: ``text`` names the stage, ``progress`` runs from 0 to 1."""
+        self._tell("Making the tactile map", text, button="Cancel", progress=progress)
+
+    def show_failed(self, text: str) -> None:
+        """Say why there is no map."""
+        self._tell("There is no tactile map", text, button="Open robot…")
+
+    def show_last(self) -> None:
+        """Go back to the last good map after loading another one failed or was cancelled."""
+        if self._picture is None:
+            self.show_empty()
+        else:
+            self._card.hide()
+
+    def _tell(self, heading: str, text: str, *, button: str, progress: float | None = None) -> None:
+        self._loading = progress is not None
+        self._card.setGeometry(self.viewport().rect())
+        self._card.say(heading, text, button=button, progress=progress)
+
+    def _on_card_helped(self) -> None:
+        (self.cancel_requested if self._loading else self.open_requested).emit()
+
+    def _mark(self, marks: Marks) -> None:
+        self._marks = marks
+        self.viewport().update()
+
+    def _refresh(self) -> None:
+        picture, frame = self._picture, self._frame
+        if picture is None or frame is None or not self._stale:
+            return
+        picture.show(frame, self._scale)
+        fingers = [picture.map.to_map(poke.at) for poke in frame.pokes]
+        contours = picture.contours() if frame.regions else []
+        self._mark(self._marks.of_frame(frame, picture.shapes.frame, fingers, contours))
+        self._stale, self._unseen = False, True
+
+    def rubber(self) -> Rubber:
+        """What a gesture draws over the map; without a hand there is none."""
+        return Rubber()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Qt: catch up with the newest frame."""
+        super().showEvent(event)
+        self._refresh()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Qt: the message keeps covering the view."""
+        super().resizeEvent(event)
+        self._card.setGeometry(self.viewport().rect())
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Qt: the scene, then the marks over it."""
+        super().paintEvent(event)
+        if self._picture is None or self._card.isVisible():
+            return
+        room = QRectF(self.viewport().rect())
+        painter = QPainter(self.viewport())
+        self._painter.paint(painter, self._marks, self._picture.shapes, self.viewportTransform(), room)
+        self._painter.paint_rubber(painter, self.rubber())
+        painter.end()
+        if self._unseen and self._frame is not None:
+            self._unseen = False
+            self.painted.emit(self._frame.tick)

@@ -1,0 +1,83 @@
+"""The menus, as a table over the actions; what a menu lists by itself (robots, recent files) is added here too."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+from PySide6.QtWidgets import QMenu
+
+from app.robots.library import robot_names
+from widgets.overlays import MARKS, Ground
+
+if TYPE_CHECKING:
+    from widgets.commands import Commands
+    from widgets.main_window import MainWindow
+
+LINE = ""
+"""Between groups."""
+MENUS = (
+    ("Session", ("pause", "step", "reset", "record")),
+    (
+        "Select",
+        ("poke", LINE, "select_box", "select_lasso", "select_brush", "smaller_brush", "larger_brush", LINE,
+         "select_all", "select_none", "select_inverse"),
+    ),
+    ("View", ("frame", "morph", "theme", "panels", "timing", "plots", "reset_layout", "full_screen")),
+    ("Help", ("keys", "about")),
+)  # fmt: skip
+
+OVERLAY = (
+    *(f"ground_{ground.value}" for ground in Ground),
+    LINE,
+    *(f"mark_{name}" for name in MARKS),
+)
+
+
+def build_menus(window: MainWindow, commands: Commands) -> None:
+    """Fill the window's menu bar."""
+    bar = window.menuBar()
+    _build_file_menu(window, commands, bar.addMenu("File"))
+    for title, names in MENUS:
+        menu = bar.addMenu(title)
+        menu.setToolTipsVisible(True)
+        fill(menu, window, names)
+        if title == "View":
+            overlay = menu.addMenu("Overlay")
+            overlay.setToolTipsVisible(True)
+            menu.insertMenu(window.action("theme"), overlay)
+            fill(overlay, window, OVERLAY)
+
+
+def fill(menu: QMenu, window: MainWindow, names: tuple[str, ...]) -> None:
+    """Add the actions called ``names``, with lines between groups."""
+    for name in names:
+        if name == LINE:
+            menu.addSeparator()
+        else:
+            menu.addAction(window.action(name))
+
+
+def _build_file_menu(window: MainWindow, commands: Commands, file: QMenu) -> None:
+    file.addAction(window.action("open_robot"))
+    robots = file.addMenu("Robots")
+    for entry in robot_names():
+        item = robots.addAction(entry.title)
+        item.setObjectName(f"robot-{entry.name}")
+        item.setEnabled(entry.available)
+        item.setToolTip(entry.remedy)
+        item.triggered.connect(partial(commands.open_robot, entry.name))
+    robots.setToolTipsVisible(True)
+    fill(file, window, ("import_taxels", "open_recording"))
+    recent = file.addMenu("Recent files")
+    recent.aboutToShow.connect(partial(_list_recent, recent, window, commands))
+    file.addSeparator()
+    fill(file, window, ("save_map", "save_picture", LINE, "quit"))
+
+
+def _list_recent(menu: QMenu, window: MainWindow, commands: Commands) -> None:
+    menu.clear()
+    for path in window.settings.recent:
+        menu.addAction(path).triggered.connect(partial(commands.open_path, path))
+    if menu.isEmpty():
+        menu.addAction("Nothing opened yet").setEnabled(False)

@@ -1,0 +1,93 @@
+"""What the window can do to see and select: connects tools, selection and overlays to actions, settings and words."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QLabel
+
+from widgets.actions import give_views_keys
+from widgets.overlays import MARKS, Ground, Overlays
+from widgets.tools import Tool
+
+if TYPE_CHECKING:
+    from widgets.main_window import MainWindow
+
+
+class Seeing(QObject):
+    """The commands of the Select menu and of View > Overlay.
+
+    Args:
+        window: The window, with its actions, views and status bar made.
+    """
+
+    def __init__(self, window: MainWindow) -> None:
+        super().__init__(window)
+        self._window, self._views = window, window.views
+        give_views_keys(self._views, window.actions_by_name)
+        self._count = QLabel()
+        self._count.setObjectName("selection-count")
+        self._count.setContentsMargins(12, 0, 12, 0)
+        window.statusBar().addWidget(self._count)
+        self._connect_selection()
+        window.action(Tool.POKE.value).setChecked(True)
+        self._connect_overlays()
+        self._show(window.settings.overlays)
+
+    def _connect_selection(self) -> None:
+        selection = self._views.selection
+        for tool in Tool:
+            self._window.action(tool.value).triggered.connect(partial(self.set_tool, tool))
+        for name, act in (
+            ("smaller_brush", self.shrink_brush),
+            ("larger_brush", self.grow_brush),
+            ("select_all", selection.select_all),
+            ("select_none", selection.clear),
+            ("select_inverse", selection.invert),
+        ):
+            self._window.action(name).triggered.connect(act)
+        self._window.action("morph").triggered.connect(self._views.robot.morph.toggle)
+        selection.changed.connect(self._on_selection_changed)
+
+    def _connect_overlays(self) -> None:
+        for ground in Ground:
+            self._window.action(f"ground_{ground.value}").triggered.connect(partial(self.set_ground, ground))
+        for name in MARKS:
+            self._window.action(f"mark_{name}").triggered.connect(partial(self.toggle_mark, name))
+
+    def set_ground(self, ground: Ground, _checked: bool = False) -> None:
+        """Show another ground under the touch."""
+        self._show(replace(self._views.overlays, ground=ground))
+
+    def toggle_mark(self, name: str, _checked: bool = False) -> None:
+        """Show or hide one kind of marks, as its action now says."""
+        shown = self._window.action(f"mark_{name}").isChecked()
+        self._show(self._views.overlays.with_mark(name, shown=shown))
+
+    def _show(self, overlays: Overlays) -> None:
+        self._window.settings.overlays = overlays
+        self._views.set_overlays(overlays)
+        self._window.action(f"ground_{overlays.ground.value}").setChecked(True)
+        for name in MARKS:
+            self._window.action(f"mark_{name}").setChecked(getattr(overlays, name))
+
+    def set_tool(self, tool: Tool, _checked: bool = False) -> None:
+        """Take a tool."""
+        self._window.action(tool.value).setChecked(True)
+        self._views.set_tool(tool)
+
+    def shrink_brush(self) -> None:
+        """A smaller brush."""
+        self._views.resize_brush(-1)
+
+    def grow_brush(self) -> None:
+        """A larger brush."""
+        self._views.resize_brush(1)
+
+    def _on_selection_changed(self) -> None:
+        taxels = self._views.selection.taxels
+        words = f"{len(taxels)} taxels selected" if len(taxels) != 1 else f"Taxel {taxels[0]} selected"
+        self._count.setText(words if len(taxels) else "")

@@ -1,0 +1,37 @@
+"""What the hand does with a press on a view: poke the skin, or choose taxels in one of three ways. No Qt."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+SMALLEST_BRUSH, BRUSH, LARGEST_BRUSH = 6.0, 24.0, 160.0
+"""Radius of the brush [px]."""
+BRUSH_STEP = 1.25
+
+
+class Tool(Enum):
+    """The tool in the hand; each value is the name of the action that takes it."""
+
+    POKE = "poke"
+    BOX = "select_box"
+    LASSO = "select_lasso"
+    BRUSH = "select_brush"
+
+    @property
+    def chooses(self) -> bool:
+        """Whether it chooses taxels, and so leaves the robot alone."""
+        return self is not Tool.POKE
+
+
+class Change(Enum):
+    """What choosing taxels does to those chosen before."""
+
+    REPLACE = "replace"
+    ADD = "add"
+    REMOVE = "remove"
+    TOGGLE = "toggle"
+
+
+def resized_brush(radius: float, steps: int) -> float:
+    """The brush's radius [px] after so many steps larger, or smaller where negative."""
+    return min(max(radius * BRUSH_STEP**steps, SMALLEST_BRUSH), LARGEST_BRUSH)
