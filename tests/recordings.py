@@ -5,7 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 from app.control.command import ControlChanged, ControlSettings
+from app.editing.arrange import move
+from app.editing.document import MapDocument
 from app.recording.recorder import Recorder
+from app.session.inputs import MapEdited
 from app.session.prepare import Prepared, prepare
 from app.session.session import Session
 from app.simulation.poke import PokeMoved, PokePressed, PokeReleased
@@ -19,12 +22,13 @@ def small_arm(taxels: int = 120) -> Prepared:
 
 
 def record(prepared: Prepared, path, *, ticks: int = 200, start: int = 0) -> Session:
-    """Record a poke, a stroke, a change of law and a release; ``start`` ticks pass before the recording begins."""
+    """Record a poke, a stroke, an edit, a change of law and a release; ``start`` ticks pass before it begins."""
     session = Session(prepared)
     skin = prepared.skin
     acts = {
         start + 20: PokePressed(1, skin.taxel_point(30)),
         start + 60: PokeMoved(1, skin.taxel_point(31)),
+        start + 70: MapEdited("Move", move(MapDocument.of(prepared.map), [0], (0.2, 0.1)).map),
         start + 80: ControlChanged(ControlSettings(law="hold_force", force_goal=2.0)),
         start + 150: PokeReleased(1),
     }

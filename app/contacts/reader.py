@@ -37,15 +37,20 @@ class ContactReader:
     def __init__(self, map_: TactileMap, *, threshold: float = THRESHOLD) -> None:
         if not 0 < threshold < float("inf"):
             raise MapError("that is no contact threshold", value=f"{threshold} Pa", remedy="Choose more than 0 Pa")
-        self._map, self._threshold = map_, threshold
-        skin, self._pairs = map_.skin, map_.skin.neighbours
+        skin, self._threshold, self._pairs = map_.skin, threshold, map_.skin.neighbours
         self._body = np.concatenate([patch.taxels.positions for patch in skin.patches])
+        self._closest = [ClosestPoint(patch.surface) for patch in skin.patches]
+        self.use(map_)
+        self.reset()
+
+    def use(self, map_: TactileMap) -> None:
+        """Place contacts by another map of the same skin from now on; what is touched stays touched. Cost: 0.2 ms."""
+        self._map = map_
         on_body = np.linalg.norm(np.diff(self._body[self._pairs], axis=1)[:, 0], axis=1)
         on_map = np.linalg.norm(np.diff(map_.taxel_points[self._pairs], axis=1)[:, 0], axis=1)
-        scale = np.array([placement.scale for placement in map_.layout.placements])[skin.patch_of[self._pairs[:, 0]]]
+        scales = np.array([placement.scale for placement in map_.layout.placements])
+        scale = scales[map_.skin.patch_of[self._pairs[:, 0]]]
         self._seam = self._pairs[on_map > _TORN * scale * on_body]
-        self._closest = [ClosestPoint(patch.surface) for patch in skin.patches]
-        self.reset()
 
     def reset(self) -> None:
         """Forget what was touched; ids start at 1 again."""

@@ -9,10 +9,11 @@ import numpy as np
 from mcap.records import Message
 
 from app.errors import RecordingError
+from app.maps.tactile_map import TactileMap
 from app.recording import bundle, reading
 from app.recording.codec import decode_frame, decode_input
 from app.session.frame import Frame
-from app.session.inputs import PokePressed, PokeReleased, SessionInput
+from app.session.inputs import MapEdited, PokePressed, PokeReleased, SessionInput
 
 
 class Player:
@@ -49,7 +50,7 @@ class Player:
                     self._places.append((number, place))
                     times.append(1e-9 * message.log_time)
                 elif topic == "/input":
-                    self.inputs.append(decode_input(message.data))
+                    self.inputs.append(decode_input(message.data, self.prepared.map))
         if not times:
             raise RecordingError("the recording holds no frame", file=path)
         self.times = np.array(times)
@@ -73,6 +74,22 @@ class Player:
         return int(
             np.clip(np.searchsorted(self.times, self.times[0] + seconds + 1e-9, side="right") - 1, 0, len(self) - 1)
         )
+
+    def map_at(self, tick: int) -> TactileMap:
+        """The map in force at a tick of the session: the scene's, as it had been edited by then."""
+        edited = self.prepared.map
+        for at, act in self.inputs:
+            if at > tick:
+                break
+            if isinstance(act, MapEdited):
+                edited = act.map
+        return edited
+
+    def edits(self) -> list[tuple[float, str]]:
+        """When the map was edited [s since the first frame] and the edits' names, for marks on a timeline."""
+        tick, first = self.prepared.scene.tick, float(self.times[0])
+        found = [(at * tick - first, act.name) for at, act in self.inputs if isinstance(act, MapEdited)]
+        return [(seconds, name) for seconds, name in found if 0 <= seconds <= self.duration]
 
     def poke_spans(self) -> list[tuple[float, float]]:
         """Times [s] since the first frame between which a finger was on the skin, for marks on a timeline."""

@@ -42,7 +42,7 @@ class Recorder:
 
     def __init__(self, path: str | Path, prepared: Prepared, *, overwrite: bool = False) -> None:
         self.path, self.frames = Path(path), 0
-        self.tick, self._inputs = prepared.scene.tick, 0
+        self.tick, self._inputs, self._map = prepared.scene.tick, 0, prepared.map
         self._stream = _open(self.path, overwrite=overwrite)
         frame_bytes = 8 * (len(prepared.skin) + 6 * len(prepared.robot.joints)) + 256
         self._writer = Writer(self._stream, chunk_size=FRAMES_A_CHUNK * frame_bytes, compression=CompressionType.ZSTD)
@@ -83,7 +83,7 @@ class Recorder:
         try:
             for tick, act in inputs[self._inputs :]:
                 at = round(1e9 * tick * self.tick)
-                self._writer.add_message(self._input_channel, at, encode_input(tick, act), at)
+                self._writer.add_message(self._input_channel, at, encode_input(tick, act, self._map), at)
             self._writer.add_message(self._frame_channel, time, encode_frame(frame), time, frame.tick)
             self._stream.flush()
         except OSError as error:

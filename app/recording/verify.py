@@ -68,10 +68,10 @@ def verify(player: Player, *, progress: Callable[[str, float], None] = _silent) 
 
 
 def _session_of(player: Player) -> tuple[Session, list]:  # type: ignore[type-arg]
-    """A fresh session with the settings recorded for its start, and the inputs that follow."""
+    """A fresh session with the settings and the map recorded for its start, and the inputs that follow."""
     starting = [act for tick, act in player.inputs if tick == 0 and isinstance(act, ControlChanged)]
     settings = starting[-1].settings if starting else None
-    session = Session(player.prepared, scripted=False, settings=settings)
+    session = Session(player.prepared, scripted=False, settings=settings, map_=player.map_at(0))
     return session, [item for item in player.inputs if item[0] > 0]
 
 

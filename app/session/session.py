@@ -7,8 +7,9 @@ from collections.abc import Callable
 from app.contacts.reader import ContactReader
 from app.control.command import ControlChanged, ControlSettings
 from app.control.contact_motion import ContactMotionController, settings_from
+from app.maps.tactile_map import TactileMap
 from app.session.frame import Frame
-from app.session.inputs import SessionInput
+from app.session.inputs import MapEdited, SessionInput
 from app.session.prepare import Prepared
 from app.simulation.poke import PokePressed, PokeReleased
 from app.simulation.simulation import Simulation
@@ -30,31 +31,43 @@ class Session:
         prepared: The scene, made real.
         scripted: Whether the scene's scripted hand plays until a person touches.
         settings: The controller's settings to start with; by default those of the scene.
+        map_: The scene's map as it was edited before.
 
     Attributes:
         frame: The newest frame.
         inputs: (tick, input) since the reset, in order; the tick is that of the first frame that shows it.
         scripted: Whether the scripted hand still plays.
+        map: The tactile map in force: the scene's, until it is edited.
     """
 
-    def __init__(self, prepared: Prepared, *, scripted: bool = True, settings: ControlSettings | None = None) -> None:
+    def __init__(
+        self,
+        prepared: Prepared,
+        *,
+        scripted: bool = True,
+        settings: ControlSettings | None = None,
+        map_: TactileMap | None = None,
+    ) -> None:
         self.prepared, self._wants_script = prepared, scripted
         scene = prepared.scene
         self._simulation = Simulation(prepared.robot, prepared.skin, scene.effects)
-        self._reader = ContactReader(prepared.map)
+        self.map = map_ or prepared.map
+        self._reader = ContactReader(self.map)
         self._controller = ContactMotionController(prepared.robot, settings or settings_from(scene.control))
         self._stimulus = StimulusPlayer(prepared.skin, scene.strokes, tick=scene.tick)
         self._watch = Stopwatch()
         self.reset()
 
     def reset(self) -> None:
-        """Back to the start: the robot at home, no finger, the scripted hand playing; controller settings stay."""
+        """Back to the start: robot at home, no finger, the scripted hand playing; settings and the edited map stay."""
         self._simulation.reset()
         self._reader.reset()
         self._controller.reset()
         self._waiting: list[SessionInput] = []
-        # The settings in force are part of what a replay needs.
+        # The settings and the map in force are part of what a replay needs.
         self.inputs: list[tuple[int, SessionInput]] = [(0, ControlChanged(self._controller.settings))]
+        if self.map is not self.prepared.map:
+            self.inputs.append((0, MapEdited("As it was edited before", self.map)))
         self._ticks, self._remainder = 0, 0.0
         self.scripted = self._wants_script and bool(self.prepared.scene.strokes)
         self.frame = self._frame()
@@ -107,6 +120,9 @@ class Session:
             act = self._waiting.pop(0)
             if isinstance(act, ControlChanged):
                 self._controller.settings = act.settings
+            elif isinstance(act, MapEdited):
+                self.map = act.map
+                self._reader.use(self.map)
             else:
                 self._simulation.apply(act)
             self.inputs.append((self._ticks + 1, act))

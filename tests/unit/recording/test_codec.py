@@ -8,9 +8,13 @@ import numpy as np
 import pytest
 
 from app.control.command import ControlChanged, ControlSettings
+from app.editing.arrange import move, rotate
+from app.editing.document import MapDocument
 from app.errors import RecordingError
+from app.experiments.flat_map import flat_map
 from app.geometry.surface_point import SurfacePoint
 from app.recording.codec import decode_frame, decode_input, encode_frame, encode_input
+from app.session.inputs import MapEdited
 from app.session.session import Session
 from app.simulation.poke import Finger, PokeMoved, PokePressed, PokeReleased
 
@@ -62,8 +66,28 @@ def test_a_frame_reads_back_equal_to_the_last_bit(touched, prepared):
         ControlChanged(ControlSettings(law="hold_force", force_goal=0.1 + 0.2)),
     ],
 )
-def test_an_input_reads_back_equal(act):
-    assert decode_input(encode_input(12, act)) == (12, act)
+def test_an_input_reads_back_equal(act, prepared):
+    assert decode_input(encode_input(12, act, prepared.map), prepared.map) == (12, act)
+
+
+def test_an_edit_of_the_map_reads_back_bit_for_bit(prepared):
+    moved = rotate(move(MapDocument.of(prepared.map), [0], (0.1, 1 / 3)), [1], 0.3).map
+    bent = replace(moved, charts=(moved.charts[0], replace(moved.charts[1], plane=1.01 * moved.charts[1].plane)))
+    for edited, most in ((moved, 4_000), (bent, 2_000_000)):
+        data = encode_input(3, MapEdited("Move", edited), prepared.map)
+        assert len(data) < most, "what did not change is not kept again"
+        tick, act = decode_input(data, prepared.map)
+        assert (tick, act.name, act.map.layout) == (3, "Move", edited.layout)
+        for got, chart in zip(act.map.charts, edited.charts, strict=True):
+            assert (got.plane == chart.plane).all()
+
+
+def test_an_edit_of_another_skins_map_is_refused(prepared):
+    data = encode_input(3, MapEdited("Move", prepared.map), prepared.map)
+    other = flat_map(30)
+    assert len(other.charts) != len(prepared.map.charts)
+    with pytest.raises(RecordingError, match="input of the recording is damaged"):
+        decode_input(data, other)
 
 
 @pytest.mark.parametrize(
@@ -76,13 +100,15 @@ def test_an_input_reads_back_equal(act):
         b'{"tick": 1, "kind": "format disk"}',
         b'{"tick": 1, "kind": "move", "id": 1}',
         b'{"tick": "x", "kind": "release", "id": 1}',
+        b'{"tick": 1, "kind": "edit", "name": "x"}',
+        b'{"tick": 1, "kind": "edit", "name": "x", "map": "AAAA"}',
         b"\xff\xfe",
         b'{"tick": 1, "kind": "press", "id": 1, "at": {"patch": 0, "face": 0, "weights": [1]}, "finger": {}}',
     ],
 )
-def test_a_damaged_input_is_refused_by_name(data):
+def test_a_damaged_input_is_refused_by_name(data, prepared):
     with pytest.raises(RecordingError, match="input of the recording is damaged"):
-        decode_input(data)
+        decode_input(data, prepared.map)
 
 
 def test_a_damaged_frame_is_refused_by_name(touched, prepared):

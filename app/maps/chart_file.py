@@ -1,0 +1,147 @@
+"""The charts and the layout of a map, in and out of named arrays; checked at the door.
+
+Here, apart from ``map_file``, because a recording keeps the edits of a map without the map.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.errors import Finding, MapError, MeshError
+from app.geometry.topology import boundary_loops
+from app.maps.bijective import flipped
+from app.maps.chart import Chart
+from app.maps.layout import FARTHEST, LARGEST, SMALLEST, MapLayout, Placement
+from app.skin.skin import Patch
+
+# Angle, x, y, whether mirrored and, since version 2 of the map file, scale.
+_PLACEMENTS = ([float, float, float, bool], [float, float, float, bool, float])
+
+# Columns and kinds of a chart's arrays.
+_ARRAYS = {
+    "faces": (3, "iu"), "plane": (2, "f"), "vertex_of": (1, "iu"), "seams": (2, "iu"),
+    "energies": (1, "f"), "seconds": (1, "f"),
+}  # fmt: skip
+
+
+def chart_arrays(number: int, chart: Chart) -> dict[str, NDArray[Any]]:
+    """The arrays of patch ``number``'s chart, by name."""
+    return {f"{number}_{name}": np.asarray(getattr(chart, name)) for name in _ARRAYS}
+
+
+def charts_header(charts: Sequence[Chart]) -> dict[str, Any]:
+    """What is not an array in ``charts``, for a JSON header."""
+    return {
+        "methods": [chart.method for chart in charts],
+        "findings": [[[f.kind, f.where, f.action, f.count] for f in chart.findings] for chart in charts],
+    }
+
+
+def layout_header(layout: MapLayout) -> dict[str, Any]:
+    """A layout, for a JSON header."""
+    rows = [[float(p.angle), *map(float, p.offset), p.mirrored, float(p.scale)] for p in layout.placements]
+    return {"placements": rows}
+
+
+def read_layout(header: Mapping[str, Any], count: int, file: str | Path | None) -> MapLayout:
+    """The layout of ``count`` patches that ``layout_header`` wrote. Raises MapError when it is broken."""
+    rows = _list(header, "placements", count, _is_placement, file)
+    return MapLayout(tuple(Placement(a, (x, y), *rest) for a, x, y, *rest in rows))
+
+
+def read_charts(
+    header: Mapping[str, Any],
+    arrays: Mapping[str, NDArray[Any]],
+    patches: Mapping[int, Patch],
+    file: str | Path | None,
+) -> dict[int, Chart]:
+    """The charts of these patches by number, whose header's lists are in the same order.
+
+    Raises:
+        MapError: Anything is missing, broken, or not a sound chart of its patch.
+    """
+    methods = _list(header, "methods", len(patches), _is_method, file)
+    notes = _list(header, "findings", len(patches), _is_findings, file)
+    return {
+        i: _Door(arrays, i, patch, file).chart(method, tuple(Finding(*entry) for entry in found))
+        for (i, patch), method, found in zip(patches.items(), methods, notes, strict=True)
+    }
+
+
+def _list(header: Mapping[str, Any], key: str, count: int, sound: Any, file: str | Path | None) -> list[Any]:
+    values = header.get(key)
+    if not isinstance(values, list) or len(values) != count or not all(sound(value) for value in values):
+        raise MapError("the map file's header is broken", file=file, place=key, value=values)
+    return values
+
+
+def _is_method(value: object) -> bool:
+    return isinstance(value, str)
+
+
+def _is_findings(value: object) -> bool:
+    return isinstance(value, list) and all(
+        isinstance(entry, list) and [type(x) for x in entry] == [str, str, str, int] for entry in value
+    )
+
+
+def _is_placement(value: object) -> bool:
+    if not isinstance(value, list) or [type(x) for x in value] not in _PLACEMENTS:
+        return False
+    return all(abs(x) < FARTHEST for x in value[:3]) and all(SMALLEST <= x <= LARGEST for x in value[4:])
+
+
+class _Door:
+    """Takes one patch's chart out of the file and lets only a sound one in."""
+
+    def __init__(self, arrays: Mapping[str, NDArray[Any]], i: int, patch: Patch, file: str | Path | None) -> None:
+        self._arrays, self._i, self._patch, self._file = arrays, i, patch, file
+
+    def chart(self, method: str, findings: tuple[Finding, ...]) -> Chart:
+        """The chart; every promise that the rest of the program builds on is checked."""
+        take = {name: self._take(name, columns, kinds) for name, (columns, kinds) in _ARRAYS.items()}
+        faces, vertex_of, surface = take["faces"], take["vertex_of"], self._patch.surface
+        self._check_range("faces", faces, len(take["plane"]))
+        for name in ("vertex_of", "seams"):
+            self._check_range(name, take[name], len(surface.vertices))
+        if len(vertex_of) != len(take["plane"]):
+            raise self._refuse("points and vertices differ in number", "vertex_of", len(vertex_of))
+        if faces.shape != surface.faces.shape or (vertex_of[faces] != surface.faces).any():
+            raise self._refuse("the chart is not of this patch's surface", "faces", faces.shape)
+        if flipped(take["plane"], faces).any():
+            raise self._refuse("triangles are turned over", "plane", int(flipped(take["plane"], faces).sum()))
+        try:
+            loops = len(boundary_loops(faces))
+        except MeshError as error:
+            raise self._refuse("the chart is not a disk", "faces", error.problem) from error
+        if loops != 1:
+            raise self._refuse("the chart is not a disk", "faces", f"{loops} borders")
+        times = {name: tuple(take[name].tolist()) for name in ("energies", "seconds")}
+        return Chart(faces, take["plane"], vertex_of, take["seams"], method, findings=findings, **times)
+
+    def _take(self, name: str, columns: int, kinds: str) -> NDArray[Any]:
+        values = self._arrays.get(f"{self._i}_{name}")
+        if values is None:
+            raise self._refuse("an array is missing", name, None)
+        if (
+            values.ndim == 0
+            or values.shape[1:] != (() if columns == 1 else (columns,))
+            or values.dtype.kind not in kinds
+        ):
+            raise self._refuse("an array has the wrong shape or type", name, f"{values.shape} {values.dtype}")
+        if kinds == "f" and not np.isfinite(values).all():
+            raise self._refuse("a number is not finite", name, values[~np.isfinite(values)][0])
+        return values.astype(np.float64 if kinds == "f" else np.int64)
+
+    def _check_range(self, name: str, values: NDArray[Any], count: int) -> None:
+        bad = (values < 0) | (values >= count)
+        if bad.any():
+            raise self._refuse("an index is out of range", name, values[bad][0])
+
+    def _refuse(self, problem: str, name: str, value: object) -> MapError:
+        return MapError(problem, file=self._file, place=f"patch {self._patch.name}, {name}", value=value)
