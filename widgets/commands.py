@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from datetime import datetime
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,7 +13,7 @@ from PySide6.QtCore import QElapsedTimer, QObject, QTimer
 from PySide6.QtWidgets import QFileDialog, QMessageBox
 
 from app.errors import TactileMapsError
-from app.maps.map_file import save_map, save_obj
+from app.simulation.scene import Scene
 from app.simulation.scene_file import scene_for
 from widgets.actions import keys_text
 from widgets.menus import build_menus
@@ -20,6 +21,7 @@ from widgets.opening import (
     RECORDING_FILTER,
     ROBOT_FILTER,
     TAXEL_FILTER,
+    is_map,
     is_recording,
     is_taxel_file,
     scene_to_open,
@@ -58,7 +60,6 @@ class Commands(QObject):
             ("open_robot", self.choose_robot),
             ("open_recording", self.choose_recording),
             ("import_taxels", self.choose_taxels),
-            ("save_map", self.choose_map_file),
             ("save_picture", self.choose_picture_file),
             ("quit", self._window.close),
             ("pause", self.toggle_pause),
@@ -88,10 +89,12 @@ class Commands(QObject):
         try:
             if is_recording(path):
                 self._live.open_recording(path)
+            elif is_map(path):
+                self._window.editing.files.open(path)
             elif is_taxel_file(path):
                 self.import_taxels(path)
             else:
-                self._live.open_scene(scene_to_open(path))
+                self._open_scene(scene_to_open(path))
         except TactileMapsError as error:
             self._window.message_bar.say(str(error), fault=True)
             return
@@ -99,13 +102,16 @@ class Commands(QObject):
 
     def open_robot(self, name: str, _checked: bool = False) -> None:
         """Open a robot by name."""
-        self._live.open_scene(scene_for(name))
+        self._open_scene(scene_for(name))
 
     def import_taxels(self, path: str) -> None:
         """Put the taxels of a positions file on the robot that is open."""
         prepared = self._live.prepared
         scene = prepared.scene if prepared is not None else scene_for("icub")
-        self._live.open_scene(with_taxels(scene, path))
+        self._open_scene(with_taxels(scene, path))
+
+    def _open_scene(self, scene: Scene) -> None:
+        self._window.editing.files.leave(partial(self._live.open_scene, scene))
 
     def choose_robot(self) -> None:
         """Ask for a robot's file."""
@@ -125,28 +131,6 @@ class Commands(QObject):
             self.open_path(path)
 
     # Saving.
-
-    def choose_map_file(self) -> None:
-        """Ask where to save the map."""
-        prepared = self._live.prepared
-        if prepared is None:
-            return
-        path, _ = QFileDialog.getSaveFileName(
-            self._window, "Save map", f"{prepared.robot.name}.npz", "Tactile map (*.npz);;OBJ with UV (*.obj)"
-        )
-        if path:
-            self.save_map(path)
-
-    def save_map(self, path: str) -> None:
-        """Save the map that is shown."""
-        prepared = self._live.prepared
-        assert prepared is not None
-        try:
-            (save_obj if path.lower().endswith(".obj") else save_map)(prepared.map, path)
-        except TactileMapsError as error:
-            self._window.message_bar.say(str(error), fault=True)
-        else:
-            self._window.message_bar.say(f"Saved {path}")
 
     def choose_picture_file(self) -> None:
         """Ask where to save a picture of the window."""

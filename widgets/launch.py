@@ -22,6 +22,7 @@ from PySide6.QtWidgets import QApplication
 
 from widgets.colours import THEMES, apply_theme
 from widgets.display import require_display
+from widgets.engines import INLINE
 from widgets.main_window import MainWindow
 from widgets.runner import InlineRunner
 from widgets.settings import Settings
@@ -104,7 +105,7 @@ def picture_window(theme: str, size: tuple[int, int]) -> MainWindow:
     """A window that runs only when told to and remembers nothing; for pictures and tests."""
     settings = Settings(Path(os.devnull))
     settings.theme = theme
-    window = MainWindow(settings, make_runner=InlineRunner)
+    window = MainWindow(settings, engines=INLINE)
     window.resize(*size)
     window.show()
     return window

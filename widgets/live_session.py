@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer
@@ -10,18 +9,19 @@ from PySide6.QtCore import QObject, QTimer
 from app.control.command import ControlChanged, ControlSettings
 from app.errors import TactileMapsError
 from app.geometry.surface_point import SurfacePoint
+from app.maps.tactile_map import TactileMap
 from app.recording.player import Player
 from app.recording.recorder import Recorder
 from app.session.frame import Frame
-from app.session.inputs import SessionInput
+from app.session.inputs import MapEdited, SessionInput
 from app.session.prepare import Prepared
 from app.session.session import Session
 from app.simulation.poke import Finger, PokeMoved, PokePressed, PokeReleased
 from app.simulation.scene import Scene
-from widgets.runner import Runner, ThreadRunner
+from widgets.engines import BESIDE, Engines
+from widgets.runner import Runner
 from widgets.session_facts import SessionFacts
 from widgets.tape import Tape, settings_at
-from widgets.worker import Worker
 
 FRAME_MS = 16
 HAND = 1
@@ -33,26 +33,29 @@ class LiveSession(SessionFacts):
 
     Args:
         parent: Qt parent.
-        make_runner: ``InlineRunner`` in tests, the thread otherwise.
+        engines: What does the work.
     """
 
-    def __init__(self, parent: QObject | None = None, *, make_runner: Callable[..., Runner] = ThreadRunner) -> None:
+    def __init__(self, parent: QObject | None = None, *, engines: Engines = BESIDE) -> None:
         super().__init__(parent)
-        self._make_runner = make_runner
+        self._engines = engines
         self.runner: Runner | None = None
         self.player: Player | None = None
         self.finger = Finger()
         self._tape, self._speed = Tape(), 1.0
         self._halted = self._was_paused = False
         self._live: Prepared | None = None
+        self._map: TactileMap | None = None  # in force in the session; the player's may be shown meanwhile
+        self._shown_map: TactileMap | None = None
         self._shown: Frame | None = None
         self._settings: ControlSettings | None = None
         self._wanted = ControlSettings()
-        self.worker = Worker(self)
+        self.worker, self.measurer = engines.worker(self), engines.measurer(self)
         self.worker.progressed.connect(self.loading)
         self.worker.prepared.connect(self.show_prepared)
-        self.worker.measured.connect(self.measured)
         self.worker.failed.connect(self._on_worker_failed)
+        self.measurer.measured.connect(self.measured)
+        self.measurer.failed.connect(self.failed)
         self._timer = QTimer(self)
         self._timer.setInterval(FRAME_MS)
         self._timer.timeout.connect(self.pump)
@@ -81,7 +84,8 @@ class LiveSession(SessionFacts):
         if self.runner is not None:
             self.runner.stop()
         self._live, self._shown, self._halted = prepared, None, False
-        self.runner = self._make_runner(session, self._on_tick)
+        self._map = self._shown_map = prepared.map
+        self.runner = self._engines.runner(session, self._on_tick)
         self.runner.speed = self._speed
         self.prepared_changed.emit(prepared)
         self._wanted = session.settings
@@ -131,6 +135,17 @@ class LiveSession(SessionFacts):
         if self._submit(ControlChanged(settings)):
             self._wanted = settings
             self._tell_settings(settings)
+
+    def edit_map(self, map_: TactileMap, name: str) -> None:
+        """Contacts are placed and controlled by an edited map, from the next tick on."""
+        if (running := self._running) and map_ is not self._map:
+            self._map = self._shown_map = map_
+            running.submit(MapEdited(name, map_))
+
+    def _tell_map(self, map_: TactileMap) -> None:
+        if map_ is not self._shown_map:
+            self._shown_map = map_
+            self.map_changed.emit(map_)
 
     def _submit(self, act: SessionInput) -> bool:
         """Whether there is a running session that takes it."""
@@ -199,28 +214,20 @@ class LiveSession(SessionFacts):
         if running is None or self._live is None or self._tape.recorder is not None:
             return
         try:
-            recorder = Recorder(path, self._live, overwrite=overwrite)
-        except TactileMapsError as error:
-            self.failed.emit(str(error))
-            return
-        with running.lock:
-            self._tape.recorder = recorder
-        self.recording_changed.emit(str(path))
-
-    def stop_recording(self) -> None:
-        """Complete the file."""
-        if self.runner is None:
-            return
-        with self.runner.lock:
-            recorder = self._tape.take_recorder()
-        if recorder is None:
-            return
-        try:
-            recorder.close()
+            self._tape.begin(path, self._live, running.lock, overwrite=overwrite)
         except TactileMapsError as error:
             self.failed.emit(str(error))
         else:
-            self.saved.emit(str(recorder.path))
+            self.recording_changed.emit(str(path))
+
+    def stop_recording(self) -> None:
+        """Complete the file."""
+        if self.runner is None or self._tape.recorder is None:
+            return
+        try:
+            self.saved.emit(str(self._tape.complete(self.runner.lock)))
+        except TactileMapsError as error:
+            self.failed.emit(str(error))
         self.recording_changed.emit(None)
 
     def open_recording(self, path: str | Path) -> None:
@@ -233,7 +240,7 @@ class LiveSession(SessionFacts):
         self.stop_recording()
         if running := self._running:
             self._was_paused, running.paused = running.paused, True
-        self.player, self._shown = player, None
+        self.player, self._shown, self._shown_map = player, None, player.prepared.map
         self.prepared_changed.emit(player.prepared)
         self.player_changed.emit(player)
         self.mode_changed.emit(self.mode)
@@ -251,6 +258,7 @@ class LiveSession(SessionFacts):
         if self._shown is None or frame.tick != self._shown.tick:
             self._shown = frame
             self._tell_settings(settings_at(self.player.inputs, frame.tick))
+            self._tell_map(self.player.map_at(frame.tick))
             self.frame_ready.emit(frame)
 
     def back_to_live(self) -> None:
@@ -261,6 +269,7 @@ class LiveSession(SessionFacts):
         if self._live is not None and self.runner is not None:
             self.runner.paused = self._was_paused
             self.prepared_changed.emit(self._live)
+            self._shown_map = self._live.map
             self._tell_settings(self._wanted)
         self.mode_changed.emit(self.mode)
         self.pump()
@@ -272,6 +281,7 @@ class LiveSession(SessionFacts):
         if self.runner is not None:
             self.runner.stop()
         self.worker.close()
+        self.measurer.close()
 
     def _drop_player(self) -> None:
         if self.player is not None:

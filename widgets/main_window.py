@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
 from PySide6.QtWidgets import (
@@ -15,18 +13,20 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.maps.quality import measure
 from app.recording.player import Player
 from app.session.frame import Frame
 from app.session.prepare import Prepared
 from widgets.actions import make_actions
 from widgets.colours import THEMES, PressureScale, apply_theme
 from widgets.commands import Commands
+from widgets.editing import Editing
+from widgets.editor import Editor
+from widgets.engines import BESIDE, Engines
 from widgets.live_session import LiveSession
+from widgets.measurer import InlineMeasurer
 from widgets.message_bar import HintBar, MessageBar
 from widgets.panels.column import PanelColumn
 from widgets.panels.live_plots import LivePlots
-from widgets.runner import Runner, ThreadRunner
 from widgets.seeing import Seeing
 from widgets.session_bar import SessionBar
 from widgets.settings import Settings
@@ -39,14 +39,15 @@ class MainWindow(QMainWindow):
 
     Args:
         settings: What it remembers.
-        make_runner: ``InlineRunner`` in tests and pictures.
+        engines: What does the work; ``INLINE`` in tests and pictures.
     """
 
-    def __init__(self, settings: Settings, *, make_runner: Callable[..., Runner] = ThreadRunner) -> None:
+    def __init__(self, settings: Settings, *, engines: Engines = BESIDE) -> None:
         super().__init__()
         self.settings = settings
         self.theme = THEMES[settings.theme]
-        self.live = LiveSession(self, make_runner=make_runner)
+        self.live = LiveSession(self, engines=engines)
+        self.editor = Editor(self.live.worker, self)
         self.actions_by_name = make_actions(self)
         self._build_views()
         self._build_panels()
@@ -58,7 +59,8 @@ class MainWindow(QMainWindow):
         self.addToolBar(self.session_bar)
         self.loading_bar = self.session_bar.loading
         self._connect()
-        self.setWindowTitle("Tactile Maps")
+        self.editing = Editing(self)  # after the views, which show another scene before its map is edited
+        self._leaving = False
         self.setAcceptDrops(True)
         self.resize(1400, 900)
         if settings.geometry is not None:
@@ -138,7 +140,7 @@ class MainWindow(QMainWindow):
         self.column.controller.settings_edited.connect(live.set_settings)
         self.timeline.scrubbed.connect(live.show_time)
         self.timeline.play_toggled.connect(self._on_play_toggled)
-        self.timeline.live_requested.connect(self._on_live_requested)
+        self.timeline.live_requested.connect(live.back_to_live)
         self.session_bar.speed_chosen.connect(live.set_speed)
         self.robot_view.drawn.connect(self._on_drawn)
 
@@ -206,12 +208,7 @@ class MainWindow(QMainWindow):
         else:
             tick = player.prepared.scene.tick
             self.timeline.set_recording(player.duration, player.poke_spans(), frame_seconds=tick)
-            self.live.worker.measure(player.prepared.map)
-
-    def _on_live_requested(self) -> None:
-        self.live.back_to_live()
-        if self.live.prepared is not None:
-            self.live.worker.measure(self.live.prepared.map)
+            self.live.measurer.measure(player.prepared.map)
 
     def _on_settings_changed(self, settings: object) -> None:
         self.column.controller.show_settings(settings)  # type: ignore[arg-type]
@@ -264,12 +261,21 @@ class MainWindow(QMainWindow):
             super().keyPressEvent(event)
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Qt: complete the recording, end thread and process, give the graphics back."""
+        """Qt: ask about unsaved edits, complete the recording, end thread and processes, give the graphics back."""
+        if self.editing.files.unsaved and not self._leaving:
+            event.ignore()
+            self.editing.files.leave(self._close_for_good)
+            return
         self.settings.geometry = self.saveGeometry()
+        self.editing.files.close()
         self.commands.close()
         self.live.close()
         self.robot_view.close_view()
         super().closeEvent(event)
+
+    def _close_for_good(self) -> None:
+        self._leaving = True
+        self.close()
 
     def createPopupMenu(self) -> None:
         """Qt: no menu for hiding bars by accident; View has it."""
@@ -279,6 +285,6 @@ class MainWindow(QMainWindow):
         return self.actions_by_name[name]
 
     def show_quality(self) -> None:
-        """Measure the map that is shown, here and now; the worker does it when it has prepared a scene."""
-        if self.live.prepared is not None:
-            self.column.quality.show_quality(measure(self.live.prepared.map))
+        """Measure the map that is shown, here and now; of the engines beside the window it comes by itself."""
+        if isinstance(self.live.measurer, InlineMeasurer):
+            self.live.measurer.run()

@@ -16,7 +16,14 @@ if TYPE_CHECKING:
 
 LINE = ""
 """Between groups."""
+ALIGN = ("align_left", "align_centre", "align_right", LINE, "align_top", "align_middle", "align_bottom")
 MENUS = (
+    (
+        "Edit",
+        ("undo", "redo", LINE, "arrange", "pins", "seams", "interest", LINE, "add_pin", "remove_pin", "select_pins",
+         LINE, "propose_seam", "mirror", "true_size", "repack", LINE, "hide_patches", "show_patches", LINE,
+         "cancel_edit"),
+    ),
     ("Session", ("pause", "step", "reset", "record")),
     (
         "Select",
@@ -33,6 +40,9 @@ OVERLAY = (
     *(f"mark_{name}" for name in MARKS),
 )
 
+SUBMENUS = (("Align", "Edit", "true_size", ALIGN), ("Overlay", "View", "theme", OVERLAY))
+"""Title, the menu it is in, before which action, and its actions."""
+
 
 def build_menus(window: MainWindow, commands: Commands) -> None:
     """Fill the window's menu bar."""
@@ -42,11 +52,12 @@ def build_menus(window: MainWindow, commands: Commands) -> None:
         menu = bar.addMenu(title)
         menu.setToolTipsVisible(True)
         fill(menu, window, names)
-        if title == "View":
-            overlay = menu.addMenu("Overlay")
-            overlay.setToolTipsVisible(True)
-            menu.insertMenu(window.action("theme"), overlay)
-            fill(overlay, window, OVERLAY)
+        for inner, within, before, inner_names in SUBMENUS:
+            if title == within:
+                submenu = QMenu(inner, menu)
+                submenu.setToolTipsVisible(True)
+                menu.insertMenu(window.action(before), submenu)
+                fill(submenu, window, inner_names)
 
 
 def fill(menu: QMenu, window: MainWindow, names: tuple[str, ...]) -> None:
@@ -72,7 +83,7 @@ def _build_file_menu(window: MainWindow, commands: Commands, file: QMenu) -> Non
     recent = file.addMenu("Recent files")
     recent.aboutToShow.connect(partial(_list_recent, recent, window, commands))
     file.addSeparator()
-    fill(file, window, ("save_map", "save_picture", LINE, "quit"))
+    fill(file, window, ("open_map", "save_map", "save_map_as", "export_map", LINE, "save_picture", LINE, "quit"))
 
 
 def _list_recent(menu: QMenu, window: MainWindow, commands: Commands) -> None:

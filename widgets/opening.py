@@ -13,6 +13,7 @@ ROBOTS = (".xml", ".mjcf", ".urdf")
 MESHES = (".obj", ".stl", ".ply", ".off", ".glb", ".dae")
 RECORDINGS = (".mcap",)
 SCENES = (".toml",)
+MAPS = (".npz",)
 TAXELS = (".txt",)
 ROBOT_FILTER = "Robots and meshes (" + " ".join(f"*{end}" for end in (*ROBOTS, *MESHES, *SCENES)) + ")"
 RECORDING_FILTER = "Recordings (*.mcap)"
@@ -22,6 +23,11 @@ TAXEL_FILTER = "iCub taxel positions (*.txt)"
 def is_recording(path: str) -> bool:
     """Whether the file's name is that of a recording."""
     return Path(path).suffix.lower() in RECORDINGS
+
+
+def is_map(path: str) -> bool:
+    """Whether the file's name is that of a saved map."""
+    return Path(path).suffix.lower() in MAPS
 
 
 def is_taxel_file(path: str) -> bool:
@@ -41,7 +47,7 @@ def scene_to_open(path: str) -> Scene:
         return load_scene(path)
     if ending in (*ROBOTS, *MESHES):
         return scene_for(path)
-    known = ", ".join((*ROBOTS, *MESHES, *SCENES, *RECORDINGS, *TAXELS))
+    known = ", ".join((*ROBOTS, *MESHES, *SCENES, *MAPS, *RECORDINGS, *TAXELS))
     raise UsageError(
         "this kind of file cannot be opened", file=path, value=ending or "no ending", remedy=f"Give one of: {known}"
     )

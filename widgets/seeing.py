@@ -44,13 +44,27 @@ class Seeing(QObject):
         for name, act in (
             ("smaller_brush", self.shrink_brush),
             ("larger_brush", self.grow_brush),
-            ("select_all", selection.select_all),
-            ("select_none", selection.clear),
+            ("select_all", self._select_all),
+            ("select_none", self._select_none),
             ("select_inverse", selection.invert),
         ):
             self._window.action(name).triggered.connect(act)
         self._window.action("morph").triggered.connect(self._views.robot.morph.toggle)
         selection.changed.connect(self._on_selection_changed)
+
+    def _select_all(self) -> None:
+        """Every taxel, or with a tool that edits every patch."""
+        editor = self._window.editor
+        if self._views.tool.edits and editor.document is not None:
+            editor.select(range(len(editor.document.patches)))
+        else:
+            self._views.selection.select_all()
+
+    def _select_none(self) -> None:
+        if self._views.tool.edits:
+            self._window.editor.select(())
+        else:
+            self._views.selection.clear()
 
     def _connect_overlays(self) -> None:
         for ground in Ground:
@@ -78,14 +92,19 @@ class Seeing(QObject):
         """Take a tool."""
         self._window.action(tool.value).setChecked(True)
         self._views.set_tool(tool)
+        self._window.editing.take_tool(tool)
 
     def shrink_brush(self) -> None:
         """A smaller brush."""
-        self._views.resize_brush(-1)
+        self._resize_brush(-1)
 
     def grow_brush(self) -> None:
         """A larger brush."""
-        self._views.resize_brush(1)
+        self._resize_brush(1)
+
+    def _resize_brush(self, steps: int) -> None:
+        self._views.resize_brush(steps)
+        self._window.editing.set_brush(self._views.brush)
 
     def _on_selection_changed(self) -> None:
         taxels = self._views.selection.taxels

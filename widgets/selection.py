@@ -1,4 +1,4 @@
-"""The selected taxels, one set for all views, and the colours in which they are marked and traced."""
+"""The selected taxels and contact region, the same for all views, and the colours in which they are traced."""
 
 from __future__ import annotations
 
@@ -12,6 +12,13 @@ from widgets.tools import Change
 
 INKS = ("#22b8cf", "#f06595", "#51cf66", "#5c7cfa", "#cc5de8")
 """Of the first few selected taxels, each its own; more are marked alike, in the first."""
+REGION_INKS = ("#5c7cfa", "#51cf66", "#cc5de8", "#f06595", "#22b8cf", "#a9e34b")
+"""Of contact regions, by turns; ordered unlike ``INKS``, so that the first region and the first taxel differ."""
+
+
+def region_ink(region: int) -> str:
+    """The colour of a contact region, the same wherever it is traced and as long as it lives."""
+    return REGION_INKS[region % len(REGION_INKS)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,14 +37,23 @@ class Choice:
 
 
 class Selection(QObject):
-    """Which taxels are selected. Mutable; ``reset`` for another skin."""
+    """Which taxels are selected, and which contact region. Mutable; ``reset`` for another skin."""
 
     changed = Signal()
     """Other taxels are selected now."""
+    region_changed = Signal(object)
+    """Another contact region is selected: its id, or None."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._chosen = self._before = _none(0)
+        self._ink_of: dict[int, int] = {}
+        self._region: int | None = None
+
+    @property
+    def region(self) -> int | None:
+        """Id of the selected contact region."""
+        return self._region
 
     @property
     def mask(self) -> BoolArray:
@@ -51,12 +67,13 @@ class Selection(QObject):
 
     @property
     def inks(self) -> tuple[str, ...]:
-        """(k,) the colour of each selected taxel."""
-        count = len(self.taxels)
-        return INKS[:count] if count <= len(INKS) else INKS[:1] * count
+        """(k,) the colour of each selected taxel; while there are few it keeps its own as others come and go."""
+        taxels = self.taxels.tolist()
+        return tuple(INKS[self._ink_of.get(taxel, 0)] for taxel in taxels)
 
     def reset(self, count: int) -> None:
         """Nothing is selected, of another skin with ``count`` taxels."""
+        self.select_region(None)
         self._before = _none(count)
         self._set(self._before)
 
@@ -77,21 +94,43 @@ class Selection(QObject):
         self._set(np.ones_like(self._chosen))
 
     def clear(self) -> None:
-        """None."""
+        """None, and no region."""
+        self.select_region(None)
         self._set(np.zeros_like(self._chosen))
 
     def invert(self) -> None:
         """Those that were not."""
         self._set(~self._chosen)
 
+    def select_region(self, region: int | None) -> None:
+        """Select a contact region by its id; None for none."""
+        if region != self._region:
+            self._region = region
+            self.region_changed.emit(region)
+
+    def forget_region(self, region: int) -> None:
+        """A region is gone for good: it cannot be selected any more."""
+        if region == self._region:
+            self.select_region(None)
+
     def _set(self, chosen: BoolArray) -> None:
         if not np.array_equal(chosen, self._chosen):
             self._chosen = readonly(chosen, bool)
+            self._ink_of = _inks(self._ink_of, self.taxels.tolist())
             self.changed.emit()
 
 
 def _none(count: int) -> BoolArray:
     return readonly(np.zeros(count), bool)
+
+
+def _inks(before: dict[int, int], taxels: list[int]) -> dict[int, int]:
+    """Numbers of each taxel's ink: those that had one keep it, the others take what is free; none where many are."""
+    if len(taxels) > len(INKS):
+        return {}
+    kept = {taxel: before[taxel] for taxel in taxels if taxel in before}
+    free = (number for number in range(len(INKS)) if number not in kept.values())
+    return kept | dict(zip((taxel for taxel in taxels if taxel not in kept), free, strict=False))
 
 
 def _combined(before: BoolArray, covered: BoolArray, change: Change) -> BoolArray:

@@ -12,6 +12,8 @@ class SessionFacts(QObject):
     """The newest Frame, at most once a drawn frame; live or replayed."""
     prepared_changed = Signal(object)
     """Another Prepared is shown from now on."""
+    map_changed = Signal(object)
+    """The TactileMap in force in what is replayed: a recorded edit was passed."""
     measured = Signal(object)
     """The MapQuality of its map."""
     loading = Signal(str, float)

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import AbstractContextManager
+from pathlib import Path
 
 from app.control.command import ControlChanged, ControlSettings
 from app.errors import TactileMapsError
 from app.recording.recorder import Recorder
 from app.session.frame import Frame
 from app.session.inputs import SessionInput
+from app.session.prepare import Prepared
+
+Lock = AbstractContextManager[bool | None]
 
 
 class Tape:
-    """The recording being written, if there is one. Mutable, and touched only under the runner's lock.
+    """The recording being written, if there is one. Mutable, only under the runner's lock; two methods take it.
 
     Attributes:
         recorder: Where ticks go; None while nothing is recorded.
@@ -30,6 +35,20 @@ class Tape:
             self.recorder.write(frame, inputs)
         except TactileMapsError as error:
             self._torn, self.recorder = (self.recorder, error), None
+
+    def begin(self, path: str | Path, prepared: Prepared, lock: Lock, *, overwrite: bool = False) -> None:
+        """Write to a new file from now on. Raises RecordingError when it exists or cannot be written."""
+        recorder = Recorder(path, prepared, overwrite=overwrite)
+        with lock:
+            self.recorder = recorder
+
+    def complete(self, lock: Lock) -> Path:
+        """Stop writing and complete the file, outside the lock; its path. Raises RecordingError when that fails."""
+        with lock:
+            recorder = self.take_recorder()
+        assert recorder is not None
+        recorder.close()
+        return recorder.path
 
     def take_recorder(self) -> Recorder | None:
         """Stop writing; the recorder, to be closed by the caller outside the lock."""

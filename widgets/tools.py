@@ -1,4 +1,4 @@
-"""What the hand does with a press on a view: poke the skin, or choose taxels in one of three ways. No Qt."""
+"""What the hand does with a press on a view: poke the skin, choose taxels in one of three ways, or edit. No Qt."""
 
 from __future__ import annotations
 
@@ -16,11 +16,20 @@ class Tool(Enum):
     BOX = "select_box"
     LASSO = "select_lasso"
     BRUSH = "select_brush"
+    ARRANGE = "arrange"
+    PINS = "pins"
+    SEAMS = "seams"
+    INTEREST = "interest"
 
     @property
     def chooses(self) -> bool:
         """Whether it chooses taxels, and so leaves the robot alone."""
-        return self is not Tool.POKE
+        return self in (Tool.BOX, Tool.LASSO, Tool.BRUSH)
+
+    @property
+    def edits(self) -> bool:
+        """Whether it edits the map, and so leaves the robot alone."""
+        return self in (Tool.ARRANGE, Tool.PINS, Tool.SEAMS, Tool.INTEREST)
 
 
 class Change(Enum):

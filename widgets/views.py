@@ -5,11 +5,13 @@ from __future__ import annotations
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QSplitter, QVBoxLayout, QWidget
 
+from app.editing.document import MapDocument
 from app.geometry.surface_point import SurfacePoint
 from app.session.frame import Frame
 from app.session.prepare import Prepared
 from widgets.colour_bar import ColourBar
 from widgets.colours import PressureScale, Theme
+from widgets.edit_tool import EditTool
 from widgets.map_view.map_view import MapView
 from widgets.overlays import Ground, Overlays
 from widgets.robot_view.robot_view import RobotView
@@ -40,7 +42,7 @@ class Views(QWidget):
         self.robot, self.map, self.bar = RobotView(theme, scale), MapView(theme, scale), ColourBar(theme, scale)
         self.scale, self.selection, self.tool = scale, Selection(self), Tool.POKE
         self.selection.changed.connect(self._on_selection_changed)
-        self._brush, self.overlays = BRUSH, Overlays()
+        self.brush, self.overlays = BRUSH, Overlays()
         self._hover: SurfacePoint | None = None
         self._words = ""
         self._lay_out()
@@ -129,11 +131,24 @@ class Views(QWidget):
         for view in (self.robot, self.map):
             view.set_tool(tool)
 
+    def set_edit_tool(self, tool: EditTool | None) -> None:
+        """The tool that edits, in both hands; None for one that does not edit."""
+        for view in (self.robot, self.map):
+            view.set_edit_tool(tool)
+
+    def show_document(self, document: MapDocument, *, in_hand: bool = False) -> None:
+        """The same skin's map, edited; ``in_hand`` while a gesture changes it."""
+        self.map.show_document(document, in_hand=in_hand)
+        if not in_hand:
+            self.robot.show_map(document.map)
+            self._overlay_body()
+        self._read_out()
+
     def resize_brush(self, steps: int) -> None:
         """Make the brush so many steps larger, or smaller where negative."""
-        self._brush = resized_brush(self._brush, steps)
+        self.brush = resized_brush(self.brush, steps)
         for view in (self.robot, self.map):
-            view.chooser.set_radius(self._brush)
+            view.chooser.set_radius(self.brush)
 
     def frame_all(self) -> None:
         """Both show everything."""

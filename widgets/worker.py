@@ -1,158 +1,145 @@
-"""One process beside the window that prepares scenes: slow, native, and allowed to crash without the window."""
+"""A process for slow work: preparing scenes, and laying patches flat anew. So the window never waits."""
 
 from __future__ import annotations
 
-import multiprocessing as mp
-import signal
-from multiprocessing.connection import Connection
 from typing import Any
 
-from PySide6.QtCore import QObject, QTimer, Signal
+from PySide6.QtCore import QObject, Signal
 
-from app.arrays import refreeze
+from app.editing.reflatten import Reflatten, Reflattened, reflatten
 from app.errors import TactileMapsError
-from app.maps.tactile_map import TactileMap
+from app.session.prepare import Prepared, prepare
 from app.simulation.scene import Scene
+from widgets.process import Process, Serve, Tell
 
-_POLL_MS = 25
-_UNFORESEEN = (MemoryError, OSError, ArithmeticError, ValueError, LookupError, RuntimeError, TypeError)
+_DIED_PREPARING = (
+    "Preparing the scene ended unexpectedly; the scene before it is kept. Try fewer taxels, or another link."
+)
+_DIED_EDITING = "The edit ended unexpectedly; the map before it is kept. Try another method, or fewer seams."
 
 
-def _work(connection: Connection) -> None:
-    """The process: scenes or maps in; progress, a prepared scene and a map's quality, or a failure, out."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl+C in a terminal reaches us too; the window ends us
-    from app.maps.quality import measure
-    from app.session.prepare import prepare
+def make_serve() -> Serve:
+    """In the process: scenes and edits in; progress, what was made, or a failure, out."""
 
-    while True:
-        try:
-            request = connection.recv()
-        except EOFError:
-            return
-        try:
-            map_ = request
-            if isinstance(request, Scene):
-                made = prepare(request, progress=lambda text, done: connection.send(("progress", (text, done))))
-                connection.send(("prepared", made))
-                map_ = made.map
-            connection.send(("measured", measure(map_)))
-        except BrokenPipeError:
-            return  # the window has gone, and with it whoever wanted to know
-        except TactileMapsError as error:
-            connection.send(("failed", str(error)))
-        except _UNFORESEEN as error:
-            # Whatever else goes wrong in there, the window must hear of it and live on.
-            connection.send(("failed", f"An unexpected problem while preparing: {type(error).__name__}: {error}."))
+    def serve(request: object, tell: Tell) -> None:
+        def progress(text: str, done: float) -> None:
+            tell("progress", (text, done))
+
+        if isinstance(request, Scene):
+            tell("prepared", prepare(request, progress=progress))
+        elif isinstance(request, Reflatten):
+            tell("reflattened", reflatten(request, progress=progress))
+
+    return serve
 
 
 class Worker(QObject):
-    """Prepares scenes in one process; the newest request wins. ``close`` ends the process."""
+    """Does one thing at a time; the newest request wins, a scene before an edit. ``close`` ends the process."""
 
     progressed = Signal(str, float)
-    """What is being done, and how far it is, 0 to 1."""
+    """What is being done for a scene, and how far it is, 0 to 1."""
     prepared = Signal(object)
     """A Prepared."""
-    measured = Signal(object)
-    """The MapQuality of the last Prepared, or of the map asked for."""
     failed = Signal(str)
     """Why there is none."""
+    edit_progressed = Signal(str, float)
+    """What is being done for an edit, and how far it is."""
+    reflattened = Signal(object)
+    """A Reflattened."""
+    edit_failed = Signal(str)
+    """Why there is none; empty where a scene took its place."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._process: Any = None
-        self._connection: Connection | None = None
-        self._busy = False
-        self._timer = QTimer(self)
-        self._timer.setInterval(_POLL_MS)
-        self._timer.timeout.connect(self._on_timer)
+        self.process = Process("prepare", make_serve, self)
+        self.process.answered.connect(self._on_answered)
+        self.process.ended.connect(self._on_ended)
+        self._doing: type[Scene | Reflatten] | None = None
 
     @property
     def busy(self) -> bool:
         """Whether a scene is being prepared."""
-        return self._busy
+        return self._doing is Scene
+
+    @property
+    def editing(self) -> bool:
+        """Whether a patch is being laid flat."""
+        return self._doing is Reflatten
 
     def warm(self) -> None:
         """Start the process now, so that the next request need not wait for it."""
-        if self._process is not None and not self._process.is_alive():
-            self.close()
-        if self._process is None:
-            self._start()
+        self.process.warm()
 
     def prepare(self, scene: Scene) -> None:
-        """Prepare ``scene``; one that is being prepared or measured is dropped."""
-        self._request(scene, busy=True)
+        """Prepare ``scene``, and drop whatever is being done."""
+        dropped = self.editing
+        self._request(scene)
+        if dropped:
+            self.edit_failed.emit("")
 
-    def measure(self, map_: TactileMap) -> None:
-        """Measure a map; a scene that is being prepared goes first, and brings its own quality."""
-        if not self._busy:
-            self._request(map_, busy=False)
+    def reflatten(self, request: Reflatten) -> None:
+        """Lay patches flat anew, instead of what was asked for before; not while a scene is being prepared."""
+        if self.busy:
+            self.edit_failed.emit("A scene is being opened; edit its map when it is there.")
+        else:
+            self._request(request)
 
-    def _request(self, content: Scene | TactileMap, *, busy: bool) -> None:
-        if self._timer.isActive():
-            self.close()
-        self.warm()
-        assert self._connection is not None
-        self._busy = busy
-        self._timer.start()
-        try:
-            self._connection.send(content)
-        except (BrokenPipeError, ConnectionResetError):
-            self._on_ended()
+    def _request(self, content: Scene | Reflatten) -> None:
+        if self.process.waiting:
+            self.process.close()
+        self._doing = type(content)
+        self.process.send(content)
 
     def cancel(self) -> None:
-        """Drop what is being prepared, and be ready for the next request."""
-        if self._busy:
-            self.close()
-            self.warm()
+        """Drop the scene being prepared, and be ready for the next request."""
+        if self.busy:
+            self._drop()
+
+    def cancel_edit(self) -> None:
+        """Drop the edit being computed."""
+        if self.editing:
+            self._drop()
 
     def close(self) -> None:
         """End the process, whatever it does."""
-        self._timer.stop()
-        self._busy = False
-        if self._process is not None:
-            self._process.kill()
-            self._process.join()
-            self._process.close()
-            self._process = None
-        if self._connection is not None:
-            self._connection.close()
-            self._connection = None
+        self._doing = None
+        self.process.close()
 
-    def _start(self) -> None:
-        context = mp.get_context("spawn")
-        ours, theirs = context.Pipe()
-        self._process = context.Process(target=_work, args=(theirs,), daemon=True, name="prepare")
-        self._process.start()
-        theirs.close()
-        self._connection = ours
+    def _drop(self) -> None:
+        self.close()
+        self.warm()
 
-    def _on_timer(self) -> None:
-        assert self._connection is not None
-        try:
-            while self._connection is not None and self._connection.poll():
-                self._take(*self._connection.recv())
-        except (EOFError, ConnectionResetError):
-            self._on_ended()
+    def _on_answered(self, kind: str, content: Any) -> None:
+        editing = self.editing
+        if kind == "progress":
+            (self.edit_progressed if editing else self.progressed).emit(*content)
+            return
+        if kind == "done":
+            return
+        self._doing = None
+        if kind == "failed":
+            (self.edit_failed if editing else self.failed).emit(content)
+        elif isinstance(content, Reflattened):
+            self.reflattened.emit(content)
+        elif isinstance(content, Prepared):
+            self.prepared.emit(content)
 
     def _on_ended(self) -> None:
         """The process died: killed, out of memory, or a native library crashed in it."""
-        preparing = self._busy
+        editing = self.editing
         self.close()
-        self.failed.emit(
-            "Preparing the scene ended unexpectedly; the scene before it is kept. Try fewer taxels, or another link."
-            if preparing
-            else "Measuring the map ended unexpectedly; its quality stays unknown. Open the scene again to measure it."
-        )
+        (self.edit_failed if editing else self.failed).emit(_DIED_EDITING if editing else _DIED_PREPARING)
 
-    def _take(self, kind: str, content: Any) -> None:
-        refreeze(content)
-        if kind == "progress":
-            self.progressed.emit(*content)
-        elif kind == "measured":
-            self._timer.stop()
-            self.measured.emit(content)
-        else:
-            self._busy = False
-            if kind == "failed":
-                self._timer.stop()
-            (self.prepared if kind == "prepared" else self.failed).emit(content)
+
+class InlineWorker(Worker):
+    """Works at once, while the caller waits: deterministic, for tests and pictures."""
+
+    def warm(self) -> None:
+        """There is no process to start."""
+
+    def _request(self, content: Scene | Reflatten) -> None:
+        self._doing = type(content)
+        try:
+            make_serve()(content, self._on_answered)
+        except TactileMapsError as error:
+            self._on_answered("failed", str(error))

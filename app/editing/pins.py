@@ -7,7 +7,7 @@ document to be shown (always from the document that was gripped), and at the rel
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -106,6 +106,39 @@ def remove_pins(document: MapDocument, number: int, pins: Iterable[int]) -> Refl
     _pins(document, number, out)
     left = [pin for k, pin in enumerate(document.patches[number].pins) if k not in out]
     return _with_pins(document, number, "Remove pins", left)
+
+
+def nudge_pins(
+    document: MapDocument, wanted: Mapping[int, Iterable[int]], by: FloatArray | tuple[float, float]
+) -> Reflatten:
+    """Pins, their numbers by patch, wanted (x, y) [m] farther on the map.
+
+    Raises:
+        MapError: No such patch or pin, or the step is not finite.
+    """
+    edits = []
+    for number, chosen in wanted.items():
+        moved = set(chosen)
+        _pins(document, number, moved)
+        places = pin_places(document, number) + np.asarray(by, dtype=np.float64)
+        if not np.isfinite(places).all():
+            raise MapError("a pin is wanted at no place", place=document.patches[number].name, value=by)
+        pins = [
+            replace(pin, place=chart_place(document, number, places[k])) if k in moved else pin
+            for k, pin in enumerate(document.patches[number].pins)
+        ]
+        edits.append((number, replace(document.patches[number], pins=tuple(pins))))
+    return request(document, "Move pins", edits)
+
+
+def unpin(document: MapDocument, wanted: Mapping[int, Iterable[int]]) -> Reflatten:
+    """Pins, their numbers by patch, taken out in one step.
+
+    Raises:
+        MapError: No such patch or pin.
+    """
+    asked = [remove_pins(document, number, pins) for number, pins in wanted.items()]
+    return Reflatten("Remove pins", tuple(job for part in asked for job in part.jobs))
 
 
 def _pins(document: MapDocument, number: int, wanted: Iterable[int]) -> list[Pin]:

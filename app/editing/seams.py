@@ -6,7 +6,7 @@ the controller and recordings know by number; splitting it is a change of the sk
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import groupby
 
@@ -123,6 +123,18 @@ def paint_interest(
     values[painted] = importance
     name = "Paint an area of interest" if importance else "Erase an area of interest"
     return _with_seams(document, number, name, replace(plan, importance=values if values.any() else None))
+
+
+def paint_areas(
+    document: MapDocument, painted: Mapping[int, Sequence[int] | IntArray], *, importance: float = INTEREST
+) -> Reflatten:
+    """``paint_interest`` for vertices of several patches, by patch number, in one step.
+
+    Raises:
+        MapError: As ``paint_interest``.
+    """
+    asked = [paint_interest(document, number, own, importance=importance) for number, own in painted.items()]
+    return Reflatten(asked[0].name if asked else "", tuple(job for part in asked for job in part.jobs))
 
 
 def _place(document: MapDocument, number: int) -> tuple[Mesh, SeamPlan]:

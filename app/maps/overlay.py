@@ -78,7 +78,7 @@ class Flaws:
 
     Attributes:
         flips: (f, 3, 2) the triangles that lie upside down [m].
-        overlaps: (k, 2) places where two parts of a border meet [m].
+        overlaps: (k, 2) places where two parts of a border meet, and within each patch that lies in another [m].
     """
 
     flips: FloatArray
@@ -93,8 +93,37 @@ def flaws(map_: TactileMap) -> Flaws:
     """Find them. Cost: 5 ms for 20,000 faces."""
     flips = [uv[chart.faces[flipped(chart.plane, chart.faces)]] for chart, uv in zip(map_.charts, map_.uv, strict=True)]
     # Holes have borders too, and a tube's map may run into its own.
-    loops = [uv[loop] for chart, uv in zip(map_.charts, map_.uv, strict=True) for loop in boundary_loops(chart.faces)]
-    return Flaws(np.concatenate([np.zeros((0, 3, 2)), *flips]), _meetings(loops))
+    borders = [[uv[n] for n in boundary_loops(chart.faces)] for chart, uv in zip(map_.charts, map_.uv, strict=True)]
+    insides = [uv[chart.faces[0]].mean(axis=0) for chart, uv in zip(map_.charts, map_.uv, strict=True)]
+    meetings = _meetings([loop for border in borders for loop in border])
+    return Flaws(np.concatenate([np.zeros((0, 3, 2)), *flips]), np.concatenate([meetings, nested(borders, insides)]))
+
+
+def nested(borders: Sequence[Sequence[FloatArray]], insides: Sequence[FloatArray]) -> FloatArray:
+    """Where one patch lies in another; their borders need not meet for that, and a hole is not inside.
+
+    Args:
+        borders: For each patch its closed borders (n, 2) [m].
+        insides: For each patch a place (2,) within it [m].
+
+    Returns:
+        (k, 2) the inner patch's place, once for each patch around it.
+    """
+    places = np.reshape(insides, (-1, 2))
+    found = [np.zeros((0, 2))]
+    for number, border in enumerate(borders):
+        around = np.sum([_windings(loop, places) for loop in border], axis=0) != 0
+        around[number] = False
+        found.append(places[around])
+    return np.concatenate(found)
+
+
+def _windings(loop: FloatArray, points: FloatArray) -> FloatArray:
+    """(k,) how often a closed polygon (n, 2) runs around each of the points (k, 2)."""
+    arms = loop[None] - points[:, None]
+    after = np.roll(arms, -1, axis=1)
+    turned = np.arctan2(arms[..., 0] * after[..., 1] - arms[..., 1] * after[..., 0], (arms * after).sum(axis=-1))
+    return np.asarray(np.rint(turned.sum(axis=1) / (2 * np.pi)))
 
 
 def _meetings(loops: Sequence[FloatArray]) -> FloatArray:

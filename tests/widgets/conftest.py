@@ -15,8 +15,8 @@ from vtkmodules.vtkRenderingCore import vtkRenderWindow
 from app.session.prepare import Prepared, prepare
 from app.simulation.scene_file import load_scene
 from widgets.colours import DARK, apply_theme
+from widgets.engines import INLINE
 from widgets.main_window import MainWindow
-from widgets.runner import InlineRunner
 from widgets.settings import Settings
 
 TAXELS = 150
@@ -32,17 +32,25 @@ def prepared() -> Prepared:
 
 
 @pytest.fixture
-def window(qtbot, prepared, tmp_path, monkeypatch):
+def engines():
+    """All of the window's work is done when a test asks for it; one that wants a process says so."""
+    return INLINE
+
+
+@pytest.fixture
+def window(qtbot, prepared, engines, tmp_path, monkeypatch):
     """The window on the small arm, without the scripted hand's touch in the way."""
     monkeypatch.setattr("widgets.commands.recordings_folder", lambda: tmp_path / "recordings")
+    monkeypatch.setattr("widgets.map_files.user_state_path", lambda *_args, **_kwargs: tmp_path / "state")
     apply_theme(QApplication.instance(), DARK)
-    made = MainWindow(Settings(tmp_path / "window.ini"), make_runner=InlineRunner)
+    made = MainWindow(Settings(tmp_path / "window.ini"), engines=engines)
     made.resize(1400, 900)
     made.show()
     qtbot.waitExposed(made)
     made.live.show_prepared(prepared)
     QApplication.processEvents()
     yield made
+    made.editing.files.give_up()
     made.close()
     made.deleteLater()
 

@@ -11,14 +11,14 @@ from app.control.command import ControlSettings
 from app.errors import SimulationError
 from app.recording.player import Player
 from app.simulation.poke import PokePressed
+from widgets.engines import INLINE
 from widgets.live_session import LiveSession
-from widgets.runner import InlineRunner
 
 
 @pytest.fixture
 def live(qtbot, prepared):
     """A session that runs when told to, showing the small arm."""
-    made = LiveSession(make_runner=InlineRunner)
+    made = LiveSession(engines=INLINE)
     made.show_prepared(prepared)
     yield made
     made.close()
@@ -48,7 +48,7 @@ def recorded(live, path, seconds=0.3):
 
 
 def test_before_a_scene_nothing_can_be_done_and_nothing_breaks(qtbot):
-    live = LiveSession(make_runner=InlineRunner)
+    live = LiveSession(engines=INLINE)
     assert live.mode == "empty"
     live.release()
     live.set_paused(paused=True)

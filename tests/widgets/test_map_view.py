@@ -14,13 +14,13 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton
 
 from tests.widgets.hand_made import touched
 from widgets.colours import DARK, LIGHT, PressureScale
-from widgets.map_view.map_picture import build_image
+from widgets.map_view.atlas import Atlas
 from widgets.map_view.map_view import MapView
 
 LEFT, MIDDLE, NONE = Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton, Qt.KeyboardModifier.NoModifier
 BESIDE = QPoint(4, 4)
-image_of = cache(build_image)
-"""One image for all tests of a map; building it is most of a test's time."""
+atlas_of = cache(Atlas)
+"""One live image for all tests of a map; building it is most of a test's time."""
 
 
 class Heard:
@@ -54,7 +54,7 @@ def view(qtbot, prepared):
     view = MapView(DARK, PressureScale(20.0))
     qtbot.addWidget(view)
     view.resize(700, 600)
-    view.show_prepared(prepared, image=image_of(prepared.map))
+    view.show_prepared(prepared, atlas=atlas_of(prepared.map))
     view.show()
     qtbot.waitExposed(view)
     return view
@@ -292,5 +292,5 @@ def test_themes_and_maps_change_while_it_is_open(view, prepared, qtbot):
     view.set_theme(LIGHT)
     assert view.grab().toImage() != dark
     view.set_theme(DARK)
-    view.show_prepared(prepared, image=image_of(prepared.map))
+    view.show_prepared(prepared, atlas=atlas_of(prepared.map))
     assert view.grab().toImage() == dark

@@ -11,15 +11,19 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel
 
 from app.control.command import ControlSettings
+from app.editing.document import MapDocument
 from app.maps.quality import measure
 from app.session.session import Session
 from app.simulation.poke import PokePressed
+from widgets.editor import Editor
+from widgets.panels.column import FOLDED_AT_FIRST, WIDTH, PanelColumn
 from widgets.panels.contacts_panel import ContactsPanel
 from widgets.panels.controller_panel import ControllerPanel
 from widgets.panels.effects_panel import EffectsPanel
-from widgets.panels.panel import LabelledSlider
+from widgets.panels.panel import LabelledSlider, Panel
 from widgets.panels.quality_panel import QualityPanel
 from widgets.panels.timing_panel import VIEW, TimingPanel
+from widgets.worker import InlineWorker
 
 
 def shown(qtbot, panel):
@@ -64,6 +68,105 @@ def test_a_slider_moves_by_keys(qtbot):
     QTest.keyClick(slider._slider, Qt.Key.Key_Right)
     assert got == [3.5]
     assert "3.5\u2009N" in texts(slider)
+
+
+def test_a_slider_rests_once_the_hand_lets_go(qtbot):
+    slider = shown(qtbot, LabelledSlider("Gain", "N", 0.0, 10.0, 0.5, "tip"))
+    rested, handle = [], slider._slider
+    slider.rested.connect(rested.append)
+    handle.setSliderDown(True)
+    handle.setValue(4)
+    handle.setValue(8)
+    assert slider.held
+    assert rested == []
+    handle.setSliderDown(False)
+    assert rested == [4.0]
+    handle.setSliderDown(True)
+    handle.setSliderDown(False)
+    assert rested == [4.0], "taken and left where it was"
+    for _ in range(3):
+        QTest.keyClick(handle, Qt.Key.Key_Right)
+    qtbot.waitUntil(lambda: not slider.held)
+    assert rested == [4.0, 5.5]
+
+
+def test_a_slider_of_values_that_differ_has_no_number(qtbot):
+    slider = shown(qtbot, LabelledSlider("Gain", "N", 0.0, 10.0, 0.5, "tip"))
+    slider.set_mixed()
+    assert texts(slider) == ["Gain", "—"]
+    slider.set_value(5.0)
+    assert texts(slider) == ["Gain", "5.0\u2009N"]
+
+
+def test_a_heading_folds_its_panel(qtbot):
+    panel = shown(qtbot, TimingPanel())
+    folded = []
+    panel.folded_changed.connect(folded.append)
+    assert "Real time" in texts(panel)
+    tall = panel.sizeHint().height()
+    QTest.mouseClick(panel._heading, Qt.MouseButton.LeftButton)
+    assert folded == [True]
+    assert texts(panel) == []
+    assert panel.sizeHint().height() < tall / 2
+    panel._heading.setFocus()
+    QTest.keyClick(panel._heading, Qt.Key.Key_Space)
+    assert folded == [True, False]
+    panel.set_folded(True)
+    assert panel.folded
+    assert folded == [True, False], "only the hand's folding is told"
+
+
+@pytest.fixture
+def column(qtbot, prepared):
+    editor = Editor(InlineWorker())
+    editor.open(MapDocument.of(prepared.map))
+    editor.set_enabled(enabled=True)
+    made = PanelColumn(editor)
+    qtbot.addWidget(made)
+    made.resize(made.width(), 600)
+    made.show_prepared(prepared)
+    made.show()
+    qtbot.waitExposed(made)
+    QApplication.processEvents()
+    return made
+
+
+def test_the_column_tells_which_panels_are_folded(column):
+    assert column.folded == FOLDED_AT_FIRST
+    told = []
+    column.folded_changed.connect(told.append)
+    QTest.mouseClick(column.contacts._heading, Qt.MouseButton.LeftButton)
+    assert told == [("contacts-panel", *FOLDED_AT_FIRST)]
+    column.set_folded(["timing-panel", "a panel of another version"])
+    assert column.folded == ("timing-panel",)
+    assert len(told) == 1
+
+
+def test_a_folded_panel_out_of_sight_is_revealed(column):
+    told = []
+    column.folded_changed.connect(told.append)
+    column.set_folded(["timing-panel"])
+    column.reveal(column.timing)
+    assert column.folded == told[0] == ()
+    QApplication.processEvents()
+    seen = column.viewport().rect()
+    top = column.timing.mapTo(column.viewport(), column.timing.rect().topLeft())
+    assert seen.contains(top)
+
+
+def test_all_panels_fit_the_column(column):
+    column.set_folded(())
+    QApplication.processEvents()
+    assert column.widget().minimumSizeHint().width() <= WIDTH - 8, "a scroll bar must fit beside them"
+
+
+def test_another_panel_finds_its_place(column):
+    panel = Panel("Extra", "extra-panel")
+    column.add(panel, below=column.quality)
+    QApplication.processEvents()
+    assert column.quality.y() < panel.y() < column.compare.y()
+    QTest.mouseClick(panel._heading, Qt.MouseButton.LeftButton)
+    assert "extra-panel" in column.folded
 
 
 @pytest.mark.parametrize(

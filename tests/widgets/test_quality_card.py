@@ -104,6 +104,27 @@ def test_two_maps_stand_side_by_side_and_fit(panel, leaves):
     assert not other.font().bold()
     assert "This map is better in" in _text(panel, "note")
     assert panel.minimumSizeHint().width() <= WIDTH - 8, "a scroll bar must fit beside it"
-    panel.show_quality(leaves[2])
+    panel.end_comparison()
     assert not panel.findChild(QLabel, "quality-stress-b").isVisible()
     assert not best.font().bold()
+
+
+def test_an_edit_while_two_maps_are_compared_changes_only_the_first(panel, leaves):
+    made, body, quality = leaves
+    panel.show_comparison(compare(made, TaxelLayout(2 * made.taxel_points[::-1]), distances=body))
+    second = _text(panel, "stress-b")
+    panel.show_quality(replace(quality, area=Spread(1.5, 3.0, 4.0)))
+    assert _text(panel, "area") == "×3.00"
+    assert _text(panel, "stress-b") == second
+    assert _text(panel, "note") == "Comparing again…"
+    assert not panel.findChild(QLabel, "quality-stress").font().bold(), "nobody knows yet which is better"
+    panel.end_comparison()
+    assert _text(panel, "area") == "×3.00"
+    assert _text(panel, "note") == "Look at: areas."
+    assert not panel.findChild(QLabel, "quality-stress-b").isVisible()
+
+
+def test_numbers_have_three_digits(panel, leaves):
+    panel.show_quality(replace(leaves[2], area=Spread(1.5, 701.54, 900.0), round_trip_mm=13.456))
+    assert _text(panel, "area") == "×702"
+    assert _text(panel, "round_trip_mm") == "13.5\u2009mm"

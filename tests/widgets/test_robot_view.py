@@ -5,54 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton
+from PySide6.QtWidgets import QLineEdit
 
-from app.errors import RobotError
-from app.session.session import Session
-from app.simulation.poke import PokePressed
+from tests.widgets.body_hand import BESIDE, LEFT, MIDDLE, NONE, SHIFT, Heard, open_view, picture, skin_pixel, wheel
 from tests.widgets.pictures import pixels, shared_share
-from widgets.colours import DARK, LIGHT, PressureScale
-from widgets.robot_view.robot_view import RobotView
-
-LEFT, MIDDLE, NONE = Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton, Qt.KeyboardModifier.NoModifier
-SHIFT = Qt.KeyboardModifier.ShiftModifier
-BESIDE = QPoint(4, 4)
-
-
-class Heard:
-    """Remembers what a view emitted."""
-
-    def __init__(self, view):
-        self.acts, self.hovers, self.drawn = [], [], []
-        view.poke_pressed.connect(self._on_pressed)
-        view.poke_moved.connect(self._on_moved)
-        view.poke_released.connect(self._on_released)
-        view.hovered.connect(self.hovers.append)
-        view.drawn.connect(self.drawn.append)
-
-    def _on_pressed(self, at):
-        self.acts.append(("pressed", at))
-
-    def _on_moved(self, at):
-        self.acts.append(("moved", at))
-
-    def _on_released(self):
-        self.acts.append(("released", None))
-
-    @property
-    def kinds(self):
-        return [kind for kind, _ in self.acts]
+from widgets.robot_view.orientation_cube import cube_faces
+from widgets.robot_view.overlay import CUBE
 
 
 @pytest.fixture
 def empty(qtbot):
-    view = RobotView(DARK, PressureScale())
-    qtbot.addWidget(view)
-    view.resize(480, 400)
-    view.show()
-    qtbot.waitExposed(view)
+    view = open_view(qtbot)
     yield view
     view.close_view()
 
@@ -71,41 +35,8 @@ def heard(view):
 
 @pytest.fixture
 def skin(view, prepared):
-    """A pixel on the skin with skin all around it, and what is there."""
-    eye = view.scene.viewpoint.eye
-    poses = view.scene.poses
-    for taxel in range(len(prepared.skin)):
-        at = prepared.skin.taxel_point(taxel)
-        pose = poses[prepared.robot.link_index[prepared.skin.link(at)]]
-        towards = eye - (pose[:3, :3] @ prepared.skin.position(at) + pose[:3, 3])
-        if pose[:3, :3] @ prepared.skin.normal(at) @ towards > 0.9 * np.linalg.norm(towards):
-            return view.pixel_of(at).toPoint()
-    pytest.fail("no taxel faces the eye")
-
-
-@pytest.fixture
-def pressed(prepared, view, skin):
-    """A frame in which a finger has pressed for half a second at the skin pixel."""
-    heard = Heard(view)
-    QTest.mouseClick(view.canvas.widget, LEFT, NONE, skin)
-    session = Session(prepared, scripted=False)
-    session.submit(PokePressed(0, heard.acts[0][1]))
-    for _ in range(100):
-        session.tick()
-    assert session.frame.regions
-    return session.frame
-
-
-def picture(view):
-    view.draw_now()
-    return view.grab().toImage()
-
-
-def wheel(view, notches):
-    place = QPointF(view.rect().center())
-    event = QWheelEvent(place, view.mapToGlobal(place), QPoint(), QPoint(0, 120 * notches),
-                        Qt.MouseButton.NoButton, NONE, Qt.ScrollPhase.NoScrollPhase, False)  # fmt: skip
-    QApplication.sendEvent(view.canvas.widget, event)
+    """A pixel on the skin with skin all around it."""
+    return skin_pixel(view, prepared)
 
 
 def test_a_press_is_the_body_point_under_the_pointer(view, heard, prepared):
@@ -120,13 +51,6 @@ def test_a_press_is_the_body_point_under_the_pointer(view, heard, prepared):
                 assert np.hypot(away.x(), away.y()) < 0.5
                 hits += 1
     assert hits >= 8
-
-
-def test_the_pressed_pixel_has_the_colour_of_skin_not_of_a_link(view, skin):
-    image = picture(view)
-    colour = image.pixelColor(skin)
-    assert min(colour.red(), colour.green(), colour.blue()) > 100
-    assert image.pixelColor(BESIDE) != colour
 
 
 def test_a_drag_strokes_and_off_the_skin_it_stays(view, heard, skin):
@@ -213,17 +137,6 @@ def test_a_double_click_on_the_skin_is_a_second_poke(view, heard, skin):
     assert heard.kinds == ["pressed", "released"] * 2
 
 
-def test_what_is_framed_stays_whole_when_the_view_is_resized(view, prepared):
-    view.resize(240, 500)
-    taxels = range(0, len(prepared.skin), 10)
-    places = [view.pixel_of(prepared.skin.taxel_point(taxel)) for taxel in taxels]
-    assert all(0 < place.x() < 240 and 0 < place.y() < 500 for place in places)
-    wheel(view, 3)
-    eye = view.scene.viewpoint.eye
-    view.resize(480, 400)
-    np.testing.assert_array_equal(view.scene.viewpoint.eye, eye)
-
-
 def test_hover_says_where_and_the_cursor_what_a_press_would_do(view, heard, skin):
     QTest.mouseMove(view.canvas.widget, BESIDE)
     assert view.canvas.widget.cursor().shape() == Qt.CursorShape.OpenHandCursor
@@ -249,90 +162,44 @@ def test_a_hover_from_elsewhere_is_marked(view, prepared, heard, skin):
     assert picture(view) == before
 
 
-def test_a_touch_is_drawn_where_it_is(view, skin, pressed):
-    quiet = pixels(picture(view))
-    view.show_frame(pressed)
-    loud = pixels(picture(view))
-    changed = np.abs(loud - quiet).max(axis=2) > 40
-    near = np.zeros(changed.shape, dtype=bool)
-    near[max(skin.y() - 12, 0) : skin.y() + 12, max(skin.x() - 12, 0) : skin.x() + 12] = True
-    assert (changed & near).any()
-    assert changed.mean() < 0.2
+def cube_face(view, name):
+    """The middle of a face of the orientation cube, and its direction; the face is in sight."""
+    (face,) = [face for face in cube_faces(view.scene.viewpoint.axes) if face.name == name]
+    middle = QPointF(view.width() - 3 * CUBE, view.height() - 3 * CUBE)
+    x, y = (CUBE * face.corners.mean(axis=0)).tolist()
+    return (middle + QPointF(x, y)).toPoint(), face.normal
 
 
-def test_frames_are_drawn_soon_and_only_when_something_changed(view, heard, pressed, qtbot):
-    heard.drawn.clear()
-    view.show_frame(pressed)
-    assert heard.drawn == []  # not before the map had its turn
-    qtbot.waitUntil(lambda: bool(heard.drawn) and not view._drawing.waiting)
-    assert len(heard.drawn) in (1, 2)  # once live, and at rest once more where the machine is quick
-    with qtbot.assertNotEmitted(view.drawn, wait=60):
-        view.show_frame(pressed)
-
-
-def test_a_hidden_view_draws_nothing_and_catches_up(view, pressed, qtbot):
-    view.hide()
-    with qtbot.assertNotEmitted(view.drawn, wait=60):
-        view.show_frame(pressed)
-    with qtbot.waitSignal(view.drawn):
-        view.show()
-    assert view.scene.shows(pressed)
-
-
-def test_each_state_says_what_helps(empty, prepared, qtbot):
-    button = empty.findChild(QPushButton)
-    with qtbot.waitSignal(empty.open_requested):
-        QTest.mouseClick(button, LEFT)
-    empty.show_prepared(prepared)
-    assert not button.isVisible()
-    empty.show_loading("Flattening", 0.5)
-    with qtbot.waitSignal(empty.cancel_requested):
-        QTest.mouseClick(button, LEFT)
-    empty.show_failed("The mesh has no surface.")
-    with qtbot.waitSignal(empty.open_requested):
-        QTest.mouseClick(button, LEFT)
-    empty.show_last()
-    assert not button.isVisible()
-
-
-def test_without_a_robot_there_is_nothing_to_poke_or_find(empty, prepared):
-    heard = Heard(empty)
-    QTest.mouseClick(empty.canvas.widget, LEFT, NONE, QPoint(200, 200))
-    empty.set_hover(prepared.skin.taxel_point(0))
-    empty.show_last()
+@pytest.mark.parametrize("name", ["X", "Y", "Z"])
+def test_a_click_on_the_cube_looks_from_that_side(view, heard, name):
+    view.draw_now()
+    place, normal = cube_face(view, name)
+    focus = view.scene.viewpoint.focus
+    QTest.mouseClick(view.canvas.widget, LEFT, NONE, place)
+    looking = view.scene.viewpoint
+    assert (looking.eye - focus) @ normal > 0.99 * looking.distance
+    np.testing.assert_allclose(looking.focus, focus)
     assert heard.acts == []
-    with pytest.raises(RobotError, match="no robot"):
-        empty.pixel_of(prepared.skin.taxel_point(0))
 
 
-def test_loading_ends_a_poke(view, heard, skin):
-    QTest.mousePress(view.canvas.widget, LEFT, NONE, skin)
-    view.show_loading("Flattening", 0.5)
-    assert heard.kinds == ["pressed", "released"]
-    QTest.mouseClick(view.canvas.widget, LEFT, NONE, skin)
-    assert heard.kinds == ["pressed", "released"]
+@pytest.mark.parametrize("aside", [0, 9])
+def test_a_second_quick_click_on_the_cube_frames_nothing(view, aside):
+    view.draw_now()
+    place, normal = cube_face(view, "Y")
+    place += QPoint(aside, 0)  # the cube may have turned away from under the pointer
+    QTest.mouseClick(view.canvas.widget, LEFT, NONE, place)
+    view.draw_now()
+    QTest.mouseDClick(view.canvas.widget, LEFT, NONE, place)
+    looking = view.scene.viewpoint
+    assert abs((looking.eye - looking.focus) @ normal) > 0.99 * looking.distance
 
 
-def test_replaying_has_an_edge_and_paused_a_word(view):
-    live = picture(view)
-    view.set_replaying(replaying=True)
-    assert view.grab().toImage().pixelColor(1, 200) != live.pixelColor(1, 200)
-    view.set_replaying(replaying=False)
-    view.set_paused(paused=True)
-    assert view.grab().toImage() != live
-    view.set_paused(paused=False)
-    assert view.grab().toImage() == live
-
-
-def test_themes_scales_and_robots_change_while_it_is_open(view, prepared, pressed):
-    dark = picture(view)
-    view.set_theme(LIGHT)
-    assert picture(view).pixelColor(BESIDE).lightness() > 200
-    view.set_theme(DARK)
-    view.show_frame(pressed)
-    touched = picture(view)
-    view.set_scale(PressureScale(5.0))
-    assert picture(view) != touched
-    view.set_scale(PressureScale())
-    view.show_prepared(prepared)
-    assert picture(view) == dark
+def test_a_drag_from_the_cube_neither_turns_nor_pokes(view, heard):
+    view.draw_now()
+    place, _ = cube_face(view, "Y")
+    QTest.mousePress(view.canvas.widget, LEFT, NONE, place)
+    looking = view.scene.viewpoint
+    QTest.mouseMove(view.canvas.widget, place - QPoint(60, 60))
+    QTest.mouseRelease(view.canvas.widget, LEFT, NONE, place - QPoint(60, 60))
+    np.testing.assert_array_equal(view.scene.viewpoint.eye, looking.eye)
+    assert heard.acts == []

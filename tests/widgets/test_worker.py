@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import multiprocessing as mp
+import os
+import signal
 from dataclasses import replace
 
 import pytest
 
+from app.editing.document import MapDocument
+from app.editing.reflatten import apply, set_method
 from app.simulation.scene_file import load_scene
 from widgets.worker import Worker
 
@@ -24,23 +28,25 @@ def worker():
 
 
 @pytest.fixture
+def document(prepared):
+    """The small arm's map, to be edited."""
+    return MapDocument.of(prepared.map)
+
+
+@pytest.fixture
 def scene():
     """Few taxels, so that preparing takes a second or two."""
     scene = load_scene("arm")
     return replace(scene, cover=replace(scene.cover, taxels=60))
 
 
-def test_a_scene_comes_back_prepared_and_then_measured(worker, scene, qtbot):
-    stages, got = [], []
+def test_a_scene_comes_back_prepared(worker, scene, qtbot):
+    stages = []
     worker.progressed.connect(lambda text, done: stages.append((text, done)))
-    for signal in (worker.prepared, worker.measured):
-        signal.connect(got.append)
-    with qtbot.waitSignal(worker.measured, timeout=LONG):
+    with qtbot.waitSignal(worker.prepared, timeout=LONG) as got:
         worker.prepare(scene)
         assert worker.busy
-    prepared, quality = got
-    assert len(prepared.skin) == 60
-    assert quality.to_json()["taxels"] == 60
+    assert len(got.args[0].skin) == 60
     assert not worker.busy
     assert len(stages) > 3
     assert [done for _, done in stages] == sorted(done for _, done in stages), "progress never goes back"
@@ -60,26 +66,25 @@ def test_the_newest_request_wins(worker, scene, qtbot):
     worker.prepared.connect(got.append)
     worker.prepare(replace(scene, title="first"))
     worker.prepare(replace(scene, title="second"))
-    with qtbot.waitSignal(worker.measured, timeout=LONG):
-        pass
+    qtbot.waitUntil(lambda: not worker.process.waiting, timeout=LONG)
     assert [prepared.scene.title for prepared in got] == ["second"]
 
 
 def test_cancelling_drops_the_request_and_leaves_a_process_ready(worker, scene, qtbot):
     worker.prepare(scene)
-    first = worker._process.pid
+    first = worker.process.pid
     worker.cancel()
     assert not worker.busy
-    assert worker._process.is_alive()
-    assert worker._process.pid != first
+    assert worker.process.pid is not None
+    assert worker.process.pid != first
     with qtbot.assertNotEmitted(worker.failed, wait=200):
         assert not worker.busy
 
 
 def test_a_process_that_died_at_rest_is_replaced(worker, scene, qtbot):
     worker.warm()
-    worker._process.kill()
-    worker._process.join()
+    os.kill(worker.process.pid, signal.SIGKILL)
+    os.waitid(os.P_PID, worker.process.pid, os.WEXITED | os.WNOWAIT)
     with qtbot.waitSignal(worker.prepared, timeout=LONG):
         worker.prepare(scene)
 
@@ -87,7 +92,7 @@ def test_a_process_that_died_at_rest_is_replaced(worker, scene, qtbot):
 def test_a_process_that_dies_at_work_is_told_and_replaced(worker, scene, qtbot):
     worker.prepare(scene)
     with qtbot.waitSignal(worker.failed, timeout=LONG) as failure:
-        worker._process.kill()
+        os.kill(worker.process.pid, signal.SIGKILL)
     assert "ended unexpectedly" in failure.args[0]
     assert not worker.busy
     with qtbot.waitSignal(worker.prepared, timeout=LONG):
@@ -100,3 +105,54 @@ def test_closing_ends_the_process_and_may_be_repeated(worker):
     worker.close()
     worker.close()
     assert not mp.active_children()
+
+
+def test_a_patch_is_laid_flat_anew_with_progress(worker, document, qtbot):
+    told = []
+    worker.edit_progressed.connect(lambda text, done: told.append((text, done)))
+    with qtbot.waitSignal(worker.reflattened, timeout=LONG) as got:
+        worker.reflatten(set_method(document, [0], "lscm"))
+        assert worker.editing
+        assert not worker.busy
+    assert apply(document, got.args[0]).charts[0].method == "lscm"
+    assert not worker.editing
+    assert told
+
+
+def test_an_edit_that_is_refused_says_why(worker, document, qtbot):
+    request = set_method(document, [0], "lscm")
+    request = replace(
+        request, jobs=(replace(request.jobs[0], wanted=replace(request.jobs[0].wanted, method="nosuch")),)
+    )
+    with qtbot.waitSignal(worker.edit_failed, timeout=LONG) as failure:
+        worker.reflatten(request)
+    assert "nosuch" in failure.args[0]
+
+
+def test_a_cancelled_edit_never_comes(worker, document, qtbot):
+    got = []
+    worker.reflattened.connect(got.append)
+    worker.reflatten(set_method(document, [0], "lscm"))
+    worker.cancel_edit()
+    with qtbot.waitSignal(worker.reflattened, timeout=LONG):
+        worker.reflatten(set_method(document, [1], "arap"))
+    assert [result.request.jobs[0].number for result in got] == [1]
+
+
+def test_a_scene_goes_before_an_edit(worker, document, scene, qtbot):
+    with qtbot.waitSignal(worker.edit_failed, timeout=LONG) as dropped:
+        worker.reflatten(set_method(document, [0], "lscm"))
+        worker.prepare(scene)
+    assert dropped.args == [""]
+    with qtbot.waitSignal(worker.edit_failed, timeout=LONG) as refused:
+        worker.reflatten(set_method(document, [0], "lscm"))
+    assert "being opened" in refused.args[0]
+    with qtbot.waitSignal(worker.prepared, timeout=LONG):
+        pass
+
+
+def test_a_process_that_dies_at_an_edit_is_told(worker, document, qtbot):
+    with qtbot.waitSignal(worker.edit_failed, timeout=LONG) as failure:
+        worker.reflatten(set_method(document, [0], "slim"))
+        os.kill(worker.process.pid, signal.SIGKILL)
+    assert "the map before it is kept" in failure.args[0]

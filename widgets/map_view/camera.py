@@ -17,19 +17,26 @@ class Camera:
     Because zoom is relative to the framing, a resized viewport keeps showing the same part of the map.
 
     Attributes:
-        content: Width and height of what there is to see, from the scene's origin [scene units].
+        content: Width and height of what there is to see [scene units].
         centre: Scene point at the viewport's centre.
         zoom: 1 frames the whole content.
+        origin: Upper left corner of the content [scene units].
     """
 
     content: Point
     centre: Point
     zoom: float = 1.0
+    origin: Point = (0.0, 0.0)
 
     @classmethod
-    def framing(cls, content: Point) -> Camera:
+    def framing(cls, content: Point, origin: Point = (0.0, 0.0)) -> Camera:
         """The camera that frames all of ``content``."""
-        return cls(content, (content[0] / 2, content[1] / 2))
+        return cls(content, (origin[0] + content[0] / 2, origin[1] + content[1] / 2), origin=origin)
+
+    def over(self, content: Point, origin: Point, viewport: Point) -> Camera:
+        """The same picture in a ``viewport``, of a content that is no longer what it was."""
+        other = replace(self, content=content, origin=origin, zoom=1.0)
+        return replace(other, zoom=self.scale(viewport) / other.scale(viewport))
 
     def scale(self, viewport: Point) -> float:
         """Pixels per scene unit in a ``viewport`` of this width and height [px]; the aspect is kept."""
@@ -47,7 +54,7 @@ class Camera:
     def zoomed(self, factor: float, pixel: Point, viewport: Point) -> Camera:
         """Zoom by ``factor`` so that the scene point under ``pixel`` stays there, as long as it lies on the map."""
         anchor = self.to_scene(pixel, viewport)
-        zoom = min(max(self.zoom * factor, LOWEST_ZOOM), HIGHEST_ZOOM)
+        zoom = min(max(self.zoom * factor, min(LOWEST_ZOOM, self.zoom)), max(HIGHEST_ZOOM, self.zoom))
         ratio = self.zoom / zoom
         moved = (
             anchor[0] + (self.centre[0] - anchor[0]) * ratio,
@@ -61,6 +68,9 @@ class Camera:
         return self._looking_at((self.centre[0] - dx / scale, self.centre[1] - dy / scale), self.zoom)
 
     def _looking_at(self, centre: Point, zoom: float) -> Camera:
-        x = min(max(centre[0], 0.0), self.content[0])
-        y = min(max(centre[1], 0.0), self.content[1])
+        # An edit may have taken the map away from under the centre: it goes no farther out, and is not pulled back.
+        low = [min(start, now) for start, now in zip(self.origin, self.centre, strict=True)]
+        ends = [start + size for start, size in zip(self.origin, self.content, strict=True)]
+        high = [max(end, now) for end, now in zip(ends, self.centre, strict=True)]
+        x, y = (min(max(centre[k], low[k]), high[k]) for k in range(2))
         return replace(self, centre=(x, y), zoom=zoom)

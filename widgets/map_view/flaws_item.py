@@ -7,10 +7,11 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPolygonF
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
+from app.arrays import FloatArray
 from app.maps.overlay import Flaws
 from widgets.colours import Theme
 from widgets.map_view.map_hit import MapFrame
-from widgets.map_view.map_items import cosmetic, lines, points
+from widgets.map_view.map_items import cosmetic, lines, points, room_around
 
 _CROSS_PX = 5.0
 _MOST = 400
@@ -18,25 +19,28 @@ _MOST = 400
 
 
 class FlawsItem(QGraphicsItem):
-    """A red triangle with a dot for every flip, a red cross for every overlap, whatever the zoom.
+    """A red triangle with a dot for every flip, a red cross for every overlap, whatever the zoom. Mutable: ``mark``."""
 
-    Args:
-        flaws: What to mark.
-        frame: Places the map in the scene.
-        theme: Its colour for faults.
-    """
-
-    def __init__(self, flaws: Flaws, frame: MapFrame, theme: Theme) -> None:
+    def __init__(self, theme: Theme) -> None:
         super().__init__()
-        flips, crosses = frame.to_scene(flaws.flips[:_MOST]), frame.to_scene(flaws.overlaps[:_MOST])
-        self._triangles = [QPolygonF(points(corners)) for corners in flips]
-        self._dots = points(flips.mean(axis=1)) if len(flips) else []
-        self._crosses = crosses
-        self._bounds = QRectF(0, 0, *frame.size).adjusted(-2, -2, 2, 2)
+        self._triangles: list[QPolygonF] = []
+        self._dots = QPolygonF()
+        self._crosses: FloatArray = np.zeros((0, 2))
+        self._bounds = QRectF()
         self._ink = QColor(theme.fault)
 
+    def mark(self, flaws: Flaws, frame: MapFrame) -> None:
+        """Mark these; ``frame`` places the map in the scene."""
+        flips, crosses = frame.to_scene(flaws.flips[:_MOST]), frame.to_scene(flaws.overlaps[:_MOST])
+        places = np.concatenate([flips.reshape(-1, 2), crosses])
+        self.prepareGeometryChange()
+        self._bounds = room_around(places)
+        self._triangles = [points(corners) for corners in flips]
+        self._dots = points(flips.mean(axis=1)) if len(flips) else QPolygonF()
+        self._crosses = crosses
+
     def boundingRect(self) -> QRectF:
-        """Qt: the map's rectangle."""
+        """Qt: around all marks."""
         return self._bounds
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:

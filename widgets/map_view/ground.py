@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from app.arrays import FloatArray
 from app.geometry.surface_point import SurfacePoint
 from app.maps.overlay import BodyCircles, Measure, Stretch, checker, stretch
-from app.maps.tactile_image import TactileImage
 from app.maps.tactile_map import TactileMap
 from widgets.colours import PressureScale, StretchScale, words32
+from widgets.map_view.atlas import Atlas
 from widgets.map_view.map_hit import nice_length, three_digits
 from widgets.overlays import Ground
 
@@ -49,8 +49,11 @@ class GroundPicture:
         return f"{self.stretch.measure}s ×{three_digits(float(self.stretch.faces[face]))}"
 
 
-def paint_ground(kind: Ground, map_: TactileMap, image: TactileImage) -> GroundPicture | None:
-    """Make the ground of ``map_`` on its ``image``; None for pressure, whose ground is plain. Cost: 20 to 80 ms."""
+def paint_ground(kind: Ground, map_: TactileMap, image: Atlas) -> GroundPicture | None:
+    """Make the ground of ``map_`` on its ``image``; None for pressure, whose ground is plain. Cost: 20 to 80 ms.
+
+    Textures are those of the patches at their true size; stretch is that of the map as it is arranged.
+    """
     if kind is Ground.PRESSURE:
         return None
     if kind is Ground.ANGLE:
@@ -61,7 +64,7 @@ def paint_ground(kind: Ground, map_: TactileMap, image: TactileImage) -> GroundP
     length = f"{1e3 * size:g}{THIN}mm"
     if kind is Ground.CHECKER:
         dark = checker(image.centres(), side=size, blur=image.resolution)
-        return GroundPicture(kind, _shaded(dark, image), f"Squares of {length} on the map")
+        return GroundPicture(kind, _shaded(dark, image), f"Squares of {length}, laid flat")
     if kind is Ground.CIRCLES:
         circles = BodyCircles(map_.skin.patches, radius=size / 2, spacing=1.5 * size)
         dark = circles.cover(*image.places, blur=image.resolution)
@@ -76,7 +79,7 @@ def pattern_size(map_: TactileMap) -> float:
     return 1e-3 * nice_length(1e3 * most)
 
 
-def _stretched(kind: Ground, map_: TactileMap, image: TactileImage, measure: Measure) -> GroundPicture:
+def _stretched(kind: Ground, map_: TactileMap, image: Atlas, measure: Measure) -> GroundPicture:
     found = stretch(map_, measure)
     patch, face, _ = image.places
     first = np.cumsum([0, *(len(chart.faces) for chart in map_.charts)])
@@ -88,12 +91,12 @@ def _stretched(kind: Ground, map_: TactileMap, image: TactileImage, measure: Mea
     return GroundPicture(kind, _carried_out(colours, image), numbers, found)
 
 
-def _shaded(dark: FloatArray, image: TactileImage) -> NDArray[np.uint32]:
+def _shaded(dark: FloatArray, image: Atlas) -> NDArray[np.uint32]:
     colours = _LIGHT + dark[:, None] * (_SHADE - _LIGHT)
     return _carried_out(words32(colours.round().astype(np.uint8)), image)
 
 
-def _carried_out(colours: NDArray[np.uint32], image: TactileImage) -> NDArray[np.uint32]:
+def _carried_out(colours: NDArray[np.uint32], image: Atlas) -> NDArray[np.uint32]:
     """(h, w): border pixels whose centre is beside the skin take the colour of a neighbour on it."""
     grid = colours.reshape(image.shape).copy()
     bare = image.shown & ~image.inside

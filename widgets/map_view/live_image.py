@@ -7,32 +7,30 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QImage
-from scipy.ndimage import distance_transform_edt
 
-from app.arrays import BoolArray
+from app.arrays import IntArray
 from widgets.colours import PressureScale
-
-HALO_PX = 3.0
-"""How far the rim's colours are carried outwards, so that a smoothly drawn patch border never blends with nothing."""
 
 
 class LiveImage:
     """A 32-bit image over an array of its own. Mutable: ``fill`` repaints it in place.
 
     Args:
-        inside: (h, w) pixels that lie on a patch.
+        shape: Rows and columns.
+        halo: (j,) flat numbers of the pixels just outside the patches, and
+        source: (j,) of the pixel that each of them copies.
 
     Attributes:
         ground: (h, w) 0xffRRGGBB shown instead of the scale below ``touch_from``; None for the scale throughout.
         touch_from: Pressure from which touch is shown over a ground [kPa]; infinite for never.
     """
 
-    def __init__(self, inside: BoolArray) -> None:
-        height, width = inside.shape
-        self._level = np.empty(inside.shape, np.float32)
-        self._index = np.zeros(inside.shape, np.uint16)
-        self._pixels = np.zeros(inside.shape, np.uint32)
-        self._halo, self._source = _halo(inside)
+    def __init__(self, shape: tuple[int, int], halo: IntArray, source: IntArray) -> None:
+        height, width = shape
+        self._level = np.empty(shape, np.float32)
+        self._index = np.zeros(shape, np.uint16)
+        self._pixels = np.zeros(shape, np.uint32)
+        self._halo, self._source = halo, source
         self.ground: NDArray[np.uint32] | None = None
         self.touch_from: float = 0.0
         self.image = QImage(self._pixels.data, width, height, 4 * width, QImage.Format.Format_RGB32)
@@ -54,13 +52,3 @@ class LiveImage:
             np.copyto(self._pixels, self.ground, where=np.asarray(kilopascals) < self.touch_from)
         flat = self._pixels.reshape(-1)
         flat[self._halo] = flat[self._source]
-
-
-def _halo(inside: BoolArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Flat indices of the pixels just outside the patches, and of the inside pixel nearest to each."""
-    if inside.all() or not inside.any():
-        return np.zeros(0, np.intp), np.zeros(0, np.intp)
-    distance, nearest = distance_transform_edt(~inside, return_indices=True)
-    halo = np.flatnonzero((distance > 0) & (distance <= HALO_PX))
-    rows, columns = nearest[0].ravel()[halo], nearest[1].ravel()[halo]
-    return halo, np.ravel_multi_index((rows, columns), inside.shape)

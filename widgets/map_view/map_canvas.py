@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QKeyEvent, QResizeEvent, QTransform, QWheelEvent
 from PySide6.QtWidgets import QFrame, QGraphicsScene, QGraphicsView, QWidget
 
+from app.arrays import FloatArray
 from widgets.map_view.camera import Camera
 
 WHEEL_STEP = 1.2
@@ -21,7 +23,7 @@ _ZOOM_KEYS = {Qt.Key.Key_Plus: WHEEL_STEP, Qt.Key.Key_Equal: WHEEL_STEP, Qt.Key.
 
 
 class MapCanvas(QGraphicsView):
-    """Shows a scene of ``camera.content`` size from the scene's origin."""
+    """Shows a scene whose content the camera knows."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -40,9 +42,6 @@ class MapCanvas(QGraphicsView):
 
     def show_scene(self, scene: QGraphicsScene, size: tuple[float, float]) -> None:
         """Show another scene of this size, framed; the previous one is deleted."""
-        # Room on all sides, so that every point of the map can be brought to the viewport's centre.
-        room = 4 * max(size)
-        scene.setSceneRect(-room, -room, size[0] + 2 * room, size[1] + 2 * room)
         previous = self.scene()
         self.setScene(scene)
         previous.deleteLater()
@@ -53,6 +52,9 @@ class MapCanvas(QGraphicsView):
         self.camera = camera
         scale = camera.scale(self._room())
         self.setTransform(QTransform.fromScale(scale, scale))
+        # Room around the centre only: a patch moved far away would be more than scroll bars can count.
+        reach = max(self._room()) / scale + 1.0
+        self.setSceneRect(camera.centre[0] - reach, camera.centre[1] - reach, 2 * reach, 2 * reach)
         self.centerOn(*camera.centre)
         # Scrolling is in whole pixels; the transform carries the rest, so that the camera is met exactly.
         width, height = self._room()
@@ -62,7 +64,13 @@ class MapCanvas(QGraphicsView):
 
     def frame_all(self) -> None:
         """Frame the whole content."""
-        self.look(Camera.framing(self.camera.content))
+        self.look(Camera.framing(self.camera.content, self.camera.origin))
+
+    def set_content(self, bounds: FloatArray) -> None:
+        """There is something else to see, within (2, 2) scene points; what is in view stays there."""
+        low, high = np.asarray(bounds)
+        size = float(high[0] - low[0]), float(high[1] - low[1])
+        self.look(self.camera.over(size, (float(low[0]), float(low[1])), self._room()))
 
     def pan(self, dx: float, dy: float) -> None:
         """Drag the content by pixels."""

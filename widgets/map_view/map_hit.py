@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from app.arrays import FloatArray
 from app.geometry.surface_point import SurfacePoint
+from app.maps.layout import MapLayout, Placement
 from app.maps.tactile_map import TactileMap
+from app.skin.skin import Skin
 
 SCENE_SIZE = 1000.0
 """The map's longer side in scene units. Hundreds, because Qt draws cosmetic points badly in a scene of size one."""
@@ -48,6 +51,12 @@ class MapFrame:
         points = np.asarray(points, dtype=np.float64) / self.scale
         return np.stack([points[..., 0] + self.left, self.top - points[..., 1]], axis=-1)
 
+    def placed(self, placement: Placement) -> FloatArray:
+        """(3, 2) that takes a chart's points [m] into the scene: a row (x, y, 1) times this is the scene point."""
+        corners = placement.apply(np.array([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]]))
+        scene = self.to_scene(corners)
+        return np.concatenate([scene[:2] - scene[2], scene[2:]])
+
 
 def hit(tactile_map: TactileMap, frame: MapFrame, x: float, y: float) -> SurfacePoint | None:
     """The body point under a scene point; None outside all patches."""
@@ -63,9 +72,41 @@ def nearest_taxel(tactile_map: TactileMap, at: SurfacePoint) -> int | None:
     return int(first + np.argmin(np.einsum("kd,kd->k", away, away)))
 
 
-def describe(tactile_map: TactileMap, at: SurfacePoint, pressures: FloatArray | None) -> str:
-    """Patch, taxel, its pressure and the place on the map, for the hover readout; ``pressures`` (taxels,) [Pa]."""
-    facts = [tactile_map.skin.patches[at.patch].name]
+class Seen:
+    """The patches of a map that are shown: a press goes through those that are hidden.
+
+    Args:
+        tactile_map: The map.
+        numbers: The patches that are shown.
+    """
+
+    def __init__(self, tactile_map: TactileMap, numbers: Sequence[int]) -> None:
+        self._numbers = numbers
+        self._map = tactile_map
+        if len(numbers) < len(tactile_map.charts):
+            patches, placements = tactile_map.skin.patches, tactile_map.layout.placements
+            self._map = TactileMap(
+                Skin(tuple(patches[k] for k in numbers)),
+                tuple(tactile_map.charts[k] for k in numbers),
+                MapLayout(tuple(placements[k] for k in numbers)),
+            )
+
+    def hit(self, frame: MapFrame, x: float, y: float) -> SurfacePoint | None:
+        """The body point under a scene point; None outside all shown patches."""
+        at = hit(self._map, frame, x, y)
+        return None if at is None else SurfacePoint(self._numbers[at.patch], at.face, at.weights)
+
+
+def describe(tactile_map: TactileMap, at: SurfacePoint, pressures: FloatArray | None, *, name: str = "") -> str:
+    """Patch, taxel, its pressure and the place on the map, for the hover readout.
+
+    Args:
+        tactile_map: The map.
+        at: The place.
+        pressures: (taxels,) [Pa].
+        name: Of the patch, where a person gave it another than the skin's.
+    """
+    facts = [name or tactile_map.skin.patches[at.patch].name]
     taxel = nearest_taxel(tactile_map, at)
     if taxel is not None:
         facts.append(f"taxel {taxel}")

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QTransform
 
-from app.arrays import FloatArray
+from app.geometry.surface_point import SurfacePoint
 from app.session.frame import Frame
 from widgets.chooser import Rubber, paint_rubber
 from widgets.colours import Theme
-from widgets.map_view.map_hit import MapFrame, nice_length
+from widgets.map_view.map_hit import nice_length
 from widgets.map_view.map_items import cosmetic
 from widgets.map_view.map_legend import Legend, paint_legend
 from widgets.map_view.map_shapes import MapShapes, PatchShape
@@ -61,17 +62,26 @@ class Marks:
     paused: bool = False
     legend: Legend | None = None
 
-    def of_frame(self, frame: Frame, where: MapFrame, fingers: list[FloatArray], contours: list[QLineF]) -> Marks:
-        """The same view with the contacts of ``frame``; ``fingers``: the map point (2,) [m] of each poke."""
-        contacts = tuple(
-            ContactMark(QPointF(*where.to_scene(region.map_point)), f"{region.force:.1f}{THIN}N")
-            for region in frame.regions
+    def of_frame(
+        self, frame: Frame, where: Callable[[SurfacePoint], QPointF | None], scale: float, contours: list[QLineF]
+    ) -> Marks:
+        """The same view with the contacts of ``frame``.
+
+        Args:
+            frame: The instant.
+            where: The scene point of a place on the skin, None where it is hidden. Asked of the map that is shown: the
+                frame's own map points are those of the map that the session had then.
+            scale: Scene units per metre.
+            contours: Lines around the touched areas [scene units].
+        """
+        contacts = ((where(region.at), f"{region.force:.1f}{THIN}N") for region in frame.regions)
+        tips = ((where(poke.at), poke.radius * scale) for poke in frame.pokes)
+        return replace(
+            self,
+            contours=contours,
+            contacts=tuple(ContactMark(at, text) for at, text in contacts if at is not None),
+            fingers=tuple(FingerMark(at, radius) for at, radius in tips if at is not None),
         )
-        tips = tuple(
-            FingerMark(QPointF(*where.to_scene(at)), poke.radius * where.scale)
-            for poke, at in zip(frame.pokes, fingers, strict=True)
-        )
-        return replace(self, contours=contours, contacts=contacts, fingers=tips)
 
 
 class MapPainter:
@@ -125,9 +135,9 @@ class MapPainter:
         painter.restore()
 
     def _paint_name(self, painter: QPainter, patch: PatchShape, view: QTransform, room: QRectF) -> None:
-        low, high = patch.outline.min(axis=0), patch.outline.max(axis=0)
+        low, high = patch.box
         box = view.mapRect(QRectF(*low, *(high - low)))
-        if not box.intersects(room) or box.width() < 24:
+        if not (patch.shown and box.intersects(room)) or box.width() < 24:
             return
         metrics = QFontMetricsF(self._caption)
         text = metrics.elidedText(patch.name, Qt.TextElideMode.ElideMiddle, max(box.width() + 16, 40))

@@ -1,77 +1,109 @@
-"""One tactile map ready to be drawn: built once per map, then refreshed in place by each frame."""
+"""One document ready to be drawn: built once per skin, rebuilt where a chart changed, refreshed in place by frames."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
-from PySide6.QtCore import QLineF, QPointF, QRectF
+from PySide6.QtCore import QLineF, QPointF
 from PySide6.QtGui import QFont
 from PySide6.QtWidgets import QGraphicsScene
 
-from app.arrays import FloatArray, IntArray
+from app.arrays import IntArray
 from app.contacts.reader import THRESHOLD
+from app.editing.document import MapDocument
 from app.geometry.surface_point import SurfacePoint
-from app.maps.overlay import flaws
-from app.maps.tactile_image import TactileImage
+from app.maps.overlay import Flaws
 from app.maps.tactile_map import TactileMap
 from app.session.frame import Frame
 from widgets.colours import BETWEEN_DOTS, PressureScale, Theme, words32
+from widgets.map_view.atlas import Atlas
 from widgets.map_view.contour import contour_segments
 from widgets.map_view.flaws_item import FlawsItem
 from widgets.map_view.ground import GroundPicture, paint_ground
+from widgets.map_view.live_flaws import LiveFlaws
 from widgets.map_view.live_image import LiveImage
-from widgets.map_view.map_items import PatchesItem, lines
+from widgets.map_view.map_hit import MapFrame, Seen
+from widgets.map_view.map_items import PatchItem, lines
 from widgets.map_view.map_legend import Legend, legend_of
-from widgets.map_view.map_shapes import MapShapes
+from widgets.map_view.map_shapes import MapShapes, Net, net
 from widgets.map_view.taxels_item import TaxelsItem
 from widgets.overlays import Ground, Overlays
 from widgets.skin_picture import SkinPicture
 
 TOUCHED_KPA = THRESHOLD / 1e3
 """Where the line around a touched area runs [kPa]; the pressure from which the contact reader calls a taxel touched."""
-
-
-IMAGE_PIXELS = 512
-"""Side of a square with as many pixels as the live image."""
+NET_LINES = 3000
+"""Most lines by which a chart in the hand is drawn."""
 
 
 class MapPicture:
-    """The items of one map in a graphics scene. Mutable: ``show`` refreshes it.
+    """The items of one skin's map in a graphics scene. Mutable: ``take`` another document, ``show`` a frame.
 
     Args:
-        tactile_map: What to draw.
+        document: What to draw.
         theme: Colours of borders and seams.
-        image: Its tactile image, where one exists already; building one takes some tenths of a second.
+        atlas: Its live image, where one exists already; building one takes some tenths of a second.
+
+    Attributes:
+        document: What is drawn.
+        shapes: Where all of it lies; the frame stays the same for all documents.
+        held: Patches whose chart has no image yet, because it is in the hand.
     """
 
-    def __init__(self, tactile_map: TactileMap, theme: Theme, *, image: TactileImage | None = None) -> None:
-        self.map = tactile_map
-        self.shapes = MapShapes.of(tactile_map)
-        self.pressures: FloatArray | None = None
-        self._image = image or build_image(tactile_map)
-        self._live = LiveImage(self._image.shown)
-        low, high = self.shapes.frame.to_scene(np.asarray(self._image.extent))
-        self._place = QRectF(low[0], high[1], high[0] - low[0], low[1] - high[1])
-        self._patches = PatchesItem(self.shapes, self._live, self._place, theme)
-        self._taxels = TaxelsItem(self.shapes, QFont())
-        self._flaws = flaws(tactile_map)
-        self._flawed = FlawsItem(self._flaws, self.shapes.frame, theme)
-        self._grounds: dict[Ground, GroundPicture | None] = {}
-        self._overlays = Overlays()
-        self._kilopascals = np.zeros(self._image.shape, np.float32)
+    def __init__(self, document: MapDocument, theme: Theme, *, atlas: Atlas | None = None) -> None:
+        self.document, self.pressures = document, np.zeros(len(document.skin))
+        self.shapes = MapShapes.of(document, MapFrame.around(document.map.bounds))
+        self.held: tuple[int, ...] = ()
+        self._nets: dict[int, Net] = {}
+        self._patches = [PatchItem(theme) for _ in document.charts]
+        self._taxels, self._flawed, self._finder = TaxelsItem(QFont()), FlawsItem(theme), LiveFlaws()
+        self._overlays, self._scale = Overlays(), PressureScale()
+        self._wear(atlas or Atlas(document.map))
+        self._place()
 
     def add_to(self, scene: QGraphicsScene) -> None:
         """Put the items into ``scene``, which owns them from then on."""
-        scene.addItem(self._patches)
-        scene.addItem(self._flawed)
-        scene.addItem(self._taxels)
+        for item in (*self._patches, self._flawed, self._taxels):
+            scene.addItem(item)
+
+    @property
+    def map(self) -> TactileMap:
+        """The map that is drawn."""
+        return self.document.map
+
+    def take(self, document: MapDocument, *, in_hand: bool) -> bool:
+        """Draw another document of the same skin. Whether the live image is another one now.
+
+        Args:
+            document: What to draw.
+            in_hand: More will follow at once: charts without an image are drawn as nets, and grounds wait.
+
+        Cost: 2 ms where only patches were moved; that of the tiles of new charts, once nothing is in the hand.
+        """
+        self.document = document
+        self.shapes = MapShapes.of(document, self.shapes.frame, known=self.shapes)
+        pairs = enumerate(zip(self._atlas.charts, document.charts, strict=True))
+        new = tuple(number for number, (old, chart) in pairs if old is not chart)
+        rebuilt = bool(new) and not in_hand
+        if rebuilt:
+            self._wear(Atlas(document.map, known=self._atlas))
+        elif in_hand or self.held:
+            self._hold(new)
+        self._place()
+        if rebuilt or (not in_hand and self._grounds_of != _scales(document)):
+            self._grounds.clear()
+            self.overlay(self._overlays, self._scale)
+        return rebuilt
 
     def overlay(self, overlays: Overlays, scale: PressureScale) -> None:
         """Show what the setting asks for. Cost: 20 to 80 ms for a ground that has not been shown before."""
         self._overlays = overlays
-        self._patches.line(border=overlays.border, seams=overlays.seams)
+        for item in self._patches:
+            item.line(border=overlays.border, seams=overlays.seams)
         self._taxels.dots, self._taxels.numbered = overlays.dots, overlays.taxel_ids
         ground = self.ground
-        bare = np.full(self._image.shape, words32(np.array(BETWEEN_DOTS, np.uint8))) if overlays.dots else None
+        bare = np.full(self._atlas.shape, words32(np.array(BETWEEN_DOTS, np.uint8))) if overlays.dots else None
         self._live.ground = bare if ground is None else ground.pixels
         self._live.touch_from = np.inf if overlays.dots else TOUCHED_KPA
         self.recolour(scale)
@@ -81,7 +113,8 @@ class MapPicture:
         """What lies under the touch; None for the plain scale."""
         kind = self._overlays.ground
         if kind not in self._grounds:
-            self._grounds[kind] = paint_ground(kind, self.map, self._image)
+            self._grounds_of = _scales(self.document)
+            self._grounds[kind] = paint_ground(kind, self.map, self._atlas)
         return self._grounds[kind]
 
     @property
@@ -91,20 +124,21 @@ class MapPicture:
 
     @property
     def skin_picture(self) -> SkinPicture:
-        """The pixels as drawn here, for another view."""
-        return SkinPicture(self._live.pixels, self._image.extent, self.map.uv)
+        """The pixels as drawn here, for another view; another one after each ``take`` that says so."""
+        planes = tuple(self._atlas.plane(number) for number in range(len(self._patches)))
+        return SkinPicture(self._live.pixels, self._atlas.extent, planes)
 
     def show(self, frame: Frame, scale: PressureScale) -> None:
         """Colour image and taxels by the frame's pressures. Cost: about 3 ms for 512² pixels."""
         self.pressures = frame.pressures
-        self._kilopascals = self._image.render(frame.pressures)
+        self._atlas.render(frame.pressures, self._kilopascals)
         self.recolour(scale)
 
     def recolour(self, scale: PressureScale) -> None:
         """Show the same pressures on another scale."""
+        self._scale = scale
         self._live.fill(self._kilopascals, scale)
-        pressures = np.zeros(len(self.shapes.taxels)) if self.pressures is None else self.pressures
-        self._taxels.colour(pressures / 1e3, scale)
+        self._taxels.colour(self.pressures / 1e3, scale)
 
     def select(self, taxels: IntArray, inks: tuple[str, ...]) -> None:
         """Ring these taxels (k,), each in its colour."""
@@ -112,24 +146,72 @@ class MapPicture:
 
     def set_theme(self, theme: Theme) -> None:
         """Take the theme's line colours."""
-        self._patches.set_theme(theme)
+        for item in self._patches:
+            item.set_theme(theme)
 
     def place_of(self, at: SurfacePoint) -> QPointF:
         """Where a body point lies in the scene."""
-        x, y = self.shapes.frame.to_scene(self.map.to_map(at))
+        shape = self.shapes.patches[at.patch]
+        chart = shape.chart.chart
+        x, y = shape.to_scene(np.asarray(at.weights) @ chart.plane[chart.faces[at.face]])
         return QPointF(x, y)
+
+    def mark_of(self, at: SurfacePoint | None) -> QPointF | None:
+        """Where to mark a body point; None for none, and on a patch that is hidden."""
+        return None if at is None or not self.shapes.patches[at.patch].shown else self.place_of(at)
+
+    def hit(self, x: float, y: float) -> SurfacePoint | None:
+        """The body point under a scene point; None outside all patches that are shown, and while a chart is held."""
+        # Searching a chart that is new in every frame costs as much as the frame.
+        return None if self.held else self._seen.hit(self.shapes.frame, x, y)
 
     def contours(self) -> list[QLineF]:
         """Lines around the touched areas [scene units]; none while they are not wanted."""
-        if not self._overlays.contours:
-            return []
-        segments = contour_segments(self._kilopascals, TOUCHED_KPA)
-        height, width = self._image.shape
-        pixel = np.array([self._place.width() / width, self._place.height() / height])
-        return lines((segments + 0.5) * pixel + [self._place.x(), self._place.y()])
+        found: list[QLineF] = []
+        for number, tile in enumerate(self._atlas.tiles):
+            shape, values = self.shapes.patches[number], self._kilopascals[self._atlas.window(number)]
+            if self._overlays.contours and shape.shown and number not in self.held and values.max() >= TOUCHED_KPA:
+                found += lines(shape.to_scene(tile.chart_points(contour_segments(values, TOUCHED_KPA))))
+        return found
+
+    def _wear(self, atlas: Atlas) -> None:
+        """Draw every patch by this live image."""
+        self._atlas, self.held = atlas, ()
+        self._live = LiveImage(atlas.shape, *atlas.halo)
+        self._kilopascals = np.zeros(atlas.shape, np.float32)
+        self._atlas.render(self.pressures, self._kilopascals)
+        self._grounds: dict[Ground, GroundPicture | None] = {}
+        self._grounds_of = _scales(self.document)
+        for number in range(len(self._patches)):
+            self._show_image(number)
+
+    def _show_image(self, number: int) -> None:
+        rows, columns = self._atlas.window(number)
+        shape, scale = self.shapes.patches[number].chart, self.shapes.frame.scale
+        self._patches[number].show_image(
+            shape, scale, self._live, self._atlas.tiles[number], (rows.start, columns.start)
+        )
+
+    def _hold(self, new: Sequence[int]) -> None:
+        """Draw these as nets, and those again by the image that were."""
+        for number in set(self.held) - set(new):
+            self._show_image(number)
+        for number in new:
+            shape, scale = self.shapes.patches[number].chart, self.shapes.frame.scale
+            if number not in self.held:
+                self._nets[number] = net(shape, self.document.skin.patches[number], most=NET_LINES)
+            self._patches[number].show_net(shape, scale, self._nets[number])
+        self.held = tuple(new)
+
+    def _place(self) -> None:
+        """Everything where the document's layout has it."""
+        for item, shape in zip(self._patches, self.shapes.patches, strict=True):
+            item.place(shape, self.shapes.frame.scale)
+        self._taxels.place(self.shapes, self.held)
+        self._seen = Seen(self.map, self.shapes.numbers)
+        self._flaws: Flaws = self._finder.of(self.document)
+        self._flawed.mark(self._flaws, self.shapes.frame)
 
 
-def build_image(tactile_map: TactileMap) -> TactileImage:
-    """The image as the view wants it: about ``IMAGE_PIXELS`` squared, however tall or wide the map. Cost: 0.2 s."""
-    width, height = np.ptp(tactile_map.bounds, axis=0)
-    return TactileImage(tactile_map, resolution=float(np.sqrt(width * height)) / IMAGE_PIXELS)
+def _scales(document: MapDocument) -> list[float]:
+    return [placement.scale for placement in document.layout.placements]

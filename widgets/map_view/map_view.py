@@ -6,25 +6,25 @@ from dataclasses import replace
 
 import numpy as np
 from PySide6.QtCore import QEvent, QPointF, Qt, Signal
-from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent
+from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent, QPainter
 from PySide6.QtWidgets import QWidget
 
-from app.arrays import BoolArray, IntArray
+from app.arrays import BoolArray, FloatArray, IntArray
 from app.geometry.surface_point import SurfacePoint
-from app.maps.tactile_image import TactileImage
 from app.session.prepare import Prepared
 from widgets.chooser import Chooser, Rubber
 from widgets.colours import PressureScale, Theme
+from widgets.edit_tool import EditTool, Place
 from widgets.hand import Act, Hand, Mode, Moved, Panned, Pressed, Released
+from widgets.map_view.atlas import Atlas
 from widgets.map_view.map_display import MapDisplay
-from widgets.map_view.map_hit import hit, nearest_taxel
+from widgets.map_view.map_hit import nearest_taxel
 from widgets.select_hand import Pixel
 from widgets.tools import Tool
 
-_TELLS = {
-    True: "Click taxels or draw around them to select them. Escape selects none.",
-    False: "Press a patch to poke the robot there. Drag beside the patches to pan.",
-}
+_POKES = "Press a patch to poke the robot there. Drag beside the patches to pan."
+_CHOOSES = "Click taxels or draw around them to select them. Escape selects none."
+_EDITS = "Edit the map with the tool in the hand. Drag with the middle button, or with Space, to pan."
 
 
 class MapView(MapDisplay):
@@ -53,15 +53,17 @@ class MapView(MapDisplay):
         super().__init__(theme, scale, parent)
         self._hand, self._tool, self._space = Hand(), Tool.POKE, False
         self._hover: SurfacePoint | None = None
+        self.edit_tool: EditTool | None = None
+        self._editing, self._place = False, Place(None, None, 1.0)
         self.chooser = Chooser(self, self)
         self.chooser.drawn.connect(self.viewport().update)
-        self.setAccessibleDescription(_TELLS[False])
+        self.setAccessibleDescription(_POKES)
         self.show_empty()
 
-    def show_prepared(self, prepared: Prepared, *, image: TactileImage | None = None) -> None:
-        """Show the map of ``prepared``, framed; ``image`` saves building its tactile image here."""
+    def show_prepared(self, prepared: Prepared, *, atlas: Atlas | None = None) -> None:
+        """Show the map of ``prepared``, framed; ``atlas`` saves building its live image here."""
         self._end_hold()
-        super().show_prepared(prepared, image=image)
+        super().show_prepared(prepared, atlas=atlas)
         self._hover_at(None)
 
     def set_tool(self, tool: Tool) -> None:
@@ -69,8 +71,19 @@ class MapView(MapDisplay):
         self._end_hold()
         self._tool = tool
         self.chooser.set_tool(tool)
-        self.setAccessibleDescription(_TELLS[tool.chooses])
+        self.setAccessibleDescription(_EDITS if tool.edits else _CHOOSES if tool.chooses else _POKES)
         self._show_cursor()
+
+    def set_edit_tool(self, tool: EditTool | None) -> None:
+        """Give presses of the left button, and keys, to ``tool``; what the one before was doing is given up."""
+        self._end_hold()
+        if self.edit_tool is not None:
+            self.edit_tool.drawn.disconnect(self.viewport().update)
+        self.edit_tool = tool
+        if tool is not None:
+            tool.drawn.connect(self.viewport().update)
+        self._show_cursor()
+        self.viewport().update()
 
     def _tell(self, heading: str, text: str, *, button: str, progress: float | None = None) -> None:
         self._end_hold()
@@ -101,7 +114,7 @@ class MapView(MapDisplay):
         if self._picture is None or self._card.isVisible():
             return None
         place = self.scene_point(position)
-        return hit(self._picture.map, self._picture.shapes.frame, place.x(), place.y())
+        return self._picture.hit(place.x(), place.y())
 
     def _act(self, act: Act | None) -> None:
         if isinstance(act, Pressed):
@@ -116,9 +129,48 @@ class MapView(MapDisplay):
             self.pan(act.dx, act.dy)
         self._show_cursor()
 
-    def _end_hold(self) -> None:
+    def _end_hold(self) -> bool:
+        """Whatever the hand does ends; whether it did anything."""
+        busy = self._hand.mode is not Mode.IDLE or self.chooser.busy or self._editing
+        self._editing = False
         self._act(self._hand.cancel())
         self.chooser.cancel()
+        if self.edit_tool is not None:
+            busy = self.edit_tool.cancel() or busy
+        return busy
+
+    # The edit tool.
+
+    def _place_at(self, position: QPointF, at: SurfacePoint | None) -> Place:
+        if self._picture is None or self._card.isVisible():
+            return Place(None, None, 1.0)
+        scene, frame = self.scene_point(position), self._picture.shapes.frame
+        return Place(at, frame.to_map(np.array([scene.x(), scene.y()])), self._pixel())
+
+    def _pixel(self) -> float:
+        """Side of a pixel on the map [m]."""
+        return (
+            1.0 if self._picture is None else 1.0 / (self._picture.shapes.frame.scale * self.viewportTransform().m11())
+        )
+
+    def _press_edit(self, event: QMouseEvent, at: SurfacePoint | None) -> bool:
+        """Whether the edit tool has taken the press."""
+        if self.edit_tool is None or event.button() != Qt.MouseButton.LeftButton:
+            return False
+        self._place = self._place_at(event.position(), at)
+        self._editing = self._place.point is not None and self.edit_tool.press(self._place, event)
+        return self._editing
+
+    def _paint_over(self, painter: QPainter) -> None:
+        if self.edit_tool is not None:
+            self.edit_tool.paint(painter, self._to_pixels, self._theme)
+
+    def _to_pixels(self, points: FloatArray) -> FloatArray:
+        """Map points (k, 2) [m] as pixels of the viewport."""
+        if self._picture is None:
+            return np.zeros((0, 2))
+        view = self.viewportTransform()
+        return self._picture.shapes.frame.to_scene(points) * [view.m11(), view.m22()] + [view.dx(), view.dy()]
 
     def _hover_at(self, at: SurfacePoint | None) -> None:
         if at == self._hover:
@@ -139,8 +191,10 @@ class MapView(MapDisplay):
         shape = Qt.CursorShape.ArrowCursor
         if self._hand.mode is Mode.PANNING:
             shape = Qt.CursorShape.ClosedHandCursor
-        elif self._space:
+        elif self._space and not self._editing:
             shape = Qt.CursorShape.OpenHandCursor
+        elif self.edit_tool is not None:
+            shape = self.edit_tool.cursor(self._place)
         elif self._tool.chooses or self._hover is not None:
             shape = Qt.CursorShape.CrossCursor
         self.viewport().setCursor(shape)
@@ -150,41 +204,61 @@ class MapView(MapDisplay):
         if event.button() not in (Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton):
             return
         pan = self._space or event.button() == Qt.MouseButton.MiddleButton
-        self._hover_at(self._at(event.position()))
-        if self._tool.chooses and not pan and self._hand.mode is Mode.IDLE:
+        at = self._at(event.position())
+        self._hover_at(at)
+        if self._hand.mode is not Mode.IDLE or self.chooser.busy or self._editing:
+            return
+        if self._tool.chooses and not pan:
             if self._picture is not None and not self._card.isVisible():
                 self.chooser.press(event)
-        elif not self.chooser.busy:
-            self._act(self._hand.press(event.position().toTuple(), self._hover, button=event.button(), pan=pan))
+        elif self._tool.edits and not pan and self._press_edit(event, at):
+            self._hover_at(None)
+        else:
+            pan = pan or self._tool.edits
+            self._act(self._hand.press(event.position().toTuple(), at, button=event.button(), pan=pan))
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Qt: stroke, choose, pan or hover."""
+        """Qt: stroke, choose, edit, pan or hover."""
         at = self._at(event.position())
         self._act(self._hand.move(event.position().toTuple(), at))
         if self._tool.chooses:
             self.chooser.move(event)
-        self._hover_at(at)
+        self._place = self._place_at(event.position(), at)
+        if self.edit_tool is not None and self._hand.mode is Mode.IDLE:
+            self.edit_tool.move(self._place, event)
+            self._show_cursor()
+        self._hover_at(None if self._editing else at)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """Qt: the hold ends with the button that began it."""
         self._act(self._hand.release(event.button()))
         if self._tool.chooses:
             self.chooser.release(event)
+        if self._editing and self.edit_tool is not None and event.button() == Qt.MouseButton.LeftButton:
+            self._editing = False
+            at = self._at(event.position())
+            self._place = self._place_at(event.position(), at)
+            self.edit_tool.release(self._place, event)
+            self._show_cursor()
+            self._hover_at(self._at(event.position()))
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """Qt: frame all beside the patches; on a patch a second quick press is a second poke."""
-        if event.button() == Qt.MouseButton.LeftButton and self._at(event.position()) is None:
+        """Qt: frame all beside the patches; on a patch, or with an edit tool, a second quick press is one more."""
+        beside = event.button() == Qt.MouseButton.LeftButton and self._at(event.position()) is None
+        if beside and self.edit_tool is None:
             self.frame_all()
         else:
             self.mousePressEvent(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Qt: Escape ends what the hand does, or selects nothing; Space makes the hand pan."""
-        if event.key() == Qt.Key.Key_Escape:
-            busy = self._hand.mode is not Mode.IDLE or self.chooser.busy
-            self._end_hold()
-            if not busy:
-                self.cleared.emit()
+        """Qt: Escape ends what the hand does, or selects nothing; Space makes the hand pan; a tool has its own keys."""
+        escape = event.key() == Qt.Key.Key_Escape
+        if escape and self._end_hold():
+            return
+        if self.edit_tool is not None and self.edit_tool.key(event):
+            return
+        if escape:
+            self.cleared.emit()
         elif event.key() == Qt.Key.Key_Space:
             self._space = True
             self._show_cursor()
@@ -207,4 +281,6 @@ class MapView(MapDisplay):
         """Qt: nothing is under the pointer."""
         self._hover_at(None)
         self.chooser.leave()
+        if self.edit_tool is not None:
+            self.edit_tool.leave()
         super().leaveEvent(event)

@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import Qt
+from collections.abc import Iterable
+
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QScrollArea, QVBoxLayout, QWidget
 
 from app.session.frame import Frame
 from app.session.prepare import Prepared
+from widgets.editor import Editor
+from widgets.panels.compare_panel import ComparePanel
 from widgets.panels.contacts_panel import ContactsPanel
 from widgets.panels.controller_panel import ControllerPanel
 from widgets.panels.effects_panel import EffectsPanel
+from widgets.panels.history_panel import HistoryPanel
+from widgets.panels.panel import Panel
+from widgets.panels.patches_panel import PatchesPanel
 from widgets.panels.quality_panel import QualityPanel
 from widgets.panels.timing_panel import TimingPanel
+from widgets.worker import Worker
 
 WIDTH = 300
+FOLDED_AT_FIRST = ("compare-panel", "history-panel")
+"""What a person looks for when it is needed."""
 _SLIM = """
     QScrollBar:vertical { width: 8px; margin: 0; background: transparent; border: 0; }
     QScrollBar::handle:vertical { background: palette(mid); border-radius: 4px; min-height: 32px; }
@@ -23,27 +33,67 @@ _SLIM = """
 
 
 class PanelColumn(QScrollArea):
-    """All panels, one below the other; they scroll, the views never shrink for them."""
+    """All panels, one below the other; they scroll, the views never shrink for them.
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+    What the arm does is at the top, then the map, from what is edited to how good that is, then what it all costs.
+
+    Args:
+        editor: Of the map.
+        parent: Qt parent.
+    """
+
+    folded_changed = Signal(object)
+    """The names of the panels that are folded now, as a tuple: what the hand left, for the settings."""
+
+    def __init__(self, editor: Editor | None = None, parent: QWidget | None = None) -> None:
         super().__init__(parent)
+        editor = Editor(Worker(), self) if editor is None else editor
         self.controller, self.contacts, self.quality = ControllerPanel(), ContactsPanel(), QualityPanel()
+        self.patches, self.compare, self.history = PatchesPanel(editor), ComparePanel(editor), HistoryPanel(editor)
         self.timing, self.effects = TimingPanel(), EffectsPanel()
+        self._panels: list[Panel] = []
         content = QWidget()
         self._rows = QVBoxLayout(content)
         self._rows.setContentsMargins(0, 0, 0, 0)
         self._rows.setSpacing(4)
-        for panel in (self.controller, self.contacts, self.quality, self.timing, self.effects):
-            self._rows.addWidget(panel)
         self._rows.addStretch(1)
+        for panel in (
+            self.controller, self.contacts, self.patches, self.quality, self.compare, self.history, self.timing,
+            self.effects,
+        ):  # fmt: skip
+            self.add(panel)
+        self.compare.compared.connect(self.quality.show_comparison)
+        self.compare.ended.connect(self.quality.end_comparison)
+        self.set_folded(FOLDED_AT_FIRST)
         self.setWidget(content)
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setFixedWidth(WIDTH)
         self.verticalScrollBar().setStyleSheet(_SLIM)
 
-    def reveal(self, panel: QWidget) -> None:
-        """Scroll so that all of ``panel`` can be seen."""
+    @property
+    def folded(self) -> tuple[str, ...]:
+        """The names of the panels of which only the heading is shown."""
+        return tuple(panel.objectName() for panel in self._panels if panel.folded)
+
+    def set_folded(self, names: Iterable[str]) -> None:
+        """Fold these panels, and no others."""
+        wanted = set(names)
+        for panel in self._panels:
+            panel.set_folded(panel.objectName() in wanted)
+
+    def add(self, panel: Panel, *, below: Panel | None = None) -> None:
+        """Put in another panel, at the end or below one that is there."""
+        place = len(self._panels) if below is None else self._panels.index(below) + 1
+        self._panels.insert(place, panel)
+        self._rows.insertWidget(place, panel)
+        panel.folded_changed.connect(self._on_folded_changed)
+
+    def reveal(self, panel: Panel) -> None:
+        """Unfold ``panel``, and scroll so that all of it can be seen."""
+        if panel.folded:
+            panel.set_folded(False)
+            self._on_folded_changed()
         self._rows.activate()  # they may have been hidden until now
         self.ensureWidgetVisible(panel, 0, 0)
 
@@ -58,3 +108,6 @@ class PanelColumn(QScrollArea):
         """Another instant."""
         for panel in (self.contacts, self.controller, self.timing):
             panel.show_frame(frame)
+
+    def _on_folded_changed(self) -> None:
+        self.folded_changed.emit(self.folded)

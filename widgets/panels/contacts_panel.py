@@ -1,59 +1,128 @@
-"""The contact regions now: where, how hard, how large."""
+"""The contact regions now: where, how hard, how large; a click on one selects it."""
 
 from __future__ import annotations
 
-from PySide6.QtWidgets import QWidget
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QGridLayout, QLabel, QPushButton, QWidget
 
+from app.contacts.region import ContactRegion
 from app.session.frame import Frame
 from widgets.panels.panel import Panel, fact
+from widgets.selection import Selection, region_ink
 
 _ROWS = 3
 """More than that is rare; the line above counts and sums all of them."""
+_ROW_STYLE = """
+    QPushButton { border: 0; border-radius: 4px; padding: 0; margin: -2px -6px; background: transparent; }
+    QPushButton:enabled:hover { background: rgba(128, 140, 152, 40); }
+    QPushButton:checked { background: rgba(34, 184, 207, 70); }
+    QPushButton:focus { border: 1px solid #22b8cf; }
+"""
+
+
+class ContactRow:
+    """One row of the panel's grid: a button under the facts about one region.
+
+    Args:
+        row: Number in the grid.
+        grid: Where to stand.
+        parent: Qt parent.
+    """
+
+    def __init__(self, row: int, grid: QGridLayout, parent: QWidget) -> None:
+        self.region: int | None = None
+        self.button = QPushButton(parent)
+        self.button.setObjectName(f"contact-{row}")
+        self.button.setCheckable(True)
+        self.button.setStyleSheet(_ROW_STYLE)
+        self.button.setToolTip("Highlight the trace of this contact; once more, of none")
+        grid.addWidget(self.button, row, 0, 1, 5)
+        self._mark = fact("", parent)
+        self._cells = [fact("", parent, right=column > 0) for column in range(4)]
+        for column, cell in enumerate((self._mark, *self._cells)):
+            cell.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+            cell.setFixedHeight(cell.fontMetrics().height() + 2)
+            grid.addWidget(cell, row, column)
+        self.button.setFixedHeight(self._mark.height())
+        for cell in self._cells:
+            cell.setMinimumWidth(48)
+
+    def show(self, region: ContactRegion | None, *, selected: bool) -> None:
+        """Say what is known of a region; None empties the row."""
+        texts, ink = ["", "", "", ""], ""
+        if region is not None:
+            texts = [region.link, f"{region.force:.2f}", f"{1e-3 * region.peak:.1f}", f"{1e6 * region.area:.0f}"]
+            ink = f'<span style="color:{region_ink(region.id)}">●</span>'
+        self.region = None if region is None else region.id
+        self.button.setEnabled(region is not None)
+        self.button.setChecked(selected)
+        self.button.setAccessibleName("" if region is None else f"Contact on {region.link}, {texts[1]} N")
+        for cell, text in zip((self._mark, *self._cells), (ink, *texts), strict=True):
+            if cell.text() != text:
+                cell.setText(text)
 
 
 class ContactsPanel(Panel):
-    """A few rows that never jump: fixed in number, tabular in digits."""
+    """A few rows that never jump: fixed in number, the older region above the younger, tabular in digits."""
+
+    region_selected = Signal(object)
+    """The row of a region was clicked: its id; None if it was selected already."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Contacts", "contacts-panel", parent)
-        self._summary = self.caption()
+        self._summary: QLabel = self.caption()
         self._summary.setObjectName("contacts-summary")
+        self._selected: int | None = None
+        self._regions: tuple[ContactRegion, ...] = ()
         grid = self.grid()
-        self._cells = []
-        for column, text in enumerate(("On", "N", "kPa", "mm²")):
-            head = fact(text, self, right=column > 0)
+        grid.setHorizontalSpacing(8)
+        for column, text in enumerate(("On", "N", "kPa", "mm²"), start=1):
+            head = fact(text, self, right=column > 1)
             head.setProperty("role", "caption")
             grid.addWidget(head, 0, column)
-        for row in range(_ROWS):
-            cells = [fact("", self, right=column > 0) for column in range(4)]
-            for column, cell in enumerate(cells):
-                grid.addWidget(cell, row + 1, column)
-                cell.setMinimumWidth(48)
-                cell.setFixedHeight(cell.fontMetrics().height() + 2)
-            self._cells.append(cells)
-        grid.setColumnStretch(0, 1)
+        self._rows = [ContactRow(row + 1, grid, self) for row in range(_ROWS)]
+        for row in self._rows:
+            row.button.clicked.connect(self._on_row_clicked)
+        grid.setColumnStretch(1, 1)
         self.clear()
+
+    def follow(self, selection: Selection) -> None:
+        """Select there, and highlight what is selected there, from now on."""
+        self.region_selected.connect(selection.select_region)
+        selection.region_changed.connect(self.select_region)
+        self.select_region(selection.region)
 
     def clear(self) -> None:
         """Nothing is touched."""
+        self._regions = ()
         self._summary.setText("Nothing touches the skin: press it in a view.")
-        for cells in self._cells:
-            for cell in cells:
-                cell.setText("")
+        self._fill()
 
     def show_frame(self, frame: Frame) -> None:
-        """The strongest regions of a frame."""
-        regions = frame.regions
-        if not regions:
+        """The strongest regions of a frame, and the selected one."""
+        self._regions = frame.regions
+        if not frame.regions:
             self.clear()
             return
-        noun = "contact" if len(regions) == 1 else "contacts"
-        self._summary.setText(f"{len(regions)} {noun}, {sum(region.force for region in regions):.1f}\u2009N in all")
-        for number, cells in enumerate(self._cells):
-            texts = ["", "", "", ""]
-            if number < len(regions):
-                region = regions[number]
-                texts = [region.link, f"{region.force:.2f}", f"{1e-3 * region.peak:.1f}", f"{1e6 * region.area:.0f}"]
-            for cell, text in zip(cells, texts, strict=True):
-                if cell.text() != text:
-                    cell.setText(text)
+        noun = "contact" if len(frame.regions) == 1 else "contacts"
+        force = sum(region.force for region in frame.regions)
+        self._summary.setText(f"{len(frame.regions)} {noun}, {force:.1f}\u2009N in all")
+        self._fill()
+
+    def select_region(self, region: int | None) -> None:
+        """Highlight the row of the region with this id; None for none."""
+        self._selected = region
+        self._fill()
+
+    def _fill(self) -> None:
+        first = sorted(self._regions, key=lambda region: region.id != self._selected)[:_ROWS]
+        shown = sorted(first, key=lambda region: region.id)
+        for number, row in enumerate(self._rows):
+            region = shown[number] if number < len(shown) else None
+            row.show(region, selected=region is not None and region.id == self._selected)
+
+    def _on_row_clicked(self) -> None:
+        row = next(row for row in self._rows if row.button is self.sender())
+        again = row.region == self._selected
+        self._fill()  # the button has turned by itself; only the selection decides
+        self.region_selected.emit(None if again else row.region)

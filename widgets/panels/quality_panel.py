@@ -43,8 +43,13 @@ def _percent(value: float) -> str:
     return f"{100 * value:.1f}\u2009%"
 
 
+def _short(value: float) -> str:
+    """Three digits, for two columns have to fit."""
+    return f"{value:.{2 if value < 10 else 1 if value < 100 else 0}f}"
+
+
 def _spread(value: Mapping[str, float]) -> str:
-    return f"×{value['p95']:.2f}" if value["p95"] is not None else "∞"
+    return f"×{_short(value['p95'])}" if value["p95"] is not None else "∞"
 
 
 def _spread_bad(value: Mapping[str, float | None]) -> bool:
@@ -78,7 +83,7 @@ _ROWS = (
     _Row("continuity", "Continuity", lambda v: f"{v:.4f}",
          "1 if the six nearest taxels on the body are nearest on the map too: no lost neighbours.",
          lambda v: v < 0.95, "lost neighbours"),
-    _Row("round_trip_mm", "Round trip", lambda v: f"{v:.2f}\u2009mm",
+    _Row("round_trip_mm", "Round trip", lambda v: f"{_short(v)}\u2009mm",
          "From the body to the map, to a pixel of the image and back: how far off, for 95\u2009% of the taxels.",
          lambda v: v > 3.0, "round trip"),
     _Row("taxels", "Taxels", lambda v: f"{v}", "Tactile elements on the map.", lambda _: False),
@@ -118,6 +123,7 @@ class QualityPanel(Panel):
         self._note.setObjectName("quality-note")
         self._facts: tuple[Mapping[str, Any], ...] = ()
         self._better: Mapping[str, str] = {}
+        self._quality: MapQuality | None = None
         grid = self.grid()
         grid.setColumnStretch(0, 1)
         grid.setHorizontalSpacing(8)
@@ -137,13 +143,26 @@ class QualityPanel(Panel):
     def show_prepared(self, prepared: Prepared) -> None:
         """Another map; its quality comes a moment later."""
         self._note.setText("Measuring…")
+        self._quality = None
         self._facts, self._better = ({"taxels": len(prepared.skin)},), {}
         self._show_second(False)
         self._fill()
 
     def show_quality(self, quality: MapQuality) -> None:
-        """The numbers of one map."""
-        self._facts, self._better = (quality.to_json(),), {}
+        """The numbers of one map; in a comparison of the first, until the two are compared again."""
+        self._quality = quality
+        if len(self._facts) == 2:
+            self._facts, self._better = (quality.to_json(), self._facts[1]), {}
+            self._note.setText("Comparing again…")
+            self._fill()
+        else:
+            self.end_comparison()
+
+    def end_comparison(self) -> None:
+        """The numbers of the one map alone again."""
+        if self._quality is None:
+            return
+        self._facts, self._better = (self._quality.to_json(),), {}
         self._note.setText(_verdict(self._facts[0]))
         self._show_second(False)
         self._fill()
@@ -155,6 +174,8 @@ class QualityPanel(Panel):
             comparison: Of the same taxels.
             names: Short ones, for the columns' heads.
         """
+        if isinstance(comparison.first, MapQuality):
+            self._quality = comparison.first
         self._facts = (comparison.first.to_json(), comparison.second.to_json())
         self._better = {measure.name: measure.better for measure in comparison.measures}
         counts = [sum(better == side for better in self._better.values()) for side in ("first", "second")]

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QWidget
 from app.arrays import FloatArray
 from widgets.chooser import Rubber, paint_rubber
 from widgets.colours import Theme, mixed
+from widgets.edit_tool import EditTool
 from widgets.robot_view.orientation_cube import CubeFace, cube_faces
 
 EDGE = 12.0
@@ -57,11 +58,16 @@ class Captions:
 
 
 class Overlay(QWidget):
-    """A transparent sheet over the canvas; the mouse goes through it."""
+    """A transparent sheet over the canvas; the mouse goes through it.
+
+    Attributes:
+        tool: May draw over everything; None for none.
+    """
 
     def __init__(self, theme: Theme, parent: QWidget) -> None:
         super().__init__(parent)
         self._theme, self._captions = theme, Captions()
+        self.tool: EditTool | None = None
         self.setObjectName("robot-overlay")
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         self._caption, self._figure = QFont(self.font()), QFont(self.font())
@@ -94,6 +100,10 @@ class Overlay(QWidget):
         if said.axes is not None:
             self._paint_cube(painter, said.axes, self._cube_middle())
         paint_rubber(painter, said.rubber, self._theme)
+        if self.tool is not None:
+            painter.save()
+            self.tool.paint_body(painter, self._theme)
+            painter.restore()
         if said.replaying:
             pen = QPen(QColor(self._theme.accent), 3)
             pen.setJoinStyle(Qt.PenJoinStyle.MiterJoin)
@@ -110,6 +120,11 @@ class Overlay(QWidget):
             return None
         away = (pixel - self._cube_middle()) / CUBE
         return next((face for face in cube_faces(self._captions.axes) if face.holds(away.x(), away.y())), None)
+
+    def near_cube(self, pixel: QPointF) -> bool:
+        """Whether a pixel is where the orientation cube can be, however it is turned."""
+        away = pixel - self._cube_middle()
+        return self._captions.axes is not None and bool(np.hypot(away.x(), away.y()) < 2 * CUBE)
 
     def _cube_middle(self) -> QPointF:
         return QPointF(self.width() - 3 * CUBE, self.height() - 3 * CUBE)

@@ -12,6 +12,7 @@ import numpy as np
 import pyvista as pv
 
 from app.arrays import FloatArray
+from app.maps.tactile_map import TactileMap
 from app.session.prepare import Prepared
 from widgets.robot_view.drawn import MATTE, polydata
 from widgets.skin_picture import SkinPicture
@@ -23,11 +24,11 @@ class PictureSkin:
     Args:
         plotter: Where to draw.
         prepared: Robot, skin and map.
-        picture: Of that map.
+        picture: Of the charts of that map, wherever they lie in the picture.
     """
 
     def __init__(self, plotter: Any, prepared: Prepared, picture: SkinPicture) -> None:
-        self._plotter, self._picture = plotter, picture
+        self._plotter, self._picture, self._flat = plotter, picture, prepared.map.uv
         self._links = [prepared.robot.link_index[patch.link] for patch in prepared.skin.patches]
         height, width = picture.pixels.shape
         self._image = pv.ImageData(dimensions=(width, height, 1))
@@ -46,6 +47,10 @@ class PictureSkin:
         low, high = self._picture.extent
         mesh.active_texture_coordinates = ((places - low) / (high - low)).astype(np.float32)
         return self._plotter.add_mesh(mesh, texture=self._texture, copy_mesh=False, **MATTE)
+
+    def lay(self, map_: TactileMap) -> None:
+        """Take another arrangement of the same charts; ``place`` shows it."""
+        self._flat = map_.uv
 
     def refresh(self) -> None:
         """Take the picture's pixels as they are now. Cost: 0.6 ms for 512² pixels."""
@@ -66,7 +71,7 @@ class PictureSkin:
         """
         for number, mesh in enumerate(self._meshes):
             points, normals = self._rest[number]
-            places = self._picture.places[number]
+            places = self._flat[number]
             mesh.points[:], mesh.point_data["Normals"][:] = between(
                 points, normals, places, poses[self._links[number]], plane, share
             )

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 from PySide6.QtCore import QPointF, Signal
 from PySide6.QtGui import QHideEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
-from app.arrays import IntArray
+from app.arrays import FloatArray, IntArray
 from app.errors import RobotError
 from app.geometry.surface_point import SurfacePoint
+from app.maps.tactile_map import TactileMap
 from app.session.frame import Frame
 from app.session.prepare import Prepared
+from widgets.body_marks import NO_MARKS, BodyMarks
 from widgets.colours import PressureScale, Theme
 from widgets.robot_view.canvas import make_canvas
 from widgets.robot_view.drawing import Drawing
@@ -40,7 +43,7 @@ class RobotCanvas(QWidget):
         self.prepared: Prepared | None = None
         self._frame: Frame | None = None
         self._mark: SurfacePoint | None = None
-        self._captions, self._framed = Captions(), True
+        self._captions, self._framed, self._marks = Captions(), True, NO_MARKS
         self.canvas = make_canvas(self)
         self.scene = RobotScene(self.canvas.plotter, theme, scale)
         layout = QVBoxLayout(self)
@@ -54,6 +57,7 @@ class RobotCanvas(QWidget):
     def show_robot(self, prepared: Prepared) -> None:
         """Show the robot of ``prepared`` at home, framed."""
         self.scene.show_prepared(prepared)
+        self.scene.set_marks(self._marks)
         self.prepared, self._frame, self._mark = prepared, None, None
         legend = f"Arrow: {1e3 * ARROW_LENGTH:g}\u2009mm per newton"
         self._captions = replace(self._captions, forces=(), legend=legend)
@@ -81,6 +85,20 @@ class RobotCanvas(QWidget):
         """Take the map's picture, ``worn`` or kept for the way to the map; whole, or in a dot for each taxel."""
         self.scene.set_overlay(picture, worn=worn, dotted=dotted)
         self.request()
+
+    def show_map(self, map_: TactileMap) -> None:
+        """The same skin on another map: what was laid flat otherwise is drawn by it from now on."""
+        if self.prepared is not None and map_ is not self.prepared.map:
+            self.prepared = replace(self.prepared, map=map_)
+            self.scene.show_map(map_)
+            self.request()
+
+    def set_marks(self, marks: BodyMarks) -> None:
+        """Show what an edit tool marks on the body; nothing for the same again."""
+        if marks is not self._marks:
+            self._marks = marks
+            self.scene.set_marks(marks)
+            self.request()
 
     def set_theme(self, theme: Theme) -> None:
         """Take another theme."""
@@ -119,12 +137,25 @@ class RobotCanvas(QWidget):
         Raises:
             RobotError: No robot is shown.
         """
+        return QPointF(*self.scene.viewpoint.pixels(self._world(at), (self.width(), self.height()))[0])
+
+    def pixel_size(self, at: SurfacePoint | None) -> float:
+        """How large a pixel is at a place on the skin, or where the eye looks [m].
+
+        Raises:
+            RobotError: A place is given, and no robot is shown.
+        """
+        view = self.scene.viewpoint
+        depth = view.distance if at is None else float((self._world(at) - view.eye) @ view.axes[2])
+        return 2 * depth * float(np.tan(np.radians(view.view_angle) / 2)) / max(self.height(), 1)
+
+    def _world(self, at: SurfacePoint) -> FloatArray:
+        """(3,) where a place on the skin is [m]."""
         if self.prepared is None:
             raise RobotError("there is no robot to find the point on", value=at, remedy="Show a prepared scene first")
         skin = self.prepared.skin
         pose = self.scene.poses[self.prepared.robot.link_index[skin.link(at)]]
-        world = pose[:3, :3] @ skin.position(at) + pose[:3, 3]
-        return QPointF(*self.scene.viewpoint.pixels(world, (self.width(), self.height()))[0])
+        return pose[:3, :3] @ skin.position(at) + pose[:3, 3]
 
     def request(self, *, moving: bool = False) -> None:
         """Draw soon, if seen; ``moving`` while the hand moves the eye."""

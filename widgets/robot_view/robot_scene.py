@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,11 +10,14 @@ import pyvista as pv
 
 from app.arrays import FloatArray, IntArray
 from app.geometry.surface_point import SurfacePoint
+from app.maps.tactile_map import TactileMap
 from app.robots.configuration import Configuration
 from app.session.frame import Frame
 from app.session.prepare import Prepared
+from widgets.body_marks import BodyMarks
 from widgets.colours import PressureScale, Theme, mixed
 from widgets.robot_view.drawn import MATTE, polydata, set_matrix
+from widgets.robot_view.edit_marks import EditMarks
 from widgets.robot_view.marks import Marks
 from widgets.robot_view.skin_actors import SkinActors
 from widgets.robot_view.viewpoint import Viewpoint, framing
@@ -62,6 +66,7 @@ class RobotScene:
         self._bounds += [(prepared.robot.link_index[p.link], p.surface.bounds) for p in prepared.skin.patches]
         self._plane = np.eye(4)
         self._marks = Marks(self._plotter, self._theme, prepared)
+        self._edit_marks = EditMarks(self._plotter, self._theme, prepared)
         self._move()
         self._ground()
         self.frame_all()
@@ -109,6 +114,19 @@ class RobotScene:
             self._move()
             self._colour()
 
+    def set_marks(self, marks: BodyMarks) -> None:
+        """Show what an edit tool marks on the body."""
+        if self._prepared is not None:
+            self._edit_marks.show(marks)
+
+    def show_map(self, map_: TactileMap) -> None:
+        """The same skin on another map."""
+        if self._prepared is not None:
+            self._prepared = replace(self._prepared, map=map_)
+            self._skin.show_map(map_)
+            self._move()
+            self._colour()
+
     def morph(self, share: float) -> None:
         """Lay the skin flat by this share: 0 on the body, 1 as on the map, facing the eye as it was at the start."""
         if self._prepared is None:
@@ -116,6 +134,7 @@ class RobotScene:
         if self._skin.share == 0:
             self._plane = self._facing_plane()
         self._skin.morph(share)
+        self._edit_marks.hide(hidden=share > 0)
         for actor in self._bodies:
             actor.prop.opacity = 1.0 - _FADE * share
         self._move()
@@ -148,6 +167,7 @@ class RobotScene:
             actor.prop.color = theme.body
         if self._prepared is not None:
             self._marks.set_theme(theme)
+            self._edit_marks.set_theme(theme)
             self._ground()
 
     def set_scale(self, scale: PressureScale) -> None:
@@ -203,6 +223,8 @@ class RobotScene:
     def _move(self) -> None:
         poses = self.poses
         for number, actor in self._links:
+            set_matrix(actor, poses[number])
+        for number, actor in self._edit_marks.riders:
             set_matrix(actor, poses[number])
         self._skin.move(poses, self._plane)
 

@@ -89,7 +89,7 @@ class TaxelRings:
 
     def _rims(self, positions: FloatArray, normals: FloatArray, size: FloatArray) -> FloatArray:
         """(2 * sides * k, 3) points of the inner rims, then of the outer ones."""
-        across, along = _axes(normals)
+        across, along = axes_across(normals)
         middle, size = positions + self._lift * normals, size[:, None]
         spoke = self._circle[:, 0, None, None] * (size * across) + self._circle[:, 1, None, None] * (size * along)
         return np.stack([middle + self._inner * spoke, middle + spoke]).reshape(-1, 3)
@@ -109,7 +109,7 @@ def _nothing() -> pv.PolyData:
     return mesh
 
 
-def _axes(normals: FloatArray) -> tuple[FloatArray, FloatArray]:
+def axes_across(normals: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Two unit vectors (k, 3) each across ``normals`` (k, 3) and across each other."""
     aside = np.eye(3)[np.abs(normals).argmin(axis=1)]
     across = np.cross(aside, normals)

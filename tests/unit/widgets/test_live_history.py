@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from widgets.panels.live_history import LiveHistory
+from widgets.panels.live_history import LiveHistory, TaxelHistory
 
 
 def test_it_keeps_the_last_seconds_in_order():
@@ -52,3 +52,40 @@ def test_nothing_known_is_nothing_drawn():
     history.clear()
     assert history.names == ()
     assert len(history.series("force")[0]) == 0
+
+
+def test_series_that_fell_silent_are_dropped():
+    history = LiveHistory(seconds=2.0)
+    for k in range(30):
+        history.add(0.125 * k, {"all": 1.0} | ({"short": 2.0} if k < 5 else {}))
+        assert history.forget_silent() == (("short",) if k == 21 else ())
+    assert history.names == ("all",)
+
+
+def test_a_taxel_asked_for_later_shows_its_past():
+    history = TaxelHistory(seconds=2.0, capacity=64)
+    for k in range(100):
+        history.add(0.1 * k, 1e3 * np.array([k, 2 * k, 0.5]))
+    ages, kilopascals = history.traces(np.array([2, 1]))
+    assert ages[-1] == 0.0
+    assert ages[0] == pytest.approx(-2.0, abs=0.11)
+    assert kilopascals.shape == (len(ages), 2)
+    np.testing.assert_allclose(kilopascals[:, 1], 2.0 * np.arange(100 - len(ages), 100))
+    assert set(kilopascals[:, 0]) == {0.5}
+
+
+def test_a_full_ring_of_taxels_drops_the_oldest():
+    history = TaxelHistory(seconds=100.0, capacity=8)
+    for k in range(11):
+        history.add(float(k), np.array([1e3 * k]))
+    assert history.traces(np.array([0]))[1][:, 0].tolist() == [3, 4, 5, 6, 7, 8, 9, 10]
+
+
+@pytest.mark.parametrize(("time", "count"), [(1.0, 2), (50.0, 2), (2.1, 5)])
+def test_taxels_start_over_after_a_jump_or_with_another_skin(time, count):
+    history = TaxelHistory()
+    assert history.traces(np.array([], int))[0].size == 0
+    for k in range(3):
+        history.add(1.0 * k, np.array([1e3, 2e3]))
+    history.add(time, np.zeros(count))
+    assert history.traces(np.array([0]))[1].tolist() == [[0.0]]

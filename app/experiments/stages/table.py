@@ -1,0 +1,30 @@
+"""The stages by name, in the order in which touch goes through them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from app.editing.document import MapDocument
+from app.editing.reflatten import Reflatten
+from app.errors import MapError
+from app.experiments.stages import cut, flatten, image
+from app.experiments.work_precision import Setting, Stage
+
+STAGES: Mapping[str, Stage] = {stage.name: stage for stage in (cut.STAGE, flatten.STAGE, image.STAGE)}
+
+
+def edits_map(setting: Setting) -> bool:
+    """Whether a setting is put in force by an edit of the map."""
+    return STAGES[setting.stage].wanted is not None
+
+
+def wanted(document: MapDocument, setting: Setting) -> Reflatten:
+    """What the editor must compute for ``setting`` to be in force: exactly what was measured, but for pins.
+
+    Raises:
+        MapError: It is no edit of the map, or for patches that the map does not have.
+    """
+    make = STAGES[setting.stage].wanted
+    if make is None:
+        raise MapError("this setting is none of the map's", place=setting.stage, value=setting.method)
+    return make(document, setting)

@@ -1,0 +1,195 @@
+"""What the window can do to the map: connects editor, tools, actions, files and what is shown."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject
+
+from app.editing import arrange
+from app.editing.document import MapDocument
+from app.editing.patches import show
+from app.maps.tactile_map import TactileMap
+from app.session.prepare import Prepared
+from widgets.edit_tools.interest_tool import InterestTool
+from widgets.edit_tools.pin_tool import PinTool
+from widgets.edit_tools.seam_tool import SeamTool
+from widgets.editor import Editor
+from widgets.map_files import MapFiles
+from widgets.map_view.arrange_tool import ArrangeTool
+from widgets.tools import Tool
+
+if TYPE_CHECKING:
+    from widgets.main_window import MainWindow
+
+_WITH_EDITOR = (
+    "arrange", "pins", "seams", "interest", "add_pin", "remove_pin", "select_pins", "propose_seam", "repack",
+    "show_patches", "open_map", "save_map", "save_map_as", "export_map",
+)  # fmt: skip
+_WITH_PATCHES = ("mirror", "true_size", "hide_patches", *(f"align_{edge}" for edge in arrange.EDGES))
+
+
+class Editing(QObject):
+    """The commands of the Edit menu, and where the document goes.
+
+    Args:
+        window: The window, with its actions, views and panels made.
+
+    Attributes:
+        files: Where the map is kept.
+    """
+
+    def __init__(self, window: MainWindow) -> None:
+        super().__init__(window)
+        self._window, self._live, self._views = window, window.live, window.views
+        self._editor: Editor = window.editor
+        self.files = MapFiles(window, self._editor)
+        self._pins = PinTool(self._editor, self)
+        self._seams = SeamTool(self._editor, self)
+        self._interest = InterestTool(self._editor, self)
+        self._tools = {
+            Tool.ARRANGE: ArrangeTool(self._editor, self),
+            Tool.PINS: self._pins,
+            Tool.SEAMS: self._seams,
+            Tool.INTEREST: self._interest,
+        }
+        self._connect_editor()
+        self._connect_actions()
+        self._dress()
+
+    def _connect_editor(self) -> None:
+        editor, live = self._editor, self._live
+        editor.shown.connect(self._on_shown)
+        editor.settled.connect(self._on_settled)
+        for signal in (editor.history_changed, editor.selection_changed, editor.enabled_changed, editor.rested):
+            signal.connect(self._dress)
+        editor.working.connect(self._dress)
+        editor.failed.connect(self._on_failed)
+        editor.told.connect(self._on_told)
+        self.files.changed.connect(self._dress)
+        live.prepared_changed.connect(self._on_prepared_changed)
+        live.map_changed.connect(self._on_map_changed)
+        live.mode_changed.connect(self._on_mode_changed)
+
+    def _connect_actions(self) -> None:
+        editor, files = self._editor, self.files
+        for name, act in (
+            ("undo", editor.undo),
+            ("redo", editor.redo),
+            ("add_pin", self._add_pin),
+            ("remove_pin", self._pins.remove),
+            ("select_pins", self._pins.select_pinned),
+            ("propose_seam", self._propose),
+            ("mirror", self._mirror),
+            ("true_size", self._true_size),
+            ("repack", self._repack),
+            ("hide_patches", self._hide),
+            ("show_patches", self._show_all),
+            ("cancel_edit", editor.cancel_work),
+            ("open_map", files.choose_open),
+            ("save_map", files.save),
+            ("save_map_as", files.choose_save),
+            ("export_map", files.choose_export),
+            ("restore_map", files.restore),
+            *((f"align_{edge}", partial(self._align, edge)) for edge in arrange.EDGES),
+        ):
+            self._window.action(name).triggered.connect(act)
+
+    def take_tool(self, tool: Tool) -> None:
+        """Give the views the edit tool for ``tool``, or none."""
+        self._views.set_edit_tool(self._tools.get(tool))
+
+    # The document's way.
+
+    def _on_prepared_changed(self, prepared: Prepared) -> None:
+        """Another scene: its map is another document. Back from a replay, the document is the one edited before."""
+        if self._live.player is not None:
+            return
+        document = self._editor.document
+        if document is not None and document.skin is prepared.map.skin:
+            self._on_settled(document, "")
+            self._on_shown(document)
+            return
+        self._editor.open(MapDocument.of(prepared.map))
+        self.files.begin(prepared)
+
+    def _on_map_changed(self, map_: TactileMap) -> None:
+        """A recorded edit was passed in a replay."""
+        self._views.show_document(MapDocument.of(map_))
+
+    def _on_mode_changed(self, mode: str) -> None:
+        self._editor.set_enabled(enabled=mode in ("live", "paused"))
+
+    def _on_shown(self, document: MapDocument) -> None:
+        self._views.show_document(document, in_hand=self._editor.gesture)
+
+    def _on_settled(self, document: MapDocument, name: str) -> None:
+        self._live.edit_map(document.map, name)
+        self._live.measurer.measure(document.map)
+
+    def _on_failed(self, text: str) -> None:
+        self._window.message_bar.say(text, fault=True)
+
+    def _on_told(self, text: str) -> None:
+        self._window.statusBar().showMessage(text, 5_000)
+
+    # Commands.
+
+    def _add_pin(self) -> None:
+        taxels = self._views.selection.taxels
+        if len(taxels):
+            self._pins.pin_taxels(taxels)
+        else:
+            self._pins.add_here()
+
+    def _propose(self) -> None:
+        """With the tool that shows what is proposed."""
+        self._window.seeing.set_tool(Tool.SEAMS)
+        self._seams.propose()
+
+    def set_brush(self, radius: float) -> None:
+        """The brush that paints areas of interest is as wide as the one that selects [px]."""
+        self._interest.set_radius(radius)
+
+    def _mirror(self) -> None:
+        selected = self._editor.selected
+        self._editor.do("Mirror", lambda document: arrange.mirror(document, selected))
+
+    def _true_size(self) -> None:
+        selected = self._editor.selected
+        self._editor.do("True size", lambda document: arrange.true_size(document, selected))
+
+    def _repack(self) -> None:
+        selected = self._editor.selected or None
+        self._editor.do("Pack again", lambda document: arrange.repack(document, selected))
+
+    def _align(self, edge: arrange.Edge) -> None:
+        selected = self._editor.selected
+        self._editor.do("Align", lambda document: arrange.align(document, selected, edge))
+
+    def _hide(self) -> None:
+        selected = self._editor.selected
+        self._editor.do("Hide patches", lambda document: show(document, selected, visible=False))
+
+    def _show_all(self) -> None:
+        self._editor.do("Show all patches", lambda document: show(document, range(len(document.patches))))
+
+    def _dress(self) -> None:
+        """Enable what can be done, and say what undo would undo."""
+        editor, action = self._editor, self._window.action
+        history, enabled = editor.history, editor.enabled and editor.document is not None
+        for name in _WITH_EDITOR:
+            action(name).setEnabled(enabled)
+        for name in _WITH_PATCHES:
+            action(name).setEnabled(enabled and bool(editor.selected))
+        action("cancel_edit").setEnabled(editor.busy)
+        action("undo").setEnabled(enabled and history is not None and (history.can_undo or editor.busy))
+        action("redo").setEnabled(enabled and history is not None and history.can_redo)
+        undo = history.names[history.position] if history is not None and history.position else ""
+        redo = history.names[history.position + 1] if history is not None and history.can_redo else ""
+        action("undo").setText(f"Undo {undo[:1].lower()}{undo[1:]}" if undo else "Undo")
+        action("redo").setText(f"Redo {redo[:1].lower()}{redo[1:]}" if redo else "Redo")
+        self._window.setWindowModified(self.files.unsaved)
+        name = self.files.path.name if self.files.path is not None else "Tactile Maps"
+        self._window.setWindowTitle(f"{name}[*]" if name == "Tactile Maps" else f"{name}[*] – Tactile Maps")
