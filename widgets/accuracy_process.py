@@ -10,7 +10,7 @@ from typing import Any
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.errors import TactileMapsError
-from app.experiments.work_precision import Subject
+from app.experiments.work_precision import Subject, Trial
 
 _POLL_MS = 25
 _UNFORESEEN = (MemoryError, OSError, ArithmeticError, ValueError, LookupError, RuntimeError, TypeError)
@@ -43,8 +43,8 @@ class AccuracyProcess(QObject):
 
     progressed = Signal(str, float)
     """What is being tried, and how far it is, 0 to 1."""
-    tried = Signal(object)
-    """A Trial, as soon as it is there."""
+    tried = Signal(tuple)
+    """The Trials that are there since the last time."""
     finished = Signal()
     """All of them are."""
     failed = Signal(str)
@@ -55,6 +55,7 @@ class AccuracyProcess(QObject):
         self._process: Any = None
         self._connection: Connection | None = None
         self._request: tuple[str, Subject] | None = None
+        self._trials: list[Trial] = []
         self._timer = QTimer(self)
         self._timer.setInterval(_POLL_MS)
         self._timer.timeout.connect(self._on_timer)
@@ -70,8 +71,9 @@ class AccuracyProcess(QObject):
         self._request = (stage, subject)
         context = mp.get_context("spawn")
         self._connection, theirs = context.Pipe()
-        self._process = context.Process(target=_work, args=(theirs,), daemon=True, name="accuracy")
-        self._process.start()
+        process = context.Process(target=_work, args=(theirs,), daemon=True, name="accuracy")
+        process.start()
+        self._process = process
         theirs.close()
         self._timer.start()
         self.progressed.emit("starting", 0.0)
@@ -79,7 +81,7 @@ class AccuracyProcess(QObject):
     def close(self) -> None:
         """End the process, whatever it does."""
         self._timer.stop()
-        self._request = None
+        self._request, self._trials = None, []
         if self._process is not None:
             self._process.kill()
             self._process.join()
@@ -93,6 +95,7 @@ class AccuracyProcess(QObject):
         try:
             while self._connection is not None and self._connection.poll():
                 self._take(*self._connection.recv())
+            self._tell()
         except (EOFError, ConnectionResetError, BrokenPipeError):
             self.close()
             self.failed.emit("Measuring ended unexpectedly; the diagram before it is kept. Measure again.")
@@ -104,7 +107,14 @@ class AccuracyProcess(QObject):
         elif kind == "progress":
             self.progressed.emit(*content)
         elif kind == "tried":
-            self.tried.emit(content)
+            self._trials.append(content)
         else:
+            self._tell()
             self.close()
             self.finished.emit() if kind == "finished" else self.failed.emit(content)
+
+    def _tell(self) -> None:
+        """Rounds come in bursts; they are told, and drawn, at once."""
+        if self._trials:
+            trials, self._trials = tuple(self._trials), []
+            self.tried.emit(trials)

@@ -10,6 +10,7 @@ from PySide6.QtCore import QObject
 from app.editing import arrange
 from app.editing.document import MapDocument
 from app.editing.patches import show
+from app.geometry.surface_point import SurfacePoint
 from app.maps.tactile_map import TactileMap
 from app.session.prepare import Prepared
 from widgets.edit_tools.interest_tool import InterestTool
@@ -68,6 +69,12 @@ class Editing(QObject):
         editor.failed.connect(self._on_failed)
         editor.told.connect(self._on_told)
         self.files.changed.connect(self._dress)
+        compare, measurer = self._window.column.compare, live.measurer
+        compare.compare_requested.connect(measurer.compare)
+        compare.shown_other.connect(self._on_shown_other)
+        measurer.compared.connect(compare.show_comparison)
+        measurer.failed.connect(compare.show_failed)
+        self._views.hovered.connect(self._on_hovered)
         live.prepared_changed.connect(self._on_prepared_changed)
         live.map_changed.connect(self._on_map_changed)
         live.mode_changed.connect(self._on_mode_changed)
@@ -127,6 +134,16 @@ class Editing(QObject):
     def _on_settled(self, document: MapDocument, name: str) -> None:
         self._live.edit_map(document.map, name)
         self._live.measurer.measure(document.map)
+
+    def _on_shown_other(self, other: bool) -> None:
+        """The layout that is compared with is looked at, not edited: tools that edit wait until ours is back."""
+        document = self._window.column.compare.other if other else self._editor.document
+        if isinstance(document, MapDocument):
+            self._views.show_document(document)
+        self._views.set_edit_tool(None if other else self._tools.get(self._views.tool))
+
+    def _on_hovered(self, at: SurfacePoint | None) -> None:
+        self._window.column.patches.show_hover(None if at is None else at.patch)
 
     def _on_failed(self, text: str) -> None:
         self._window.message_bar.say(text, fault=True)

@@ -100,6 +100,59 @@ def _select_brush(painter: QPainter, colour: str) -> None:
     painter.drawEllipse(QRectF(6.5, 6.5, 3, 3))
 
 
+def _arrange(painter: QPainter, _colour: str) -> None:
+    """A patch with arrows to all sides."""
+    painter.drawRect(QRectF(5.8, 5.8, 4.4, 4.4))
+    for turn in range(4):
+        painter.save()
+        painter.translate(8, 8)
+        painter.rotate(90 * turn)
+        painter.drawPolygon(QPolygonF([QPointF(-2.4, -4.4), QPointF(2.4, -4.4), QPointF(0, -7.6)]))
+        painter.restore()
+
+
+def _pins(painter: QPainter, colour: str) -> None:
+    painter.drawEllipse(QRectF(4.2, 1, 7.6, 7.6))
+    painter.setPen(QPen(QColor(colour), 1.6, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
+    painter.drawLine(QPointF(8, 8), QPointF(8, 14.5))
+
+
+def _seams(painter: QPainter, colour: str) -> None:
+    """Two pieces and the stitches between them."""
+    pen = QPen(QColor(colour), 1.5)
+    painter.setPen(pen)
+    for y in (3.0, 8.0, 13.0):
+        painter.drawLine(QPointF(4.5, y), QPointF(11.5, y))
+    pen.setDashPattern([1.6, 1.4])
+    painter.setPen(pen)
+    painter.drawLine(QPointF(8, 0.8), QPointF(8, 15.2))
+
+
+def _interest(painter: QPainter, colour: str) -> None:
+    """A place fenced in."""
+    painter.drawEllipse(QRectF(5.4, 5.4, 5.2, 5.2))
+    pen = QPen(QColor(colour), 1.4)
+    pen.setDashPattern([2.2, 1.6])
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    painter.setPen(pen)
+    painter.drawEllipse(QRectF(1.6, 1.6, 12.8, 12.8))
+
+
+def _undo(painter: QPainter, colour: str) -> None:
+    bow = QPainterPath(QPointF(4, 5.5))
+    bow.lineTo(10, 5.5)
+    bow.arcTo(QRectF(6.2, 5.5, 7.6, 7.6), 90, -180)
+    bow.lineTo(6, 13.1)
+    painter.strokePath(bow, QPen(QColor(colour), 1.6))
+    painter.drawPolygon(QPolygonF([QPointF(5.2, 1.6), QPointF(5.2, 9.4), QPointF(0.8, 5.5)]))
+
+
+def _redo(painter: QPainter, colour: str) -> None:
+    painter.translate(16, 0)
+    painter.scale(-1, 1)
+    _undo(painter, colour)
+
+
 _SHAPES: dict[str, Callable[[QPainter, str], None]] = {
     "play": _play,
     "pause": _pause,
@@ -111,4 +164,10 @@ _SHAPES: dict[str, Callable[[QPainter, str], None]] = {
     "select_box": _select_box,
     "select_lasso": _select_lasso,
     "select_brush": _select_brush,
+    "arrange": _arrange,
+    "pins": _pins,
+    "seams": _seams,
+    "interest": _interest,
+    "undo": _undo,
+    "redo": _redo,
 }

@@ -36,7 +36,7 @@ def launch(scene: Scene) -> int:
     """
     if sys.platform.startswith("linux"):
         require_display()
-    app = _application()
+    app = make_application()
     settings = Settings()
     apply_theme(app, THEMES[settings.theme])
     window = MainWindow(settings)
@@ -72,7 +72,7 @@ def screenshot(
     """
     os.environ["QT_QPA_PLATFORM"] = "offscreen"
     prepared = prepare(scene, progress=progress)
-    app = _application()
+    app = make_application()
     apply_theme(app, THEMES[theme])
     window = picture_window(theme, size)
     try:
@@ -111,7 +111,8 @@ def picture_window(theme: str, size: tuple[int, int]) -> MainWindow:
     return window
 
 
-def _application() -> QApplication:
+def make_application() -> QApplication:
+    """The Qt application, made once a process."""
     app = QApplication.instance()
     if isinstance(app, QApplication):
         return app

@@ -85,7 +85,10 @@ class MainWindow(QMainWindow):
         self.statusBar().addPermanentWidget(self.readout)
 
     def _build_panels(self) -> None:
-        self.column = PanelColumn()
+        self.column = PanelColumn(self.editor)
+        if self.settings.folded is not None:
+            self.column.set_folded(self.settings.folded)
+        self.column.folded_changed.connect(self._on_folded_changed)
         self.panels = self._dock("Panels", self.column, Qt.DockWidgetArea.RightDockWidgetArea)
 
     def _build_bottom(self) -> None:
@@ -214,6 +217,9 @@ class MainWindow(QMainWindow):
         self.column.controller.show_settings(settings)  # type: ignore[arg-type]
         goal = getattr(settings, "force_goal", None) if getattr(settings, "law", "") == "hold_force" else None
         self.plots.set_force_goal(goal)
+
+    def _on_folded_changed(self, names: tuple[str, ...]) -> None:
+        self.settings.folded = names
 
     def _on_hints_read(self) -> None:
         self.hint_bar.hide()

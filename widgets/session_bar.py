@@ -12,6 +12,8 @@ from widgets.loading_bar import LoadingBar
 from widgets.timeline.playhead import SPEEDS
 
 _TOOLS = ("select_box", "select_lasso", "select_brush")
+_EDITS = ("arrange", "pins", "seams", "interest")
+_BACK_AND_FORTH = ("undo", "redo")
 _WIDTHS = {"pause": 92, "step": 84, "reset": 88, "record": 148}
 _SELECT_WIDTH = 168
 """Widths of the buttons [px]: enough for the longest word each may show."""
@@ -47,6 +49,13 @@ class SessionBar(QToolBar):
         self.addSeparator()
         self.addAction(actions["poke"])
         self.addWidget(self._make_select())
+        self.addSeparator()
+        for name in (*_EDITS, *_BACK_AND_FORTH):
+            self.addAction(actions[name])
+            button = self.widgetForAction(actions[name])
+            assert isinstance(button, QToolButton)
+            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
+            button.setAccessibleName(actions[name].text())
         self.loading = LoadingBar()
         self.addWidget(self.loading)
         self._title, self.factor = QLabel(), QLabel()
@@ -117,8 +126,9 @@ class SessionBar(QToolBar):
             action.setIcon(icon(shape, colour, disabled=mixed(self._theme.panel, self._theme.quiet, 0.65)))
             action.setText(text)
             action.setEnabled(mode in ("live", "paused"))
-        for name in ("poke", *_TOOLS):
-            self._actions[name].setIcon(icon(name, self._theme.text, disabled=self._theme.quiet))
+        faint = mixed(self._theme.panel, self._theme.quiet, 0.65)
+        for name in ("poke", *_TOOLS, *_EDITS, *_BACK_AND_FORTH):
+            self._actions[name].setIcon(icon(name, self._theme.text, disabled=faint))
         self._actions["step"].setEnabled(mode == "paused")
         self._actions["pause"].setEnabled(mode != "empty")
         self._actions["record"].setChecked(recording)

@@ -62,6 +62,16 @@ class Settings:
         self._store.setValue("overlays", overlays.to_text())
 
     @property
+    def folded(self) -> tuple[str, ...] | None:
+        """The panels of which only the heading shows; None if that was never chosen."""
+        value = self._store.value("folded")
+        return None if value is None else tuple(str(value).split())
+
+    @folded.setter
+    def folded(self, names: tuple[str, ...]) -> None:
+        self._store.setValue("folded", " ".join(names))
+
+    @property
     def geometry(self) -> QByteArray | None:
         """The window's shape when it was last closed."""
         value = self._store.value("geometry")

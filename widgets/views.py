@@ -34,6 +34,8 @@ class Views(QWidget):
     """The button of an empty view was pressed."""
     cancel_requested = Signal()
     """The button of a loading view was pressed."""
+    hovered = Signal(object)
+    """The SurfacePoint under the pointer in either view, or None."""
     read_out = Signal(str)
     """What is under the pointer: patch, taxel, pressure and place; empty for nothing."""
 
@@ -171,6 +173,7 @@ class Views(QWidget):
 
     def _on_hovered(self, at: SurfacePoint | None) -> None:
         self._hover = at
+        self.hovered.emit(at)
         self._read_out()
 
     def _read_out(self) -> None:

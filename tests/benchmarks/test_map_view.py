@@ -1,11 +1,17 @@
-"""The 2-D map: a frame shown and painted at rest and zoomed in, and a press until the answer is painted."""
+"""The 2-D map: frames painted, a press until the answer is painted, and edits of the layout and of a chart."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+from itertools import count
+
+import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
+from app.editing.arrange import move, rotate
+from app.editing.document import MapDocument
 from app.session.prepare import prepare
 from app.session.session import Session
 from app.simulation.poke import PokePressed, PokeReleased
@@ -76,3 +82,56 @@ def test_press_on_the_map_until_the_answer_is_painted(benchmark, view, prepared)
     assert painted[-1] == session.frame.tick
     view.poke_pressed.disconnect()
     view.poke_released.disconnect()
+
+
+@pytest.fixture
+def document(prepared):
+    return MapDocument.of(prepared.map)
+
+
+def test_map_painted(benchmark, view, prepared, pressed):
+    benchmark.extra_info["taxels"] = len(prepared.skin)
+    view.show_frame(pressed.frame)
+
+    def paint():
+        view.viewport().update()
+        view.viewport().repaint()
+
+    benchmark.pedantic(paint, rounds=100, warmup_rounds=5)
+
+
+@pytest.mark.parametrize("in_hand", [True, False], ids=["in the hand", "at rest"])
+def test_layout_edit_until_painted(benchmark, view, document, pressed, in_hand):
+    view.show_frame(pressed.frame)
+    number = count(1)
+
+    def edited():
+        step = next(number)
+        return (rotate(move(document, [0], (1e-3 * step, 0.0)), [0], 1e-2 * step),), {}
+
+    def show(edited):
+        view.show_document(edited, in_hand=in_hand)
+        view.viewport().repaint()
+
+    benchmark.extra_info["faces"] = sum(len(chart.faces) for chart in document.charts)
+    benchmark.pedantic(show, setup=edited, rounds=60)
+
+
+@pytest.mark.parametrize("in_hand", [True, False], ids=["in the hand", "at rest"])
+def test_chart_edit_until_painted(benchmark, view, document, pressed, in_hand):
+    view.show_frame(pressed.frame)
+    number = count(1)
+
+    def edited():
+        chart = document.charts[0]
+        x, y = chart.plane.T
+        bent = replace(chart, plane=np.stack([x + 1e-3 * next(number) * np.sin(9 * y), y], axis=1))
+        return (replace(document, map=replace(document.map, charts=(bent, *document.charts[1:]))),), {}
+
+    def show(edited):
+        view.show_document(edited, in_hand=in_hand)
+        view.viewport().repaint()
+
+    benchmark.extra_info["faces"] = f"{len(document.charts[0].faces)} of the chart"
+    view.show_document(edited()[0][0], in_hand=in_hand)
+    benchmark.pedantic(show, setup=edited, rounds=40 if in_hand else 10)

@@ -197,7 +197,11 @@ def test_enlarged_it_has_a_window_of_its_own_until_escape(panel, qtbot):
 
 
 def test_it_fits_the_column_and_takes_a_theme(panel, qtbot):
-    measure(panel, qtbot, "flatten")
+    press(panel, "flatten", qtbot)
+    press(panel, "measure", qtbot)
+    qtbot.waitUntil(lambda: len(drawn(panel)) > 0, timeout=LONG)
+    assert panel.minimumSizeHint().width() <= 300
+    qtbot.waitUntil(lambda: not panel.busy, timeout=LONG)
     assert panel.minimumSizeHint().width() <= 300
     dark = panel.board.plot.grab().toImage()
     panel.set_theme(LIGHT)

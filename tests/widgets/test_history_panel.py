@@ -100,6 +100,14 @@ def test_the_list_stays_at_the_present_step(panel, editor):
     assert panel.list.viewport().rect().contains(panel.list.visualRect(panel.steps.index(5)))
 
 
+def test_a_list_that_was_folded_opens_at_the_present_step(panel, editor):
+    panel.set_folded(True)
+    _move(editor, 40)
+    panel.set_folded(False)
+    QApplication.processEvents()
+    assert panel.list.viewport().rect().contains(panel.list.visualRect(panel.steps.index(40)))
+
+
 def test_a_replay_goes_nowhere(panel, editor):
     _move(editor, 2)
     editor.set_enabled(enabled=False)

@@ -21,7 +21,6 @@ from widgets.main_window import MainWindow
 from widgets.map_view.map_hit import three_digits
 from widgets.map_view.map_view import MapView
 from widgets.overlays import MARKS, Ground, Overlays
-from widgets.runner import InlineRunner
 from widgets.settings import Settings
 
 STRETCHES = [(Ground.ANGLE, "angle"), (Ground.AREA, "area")]
@@ -169,14 +168,14 @@ def test_keys_choose_grounds_and_marks(still):
     assert not still.views.overlays.seams
 
 
-def test_the_next_launch_remembers(still, prepared, tmp_path, qtbot):
+def test_the_next_launch_remembers(still, prepared, tmp_path, engines):
     still.action("ground_circles").trigger()
     still.action("mark_border").trigger()
     still.action("mark_taxel_ids").trigger()
     wanted = Overlays(Ground.CIRCLES, border=False, taxel_ids=True)
     assert still.views.overlays == wanted
     still.settings._store.sync()
-    later = MainWindow(Settings(tmp_path / "window.ini"), make_runner=InlineRunner)
+    later = MainWindow(Settings(tmp_path / "window.ini"), engines=engines)
     assert later.views.overlays == wanted
     assert later.action("ground_circles").isChecked()
     assert not later.action("mark_border").isChecked()

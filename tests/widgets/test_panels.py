@@ -79,6 +79,7 @@ def test_a_slider_rests_once_the_hand_lets_go(qtbot):
     handle.setValue(8)
     assert slider.held
     assert rested == []
+    assert not slider._quiet.isActive(), "however long the hand waits"
     handle.setSliderDown(False)
     assert rested == [4.0]
     handle.setSliderDown(True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QApplication, QLabel
@@ -10,7 +11,7 @@ from app.experiments.work_precision import Curve, Diagram, Point, Setting
 from tests.widgets.pictures import pixels, shared_share
 from widgets.colours import DARK, LIGHT, apply_theme
 from widgets.panels.curve_marks import SYMBOLS, CurveLegend, ink
-from widgets.panels.log_plot import number
+from widgets.panels.log_plot import number, round_logarithms
 from widgets.panels.work_precision_plot import WorkPrecisionPlot
 
 
@@ -164,3 +165,16 @@ def test_curves_are_told_apart_with_and_without_colour():
 )
 def test_numbers_have_three_digits(value, text):
     assert number(value) == text
+
+
+@pytest.mark.parametrize(("low", "high"), [(-3, 2), (0.7, 1.7), (1.02, 1.34), (1.30, 1.31), (-8, 9)])
+@pytest.mark.parametrize("share", [0.05, 0.15, 0.4])
+def test_labels_are_round_and_never_crowded(low, high, share):
+    room = share * (high - low)
+    ticks = round_logarithms(low, high, room)
+    assert len(ticks) >= 2
+    assert (ticks >= low).all()
+    assert (ticks <= high).all()
+    assert np.diff(ticks).min() >= room
+    if high - low > 1:
+        assert all(len(number(10**tick).strip("0.").replace(".", "")) <= 2 or abs(tick) > 4 for tick in ticks)

@@ -42,7 +42,7 @@ def write(path, value):
 
 def main():
     folder = Path(sys.argv[1])
-    app = launch._application()
+    app = launch.make_application()
     apply_theme(app, THEMES["dark"])
     window = MainWindow(Settings(folder / "window.ini"))
     window.resize(1280, 800)

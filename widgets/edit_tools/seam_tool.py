@@ -240,6 +240,8 @@ class SeamTool(WorkingTool):
         if document is None:
             return
         for line in self._lines(document):
+            if not document.patches[line.patch].visible:
+                continue  # shown on the body alone
             pieces = lines_on_map(document, line.patch, as_edges(line.vertices))
             draw_lines(painter, [to_pixels(piece) for piece in pieces], line.role, theme)
         for vertex in self._through:

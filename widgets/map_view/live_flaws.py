@@ -16,7 +16,7 @@ from app.editing.document import MapDocument
 from app.geometry.topology import boundary_loops
 from app.maps.bijective import crossing_sides, flipped
 from app.maps.chart import Chart
-from app.maps.overlay import Flaws
+from app.maps.overlay import Flaws, nested
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,7 @@ class LiveFlaws:
         return Flaws(np.concatenate(flips), np.concatenate(overlaps))
 
     def _between(self, document: MapDocument, seen: Sequence[int]) -> FloatArray:
-        """(k, 2) where borders of different patches meet; only those whose boxes do are looked at."""
+        """(k, 2) where patches lie on each other; only those whose boxes do are looked at."""
         placements = document.layout.placements
         outer = {k: placements[k].apply(self._own[k].chart.plane[self._own[k].loops[0]]) for k in seen}
         low, high = ({k: f(points, axis=0) for k, points in outer.items()} for f in (np.min, np.max))
@@ -67,15 +67,18 @@ class LiveFlaws:
         near = sorted({number for pair in pairs for number in pair})
         if not near:
             return np.zeros((0, 2))
-        loops = [
-            (number, placements[number].apply(self._own[number].chart.plane[loop]))
-            for number in near
-            for loop in self._own[number].loops
-        ]
-        owner = np.concatenate([np.full(len(points), number) for number, points in loops])
-        i, j = crossing_sides(*(points for _, points in loops))
+        borders = [[placements[k].apply(self._own[k].chart.plane[loop]) for loop in self._own[k].loops] for k in near]
+        insides = [placements[k].apply(_within(self._own[k].chart))[0] for k in near]
+        loops = [loop for border in borders for loop in border]
+        owner = np.concatenate([np.full(len(loop), k) for k, border in enumerate(borders) for loop in border])
+        i, j = crossing_sides(*loops)
         other = owner[i] != owner[j]
-        return _middles([points for _, points in loops], i[other], j[other])
+        return np.concatenate([_middles(loops, i[other], j[other]), nested(borders, insides)])
+
+
+def _within(chart: Chart) -> FloatArray:
+    """(1, 2) a place of the chart [m]."""
+    return np.asarray(chart.plane[chart.faces[0]].mean(axis=0, keepdims=True))
 
 
 def _own(chart: Chart, known: _Own | None) -> _Own:

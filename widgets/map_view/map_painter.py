@@ -20,6 +20,8 @@ from widgets.map_view.map_shapes import MapShapes, PatchShape
 EDGE = 12.0
 """Distance of captions from the viewport's edge [px]."""
 THIN = "\u2009"
+_LONGEST_SCALE = 100.0
+"""Of the scale bar [px]."""
 
 
 @dataclass(frozen=True)
@@ -177,7 +179,8 @@ class MapPainter:
 
     def _paint_scale_bar(self, painter: QPainter, pixels_per_metre: float, room: QRectF) -> QRectF:
         """Draw the scale; returns where, so that nothing else is written there."""
-        millimetres = nice_length(100 / pixels_per_metre * 1e3)
+        longest = min(_LONGEST_SCALE, 0.2 * room.width())  # the words beside it need room too
+        millimetres = nice_length(longest / pixels_per_metre * 1e3)
         length, text = millimetres * 1e-3 * pixels_per_metre, f"{millimetres:g}{THIN}mm"
         metrics = QFontMetricsF(self._caption)
         height = metrics.height() + 4
@@ -191,13 +194,12 @@ class MapPainter:
         return box
 
     def _paint_readout(self, painter: QPainter, text: str, room: QRectF, taken: QRectF) -> None:
+        """Beside the scale, cut short where there is little room: above it other things float, and the window's status
+        bar says all of it."""
         metrics = QFontMetricsF(self._caption)
-        text = metrics.elidedText(text, Qt.TextElideMode.ElideRight, room.width() - 2 * EDGE - 12)
+        text = metrics.elidedText(text, Qt.TextElideMode.ElideRight, room.right() - EDGE - taken.right() - 6 - 14)
         left = room.right() - EDGE - metrics.horizontalAdvance(text) - 12
-        top = room.bottom() - EDGE - metrics.height() - 4
-        if left < taken.right() + 6:  # no room beside the scale: above it
-            top = taken.top() - metrics.height() - 8
-        self._paint_chip(painter, QPointF(left, top), text, self._caption, QColor(self.theme.text))
+        self._paint_chip(painter, QPointF(left, taken.top()), text, self._caption, QColor(self.theme.text))
 
     def _paint_edge(self, painter: QPainter, room: QRectF) -> None:
         pen = QPen(QColor(self.theme.accent), 3)

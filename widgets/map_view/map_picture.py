@@ -48,6 +48,7 @@ class MapPicture:
     Attributes:
         document: What is drawn.
         shapes: Where all of it lies; the frame stays the same for all documents.
+        skin_picture: The pixels as drawn here, for another view; another one after each ``take`` that says so.
         held: Patches whose chart has no image yet, because it is in the hand.
     """
 
@@ -122,12 +123,6 @@ class MapPicture:
         """What the overlay's colours mean; None where there is nothing to say."""
         return legend_of(self.ground, self._flaws)
 
-    @property
-    def skin_picture(self) -> SkinPicture:
-        """The pixels as drawn here, for another view; another one after each ``take`` that says so."""
-        planes = tuple(self._atlas.plane(number) for number in range(len(self._patches)))
-        return SkinPicture(self._live.pixels, self._atlas.extent, planes)
-
     def show(self, frame: Frame, scale: PressureScale) -> None:
         """Colour image and taxels by the frame's pressures. Cost: about 3 ms for 512² pixels."""
         self.pressures = frame.pressures
@@ -178,6 +173,8 @@ class MapPicture:
         """Draw every patch by this live image."""
         self._atlas, self.held = atlas, ()
         self._live = LiveImage(atlas.shape, *atlas.halo)
+        planes = tuple(atlas.plane(number) for number in range(len(atlas.tiles)))
+        self.skin_picture = SkinPicture(self._live.pixels, atlas.extent, planes)
         self._kilopascals = np.zeros(atlas.shape, np.float32)
         self._atlas.render(self.pressures, self._kilopascals)
         self._grounds: dict[Ground, GroundPicture | None] = {}

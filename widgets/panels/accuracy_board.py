@@ -159,6 +159,7 @@ class AccuracyBoard(QWidget):
         self._progress.setRange(0, 1000)
         self._progress.setTextVisible(False)
         self._progress.setFixedHeight(6)
+        self._progress.setMinimumWidth(40)  # by itself it would be too wide for the column
         self._progress.setAccessibleName("Progress")
         self._enlarge.setObjectName("accuracy-enlarge")
         self._enlarge.setToolTip("Show the diagrams in a window of their own, or back in the column")

@@ -150,10 +150,10 @@ class AccuracyPanel(Panel):
         name = self._running[0] if self._running else self.board.stage.name
         self.board.show_progress(f"{name.capitalize()}: {text}…", fraction)
 
-    def _on_tried(self, trial: Trial) -> None:
+    def _on_tried(self, trials: tuple[Trial, ...]) -> None:
         if self._running is not None:
             name, result = self._running
-            self._running = (name, _Result(result.subject, result.basis, (*result.trials, trial)))
+            self._running = (name, _Result(result.subject, result.basis, (*result.trials, *trials)))
             self._show()
 
     def _on_finished(self) -> None:

@@ -15,21 +15,14 @@ from widgets.panels.contacts_panel import ContactsPanel
 from widgets.panels.controller_panel import ControllerPanel
 from widgets.panels.effects_panel import EffectsPanel
 from widgets.panels.history_panel import HistoryPanel
-from widgets.panels.panel import Panel
+from widgets.panels.panel import SLIM, Panel
 from widgets.panels.patches_panel import PatchesPanel
 from widgets.panels.quality_panel import QualityPanel
 from widgets.panels.timing_panel import TimingPanel
-from widgets.worker import Worker
 
 WIDTH = 300
 FOLDED_AT_FIRST = ("compare-panel", "history-panel")
 """What a person looks for when it is needed."""
-_SLIM = """
-    QScrollBar:vertical { width: 8px; margin: 0; background: transparent; border: 0; }
-    QScrollBar::handle:vertical { background: palette(mid); border-radius: 4px; min-height: 32px; }
-    QScrollBar::add-line:vertical, QScrollBar::sub-line:vertical { height: 0; }
-    QScrollBar::add-page:vertical, QScrollBar::sub-page:vertical { background: transparent; }
-"""
 
 
 class PanelColumn(QScrollArea):
@@ -45,9 +38,8 @@ class PanelColumn(QScrollArea):
     folded_changed = Signal(object)
     """The names of the panels that are folded now, as a tuple: what the hand left, for the settings."""
 
-    def __init__(self, editor: Editor | None = None, parent: QWidget | None = None) -> None:
+    def __init__(self, editor: Editor, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        editor = Editor(Worker(), self) if editor is None else editor
         self.controller, self.contacts, self.quality = ControllerPanel(), ContactsPanel(), QualityPanel()
         self.patches, self.compare, self.history = PatchesPanel(editor), ComparePanel(editor), HistoryPanel(editor)
         self.timing, self.effects = TimingPanel(), EffectsPanel()
@@ -69,7 +61,7 @@ class PanelColumn(QScrollArea):
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setFixedWidth(WIDTH)
-        self.verticalScrollBar().setStyleSheet(_SLIM)
+        self.verticalScrollBar().setStyleSheet(SLIM)
 
     @property
     def folded(self) -> tuple[str, ...]:

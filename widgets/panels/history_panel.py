@@ -7,7 +7,7 @@ from PySide6.QtGui import QFont, QKeyEvent, QPainter, QPalette
 from PySide6.QtWidgets import QAbstractItemView, QListView, QStyle, QStyledItemDelegate, QStyleOptionViewItem, QWidget
 
 from widgets.editor import Editor
-from widgets.panels.panel import Panel
+from widgets.panels.panel import SLIM, Panel
 
 ROW = 24
 _MOST_ROWS = 8
@@ -126,6 +126,7 @@ class HistoryPanel(Panel):
         self.list.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
         self.list.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.list.verticalScrollBar().setStyleSheet(SLIM)
         self.list.setModel(self.steps)
         self.list.setItemDelegate(_Steps(self.list))
         self.list.clicked.connect(self._on_clicked)
@@ -141,9 +142,7 @@ class HistoryPanel(Panel):
         self._note.setVisible(count < 2)
         self.list.setVisible(count > 1)
         self.list.setFixedHeight(ROW * min(max(count, 1), _MOST_ROWS))
-        present = self.steps.index(self.steps.position)
-        self.list.setCurrentIndex(present)
-        self.list.scrollTo(present)
+        self.list.setCurrentIndex(self.steps.index(self.steps.position))  # which scrolls there
 
     def _on_clicked(self, index: QModelIndex) -> None:
         if index.row() != self.steps.position:

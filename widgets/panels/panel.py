@@ -13,6 +13,13 @@ _QUIET_MS = 300
 """Keys and the wheel have come to rest after this long."""
 
 
+SLIM = """
+    QScrollBar:vertical { width: 8px; margin: 0; background: transparent; border: 0; }
+    QScrollBar::handle:vertical { background: palette(mid); border-radius: 4px; min-height: 32px; }
+    QScrollBar::add-line:vertical, QScrollBar::sub-line:vertical { height: 0; }
+    QScrollBar::add-page:vertical, QScrollBar::sub-page:vertical { background: transparent; }
+"""
+"""Scroll bars that take little room."""
 MIXED = "—"
 """What stands for values that differ."""
 
@@ -59,6 +66,7 @@ class Panel(QWidget):
         label = QLabel(text, self)
         label.setProperty("role", "caption")
         label.setWordWrap(True)
+        label.setMinimumWidth(1)  # a long path in it is cut, and does not widen the panel
         self.column.addWidget(label)
         return label
 

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QAbstractItemView, QListView, QWidget
 
 from app.editing.patches import show
 from widgets.editor import Editor
+from widgets.panels.panel import SLIM
 from widgets.panels.patch_model import MIME, NUMBER, PatchModel, only
 from widgets.panels.patch_rows import EYE, ROW, PatchRows
 
@@ -55,6 +56,7 @@ class PatchList(QListView):
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         self.setMouseTracking(True)
+        self.verticalScrollBar().setStyleSheet(SLIM)
 
     def show_hover(self, number: int | None) -> None:
         """Tint the row of the patch that the pointer is on elsewhere."""

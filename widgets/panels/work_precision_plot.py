@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import pyqtgraph as pg
@@ -69,13 +70,9 @@ class WorkPrecisionPlot(QWidget):
 
     def show_diagram(self, diagram: Diagram, present: Setting | None = None) -> None:
         """Draw a diagram and ring the point of the ``present`` setting, if it has one."""
-        if self._diagram is not None and (diagram.stage, diagram.error_name) != (
-            self._diagram.stage,
-            self._diagram.error_name,
-        ):
-            self._held = None
-        self._diagram, self._present = diagram, present
-        self._draw()
+        if (diagram, present) != (self._diagram, self._present):
+            self._diagram, self._present = diagram, present
+            self._draw()
 
     def places(self) -> list[tuple[Point, QPointF]]:
         """Every point and where it lies on the canvas [px]."""
@@ -115,19 +112,23 @@ class WorkPrecisionPlot(QWidget):
         plot, colour = self.canvas.getPlotItem(), ink(self._theme, curve.number)
         line = self._logarithms([point for point in curve.points if point.joined])
         plot.addItem(pg.PlotDataItem(line, pen=pg.mkPen(colour, width=1.5), antialias=True))
+        marks = [
+            self._mark(point, at, colour)
+            for point, at in zip(curve.points, self._logarithms(curve.points), strict=True)
+        ]
+        marks.sort(key=lambda mark: mark["size"])
+        scatter = pg.ScatterPlotItem(marks, symbol=symbol(curve.number), antialias=True)
+        scatter.setZValue(10)
+        plot.addItem(scatter)
+
+    def _mark(self, point: Point, at: FloatArray, colour: QColor) -> dict[str, Any]:
+        """Full on the line, hollow for a setting beside it, small for a round on the way."""
         ground = QColor(self._theme.panel)
-        for point, at in zip(curve.points, self._logarithms(curve.points), strict=True):
-            mark = pg.ScatterPlotItem(
-                pos=[at],
-                symbol=symbol(curve.number),
-                size=FULL if point.usable else SMALL,
-                # Hollow where it is a setting beside the line.
-                brush=colour if point.joined else ground,
-                pen=pg.mkPen(colour, width=1.5) if not point.joined else pg.mkPen(ground) if point.usable else None,
-                antialias=True,
-            )
-            mark.setZValue(10 if point.usable and point.joined else 8 if point.usable else 5)
-            plot.addItem(mark)
+        if not point.usable:
+            return {"pos": at, "size": SMALL, "brush": colour, "pen": None}
+        if not point.joined:
+            return {"pos": at, "size": FULL - 1, "brush": ground, "pen": pg.mkPen(colour, width=1.5)}
+        return {"pos": at, "size": FULL, "brush": colour, "pen": pg.mkPen(ground)}
 
     def _draw_present(self, diagram: Diagram) -> None:
         point = self._point_of(self._present)

@@ -8,7 +8,18 @@ import numpy as np
 import pytest
 
 from app.editing.arrange import mirror, move, rotate, scale
-from app.editing.pins import add_pin, chart_place, grip, hold, move_pin, pin_places, remove_pins, settle
+from app.editing.pins import (
+    add_pin,
+    chart_place,
+    grip,
+    hold,
+    move_pin,
+    nudge_pins,
+    pin_places,
+    remove_pins,
+    settle,
+    unpin,
+)
 from app.editing.reflatten import apply, reflatten
 from app.errors import MapError
 from app.geometry.surface_point import SurfacePoint
@@ -95,3 +106,21 @@ def test_pins_that_are_not_there_and_places_that_are_none_are_refused(pinned):
     with pytest.raises(MapError, match="no place"):
         move_pin(pinned, 1, 0, (np.nan, 0.0))
     assert remove_pins(pinned, 1, []).jobs == ()
+
+
+def test_pins_of_several_patches_are_nudged_and_taken_out_in_one_step(pinned):
+    both = add_pin(pinned, SurfacePoint(2, 5, (0.2, 0.3, 0.5)))
+    asked = nudge_pins(both, {1: [1], 2: [0]}, (0.002, -0.001))
+    assert [job.number for job in asked.jobs] == [1, 2]
+    new = apply(both, reflatten(asked))
+    np.testing.assert_allclose(pin_places(new, 1) - pin_places(both, 1), [[0, 0], [0.002, -0.001]], atol=1e-12)
+    np.testing.assert_allclose(pin_places(new, 2) - pin_places(both, 2), [[0.002, -0.001]], atol=1e-12)
+    _valid(new)
+    bare = apply(new, reflatten(unpin(new, {1: [0, 1], 2: [0]})))
+    assert [len(patch.pins) for patch in bare.patches] == [0, 0, 0]
+    with pytest.raises(MapError, match="no such pin"):
+        nudge_pins(both, {1: [2]}, (0.0, 0.0))
+    with pytest.raises(MapError, match="no place"):
+        nudge_pins(both, {1: [0]}, (np.inf, 0.0))
+    with pytest.raises(MapError, match="no such pin"):
+        unpin(both, {1: [0], 2: [1]})

@@ -15,6 +15,7 @@ from app.editing.seams import (
     draw_seam,
     erase_seams,
     extra_seams,
+    paint_areas,
     paint_interest,
     propose_seam,
 )
@@ -147,3 +148,18 @@ def test_a_plan_of_a_person_is_what_proposals_count_from(document):
     planned = document.with_patch(1, replace(document.patches[1], seams=replace(document.patches[1].seams, extra=2)))
     assert extra_seams(planned, 1) == 2
     assert propose_seam(planned, 1).jobs[0].wanted.seams.extra == 3
+
+
+def test_areas_of_several_patches_are_painted_in_one_step(document):
+    asked = paint_areas(document, {0: [3, 4], 1: [_vertex(4, 3)]})
+    assert asked.name == paint_interest(document, 0, [3]).name
+    new = _done(document, asked)
+    painted = [patch.seams.importance for patch in new.patches]
+    assert [None if values is None else np.flatnonzero(values).tolist() for values in painted] == [
+        [3, 4],
+        [_vertex(4, 3)],
+        None,
+    ]
+    erased = _done(new, paint_areas(new, {0: [3, 4]}, importance=0.0))
+    assert erased.patches[0].seams.importance is None
+    assert paint_areas(document, {}).jobs == ()
