@@ -193,7 +193,6 @@ def _style_sheet(theme: Theme) -> str:
         QComboBox:hover {{ background: {hover}; }}
         QComboBox:focus {{ border-color: {theme.accent}; }}
         QComboBox:disabled {{ color: {mixed(theme.panel, theme.quiet, 0.65)}; }}
-        QComboBox::drop-down {{ border: 0; width: 20px; }}
         QToolButton:checked {{ background: {mixed(theme.panel, theme.accent, 0.28)}; }}
         QStatusBar {{ background: {theme.panel}; color: {theme.quiet}; border-top: 1px solid {theme.line}; }}
         QStatusBar::item {{ border: 0; }}

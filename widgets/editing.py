@@ -10,6 +10,8 @@ from PySide6.QtCore import QObject
 from app.editing import arrange
 from app.editing.document import MapDocument
 from app.editing.patches import show
+from app.experiments.stages.table import edits_map, wanted
+from app.experiments.work_precision import Setting
 from app.geometry.surface_point import SurfacePoint
 from app.maps.tactile_map import TactileMap
 from app.session.prepare import Prepared
@@ -19,6 +21,7 @@ from widgets.edit_tools.seam_tool import SeamTool
 from widgets.editor import Editor
 from widgets.map_files import MapFiles
 from widgets.map_view.arrange_tool import ArrangeTool
+from widgets.map_view.atlas import ImageLook
 from widgets.tools import Tool
 
 if TYPE_CHECKING:
@@ -57,6 +60,8 @@ class Editing(QObject):
         }
         self._connect_editor()
         self._connect_actions()
+        look = ImageLook()
+        window.accuracy.show_present(Setting("image", look.interpolation, {"pixels": look.pixels}))
         self._dress()
 
     def _connect_editor(self) -> None:
@@ -75,6 +80,8 @@ class Editing(QObject):
         measurer.compared.connect(compare.show_comparison)
         measurer.failed.connect(compare.show_failed)
         self._views.hovered.connect(self._on_hovered)
+        self._window.accuracy.chosen.connect(self._on_setting_chosen)
+        editor.selection_changed.connect(self._tell_accuracy)
         live.prepared_changed.connect(self._on_prepared_changed)
         live.map_changed.connect(self._on_map_changed)
         live.mode_changed.connect(self._on_mode_changed)
@@ -134,6 +141,7 @@ class Editing(QObject):
     def _on_settled(self, document: MapDocument, name: str) -> None:
         self._live.edit_map(document.map, name)
         self._live.measurer.measure(document.map)
+        self._tell_accuracy()
 
     def _on_shown_other(self, other: bool) -> None:
         """The layout that is compared with is looked at, not edited: tools that edit wait until ours is back."""
@@ -141,6 +149,17 @@ class Editing(QObject):
         if isinstance(document, MapDocument):
             self._views.show_document(document)
         self._views.set_edit_tool(None if other else self._tools.get(self._views.tool))
+
+    def _tell_accuracy(self) -> None:
+        self._window.accuracy.show_document(self._editor.document, self._editor.selected)
+
+    def _on_setting_chosen(self, setting: Setting) -> None:
+        """A point of the Accuracy and time panel was clicked: take its setting."""
+        if edits_map(setting):
+            self._editor.ask(lambda document: wanted(document, setting))
+        else:
+            self._views.map.set_image(ImageLook(setting.method, int(setting.values["pixels"])))
+            self._window.accuracy.show_present(setting)
 
     def _on_hovered(self, at: SurfacePoint | None) -> None:
         self._window.column.patches.show_hover(None if at is None else at.patch)

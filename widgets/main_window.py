@@ -25,6 +25,7 @@ from widgets.engines import BESIDE, Engines
 from widgets.live_session import LiveSession
 from widgets.measurer import InlineMeasurer
 from widgets.message_bar import HintBar, MessageBar
+from widgets.panels.accuracy_panel import AccuracyPanel
 from widgets.panels.column import PanelColumn
 from widgets.panels.live_plots import LivePlots
 from widgets.seeing import Seeing
@@ -86,6 +87,9 @@ class MainWindow(QMainWindow):
 
     def _build_panels(self) -> None:
         self.column = PanelColumn(self.editor)
+        self.accuracy = AccuracyPanel(self.theme)
+        self.column.add(self.accuracy, below=self.column.history)
+        self.accuracy.set_folded(True)
         if self.settings.folded is not None:
             self.column.set_folded(self.settings.folded)
         self.column.folded_changed.connect(self._on_folded_changed)
@@ -141,6 +145,8 @@ class MainWindow(QMainWindow):
         live.touched.connect(self._on_hints_read)
         self.hint_bar.dismissed.connect(self._on_hints_read)
         self.column.controller.settings_edited.connect(live.set_settings)
+        self.plots.follow(views.selection)
+        self.column.contacts.follow(views.selection)
         self.timeline.scrubbed.connect(live.show_time)
         self.timeline.play_toggled.connect(self._on_play_toggled)
         self.timeline.live_requested.connect(live.back_to_live)
@@ -243,6 +249,7 @@ class MainWindow(QMainWindow):
             self.message_bar,
             self.hint_bar,
             self.session_bar,
+            self.accuracy,
         ):
             part.set_theme(self.theme)
 
@@ -274,6 +281,7 @@ class MainWindow(QMainWindow):
             return
         self.settings.geometry = self.saveGeometry()
         self.editing.files.close()
+        self.accuracy.shut()
         self.commands.close()
         self.live.close()
         self.robot_view.close_view()

@@ -49,6 +49,7 @@ class Views(QWidget):
         self._words = ""
         self._lay_out()
         self.bar.maximum_changed.connect(self._on_maximum_changed)
+        self.map.picture_changed.connect(self._overlay_body)
         for view, other in ((self.robot, self.map), (self.map, self.robot)):
             view.poke_pressed.connect(self.poke_pressed)
             view.poke_moved.connect(self.poke_moved)
@@ -143,7 +144,6 @@ class Views(QWidget):
         self.map.show_document(document, in_hand=in_hand)
         if not in_hand:
             self.robot.show_map(document.map)
-            self._overlay_body()
         self._read_out()
 
     def resize_brush(self, steps: int) -> None:

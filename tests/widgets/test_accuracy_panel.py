@@ -18,8 +18,9 @@ from app.experiments.work_precision import said as method_name
 from app.maps.build import build_map
 from app.skin.place import place_taxels
 from app.skin.skin import Patch, Skin
-from widgets.colours import DARK, LIGHT
+from widgets.colours import DARK, LIGHT, apply_theme
 from widgets.panels.accuracy_panel import AccuracyPanel
+from widgets.panels.column import WIDTH
 
 LONG = 60_000
 
@@ -39,6 +40,7 @@ def document():
 
 @pytest.fixture
 def panel(qtbot, document):
+    apply_theme(QApplication.instance(), DARK)
     made = AccuracyPanel(DARK)
     qtbot.addWidget(made)
     made.resize(300, 480)
@@ -200,9 +202,9 @@ def test_it_fits_the_column_and_takes_a_theme(panel, qtbot):
     press(panel, "flatten", qtbot)
     press(panel, "measure", qtbot)
     qtbot.waitUntil(lambda: len(drawn(panel)) > 0, timeout=LONG)
-    assert panel.minimumSizeHint().width() <= 300
+    assert panel.minimumSizeHint().width() <= WIDTH - 8, "a scroll bar must fit beside it"
     qtbot.waitUntil(lambda: not panel.busy, timeout=LONG)
-    assert panel.minimumSizeHint().width() <= 300
+    assert panel.minimumSizeHint().width() <= WIDTH - 8, "a scroll bar must fit beside it"
     dark = panel.board.plot.grab().toImage()
     panel.set_theme(LIGHT)
     QApplication.processEvents()

@@ -54,6 +54,24 @@ def test_a_press_that_moved_is_never_a_click(bench, by):
     assert bench.placement(0).offset == pytest.approx(leaf_map().layout.placements[0].offset)
 
 
+def test_a_hand_that_trembles_clicks(bench):
+    bench.editor.select([0, 1])
+    start = bench.over(0)
+    bench.press(start)
+    bench.move(start + 2)
+    bench.release(start + 2)
+    assert bench.editor.selected == (0,)
+    assert bench.steps == ()
+
+
+def test_a_release_elsewhere_is_no_click_even_without_a_move_between(bench):
+    bench.editor.select([0, 1])
+    bench.press(bench.over(0))
+    bench.release(bench.over(0) + FREE)
+    assert bench.editor.selected == (0, 1)
+    assert bench.steps == ()
+
+
 def test_a_drag_moves_the_patch_under_it_as_one_step(bench):
     first, before = bench.picture(), bench.middle(0)
     end = bench.drag(bench.over(0), FREE, CONTROL)

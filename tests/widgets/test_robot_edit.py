@@ -25,6 +25,7 @@ from widgets.skin_picture import SkinPicture
 from widgets.tools import Tool
 
 FAR = QPoint(24, -18)
+_PIXELS = np.full((8, 8), 0xFF8080FF, np.uint32)
 
 
 @pytest.fixture
@@ -230,8 +231,11 @@ def test_a_recut_map_is_worn_and_a_moved_one_lies_elsewhere(view, editor, prepar
     ends = [int(surface.faces[0, 0]), int(surface.faces[len(surface.faces) // 2, 0])]
     document = apply(editor.document, reflatten(draw_seam(editor.document, number, ends)))
     assert len(document.charts[number].vertex_of) != len(prepared.map.charts[number].vertex_of)
+    view.set_overlay(SkinPicture(_PIXELS, prepared.map.bounds, prepared.map.uv), worn=False, dotted=False)
     view.show_map(document.map)
-    picture_of = SkinPicture(np.full((8, 8), 0xFF8080FF, np.uint32), document.map.bounds, document.map.uv)
+    view.morph.slider.setValue(30)  # the old map's picture does not fit the new one; it is not worn any more
+    assert view.scene._skin._worn is None
+    picture_of = SkinPicture(_PIXELS, document.map.bounds, document.map.uv)
     view.set_overlay(picture_of, worn=True, dotted=False)
     view.morph.slider.setValue(100)
     at = prepared.skin.taxel_point(len(prepared.skin) - 1)

@@ -178,3 +178,12 @@ def test_labels_are_round_and_never_crowded(low, high, share):
     assert np.diff(ticks).min() >= room
     if high - low > 1:
         assert all(len(number(10**tick).strip("0.").replace(".", "")) <= 2 or abs(tick) > 4 for tick in ticks)
+
+
+def test_of_two_points_within_reach_the_nearer_is_meant(plot, qtbot):
+    near = (point("lscm", 0, 100.0, 9.0), point("lscm", 1, 104.0, 9.0), point("lscm", 2, 300.0, 1.0))
+    plot.show_diagram(Diagram("flatten", "Flatten", "Distortion", "%", (Curve("lscm", near, 3),)))
+    assert 2 < place(plot, near[1]).x() - place(plot, near[0]).x() < 12, "each is within the other's reach"
+    for wanted in near[:2]:
+        qtbot.mouseMove(plot.canvas.viewport(), place(plot, wanted))
+        assert plot.held == wanted

@@ -66,7 +66,10 @@ def _distance(document: MapDocument, number: int, edges: IntArray, place: Place)
 
 
 def brushed(document: MapDocument, before: Place, place: Place, radius: float) -> dict[int, IntArray]:
-    """By patch the vertices that a brush of ``radius`` [px] covered on its straight way from one place to the next."""
+    """By patch the vertices that a brush of ``radius`` [px] covered on its straight way from one place to the next.
+
+    However small it is, on the skin it covers the vertex nearest to its middle.
+    """
     reach = radius * place.pixel
     if place.point is not None:
         start = place.point if before.point is None else before.point
@@ -78,6 +81,10 @@ def brushed(document: MapDocument, before: Place, place: Place, radius: float) -
         covered = {place.at.patch: np.flatnonzero(_brushed_on_body(document, before, place, reach))}
     else:
         covered = {}
+    if place.at is not None:
+        nearest = vertex_at(document, place)
+        assert nearest is not None
+        covered[nearest[0]] = np.union1d(covered.get(nearest[0], []), [nearest[1]]).astype(np.int64)
     return {number: vertices for number, vertices in covered.items() if len(vertices)}
 
 

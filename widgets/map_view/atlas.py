@@ -6,6 +6,7 @@ Moving, turning, mirroring or scaling a patch changes nothing here; another char
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -19,9 +20,21 @@ from app.maps.tactile_map import TactileMap
 from app.skin.skin import Skin
 from widgets.map_view.tile import Tile
 
-IMAGE_PIXELS = 512
-"""Side of a square with as many pixels as the image has for a map as it was first packed."""
-_TOO_MANY = 4 * IMAGE_PIXELS**2
+_TOO_MANY = 4.0
+"""As many times the pixels of the map as it was first packed, and they become larger."""
+
+
+@dataclass(frozen=True)
+class ImageLook:
+    """How the live image is made.
+
+    Attributes:
+        interpolation: What lies between taxels; a name in ``INTERPOLATIONS``.
+        pixels: Side of a square with as many pixels as the image has for a map as it was first packed.
+    """
+
+    interpolation: str = "barycentric"
+    pixels: int = 512
 
 
 class Atlas:
@@ -30,6 +43,7 @@ class Atlas:
     Args:
         map_: Its charts are shown; its bounds give the size of a pixel.
         known: An atlas of the same skin: tiles of charts that are the same are taken from there, and the pixel's size.
+        look: How it is made; a known one of another look is no help.
 
     Attributes:
         tiles: One for each patch.
@@ -39,12 +53,14 @@ class Atlas:
     Cost: 0.15 s for 1000 taxels on 20,000 faces; with ``known``, that of the tiles that are new, and 5 ms.
     """
 
-    def __init__(self, map_: TactileMap, *, known: Atlas | None = None) -> None:
-        self.resolution = _resolution(map_, known)
+    def __init__(self, map_: TactileMap, *, known: Atlas | None = None, look: ImageLook = ImageLook()) -> None:
+        known = known if known is not None and known.look == look else None
+        self.look: ImageLook = look
+        self.resolution: float = _resolution(map_, known, look.pixels)
         kept = known.tiles if known is not None and known.resolution == self.resolution else ()
         found = {id(tile.chart): tile for tile in kept}
         self.tiles: tuple[Tile, ...] = tuple(
-            found.get(id(chart)) or Tile.of(patch, chart, self.resolution)
+            found.get(id(chart)) or Tile.of(patch, chart, self.resolution, look.interpolation)
             for patch, chart in zip(map_.skin.patches, map_.charts, strict=True)
         )
         self._corners, self.shape = _shelved([tile.shape for tile in self.tiles])
@@ -125,14 +141,14 @@ class Atlas:
         return np.concatenate(parts)
 
 
-def _resolution(map_: TactileMap, known: Atlas | None) -> float:
+def _resolution(map_: TactileMap, known: Atlas | None, pixels: int) -> float:
     """Side of a pixel [m]; the known one while that does not make far too many."""
     if known is not None:
         area = sum(float(np.prod(np.ptp(chart.plane, axis=0))) for chart in map_.charts)
-        if area <= _TOO_MANY * known.resolution**2:
+        if area <= _TOO_MANY * (pixels * known.resolution) ** 2:
             return known.resolution
-        return float(np.sqrt(area)) / IMAGE_PIXELS
-    return max(float(np.sqrt(np.prod(np.ptp(map_.bounds, axis=0)))) / IMAGE_PIXELS, 1e-9)
+        return float(np.sqrt(area)) / pixels
+    return max(float(np.sqrt(np.prod(np.ptp(map_.bounds, axis=0)))) / pixels, 1e-9)
 
 
 def _shelved(shapes: Sequence[tuple[int, int]]) -> tuple[list[tuple[int, int]], tuple[int, int]]:

@@ -17,7 +17,7 @@ from app.session.frame import Frame
 from app.session.prepare import Prepared
 from widgets.chooser import Rubber
 from widgets.colours import PressureScale, Theme
-from widgets.map_view.atlas import Atlas
+from widgets.map_view.atlas import Atlas, ImageLook
 from widgets.map_view.map_canvas import MapCanvas
 from widgets.map_view.map_hit import describe
 from widgets.map_view.map_painter import MapPainter, Marks
@@ -52,7 +52,7 @@ class MapDisplay(MapCanvas):
         self._frame: Frame | None = None
         self._hovered_at: SurfacePoint | None = None
         self._stale = self._unseen = self._loading = False
-        self._marks, self._overlays = Marks(), Overlays()
+        self._marks, self._overlays, self._look = Marks(), Overlays(), ImageLook()
         self._painter = MapPainter(theme, self.font())
         self.setObjectName("map-view")
         self.setAccessibleName("Tactile map")
@@ -85,7 +85,7 @@ class MapDisplay(MapCanvas):
             self.picture_changed.emit()
 
     def _show_first(self, document: MapDocument, atlas: Atlas | None) -> None:
-        picture = MapPicture(document, self._theme, atlas=atlas)
+        picture = MapPicture(document, self._theme, atlas=atlas or Atlas(document.map, look=self._look))
         picture.overlay(self._overlays, self._scale)
         scene = QGraphicsScene(self)
         picture.add_to(scene)
@@ -127,6 +127,14 @@ class MapDisplay(MapCanvas):
         if self._picture is not None:
             self._picture.overlay(overlays, self._scale)
             self._remark()
+
+    def set_image(self, look: ImageLook) -> None:
+        """Make the live image otherwise, in this scene and those after it. Cost: as ``MapPicture.make_image``."""
+        self._look = look
+        if self._picture is not None:
+            self._picture.make_image(look)
+            self._remark()
+            self.picture_changed.emit()
 
     @property
     def skin_picture(self) -> SkinPicture | None:

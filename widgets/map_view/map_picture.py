@@ -17,7 +17,7 @@ from app.maps.overlay import Flaws
 from app.maps.tactile_map import TactileMap
 from app.session.frame import Frame
 from widgets.colours import BETWEEN_DOTS, PressureScale, Theme, words32
-from widgets.map_view.atlas import Atlas
+from widgets.map_view.atlas import Atlas, ImageLook
 from widgets.map_view.contour import contour_segments
 from widgets.map_view.flaws_item import FlawsItem
 from widgets.map_view.ground import GroundPicture, paint_ground
@@ -88,7 +88,7 @@ class MapPicture:
         new = tuple(number for number, (old, chart) in pairs if old is not chart)
         rebuilt = bool(new) and not in_hand
         if rebuilt:
-            self._wear(Atlas(document.map, known=self._atlas))
+            self._wear(Atlas(document.map, known=self._atlas, look=self._atlas.look))
         elif in_hand or self.held:
             self._hold(new)
         self._place()
@@ -96,6 +96,13 @@ class MapPicture:
             self._grounds.clear()
             self.overlay(self._overlays, self._scale)
         return rebuilt
+
+    def make_image(self, look: ImageLook) -> None:
+        """Make the live image otherwise. Cost: as ``Atlas``; other interpolations than the usual take up to 1 s."""
+        self._wear(Atlas(self.document.map, look=look))
+        self._grounds.clear()
+        self._place()
+        self.overlay(self._overlays, self._scale)
 
     def overlay(self, overlays: Overlays, scale: PressureScale) -> None:
         """Show what the setting asks for. Cost: 20 to 80 ms for a ground that has not been shown before."""

@@ -51,14 +51,14 @@ class Tile:
     bary: FloatArray
 
     @classmethod
-    def of(cls, patch: Patch, chart: Chart, resolution: float) -> Tile:
+    def of(cls, patch: Patch, chart: Chart, resolution: float, interpolation: str = "barycentric") -> Tile:
         """Build it. Cost: 60 ms for 10,000 faces, 500 taxels and 300² pixels.
 
         Raises:
             MapError: As ``TactileImage``.
         """
         alone = TactileMap(Skin((patch,)), (chart,), MapLayout((Placement(),)))
-        image = TactileImage(alone, resolution=resolution)
+        image = TactileImage(alone, resolution=resolution, interpolation=interpolation)
         _, face, bary = image.places
         shown = np.pad(image.shown, PAD)
         halo, source = halo_of(shown)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
@@ -34,7 +34,7 @@ class AccuracyBoard(QWidget):
     """Stop measuring."""
     chosen = Signal(object)
     """Use this Setting."""
-    resized = Signal()
+    enlarge_asked = Signal()
     """A window of its own is wanted, or no longer."""
 
     def __init__(self, theme: Theme, stages: Mapping[str, Stage] = STAGES, parent: QWidget | None = None) -> None:
@@ -163,7 +163,7 @@ class AccuracyBoard(QWidget):
         self._progress.setAccessibleName("Progress")
         self._enlarge.setObjectName("accuracy-enlarge")
         self._enlarge.setToolTip("Show the diagrams in a window of their own, or back in the column")
-        self._enlarge.clicked.connect(self.resized)
+        self._enlarge.clicked.connect(self.enlarge_asked)
         row = QHBoxLayout()
         row.setSpacing(8)
         row.addWidget(self._progress, 1)
@@ -199,8 +199,3 @@ def _caption(name: str, parent: QWidget) -> QLabel:
     label.setProperty("role", "caption")
     label.setWordWrap(True)
     return label
-
-
-def sentence(parts: Iterable[str]) -> str:
-    """Those that say something, one after the other."""
-    return " ".join(part for part in parts if part)

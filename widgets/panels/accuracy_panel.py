@@ -13,7 +13,7 @@ from app.experiments.work_precision import Setting, Stage, Subject, Trial, diagr
 from app.skin.skin import Skin
 from widgets.accuracy_process import AccuracyProcess
 from widgets.colours import DARK, Theme
-from widgets.panels.accuracy_board import AccuracyBoard, sentence
+from widgets.panels.accuracy_board import AccuracyBoard
 from widgets.panels.panel import Panel
 
 
@@ -54,7 +54,7 @@ class AccuracyPanel(Panel):
         self.board.asked.connect(self._on_asked)
         self.board.cancelled.connect(self._on_cancelled)
         self.board.chosen.connect(self.chosen)
-        self.board.resized.connect(self._on_resized)
+        self.board.enlarge_asked.connect(self._on_enlarge_asked)
         self._away = QLabel("Shown in its own window.", self)
         self._away.setProperty("role", "caption")
         self._window: _Enlarged | None = None
@@ -129,14 +129,13 @@ class AccuracyPanel(Panel):
         now = Subject(self._document, result.subject.patches)
         stale = stage.basis(now) != result.basis
         drawn = diagram(stage, result.trials, error=self.board.error)
-        return sentence(
-            (
-                trouble,
-                f"Measured on {result.subject.title}." if stage.wanted else "Measured on the whole map.",
-                "▲ The map has changed since: measure again." if stale else "",
-                f"Not possible here: {'; '.join(drawn.missing)}" if drawn.missing else "",
-            )
+        parts = (
+            trouble,
+            f"Measured on {result.subject.title}." if stage.wanted else "Measured on the whole map.",
+            "▲ The map has changed since: measure again." if stale else "",
+            f"Not possible here: {'; '.join(drawn.missing)}" if drawn.missing else "",
         )
+        return " ".join(part for part in parts if part)
 
     def _on_asked(self) -> None:
         subject = self._subject()
@@ -175,7 +174,7 @@ class AccuracyPanel(Panel):
         self._process.close()
         self._running = None
 
-    def _on_resized(self) -> None:
+    def _on_enlarge_asked(self) -> None:
         if self._window is not None:
             self._window.close()
             return

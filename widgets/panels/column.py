@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QTimer, Qt, Signal
 from PySide6.QtWidgets import QScrollArea, QVBoxLayout, QWidget
 
 from app.session.frame import Frame
@@ -88,6 +88,8 @@ class PanelColumn(QScrollArea):
             self._on_folded_changed()
         self._rows.activate()  # they may have been hidden until now
         self.ensureWidgetVisible(panel, 0, 0)
+        # Lines that wrap know their height only once they are shown.
+        QTimer.singleShot(0, panel, lambda: self.ensureWidgetVisible(panel, 0, 0))
 
     def show_prepared(self, prepared: Prepared) -> None:
         """Another scene."""

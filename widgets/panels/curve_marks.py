@@ -39,7 +39,7 @@ class Swatch(QWidget):
     def __init__(self, kind: int | str, theme: Theme, parent: QWidget) -> None:
         super().__init__(parent)
         self._kind, self._theme = kind, theme
-        self.setFixedSize(QSize(26, 16))
+        self.setFixedSize(QSize(22, 16))
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Qt."""
@@ -72,7 +72,7 @@ class CurveLegend(QWidget):
         self.setObjectName("curve-legend")
         self._grid = QGridLayout(self)
         self._grid.setContentsMargins(0, 0, 0, 0)
-        self._grid.setHorizontalSpacing(4)
+        self._grid.setHorizontalSpacing(3)
         self._grid.setVerticalSpacing(0)
         self._entries: list[tuple[Swatch, QLabel]] = []
         self._said: tuple[object, ...] = ()

@@ -37,9 +37,7 @@ class BodyTaxels:
 
     def pixels(self, view: Viewpoint, size: tuple[int, int], poses: FloatArray) -> FloatArray:
         """(taxels, 2) where those are that face the eye; NaN for the others."""
-        positions, normals = self.world(poses)
-        facing = np.einsum("nk,nk->n", normals, view.eye - positions) > 0
-        return np.where(facing[:, None], view.pixels(positions, size), np.nan)
+        return facing_pixels(*self.world(poses), view, size)
 
     def hidden(self, taxels: IntArray, view: Viewpoint, poses: FloatArray) -> BoolArray:
         """(k,) which of these have something between them and the eye. Cost: 10 µs a taxel and mesh."""
@@ -59,3 +57,9 @@ class BodyTaxels:
             return None
         away = taxels.positions - self._skin.position(at)
         return int(self._skin.first[at.patch] + np.argmin(np.einsum("kd,kd->k", away, away)))
+
+
+def facing_pixels(positions: FloatArray, normals: FloatArray, view: Viewpoint, size: tuple[int, int]) -> FloatArray:
+    """(n, 2) where places (n, 3) [m] are that face the eye with their normals (n, 3); NaN for the others."""
+    facing = np.einsum("nk,nk->n", normals, view.eye - positions) > 0
+    return np.where(facing[:, None], view.pixels(positions, size), np.nan)

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QWidget
 from app.arrays import BoolArray, FloatArray, IntArray
 from app.session.prepare import Prepared
 from widgets.colours import PressureScale, Theme
-from widgets.robot_view.body_taxels import BodyTaxels
+from widgets.robot_view.body_taxels import BodyTaxels, facing_pixels
 from widgets.robot_view.morph_slider import MorphSlider
 from widgets.robot_view.pick import SkinPicker
 from widgets.robot_view.robot_canvas import RobotCanvas
@@ -96,12 +96,15 @@ class RobotDisplay(RobotCanvas):
         """(taxels, 2) where those are that face the eye [px]; NaN for the others."""
         if self._taxels is None:
             return np.zeros((0, 2))
-        return self._taxels.pixels(self.scene.viewpoint, (self.width(), self.height()), self.scene.poses)
+        size = (self.width(), self.height())
+        if self.scene.morphed:
+            return facing_pixels(*self.scene.flat_taxels(), self.scene.viewpoint, size)
+        return self._taxels.pixels(self.scene.viewpoint, size, self.scene.poses)
 
     def hidden(self, taxels: IntArray) -> BoolArray:
-        """(k,) which of these the robot itself hides."""
-        if self._taxels is None:
-            return np.zeros(0, bool)
+        """(k,) which of these the robot itself hides; off the body, nothing hides what faces the eye."""
+        if self._taxels is None or self.scene.morphed:
+            return np.zeros(len(taxels), bool)
         return self._taxels.hidden(taxels, self.scene.viewpoint, self.scene.poses)
 
     def _on_morphed(self, share: float) -> None:

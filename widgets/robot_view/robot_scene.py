@@ -20,13 +20,15 @@ from widgets.robot_view.drawn import MATTE, polydata, set_matrix
 from widgets.robot_view.edit_marks import EditMarks
 from widgets.robot_view.marks import Marks
 from widgets.robot_view.skin_actors import SkinActors
-from widgets.robot_view.viewpoint import Viewpoint, framing
+from widgets.robot_view.viewpoint import CameraRay, Viewpoint, framing
 from widgets.skin_picture import SkinPicture
 
 _STILL = 2e-5
 """Joints that move less [rad, m] do not change a pixel."""
-_FADE = 0.9
+_FADE = 0.94
 """How much of the bare links goes when the skin lies flat; a shadow of the robot stays."""
+_FLAT_FILL = 0.8
+"""Share of the picture that the flat skin takes."""
 _AWAY = np.array([0.45, 0.95, 0.42])
 """From the robot to the eye: its front is +x, z is up, and the side is that of a left arm."""
 
@@ -137,6 +139,7 @@ class RobotScene:
         self._edit_marks.hide(hidden=share > 0)
         for actor in self._bodies:
             actor.prop.opacity = 1.0 - _FADE * share
+            actor.prop.culling = "back" if share > 0 else "none"  # a shadow has no inside
         self._move()
         self._colour()
         if share > 0:
@@ -150,14 +153,24 @@ class RobotScene:
         return self._prepared is not None and self._skin.share > 0
 
     def _facing_plane(self) -> FloatArray:
-        """(4, 4) ``T_world_map``: the map's middle at the robot's, its own up and right those of the picture."""
+        """(4, 4) ``T_world_map``: upright in the middle of the picture, as near as all of the map is in it."""
         assert self._prepared is not None
-        right, up, forward = self.viewpoint.axes
-        plane, corners = np.eye(4), self._corners()
+        view, (width, height) = self.viewpoint, self._plotter.window_size
+        (right, up, forward), bounds = view.axes, self._prepared.map.bounds
+        plane = np.eye(4)
         plane[:3, :3] = np.stack([right, up, -forward], axis=1)
-        middle = self._prepared.map.bounds.mean(axis=0)
-        plane[:3, 3] = 0.5 * (corners.min(axis=0) + corners.max(axis=0)) - plane[:3, :2] @ middle
+        reach = np.tan(np.radians(view.view_angle) / 2) * _FLAT_FILL * np.array([width / height, 1.0])
+        away = float((np.ptp(bounds, axis=0) / 2 / reach).max())
+        plane[:3, 3] = view.eye + away * forward - plane[:3, :2] @ bounds.mean(axis=0)
         return plane
+
+    def pick_flat(self, ray: CameraRay) -> SurfacePoint | None:
+        """The place of the skin that a ray (world frame) meets first, while it is off the body; None beside it."""
+        return self._skin.pick(ray) if self.morphed else None
+
+    def flat_taxels(self) -> tuple[FloatArray, FloatArray]:
+        """Positions [m] and unit normals, (taxels, 3) each, world frame, of the skin off the body."""
+        return self._skin.taxels(self.poses, self._plane)
 
     def set_theme(self, theme: Theme) -> None:
         """Take another theme."""

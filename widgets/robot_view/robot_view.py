@@ -120,10 +120,10 @@ class RobotView(RobotDisplay):
     # The hand.
 
     def _at(self, position: QPointF) -> SurfacePoint | None:
-        if self._picker is None or self._card.isVisible() or self.scene.morphed:
-            return None  # there is no pressing a skin that is off the body
+        if self._picker is None or self._card.isVisible():
+            return None
         ray = self.scene.viewpoint.ray((position.x(), position.y()), (self.width(), self.height()))
-        return self._picker.pick(ray, self.scene.poses)
+        return self.scene.pick_flat(ray) if self.scene.morphed else self._picker.pick(ray, self.scene.poses)
 
     def _act(self, act: Act | None) -> None:
         if isinstance(act, Pressed):

@@ -17,6 +17,7 @@ from widgets.colours import BETWEEN_DOTS, PressureScale, rgb
 from widgets.robot_view.drawn import MATTE, polydata, set_matrix
 from widgets.robot_view.picture_skin import PictureSkin, between
 from widgets.robot_view.taxel_rings import TaxelRings
+from widgets.robot_view.viewpoint import CameraRay
 from widgets.selection import INKS
 from widgets.skin_picture import SkinPicture
 
@@ -140,6 +141,15 @@ class SkinActors:
             for rings in (self._dots, self._rings):
                 rings.place([part.positions for part in felt], [part.normals for part in felt])
             self._moved = False
+
+    def pick(self, ray: CameraRay) -> SurfacePoint | None:
+        """The place of the skin that a ray (world frame) meets first, while it is off the body; None beside it."""
+        return None if self._worn is None else self._worn.pick(ray)
+
+    def taxels(self, poses: FloatArray, plane: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Positions [m] and unit normals, (taxels, 3) each, of the skin as it lies now, world frame."""
+        places = [self._taxels_at(number, poses, plane) for number in range(len(self._prepared.skin.patches))]
+        return np.concatenate([at for at, _ in places]), np.concatenate([normals for _, normals in places])
 
     def point(self, at: SurfacePoint, poses: FloatArray, plane: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Position (3,) [m] and unit normal (3,) of a place on the skin as it lies now, world frame."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -74,3 +76,22 @@ def test_a_stamp_knows_drawn_seams_and_areas_of_interest():
     plans = [SeamPlan(), SeamPlan(drawn=np.array([[0, 1]])), SeamPlan(importance=np.ones(3))]
     assert len({plan_stamp(plan) for plan in plans}) == 3
     assert plan_stamp(SeamPlan(2)) == plan_stamp(SeamPlan()), "how many more is what is tried"
+
+
+def test_seconds_of_several_patches_add_up(bodies, tube, hemisphere):
+    def total(subject) -> float:
+        ticks = itertools.count()  # a clock that goes on whenever it is asked: one run is enough
+        patches = chosen_patches(subject)
+        made = lay(patches, [PatchEdit("symmetric-dirichlet") for _ in patches], clock=lambda: float(next(ticks)))
+        assert list(made.seconds) == sorted(made.seconds)
+        return made.seconds[-1]
+
+    assert total(Subject(bodies, (0, 1))) == total(tube) + total(hemisphere)
+
+
+def test_a_seam_that_was_tried_and_not_kept_does_not_count_as_the_result(hemisphere, monkeypatch):
+    monkeypatch.setattr("app.maps.flatten.WORTH_A_SEAM", 4.1)
+    monkeypatch.setattr("app.maps.flatten._WORTH_KEEPING", 0.99)
+    _, made = laid(hemisphere, method="symmetric-dirichlet")
+    assert made.rounds[-1] == made.charts[0].energies[-1]
+    assert min(made.rounds) < made.rounds[-1] - 0.01, "with the seam it was less distorted"
