@@ -188,11 +188,6 @@ def _style_sheet(theme: Theme) -> str:
         QPushButton:focus {{ border-color: {theme.accent}; }}
         QPushButton:checked {{ background: {mixed(theme.panel, theme.accent, 0.38)}; border-color: {theme.accent}; }}
         QPushButton:disabled {{ color: {mixed(theme.panel, theme.quiet, 0.65)}; }}
-        QComboBox {{ border: 1px solid {theme.line}; border-radius: 4px; padding: 4px 8px;
-                     background: {mixed(theme.panel, theme.text, 0.06)}; }}
-        QComboBox:hover {{ background: {hover}; }}
-        QComboBox:focus {{ border-color: {theme.accent}; }}
-        QComboBox:disabled {{ color: {mixed(theme.panel, theme.quiet, 0.65)}; }}
         QToolButton:checked {{ background: {mixed(theme.panel, theme.accent, 0.28)}; }}
         QStatusBar {{ background: {theme.panel}; color: {theme.quiet}; border-top: 1px solid {theme.line}; }}
         QStatusBar::item {{ border: 0; }}

@@ -61,7 +61,7 @@ class Editing(QObject):
         self._connect_editor()
         self._connect_actions()
         look = ImageLook()
-        window.accuracy.show_present(Setting("image", look.interpolation, {"pixels": look.pixels}))
+        window.column.accuracy.show_present(Setting("image", look.interpolation, {"pixels": look.pixels}))
         self._dress()
 
     def _connect_editor(self) -> None:
@@ -80,7 +80,7 @@ class Editing(QObject):
         measurer.compared.connect(compare.show_comparison)
         measurer.failed.connect(compare.show_failed)
         self._views.hovered.connect(self._on_hovered)
-        self._window.accuracy.chosen.connect(self._on_setting_chosen)
+        self._window.column.accuracy.chosen.connect(self._on_setting_chosen)
         editor.selection_changed.connect(self._tell_accuracy)
         live.prepared_changed.connect(self._on_prepared_changed)
         live.map_changed.connect(self._on_map_changed)
@@ -151,7 +151,7 @@ class Editing(QObject):
         self._views.set_edit_tool(None if other else self._tools.get(self._views.tool))
 
     def _tell_accuracy(self) -> None:
-        self._window.accuracy.show_document(self._editor.document, self._editor.selected)
+        self._window.column.accuracy.show_document(self._editor.document, self._editor.selected)
 
     def _on_setting_chosen(self, setting: Setting) -> None:
         """A point of the Accuracy and time panel was clicked: take its setting."""
@@ -159,7 +159,7 @@ class Editing(QObject):
             self._editor.ask(lambda document: wanted(document, setting))
         else:
             self._views.map.set_image(ImageLook(setting.method, int(setting.values["pixels"])))
-            self._window.accuracy.show_present(setting)
+            self._window.column.accuracy.show_present(setting)
 
     def _on_hovered(self, at: SurfacePoint | None) -> None:
         self._window.column.patches.show_hover(None if at is None else at.patch)

@@ -25,7 +25,6 @@ from widgets.engines import BESIDE, Engines
 from widgets.live_session import LiveSession
 from widgets.measurer import InlineMeasurer
 from widgets.message_bar import HintBar, MessageBar
-from widgets.panels.accuracy_panel import AccuracyPanel
 from widgets.panels.column import PanelColumn
 from widgets.panels.live_plots import LivePlots
 from widgets.seeing import Seeing
@@ -80,16 +79,13 @@ class MainWindow(QMainWindow):
     def _build_status(self) -> None:
         """Made at once: made by its first message, the bar would move the views."""
         self.statusBar().setSizeGripEnabled(False)
-        self.readout = QLabel()
-        self.readout.setObjectName("readout")
+        self.readout = QLabel(objectName="readout")
         self.readout.setContentsMargins(12, 0, 12, 0)
         self.statusBar().addPermanentWidget(self.readout)
 
     def _build_panels(self) -> None:
         self.column = PanelColumn(self.editor)
-        self.accuracy = AccuracyPanel(self.theme)
-        self.column.add(self.accuracy, below=self.column.history)
-        self.accuracy.set_folded(True)
+        self.column.accuracy.set_theme(self.theme)
         if self.settings.folded is not None:
             self.column.set_folded(self.settings.folded)
         self.column.folded_changed.connect(self._on_folded_changed)
@@ -249,7 +245,7 @@ class MainWindow(QMainWindow):
             self.message_bar,
             self.hint_bar,
             self.session_bar,
-            self.accuracy,
+            self.column.accuracy,
         ):
             part.set_theme(self.theme)
 
@@ -281,7 +277,7 @@ class MainWindow(QMainWindow):
             return
         self.settings.geometry = self.saveGeometry()
         self.editing.files.close()
-        self.accuracy.shut()
+        self.column.accuracy.shut()
         self.commands.close()
         self.live.close()
         self.robot_view.close_view()

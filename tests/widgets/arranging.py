@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from PySide6.QtCore import QEvent, QPointF, Qt
 from PySide6.QtGui import QMouseEvent
@@ -102,3 +104,10 @@ class Bench:
 
     def picture(self):
         return self.view.grab().toImage()
+
+
+def bent(document, number=0, share=0.1):
+    """Another chart for a patch: sheared, so that no placement could do it."""
+    charts, chart = list(document.charts), document.charts[number]
+    charts[number] = replace(chart, plane=chart.plane @ np.array([[1.0, share], [0.0, 1.0]]))
+    return replace(document, map=replace(document.map, charts=tuple(charts)))

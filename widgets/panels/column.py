@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from PySide6.QtCore import QTimer, Qt, Signal
+from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtWidgets import QScrollArea, QVBoxLayout, QWidget
 
 from app.session.frame import Frame
 from app.session.prepare import Prepared
 from widgets.editor import Editor
+from widgets.panels.accuracy_panel import AccuracyPanel
 from widgets.panels.compare_panel import ComparePanel
 from widgets.panels.contacts_panel import ContactsPanel
 from widgets.panels.controller_panel import ControllerPanel
@@ -21,7 +22,7 @@ from widgets.panels.quality_panel import QualityPanel
 from widgets.panels.timing_panel import TimingPanel
 
 WIDTH = 300
-FOLDED_AT_FIRST = ("compare-panel", "history-panel")
+FOLDED_AT_FIRST = ("compare-panel", "history-panel", "accuracy-panel")
 """What a person looks for when it is needed."""
 
 
@@ -42,7 +43,7 @@ class PanelColumn(QScrollArea):
         super().__init__(parent)
         self.controller, self.contacts, self.quality = ControllerPanel(), ContactsPanel(), QualityPanel()
         self.patches, self.compare, self.history = PatchesPanel(editor), ComparePanel(editor), HistoryPanel(editor)
-        self.timing, self.effects = TimingPanel(), EffectsPanel()
+        self.accuracy, self.timing, self.effects = AccuracyPanel(), TimingPanel(), EffectsPanel()
         self._panels: list[Panel] = []
         content = QWidget()
         self._rows = QVBoxLayout(content)
@@ -50,8 +51,8 @@ class PanelColumn(QScrollArea):
         self._rows.setSpacing(4)
         self._rows.addStretch(1)
         for panel in (
-            self.controller, self.contacts, self.patches, self.quality, self.compare, self.history, self.timing,
-            self.effects,
+            self.controller, self.contacts, self.patches, self.quality, self.compare, self.history, self.accuracy,
+            self.timing, self.effects,
         ):  # fmt: skip
             self.add(panel)
         self.compare.compared.connect(self.quality.show_comparison)

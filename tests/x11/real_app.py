@@ -1,0 +1,100 @@
+"""The app as a user starts it, on an X server of our own, and a hand on its mouse and keys."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from textwrap import indent
+
+ROOT = Path(__file__).resolve().parents[2]
+
+# What every script begins with: a window on a small arm, and a way of telling the test what happens in it.
+START = """
+import json, sys
+from dataclasses import replace
+from pathlib import Path
+from PySide6.QtCore import QPoint, QPointF, QTimer
+from app.simulation.scene_file import load_scene
+from widgets import launch
+from widgets.colours import THEMES, apply_theme
+from widgets.main_window import MainWindow
+from widgets.settings import Settings
+
+FOLDER = Path(sys.argv[1])
+
+def write(name, value):
+    path = FOLDER / name
+    path.with_suffix(".tmp").write_text(json.dumps(value))
+    path.with_suffix(".tmp").rename(path)
+
+def open_window():
+    launch.make_application()
+    window = MainWindow(Settings(FOLDER / "window.ini"))
+    window.set_theme("dark")
+    window.resize(1280, 800)
+    window.move(0, 0)
+    window.show()
+    return window
+
+def live(window, ready):
+    # A second and a half after its map is there, everything stands where it stays.
+    window.live.prepared_changed.connect(lambda _prepared: QTimer.singleShot(1500, ready))
+    scene = load_scene("arm")
+    window.live.open_scene(replace(scene, strokes=(), cover=replace(scene.cover, taxels=300)))
+    launch.make_application().exec()
+"""
+
+
+class RealApp:
+    """The app in its own process. Mutable; ``close`` ends it.
+
+    Args:
+        screen: The X display.
+        folder: For what the app writes.
+        script: What it runs, after ``START``.
+    """
+
+    def __init__(self, screen: str, folder: Path, script: str) -> None:
+        self.folder = folder
+        # Its processes import the file that was started, and must not open windows of their own.
+        guarded = "if __name__ == '__main__':\n" + indent(script, "    ")
+        (folder / "window.py").write_text(START + guarded)
+        self._log = (folder / "log.txt").open("w")
+        self._environment = {k: v for k, v in os.environ.items() if k not in ("QT_QPA_PLATFORM", "WAYLAND_DISPLAY")}
+        self._environment |= {"DISPLAY": screen, "PYTHONPATH": str(ROOT), "XDG_STATE_HOME": str(folder / "state")}
+        self.process = subprocess.Popen(
+            [sys.executable, folder / "window.py", folder], env=self._environment, stdout=self._log, stderr=self._log
+        )
+
+    def hand(self, *words: object) -> None:
+        """Let xdotool do something."""
+        subprocess.run(["xdotool", *map(str, words)], env=self._environment, check=True)
+
+    def wait_for(self, condition, seconds: float = 60.0) -> None:
+        """Look again and again, between two looks waiting for nothing but the app's end, which is a failure."""
+        deadline = time.monotonic() + seconds
+        while time.monotonic() < deadline:
+            if condition():
+                return
+            try:
+                code = self.process.wait(timeout=0.1)
+            except subprocess.TimeoutExpired:
+                continue
+            raise AssertionError(f"the app ended with {code}: {(self.folder / 'log.txt').read_text()}")
+        raise AssertionError("waited in vain")
+
+    def read(self, name: str):
+        """What the app wrote last under this name; None before it did."""
+        path = self.folder / name
+        return json.loads(path.read_text()) if path.exists() else None
+
+    def close(self) -> None:
+        """End the app."""
+        self.process.send_signal(signal.SIGTERM)
+        self.process.wait()
+        self._log.close()
