@@ -35,6 +35,8 @@ class Place:
 class EditTool(QObject):
     """A tool that does nothing, as the views know it; each tool changes the document through the editor alone."""
 
+    hint = ""
+    """What the mouse and the keys do with it, for people."""
     drawn = Signal()
     """``paint`` would draw something else now."""
 

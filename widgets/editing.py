@@ -49,11 +49,12 @@ class Editing(QObject):
         self._window, self._live, self._views = window, window.live, window.views
         self._editor: Editor = window.editor
         self.files = MapFiles(window, self._editor)
+        self._arrange = ArrangeTool(self._editor, self)
         self._pins = PinTool(self._editor, self)
         self._seams = SeamTool(self._editor, self)
         self._interest = InterestTool(self._editor, self)
         self._tools = {
-            Tool.ARRANGE: ArrangeTool(self._editor, self),
+            Tool.ARRANGE: self._arrange,
             Tool.PINS: self._pins,
             Tool.SEAMS: self._seams,
             Tool.INTEREST: self._interest,
@@ -80,6 +81,7 @@ class Editing(QObject):
         measurer.compared.connect(compare.show_comparison)
         measurer.failed.connect(compare.show_failed)
         self._views.hovered.connect(self._on_hovered)
+        self._window.column.patches.hovered.connect(self._arrange.point_at)
         self._window.column.accuracy.chosen.connect(self._on_setting_chosen)
         editor.selection_changed.connect(self._tell_accuracy)
         live.prepared_changed.connect(self._on_prepared_changed)
@@ -112,7 +114,12 @@ class Editing(QObject):
 
     def take_tool(self, tool: Tool) -> None:
         """Give the views the edit tool for ``tool``, or none."""
-        self._views.set_edit_tool(self._tools.get(tool))
+        taken = self._tools.get(tool)
+        self._views.set_edit_tool(taken)
+        if taken is not None:
+            self._window.statusBar().showMessage(taken.hint, 15_000)
+        else:
+            self._window.statusBar().clearMessage()
 
     # The document's way.
 

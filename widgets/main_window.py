@@ -79,7 +79,8 @@ class MainWindow(QMainWindow):
     def _build_status(self) -> None:
         """Made at once: made by its first message, the bar would move the views."""
         self.statusBar().setSizeGripEnabled(False)
-        self.readout = QLabel(objectName="readout")
+        self.readout = QLabel()
+        self.readout.setObjectName("readout")
         self.readout.setContentsMargins(12, 0, 12, 0)
         self.statusBar().addPermanentWidget(self.readout)
 
@@ -248,8 +249,6 @@ class MainWindow(QMainWindow):
             self.column.accuracy,
         ):
             part.set_theme(self.theme)
-
-    # Qt.
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         """Qt: files are welcome."""

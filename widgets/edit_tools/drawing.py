@@ -16,6 +16,9 @@ PIN_PX, LARGE_PIN_PX = 5.0, 7.0
 """Half a pin's diagonal."""
 _EDGE = 12.0
 
+_CAPTIONS = 52.0
+"""Height of what stands along the lower edge: scale bar, readout, slider [px]."""
+
 
 def polygon(points: FloatArray) -> QPolygonF:
     """Points (k, 2) [px] for Qt."""
@@ -83,12 +86,13 @@ def draw_brush(painter: QPainter, middle: QPointF, radius: float, theme: Theme, 
 
 
 def draw_words(painter: QPainter, text: str, theme: Theme, *, at: QPointF | None = None) -> None:
-    """A chip with words beside a place [px], or below the view's upper edge; kept within the view."""
+    """A chip with words beside a place [px], or in the middle above the view's captions; kept within the view."""
     font = QFont(painter.font())
     font.setPixelSize(13 if at is None else 11)
     metrics, room = QFontMetricsF(font), QRectF(painter.window())
     width, height = metrics.horizontalAdvance(text) + 16, metrics.height() + 6
-    corner = QPointF((room.width() - width) / 2, _EDGE) if at is None else at + QPointF(12, -height - 4)
+    foot = QPointF((room.width() - width) / 2, room.height() - height - _CAPTIONS)
+    corner = foot if at is None else at + QPointF(12, -height - 4)
     left, top = (
         min(max(start, _EDGE), max(whole - own - _EDGE, _EDGE))
         for start, whole, own in ((corner.x(), room.width(), width), (corner.y(), room.height(), height))

@@ -25,6 +25,8 @@ from widgets.tools import BRUSH
 class InterestTool(WorkingTool):
     """Areas of interest under the hand: a stroke paints, with Alt it erases, and either is one step."""
 
+    hint = "Paint where no seam may go. Alt erases, [ and ] change the brush."
+
     def __init__(self, editor: Editor, parent: QObject | None = None) -> None:
         super().__init__(editor, parent)
         self._radius = BRUSH

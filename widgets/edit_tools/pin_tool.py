@@ -51,6 +51,8 @@ class PinTool(WorkingTool):
     On the map a click on the skin adds a pin and a drag moves one, a new one too; on the body a click adds or selects.
     """
 
+    hint = "Click the skin to pin it; drag a pin and the map follows. Alt+P takes pins out, arrow keys move them."
+
     def __init__(self, editor: Editor, parent: QObject | None = None) -> None:
         super().__init__(editor, parent)
         self._chosen: frozenset[SurfacePoint] = frozenset()

@@ -38,6 +38,8 @@ class _Line:
 class SeamTool(WorkingTool):
     """Seams under the hand, in both views: a drag draws one, clicks draw one through many places, Alt erases."""
 
+    hint = "Drag along the skin, or click corners and press Enter; Backspace takes one back. Alt erases a seam."
+
     def __init__(self, editor: Editor, parent: QObject | None = None) -> None:
         super().__init__(editor, parent)
         self._patch: int | None = None

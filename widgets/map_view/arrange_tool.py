@@ -24,10 +24,9 @@ from widgets.map_view.arrange_marks import ArrangeMarks, paint_arrange
 from widgets.select_hand import CLICK_PX, inside
 from widgets.tools import Change
 
-HINT = (
-    "Drag a patch to move it, a corner to scale it, the round handle to turn it; drag beside the patches to select "
-    "several. Shift moves along one axis, scales about the middle, turns by 15°. Control does not snap. "
-    "Arrow keys move by 1 mm, with Shift by 10; H hides, Alt+H shows all."
+_HINT = (
+    "Drag a patch to move it, a corner to scale it, the round handle to turn it. Shift: along one axis, about the "
+    "middle, by 15°; Control does not snap. Arrow keys move by 1 mm, with Shift by 10."
 )
 NUDGE = 1e-3
 """By how much an arrow key moves [m]; with Shift ten times as much."""
@@ -71,6 +70,8 @@ class ArrangeTool(EditTool):
         parent: Qt parent.
     """
 
+    hint = _HINT
+
     def __init__(self, editor: Editor, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._editor = editor
@@ -84,6 +85,11 @@ class ArrangeTool(EditTool):
         editor.settled.connect(self._on_settled)
 
     # The mouse.
+
+    def point_at(self, number: int | None) -> None:
+        """Outline a patch that is pointed at elsewhere; None for none."""
+        self._hovered = number
+        self.drawn.emit()
 
     def press(self, place: Place, event: QMouseEvent) -> bool:
         """A handle, a patch or nothing is under it: a drag will scale or turn, move, or select."""

@@ -129,13 +129,13 @@ class MapView(MapDisplay):
             self.pan(act.dx, act.dy)
         self._show_cursor()
 
-    def _end_hold(self) -> bool:
-        """Whatever the hand does ends; whether it did anything."""
-        busy = self._hand.mode is not Mode.IDLE or self.chooser.busy or self._editing
-        self._editing = False
+    def _end_hold(self, *, all_of_it: bool = True) -> bool:
+        """Whatever the hand does ends, and ``all_of_it`` what an edit tool keeps between presses; whether it did."""
+        editing, self._editing = self._editing, False
+        busy = self._hand.mode is not Mode.IDLE or self.chooser.busy or editing
         self._act(self._hand.cancel())
         self.chooser.cancel()
-        if self.edit_tool is not None:
+        if self.edit_tool is not None and (all_of_it or editing):
             busy = self.edit_tool.cancel() or busy
         return busy
 
@@ -274,7 +274,7 @@ class MapView(MapDisplay):
     def focusOutEvent(self, event: QFocusEvent) -> None:
         """Qt: a finger never stays pressed where no hand can lift it."""
         self._space = False
-        self._end_hold()
+        self._end_hold(all_of_it=False)
         super().focusOutEvent(event)
 
     def leaveEvent(self, event: QEvent) -> None:
