@@ -224,8 +224,8 @@ class Editor(EditorFacts):
 
     def _show(self, name: str) -> None:
         assert self.history is not None
+        self.settled.emit(self.history.present, name)  # first: whoever measures does so while the views draw
         self.shown.emit(self.history.present)
-        self.settled.emit(self.history.present, name)
         self.history_changed.emit()
 
     def _select(self, numbers: tuple[int, ...]) -> None:

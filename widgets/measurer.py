@@ -2,28 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from PySide6.QtCore import QObject, Signal
 
 from app.maps.body_distances import BodyDistances
 from app.maps.chart import Chart
 from app.maps.compare import TaxelLayout, compare
-from app.maps.layout import MapLayout
-from app.maps.quality import measure
+from app.maps.layout import MapLayout, Placement
+from app.maps.quality import MapQuality, measure
+from app.maps.tactile_image import TactileImage
 from app.maps.tactile_map import TactileMap
 from app.skin.skin import Skin
 from widgets.process import Process, Serve, Tell
 
+_PIXELS = 512
+"""Along the longer side of the map as it was first measured, as ``measure`` would take."""
 _DIED = "Measuring the map ended unexpectedly; its quality stays unknown. Open the scene again to measure it."
 
 
 @dataclass(frozen=True, eq=False)
 class _Measure:
-    """Measure the map of these charts on the skin sent last."""
+    """Measure the map of the skin sent last, with these charts for those patches and the others as they were."""
 
-    charts: tuple[Chart, ...]
+    charts: Mapping[int, Chart]
     layout: MapLayout
 
 
@@ -35,19 +40,41 @@ class _Compare:
     second: TactileMap | TaxelLayout
 
 
+class _Known:
+    """What the process keeps of one skin. Mutable: charts are replaced as they are edited.
+
+    An edit of the layout leaves all of it as it is, and another chart costs only its own image.
+    """
+
+    def __init__(self, skin: Skin) -> None:
+        self.skin, self.distances = skin, BodyDistances(skin)
+        self._charts: dict[int, Chart] = {}
+        self._images: dict[int, TactileImage] = {}
+        self._resolution: float | None = None
+
+    def measured(self, request: _Measure) -> MapQuality:
+        """The quality of the map asked for."""
+        self._charts |= request.charts
+        map_ = TactileMap(self.skin, tuple(self._charts[k] for k in range(len(self._charts))), request.layout)
+        if self._resolution is None:
+            self._resolution = max(float(np.ptp(map_.bounds, axis=0).max()) / _PIXELS, 1e-9)
+        for number, chart in request.charts.items():
+            alone = TactileMap(Skin((self.skin.patches[number],)), (chart,), MapLayout((Placement(),)))
+            self._images[number] = TactileImage(alone, resolution=self._resolution)
+        return measure(map_, distances=self.distances, images=tuple(self._images.values()))
+
+
 def make_serve() -> Serve:
     """In the process: skins, charts and pairs in; qualities and comparisons out."""
-    known: list[tuple[Skin, BodyDistances]] = []
+    known: list[_Known] = []
 
     def serve(request: object, tell: Tell) -> None:
         if isinstance(request, Skin):
-            known[:] = [(request, BodyDistances(request))]
+            known[:] = [_Known(request)]
         elif isinstance(request, _Measure):
-            ((skin, distances),) = known
-            tell("measured", measure(TactileMap(skin, request.charts, request.layout), distances=distances))
+            tell("measured", known[0].measured(request))
         elif isinstance(request, _Compare):
-            of_body = known[0][1] if known else None
-            tell("compared", compare(request.first, request.second, distances=of_body))
+            tell("compared", compare(request.first, request.second, distances=known[0].distances if known else None))
 
     return serve
 
@@ -68,20 +95,21 @@ class Measurer(QObject):
         self.process.answered.connect(self._on_answered)
         self.process.ended.connect(self._on_ended)
         self._skin: Skin | None = None
-        self._next: _Measure | None = None
+        self._next: TactileMap | None = None
+        self._sent: tuple[Chart | None, ...] = ()
 
     def warm(self) -> None:
         """Start the process now, so that the first map need not wait for it."""
         self.process.warm()
 
     def measure(self, map_: TactileMap) -> None:
-        """Measure ``map_``. Cost: the body's distances once a skin, about a second; then 40 ms for 1000 taxels."""
+        """Measure ``map_``. Cost: the body's distances once a skin, 1 to 3 s; then 40 ms, and 30 ms a new chart."""
         fresh = map_.skin is not self._skin
         if fresh:
             self.process.close()  # whatever it measured is of another skin
-            self._skin = map_.skin
+            self._skin, self._sent = map_.skin, (None,) * len(map_.charts)
             self.process.send(map_.skin)
-        self._next = _Measure(map_.charts, map_.layout)
+        self._next = map_
         if fresh or not self.process.waiting:
             self._send()
 
@@ -95,9 +123,11 @@ class Measurer(QObject):
         self.process.close()
 
     def _send(self) -> None:
-        request, self._next = self._next, None
-        if request is not None:
-            self.process.send(request)
+        map_, self._next = self._next, None
+        if map_ is not None:
+            pairs = enumerate(zip(map_.charts, self._sent, strict=True))
+            self.process.send(_Measure({k: chart for k, (chart, sent) in pairs if chart is not sent}, map_.layout))
+            self._sent = map_.charts
 
     def _on_answered(self, kind: str, content: Any) -> None:
         if kind == "done":

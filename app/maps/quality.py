@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -63,7 +64,7 @@ def measure(
     map_: TactileMap,
     *,
     distances: BodyDistances | None = None,
-    image: TactileImage | None = None,
+    images: Sequence[TactileImage] | None = None,
     modules: IntArray | None = None,
     sources: int = 12,
     seed: int = 0,
@@ -73,18 +74,21 @@ def measure(
     Args:
         map_: At least one patch.
         distances: Of ``map_.skin``; made anew by default, which is nearly all of the cost. Keep them between edits.
-        image: Of ``map_``; made anew at 512 pixels by default.
+        images: That together show all of ``map_``'s charts, in any layout, for what an image keeps of a map; by default
+            one of the map, made anew at 512 pixels.
         modules: (taxels,) the module that carries each taxel, to be told about neighbours of different modules.
         sources: See ``BodyDistances``, where they are made here.
         seed: Likewise.
 
-    Cost: 3.3 s for 1000 taxels on 21,000 faces; 40 ms with distances and image at hand.
+    Cost: 3.3 s for 1000 taxels on 21,000 faces; 40 ms with distances and images at hand.
     """
     body = BodyDistances(map_.skin, sources=sources, seed=seed) if distances is None else distances
-    return _measured(map_, body, TactileImage(map_) if image is None else image, modules)
+    return _measured(map_, body, (TactileImage(map_),) if images is None else images, modules)
 
 
-def _measured(map_: TactileMap, body: BodyDistances, image: TactileImage, modules: IntArray | None) -> MapQuality:
+def _measured(
+    map_: TactileMap, body: BodyDistances, images: Sequence[TactileImage], modules: IntArray | None
+) -> MapQuality:
     faces, over = distortion(map_), overlaps(map_)
     flips = int(faces.flipped.sum())
     return MapQuality(
@@ -100,8 +104,8 @@ def _measured(map_: TactileMap, body: BodyDistances, image: TactileImage, module
         angle=faces.spread(faces.angle),
         area=faces.spread(_either_way(faces.area)),
         isometry=faces.spread(faces.isometry),
-        round_trip_mm=_percentile(round_trip_mm(map_, image), 95),
-        force_error=float(np.abs(force_error(image)).max(initial=0.0)),
+        round_trip_mm=_percentile(np.concatenate([round_trip_mm(image.map, image) for image in images]), 95),
+        force_error=max(float(np.abs(force_error(image)).max(initial=0.0)) for image in images),
         seam_mm=_seam_mm(map_),
         seconds=sum(chart.seconds[-1] for chart in map_.charts if chart.seconds),
         findings=(*map_.skin.findings, *(f for chart in map_.charts for f in chart.findings), *body.findings),

@@ -28,6 +28,7 @@ class TactileImage:
             ``thin-plate``; see each for its cost and error.
 
     Attributes:
+        map: What it shows.
         shape: Rows and columns.
         extent: (2, 2) lower-left and upper-right corner on the map [m].
         weights: Sparse (rows * columns, taxels) float32: the image of pressures is ``weights @ pressures``.
@@ -58,7 +59,7 @@ class TactileImage:
         self.extent = readonly(np.stack([corner, corner + size]))
         self.interpolation = interpolation
         centres = self.centres()
-        self._map = map_
+        self.map = map_
         self._patch, self._face, self._weights = map_.to_body_many(centres)
         self.inside = readonly((self._face >= 0).reshape(self.shape), bool)
         # Border pixels whose centre is just outside are shown too, so that a patch's edge is not ragged.
@@ -89,7 +90,7 @@ class TactileImage:
     @property
     def taxel_areas(self) -> FloatArray:
         """(taxels,) on the body [m²]."""
-        return self._map.skin.areas
+        return self.map.skin.areas
 
     @cached_property
     def pixel_areas(self) -> FloatArray:
@@ -97,7 +98,7 @@ class TactileImage:
 
         See ``force_areas``. Cost: 20 ms at 512 pixels across, once; 100 ms with thin plates.
         """
-        areas = force_areas(self.weights, behind(self._map, self._patch, self._face, self.resolution), self.taxel_areas)
+        areas = force_areas(self.weights, behind(self.map, self._patch, self._face, self.resolution), self.taxel_areas)
         return readonly(areas.reshape(self.shape))
 
     def force(self, image: FloatArray) -> float:

@@ -30,7 +30,7 @@ SHAPE = ("edge_error", "torn", "stress", "spearman", "trustworthiness", "continu
 def _measured(name):
     map_ = build_map(skin_of(named(name), taxels=25))
     body = BodyDistances(map_.skin)
-    return map_, body, measure(map_, distances=body, image=TactileImage(map_, width=100))
+    return map_, body, measure(map_, distances=body, images=(TactileImage(map_, width=100),))
 
 
 @pytest.mark.parametrize("name", HARD)
@@ -66,7 +66,7 @@ def test_size_changes_no_ratio(scale):
     surface = named("saddle")
     plain = _measured("saddle")[2]
     map_ = build_map(skin_of(Mesh(scale * surface.vertices, surface.faces), taxels=25))
-    quality = measure(map_, image=TactileImage(map_, width=100))
+    quality = measure(map_, images=(TactileImage(map_, width=100),))
     for key in SHAPE:
         assert getattr(quality, key) == pytest.approx(getattr(plain, key), abs=1e-4), key
     assert quality.round_trip_mm == pytest.approx(scale * plain.round_trip_mm, rel=0.1)
@@ -103,7 +103,7 @@ def test_worse_maps_get_worse_numbers():
     for stretch in (1.0, 1.2, 1.6, 2.4):
         worse = TactileMap(map_.skin, (replace(chart, plane=chart.plane * [stretch, 1]),), map_.layout)
         image = TactileImage(worse, width=100)
-        now = measure(worse, distances=body, image=image)
+        now = measure(worse, distances=body, images=(image,))
         if last is not None:
             for key in ("edge_error", "stress", "symmetric_dirichlet"):
                 assert getattr(now, key) > getattr(last, key)

@@ -11,11 +11,12 @@ import pytest
 from app.editing.arrange import mirror, move, rotate, scale
 from app.editing.document import MapDocument
 from app.editing.patches import show
+from app.editing.reflatten import apply, reflatten, set_lengths
 from app.maps.overlay import flaws
 from app.maps.tactile_image import TactileImage
 from tests.widgets.arranging import bent
 from tests.widgets.hand_made import leaf_map
-from widgets.map_view.atlas import Atlas
+from widgets.map_view.atlas import Atlas, ImageLook
 from widgets.map_view.camera import Camera
 from widgets.map_view.live_flaws import LiveFlaws
 
@@ -97,3 +98,14 @@ def test_a_camera_over_other_content_sees_the_same():
     assert framed.to_scene((320.0, 240.0), room) == pytest.approx((120.0, 355.0))
     far = other.over((10.0, 10.0), (900.0, 900.0), room)
     assert far.panned(1.0, 1.0, room).centre == pytest.approx(far.centre, abs=1.0)
+
+
+def test_an_undone_chart_finds_its_tile_again(prepared):
+    document = MapDocument.of(prepared.map)
+    other = apply(document, reflatten(set_lengths(document, [1], 0.5)))
+    first = Atlas(document.map)
+    second = Atlas(other.map, known=first)
+    again = Atlas(document.map, known=second)
+    assert second.tiles[1] is not first.tiles[1]
+    assert all(tile is old for tile, old in zip(again.tiles, first.tiles, strict=True))
+    assert Atlas(document.map, known=again, look=ImageLook("nearest")).tiles[0] is not first.tiles[0]

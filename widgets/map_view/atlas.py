@@ -20,6 +20,7 @@ from app.maps.tactile_map import TactileMap
 from app.skin.skin import Skin
 from widgets.map_view.tile import Tile
 
+_SPARE = 8
 _TOO_MANY = 4.0
 """As many times the pixels of the map as it was first packed, and they become larger."""
 
@@ -47,6 +48,7 @@ class Atlas:
 
     Attributes:
         tiles: One for each patch.
+        spare: A few of the atlases before, for a person who undoes.
         shape: Rows and columns.
         resolution: Side of a pixel [m].
 
@@ -57,12 +59,14 @@ class Atlas:
         known = known if known is not None and known.look == look else None
         self.look: ImageLook = look
         self.resolution: float = _resolution(map_, known, look.pixels)
-        kept = known.tiles if known is not None and known.resolution == self.resolution else ()
+        kept = (*known.tiles, *known.spare) if known is not None and known.resolution == self.resolution else ()
         found = {id(tile.chart): tile for tile in kept}
         self.tiles: tuple[Tile, ...] = tuple(
             found.get(id(chart)) or Tile.of(patch, chart, self.resolution, look.interpolation)
             for patch, chart in zip(map_.skin.patches, map_.charts, strict=True)
         )
+        worn = {id(tile.chart) for tile in self.tiles}
+        self.spare: tuple[Tile, ...] = tuple(tile for key, tile in found.items() if key not in worn)[:_SPARE]
         self._corners, self.shape = _shelved([tile.shape for tile in self.tiles])
         self._skin = map_.skin
         self._pixels = self._through([tile.pixels for tile in self.tiles])

@@ -99,7 +99,7 @@ def test_a_patch_in_the_hole_of_another_overlaps_nothing():
 
 def test_what_is_known_of_the_body_need_not_be_measured_again(three_patches):
     body, image = BodyDistances(three_patches.skin, sources=3), TactileImage(three_patches)
-    assert measure(three_patches, distances=body, image=image) == measure(three_patches, sources=3)
+    assert measure(three_patches, distances=body, images=(image,)) == measure(three_patches, sources=3)
 
 
 def test_modules_are_told_apart_where_they_are_known(three_patches):

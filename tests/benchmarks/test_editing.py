@@ -1,0 +1,155 @@
+"""Editing in the real window: undo, quality after an edit, hover, and how often the map is painted beside 3-D.
+
+.venv/bin/python -m pytest tests/benchmarks/test_editing.py --benchmark-enable
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from app.editing.arrange import rotate
+from app.editing.reflatten import apply, reflatten, set_lengths
+from app.experiments.meshes import closed_link
+from app.session.prepare import prepare
+from app.simulation.poke import PokePressed
+from app.simulation.scene_file import load_scene, scene_for
+from widgets.colours import DARK, apply_theme
+from widgets.engines import INLINE, Engines
+from widgets.main_window import MainWindow
+from widgets.measurer import Measurer
+from widgets.runner import InlineRunner, ThreadRunner
+from widgets.settings import Settings
+from widgets.worker import InlineWorker
+
+SECONDS = 5.0
+
+
+@pytest.fixture(scope="module")
+def prepared():
+    return prepare(load_scene("arm"))
+
+
+@pytest.fixture
+def open_window(qtbot, tmp_path, monkeypatch):
+    """Opens windows, and closes them in the end."""
+    monkeypatch.setattr("widgets.map_files.user_state_path", lambda *_args, **_kwargs: tmp_path / "state")
+    apply_theme(QApplication.instance(), DARK)
+    opened = []
+
+    def opening(prepared, engines=INLINE):
+        window = MainWindow(Settings(tmp_path / "window.ini"), engines=engines)
+        window.resize(1400, 900)
+        window.show()
+        qtbot.waitExposed(window)
+        window.live.show_prepared(prepared)
+        opened.append(window)
+        return window
+
+    yield opening
+    for window in opened:
+        window.editing.files.give_up()
+        window.close()
+        window.deleteLater()
+
+
+@pytest.mark.parametrize("kind", ["layout", "chart"])
+def test_undo_until_painted(benchmark, prepared, open_window, kind):
+    window = open_window(prepared)
+    editor = window.editor
+    if kind == "layout":
+        editor.do("Turn", lambda document: rotate(document, [1], 0.3))
+    else:
+        editor.ask(lambda document: set_lengths(document, [1], 0.5))
+    assert len(editor.history.names) == 2
+
+    def back():
+        (window.action("undo") if editor.history.position else window.action("redo")).trigger()
+        window.map_view.viewport().repaint()
+
+    benchmark.pedantic(back, rounds=30, warmup_rounds=4)
+
+
+def test_quality_after_an_edit(benchmark, prepared, open_window, qtbot):
+    """From the edit to the new numbers on the card, over the process that measures."""
+    window = open_window(prepared, Engines(InlineRunner, InlineWorker, Measurer))
+    with qtbot.waitSignal(window.live.measured, timeout=60_000):
+        pass
+    result = reflatten(set_lengths(window.editor.document, [1], 0.5))
+    edits = [lambda document: rotate(document, [1], 0.1), lambda document: apply(document, result)]
+    window.editor.do("Slider", edits[1])
+    with qtbot.waitSignal(window.live.measured, timeout=60_000):
+        pass
+
+    def edit():
+        with qtbot.waitSignal(window.live.measured, timeout=60_000):
+            (window.action("undo") if window.editor.history.position else window.action("redo")).trigger()
+
+    benchmark.pedantic(edit, rounds=20, warmup_rounds=2)
+
+
+@pytest.mark.parametrize("where", ["map", "robot"])
+def test_hover_until_the_other_view_shows_it(benchmark, prepared, open_window, where):
+    window = open_window(prepared)
+    view = window.map_view if where == "map" else window.robot_view
+    surface = view.viewport() if where == "map" else view.canvas.widget
+    skin, other = prepared.skin, window.map_view if where == "robot" else window.robot_view
+    seen = [k for k in range(0, len(skin), 25) if view.rect().contains(view.pixel_of(skin.taxel_point(k)).toPoint())]
+    places = iter(seen * 50)
+
+    def hover():
+        pixel = view.pixel_of(skin.taxel_point(next(places))).toPoint()
+        QTest.mouseMove(surface, pixel + QPoint(1, 0))
+        if where == "robot":
+            other.viewport().repaint()
+        else:
+            other.draw_now()
+
+    benchmark.pedantic(hover, rounds=60, warmup_rounds=5)
+
+
+@pytest.fixture(scope="module")
+def scan(tmp_path_factory):
+    """A closed body of 200,000 vertices in its skin."""
+    path = tmp_path_factory.mktemp("scan") / "scan.off"
+    mesh = closed_link(400_000)
+    rows = [" ".join(map(repr, row)) for row in mesh.vertices.tolist()]
+    faces = [f"3 {a} {b} {c}" for a, b, c in mesh.faces.tolist()]
+    path.write_text("\n".join(["OFF", f"{len(rows)} {len(faces)} 0", *rows, *faces]))
+    scene = scene_for(str(path))
+    return prepare(replace(scene, cover=replace(scene.cover, taxels=1000)))
+
+
+@pytest.mark.parametrize("body", ["arm, 20,000 vertices", "scan, 200,000 vertices"])
+def test_map_frame_rate_while_the_body_is_drawn(benchmark, request, open_window, body):
+    """The window by the wall clock, a finger on the skin, for five seconds: the maps painted, and the bodies drawn."""
+    prepared = request.getfixturevalue("prepared" if body.startswith("arm") else "scan")
+    window = open_window(prepared, replace(INLINE, runner=ThreadRunner))
+    painted, drawn = [], []
+    window.map_view.painted.connect(lambda _tick: painted.append(time.perf_counter()))
+    window.robot_view.drawn.connect(drawn.append)
+    window.live.runner.submit(PokePressed(1, prepared.skin.taxel_point(len(prepared.skin) // 2)))
+
+    def run():
+        painted.clear()
+        drawn.clear()
+        end = time.perf_counter() + SECONDS
+        while time.perf_counter() < end:
+            QApplication.processEvents()
+
+    benchmark.pedantic(run, rounds=1)
+    gaps = 1e3 * np.diff(painted) if len(painted) > 1 else [float("nan")]
+    benchmark.extra_info |= {
+        "maps a second": round(len(painted) / SECONDS, 1),
+        "gap, median and 95 % [ms]": [round(float(np.percentile(gaps, share)), 1) for share in (50, 95)],
+        "bodies a second": round(len(drawn) / SECONDS, 1),
+        "body [ms]": round(float(np.median(drawn)), 1) if drawn else None,
+        "real time": round(window.live.runner.real_time_factor, 2),
+    }
+    window.live.runner.stop()
