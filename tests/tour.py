@@ -85,7 +85,11 @@ class Film:
 
     def save(self, path: Path) -> None:
         """Write the film; one palette for all frames, so that still parts stay still."""
-        palette = self.frames[len(self.frames) // 2].quantize(200, method=Image.Quantize.MEDIANCUT)
+        some = self.frames[:: max(len(self.frames) // 8, 1)]
+        strip = Image.new("RGB", (WIDTH, sum(frame.height for frame in some)))
+        for number, frame in enumerate(some):
+            strip.paste(frame, (0, number * frame.height))
+        palette = strip.quantize(255, method=Image.Quantize.MEDIANCUT)
         still = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in self.frames]
         still[0].save(path, save_all=True, append_images=still[1:], duration=FRAME_MS, loop=0, optimize=True)
 
@@ -121,6 +125,10 @@ def play(film: Film) -> None:
     window.action("propose_seam").trigger()
     film.pass_time(10)
     window.editor.accept()
+    film.pass_time(6)
+    window.editor.select(())
+    window.action("repack").trigger()
+    view.frame_all()
     film.pass_time(8)
     window.seeing.set_ground(Ground.AREA)
     film.pass_time(10)
@@ -134,6 +142,7 @@ def play(film: Film) -> None:
     for _ in range(len(window.editor.history.names) - 1):  # type: ignore[union-attr]
         window.action("undo").trigger()
         film.pass_time(3)
+    view.frame_all()
     film.pass_time(6)
 
 

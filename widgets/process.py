@@ -13,7 +13,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from app.arrays import refreeze
 from app.errors import TactileMapsError
 
-POLL_MS = 10
+POLL_MS = 5
 _UNFORESEEN = (MemoryError, OSError, ArithmeticError, ValueError, LookupError, RuntimeError, TypeError)
 
 Tell = Callable[[str, object], None]

@@ -76,14 +76,15 @@ def test_undo_until_painted(benchmark, prepared, open_window, kind):
     benchmark.pedantic(back, rounds=30, warmup_rounds=4)
 
 
-def test_quality_after_an_edit(benchmark, prepared, open_window, qtbot):
+@pytest.mark.parametrize("kind", ["layout", "chart"])
+def test_quality_after_an_edit(benchmark, prepared, open_window, qtbot, kind):
     """From the edit to the new numbers on the card, over the process that measures."""
     window = open_window(prepared, Engines(InlineRunner, InlineWorker, Measurer))
     with qtbot.waitSignal(window.live.measured, timeout=60_000):
         pass
     result = reflatten(set_lengths(window.editor.document, [1], 0.5))
-    edits = [lambda document: rotate(document, [1], 0.1), lambda document: apply(document, result)]
-    window.editor.do("Slider", edits[1])
+    edits = {"layout": lambda document: rotate(document, [1], 0.1), "chart": lambda document: apply(document, result)}
+    window.editor.do("Edit", edits[kind])
     with qtbot.waitSignal(window.live.measured, timeout=60_000):
         pass
 

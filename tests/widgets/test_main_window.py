@@ -8,9 +8,13 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
+from app.editing.arrange import move
+from app.editing.pins import add_pin
 from tests.widgets.pictures import check_picture
 from tests.widgets.window_acts import press_map, run, visible_skin
 from widgets.colours import DARK, LIGHT
+from widgets.overlays import Ground
+from widgets.tools import Tool
 
 
 def test_it_opens_alive(window):
@@ -158,3 +162,21 @@ def test_the_picture_of_the_whole_window(window):
     QApplication.processEvents()
     window.robot_view.draw_now()
     check_picture(window, "window_dark", share=0.97)
+
+
+def test_the_picture_of_the_window_in_which_the_map_is_edited(window):
+    """A patch moved and selected, pins in another, the stretch of areas under it all; the light theme."""
+    window.set_theme("light")
+    window.editor.do("Move", lambda document: move(document, [2], (0.05, -0.02)))
+    window.editor.do("Pin", lambda document: add_pin(document, document.skin.taxel_point(10)))
+    window.seeing.set_tool(Tool.ARRANGE)
+    window.editor.select([2])
+    window.seeing.set_ground(Ground.AREA)
+    window.hint_bar.hide()
+    run(window, 0.1)
+    window.session_bar.show_factor(1.0)
+    window.column.timing.hide()
+    window.plots.hide()
+    QApplication.processEvents()
+    window.robot_view.draw_now()
+    check_picture(window, "window_editing_light", share=0.97)

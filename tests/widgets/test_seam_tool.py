@@ -220,7 +220,7 @@ def test_a_proposal_is_of_the_selected_patch_and_enter_accepts_it(hand, editor, 
     plain = hand.picture()
     tool.propose()
     assert editor.proposal.result.request.jobs[0].number == CAP
-    assert "Saves" in tool._words()
+    assert "less distortion" in tool._words()
     assert "Enter accepts, Escape declines" in tool._words()
     assert Role.OFFERED in roles(tool)
     assert hand.picture() != plain

@@ -222,8 +222,8 @@ class SeamTool(WorkingTool):
         if proposal is None:
             return ""
         share = f"{100 * proposal.gain:.0f}\u2009%"
-        gains = f"Saves {share} of the distortion" if proposal.gain >= 0.005 else "Would not lessen the distortion"
-        return f"{gains if np.isfinite(proposal.gain) else 'A further seam'} \u2014 Enter accepts, Escape declines"
+        gains = f"{share} less distortion" if proposal.gain >= 0.005 else "No less distortion"
+        return f"{gains if np.isfinite(proposal.gain) else 'A further seam'}  \u00b7  Enter accepts, Escape declines"
 
     def _mark_body(self, document: MapDocument) -> BodyMarks:
         lines = tuple(BodyLine(line.patch, line.vertices, line.role) for line in self._lines(document))
