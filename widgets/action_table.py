@@ -146,6 +146,7 @@ ACTIONS = (
     ),
     ActionSpec("mark_seams", "Seams", ("Alt+S",), "Dash the cuts along which the skin was laid open", checkable=True),
     ActionSpec("mark_border", "Border", ("Alt+B",), "Line the end of the skin", checkable=True),
+    ActionSpec("mark_pins", "Pins", (), "Show the pins whatever the tool", checkable=True),
     ActionSpec("mark_contours", "Contours", ("Alt+C",), "Line the touched areas", checkable=True),
     ActionSpec(
         "mark_taxel_ids", "Taxel numbers", ("Alt+N",), "Number the taxels, as many as have room", checkable=True
@@ -157,6 +158,7 @@ ACTIONS = (
         "A dot for each taxel, instead of a picture between them",
         checkable=True,
     ),
+    ActionSpec("compare", "Other layout", ("Ctrl+D",), "Show the layout that is compared with, or ours again"),
     ActionSpec("theme", "Light theme", ("Ctrl+Shift+T",), "Dark or light", checkable=True),
     ActionSpec("panels", "Panels", ("F2",), "Show or hide the panels", checkable=True),
     ActionSpec("timing", "Timing", ("F3",), "Show where the time goes"),

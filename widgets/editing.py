@@ -103,6 +103,7 @@ class Editing(QObject):
             ("hide_patches", self._hide),
             ("show_patches", self._show_all),
             ("cancel_edit", editor.cancel_work),
+            ("compare", self._window.column.compare.toggle),
             ("open_map", files.choose_open),
             ("save_map", files.save),
             ("save_map_as", files.choose_save),

@@ -213,7 +213,8 @@ class MainWindow(QMainWindow):
             self.timeline.set_live(None)
         else:
             tick = player.prepared.scene.tick
-            self.timeline.set_recording(player.duration, player.poke_spans(), frame_seconds=tick)
+            spans, edits = player.poke_spans(), player.edits()
+            self.timeline.set_recording(player.duration, spans, edits=edits, frame_seconds=tick)
             self.live.measurer.measure(player.prepared.map)
 
     def _on_settings_changed(self, settings: object) -> None:

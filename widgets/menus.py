@@ -30,7 +30,7 @@ MENUS = (
         ("poke", LINE, "select_box", "select_lasso", "select_brush", "smaller_brush", "larger_brush", LINE,
          "select_all", "select_none", "select_inverse"),
     ),
-    ("View", ("frame", "morph", "theme", "panels", "timing", "plots", "reset_layout", "full_screen")),
+    ("View", ("frame", "morph", "compare", "theme", "panels", "timing", "plots", "reset_layout", "full_screen")),
     ("Help", ("keys", "about")),
 )  # fmt: skip
 

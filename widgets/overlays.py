@@ -38,6 +38,7 @@ class Overlays:
         ground: What bare skin looks like.
         seams: Whether cuts are dashed.
         border: Whether the skin's end is lined.
+        pins: Whether pins are shown, whatever the tool.
         contours: Whether touched areas are lined.
         taxel_ids: Whether taxels are numbered.
         dots: Whether each taxel is a dot of its own, instead of a picture interpolated between them.
@@ -46,6 +47,7 @@ class Overlays:
     ground: Ground = Ground.PRESSURE
     seams: bool = True
     border: bool = True
+    pins: bool = False
     contours: bool = True
     taxel_ids: bool = False
     dots: bool = False

@@ -210,3 +210,15 @@ def test_what_failed_in_the_worker_is_said(panel):
     _press(panel, "keep")
     panel.show_failed("the layout does not name each taxel once.")
     assert _note(panel) == "▲ The layout does not name each taxel once."
+
+
+def test_one_key_shows_the_other_layout_and_ours_again(window):
+    window.action("compare").trigger()
+    assert not window.column.compare.shows_other, "there is no other yet"
+    window.column.compare.keep_present()
+    kept = window.column.compare.other
+    window.editor.do("Move", lambda document: move(document, [0], (0.1, 0.0)))
+    window.action("compare").trigger()
+    assert window.map_view._picture.document.layout == kept.layout
+    window.action("compare").trigger()
+    assert window.map_view._picture.document is window.editor.document

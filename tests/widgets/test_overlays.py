@@ -11,6 +11,7 @@ from PySide6.QtGui import QColor
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
+from app.editing.pins import add_pin
 from app.maps.distortion import distortion
 from app.maps.overlay import flaws, stretch
 from app.maps.tactile_map import TactileMap
@@ -135,6 +136,7 @@ def test_touch_stays_the_loudest_on_every_ground(still, prepared, ground):
 
 @pytest.mark.parametrize("name", MARKS)
 def test_each_mark_goes_on_and_off(still, prepared, name):
+    still.editor.do("Pin", lambda document: add_pin(document, prepared.skin.taxel_point(40)))
     show(still, [middle_taxel(prepared.map, 0)])
     before = look(still.map_view)
     shown = still.action(f"mark_{name}").isChecked()

@@ -159,3 +159,18 @@ def test_hover_shows_a_time_and_themes_change(replay):
     light = bar.grab().toImage()
     replay.set_theme(DARK)
     assert bar.grab().toImage() != light
+
+
+def test_an_edit_of_the_map_is_marked_and_named_under_the_pointer(qtbot):
+    bar = ScrubBar(DARK)
+    qtbot.addWidget(bar)
+    bar.resize(600, 48)
+    bar.show_recording(10.0, [])
+    bare = bar.grab().toImage()
+    bar.show_recording(10.0, [], [(4.0, "Move")])
+    marked = bar.grab().toImage()
+    assert marked != bare
+    QTest.mouseMove(bar, QPoint(round(bar.x_of(4.0)) + 2, 24))
+    named = bar.grab().toImage()
+    bar.show_recording(10.0, [])
+    assert named != bar.grab().toImage(), "its name stands beside the time"

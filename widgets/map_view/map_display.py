@@ -230,7 +230,8 @@ class MapDisplay(MapCanvas):
         picture = self._picture
         if picture is None:
             return
-        marks = replace(self._marks, legend=picture.legend, hover=picture.mark_of(self._hovered_at))
+        hover = picture.mark_of(self._hovered_at)
+        marks = replace(self._marks, legend=picture.legend, hover=hover, pins=picture.pins())
         if self._frame is not None:
             contours = picture.contours() if self._frame.regions else []
             marks = marks.of_frame(self._frame, picture.mark_of, picture.shapes.frame.scale, contours)

@@ -12,6 +12,7 @@ from app.geometry.surface_point import SurfacePoint
 from app.session.frame import Frame
 from widgets.chooser import Rubber, paint_rubber
 from widgets.colours import Theme
+from widgets.edit_tools.drawing import draw_pin
 from widgets.map_view.map_hit import nice_length
 from widgets.map_view.map_items import cosmetic
 from widgets.map_view.map_legend import Legend, paint_legend
@@ -48,6 +49,7 @@ class Marks:
         contours: Lines around the touched areas.
         contacts: Centres of pressure.
         fingers: Fingertips on the skin.
+        pins: Where pins are wanted.
         hover: What the pointer is over, in either view.
         readout: The words for it.
         replaying: Whether all this comes from a recording; said by the word and a coloured edge.
@@ -58,6 +60,7 @@ class Marks:
     contours: list[QLineF] = field(default_factory=list)
     contacts: tuple[ContactMark, ...] = ()
     fingers: tuple[FingerMark, ...] = ()
+    pins: tuple[QPointF, ...] = ()
     hover: QPointF | None = None
     readout: str = ""
     replaying: bool = False
@@ -107,6 +110,8 @@ class MapPainter:
         self._paint_contours(painter, marks, view)
         for patch in shapes.patches:
             self._paint_name(painter, patch, view, room)
+        for pin in marks.pins:
+            draw_pin(painter, view.map(pin), QColor(255, 255, 255), large=False)
         for finger in marks.fingers:
             self._paint_finger(painter, view.map(finger.at), finger.radius * view.m11())
         for contact in marks.contacts:

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QGraphicsScene
 from app.arrays import IntArray
 from app.contacts.reader import THRESHOLD
 from app.editing.document import MapDocument
+from app.editing.pins import pin_places
 from app.geometry.surface_point import SurfacePoint
 from app.maps.overlay import Flaws
 from app.maps.tactile_map import TactileMap
@@ -166,6 +167,13 @@ class MapPicture:
         """The body point under a scene point; None outside all patches that are shown, and while a chart is held."""
         # Searching a chart that is new in every frame costs as much as the frame.
         return None if self.held else self._seen.hit(self.shapes.frame, x, y)
+
+    def pins(self) -> tuple[QPointF, ...]:
+        """Where the pins of the patches shown are wanted [scene units]; none while they are not to be seen."""
+        if not self._overlays.pins:
+            return ()
+        places = [pin_places(self.document, k) for k, patch in enumerate(self.document.patches) if patch.visible]
+        return tuple(QPointF(x, y) for part in places for x, y in self.shapes.frame.to_scene(part).tolist())
 
     def contours(self) -> list[QLineF]:
         """Lines around the touched areas [scene units]; none while they are not wanted."""

@@ -108,6 +108,11 @@ class ComparePanel(Panel):
         if history is not None:
             self._set_other(history.present, history.names[history.position])
 
+    def toggle(self) -> None:
+        """Show B in the view instead of A, or A again, where B can be shown."""
+        if not self._b.isHidden() and self._b.isEnabled():
+            self._show_b(shown=not self.shows_other)
+
     def show_comparison(self, comparison: Comparison) -> None:
         """The numbers asked for last."""
         if self._other is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QFont, QFontMetricsF, QMouseEvent, QPainter, QPaintEvent
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QMouseEvent, QPainter, QPaintEvent, QPolygonF
 from PySide6.QtWidgets import QWidget
 
 from widgets.colours import Theme
@@ -15,6 +15,8 @@ SIDE = 10.0
 TRACK_Y, TRACK_HEIGHT, MARK_Y, MARK_HEIGHT, LABEL_Y = 19.0, 4.0, 9.0, 4.0, 40.0
 HANDLE = 7.0
 LABEL_ROOM_PX = 72
+_EDIT_REACH_PX = 5.0
+"""An edit of the map is named while the pointer is as near to its mark."""
 
 
 class ScrubBar(QWidget):
@@ -27,6 +29,7 @@ class ScrubBar(QWidget):
         self._theme = theme
         self._duration = self._time = 0.0
         self._spans: tuple[tuple[float, float], ...] = ()
+        self._edits: tuple[tuple[float, str], ...] = ()
         self._hover: float | None = None
         self.held = False
         self.setObjectName("timeline-bar")
@@ -45,9 +48,11 @@ class ScrubBar(QWidget):
         self._theme = theme
         self.update()
 
-    def show_recording(self, duration: float, spans: Sequence[tuple[float, float]]) -> None:
-        """Show a recording of ``duration`` [s] with pokes from and to these times [s]."""
-        self._duration, self._spans, self._time = duration, tuple(spans), 0.0
+    def show_recording(
+        self, duration: float, spans: Sequence[tuple[float, float]], edits: Sequence[tuple[float, str]] = ()
+    ) -> None:
+        """Show a recording of ``duration`` [s] with pokes from and to these times [s], and when the map was edited."""
+        self._duration, self._spans, self._edits, self._time = duration, tuple(spans), tuple(edits), 0.0
         self.update()
 
     def show_time(self, time: float) -> None:
@@ -125,6 +130,10 @@ class ScrubBar(QWidget):
         for start, end in self._spans:
             left, right = self.x_of(start), self.x_of(end)
             painter.drawRoundedRect(QRectF(left, MARK_Y, max(right - left, 2.0), MARK_HEIGHT), 1, 1)
+        painter.setBrush(QColor(self._theme.accent))
+        for time, _ in self._edits:
+            x, y = self.x_of(time), MARK_Y + MARK_HEIGHT / 2
+            painter.drawPolygon(QPolygonF([QPointF(x - 4, y), QPointF(x, y - 4), QPointF(x + 4, y), QPointF(x, y + 4)]))
         ring = QColor(self._theme.text if self.hasFocus() or self.held else self._theme.panel)
         painter.setBrush(ring)
         centre = QPointF(at, TRACK_Y + TRACK_HEIGHT / 2)
@@ -147,7 +156,8 @@ class ScrubBar(QWidget):
             painter.drawText(QPointF(min(max(x - width / 2, 0.0), self.width() - width), LABEL_Y + 2), text)
 
     def _paint_hover(self, painter: QPainter, x: float) -> None:
-        text = clock_text(self.time_at(x), decimals=2)
+        near = [name for time, name in self._edits if abs(self.x_of(time) - x) <= _EDIT_REACH_PX]
+        text = "  ".join([clock_text(self.time_at(x), decimals=2), *near[:1]])
         metrics = QFontMetricsF(painter.font())
         width = metrics.horizontalAdvance(text) + 12
         x = self.x_of(self.time_at(x))

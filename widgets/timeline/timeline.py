@@ -104,19 +104,25 @@ class Timeline(QWidget):
         self._show()
 
     def set_recording(
-        self, duration: float, poke_spans: Sequence[tuple[float, float]], *, frame_seconds: float = 1 / 30
+        self,
+        duration: float,
+        poke_spans: Sequence[tuple[float, float]],
+        *,
+        edits: Sequence[tuple[float, str]] = (),
+        frame_seconds: float = 1 / 30,
     ) -> None:
         """Show a recording from its start, paused.
 
         Args:
             duration: Of the recording [s].
             poke_spans: From and to which second each poke lasted.
+            edits: When the map was edited [s], and what each edit was called.
             frame_seconds: Time between two frames [s]; what Left and Right step.
         """
         self._stop()
         self._replaying = True
         self._playhead = Playhead(duration, frame_seconds, speed=self._playhead.speed)
-        self._bar.show_recording(duration, poke_spans)
+        self._bar.show_recording(duration, poke_spans, edits)
         self._show()
 
     def set_time(self, time: float) -> None:

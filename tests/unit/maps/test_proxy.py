@@ -47,7 +47,7 @@ def test_it_carries_its_own_map_exactly_and_any_affine_one(made):
     )
 
 
-def test_its_vertices_are_the_patchs_own(made):
+def test_its_vertices_are_those_of_the_patch(made):
     surface, chart, proxy = made
     np.testing.assert_array_equal(proxy.surface.vertices, surface.vertices[chart.vertex_of[proxy.chosen]])
     np.testing.assert_array_equal(proxy.owners[proxy.chosen], np.arange(len(proxy.chosen)))
