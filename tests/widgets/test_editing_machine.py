@@ -10,6 +10,7 @@ import os
 import sys
 import tempfile
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import psutil
@@ -24,7 +25,7 @@ from hypothesis.stateful import (
     rule,
     run_state_machine_as_test,
 )
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QCoreApplication, QEvent, QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
@@ -56,6 +57,7 @@ class RestlessPerson(RuleBasedStateMachine):
 
     prepared = None
     done = 0
+    memory: ClassVar[list[float]] = []
 
     @initialize()
     def open(self):
@@ -83,8 +85,11 @@ class RestlessPerson(RuleBasedStateMachine):
         self.window.close()
         self.window.deleteLater()
         self.folder.cleanup()
+        QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete.value)
         QApplication.processEvents()
+        del self.window, self.editor, self.view, self.first
         gc.collect()
+        type(self).memory.append(psutil.Process().memory_info().rss / 2**20)
 
     def pixel(self, taxel):
         return self.view.pixel_of(self.prepared.skin.taxel_point(taxel)).toPoint()
@@ -174,7 +179,6 @@ class RestlessPerson(RuleBasedStateMachine):
 def test_whatever_a_restless_person_does_the_map_stays_whole(prepared, qapp, tmp_path, monkeypatch):
     monkeypatch.setattr("widgets.map_files.user_state_path", lambda *_args, **_kwargs: tmp_path / "state")
     RestlessPerson.prepared, RestlessPerson.done = prepared, 0
-    before = psutil.Process().memory_info().rss
     run_state_machine_as_test(
         RestlessPerson,
         settings=settings(
@@ -186,6 +190,7 @@ def test_whatever_a_restless_person_does_the_map_stays_whole(prepared, qapp, tmp
             suppress_health_check=list(HealthCheck),
         ),
     )
-    grown = (psutil.Process().memory_info().rss - before) / 2**20
-    sys.stderr.write(f"\n{RestlessPerson.done} acts, {grown:.0f} MB more\n" if ACTS > 1000 else "")
+    if ACTS > 1000:
+        first, last = RestlessPerson.memory[3], RestlessPerson.memory[-1]
+        sys.stderr.write(f"\n{RestlessPerson.done} acts, {first:.0f} MB after 4 windows, {last:.0f} MB in the end\n")
     assert RestlessPerson.done >= 0.5 * ACTS

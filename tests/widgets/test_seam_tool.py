@@ -266,3 +266,13 @@ def test_while_edits_are_not_taken_the_tool_takes_nothing(hand, editor, tool, do
     tool.propose()
     assert editor.document is document
     assert tool._through == []
+
+
+def test_a_press_on_another_patch_than_the_pointer_was_last_seen_on_starts_there(hand, tool, document):
+    hand.move(middle(document, TUBE))
+    assert tool._tip[0] == TUBE
+    QTest.mousePress(hand.view.viewport(), LEFT, NONE, hand.pixel(inside(document, 4, 1)))
+    (line,) = [line for line in tool.body_marks().lines if line.role is Role.HELD]
+    assert line.patch == SHEET
+    assert line.vertices.tolist() == [sheet_vertex(4, 1)]
+    QTest.mouseRelease(hand.view.viewport(), LEFT, NONE, hand.pixel(inside(document, 4, 1)))

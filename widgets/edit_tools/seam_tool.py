@@ -200,8 +200,9 @@ class SeamTool(WorkingTool):
     def _path(self) -> IntArray:
         """(k,) vertices that the seam goes through so far, and on to the pointer."""
         assert self._paths is not None
-        tip = [] if self._tip is None or self._tip[1] == self._through[-1] else [self._tip[1]]
-        return self._paths.through([*self._through, *tip])
+        # The pointer may have come to another patch since it was last seen on one.
+        tip = [self._tip[1]] if self._tip is not None and self._tip[0] == self._patch else []
+        return self._paths.through([*self._through, *(vertex for vertex in tip if vertex != self._through[-1])])
 
     def _lines(self, document: MapDocument) -> list[_Line]:
         """All there is to show besides the seams that are there."""
