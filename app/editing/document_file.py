@@ -20,6 +20,7 @@ from app.maps.pin import Pin
 from app.maps.seams import SeamPlan
 from app.maps.tactile_map import TactileMap
 from app.skin.skin import Patch
+from app.whole_file import read_whole, write_whole
 
 FORMAT, VERSION = "tactile-maps-document", 1
 _ROUNDING = 1e-6
@@ -33,14 +34,7 @@ def save_document(document: MapDocument, path: str | Path) -> None:
 
     Cost: 0.2 s for 1000 taxels on 27,000 faces, nearly all of it compression, which lets other threads run.
     """
-    path, data = Path(path), document_to_bytes(document)
-    part = path.with_name(path.name + ".part")
-    try:
-        part.write_bytes(data)
-        part.replace(path)
-    except (OSError, ValueError) as error:
-        remedy = "Choose a folder you may write to, with space left"
-        raise MapError("the map cannot be saved", file=path, value=error, remedy=remedy) from error
+    write_whole(Path(path), document_to_bytes(document), error=MapError)
 
 
 def load_document(path: str | Path) -> MapDocument:
@@ -50,14 +44,7 @@ def load_document(path: str | Path) -> MapDocument:
         MapError: There is no such file, or it is not a sound document or map.
         SkinError: The skin in it is not sound.
     """
-    path = Path(path)
-    try:
-        if path.stat().st_size > MAX_BYTES:
-            raise MapError("the file is too large for a map", file=path, value=f"{path.stat().st_size} bytes")
-        data = path.read_bytes()
-    except (OSError, ValueError) as error:
-        raise MapError("the file cannot be read", file=path, value=error, remedy="Check the path") from error
-    return document_from_bytes(data, file=path)
+    return document_from_bytes(read_whole(Path(path), error=MapError, most=MAX_BYTES), file=path)
 
 
 def document_to_bytes(document: MapDocument) -> bytes:

@@ -14,6 +14,7 @@ from app.maps.chart_file import chart_arrays, charts_header, layout_header, read
 from app.maps.exchange.obj_uv import write_obj
 from app.maps.tactile_map import TactileMap
 from app.skin.skin_file import skin_from_bytes, skin_to_bytes
+from app.whole_file import read_whole, write_whole
 
 FORMAT, VERSION = "tactile-maps-map", 2
 _READS = (1, VERSION)
@@ -26,7 +27,7 @@ def save_map(map_: TactileMap, path: str | Path) -> None:
     Raises:
         MapError: The file cannot be written.
     """
-    _write(Path(path), map_to_bytes(map_))
+    write_whole(Path(path), map_to_bytes(map_), error=MapError)
 
 
 def load_map(path: str | Path) -> TactileMap:
@@ -36,14 +37,7 @@ def load_map(path: str | Path) -> TactileMap:
         MapError: There is no such file, or it is not a sound map.
         SkinError: The skin in it is not sound.
     """
-    path = Path(path)
-    try:
-        if path.stat().st_size > MAX_BYTES:
-            raise MapError("the file is too large for a map", file=path, value=f"{path.stat().st_size} bytes")
-        data = path.read_bytes()
-    except (OSError, ValueError) as error:
-        raise MapError("the file cannot be read", file=path, value=error, remedy="Check the path") from error
-    return map_from_bytes(data, file=path)
+    return map_from_bytes(read_whole(Path(path), error=MapError, most=MAX_BYTES), file=path)
 
 
 def map_to_bytes(map_: TactileMap) -> bytes:
@@ -93,17 +87,3 @@ def save_obj(map_: TactileMap, path: str | Path) -> None:
         MapError: The file cannot be written.
     """
     write_obj(map_, path)
-
-
-def _write(path: Path, data: bytes) -> None:
-    part = path.with_name(path.name + ".part")
-    try:
-        part.write_bytes(data)
-        part.replace(path)
-    except (OSError, ValueError) as error:
-        raise MapError(
-            "the map cannot be written",
-            file=path,
-            value=error,
-            remedy="Choose a folder you may write to, with space left",
-        ) from error

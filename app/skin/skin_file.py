@@ -14,6 +14,7 @@ from app.errors import Finding, MeshError, SkinError
 from app.geometry.mesh import Mesh
 from app.skin.skin import Patch, Skin
 from app.skin.taxels import Quadrature, Taxels
+from app.whole_file import read_whole, write_whole
 
 FORMAT, VERSION = "tactile-maps-skin", 1
 MAX_TAXELS = 1_000_000
@@ -32,18 +33,7 @@ def save_skin(skin: Skin, path: str | Path) -> None:
     Raises:
         SkinError: The file cannot be written.
     """
-    path = Path(path)
-    part = path.with_name(path.name + ".part")
-    try:
-        part.write_bytes(skin_to_bytes(skin))
-        part.replace(path)
-    except OSError as error:
-        raise SkinError(
-            "the skin cannot be written",
-            file=path,
-            value=error,
-            remedy="Choose a folder you may write to, with space left",
-        ) from error
+    write_whole(Path(path), skin_to_bytes(skin), error=SkinError)
 
 
 def load_skin(path: str | Path) -> Skin:
@@ -52,14 +42,7 @@ def load_skin(path: str | Path) -> Skin:
     Raises:
         SkinError: There is no such file, or it is not a sound skin.
     """
-    path = Path(path)
-    try:
-        if path.stat().st_size > MAX_BYTES:
-            raise SkinError("the file is too large for a skin", file=path, value=f"{path.stat().st_size} bytes")
-        data = path.read_bytes()
-    except (OSError, ValueError) as error:
-        raise SkinError("the file cannot be read", file=path, value=error, remedy="Check the path") from error
-    return skin_from_bytes(data, file=path)
+    return skin_from_bytes(read_whole(Path(path), error=SkinError, most=MAX_BYTES), file=path)
 
 
 def skin_to_bytes(skin: Skin) -> bytes:

@@ -12,12 +12,15 @@ from PySide6.QtCore import QCoreApplication, QEvent, QThread, QTimer
 from PySide6.QtWidgets import QApplication
 from vtkmodules.vtkRenderingCore import vtkRenderWindow
 
+from app.editing.document import MapDocument
 from app.session.prepare import Prepared, prepare
 from app.simulation.scene_file import load_scene
 from widgets.colours import DARK, apply_theme
+from widgets.editor import Editor
 from widgets.engines import INLINE
 from widgets.main_window import MainWindow
 from widgets.settings import Settings
+from widgets.worker import InlineWorker
 
 TAXELS = 150
 
@@ -29,6 +32,15 @@ def prepared() -> Prepared:
     prepared = prepare(replace(scene, cover=replace(scene.cover, taxels=TAXELS)))
     assert len(prepared.skin) == TAXELS
     return prepared
+
+
+@pytest.fixture
+def editor(prepared):
+    """On the small arm's map, taking edits; what is computed is there at once."""
+    made = Editor(InlineWorker())
+    made.open(MapDocument.of(prepared.map))
+    made.set_enabled(enabled=True)
+    return made
 
 
 @pytest.fixture

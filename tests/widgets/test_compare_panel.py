@@ -20,20 +20,10 @@ from app.maps.compare import TaxelLayout, compare, procrustes
 from app.maps.map_file import save_map
 from app.skin.exchange.write import write_taxels
 from tests.widgets.hand_made import leaf_map
-from widgets.editor import Editor
 from widgets.panels.column import WIDTH, PanelColumn
 from widgets.panels.compare_panel import ComparePanel
-from widgets.worker import InlineWorker
 
 LEFT = Qt.MouseButton.LeftButton
-
-
-@pytest.fixture
-def editor(prepared):
-    made = Editor(InlineWorker())
-    made.open(MapDocument.of(prepared.map))
-    made.set_enabled(enabled=True)
-    return made
 
 
 @pytest.fixture

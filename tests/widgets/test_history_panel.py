@@ -13,20 +13,10 @@ from PySide6.QtWidgets import QApplication
 from app.editing.arrange import move
 from app.editing.document import MapDocument
 from app.editing.history import MOST_STEPS
-from widgets.editor import Editor
 from widgets.panels.column import WIDTH
 from widgets.panels.history_panel import ROW, HistoryPanel
-from widgets.worker import InlineWorker
 
 LEFT = Qt.MouseButton.LeftButton
-
-
-@pytest.fixture
-def editor(prepared):
-    made = Editor(InlineWorker())
-    made.open(MapDocument.of(prepared.map))
-    made.set_enabled(enabled=True)
-    return made
 
 
 @pytest.fixture

@@ -66,7 +66,7 @@ def test_a_map_that_cannot_be_saved_is_said_and_stays_unsaved(window, files, tmp
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(tmp_path / "none" / "a.npz"), ""))
     window.action("save_map").trigger()
     assert files.unsaved
-    assert "cannot be saved" in message(window)
+    assert "cannot be written" in message(window)
 
 
 def test_a_saved_map_is_opened_as_one_edit_and_kept_there(window, files, tmp_path):
@@ -173,7 +173,7 @@ def test_a_copy_that_cannot_be_written_is_said_once(window, files, monkeypatch, 
     files._file._folder = blocked
     files.autosave()
     files._wait()
-    assert "cannot be saved" in message(window)
+    assert "cannot be written" in message(window)
 
 
 def reopened(prepared):

@@ -25,15 +25,6 @@ LEFT = Qt.MouseButton.LeftButton
 
 
 @pytest.fixture
-def editor(prepared):
-    made = Editor(InlineWorker())
-    made.open(MapDocument.of(prepared.map))
-    made.set_enabled(enabled=True)
-    assert len(made.document.patches) == 3
-    return made
-
-
-@pytest.fixture
 def panel(qtbot, editor):
     return _shown(qtbot, PatchesPanel(editor))
 

@@ -7,50 +7,25 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from app.errors import Finding, SkinError, TactileMapsError
+from app.whole_file import read_whole, write_whole
 
 MAX_BYTES = 64 * 2**20
 MAX_TAXELS = 100_000
 
 
 def read_bytes(path: Path, *, error: type[TactileMapsError] = SkinError, most: int = MAX_BYTES) -> bytes:
-    """The whole file.
+    """The whole file; see ``read_whole``."""
+    return read_whole(path, error=error, most=most)
 
-    Raises:
-        TactileMapsError: Of kind ``error``: it cannot be read, or has more than ``most`` bytes.
-    """
-    try:
-        size = path.stat().st_size
-        if size > most:
-            raise error(
-                "the file is too large", file=path, value=f"{size} bytes", remedy=f"The most is {most // 2**20} MiB"
-            )
-        return path.read_bytes()
-    except (OSError, ValueError) as cause:
-        raise error("the file cannot be read", file=path, value=cause, remedy="Check the path") from cause
+
+def write_bytes(path: Path, data: bytes, *, error: type[TactileMapsError] = SkinError) -> None:
+    """The whole file or nothing; see ``write_whole``."""
+    write_whole(path, data, error=error)
 
 
 def read_text(path: Path, *, error: type[TactileMapsError] = SkinError, most: int = MAX_BYTES) -> str:
     """The whole file as text; bytes that are not UTF-8 become the replacement character and fail where they matter."""
     return read_bytes(path, error=error, most=most).decode("utf-8-sig", errors="replace")
-
-
-def write_bytes(path: Path, data: bytes, *, error: type[TactileMapsError] = SkinError) -> None:
-    """Put ``data`` into the file at ``path``, or leave what was there.
-
-    Raises:
-        TactileMapsError: Of kind ``error``: it cannot be written.
-    """
-    part = path.with_name(path.name + ".part")
-    try:
-        part.write_bytes(data)
-        part.replace(path)
-    except (OSError, ValueError) as cause:
-        raise error(
-            "the file cannot be written",
-            file=path,
-            value=cause,
-            remedy="Choose a folder you may write to, with space left",
-        ) from cause
 
 
 def write_lines(path: Path, lines: Iterable[str], *, error: type[TactileMapsError] = SkinError) -> None:

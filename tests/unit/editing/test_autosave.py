@@ -107,7 +107,7 @@ def test_saving_elsewhere_moves_on_and_leaves_the_old_file(document, kept, tmp_p
 def test_a_failed_save_changes_nothing(document, kept, tmp_path):
     moved = move(document, [0], (0.1, 0.0))
     (tmp_path / "file").write_bytes(b"")
-    with pytest.raises(MapError, match="cannot be saved"):
+    with pytest.raises(MapError, match="cannot be written"):
         kept.save_as(moved, tmp_path / "file" / "map.npz")
     assert kept.path.name == "map.npz"
     assert kept.unsaved(moved)
@@ -117,5 +117,5 @@ def test_an_autosave_that_cannot_be_removed_says_so(document, kept):
     kept.autosave_file.mkdir()
     with pytest.raises(MapError, match="cannot be removed"):
         kept.drop_autosave()
-    with pytest.raises(MapError, match="cannot be saved"):
+    with pytest.raises(MapError, match="cannot be written"):
         kept.autosave(move(document, [0], (0.1, 0.0)))

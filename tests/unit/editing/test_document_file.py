@@ -134,7 +134,7 @@ def test_what_cannot_be_read_or_written_says_so(edited, tmp_path):
     with pytest.raises(MapError, match="cannot be read"):
         load_document(tmp_path / "nothing.npz")
     (tmp_path / "file").write_bytes(b"")
-    with pytest.raises(MapError, match="cannot be saved"):
+    with pytest.raises(MapError, match="cannot be written"):
         save_document(edited, tmp_path / "file" / "map.npz")
 
 

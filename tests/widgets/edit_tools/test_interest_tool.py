@@ -16,27 +16,9 @@ from tests.widgets.map_hand import (
     HeldWorker,
     MapHand,
     middle,
-    open_editor,
-    small_document,
 )
 from widgets.edit_tools.interest_tool import InterestTool
 from widgets.tools import Tool
-from widgets.worker import InlineWorker
-
-
-@pytest.fixture(scope="module")
-def document():
-    return small_document()
-
-
-@pytest.fixture
-def worker(request):
-    return getattr(request, "param", InlineWorker)()
-
-
-@pytest.fixture
-def editor(worker, document):
-    return open_editor(worker, document)
 
 
 @pytest.fixture

@@ -22,29 +22,11 @@ from tests.widgets.map_hand import (
     MapHand,
     corner,
     middle,
-    open_editor,
     sheet_vertex,
-    small_document,
 )
 from widgets.body_marks import Role
 from widgets.edit_tools.seam_tool import SeamTool
 from widgets.tools import Tool
-from widgets.worker import InlineWorker
-
-
-@pytest.fixture(scope="module")
-def document():
-    return small_document()
-
-
-@pytest.fixture
-def worker(request):
-    return getattr(request, "param", InlineWorker)()
-
-
-@pytest.fixture
-def editor(worker, document):
-    return open_editor(worker, document)
 
 
 @pytest.fixture

@@ -17,27 +17,9 @@ from tests.widgets.map_hand import (
     MapHand,
     flips,
     middle,
-    open_editor,
-    small_document,
 )
 from widgets.colours import DARK
 from widgets.edit_tools.pin_tool import PinTool
-from widgets.worker import InlineWorker
-
-
-@pytest.fixture(scope="module")
-def document():
-    return small_document()
-
-
-@pytest.fixture
-def worker(request):
-    return getattr(request, "param", InlineWorker)()
-
-
-@pytest.fixture
-def editor(worker, document):
-    return open_editor(worker, document)
 
 
 @pytest.fixture
