@@ -16,9 +16,9 @@ CODES = {
     "window shown": """
 from pathlib import Path
 import os, tempfile
-from widgets.launch import picture_window, _application
+from widgets.launch import make_application, picture_window
 if __name__ == "__main__":
-    app = _application()
+    app = make_application()
     window = picture_window("dark", (1400, 900))
     app.processEvents()
     window.close()
@@ -26,9 +26,9 @@ if __name__ == "__main__":
     "window alive with the arm": """
 from app.session.prepare import prepare
 from app.simulation.scene_file import load_scene
-from widgets.launch import picture_window, _application
+from widgets.launch import make_application, picture_window
 if __name__ == "__main__":
-    app = _application()
+    app = make_application()
     window = picture_window("dark", (1400, 900))
     window.live.show_prepared(prepare(load_scene("arm")))
     app.processEvents()
