@@ -26,6 +26,7 @@ def _work(connection: Connection, make: Callable[[], Serve]) -> None:
     """The process: serve requests until the window closes its end."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl+C in a terminal reaches us too; the window ends us
     serve = make()
+    connection.send(("ready", None))
     while True:
         try:
             request = connection.recv()
@@ -46,6 +47,9 @@ def _work(connection: Connection, make: Callable[[], Serve]) -> None:
 class Process(QObject):
     """One process, started when it is needed. Answers come in the order of the requests; ``close`` ends it.
 
+    A request is handed over only when the process waits for one: a pipe holds little, and whoever writes more into it
+    waits until it is read. The window never does.
+
     Args:
         name: For people who list processes.
         make: Called in the process, gives what serves its requests; must be importable.
@@ -62,7 +66,8 @@ class Process(QObject):
         self._name, self._make = name, make
         self._process: Any = None
         self._connection: Connection | None = None
-        self._waiting = 0
+        self._queue: list[object] = []
+        self._ready = self._busy = False
         self._timer = QTimer(self)
         self._timer.setInterval(POLL_MS)
         self._timer.timeout.connect(self._on_timer)
@@ -70,7 +75,12 @@ class Process(QObject):
     @property
     def waiting(self) -> int:
         """How many requests are not done yet."""
-        return self._waiting
+        return len(self._queue) + self._busy
+
+    @property
+    def ready(self) -> bool:
+        """Whether the process is there and has nothing to do."""
+        return self._ready and not self._busy
 
     @property
     def pid(self) -> int | None:
@@ -87,18 +97,15 @@ class Process(QObject):
     def send(self, request: object) -> None:
         """Ask for something; it is done after what was asked for before."""
         self.warm()
-        assert self._connection is not None
-        self._waiting += 1
+        self._queue.append(request)
         self._timer.start()
-        try:
-            self._connection.send(request)
-        except (BrokenPipeError, ConnectionResetError):
-            self._on_ended()
+        self._hand_over()
 
     def close(self) -> None:
         """End the process, whatever it does; nothing is answered any more."""
         self._timer.stop()
-        self._waiting = 0
+        self._queue.clear()
+        self._ready = self._busy = False
         if self._process is not None:
             self._process.kill()
             self._process.join()
@@ -115,6 +122,17 @@ class Process(QObject):
         self._process.start()
         theirs.close()
         self._connection = ours
+        self._timer.start()
+
+    def _hand_over(self) -> None:
+        """The next request, if the process waits for one."""
+        if not self.ready or not self._queue or self._connection is None:
+            return
+        self._busy = True
+        try:
+            self._connection.send(self._queue.pop(0))
+        except (BrokenPipeError, ConnectionResetError):
+            self._on_ended()
 
     def _on_timer(self) -> None:
         try:
@@ -124,14 +142,20 @@ class Process(QObject):
             self._on_ended()
 
     def _take(self, kind: str, content: Any) -> None:
-        if kind == "done":
-            self._waiting -= 1
-            if not self._waiting:
-                self._timer.stop()
+        if kind == "ready":
+            self._ready = True
+        elif kind == "done":
+            self._busy = False
+            self.answered.emit(kind, content)
         else:
             refreeze(content)
-        self.answered.emit(kind, content)
+            self.answered.emit(kind, content)
+        self._hand_over()
+        if self.ready and not self._queue:
+            self._timer.stop()
 
     def _on_ended(self) -> None:
+        asked = self.waiting
         self.close()
-        self.ended.emit()
+        if asked:
+            self.ended.emit()

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import multiprocessing as mp
+import os
+import signal
 from dataclasses import replace
 
 import pytest
@@ -166,7 +168,7 @@ def test_points_come_while_it_measures_and_a_dead_process_is_told(panel, qtbot):
     press(panel, "measure", qtbot)
     qtbot.waitUntil(lambda: len(drawn(panel)) > 0, timeout=LONG)
     assert panel.busy
-    panel._process._process.kill()
+    os.kill(panel._process.process.pid, signal.SIGKILL)
     qtbot.waitUntil(lambda: not panel.busy, timeout=LONG)
     assert said(panel, "note") == "▲ Measuring ended unexpectedly; the diagram before it is kept. Measure again."
     assert drawn(panel) == []

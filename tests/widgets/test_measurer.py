@@ -60,6 +60,17 @@ def facts(quality):
     return {key: value for key, value in quality.to_json().items() if key not in ("round_trip_mm", "force_error")}
 
 
+def test_the_window_never_waits_for_a_process_to_read(measurer, prepared, qtbot):
+    """A pipe holds 64 kB: a larger request, written before it is read, would hold up whoever writes it."""
+    measurer.measure(prepared.map)
+    assert not measurer.process._busy, "nothing is written before it reads"
+    assert measurer.process.waiting == 2, "skin and map wait here, not in the pipe"
+    with qtbot.waitSignal(measurer.measured, timeout=LONG):
+        pass
+    qtbot.waitUntil(lambda: measurer.process.ready, timeout=LONG)
+    assert not measurer.process.waiting
+
+
 def test_two_maps_are_compared(measurer, prepared, qtbot):
     larger = scale(MapDocument.of(prepared.map), [0], 2.0).map
     with qtbot.waitSignal(measurer.compared, timeout=LONG) as got:
