@@ -21,7 +21,7 @@ LEFT = Qt.MouseButton.LeftButton
 
 
 def shift(document):
-    return move(document, [1], (0.05, 0.02))
+    return move(document, [0, 1, 2], (0.05, 0.02))
 
 
 def shown(window):
