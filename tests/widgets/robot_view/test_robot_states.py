@@ -9,34 +9,9 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QPushButton
 
 from app.errors import RobotError
-from tests.widgets.body_hand import BESIDE, LEFT, NONE, Heard, open_view, picture, pressed_frame, skin_pixel, wheel
+from tests.widgets.body_hand import BESIDE, LEFT, NONE, Heard, picture, pressed_frame, wheel
 from tests.widgets.pictures import pixels
 from widgets.colours import DARK, LIGHT, PressureScale
-
-
-@pytest.fixture
-def empty(qtbot):
-    view = open_view(qtbot)
-    yield view
-    view.close_view()
-
-
-@pytest.fixture
-def view(empty, prepared):
-    empty.show_prepared(prepared)
-    empty.draw_now()
-    return empty
-
-
-@pytest.fixture
-def heard(view):
-    return Heard(view)
-
-
-@pytest.fixture
-def skin(view, prepared):
-    """A pixel on the skin with skin all around it."""
-    return skin_pixel(view, prepared)
 
 
 @pytest.fixture

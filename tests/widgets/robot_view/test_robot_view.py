@@ -8,35 +8,10 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLineEdit
 
-from tests.widgets.body_hand import BESIDE, LEFT, MIDDLE, NONE, SHIFT, Heard, open_view, picture, skin_pixel, wheel
+from tests.widgets.body_hand import BESIDE, LEFT, MIDDLE, NONE, SHIFT, picture, wheel
 from tests.widgets.pictures import pixels, shared_share
 from widgets.robot_view.orientation_cube import cube_faces
 from widgets.robot_view.overlay import CUBE
-
-
-@pytest.fixture
-def empty(qtbot):
-    view = open_view(qtbot)
-    yield view
-    view.close_view()
-
-
-@pytest.fixture
-def view(empty, prepared):
-    empty.show_prepared(prepared)
-    empty.draw_now()
-    return empty
-
-
-@pytest.fixture
-def heard(view):
-    return Heard(view)
-
-
-@pytest.fixture
-def skin(view, prepared):
-    """A pixel on the skin with skin all around it."""
-    return skin_pixel(view, prepared)
 
 
 def test_a_press_is_the_body_point_under_the_pointer(view, heard, prepared):

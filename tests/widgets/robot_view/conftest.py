@@ -1,0 +1,32 @@
+"""The robot view by itself: empty, or with the small arm, and what it told."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.widgets.body_hand import Heard, open_view, skin_pixel
+
+
+@pytest.fixture
+def empty(qtbot):
+    view = open_view(qtbot)
+    yield view
+    view.close_view()
+
+
+@pytest.fixture
+def view(empty, prepared):
+    empty.show_prepared(prepared)
+    empty.draw_now()
+    return empty
+
+
+@pytest.fixture
+def heard(view):
+    return Heard(view)
+
+
+@pytest.fixture
+def skin(view, prepared):
+    """A pixel on the skin with skin all around it."""
+    return skin_pixel(view, prepared)
