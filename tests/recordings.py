@@ -8,11 +8,16 @@ from app.control.command import ControlChanged, ControlSettings
 from app.editing.arrange import move
 from app.editing.document import MapDocument
 from app.recording.recorder import Recorder
-from app.session.inputs import MapEdited
+from app.session.inputs import EffectsChanged, MapEdited
 from app.session.prepare import Prepared, prepare
 from app.session.session import Session
 from app.simulation.poke import PokeMoved, PokePressed, PokeReleased
 from app.simulation.scene_file import load_scene
+from app.touch.sensor.effects import SensorEffects
+from app.touch.sensor.hysteresis import Hysteresis
+from app.touch.sensor.noise import Noise
+
+NOISY = SensorEffects(noise=Noise(), hysteresis=Hysteresis())
 
 
 def small_arm(taxels: int = 120) -> Prepared:
@@ -22,7 +27,7 @@ def small_arm(taxels: int = 120) -> Prepared:
 
 
 def record(prepared: Prepared, path, *, ticks: int = 200, start: int = 0) -> Session:
-    """Record a poke, a stroke, an edit, a change of law and a release; ``start`` ticks pass before it begins."""
+    """Record a poke, a stroke, an edit, a change of law, other effects and a release, after ``start`` ticks."""
     session = Session(prepared)
     skin = prepared.skin
     acts = {
@@ -30,6 +35,7 @@ def record(prepared: Prepared, path, *, ticks: int = 200, start: int = 0) -> Ses
         start + 60: PokeMoved(1, skin.taxel_point(31)),
         start + 70: MapEdited("Move", move(MapDocument.of(prepared.map), [0], (0.2, 0.1)).map),
         start + 80: ControlChanged(ControlSettings(law="hold_force", force_goal=2.0)),
+        start + 110: EffectsChanged(replace(prepared.scene.effects, friction=True, sensor=NOISY)),
         start + 150: PokeReleased(1),
     }
     for _ in range(start):

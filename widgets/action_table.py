@@ -30,6 +30,8 @@ class ActionSpec:
 
 ACTIONS = (
     ActionSpec("open_robot", "Open robot…", ("Ctrl+O",), "Open MJCF, URDF or a bare mesh"),
+    ActionSpec("open_scene", "Scene file…", (), "Open a scene of your own"),
+    ActionSpec("save_scene", "Save scene as…", (), "Keep this scene, with the effects you chose"),
     ActionSpec("open_recording", "Open recording…", ("Ctrl+Shift+O",), "Replay a recording"),
     ActionSpec("import_taxels", "Import iCub taxels…", (), "Wear the taxels of an iCub positions file"),
     ActionSpec("open_map", "Open map…", ("Ctrl+L",), "Take over the layout of a saved map of this skin"),
@@ -98,6 +100,13 @@ ACTIONS = (
     ActionSpec("hide_patches", "Hide patches", ("H",), "Hide the selected patches; they go on feeling", in_views=True),
     ActionSpec("show_patches", "Show all patches", ("Alt+H",), "Show every patch", in_views=True),
     ActionSpec("cancel_edit", "Cancel the edit", ("Ctrl+.",), "Drop the edit that is being computed"),
+    ActionSpec(
+        "save_script", "Save what I did as a script…", (), "Keep your touches since the last reset, to play again"
+    ),
+    ActionSpec("play_script", "Play a script…", (), "Start again, touched as a script says"),
+    ActionSpec("weigh", "Weigh check (0.1 kg)", (), "Lay 0.1 kg on the skin of a copy beside: it must read 0.981 N"),
+    ActionSpec("save_report", "Save report", (), "Keep what led to the stop in a file that repeats it"),
+    ActionSpec("use_anyway", "Use anyway", (), "Simulate it so all the same"),
     ActionSpec("poke", "Poke", ("T",), "Press the skin to poke it (T)", group="tool", in_views=True),
     ActionSpec(
         "select_box",
@@ -162,6 +171,7 @@ ACTIONS = (
     ActionSpec("theme", "Light theme", ("Ctrl+Shift+T",), "Dark or light", checkable=True),
     ActionSpec("panels", "Panels", ("F2",), "Show or hide the panels", checkable=True),
     ActionSpec("timing", "Timing", ("F3",), "Show where the time goes"),
+    ActionSpec("effects", "Effects", ("F5",), "Show what is simulated, why, and what it costs"),
     ActionSpec("plots", "Timeline and plots", ("F4",), "Show or hide what is below the views", checkable=True),
     ActionSpec("full_screen", "Full screen", ("F11",), "The whole screen", checkable=True),
     ActionSpec("reset_layout", "Reset layout", (), "Both views equally wide, all panels shown"),

@@ -27,6 +27,8 @@ from widgets.opening import (
     scene_to_open,
     with_taxels,
 )
+from widgets.panels.panel import Panel
+from widgets.tape import make_folder
 
 if TYPE_CHECKING:
     from widgets.main_window import MainWindow
@@ -69,6 +71,7 @@ class Commands(QObject):
             ("theme", self.toggle_theme),
             ("panels", self.toggle_panels),
             ("timing", self.show_timing),
+            ("effects", self.show_effects),
             ("plots", self.toggle_plots),
             ("reset_layout", self.reset_layout),
             ("full_screen", self.toggle_full_screen),
@@ -94,7 +97,7 @@ class Commands(QObject):
             elif is_taxel_file(path):
                 self.import_taxels(path)
             else:
-                self._open_scene(scene_to_open(path))
+                self.open_scene(scene_to_open(path))
         except TactileMapsError as error:
             self._window.message_bar.say(str(error), fault=True)
             return
@@ -102,15 +105,16 @@ class Commands(QObject):
 
     def open_robot(self, name: str, _checked: bool = False) -> None:
         """Open a robot by name."""
-        self._open_scene(scene_for(name))
+        self.open_scene(scene_for(name))
 
     def import_taxels(self, path: str) -> None:
         """Put the taxels of a positions file on the robot that is open."""
         prepared = self._live.prepared
         scene = prepared.scene if prepared is not None else scene_for("icub")
-        self._open_scene(with_taxels(scene, path))
+        self.open_scene(with_taxels(scene, path))
 
-    def _open_scene(self, scene: Scene) -> None:
+    def open_scene(self, scene: Scene) -> None:
+        """Open a scene, once what was not saved of the map has been asked about."""
         self._window.editing.files.leave(partial(self._live.open_scene, scene))
 
     def choose_robot(self) -> None:
@@ -147,13 +151,9 @@ class Commands(QObject):
             return
         folder = recordings_folder()
         try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            self._window.message_bar.say(
-                f"{folder}: recordings cannot be kept there ({error.strerror}). "
-                "Free space or make the folder writable.",
-                fault=True,
-            )
+            make_folder(folder)
+        except TactileMapsError as error:
+            self._window.message_bar.say(str(error), fault=True)
         else:
             prepared = self._live.prepared
             name = prepared.robot.name if prepared is not None else "session"
@@ -195,9 +195,16 @@ class Commands(QObject):
 
     def show_timing(self) -> None:
         """Bring the times into sight."""
+        self._reveal(self._window.column.timing)
+
+    def show_effects(self) -> None:
+        """Bring what is simulated into sight."""
+        self._reveal(self._window.column.effects)
+
+    def _reveal(self, panel: Panel) -> None:
         self._window.action("panels").setChecked(True)
         self.toggle_panels(True)
-        self._window.column.reveal(self._window.column.timing)
+        self._window.column.reveal(panel)
 
     def reset_layout(self) -> None:
         """The window as it first was."""

@@ -165,9 +165,13 @@ class Editing(QObject):
         """A point of the Accuracy and time panel was clicked: take its setting."""
         if edits_map(setting):
             self._editor.ask(lambda document: wanted(document, setting))
-        else:
+        elif setting.stage == "touch":
+            self._window.effects.wish("skin", setting.method)
+        elif setting.stage == "image":
             self._views.map.set_image(ImageLook(setting.method, int(setting.values["pixels"])))
             self._window.column.accuracy.show_present(setting)
+        else:
+            self._on_told("How touch is computed is the scene's: choose the skin's model among its effects")
 
     def _on_hovered(self, at: SurfacePoint | None) -> None:
         self._window.column.patches.show_hover(None if at is None else at.patch)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QObject
 
+from widgets.bench import Bench, InlineBench
 from widgets.measurer import InlineMeasurer, Measurer
 from widgets.runner import InlineRunner, Runner, ThreadRunner
 from widgets.worker import InlineWorker, Worker
@@ -20,14 +21,16 @@ class Engines:
         runner: Drives the session.
         worker: Prepares scenes and lays patches flat.
         measurer: Measures maps.
+        bench: Measures on copies of the scene.
     """
 
     runner: Callable[..., Runner]
     worker: Callable[[QObject], Worker]
     measurer: Callable[[QObject], Measurer]
+    bench: Callable[[QObject], Bench]
 
 
-BESIDE = Engines(ThreadRunner, Worker, Measurer)
-"""A thread and two processes beside the window, which never waits."""
-INLINE = Engines(InlineRunner, InlineWorker, InlineMeasurer)
+BESIDE = Engines(ThreadRunner, Worker, Measurer, Bench)
+"""A thread and three processes beside the window, which never waits."""
+INLINE = Engines(InlineRunner, InlineWorker, InlineMeasurer, InlineBench)
 """Here and now, and only when told to: deterministic, for tests and pictures."""

@@ -1,4 +1,4 @@
-"""The running session behind the window: the only caller that changes it. Intents come in, facts go out as signals."""
+"""The session behind the window: opened, run, recorded, replayed. Intents come in, facts go out as signals."""
 
 from __future__ import annotations
 
@@ -6,30 +6,25 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer
 
-from app.control.command import ControlChanged, ControlSettings
 from app.errors import TactileMapsError
-from app.geometry.surface_point import SurfacePoint
-from app.maps.tactile_map import TactileMap
 from app.recording.player import Player
 from app.recording.recorder import Recorder
+from app.recording.report import save_report
 from app.session.frame import Frame
-from app.session.inputs import MapEdited, SessionInput
 from app.session.prepare import Prepared
 from app.session.session import Session
-from app.simulation.poke import Finger, PokeMoved, PokePressed, PokeReleased
 from app.simulation.scene import Scene
 from widgets.engines import BESIDE, Engines
+from widgets.in_force import Rules
 from widgets.runner import Runner
-from widgets.session_facts import SessionFacts
-from widgets.tape import Tape, settings_at
+from widgets.running_session import RunningSession
+from widgets.tape import Tape, make_folder, settings_at
 
 FRAME_MS = 16
-HAND = 1
-"""Id of the hand's finger; the scripted one has 0."""
 
 
-class LiveSession(SessionFacts):
-    """Owns session, runner, worker, recorder and player.
+class LiveSession(RunningSession):
+    """Owns session, runner, worker, recorder and player; the only caller that changes the session.
 
     Args:
         parent: Qt parent.
@@ -39,18 +34,10 @@ class LiveSession(SessionFacts):
     def __init__(self, parent: QObject | None = None, *, engines: Engines = BESIDE) -> None:
         super().__init__(parent)
         self._engines = engines
-        self.runner: Runner | None = None
-        self.player: Player | None = None
-        self.finger = Finger()
-        self._tape, self._speed = Tape(), 1.0
-        self._halted = self._was_paused = False
+        self._tape, self._was_paused = Tape(), False
         self._live: Prepared | None = None
-        self._map: TactileMap | None = None  # in force in the session; the player's may be shown meanwhile
-        self._shown_map: TactileMap | None = None
         self._shown: Frame | None = None
-        self._settings: ControlSettings | None = None
-        self._wanted = ControlSettings()
-        self.worker, self.measurer = engines.worker(self), engines.measurer(self)
+        self.worker, self.measurer, self.bench = engines.worker(self), engines.measurer(self), engines.bench(self)
         self.worker.progressed.connect(self.loading)
         self.worker.prepared.connect(self.show_prepared)
         self.worker.failed.connect(self._on_worker_failed)
@@ -83,29 +70,14 @@ class LiveSession(SessionFacts):
         self._drop_player()
         if self.runner is not None:
             self.runner.stop()
-        self._live, self._shown, self._halted = prepared, None, False
+        self._live, self._shown = prepared, None
         self._map = self._shown_map = prepared.map
         self.runner = self._engines.runner(session, self._on_tick)
         self.runner.speed = self._speed
-        self.prepared_changed.emit(prepared)
-        self._wanted = session.settings
-        self._tell_settings(self._wanted)
+        self._show_other(prepared)
+        self._in_force.begin(session)
         self.mode_changed.emit(self.mode)
         self.pump()
-
-    @property
-    def mode(self) -> str:
-        """``empty``, ``live``, ``paused`` or ``replaying``."""
-        if self.player is not None:
-            return "replaying"
-        if self.runner is None:
-            return "empty"
-        return "paused" if self.runner.paused else "live"
-
-    @property
-    def _running(self) -> Runner | None:
-        """The runner, while what it runs is what is shown."""
-        return self.runner if self.player is None else None
 
     @property
     def recorder(self) -> Recorder | None:
@@ -117,53 +89,6 @@ class LiveSession(SessionFacts):
         """What is shown now, live or replayed."""
         return self.player.prepared if self.player is not None else self._live
 
-    def press(self, at: SurfacePoint) -> None:
-        """A finger presses the skin."""
-        if self._submit(PokePressed(HAND, at, self.finger)):
-            self.touched.emit()
-
-    def move(self, at: SurfacePoint) -> None:
-        """It strokes to another place."""
-        self._submit(PokeMoved(HAND, at))
-
-    def release(self) -> None:
-        """It lifts."""
-        self._submit(PokeReleased(HAND))
-
-    def set_settings(self, settings: ControlSettings) -> None:
-        """Change the controller, at the next tick."""
-        if self._submit(ControlChanged(settings)):
-            self._wanted = settings
-            self._tell_settings(settings)
-
-    def edit_map(self, map_: TactileMap, name: str) -> None:
-        """Contacts are placed and controlled by an edited map, from the next tick on."""
-        if (running := self._running) and map_ is not self._map:
-            self._map = self._shown_map = map_
-            running.submit(MapEdited(name, map_))
-
-    def _tell_map(self, map_: TactileMap) -> None:
-        if map_ is not self._shown_map:
-            self._shown_map = map_
-            self.map_changed.emit(map_)
-
-    def _submit(self, act: SessionInput) -> bool:
-        """Whether there is a running session that takes it."""
-        if running := self._running:
-            running.submit(act)
-        return running is not None
-
-    def _tell_settings(self, settings: ControlSettings) -> None:
-        if settings != self._settings:
-            self._settings = settings
-            self.settings_changed.emit(settings)
-
-    def set_paused(self, *, paused: bool) -> None:
-        """Stop or go on."""
-        if running := self._running:
-            running.paused = paused
-            self.mode_changed.emit(self.mode)
-
     def step(self) -> None:
         """One tick while paused."""
         if (running := self._running) and running.paused:
@@ -174,20 +99,14 @@ class LiveSession(SessionFacts):
         """Start the scene again; a recording ends where it is."""
         if running := self._running:
             self.stop_recording()
+            halted = running.halted
             running.reset()
-            if self._wanted != running.session.settings:  # asked for while paused, it has not taken effect yet
-                running.submit(ControlChanged(self._wanted))
+            for act in self._in_force.waiting(running.session):  # asked for while paused
+                running.submit(act)
             self._shown = None
-            if self._halted:
-                self._halted = False
+            if halted:
                 self.set_paused(paused=False)
             self.pump()
-
-    def set_speed(self, speed: float) -> None:
-        """Simulated seconds per second, in this scene and those opened after it."""
-        self._speed = speed
-        if self.runner is not None:
-            self.runner.speed = speed
 
     def pump(self) -> None:
         """Hand on the newest frame, if there is one, and any failure."""
@@ -200,13 +119,20 @@ class LiveSession(SessionFacts):
             self.failed.emit(str(torn))
             self.recording_changed.emit(None)
         if failure is not None:
-            self._halted = True
-            self.stop_recording()
-            self.halted.emit(str(failure))
-            self.mode_changed.emit(self.mode)
+            self._take_failure(running, failure)
         if frame is not self._shown:
             self._shown = frame
             self.frame_ready.emit(frame)
+
+    def _take_failure(self, running: Runner, failure: TactileMapsError) -> None:
+        """The session stands still, or an input was refused and it goes on."""
+        if running.halted:
+            self.stop_recording()
+            self.halted.emit(str(failure))
+            self.mode_changed.emit(self.mode)
+        else:
+            self._in_force.begin(running.session)
+            self.failed.emit(str(failure))
 
     def start_recording(self, path: str | Path, *, overwrite: bool = False) -> None:
         """Record every tick from now on to a new file."""
@@ -230,6 +156,25 @@ class LiveSession(SessionFacts):
             self.failed.emit(str(error))
         self.recording_changed.emit(None)
 
+    @property
+    def can_report(self) -> bool:
+        """Whether the session stopped by itself in a way that a report can repeat."""
+        return self._running is not None and self._running.session.failure is not None
+
+    def save_report(self, path: Path) -> None:
+        """Keep what led to the stop in a file that replays and repeats it."""
+        running = self._running
+        if running is None or not self.can_report:
+            return
+        try:
+            make_folder(path.parent)
+            with running.lock:
+                save_report(running.session, path)
+        except TactileMapsError as error:
+            self.failed.emit(str(error))
+        else:
+            self.saved.emit(str(path))
+
     def open_recording(self, path: str | Path) -> None:
         """Replay a recording; the live session waits."""
         try:
@@ -241,7 +186,7 @@ class LiveSession(SessionFacts):
         if running := self._running:
             self._was_paused, running.paused = running.paused, True
         self.player, self._shown, self._shown_map = player, None, player.prepared.map
-        self.prepared_changed.emit(player.prepared)
+        self._show_other(player.prepared)
         self.player_changed.emit(player)
         self.mode_changed.emit(self.mode)
         self.show_time(0.0)
@@ -257,7 +202,7 @@ class LiveSession(SessionFacts):
             return
         if self._shown is None or frame.tick != self._shown.tick:
             self._shown = frame
-            self._tell_settings(settings_at(self.player.inputs, frame.tick))
+            self._in_force.tell(Rules(settings_at(self.player.inputs, frame.tick), self.player.effects_at(frame.tick)))
             self._tell_map(self.player.map_at(frame.tick))
             self.frame_ready.emit(frame)
 
@@ -268,11 +213,16 @@ class LiveSession(SessionFacts):
         self._drop_player()
         if self._live is not None and self.runner is not None:
             self.runner.paused = self._was_paused
-            self.prepared_changed.emit(self._live)
+            self._show_other(self._live)
             self._shown_map = self._live.map
-            self._tell_settings(self._wanted)
+            if self._in_force.asked is not None:
+                self._in_force.tell(self._in_force.asked)
         self.mode_changed.emit(self.mode)
         self.pump()
+
+    def _show_other(self, prepared: Prepared) -> None:
+        self._in_force.forget()
+        self.prepared_changed.emit(prepared)
 
     def close(self) -> None:
         """Complete the recording, end thread and process."""
@@ -282,6 +232,7 @@ class LiveSession(SessionFacts):
             self.runner.stop()
         self.worker.close()
         self.measurer.close()
+        self.bench.close()
 
     def _drop_player(self) -> None:
         if self.player is not None:

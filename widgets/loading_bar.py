@@ -1,4 +1,4 @@
-"""Says that another robot is being prepared while the one before it goes on living."""
+"""Says that something is being made beside, such as another robot, while the one before it goes on living."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class LoadingBar(QWidget):
         self._progress.setAccessibleName("Progress")
         cancel.setText("Cancel")
         cancel.setObjectName("loading-cancel")
-        cancel.setToolTip("Keep the robot that is shown")
+        cancel.setToolTip("Keep what is shown")
         cancel.clicked.connect(self.cancelled)
         row = QHBoxLayout(self._parts)
         row.setContentsMargins(16, 0, 16, 0)
@@ -44,11 +44,12 @@ class LoadingBar(QWidget):
         """Whether something is being prepared."""
         return not self._parts.isHidden()
 
-    def show_progress(self, text: str, fraction: float) -> None:
-        """The stage, and how far the whole is, 0 to 1."""
+    def show_progress(self, text: str, fraction: float | None) -> None:
+        """The stage, and how far the whole is, 0 to 1; None where nobody knows."""
         self._text.setText(text)
         self._text.setToolTip(text)
-        self._progress.setValue(round(1000 * fraction))
+        self._progress.setVisible(fraction is not None)
+        self._progress.setValue(round(1000 * (fraction or 0.0)))
         self.setAccessibleName(text)
         self._parts.show()
 

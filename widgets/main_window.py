@@ -22,15 +22,19 @@ from widgets.commands import Commands
 from widgets.editing import Editing
 from widgets.editor import Editor
 from widgets.engines import BESIDE, Engines
+from widgets.live_effects import LiveEffects
 from widgets.live_session import LiveSession
 from widgets.measurer import InlineMeasurer
 from widgets.message_bar import HintBar, MessageBar
 from widgets.panels.column import PanelColumn
 from widgets.panels.live_plots import LivePlots
+from widgets.scene_files import SceneFiles
 from widgets.seeing import Seeing
 from widgets.session_bar import SessionBar
 from widgets.settings import Settings
+from widgets.telling import Telling
 from widgets.timeline.timeline import Timeline
+from widgets.touching import Touching
 from widgets.views import Views
 
 
@@ -53,11 +57,15 @@ class MainWindow(QMainWindow):
         self._build_panels()
         self._build_bottom()
         self._build_status()
+        self.effects = LiveEffects(self)
+        self.scenes = SceneFiles(self)
         self.seeing = Seeing(self)
         self.commands = Commands(self)
         self.session_bar = SessionBar(self.actions_by_name, self.theme, self)
         self.addToolBar(self.session_bar)
         self.loading_bar = self.session_bar.loading
+        self.telling = Telling(self)
+        self.touching = Touching(self)
         self._connect()
         self.editing = Editing(self)  # after the views, which show another scene before its map is edited
         self._leaving = False
@@ -131,9 +139,6 @@ class MainWindow(QMainWindow):
         live.frame_ready.connect(self._on_frame_ready)
         live.loading.connect(self._on_loading)
         live.loading_ended.connect(self._on_loading_ended)
-        live.failed.connect(self._on_failed)
-        live.halted.connect(self._on_halted)
-        live.saved.connect(self._on_saved)
         live.mode_changed.connect(self._on_mode_changed)
         live.recording_changed.connect(self._on_recording_changed)
         live.player_changed.connect(self._on_player_changed)
@@ -187,17 +192,6 @@ class MainWindow(QMainWindow):
     def _on_loading_ended(self) -> None:
         self.loading_bar.clear()
         self.views.show_last()
-
-    def _on_failed(self, text: str) -> None:
-        self.message_bar.say(text, fault=True)
-
-    def _on_halted(self, text: str) -> None:
-        self.message_bar.say(text, fault=True, remedy=self.action("reset"))
-
-    def _on_saved(self, path: str) -> None:
-        self.message_bar.say(f"Recorded to {path}")
-        self.statusBar().showMessage(f"Recorded to {path}", 10_000)  # a second message may replace the first
-        self.settings.add_recent(path)
 
     def _on_mode_changed(self, mode: str) -> None:
         self.views.show_mode(mode)

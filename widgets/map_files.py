@@ -78,7 +78,8 @@ class MapFiles(QObject):
             self._recovered = None  # of another skin, or half written: nothing that could be taken back
         if self._recovered is not None:
             self._window.message_bar.say(
-                "Edits of this map were not saved when the program ended.", remedy=self._window.action("restore_map")
+                "Edits of this map were not saved when the program ended.",
+                remedies=[self._window.action("restore_map")],
             )
         self.changed.emit()
 

@@ -25,12 +25,16 @@ MENUS = (
          "cancel_edit"),
     ),
     ("Session", ("pause", "step", "reset", "record")),
+    ("Touch", ("save_script", "play_script", LINE, "weigh")),
     (
         "Select",
         ("poke", LINE, "select_box", "select_lasso", "select_brush", "smaller_brush", "larger_brush", LINE,
          "select_all", "select_none", "select_inverse"),
     ),
-    ("View", ("frame", "morph", "compare", "theme", "panels", "timing", "plots", "reset_layout", "full_screen")),
+    (
+        "View",
+        ("frame", "morph", "compare", "theme", "panels", "timing", "effects", "plots", "reset_layout", "full_screen"),
+    ),
     ("Help", ("keys", "about")),
 )  # fmt: skip
 
@@ -79,11 +83,16 @@ def _build_file_menu(window: MainWindow, commands: Commands, file: QMenu) -> Non
         item.setToolTip(entry.remedy)
         item.triggered.connect(partial(commands.open_robot, entry.name))
     robots.setToolTipsVisible(True)
+    window.scenes.fill(file.addMenu("Open scene"))
     fill(file, window, ("import_taxels", "open_recording"))
     recent = file.addMenu("Recent files")
     recent.aboutToShow.connect(partial(_list_recent, recent, window, commands))
     file.addSeparator()
-    fill(file, window, ("open_map", "save_map", "save_map_as", "export_map", LINE, "save_picture", LINE, "quit"))
+    fill(
+        file,
+        window,
+        ("open_map", "save_map", "save_map_as", "export_map", LINE, "save_scene", LINE, "save_picture", LINE, "quit"),
+    )
 
 
 def _list_recent(menu: QMenu, window: MainWindow, commands: Commands) -> None:

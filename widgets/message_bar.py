@@ -5,6 +5,8 @@ They float because a bar that pushed the views aside would move the robot under 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from PySide6.QtCore import QEvent, QObject, Qt, Signal
 from PySide6.QtGui import QAction, QShowEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QToolButton, QVBoxLayout, QWidget
@@ -60,24 +62,19 @@ class MessageBar(FloatingBar):
         super().__init__(parent, widest=720)
         self.setObjectName("message-bar")
         self._theme, self._fault = theme, False
+        self._said = self._answered = 0
         self._text = QLabel(self)
         self._text.setObjectName("message-text")
         self._text.setWordWrap(True)
         self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Minimum)
-        self._remedy = QToolButton(self)
-        self._remedy.setObjectName("message-remedy")
-        self._remedy.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
-        self._remedy.clicked.connect(self.hide)
-        close = QToolButton(self)
-        close.setText("Dismiss")
-        close.setObjectName("message-dismiss")
-        close.clicked.connect(self.hide)
+        self._remedies = [self._make_button("message-remedy"), self._make_button("message-second-remedy")]
+        self._close = self._make_button("message-dismiss")
         layout = QHBoxLayout(self)
         layout.setContentsMargins(12, 6, 8, 6)
         layout.addWidget(self._text)
-        layout.addWidget(self._remedy)
-        layout.addWidget(close)
+        for button in (*self._remedies, self._close):
+            layout.addWidget(button)
         self.hide()
 
     @property
@@ -85,14 +82,26 @@ class MessageBar(FloatingBar):
         """What is said; empty when nothing is."""
         return self._text.text() if not self.isHidden() else ""
 
-    def say(self, text: str, *, fault: bool = False, remedy: QAction | None = None) -> None:
-        """Show a message; ``fault`` for what failed, ``remedy`` for what helps, as a button."""
+    def say(
+        self, text: str, *, fault: bool = False, remedies: Sequence[QAction] = (), dismiss: str = "Dismiss"
+    ) -> None:
+        """Show a message.
+
+        Args:
+            text: What happened, or what is asked.
+            fault: Something failed.
+            remedies: What helps, up to two buttons.
+            dismiss: What the button is called that does nothing but close.
+        """
+        self._said += 1
         self._text.setText(text)
-        for action in self._remedy.actions():
-            self._remedy.removeAction(action)
-        if remedy is not None:
-            self._remedy.setDefaultAction(remedy)
-        self._remedy.setVisible(remedy is not None)
+        for number, button in enumerate(self._remedies):
+            for action in button.actions():
+                button.removeAction(action)
+            if number < len(remedies):
+                button.setDefaultAction(remedies[number])
+            button.setVisible(number < len(remedies))
+        self._close.setText(dismiss)
         self._fault = fault
         self.setAccessibleName(text)
         self._dress()
@@ -103,6 +112,22 @@ class MessageBar(FloatingBar):
         """Take another theme."""
         self._theme = theme
         self._dress()
+
+    def _make_button(self, name: str) -> QToolButton:
+        button = QToolButton(self)
+        button.setObjectName(name)
+        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
+        button.pressed.connect(self._on_pressed)
+        button.clicked.connect(self._on_clicked)
+        return button
+
+    def _on_pressed(self) -> None:
+        self._answered = self._said
+
+    def _on_clicked(self) -> None:
+        """What was answered goes, unless the answer itself had something to say."""
+        if self._answered == self._said:
+            self.hide()
 
     def _dress(self) -> None:
         edge = self._theme.fault if self._fault else self._theme.accent

@@ -6,8 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from app.errors import UsageError
+from app.session.open_scene import open_scene
 from app.simulation.scene import Scene
-from app.simulation.scene_file import load_scene, scene_for
+from app.simulation.scene_file import scene_for
 
 ROBOTS = (".xml", ".mjcf", ".urdf")
 MESHES = (".obj", ".stl", ".ply", ".off", ".glb", ".dae")
@@ -17,6 +18,8 @@ MAPS = (".npz",)
 TAXELS = (".txt",)
 ROBOT_FILTER = "Robots and meshes (" + " ".join(f"*{end}" for end in (*ROBOTS, *MESHES, *SCENES)) + ")"
 RECORDING_FILTER = "Recordings (*.mcap)"
+SCENE_FILTER = "Scenes (*.toml)"
+SCRIPT_FILTER = "Scripts of touches (*.toml)"
 TAXEL_FILTER = "iCub taxel positions (*.txt)"
 
 
@@ -44,7 +47,7 @@ def scene_to_open(path: str) -> Scene:
     """
     ending = Path(path).suffix.lower()
     if ending in SCENES:
-        return load_scene(path)
+        return open_scene(path)
     if ending in (*ROBOTS, *MESHES):
         return scene_for(path)
     known = ", ".join((*ROBOTS, *MESHES, *SCENES, *MAPS, *RECORDINGS, *TAXELS))
@@ -54,6 +57,6 @@ def scene_to_open(path: str) -> Scene:
 
 
 def with_taxels(scene: Scene, path: str) -> Scene:
-    """The same robot wearing the taxels of a positions file; the scripted hand strokes the first patch."""
-    strokes = tuple(replace(stroke, patch="") for stroke in scene.strokes[:1])
-    return replace(scene, taxel_file=path, strokes=strokes, title=f"{scene.title} with {Path(path).name}")
+    """The same robot wearing the taxels of a positions file; the scripted hand touches the first patch."""
+    stimuli = tuple(replace(stimulus, patch="") for stimulus in scene.stimuli[:1])
+    return replace(scene, taxel_file=path, stimuli=stimuli, title=f"{scene.title} with {Path(path).name}")

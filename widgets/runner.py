@@ -29,7 +29,8 @@ class Runner:
         paused: Whether time stands still.
         speed: Simulated seconds per wall second asked for.
         real_time_factor: And reached, smoothed over about a second.
-        failure: Why the session stopped, or None.
+        failure: Why the session stopped, or refused an input; None again once somebody has asked.
+        halted: Whether it stopped by itself, and stands still until its reset.
     """
 
     def __init__(self, session: Session, each: Callable[[Frame], None]) -> None:
@@ -37,6 +38,7 @@ class Runner:
         self.lock = threading.RLock()
         self.paused, self.speed, self.real_time_factor = False, 1.0, 0.0
         self.failure: TactileMapsError | None = None
+        self.halted = False
 
     def submit(self, act: SessionInput) -> None:
         """Let a person act at the next tick."""
@@ -52,17 +54,22 @@ class Runner:
         """Start the session again."""
         with self.lock:
             self.session.reset()
-            self.failure = None
+            self.failure, self.halted = None, False
 
     def stop(self) -> None:
         """End for good; the session stays as it is."""
 
     def _run(self, seconds: float) -> None:
-        """Advance; a failure pauses and is kept for whoever asks."""
+        """Advance. Why it did not is kept for whoever asks; an input that was refused does not stop the session."""
         try:
             self.session.advance(seconds, each=self._each)
         except TactileMapsError as error:
-            self.failure, self.paused = error, True
+            self.failure = error
+            if self.session.failure is not None:
+                self._halt()
+
+    def _halt(self) -> None:
+        self.halted = self.paused = True
 
 
 class InlineRunner(Runner):
@@ -109,7 +116,7 @@ class ThreadRunner(Runner):
             self._run(seconds)
         except Exception as error:  # the thread's last door: beyond it nobody would notice that time stands still
             self.failure = SimulationError(explain(error), remedy="Reset starts the scene again")
-            self.paused = True
+            self._halt()
 
     def _measure(self, simulated: float, elapsed: float) -> None:
         share = min(_SMOOTH * elapsed / BATCH / 10, 1.0)

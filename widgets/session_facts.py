@@ -34,5 +34,7 @@ class SessionFacts(QObject):
     """The Player being replayed, or None."""
     settings_changed = Signal(object)
     """ControlSettings in force."""
+    effects_changed = Signal(object)
+    """Effects in force."""
     touched = Signal()
     """A person touched the skin."""

@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 
 from app.control.command import ControlChanged, ControlSettings
-from app.errors import TactileMapsError
+from app.errors import RecordingError, TactileMapsError
 from app.recording.recorder import Recorder
 from app.session.frame import Frame
 from app.session.inputs import SessionInput
@@ -62,6 +62,23 @@ class Tape:
         (recorder, error), self._torn = self._torn, None
         recorder.abandon()
         return error
+
+
+def make_folder(folder: Path) -> None:
+    """Make the folder that recordings are kept in.
+
+    Raises:
+        RecordingError: It cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RecordingError(
+            "recordings cannot be kept there",
+            file=folder,
+            value=error.strerror,
+            remedy="Free space or make the folder writable",
+        ) from error
 
 
 def settings_at(inputs: Sequence[tuple[int, SessionInput]], tick: int) -> ControlSettings:

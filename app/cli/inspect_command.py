@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from app.cli.output import answer, facts, say
+from app.cli.output import answer, facts, progress_line, say
 from app.errors import Finding, TactileMapsError
 from app.maps.map_file import load_map
 from app.maps.quality import measure
 from app.recording.player import Player
 from app.robots.library import find_robot
 from app.robots.robot import Robot
+from app.session.open_scene import open_scene
 from app.session.prepare import prepare
-from app.session.session import Session
-from app.simulation.scene import Scene, effect_rows
-from app.simulation.scene_file import load_scene, scene_names
+from app.session.price import price
+from app.simulation.scene import Scene
+from app.simulation.scene_file import scene_names
 from app.skin.exchange.icub_layout import read_icub_layout
 from app.skin.exchange.read import read_taxel_sets
 from app.skin.skin import Skin
@@ -31,13 +32,23 @@ def execute(arguments: argparse.Namespace) -> int:
         answer(found)
         return 0
     plain = {key.capitalize(): _text(value) for key, value in found.items() if key not in ("effects", "problems")}
-    facts(plain)
-    for row in found.get("effects", ()):
-        cost = f", {row['ms']:.3f} ms a tick" if row["ms"] is not None else ""
-        say(f"  {row['name']}: {'on' if row['on'] else 'off'}, {row['why']}{cost}")
+    facts({key: value for key, value in plain.items() if value})
+    _tell_effects(found.get("effects", ()))
     for problem in found["problems"]:
         say(f"  {problem['kind']} ({problem['count']}) {problem['where']}: {problem['remedy']}")
     return 0
+
+
+def _tell_effects(effects: Sequence[dict[str, Any]]) -> None:
+    """What is on with its cost and reason, then what is off, each a line."""
+    for word, on in (("On", True), ("Off", False)):
+        rows = [row for row in effects if row["on"] == on]
+        if rows:
+            say(f"{word}:")
+        for row in rows:
+            cost = f"{row['ms']:8.3f} ms" if row["ms"] is not None else " " * 11
+            value = row["value"] if row["value"] not in ("on", "off") else ""
+            say(f"  {row['title']:<24}{value:<14}{cost}  {row['why']}")
 
 
 def describe(name: str) -> dict[str, Any]:
@@ -56,7 +67,7 @@ def describe(name: str) -> dict[str, Any]:
     if ending == ".ini":
         return _layout(name)
     if ending == ".toml" or name in scene_names():
-        return _scene(load_scene(name))
+        return _scene(open_scene(name))
     return {"kind": "robot", **_robot(find_robot(name))}
 
 
@@ -82,26 +93,36 @@ def _skin(skin: Skin) -> dict[str, Any]:
 
 
 def _scene(scene: Scene) -> dict[str, Any]:
-    prepared = prepare(scene)
-    session = Session(prepared)
-    for _ in range(round(1.0 / scene.tick)):
-        session.tick()
-    milliseconds = session.frame.timings.ms
-    costs = {"fingers": milliseconds.get("physics"), "skin pressure (water-fill)": milliseconds.get("touch")}
+    prepared = prepare(scene, progress=progress_line())
+    costs = price(prepared)
     effects = [
-        {"name": row.name, "on": row.on, "why": row.why, "ms": costs.get(row.name)} for row in effect_rows(scene)
+        {
+            "name": row.name,
+            "title": row.title,
+            "on": row.on,
+            "value": row.value,
+            "why": row.why,
+            "wished": row.wished,
+            "ms": costs.get(row.name),
+        }
+        for row in scene.decision.rows
     ]
-    problems = _problems((*prepared.robot.findings, *prepared.skin.findings))
-    robot = _robot(prepared.robot)
+    bodies = (finding for body in prepared.objects for finding in body.findings)
+    problems = (*scene.decision.warnings, *prepared.robot.findings, *prepared.skin.findings, *bodies)
     return {
         "kind": "scene",
-        **robot,
+        **_robot(prepared.robot),
         "name": scene.name,
         "title": scene.title,
         "robot": scene.robot,
+        "task": scene.task,
+        "outputs": list(scene.wanted),
         **_skin(prepared.skin),
+        "objects": [
+            {"name": spec.name, "kind": spec.kind, "mass": spec.mass, "at": list(spec.at)} for spec in scene.objects
+        ],
         "effects": effects,
-        "problems": problems,
+        "problems": _problems(problems),
     }
 
 
@@ -177,7 +198,12 @@ def _text(value: object) -> str:
     if isinstance(value, dict):
         return ", ".join(f"{key} {item}" for key, item in value.items())
     if isinstance(value, list):
-        return ", ".join(
-            f"{item['name']} ({item['taxels']} taxels)" if isinstance(item, dict) else str(item) for item in value
-        )
+        return ", ".join(_item(item) for item in value)
     return str(value)
+
+
+def _item(item: object) -> str:
+    """A patch or an object in few words."""
+    if not isinstance(item, dict):
+        return str(item)
+    return f"{item['name']} ({item['taxels']} taxels)" if "taxels" in item else f"{item['name']} ({item['kind']})"

@@ -34,6 +34,11 @@ def fail(text: str) -> None:
     sys.stderr.write(f"tactile-maps: {text}\n")
 
 
+def warn(text: str) -> None:
+    """Something a person should know although the work goes on, on standard error."""
+    sys.stderr.write(f"tactile-maps: warning: {text}\n")
+
+
 def progress_line() -> Progress:
     """Progress on one line of a terminal; nothing where standard error is a file."""
     if not sys.stderr.isatty():

@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 from importlib.metadata import version
 
+from app.experiments.names import NAMES
+
 EPILOG = """exit codes: 0 done, 1 the work failed and says why, 2 bad usage
 robots: arm (our own), ur5e, icub (pip install 'tactile-maps[robots]'), a file, or a model in MENAGERIE_ROOT"""
 
@@ -53,6 +55,11 @@ def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: i
     inspect = commands.add_parser("inspect", help="what a robot, skin, map, taxel file, scene or recording holds")
     inspect.add_argument("input", metavar="FILE|NAME")
     _json(inspect)
+    weigh = commands.add_parser("weigh", help="lay a known weight on the skin: it must read its weight")
+    weigh.add_argument("input", nargs="?", default="arm", metavar="SCENE|ROBOT", help="whose skin (default arm)")
+    weigh.add_argument("--mass", type=_positive, default=0.1, metavar="KG", help="of the weight (default 0.1)")
+    weigh.add_argument("--model", metavar="NAME", help="contact model (default: the scene's)")
+    _json(weigh)
     replay = commands.add_parser("replay", help="step through a recording")
     replay.add_argument("input", metavar="FILE.mcap")
     replay.add_argument("--verify", action="store_true", help="simulate the recorded inputs again and compare")
@@ -66,7 +73,7 @@ def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: i
 
 def _add_experiment(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]
     experiment = commands.add_parser("experiment", help="measure what accuracy costs in time, with a table and a page")
-    experiment.add_argument("name", metavar="NAME", help="map-cost or image-cost")
+    experiment.add_argument("name", metavar="NAME", help=" or ".join(NAMES))
     experiment.add_argument(
         "-o",
         "--output",

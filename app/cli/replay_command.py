@@ -24,6 +24,10 @@ def execute(arguments: argparse.Namespace) -> int:
         "Robot": player.prepared.robot.name,
         "Complete": "yes" if player.complete else "no: cut off; recover makes it whole",
     }
+    if player.failure is not None:
+        tick, error = player.failure
+        result |= {"stopped_at": tick, "stopped": str(error), "stopped_again": None}
+        rows["Stopped"] = f"at tick {tick}: {error}"
     (_verify if arguments.verify else _read)(player, result, rows)
     (answer(result) if arguments.json else facts(rows))
     return 1 if result["identical"] is False else 0
@@ -39,8 +43,11 @@ def _verify(player: Player, result: dict[str, object], rows: dict[str, object]) 
         "first_difference": outcome.first_difference,
         "other_versions": outcome.other_versions,
     }
+    if player.failure is not None:
+        result["stopped_again"] = outcome.stopped is not None
+        rows["Stopped again"] = "yes, at the same tick with the same words" if outcome.stopped else "no"
     rows["Identical"] = (
-        "yes, every posture, velocity and pressure, bit for bit"
+        "yes, every posture, velocity, object and pressure, bit for bit"
         if outcome.identical
         else f"no: from tick {outcome.first_difference} on, by up to {outcome.max_difference:.3g}"
     )

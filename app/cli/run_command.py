@@ -7,20 +7,26 @@ import time
 from contextlib import nullcontext
 from typing import Any
 
-from app.cli.output import answer, facts, progress_line
+from app.cli.output import answer, facts, progress_line, warn
 from app.cli.scenes import scene_of
+from app.errors import SimulationError
 from app.recording.recorder import Recorder
+from app.session.frame import Frame
 from app.session.prepare import prepare
 from app.session.session import Session
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Run the scene for its seconds."""
-    prepared = prepare(scene_of(arguments), progress=progress_line())
+    scene = scene_of(arguments)
+    for lack in scene.decision.warnings:
+        warn(f"{lack.where}: {lack.action}")
+    prepared = prepare(scene, progress=progress_line())
     recorder = Recorder(arguments.output, prepared, overwrite=arguments.overwrite) if arguments.output else None
     with recorder or nullcontext():
         result = _simulate(Session(prepared), round(arguments.seconds / prepared.scene.tick), recorder)
-    result |= {"taxels": len(prepared.skin), "file": arguments.output}
+    problems = [{"kind": lack.kind, "where": lack.where, "remedy": lack.action} for lack in scene.decision.warnings]
+    result |= {"taxels": len(prepared.skin), "file": arguments.output, "problems": problems}
     if arguments.json:
         answer(result)
     else:
@@ -42,7 +48,7 @@ def _simulate(session: Session, count: int, recorder: Recorder | None) -> dict[s
     report, contacts, strongest = progress_line(), set(), 0.0
     start = time.perf_counter()
     for number in range(count):
-        frame = session.tick()
+        frame = _tick(session, recorder)
         if recorder is not None:
             recorder.write(frame, session.inputs)
         contacts |= {region.id for region in frame.regions}
@@ -60,3 +66,18 @@ def _simulate(session: Session, count: int, recorder: Recorder | None) -> dict[s
         "contacts": len(contacts),
         "max_force_N": strongest,
     }
+
+
+def _tick(session: Session, recorder: Recorder | None) -> Frame:
+    """One tick; what stops the session is kept in the recording, and its message says how to see it again."""
+    try:
+        return session.tick()
+    except SimulationError as error:
+        if session.failure is None:
+            raise
+        again = "run it with --output to keep a recording that stops again"
+        if recorder is not None:
+            recorder.fail(session.failure)
+            again = f"replay {recorder.path} --verify stops again at the same tick"
+        remedy = f"{error.remedy}; {again}" if error.remedy else again[0].upper() + again[1:]
+        raise SimulationError(error.problem, place=error.place, value=error.value, remedy=remedy) from error

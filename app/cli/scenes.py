@@ -6,8 +6,9 @@ import argparse
 from dataclasses import replace
 
 from app.errors import UsageError
+from app.session.open_scene import open_scene
 from app.simulation.scene import Scene
-from app.simulation.scene_file import load_scene, scene_for
+from app.simulation.scene_file import scene_for
 
 
 def scene_of(arguments: argparse.Namespace) -> Scene:
@@ -24,7 +25,7 @@ def scene_of(arguments: argparse.Namespace) -> Scene:
         raise UsageError("two scenes are named", value=f"{first}, {second}", remedy="Name one")
     name, robot = first or second, getattr(arguments, "robot", None)
     if name and robot:
-        scene = load_scene(name)
+        scene = open_scene(name)
         cover = replace(scene.cover, links=())
-        return replace(scene, robot=robot, cover=cover, strokes=scene_for(robot).strokes)
-    return load_scene(name) if name else scene_for(robot or "arm")
+        return replace(scene, robot=robot, cover=cover, stimuli=scene_for(robot).stimuli, motion=())
+    return open_scene(name) if name else scene_for(robot or "arm")

@@ -36,8 +36,8 @@ class ControlSettings:
     """What the controller panel sets.
 
     Attributes:
-        law: ``impedance`` holds the home posture like a spring; ``hold_force`` retreats from or follows a touch so
-            that the contact force stays at ``force_goal``, and returns home when the touch ends.
+        law: ``impedance`` holds the rest posture like a spring; ``hold_force`` retreats from or follows a touch so
+            that the contact force stays at ``force_goal``, and returns to rest when the touch ends.
         stiffness: Of the joints in the impedance law, as natural frequency [rad/s]: each joint's torque stiffness is
             its inertia at home times the square, so that one slider suits a shoulder and a wrist.
         damping_ratio: 1 is critical.

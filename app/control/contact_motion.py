@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
+from difflib import get_close_matches
 
 from app.arrays import FloatArray
 from app.contacts.region import ContactRegion
@@ -52,6 +53,16 @@ class ContactMotionController:
         self._settings = settings
 
     @property
+    def rest(self) -> FloatArray:
+        """(n,) the posture kept while nothing touches; the robot's home until it is set. A reset keeps it."""
+        return self._laws[self._settings.law].rest
+
+    @rest.setter
+    def rest(self, posture: FloatArray) -> None:
+        for law in self._laws.values():
+            law.rest = posture
+
+    @property
     def why_limited(self) -> tuple[str, ...]:
         """What bounds the answer now, in words; empty when nothing does."""
         return self._laws[self._settings.law].why_limited
@@ -93,7 +104,7 @@ def check_settings(settings: ControlSettings) -> ControlSettings:
     return settings
 
 
-def settings_from(values: dict[str, str | float]) -> ControlSettings:
+def settings_from(values: Mapping[str, str | float]) -> ControlSettings:
     """Settings from a scene's table.
 
     Raises:
@@ -102,10 +113,12 @@ def settings_from(values: dict[str, str | float]) -> ControlSettings:
     known = {f.name for f in fields(ControlSettings)}
     unknown = [key for key in values if key not in known]
     if unknown:
+        close = get_close_matches(unknown[0], known, n=1)
+        hint = f"Did you mean {close[0]}? " if close else ""
         raise SceneError(
             "there is no such controller setting",
-            place="control",
+            place=f"control.{unknown[0]}",
             value=unknown[0],
-            remedy=f"Known: {', '.join(sorted(known))}",
+            remedy=f"{hint}Choose one of: {', '.join(sorted(known))}",
         )
     return check_settings(ControlSettings(**values))  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""The arm follows or retreats from a touch so that the contact force stays at a goal, and goes home afterwards.
+"""The arm follows or retreats from a touch so that the contact force stays at a goal, and goes back to rest afterwards.
 
 An admittance along the contact's normal: force error makes velocity, proportional and integral, so that a finger that
 keeps advancing is held at the goal without lasting error. (Against a spring k this is second order: natural frequency
@@ -26,7 +26,7 @@ MAX_JOINT_SPEED = 1.5
 INNER_FREQUENCY = 40.0
 """Natural frequency of the inner posture loop [rad/s]; well above the force loop's."""
 HOME_RATE = 1.5
-"""How fast the wanted posture returns home once nothing touches [1/s]."""
+"""How fast the wanted posture returns to rest once nothing touches [1/s]."""
 HOME_SPEED = 0.6
 """And never faster than this [rad/s]."""
 MAX_LEAD = 0.3
@@ -46,7 +46,7 @@ class HoldForce:
     """
 
     def __init__(self, robot: Robot) -> None:
-        self._home, self._configuration = robot.home, Configuration(robot)
+        self.rest, self._configuration = robot.home, Configuration(robot)
         self._inertia = self._configuration.inertia()
         self._lower, self._upper = joint_limits(robot)
         self.reset()
@@ -56,7 +56,7 @@ class HoldForce:
         self.why_limited: tuple[str, ...] = ()
         self._wanted: FloatArray | None = None
         self._forget_contact()
-        self._homing = np.zeros_like(self._home)
+        self._homing = np.zeros_like(self.rest)
 
     def _forget_contact(self, new: int = 0) -> None:
         self._contact, self._integral, self._reached = new, 0.0, False
@@ -136,8 +136,8 @@ class HoldForce:
         return speed
 
     def _go_home(self, start: FloatArray, dt: float) -> FloatArray:
-        """Towards home, exponentially, speed-limited, starting gently (first-order lag of 0.2 s)."""
-        aim = np.clip(HOME_RATE * (self._home - start), -HOME_SPEED, HOME_SPEED)
+        """Towards rest, exponentially, speed-limited, starting gently (first-order lag of 0.2 s)."""
+        aim = np.clip(HOME_RATE * (self.rest - start), -HOME_SPEED, HOME_SPEED)
         self._homing = self._homing + min(dt / 0.2, 1.0) * (aim - self._homing)
         return self._homing
 

@@ -1,4 +1,4 @@
-"""The arm as a spring to its home posture: it yields to a touch and comes back (Hogan 1985, in joint space)."""
+"""The arm as a spring to its rest posture: it yields to a touch and comes back (Hogan 1985, in joint space)."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from app.robots.robot import Robot
 
 
 class ImpedancePosture:
-    """Holds the home posture with a stiffness and damping; contacts are not read, they are felt by yielding."""
+    """Holds the rest posture with a stiffness and damping; contacts are not read, they are felt by yielding."""
 
     why_limited: tuple[str, ...] = ()
 
     def __init__(self, robot: Robot) -> None:
-        self._home, self._inertia = robot.home, Configuration(robot).inertia()
+        self.rest, self._inertia = robot.home, Configuration(robot).inertia()
 
     def reset(self) -> None:
         """Nothing is remembered."""
@@ -33,5 +33,5 @@ class ImpedancePosture:
     ) -> JointCommand:
         """The same spring always."""
         return joint_impedance(
-            self._inertia, self._home, frequency=settings.stiffness, damping_ratio=settings.damping_ratio
+            self._inertia, self.rest, frequency=settings.stiffness, damping_ratio=settings.damping_ratio
         )

@@ -11,12 +11,18 @@ from app.control.command import ControlSettings, JointCommand
 
 
 class Law(Protocol):
-    """A control law. Mutable; ``reset`` forgets the past."""
+    """A control law. Mutable; ``reset`` forgets the past.
 
+    Attributes:
+        rest: (n,) the posture it keeps while nothing touches, and comes back to: home, until a scene moves it.
+        why_limited: What bounds the answer now, in words; empty when nothing does.
+    """
+
+    rest: FloatArray
     why_limited: tuple[str, ...]
 
     def reset(self) -> None:
-        """Start from the home posture, without history."""
+        """Start without history; ``rest`` stays."""
 
     def command(
         self,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from app.experiments.bars import Bars
 from app.experiments.plot import Figure
 from app.experiments.sweep import Case, Measure, Row
 
@@ -27,4 +28,4 @@ class Experiment:
     method: str
     cases: Callable[[bool, int], Sequence[Case]]
     measure: Measure
-    figures: Callable[[Sequence[Row]], Sequence[Figure]]
+    figures: Callable[[Sequence[Row]], Sequence[Figure | Bars]]

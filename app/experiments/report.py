@@ -12,6 +12,7 @@ from html import escape
 from pathlib import Path
 
 from app.errors import UsageError
+from app.experiments.bars import Bars, bars_svg
 from app.experiments.experiment import Experiment
 from app.experiments.plot import svg
 from app.experiments.sweep import Row
@@ -95,7 +96,7 @@ def _json(outcome: Outcome) -> str:
 def _html(outcome: Outcome) -> str:
     experiment = outcome.experiment
     drawn = [
-        f"<h2>{escape(figure.title)}</h2>{svg(figure)}"
+        f"<h2>{escape(figure.title)}</h2>{bars_svg(figure) if isinstance(figure, Bars) else svg(figure)}"
         for figure in experiment.figures([row for row in outcome.rows if "problem" not in row])
     ]
     run = {

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from importlib import import_module
 
-from app.experiments import image_cost, map_cost
 from app.experiments.experiment import Experiment
+from app.experiments.names import NAMES
 
 EXPERIMENTS: Mapping[str, Experiment] = {
-    experiment.name: experiment for experiment in (map_cost.EXPERIMENT, image_cost.EXPERIMENT)
+    name: import_module(f"app.experiments.{name.replace('-', '_')}").EXPERIMENT for name in NAMES
 }

@@ -6,30 +6,41 @@ import io
 import json
 import zipfile
 import zlib
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import PurePosixPath
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from app.array_file import pack_arrays, unpack_arrays
 from app.errors import Finding, RecordingError, TactileMapsError
 from app.geometry.mesh import Mesh
 from app.maps.map_file import map_from_bytes, map_to_bytes
 from app.robots.robot import Joint, Link, Robot
 from app.session.prepare import Prepared
-from app.simulation.scene_file import scene_from_toml, scene_to_toml
+from app.simulation.objects import Body, ObjectSpec
+from app.simulation.scene_text import scene_from_toml, scene_to_toml
 
-SCENE, ROBOT, MAP = "scene.toml", "robot.zip", "map.npz"
-MEDIA_TYPES = {SCENE: "application/toml", ROBOT: "application/zip", MAP: "application/x-npz"}
+SCENE, ROBOT, MAP, OBJECTS = "scene.toml", "robot.zip", "map.npz", "objects.npz"
+MEDIA_TYPES = {
+    SCENE: "application/toml",
+    ROBOT: "application/zip",
+    MAP: "application/x-npz",
+    OBJECTS: "application/x-npz",
+}
 _MAX_UNPACKED = 1_000_000_000
 _MAX_MEMBERS = 5000
 
 
 def pack(prepared: Prepared) -> dict[str, bytes]:
-    """Attachments by name: the scene as TOML, the robot as MJCF with its meshes, skin and map as arrays."""
+    """Attachments by name: the scene as TOML, the robot as MJCF with its meshes, skin, map and objects as arrays."""
     return {
         SCENE: scene_to_toml(prepared.scene).encode(),
         ROBOT: robot_to_zip(prepared.robot),
         MAP: map_to_bytes(prepared.map),
+        OBJECTS: objects_to_bytes(prepared.objects),
     }
 
 
@@ -39,7 +50,7 @@ def unpack(attachments: dict[str, bytes], *, file: str) -> Prepared:
     Raises:
         RecordingError: One is missing or damaged.
     """
-    missing = [name for name in (SCENE, ROBOT, MAP) if name not in attachments]
+    missing = [name for name in MEDIA_TYPES if name not in attachments]
     if missing:
         raise RecordingError(
             "the recording does not hold what it was made with",
@@ -51,6 +62,7 @@ def unpack(attachments: dict[str, bytes], *, file: str) -> Prepared:
         scene = scene_from_toml(attachments[SCENE].decode(), name="recording")
         robot = robot_from_zip(attachments[ROBOT], file=file)
         map_ = map_from_bytes(attachments[MAP])
+        objects = objects_from_bytes(attachments[OBJECTS], scene.objects)
     except UnicodeDecodeError as error:
         raise RecordingError("the recording's scene is damaged", file=file, value=error) from error
     except TactileMapsError as error:
@@ -67,7 +79,32 @@ def unpack(attachments: dict[str, bytes], *, file: str) -> Prepared:
         raise RecordingError(
             "the recording's skin is worn by a link its robot does not have", file=file, value=foreign[0]
         )
-    return Prepared(scene, robot, map_.skin, map_)
+    return Prepared(scene, robot, map_.skin, map_, objects)
+
+
+def objects_to_bytes(objects: Sequence[Body]) -> bytes:
+    """The surfaces of a scene's objects, in its order: no file of a mesh is needed to have them again."""
+    arrays: dict[str, NDArray[Any]] = {}
+    for number, body in enumerate(objects):
+        arrays |= {f"vertices {number}": body.mesh.vertices, f"faces {number}": body.mesh.faces}
+    return pack_arrays({"names": [body.spec.name for body in objects]}, arrays)
+
+
+def objects_from_bytes(data: bytes, specs: Sequence[ObjectSpec]) -> tuple[Body, ...]:
+    """The objects of a scene with their surfaces of ``objects_to_bytes``.
+
+    Raises:
+        RecordingError: Damaged, or not the surfaces of these objects.
+        MeshError: A surface is none.
+    """
+    header, arrays = unpack_arrays(data, error=RecordingError)
+    if header.get("names") != [spec.name for spec in specs]:
+        raise RecordingError("the surfaces are not those of the scene's objects", value=header.get("names"))
+    try:
+        meshes = [Mesh(arrays[f"vertices {number}"], arrays[f"faces {number}"]) for number in range(len(specs))]
+    except (KeyError, ValueError) as error:
+        raise RecordingError("an object's surface is damaged", value=error) from error
+    return tuple(Body(spec, mesh) for spec, mesh in zip(specs, meshes, strict=True))
 
 
 def robot_to_zip(robot: Robot) -> bytes:

@@ -3,17 +3,22 @@
 A frame message is little-endian, without padding:
 
     int64  tick                     float64 time [s]
-    int32  joints, taxels, pokes, regions, region taxels in all, bytes of words
+    int32  joints, taxels, objects, pokes, regions, region taxels in all, bytes of words
     float64  posture, velocity (joints each), pressures [Pa] (taxels), command posture, stiffness, damping, torque
+    float64  per object (16): its pose in the world as a homogeneous matrix, row by row
     float64  per poke (14): id, patch, face, 3 weights, force [N], point [m] (3), normal (3), radius [m]
     float64  per region (19): id, patch, face, 3 weights, force [N], area [m²], peak [Pa], map point [m] (2),
              point in the link [m] (3), normal in the link (3), number of taxels,
              1 where a seam tears it (else 0)
     int32    taxel numbers of all regions, one after the other
-    UTF-8 JSON  {"why_limited": [...], "ms": {stage: milliseconds}}
+    UTF-8 JSON  {"why_limited": [...], "notes": [...], "ms": {stage: milliseconds}}
 
 An input message is JSON: {"tick": n, "kind": name, ...fields}; floats are written so that they read back equal. The
-kind "edit" has the edit's name and, in base64, how the map differs from the recording's; see ``map_edit_file``.
+kind "effects" has all of them, by name; an effect of the sensor is an object of its options, or null where it is off.
+The kind "edit" has the edit's name and, in base64, how the map differs from the recording's; see ``map_edit_file``.
+
+A failure message is JSON: {"tick": n, "problem": text, "place": text, "value": text, "remedy": text}, the last three
+null where there is none: the session stopped by itself at that tick.
 """
 
 from __future__ import annotations
@@ -28,19 +33,22 @@ import numpy as np
 
 from app.contacts.region import ContactRegion
 from app.control.command import ControlChanged, ControlSettings, JointCommand
-from app.errors import MapError, RecordingError
+from app.errors import MapError, RecordingError, SimulationError
 from app.geometry.surface_point import SurfacePoint
 from app.maps.map_edit_file import edit_from_bytes, edit_to_bytes
 from app.maps.tactile_map import TactileMap
+from app.recording.effects_codec import effects_from_json, effects_to_json
 from app.session.frame import Frame
-from app.session.inputs import MapEdited, PokeMoved, PokePressed, PokeReleased, SessionInput
+from app.session.inputs import EffectsChanged, MapEdited, PokeMoved, PokePressed, PokeReleased, SessionInput
 from app.simulation.poke import Finger, PokeState
 from app.skin.skin import Skin
 from app.timing import Timings
 
-_HEAD = struct.Struct("<qd6i")
-_POKE, _REGION = 14, 19
+_HEAD = struct.Struct("<qd7i")
+_OBJECT, _POKE, _REGION = 16, 14, 19
 _KINDS = {"press": PokePressed, "move": PokeMoved, "release": PokeReleased, "control": ControlChanged}
+
+_REASONS = ("place", "value", "remedy")
 
 FRAME_SCHEMA = json.dumps({"title": "tactile_maps.Frame", "description": __doc__})
 INPUT_SCHEMA = json.dumps(
@@ -48,20 +56,37 @@ INPUT_SCHEMA = json.dumps(
         "title": "tactile_maps.Input",
         "type": "object",
         "required": ["tick", "kind"],
-        "properties": {"tick": {"type": "integer"}, "kind": {"enum": sorted([*_KINDS, "edit"])}},
+        "properties": {"tick": {"type": "integer"}, "kind": {"enum": sorted([*_KINDS, "edit", "effects"])}},
     }
 )
 
 
+FAILURE_SCHEMA = json.dumps(
+    {
+        "title": "tactile_maps.Failure",
+        "type": "object",
+        "required": ["tick", "problem", *_REASONS],
+        "properties": {"tick": {"type": "integer"}, "problem": {"type": "string"}},
+    }
+)
+TOPICS = {
+    "/frame": ("tactile_maps.Frame", FRAME_SCHEMA, "tactile_maps.Frame"),
+    "/input": ("tactile_maps.Input", INPUT_SCHEMA, "json"),
+    "/failure": ("tactile_maps.Failure", FAILURE_SCHEMA, "json"),
+}
+"""What a recording's messages are about: schema's name and text, and the encoding of a message."""
+
+
 def encode_frame(frame: Frame) -> bytes:
     """One frame as a message."""
-    words = json.dumps({"why_limited": frame.why_limited, "ms": frame.timings.ms}).encode()
+    words = json.dumps({"why_limited": frame.why_limited, "notes": frame.notes, "ms": frame.timings.ms}).encode()
     taxels = [region.taxels for region in frame.regions]
     head = _HEAD.pack(
         frame.tick,
         frame.time,
         len(frame.posture),
         len(frame.pressures),
+        len(frame.objects),
         len(frame.pokes),
         len(frame.regions),
         sum(map(len, taxels)),
@@ -76,6 +101,7 @@ def encode_frame(frame: Frame) -> bytes:
         command.stiffness,
         command.damping,
         command.torque,
+        frame.objects.ravel(),
     ]
     numbers += [[p.id, *_place(p.at), p.force, *p.point, *p.normal, p.radius] for p in frame.pokes]
     numbers += [
@@ -103,10 +129,10 @@ def decode_frame(data: bytes, skin: Skin) -> Frame:
 
 
 def _decode_frame(data: bytes, skin: Skin) -> Frame:
-    tick, time, joints, taxels, pokes, regions, members, words = _HEAD.unpack_from(data)
-    count = 6 * joints + taxels + _POKE * pokes + _REGION * regions
+    tick, time, joints, taxels, objects, pokes, regions, members, words = _HEAD.unpack_from(data)
+    count = 6 * joints + taxels + _OBJECT * objects + _POKE * pokes + _REGION * regions
     if (
-        min(joints, taxels, pokes, regions, members, words) < 0
+        min(joints, taxels, objects, pokes, regions, members, words) < 0
         or taxels != len(skin)
         or (_HEAD.size + 8 * count + 4 * members + words != len(data))
     ):
@@ -114,8 +140,8 @@ def _decode_frame(data: bytes, skin: Skin) -> Frame:
     numbers = np.frombuffer(data, "<f8", count, _HEAD.size)
     named = np.frombuffer(data, "<i4", members, _HEAD.size + 8 * count).astype(np.int64)
     text = json.loads(data[len(data) - words :])
-    parts = np.split(numbers, np.cumsum([joints, joints, taxels, *[joints] * 4, _POKE * pokes]))
-    rows = parts[8].reshape(regions, _REGION)
+    parts = np.split(numbers, np.cumsum([joints, joints, taxels, *[joints] * 4, _OBJECT * objects, _POKE * pokes]))
+    rows = parts[9].reshape(regions, _REGION)
     groups = np.split(named, np.cumsum(rows[:, 17].astype(int))[:-1]) if regions else []
     return Frame(
         tick,
@@ -124,10 +150,12 @@ def _decode_frame(data: bytes, skin: Skin) -> Frame:
         parts[1],
         parts[2],
         tuple(_region(row, group, skin) for row, group in zip(rows, groups, strict=True)),
-        tuple(_poke(row) for row in parts[7].reshape(pokes, _POKE)),
+        tuple(_poke(row) for row in parts[8].reshape(pokes, _POKE)),
         JointCommand(*parts[3:7]),
         tuple(map(str, text["why_limited"])),
         Timings({str(stage): float(ms) for stage, ms in text["ms"].items()}),
+        parts[7].reshape(objects, 4, 4),
+        tuple(map(str, text["notes"])),
     )
 
 
@@ -161,6 +189,8 @@ def encode_input(tick: int, act: SessionInput, base: TactileMap) -> bytes:
     if isinstance(act, MapEdited):
         packed = base64.b64encode(edit_to_bytes(act.map, base)).decode()
         return json.dumps({"tick": tick, "kind": "edit", "name": act.name, "map": packed}).encode()
+    if isinstance(act, EffectsChanged):
+        return json.dumps({"tick": tick, "kind": "effects", "effects": effects_to_json(act.effects)}).encode()
     kind = next(name for name, known in _KINDS.items() if isinstance(act, known))
     return json.dumps({"tick": tick, "kind": kind, **asdict(act)}).encode()
 
@@ -176,6 +206,8 @@ def decode_input(data: bytes, base: TactileMap) -> tuple[int, SessionInput]:
         tick, kind = int(raw.pop("tick")), raw.pop("kind")
         if kind == "edit":
             return tick, MapEdited(str(raw["name"]), edit_from_bytes(base64.b64decode(raw["map"]), base))
+        if kind == "effects":
+            return tick, EffectsChanged(effects_from_json(raw["effects"]))
         if "at" in raw:
             at = raw["at"]
             a, b, c = (float(weight) for weight in at["weights"])
@@ -185,5 +217,25 @@ def decode_input(data: bytes, base: TactileMap) -> tuple[int, SessionInput]:
         if kind == "control":
             raw["settings"] = ControlSettings(**raw["settings"])
         return tick, _KINDS[kind](**raw)
-    except (ValueError, KeyError, TypeError, AttributeError, MapError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError, MapError, SimulationError) as error:
         raise RecordingError("an input of the recording is damaged", value=error) from error
+
+
+def encode_failure(tick: int, error: SimulationError) -> bytes:
+    """Why a session stopped at ``tick``, as a message."""
+    reasons = {name: None if getattr(error, name) is None else str(getattr(error, name)) for name in _REASONS}
+    return json.dumps({"tick": tick, "problem": error.problem, **reasons}).encode()
+
+
+def decode_failure(data: bytes) -> tuple[int, SimulationError]:
+    """Tick and error of a message; the error reads as it did.
+
+    Raises:
+        RecordingError: The message is no failure.
+    """
+    try:
+        raw = json.loads(data)
+        reasons = {name: None if raw[name] is None else str(raw[name]) for name in _REASONS}
+        return int(raw["tick"]), SimulationError(str(raw["problem"]), **reasons)
+    except (ValueError, KeyError, TypeError) as error:
+        raise RecordingError("the failure that ended the recording is damaged", value=error) from error

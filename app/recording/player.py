@@ -8,12 +8,13 @@ from pathlib import Path
 import numpy as np
 from mcap.records import Message
 
-from app.errors import RecordingError
+from app.errors import RecordingError, SimulationError
 from app.maps.tactile_map import TactileMap
 from app.recording import bundle, reading
-from app.recording.codec import decode_frame, decode_input
+from app.recording.codec import decode_failure, decode_frame, decode_input
 from app.session.frame import Frame
-from app.session.inputs import MapEdited, PokePressed, PokeReleased, SessionInput
+from app.session.inputs import EffectsChanged, MapEdited, PokePressed, PokeReleased, SessionInput
+from app.simulation.effects import Effects
 
 
 class Player:
@@ -28,6 +29,7 @@ class Player:
         inputs: (tick, input) of everything that was done, from the session's start.
         versions: Programs' versions when it was made.
         complete: Whether the file ends as it should.
+        failure: The tick at which the session stopped by itself, and why; None when it did not.
 
     Raises:
         RecordingError: The file cannot be read, is not ours, or holds no frame.
@@ -42,6 +44,7 @@ class Player:
         self.versions, self.complete = contents.metadata, contents.complete
         self.prepared = bundle.unpack(contents.attachments, file=str(path))
         self.inputs: list[tuple[int, SessionInput]] = []
+        self.failure: tuple[int, SimulationError] | None = None
         self._places: list[tuple[int, int]] = []
         times = []
         for number, chunk in enumerate(contents.chunks):
@@ -51,6 +54,8 @@ class Player:
                     times.append(1e-9 * message.log_time)
                 elif topic == "/input":
                     self.inputs.append(decode_input(message.data, self.prepared.map))
+                elif topic == "/failure":
+                    self.failure = decode_failure(message.data)
         if not times:
             raise RecordingError("the recording holds no frame", file=path)
         self.times = np.array(times)
@@ -84,6 +89,11 @@ class Player:
             if isinstance(act, MapEdited):
                 edited = act.map
         return edited
+
+    def effects_at(self, tick: int) -> Effects:
+        """The effects in force at a tick of the session: the scene's, as they had been changed by then."""
+        changes = [act.effects for at, act in self.inputs if at <= tick and isinstance(act, EffectsChanged)]
+        return changes[-1] if changes else self.prepared.scene.effects
 
     def edits(self) -> list[tuple[float, str]]:
         """When the map was edited [s since the first frame] and the edits' names, for marks on a timeline."""

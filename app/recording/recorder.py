@@ -13,12 +13,13 @@ from mcap.writer import CompressionType, Writer
 
 from app.errors import RecordingError
 from app.recording import bundle
-from app.recording.codec import FRAME_SCHEMA, INPUT_SCHEMA, encode_frame, encode_input
+from app.recording.codec import TOPICS, encode_failure, encode_frame, encode_input
+from app.session.failure import Failure
 from app.session.frame import Frame
 from app.session.inputs import SessionInput
 from app.session.prepare import Prepared
 
-FORMAT = "1"
+FORMAT = "2"
 FRAMES_A_CHUNK = 6
 """A killed process loses at most the frames of the chunk being filled."""
 _WRITE_REMEDY = "Free space or choose another folder; what was written so far can be read with recover"
@@ -63,10 +64,10 @@ class Recorder:
         )
         for name, data in bundle.pack(prepared).items():
             writer.add_attachment(0, 0, name, bundle.MEDIA_TYPES[name], data)
-        frame = writer.register_schema("tactile_maps.Frame", "jsonschema", FRAME_SCHEMA.encode())
-        act = writer.register_schema("tactile_maps.Input", "jsonschema", INPUT_SCHEMA.encode())
-        self._frame_channel = writer.register_channel("/frame", "tactile_maps.Frame", frame)
-        self._input_channel = writer.register_channel("/input", "json", act)
+        self._channels = {}
+        for topic, (name, text, encoding) in TOPICS.items():
+            number = writer.register_schema(name, "jsonschema", text.encode())
+            self._channels[topic] = writer.register_channel(topic, encoding, number)
         self._stream.flush()
 
     def write(self, frame: Frame, inputs: Sequence[tuple[int, SessionInput]]) -> None:
@@ -79,19 +80,34 @@ class Recorder:
         Raises:
             RecordingError: The disk is full or the file is gone; the file stays readable up to there.
         """
-        time = round(1e9 * frame.time)
+        self._add(inputs, ("/frame", frame.tick, encode_frame(frame)))
+        self.frames += 1
+
+    def fail(self, failure: Failure) -> None:
+        """Add why the session stopped, and the inputs of its last tick: whoever replays the file sees it stop again.
+
+        The last good frame goes in first where there is none yet.
+
+        Raises:
+            RecordingError: As ``write``.
+        """
+        if not self.frames:
+            self.write(failure.frame, [item for item in failure.inputs if item[0] < failure.tick])
+        self._add(failure.inputs, ("/failure", failure.tick, encode_failure(failure.tick, failure.error)))
+
+    def _add(self, inputs: Sequence[tuple[int, SessionInput]], last: tuple[str, int, bytes]) -> None:
+        """The inputs that are not in the file yet, and one more message of a topic and tick."""
+        news = [("/input", tick, encode_input(tick, act, self._map)) for tick, act in inputs[self._inputs :]]
         try:
-            for tick, act in inputs[self._inputs :]:
+            for topic, tick, data in [*news, last]:
                 at = round(1e9 * tick * self.tick)
-                self._writer.add_message(self._input_channel, at, encode_input(tick, act, self._map), at)
-            self._writer.add_message(self._frame_channel, time, encode_frame(frame), time, frame.tick)
+                self._writer.add_message(self._channels[topic], at, data, at, tick)
             self._stream.flush()
         except OSError as error:
             raise RecordingError(
                 "the recording cannot be written further", file=self.path, value=error, remedy=_WRITE_REMEDY
             ) from error
         self._inputs = len(inputs)
-        self.frames += 1
 
     def close(self) -> None:
         """Complete the file with its index. Closing twice does nothing.

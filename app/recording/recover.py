@@ -11,7 +11,7 @@ from mcap.writer import CompressionType, Writer
 from app.errors import RecordingError
 from app.recording import reading
 from app.recording.bundle import MEDIA_TYPES
-from app.recording.codec import FRAME_SCHEMA, INPUT_SCHEMA
+from app.recording.codec import TOPICS
 
 
 @dataclass(frozen=True)
@@ -63,11 +63,10 @@ def _write(writer: Writer, contents: reading.Contents, chunks: list[list[tuple[s
         writer.add_metadata("tactile-maps", contents.metadata)
     for name, data in contents.attachments.items():
         writer.add_attachment(0, 0, name, MEDIA_TYPES.get(name, "application/octet-stream"), data)
-    schema = {"/frame": ("tactile_maps.Frame", FRAME_SCHEMA), "/input": ("tactile_maps.Input", INPUT_SCHEMA)}
     channels = {}
-    for topic, (name, text) in schema.items():
+    for topic, (name, text, encoding) in TOPICS.items():
         number = writer.register_schema(name, "jsonschema", text.encode())
-        channels[topic] = writer.register_channel(topic, name if topic == "/frame" else "json", number)
+        channels[topic] = writer.register_channel(topic, encoding, number)
     for chunk in chunks:
         for topic, message in chunk:
             if topic in channels:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from app.control.command import ControlChanged
+from app.errors import SimulationError
 from app.recording.player import Player
 from app.recording.recorder import versions
 from app.session.frame import Frame
@@ -20,10 +21,13 @@ class Verification:
 
     Attributes:
         frames: Frames compared.
-        identical: Whether posture, velocity and pressures of all of them are equal, bit for bit.
-        max_difference: Largest difference of any posture, velocity (SI) or pressure (kPa).
-        first_difference: Tick of the first frame that differs; None when identical.
+        identical: Whether posture, velocity, pressures and objects of all of them are equal, bit for bit, and a session
+            that stopped by itself stopped again at the same tick with the same words.
+        max_difference: Largest difference of any posture, velocity, object's pose (SI) or pressure (kPa); inf where
+            one of the two runs stopped.
+        first_difference: Tick of the first difference; None when identical.
         other_versions: Versions that differ from those it was recorded with; equality is only promised without any.
+        stopped: Why the session stopped again, as recorded; None when it was not stopped.
     """
 
     frames: int
@@ -31,6 +35,7 @@ class Verification:
     max_difference: float
     first_difference: int | None
     other_versions: tuple[str, ...]
+    stopped: str | None = None
 
 
 def _silent(_text: str, _fraction: float) -> None:
@@ -44,35 +49,76 @@ def verify(player: Player, *, progress: Callable[[str, float], None] = _silent) 
         player: The recording.
         progress: Told how far it is, 0 to 1; may raise to cancel.
 
+    Raises:
+        TactileMapsError: A frame is damaged, or an input is refused.
+
     Cost: as long as simulating it, about a tenth of real time.
     """
-    session, waiting = _session_of(player)
+    again = _Again(player)
     largest, first, compared = 0.0, None, 0
     for number in range(len(player)):
         recorded = player.frame(number)
-        while session.frame.tick < recorded.tick:
-            while waiting and waiting[0][0] == session.frame.tick + 1:
-                session.submit(waiting.pop(0)[1])
-            session.tick()
-        difference = _difference(session.frame, recorded)
+        frame = again.frame(recorded.tick)
+        difference = _difference(frame, recorded)
         largest, compared = max(largest, difference), compared + 1
         if first is None and difference != 0.0:
-            first = recorded.tick
+            first = min(recorded.tick, frame.tick + 1)  # a run that stopped is at an earlier tick
         if number % 200 == 0:
             progress("Simulating again", number / len(player))
+    stopped, tick = again.ending()
+    if tick is not None:
+        largest, first = float("inf"), tick if first is None else first
+    return Verification(compared, first is None, largest, first, _changed_versions(player), stopped)
+
+
+class _Again:
+    """A fresh session given the recorded inputs at their ticks. Mutable."""
+
+    def __init__(self, player: Player) -> None:
+        starting = [act for tick, act in player.inputs if tick == 0 and isinstance(act, ControlChanged)]
+        self._session = Session(
+            player.prepared,
+            scripted=False,
+            settings=starting[-1].settings if starting else None,
+            map_=player.map_at(0),
+            effects=player.effects_at(0),
+        )
+        self._waiting = [item for item in player.inputs if item[0] > 0]
+        self._recorded = player.failure
+
+    def frame(self, tick: int) -> Frame:
+        """The frame of ``tick``; of an earlier one if the session stops before."""
+        session = self._session
+        while session.frame.tick < tick and session.failure is None:
+            while self._waiting and self._waiting[0][0] == session.frame.tick + 1:
+                session.submit(self._waiting.pop(0)[1])
+            try:
+                session.tick()
+            except SimulationError:
+                if session.failure is None:
+                    raise  # an input was refused, which no recorded one was
+        return session.frame
+
+    def ending(self) -> tuple[str | None, int | None]:
+        """Why the session stopped, if it did as recorded; and the tick at which it ended otherwise than recorded."""
+        if self._recorded is not None:
+            self.frame(self._recorded[0])
+        failure = self._session.failure
+        if self._recorded is None:
+            return None, None if failure is None else failure.tick
+        tick, error = self._recorded
+        if failure is None:
+            return None, tick
+        if (failure.tick, failure.problem) != (tick, str(error)):
+            return None, min(tick, failure.tick)
+        return failure.problem, None
+
+
+def _changed_versions(player: Player) -> tuple[str, ...]:
     now = versions()
-    changed = tuple(
+    return tuple(
         f"{key} {value} (now {now[key]})" for key, value in player.versions.items() if key in now and now[key] != value
     )
-    return Verification(compared, first is None, largest, first, changed)
-
-
-def _session_of(player: Player) -> tuple[Session, list]:  # type: ignore[type-arg]
-    """A fresh session with the settings and the map recorded for its start, and the inputs that follow."""
-    starting = [act for tick, act in player.inputs if tick == 0 and isinstance(act, ControlChanged)]
-    settings = starting[-1].settings if starting else None
-    session = Session(player.prepared, scripted=False, settings=settings, map_=player.map_at(0))
-    return session, [item for item in player.inputs if item[0] > 0]
 
 
 def _difference(one: Frame, other: Frame) -> float:
@@ -81,6 +127,7 @@ def _difference(one: Frame, other: Frame) -> float:
         (one.posture, other.posture),
         (one.velocity, other.velocity),
         (1e-3 * one.pressures, 1e-3 * other.pressures),
+        (one.objects, other.objects),
     )
     if one.tick != other.tick or any(a.shape != b.shape for a, b in pairs):
         return float("inf")

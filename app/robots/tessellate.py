@@ -24,7 +24,7 @@ def link_mesh(model: mujoco.MjModel, body: int) -> Mesh | None:
     Returns:
         The mesh, or None for a body without any shape.
     """
-    parts = [_geom_triangles(model, geom) for geom in _shown_geoms(model, body)]
+    parts = [geom_triangles(model, geom) for geom in _shown_geoms(model, body)]
     parts = [(vertices, faces) for vertices, faces in parts if len(faces)]
     if not parts:
         return None
@@ -41,8 +41,8 @@ def _shown_geoms(model: mujoco.MjModel, body: int) -> list[int]:
     return visual or shown or every
 
 
-def _geom_triangles(model: mujoco.MjModel, geom: int) -> tuple[FloatArray, IntArray]:
-    """Vertices (n, 3) [m] in the body frame and faces (m, 3) of one geom."""
+def geom_triangles(model: mujoco.MjModel, geom: int) -> tuple[FloatArray, IntArray]:
+    """Vertices (n, 3) [m] in the body frame and faces (m, 3) of one geom; none of a plane or a height field."""
     vertices, faces = _local_triangles(model, geom)
     rotation = np.empty(9)
     mujoco.mju_quat2Mat(rotation, model.geom_quat[geom])

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from app.arrays import FloatArray, readonly
 from app.contacts.region import ContactRegion
 from app.control.command import JointCommand
@@ -26,6 +28,8 @@ class Frame:
         command: What the controller asked for at this tick.
         why_limited: What bounds the controller now, in words for a person; empty when nothing does.
         timings: Wall milliseconds by stage of this tick; never part of a comparison.
+        objects: (k, 4, 4) pose ``T_world_object`` of each of the scene's objects, in its order.
+        notes: What the skin's model could not do as asked at this tick, in words; empty when nothing.
     """
 
     tick: int
@@ -38,7 +42,9 @@ class Frame:
     command: JointCommand
     why_limited: tuple[str, ...] = ()
     timings: Timings = field(default_factory=Timings)
+    objects: FloatArray = field(default_factory=lambda: np.zeros((0, 4, 4)))
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        for name in ("posture", "velocity", "pressures"):
+        for name in ("posture", "velocity", "pressures", "objects"):
             object.__setattr__(self, name, readonly(getattr(self, name)))

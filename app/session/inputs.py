@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from app.control.command import ControlChanged
 from app.maps.tactile_map import TactileMap
+from app.simulation.effects import Effects
 from app.simulation.poke import PokeInput, PokeMoved, PokePressed, PokeReleased
 
 
@@ -22,6 +23,21 @@ class MapEdited:
     map: TactileMap
 
 
-SessionInput = PokeInput | ControlChanged | MapEdited
+@dataclass(frozen=True)
+class EffectsChanged:
+    """Other effects are simulated from the next tick on; the robot, the objects and the fingers stay where they are."""
 
-__all__ = ["ControlChanged", "MapEdited", "PokeMoved", "PokePressed", "PokeReleased", "SessionInput"]
+    effects: Effects
+
+
+SessionInput = PokeInput | ControlChanged | MapEdited | EffectsChanged
+
+__all__ = [
+    "ControlChanged",
+    "EffectsChanged",
+    "MapEdited",
+    "PokeMoved",
+    "PokePressed",
+    "PokeReleased",
+    "SessionInput",
+]

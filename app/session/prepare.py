@@ -9,6 +9,8 @@ from app.maps.build import build_map
 from app.maps.tactile_map import TactileMap
 from app.robots.library import find_robot
 from app.robots.robot import Robot
+from app.simulation.bodies import make_bodies
+from app.simulation.objects import Body
 from app.simulation.scene import Scene
 from app.skin.cover import cover
 from app.skin.exchange.icub import import_icub
@@ -19,12 +21,21 @@ Progress = Callable[[str, float], None]
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """A scene made real. A plain value: it crosses processes and is kept in recordings."""
+    """A scene made real. A plain value: it crosses processes and is kept in recordings.
+
+    Attributes:
+        scene: What was made.
+        robot: Which robot.
+        skin: On its links.
+        map: Of the skin.
+        objects: The scene's, in its order.
+    """
 
     scene: Scene
     robot: Robot
     skin: Skin
     map: TactileMap
+    objects: tuple[Body, ...] = ()
 
 
 def _silent(_text: str, _fraction: float) -> None:
@@ -32,7 +43,7 @@ def _silent(_text: str, _fraction: float) -> None:
 
 
 def prepare(scene: Scene, *, progress: Progress = _silent) -> Prepared:
-    """Load the robot, put on its skin, make the map.
+    """Load the robot, put on its skin, make the map, make the objects.
 
     Args:
         scene: What to make.
@@ -43,6 +54,21 @@ def prepare(scene: Scene, *, progress: Progress = _silent) -> Prepared:
 
     Cost: 2 to 5 s for 1000 taxels.
     """
+    robot, skin = robot_in_skin(scene, progress=progress)
+    map_ = build_map(skin, progress=lambda text, done: progress(text, 0.4 + 0.6 * done))
+    return Prepared(scene, robot, skin, map_, make_bodies(scene))
+
+
+def robot_in_skin(scene: Scene, *, progress: Progress = _silent) -> tuple[Robot, Skin]:
+    """The scene's robot and what it wears, without a map.
+
+    Args:
+        scene: What to make.
+        progress: As for ``prepare``; ends at 0.4.
+
+    Raises:
+        TactileMapsError: Robot or skin cannot be made.
+    """
     progress(f"Loading {scene.robot}", 0.0)
     robot = find_robot(scene.robot)
     if scene.taxel_file:
@@ -50,5 +76,4 @@ def prepare(scene: Scene, *, progress: Progress = _silent) -> Prepared:
         skin = import_icub(robot, scene.taxel_file, thickness=scene.cover.thickness)
     else:
         skin = cover(robot, scene.cover, progress=lambda text, done: progress(text, 0.1 + 0.3 * done))
-    map_ = build_map(skin, progress=lambda text, done: progress(text, 0.4 + 0.6 * done))
-    return Prepared(scene, robot, skin, map_)
+    return robot, skin

@@ -4,16 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
+
+from app.arrays import FloatArray
 from app.contacts.reader import ContactReader
+from app.contacts.region import ContactRegion
 from app.control.command import ControlChanged, ControlSettings
 from app.control.contact_motion import ContactMotionController, settings_from
+from app.errors import SimulationError
 from app.maps.tactile_map import TactileMap
+from app.session.failure import Failure
 from app.session.frame import Frame
-from app.session.inputs import MapEdited, SessionInput
+from app.session.inputs import EffectsChanged, MapEdited, SessionInput
 from app.session.prepare import Prepared
+from app.simulation.effects import Effects
+from app.simulation.motion import Motion
 from app.simulation.poke import PokePressed, PokeReleased
 from app.simulation.simulation import Simulation
-from app.simulation.stimuli import FINGER, StimulusPlayer
+from app.simulation.stimuli.player import StimulusPlayer
 from app.timing import Stopwatch
 
 MAX_TICKS = 20
@@ -32,12 +40,17 @@ class Session:
         scripted: Whether the scene's scripted hand plays until a person touches.
         settings: The controller's settings to start with; by default those of the scene.
         map_: The scene's map as it was edited before.
+        effects: What to simulate; by default what the scene calls for.
 
     Attributes:
         frame: The newest frame.
         inputs: (tick, input) since the reset, in order; the tick is that of the first frame that shows it.
         scripted: Whether the scripted hand still plays.
         map: The tactile map in force: the scene's, until it is edited.
+        failure: Why the session stopped by itself; None while it goes on.
+
+    Raises:
+        TactileMapsError: The scene and its effects cannot be simulated.
     """
 
     def __init__(
@@ -47,29 +60,41 @@ class Session:
         scripted: bool = True,
         settings: ControlSettings | None = None,
         map_: TactileMap | None = None,
+        effects: Effects | None = None,
     ) -> None:
         self.prepared, self._wants_script = prepared, scripted
-        scene = prepared.scene
-        self._simulation = Simulation(prepared.robot, prepared.skin, scene.effects)
+        scene, robot, skin = prepared.scene, prepared.robot, prepared.skin
+        effects = effects or scene.effects
+        self._steps = whole_steps(scene.tick, effects.timestep)
+        self._simulation = Simulation(
+            robot, skin, effects, objects=prepared.objects, layer=scene.layer, tick=scene.tick, seed=scene.seed
+        )
         self.map = map_ or prepared.map
         self._reader = ContactReader(self.map)
-        self._controller = ContactMotionController(prepared.robot, settings or settings_from(scene.control))
-        self._stimulus = StimulusPlayer(prepared.skin, scene.strokes, tick=scene.tick)
+        self._controller = ContactMotionController(robot, settings or settings_from(scene.control))
+        self._motion = Motion(robot, scene.motion) if scene.motion else None
+        self._stimulus = StimulusPlayer(skin, scene.stimuli, tick=scene.tick)
         self._watch = Stopwatch()
         self.reset()
 
     def reset(self) -> None:
-        """Back to the start: robot at home, no finger, the scripted hand playing; settings and the edited map stay."""
+        """Back to the start: robot at home, objects in their places, no finger, the scripted hand playing.
+
+        Settings, the edited map and the effects in force stay.
+        """
         self._simulation.reset()
         self._reader.reset()
         self._controller.reset()
         self._waiting: list[SessionInput] = []
-        # The settings and the map in force are part of what a replay needs.
+        # The settings, the effects and the map in force are part of what a replay needs.
         self.inputs: list[tuple[int, SessionInput]] = [(0, ControlChanged(self._controller.settings))]
+        if self.effects != self.prepared.scene.effects:
+            self.inputs.append((0, EffectsChanged(self.effects)))
         if self.map is not self.prepared.map:
             self.inputs.append((0, MapEdited("As it was edited before", self.map)))
         self._ticks, self._remainder = 0, 0.0
-        self.scripted = self._wants_script and bool(self.prepared.scene.strokes)
+        self.failure: Failure | None = None
+        self.scripted = self._wants_script and bool(self.prepared.scene.stimuli)
         self.frame = self._frame()
 
     @property
@@ -77,11 +102,16 @@ class Session:
         """The controller settings in force."""
         return self._controller.settings
 
+    @property
+    def effects(self) -> Effects:
+        """The effects in force."""
+        return self._simulation.effects
+
     def submit(self, act: SessionInput) -> None:
         """Let a person act at the start of the next tick. The first press ends the scripted hand's show."""
         if isinstance(act, PokePressed) and self.scripted:
             self.scripted = False
-            self._waiting.append(PokeReleased(FINGER))
+            self._waiting += [PokeReleased(finger) for finger in self._stimulus.fingers]
         self._waiting.append(act)
 
     def advance(self, elapsed: float, *, each: Callable[[Frame], None] | None = None) -> Frame:
@@ -92,8 +122,7 @@ class Session:
             each: Told every tick's frame, as a recorder wants it.
 
         Raises:
-            SimulationError: The physics diverged or an input was refused; ``reset`` makes the session usable again
-                after the former, the latter leaves it as it was.
+            TactileMapsError: As ``tick``.
         """
         self._remainder += elapsed
         count = int(self._remainder / self.prepared.scene.tick + 1e-9)
@@ -105,17 +134,34 @@ class Session:
         return self.frame
 
     def tick(self) -> Frame:
-        """One control tick: inputs, physics, touch, contacts, control."""
+        """One control tick: inputs, physics, touch, contacts, control.
+
+        Raises:
+            TactileMapsError: An input was refused; the session is as if it had not come.
+            SimulationError: The physics diverged. ``failure`` says all about it, and until ``reset`` every tick raises
+                the same again.
+        """
+        if self.failure is not None:
+            raise self.failure.error
         self._take_effect()
-        with self._watch.stage("physics"):
-            self._simulation.step(self.prepared.scene.steps_per_tick, self._command)
-        self._ticks += 1
-        self.frame = self._frame()
+        try:
+            with self._watch.stage("physics"):
+                self._simulation.step(self._steps, self._command)
+            self._ticks += 1
+            self.frame = self._frame()
+        except SimulationError as error:
+            self.failure = Failure(self.frame.tick + 1, error, tuple(self.inputs), self.frame)
+            raise
         return self.frame
 
     def _take_effect(self) -> None:
-        if self.scripted:
+        self._act()
+        # Without the effect, hands cannot reach the skin: the script goes on unseen.
+        if self.scripted and self.effects.fingers:
             self._waiting += self._stimulus.inputs(self._ticks)
+            self._act()
+
+    def _act(self) -> None:
         while self._waiting:
             act = self._waiting.pop(0)
             if isinstance(act, ControlChanged):
@@ -123,23 +169,29 @@ class Session:
             elif isinstance(act, MapEdited):
                 self.map = act.map
                 self._reader.use(self.map)
+            elif isinstance(act, EffectsChanged):
+                self._use(act.effects)
             else:
                 self._simulation.apply(act)
             self.inputs.append((self._ticks + 1, act))
 
+    def _use(self, effects: Effects) -> None:
+        steps = whole_steps(self.prepared.scene.tick, effects.timestep)
+        self._simulation.use(effects)
+        self._steps = steps
+
     def _frame(self) -> Frame:
-        simulation, watch = self._simulation, self._watch
-        with watch.stage("touch"):
-            pressures = simulation.sense()
-        with watch.stage("contacts"):
-            regions = self._reader.read(pressures)
+        simulation, watch, time = self._simulation, self._watch, self._ticks * self.prepared.scene.tick
+        pressures, regions = self._touch()
         with watch.stage("control"):
+            if self._motion is not None:
+                self._controller.rest = self._motion.posture(time)
             self._command = self._controller.command(
                 simulation.posture, simulation.velocity, regions, self.prepared.scene.tick
             )
         return Frame(
             tick=self._ticks,
-            time=self._ticks * self.prepared.scene.tick,
+            time=time,
             posture=simulation.posture,
             velocity=simulation.velocity,
             pressures=pressures,
@@ -148,4 +200,34 @@ class Session:
             command=self._command,
             why_limited=self._controller.why_limited,
             timings=watch.take(),
+            objects=simulation.object_poses,
+            notes=simulation.notes,
         )
+
+    def _touch(self) -> tuple[FloatArray, tuple[ContactRegion, ...]]:
+        """What the skin reads, stage by stage, and the contacts in it; neither where no skin is simulated."""
+        pressures, stages = np.zeros(len(self.prepared.skin)), self._simulation.readings
+        for name, act in stages:
+            with self._watch.stage(name):
+                pressures = act(pressures)
+        if not stages:
+            return pressures, ()
+        with self._watch.stage("contacts"):
+            return pressures, self._reader.read(pressures)
+
+
+def whole_steps(tick: float, timestep: float) -> int:
+    """Physics steps in one control tick.
+
+    Raises:
+        SimulationError: The tick is not a whole number of them.
+    """
+    steps = round(tick / timestep) if 1e-5 <= timestep <= tick else 0  # NaN compares false
+    if not steps or abs(tick / timestep - steps) > 1e-6:
+        raise SimulationError(
+            "a tick must be a whole number of time steps",
+            place="effects.timestep",
+            value=f"{timestep} s",
+            remedy=f"Choose a part of {tick} s, of at least 0.00001 s",
+        )
+    return steps

@@ -1,7 +1,11 @@
-"""Physics of the arm and of the fingers that press it, and the pressure its taxels feel.
+"""Physics of the robot, of the things around it and of the fingers that press it, and what its skin reads of that.
 
-``scene`` says what is simulated (its ``effects`` included), ``assemble`` compiles a model of exactly that,
-``simulation`` steps it, with fingers (``poke``, ``fingers``) on the skin. ``loads`` are what presses the skin at one
-instant and ``sensing`` turns them into taxel pressures. ``stimuli`` is a scripted hand, ``babbling`` one that
-touches at random for maps to be learned from, ``guard`` the watchman.
+A ``scene`` says what for (``scene_file`` finds it, ``scene_text`` and ``scene_reader`` read it, with ``line_numbers``
+and ``units`` for mistakes). From its ``needs``, ``rules`` ``decide`` each effect of ``effect_table``; ``lacks`` warns of
+what is off and needed, ``stability`` of what was measured to be unsteady. ``objects`` become ``bodies``, and ``motion``
+is the robot's own way.
+
+``assemble`` compiles a model of exactly the ``effects`` that are on, ``physics`` and ``simulation`` step it, with
+fingers (``poke``, ``fingers``) on the skin, and ``contact_loads`` are what presses the skin at one instant; ``guard``
+is the watchman. ``stimuli`` is a scripted hand, ``babbling`` one that touches at random for maps to be learned from.
 """

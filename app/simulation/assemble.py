@@ -1,92 +1,94 @@
-"""From robot, skin and effects to a MuJoCo model that holds only what is on."""
+"""From robot, skin, objects and effects to a MuJoCo model that holds only what is on."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import mujoco
-import numpy as np
 
-from app.geometry.mesh import Mesh
-from app.robots.compile import compile_spec, drop_shapes, robot_spec
-from app.robots.exclusions import pairs_to_exclude
+from app.robots.compile import compile_spec, robot_spec
 from app.robots.robot import Robot
-from app.simulation.effects import Effects
+from app.simulation.contact_pairs import let_touch, set_stiffness, touches_itself
+from app.simulation.effects import Effects, Integrator
+from app.simulation.object_geoms import add_object, takes_part
+from app.simulation.objects import Body
 from app.skin.skin import Skin
+from app.touch.layer import Layer
+from app.touch.models.depth import add_taxel_sensors
+
+_COVER = Layer()
+_INTEGRATORS: dict[Integrator, mujoco.mjtIntegrator] = {
+    "implicitfast": mujoco.mjtIntegrator.mjINT_IMPLICITFAST,
+    "discrete": mujoco.mjtIntegrator.mjINT_DISCRETE,
+    "euler": mujoco.mjtIntegrator.mjINT_EULER,
+    "implicit": mujoco.mjtIntegrator.mjINT_IMPLICIT,
+    "rk4": mujoco.mjtIntegrator.mjINT_RK4,
+}
 
 
-def assemble(robot: Robot, skin: Skin, effects: Effects) -> mujoco.MjModel:
-    """Compile the robot with one impedance actuator a joint and the effects that are on, nothing else.
+def assemble(
+    robot: Robot, skin: Skin, effects: Effects, *, objects: Sequence[Body] = (), layer: Layer = _COVER
+) -> mujoco.MjModel:
+    """Compile the robot, one impedance actuator a joint, and the effects that are on; nothing else.
 
-    Skinned links collide with the convex hull of link and skin, so that what touches is what feels; others with their
-    own shapes. Actuator i drives joint i: force = kp ctrl - kp q - kd q', with kp and kd set live in the model.
+    Joints, bodies and actuators of the robot come first, in the robot's order; objects that nothing can touch are not
+    there. Actuator i drives joint i: force = kp ctrl - kp q - kd q', with kp and kd set live in the model. Without
+    dynamics there are no actuators and no contacts.
 
     Args:
         robot: The robot alone.
         skin: Whose links get colliding hulls that agree with it.
         effects: What to simulate.
+        objects: What else is there.
+        layer: The skin's cover: its stiffness and friction.
 
     Raises:
         RobotError: MuJoCo refuses the model.
     """
     spec = robot_spec(robot)
-    option = spec.option
-    option.timestep, option.integrator = effects.timestep, mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    _set_options(spec.option, effects)
+    _set_up_robot(spec, effects)
+    outside = [thing for thing in objects if takes_part(thing.spec.kind, effects)]
+    for thing in outside:
+        add_object(spec, thing, effects)
+    let_touch(spec, robot, skin, objects, effects, layer)
+    if outside or touches_itself(effects):
+        if effects.skin == "depth":
+            itself = touches_itself(effects)
+            add_taxel_sensors(spec, skin, lambda mesh: itself or mesh.startswith("object "))
+    else:
+        spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
+    model = compile_spec(spec, source=robot.source)
+    set_stiffness(model, layer)
+    return model
+
+
+def _set_options(option: mujoco.MjOption, effects: Effects) -> None:
+    option.timestep, option.integrator = effects.timestep, _INTEGRATORS[effects.integrator]
     # MuJoCo 4.0.0 has a wrong sparse Hessian in its Newton solver; for robots dense is as fast.
     option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
     # Left to itself MuJoCo answers a diverging state with a reset to time zero; the guard wants to see it.
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    # Several points between two hulls would be several springs: stated stiffness would be real only for a point.
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_MULTICCD
+    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     option.gravity = [0, 0, 0] if effects.gravity == "off" else [0, 0, -9.81]
+
+
+def _set_up_robot(spec: mujoco.MjSpec, effects: Effects) -> None:
     if effects.gravity == "compensated":
         for body in spec.bodies[1:]:
             body.gravcomp = 1.0
-    if not effects.joint_limits:
-        for joint in spec.joints:
-            joint.limited = mujoco.mjtLimited.mjLIMITED_FALSE
     for joint in spec.joints:
-        _add_impedance(spec, joint.name)
-    if effects.contact == "off":
-        drop_shapes(spec)
-        option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
-    else:
-        _collide_with_skin(spec, robot, skin)
-    return compile_spec(spec, source=robot.source)
+        if not effects.joint_limits:
+            joint.limited = mujoco.mjtLimited.mjLIMITED_FALSE
+        if not effects.joint_friction:
+            joint.frictionloss = 0.0
+        if effects.dynamics:
+            _add_impedance(spec, joint.name)
 
 
 def _add_impedance(spec: mujoco.MjSpec, joint: str) -> None:
     actuator = spec.add_actuator(name=f"impedance {joint}", target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
     actuator.gaintype, actuator.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
     actuator.gainprm[:3], actuator.biasprm[:3] = 0, 0
-
-
-def _collide_with_skin(spec: mujoco.MjSpec, robot: Robot, skin: Skin) -> None:
-    """Replace the colliding shapes of skinned links by hulls that hold link and skin; exclude what overlaps at rest."""
-    for link in {patch.link: None for patch in skin.patches}:
-        body = spec.body(link)
-        for geom in body.geoms:
-            geom.contype = geom.conaffinity = 0
-        mesh = _hull_points(robot, skin, link)
-        spec.add_mesh(
-            name=f"skin hull {link}",
-            uservert=mesh.vertices.ravel().tolist(),
-            inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX,
-        )
-        body.add_geom(
-            name=f"skin {link}",
-            type=mujoco.mjtGeom.mjGEOM_MESH,
-            meshname=f"skin hull {link}",
-            mass=0.0,
-            contype=1,
-            conaffinity=1,
-            group=3,
-        )
-    known = {frozenset((exclude.bodyname1, exclude.bodyname2)) for exclude in spec.excludes}
-    for first, second in pairs_to_exclude(compile_spec(spec, source=robot.source), robot.home):
-        if frozenset((first, second)) not in known:
-            spec.add_exclude(bodyname1=first, bodyname2=second)
-
-
-def _hull_points(robot: Robot, skin: Skin, link: str) -> Mesh:
-    clouds = [patch.surface.vertices for patch in skin.patches if patch.link == link]
-    own = robot.link(link).mesh
-    if own is not None:
-        clouds.append(own.vertices)
-    return Mesh(np.concatenate(clouds), np.zeros((0, 3), dtype=np.int64))

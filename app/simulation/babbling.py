@@ -16,9 +16,10 @@ from scipy.spatial.distance import pdist, squareform
 
 from app.arrays import FloatArray, IntArray
 from app.errors import SimulationError
-from app.simulation.loads import Load
-from app.simulation.sensing import FOUNDATION, WaterFill
 from app.skin.skin import Skin
+from app.touch.layer import Layer
+from app.touch.load import Load, ball_load
+from app.touch.models.water_fill import WaterFill
 
 Kind = Literal["unbiased", "self-touch", "multi-touch", "biased"]
 KINDS: tuple[Kind, ...] = ("unbiased", "self-touch", "multi-touch", "biased")
@@ -115,9 +116,30 @@ def babble(skin: Skin, spec: BabbleSpec) -> FloatArray:
     return readings.reshape(-1, len(skin))
 
 
+def touched_places(skin: Skin, spec: BabbleSpec) -> tuple[FloatArray, IntArray]:
+    """Where ``babble`` would touch, for a hand to touch there: the same places for the same spec.
+
+    Args:
+        skin: At least one taxel.
+        spec: How; only kind, touches, samples, together and seed count.
+
+    Returns:
+        (touches, samples, at once, 3) places [m], link frames, and (touches, samples, at once) the patch of each, -1
+        where none is pressed.
+    """
+    ground = _Ground(skin)
+    ways = _ways(ground, spec, np.random.default_rng(spec.seed))
+    return ground.positions[ways], np.where(ways >= 0, ground.patch[ways], -1)
+
+
+def pitch(skin: Skin) -> float:
+    """Spacing of a skin's taxels [m], as if they stood in a hexagonal lattice."""
+    return float(np.sqrt(np.median(skin.areas) * 2 / np.sqrt(3)))
+
+
 def _footprint_force(contact: float, ball: float) -> float:
     """Force [N] with which a ball makes a footprint of that radius on a flat bed of springs: pi K a^4 / (4 R)."""
-    return np.pi * FOUNDATION * contact**4 / (4 * ball)
+    return np.pi * Layer().foundation * contact**4 / (4 * ball)
 
 
 class _Ground:
@@ -132,13 +154,13 @@ class _Ground:
         self._shares = areas / areas.sum()
         self.patch = np.repeat(np.arange(len(points)), [len(q.areas) for q in points])
         self._taxel = np.concatenate([q.taxel + start for q, start in zip(points, starts, strict=True)])
-        self.pitch = float(np.sqrt(np.median(skin.areas) * 2 / np.sqrt(3)))
+        self.pitch = pitch(skin)
         self._trees = [cKDTree(q.positions) for q in points]
         self._first = np.cumsum([0, *(len(q.areas) for q in points)])
 
     def load(self, place: int, force: float, radius: float) -> Load:
         link = self._skin.patches[self.patch[place]].link
-        return Load(link, self.positions[place], self.normals[place], force, radius)
+        return ball_load(link, self.positions[place], self.normals[place], force, radius)
 
     def anywhere(self, count: int, generator: np.random.Generator) -> IntArray:
         """(count,) places, equally likely by area."""

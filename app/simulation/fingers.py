@@ -8,9 +8,10 @@ import numpy as np
 from app.arrays import FloatArray
 from app.errors import SimulationError
 from app.geometry.surface_point import SurfacePoint
-from app.simulation.loads import Load
 from app.simulation.poke import Finger, PokeInput, PokePressed, PokeReleased, PokeState
 from app.skin.skin import Skin
+from app.touch.layer import Layer
+from app.touch.load import Load, ball_load
 
 _STABLE = 0.6
 """An explicit spring stays stable while dt < 0.6 sqrt(m / k); measured, for a mass without damping."""
@@ -32,12 +33,38 @@ class Fingers:
     Args:
         model: The compiled model.
         skin: Where fingers touch.
+        layer: The skin's cover.
+        yields: Whether the robot can be pushed; without dynamics it cannot.
     """
 
-    def __init__(self, model: mujoco.MjModel, skin: Skin) -> None:
-        self._model, self._skin = model, skin
+    def __init__(self, model: mujoco.MjModel, skin: Skin, layer: Layer, *, yields: bool = True) -> None:
+        self._model, self._skin, self._layer, self._yields = model, skin, layer, yields and model.nv > 0
         self._body = {patch.link: int(model.body(patch.link).id) for patch in skin.patches}
         self._down: dict[int, _Touch] = {}
+
+    def __len__(self) -> int:
+        """How many are down."""
+        return len(self._down)
+
+    def use(self, model: mujoco.MjModel, data: mujoco.MjData, *, yields: bool) -> None:
+        """Go on, on another model of the same robot.
+
+        Args:
+            model: The new model.
+            data: Its state, at the same posture, with kinematics.
+            yields: Whether the robot can be pushed there.
+
+        Raises:
+            SimulationError: A finger is too stiff for the new time step; nothing changed then.
+        """
+        before = self._model, self._yields
+        self._model, self._yields = model, yields and model.nv > 0
+        try:
+            for touch in self._down.values():
+                self._refuse_stiff(data, touch)
+        except SimulationError:
+            self._model, self._yields = before
+            raise
 
     def reset(self) -> None:
         """Lift all fingers."""
@@ -57,6 +84,7 @@ class Fingers:
         elif poke.id in self._down:
             old = self._down[poke.id]
             touch = self._touch(data, poke.at, old.finger)
+            old.follow(data)  # how far the skin yielded since the last step counts
             touch.depth, touch.force = old.depth, old.force
             self._down[poke.id] = touch
 
@@ -67,15 +95,22 @@ class Fingers:
             touch.follow(data)
             limit = touch.finger.max_force
             touch.force = min(max(touch.finger.stiffness * touch.depth, 0.0), limit)
-            if self._model.nv and touch.force > 0:
+            if self._yields and touch.force > 0:
                 force = -touch.force * touch.normal
                 mujoco.mj_applyFT(self._model, data, force, _NO_TORQUE, touch.point, touch.body, data.qfrc_applied)
             if touch.force < limit:
                 touch.depth += touch.finger.speed * step
 
     def loads(self) -> list[Load]:
-        """What the fingers did to the skin at the last step."""
-        return [Load(t.link, t.local, t.local_normal, t.force, t.finger.radius) for t in self._down.values() if t.force]
+        """What the fingers did to the skin at the last step.
+
+        A ball is as deep in the skin as any body that presses as hard: the spring's way is mostly the finger's own.
+        """
+        return [
+            ball_load(t.link, t.local, t.local_normal, t.force, t.finger.radius, depth=t.force / self._layer.stiffness)
+            for t in self._down.values()
+            if t.force
+        ]
 
     def states(self, data: mujoco.MjData) -> tuple[PokeState, ...]:
         """All fingers as values."""
@@ -93,7 +128,11 @@ class Fingers:
         _check_place(self._skin, at)
         touch = _Touch(self._skin, self._body, at, finger)
         touch.point, touch.normal = touch.world(data)
-        mass, stiffness, step = self._mass(data, touch), finger.stiffness, self._model.opt.timestep
+        self._refuse_stiff(data, touch)
+        return touch
+
+    def _refuse_stiff(self, data: mujoco.MjData, touch: _Touch) -> None:
+        mass, stiffness, step = self._mass(data, touch), touch.finger.stiffness, self._model.opt.timestep
         if step > _STABLE * np.sqrt(mass / stiffness):
             raise SimulationError(
                 "the finger is too stiff for the time step",
@@ -101,16 +140,17 @@ class Fingers:
                 value=f"{stiffness:g} N/m",
                 remedy=f"The arm weighs {mass:.3g} kg there: use at most {mass * (_STABLE / step) ** 2:.3g} N/m",
             )
-        return touch
 
     def _mass(self, data: mujoco.MjData, touch: _Touch) -> float:
         """What the arm weighs along the normal at the touched point [kg]: 1 / (J M⁻¹ Jᵀ); inf when nothing can move."""
-        if not self._model.nv:
+        if not self._yields:
             return float("inf")
         jacobian = np.zeros((3, self._model.nv))
         mujoco.mj_jac(self._model, data, jacobian, None, touch.point, touch.body)
         row = (touch.normal @ jacobian)[None]
         solved = np.zeros_like(row)
+        mujoco.mj_makeM(self._model, data)
+        mujoco.mj_factorM(self._model, data)
         mujoco.mj_solveM(self._model, data, solved, row)
         mobility = float((row @ solved.T)[0, 0])
         return 1.0 / mobility if mobility > 1e-12 else float("inf")

@@ -14,7 +14,6 @@ from app.recording.recorder import Recorder
 from app.recording.verify import verify
 from app.session.prepare import prepare
 from app.session.session import Session
-from app.simulation.effects import Effects
 from app.simulation.poke import PokePressed, PokeReleased
 from app.simulation.scene_file import load_scene
 
@@ -32,7 +31,7 @@ def prepared(request):
 def facing_taxel(prepared) -> int:
     """A taxel in the middle of the patch that the scene strokes first."""
     names = [patch.name for patch in prepared.skin.patches]
-    patch = names.index(prepared.scene.strokes[0].patch)
+    patch = names.index(prepared.scene.stimuli[0].patch)
     positions = prepared.skin.patches[patch].taxels.positions
     middle = np.linalg.norm(positions - positions.mean(axis=0), axis=1).argmin()
     return int(prepared.skin.first[patch] + middle)
@@ -102,7 +101,7 @@ def test_it_is_recorded_and_verified_bit_for_bit(prepared, tmp_path):
 
 def test_links_that_feel_each_other_stay_quiet_at_home(prepared):
     """With self-contact on, nothing touches at rest and nothing moves: what overlaps by construction is excluded."""
-    scene = replace(prepared.scene, effects=Effects(contact="self"), strokes=())
+    scene = replace(prepared.scene, wishes={"contact": "self"}, stimuli=())
     session = Session(replace(prepared, scene=scene))
     for _ in range(200):
         frame = session.tick()

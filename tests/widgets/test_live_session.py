@@ -8,9 +8,9 @@ from dataclasses import replace
 import pytest
 
 from app.control.command import ControlSettings
-from app.errors import SimulationError
 from app.recording.player import Player
 from app.simulation.poke import PokePressed
+from tests.widgets.window_acts import blow_up
 from widgets.engines import INLINE
 from widgets.live_session import LiveSession
 
@@ -106,9 +106,8 @@ def test_a_failed_simulation_keeps_the_recording_and_a_reset_helps(live, told, t
     path = tmp_path / "failed.mcap"
     live.start_recording(path)
     live.runner.run_for(0.2)
-    live.runner.failure, live.runner.paused = SimulationError("the arm ran away"), True
-    live.pump()
-    assert "ran away" in said(told, "halted")[0]
+    blow_up(live)
+    assert "diverged" in said(told, "halted")[0]
     assert live.mode == "paused"
     assert live.recorder is None
     assert Player(path).complete
@@ -201,8 +200,8 @@ def test_a_bad_recording_leaves_the_session_running(live, told, tmp_path):
 
 
 def test_a_scene_that_cannot_run_leaves_the_last_one(live, told, prepared):
-    stroke = replace(prepared.scene.strokes[0], patch="no such patch")
-    live.show_prepared(replace(prepared, scene=replace(prepared.scene, strokes=(stroke,))))
+    stroke = replace(prepared.scene.stimuli[0], patch="no such patch")
+    live.show_prepared(replace(prepared, scene=replace(prepared.scene, stimuli=(stroke,))))
     assert live.prepared is prepared
     assert "no such patch" in said(told, "failed")[0]
     live.runner.run_for(0.05)

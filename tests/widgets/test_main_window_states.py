@@ -8,17 +8,9 @@ from PySide6.QtGui import QAction
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QToolButton
 
-from app.errors import SimulationError
-from tests.widgets.window_acts import press_map, run, visible_skin
+from tests.widgets.window_acts import blow_up, press_map, run, visible_skin
 from widgets.actions import ACTIONS
 from widgets.message_bar import MessageBar
-
-
-def halt(window):
-    """The physics fails now."""
-    runner = window.live.runner
-    runner.failure, runner.paused = SimulationError("the arm ran away"), True
-    window.live.pump()
 
 
 def test_another_robot_loads_beside_the_one_that_lives(window, qtbot):
@@ -59,8 +51,8 @@ def test_a_button_that_changes_its_word_moves_no_other(window):
 
 def test_a_halted_simulation_offers_its_reset(window):
     run(window, 0.2)
-    halt(window)
-    assert "ran away" in window.message_bar.text
+    blow_up(window.live)
+    assert "diverged" in window.message_bar.text
     assert window.live.mode == "paused"
     button = window.message_bar.findChild(QToolButton, "message-remedy")
     assert button.isVisible()
@@ -71,7 +63,7 @@ def test_a_halted_simulation_offers_its_reset(window):
 
 
 def test_a_message_without_remedy_has_no_button_left_from_the_one_before(qtbot, window):
-    window.message_bar.say("one", remedy=window.action("reset"))
+    window.message_bar.say("one", remedies=[window.action("reset")])
     window.message_bar.say("two")
     assert not window.message_bar.findChild(QToolButton, "message-remedy").isVisible()
     assert window.action("reset").text() == "Reset"
@@ -189,7 +181,7 @@ def test_a_message_bar_grows_with_its_words(qtbot, window):
     bar = MessageBar(window.theme, window.views)
     bar.say("short")
     low = bar.height()
-    bar.say("long " * 80, remedy=QAction("Help", bar))
+    bar.say("long " * 80, remedies=[QAction("Help", bar)])
     assert bar.height() > low
     assert window.views.rect().contains(bar.geometry())
 

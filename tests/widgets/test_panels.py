@@ -228,8 +228,8 @@ def test_effects_say_what_is_on_and_why(qtbot, prepared):
     panel.show_prepared(prepared)
     panel.show_prepared(prepared)
     qtbot.waitUntil(lambda: texts(panel).count("Gravity") == 1)  # rows added to a panel in sight are shown a turn later
-    assert "off" in texts(panel)
-    assert all(label.toolTip() for label in panel._labels)
+    assert panel.lines["gravity"].words[1] == "off"
+    assert all(line.toolTip() for line in panel.lines.values())
 
 
 def test_quality_is_empty_then_measuring_then_measured(qtbot, prepared):
@@ -250,7 +250,7 @@ def test_times_follow_the_work_and_say_real_time(qtbot, touched):
     panel.show_factor(0.97)
     panel.show_frame(touched)
     names = [panel._grid.itemAtPosition(row, 0).widget().text() for row in range(panel._grid.rowCount())]
-    assert names == ["Real time", "Physics", "Touch", "Contacts", "Control", "3-D view"]
+    assert names == ["Real time", "Physics", "Touch", "Sensor", "Contacts", "Control", "3-D view"]
     assert panel.findChild(QLabel, f"timing-{VIEW}").text() == "2.00\u2009ms"
     assert panel.findChild(QLabel, "timing-factor").text() == "0.97×"
     panel.clear()

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from app.robots.configuration import Configuration
+from app.simulation.bodies import primitive
+from app.simulation.objects import Body, ObjectSpec
 from widgets.robot_view.pick import SkinPicker
 from widgets.robot_view.viewpoint import CameraRay
 
@@ -55,3 +59,15 @@ def test_what_is_in_front_wins_and_bare_links_hide_the_skin(prepared, picker):
 def test_beside_the_robot_there_is_no_skin(prepared, picker):
     away = CameraRay(np.array([5.0, 0.0, 5.0]), np.array([1.0, 0.0, 0.0]))
     assert picker.pick(away, Configuration(prepared.robot).poses()) is None
+
+
+def test_an_object_in_front_hides_the_skin_wherever_it_stands(prepared):
+    crate = ObjectSpec("crate", "box", size=(0.1, 0.1, 0.1))
+    picker = SkinPicker(replace(prepared, objects=(Body(crate, primitive(crate)),)))
+    links = Configuration(prepared.robot).poses()
+    point, normal = place(prepared, links, prepared.skin.taxel_point(0))
+    ray = CameraRay(point + 0.3 * normal, -normal)
+    away, between = np.eye(4), np.eye(4)
+    away[:3, 3], between[:3, 3] = point + [0.0, 0.0, 5.0], point + 0.15 * normal
+    assert picker.pick(ray, np.concatenate([links, away[None]])) is not None
+    assert picker.pick(ray, np.concatenate([links, between[None]])) is None

@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
-from app.errors import SimulationError
+from app.session.inputs import EffectsChanged
 from app.session.session import Session
 from widgets.runner import InlineRunner, ThreadRunner
 
 
 class FailingSession(Session):
-    """A real session whose next ticks fail, as when the physics diverges or nobody foresaw something."""
+    """A real session whose next ticks fail, as when nobody foresaw something."""
 
-    failure: Exception | None = None
+    broken: Exception | None = None
 
     def tick(self):
         """Fail if told to."""
-        if self.failure is not None:
-            raise self.failure
+        if self.broken is not None:
+            raise self.broken
         return super().tick()
+
+
+def diverge(session):
+    """Let the physics run away at the next tick."""
+    session._simulation._data.qvel[:] = 1e9
 
 
 @pytest.fixture
@@ -63,14 +70,25 @@ def test_the_same_time_gives_the_same_frames(prepared):
 
 def test_a_diverged_session_pauses_and_says_why(session):
     runner = InlineRunner(session, lambda _frame: None)
-    session.failure = SimulationError("joint elbow ran away", place="t = 1.2 s")
+    diverge(session)
     runner.run_for(0.1)
     assert runner.paused
-    assert "elbow" in str(runner.failure)
-    session.failure = None
+    assert runner.halted
+    assert "diverged" in str(runner.failure)
     runner.reset()
     assert runner.failure is None
+    assert not runner.halted
     assert session.frame.tick == 0
+
+
+def test_a_refused_input_is_told_and_time_goes_on(session):
+    runner = InlineRunner(session, lambda _frame: None)
+    runner.submit(EffectsChanged(replace(session.effects, timestep=0.003)))
+    runner.run_for(0.1)
+    assert "whole number" in str(runner.failure)
+    assert not runner.paused
+    assert not runner.halted
+    assert session.frame.tick == 19, "the tick that was asked for it is left out"
 
 
 def test_the_thread_runs_by_the_clock_and_stops(thread, qtbot):
@@ -94,12 +112,16 @@ def test_time_that_cannot_be_kept_up_with_is_dropped(session):
     assert runner.real_time_factor < 0.01
 
 
-@pytest.mark.parametrize("error", [SimulationError("it diverged"), ZeroDivisionError("nobody foresaw this")])
-def test_a_failure_on_the_thread_is_kept_for_the_window(thread, qtbot, monkeypatch, tmp_path, error):
+@pytest.mark.parametrize("why", ["diverged", "nobody foresaw this"])
+def test_a_failure_on_the_thread_is_kept_for_the_window(thread, qtbot, monkeypatch, tmp_path, why):
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     with thread.lock:
-        thread.session.failure = error
+        if why == "diverged":
+            diverge(thread.session)
+        else:
+            thread.session.broken = ZeroDivisionError(why)
     qtbot.waitUntil(lambda: thread.failure is not None, timeout=10_000)
     assert thread.paused
+    assert thread.halted
     assert thread._thread.is_alive(), "the thread lives on, so that a reset can help"
-    assert str(error.args[0] if isinstance(error, ZeroDivisionError) else error.problem) in str(thread.failure)
+    assert why in str(thread.failure)

@@ -16,6 +16,15 @@ def run(window, seconds):
         QApplication.processEvents()
 
 
+def blow_up(live):
+    """Let the physics diverge at the next tick, as real as it gets: the joints are as fast as no joint can be."""
+    with live.runner.lock:
+        live.runner.session._simulation._data.qvel[:] = 1e9
+    live.runner.run_for(0.01)
+    live.pump()
+    assert live.runner.session.failure is not None
+
+
 def visible_skin(window):
     """A place on the skin that the robot view shows unhidden, and its pixel there."""
     view, skin = window.robot_view, window.live.prepared.skin

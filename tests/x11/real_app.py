@@ -45,7 +45,7 @@ def live(window, ready):
     # A second and a half after its map is there, everything stands where it stays.
     window.live.prepared_changed.connect(lambda _prepared: QTimer.singleShot(1500, ready))
     scene = load_scene("arm")
-    window.live.open_scene(replace(scene, strokes=(), cover=replace(scene.cover, taxels=300)))
+    window.live.open_scene(replace(scene, stimuli=(), cover=replace(scene.cover, taxels=300)))
     launch.make_application().exec()
 """
 

@@ -22,6 +22,7 @@ from widgets.map_view.map_canvas import MapCanvas
 from widgets.map_view.map_hit import describe
 from widgets.map_view.map_painter import MapPainter, Marks
 from widgets.map_view.map_picture import MapPicture
+from widgets.map_view.taxel_faults import NO_FAULTS, TaxelFaults
 from widgets.overlays import Overlays
 from widgets.skin_picture import SkinPicture
 from widgets.state_card import StateCard
@@ -53,6 +54,7 @@ class MapDisplay(MapCanvas):
         self._hovered_at: SurfacePoint | None = None
         self._stale = self._unseen = self._loading = False
         self._marks, self._overlays, self._look = Marks(), Overlays(), ImageLook()
+        self._faults = NO_FAULTS
         self._painter = MapPainter(theme, self.font())
         self.setObjectName("map-view")
         self.setAccessibleName("Tactile map")
@@ -87,6 +89,7 @@ class MapDisplay(MapCanvas):
     def _show_first(self, document: MapDocument, atlas: Atlas | None) -> None:
         picture = MapPicture(document, self._theme, atlas=atlas or Atlas(document.map, look=self._look))
         picture.overlay(self._overlays, self._scale)
+        picture.use_faults(self._faults)
         scene = QGraphicsScene(self)
         picture.add_to(scene)
         self._picture, self._frame, self._hovered_at = picture, None, None
@@ -135,6 +138,13 @@ class MapDisplay(MapCanvas):
             self._picture.make_image(look)
             self._remark()
             self.picture_changed.emit()
+
+    def set_faults(self, faults: TaxelFaults) -> None:
+        """Mark dead, stuck and saturated taxels, in this scene and those after it."""
+        self._faults = faults
+        if self._picture is not None:
+            self._picture.use_faults(faults)
+            self._remark()
 
     @property
     def skin_picture(self) -> SkinPicture | None:
@@ -231,7 +241,7 @@ class MapDisplay(MapCanvas):
         if picture is None:
             return
         hover = picture.mark_of(self._hovered_at)
-        marks = replace(self._marks, legend=picture.legend, hover=hover, pins=picture.pins())
+        marks = replace(self._marks, legend=picture.legend, faults=picture.fault_keys, hover=hover, pins=picture.pins())
         if self._frame is not None:
             contours = picture.contours() if self._frame.regions else []
             marks = marks.of_frame(self._frame, picture.mark_of, picture.shapes.frame.scale, contours)

@@ -48,8 +48,8 @@ def legend_of(ground: GroundPicture | None, flaws: Flaws) -> Legend | None:
     return Legend(ground.kind.title, lines, strip, one_sided, faulty)
 
 
-def paint_legend(painter: QPainter, legend: Legend, corner: QPointF, font: QFont, theme: Theme) -> None:
-    """Draw it with its upper right corner at ``corner``; ``font`` is the caption's."""
+def paint_legend(painter: QPainter, legend: Legend, corner: QPointF, font: QFont, theme: Theme) -> QRectF:
+    """Draw it with its upper right corner at ``corner``; ``font`` is the caption's. Returns where it is."""
     metrics = QFontMetricsF(font)
     line = metrics.height() + 2
     width = max(_LEAST_WIDTH, *(metrics.horizontalAdvance(text) for text in (legend.title, *legend.lines)))
@@ -76,6 +76,7 @@ def paint_legend(painter: QPainter, legend: Legend, corner: QPointF, font: QFont
         painter.setPen(QColor(theme.fault if loud else theme.quiet))
         painter.drawText(row, Qt.AlignmentFlag.AlignLeft, text)
         row.translate(0, line)
+    return box
 
 
 def _paint_strip(painter: QPainter, legend: Legend, row: QRectF, line: float, theme: Theme) -> None:

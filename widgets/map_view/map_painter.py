@@ -13,6 +13,7 @@ from app.session.frame import Frame
 from widgets.chooser import Rubber, paint_rubber
 from widgets.colours import Theme
 from widgets.edit_tools.drawing import draw_pin
+from widgets.map_view.fault_keys import Keys, paint_keys
 from widgets.map_view.map_hit import nice_length
 from widgets.map_view.map_items import cosmetic
 from widgets.map_view.map_legend import Legend, paint_legend
@@ -55,6 +56,7 @@ class Marks:
         replaying: Whether all this comes from a recording; said by the word and a coloured edge.
         paused: Whether time stands still; said by the word.
         legend: What the overlay's colours mean.
+        faults: What marks on single taxels mean.
     """
 
     contours: list[QLineF] = field(default_factory=list)
@@ -66,6 +68,7 @@ class Marks:
     replaying: bool = False
     paused: bool = False
     legend: Legend | None = None
+    faults: Keys = ()
 
     def of_frame(
         self, frame: Frame, where: Callable[[SurfacePoint], QPointF | None], scale: float, contours: list[QLineF]
@@ -121,9 +124,12 @@ class MapPainter:
         taken = self._paint_scale_bar(painter, shapes.frame.scale * view.m11(), room)
         if marks.readout:
             self._paint_readout(painter, marks.readout, room, taken)
+        corner = QPointF(room.right() - EDGE, EDGE)
         if marks.legend is not None:
-            corner = QPointF(room.right() - EDGE, EDGE)
-            paint_legend(painter, marks.legend, corner, self._caption, self.theme)
+            box = paint_legend(painter, marks.legend, corner, self._caption, self.theme)
+            corner.setY(box.bottom() + 8)
+        if marks.faults:
+            paint_keys(painter, marks.faults, corner, self._caption, self.theme)
         if marks.replaying:
             self._paint_edge(painter, room)
             self._paint_chip(painter, QPointF(EDGE, EDGE), "Replaying", self._figure, QColor(self.theme.text))

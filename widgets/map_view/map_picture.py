@@ -20,6 +20,8 @@ from app.session.frame import Frame
 from widgets.colours import BETWEEN_DOTS, PressureScale, Theme, words32
 from widgets.map_view.atlas import Atlas, ImageLook
 from widgets.map_view.contour import contour_segments
+from widgets.map_view.fault_keys import Keys, keys_of
+from widgets.map_view.faults_item import FaultsItem
 from widgets.map_view.flaws_item import FlawsItem
 from widgets.map_view.ground import GroundPicture, paint_ground
 from widgets.map_view.live_flaws import LiveFlaws
@@ -28,6 +30,7 @@ from widgets.map_view.map_hit import MapFrame, Seen
 from widgets.map_view.map_items import PatchItem, lines
 from widgets.map_view.map_legend import Legend, legend_of
 from widgets.map_view.map_shapes import MapShapes, Net, net
+from widgets.map_view.taxel_faults import NO_FAULTS, TaxelFaults
 from widgets.map_view.taxels_item import TaxelsItem
 from widgets.overlays import Ground, Overlays
 from widgets.skin_picture import SkinPicture
@@ -50,6 +53,7 @@ class MapPicture:
         document: What is drawn.
         shapes: Where all of it lies; the frame stays the same for all documents.
         skin_picture: The pixels as drawn here, for another view; another one after each ``take`` that says so.
+        fault_keys: What marks single taxels mean, now.
         held: Patches whose chart has no image yet, because it is in the hand.
     """
 
@@ -60,13 +64,15 @@ class MapPicture:
         self._nets: dict[int, Net] = {}
         self._patches = [PatchItem(theme) for _ in document.charts]
         self._taxels, self._flawed, self._finder = TaxelsItem(QFont()), FlawsItem(theme), LiveFlaws()
+        self._faulty, self._faults = FaultsItem(), NO_FAULTS
+        self.fault_keys: Keys = ()
         self._overlays, self._scale = Overlays(), PressureScale()
         self._wear(atlas or Atlas(document.map))
         self._place()
 
     def add_to(self, scene: QGraphicsScene) -> None:
         """Put the items into ``scene``, which owns them from then on."""
-        for item in (*self._patches, self._flawed, self._taxels):
+        for item in (*self._patches, self._flawed, self._taxels, self._faulty):
             scene.addItem(item)
 
     @property
@@ -142,6 +148,17 @@ class MapPicture:
         self._scale = scale
         self._live.fill(self._kilopascals, scale)
         self._taxels.colour(self.pressures / 1e3, scale)
+        self._mark_faults()
+
+    def use_faults(self, faults: TaxelFaults) -> None:
+        """Mark these from now on, and others no longer."""
+        self._faults = faults
+        self._mark_faults()
+
+    def _mark_faults(self) -> None:
+        found = self._faults.of(self.pressures) if self._faults.any else {}
+        self._faulty.mark(found)
+        self.fault_keys = keys_of(found)
 
     def select(self, taxels: IntArray, inks: tuple[str, ...]) -> None:
         """Ring these taxels (k,), each in its colour."""
@@ -220,6 +237,7 @@ class MapPicture:
         for item, shape in zip(self._patches, self.shapes.patches, strict=True):
             item.place(shape, self.shapes.frame.scale)
         self._taxels.place(self.shapes, self.held)
+        self._faulty.place(self.shapes)
         self._seen = Seen(self.map, self.shapes.numbers)
         self._flaws: Flaws = self._finder.of(self.document)
         self._flawed.mark(self._flaws, self.shapes.frame)

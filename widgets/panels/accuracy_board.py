@@ -9,6 +9,7 @@ from PySide6.QtWidgets import (
     QAbstractButton,
     QButtonGroup,
     QComboBox,
+    QGridLayout,
     QHBoxLayout,
     QLabel,
     QProgressBar,
@@ -21,6 +22,9 @@ from app.experiments.stages.table import STAGES
 from app.experiments.work_precision import Diagram, Setting, Stage
 from widgets.colours import Theme
 from widgets.panels.work_precision_plot import WorkPrecisionPlot
+
+_ABREAST = 2
+"""Stages beside each other: more would not fit the column."""
 
 
 class AccuracyBoard(QWidget):
@@ -122,20 +126,20 @@ class AccuracyBoard(QWidget):
         self._errors.setVisible(on)
         self._error_name.setVisible(on)
 
-    def _make_switch(self) -> QHBoxLayout:
-        row = QHBoxLayout()
-        row.setSpacing(4)
-        for name, stage in self._stages.items():
+    def _make_switch(self) -> QGridLayout:
+        grid = QGridLayout()
+        grid.setSpacing(4)
+        for number, (name, stage) in enumerate(self._stages.items()):
             button = QPushButton(stage.title, self)
             button.setObjectName(f"accuracy-{name}")
             button.setCheckable(True)
             button.setToolTip(stage.question)
             self._switch.addButton(button)
             self._buttons.append(button)
-            row.addWidget(button)
+            grid.addWidget(button, number // _ABREAST, number % _ABREAST)
         self._buttons[0].setChecked(True)
         self._switch.buttonClicked.connect(self._on_stage_clicked)
-        return row
+        return grid
 
     def _make_error_row(self) -> QHBoxLayout:
         self._errors.setObjectName("accuracy-error")

@@ -101,7 +101,7 @@ class PanelColumn(QScrollArea):
 
     def show_frame(self, frame: Frame) -> None:
         """Another instant."""
-        for panel in (self.contacts, self.controller, self.timing):
+        for panel in (self.contacts, self.controller, self.timing, self.effects):
             panel.show_frame(frame)
 
     def _on_folded_changed(self) -> None:

@@ -13,6 +13,7 @@ from widgets.colours import Theme
 from widgets.panels.force_traces import ForceTraces
 from widgets.panels.live_history import LiveHistory
 from widgets.panels.pressure_traces import PressureTraces
+from widgets.panels.stage_times import stage_times
 from widgets.panels.trace_plot import SECONDS, TracePlot, highest, legend_entry
 from widgets.selection import Selection
 
@@ -85,7 +86,7 @@ class LivePlots(QWidget):
         """Keep the numbers of ``frame``, and draw them if it is time and someone can see it."""
         gone = self._force.add(frame.time, frame.regions)
         self._pressure.add(frame.time, frame.pressures)
-        self._stages.add(frame.time, dict(frame.timings.ms))
+        self._stages.add(frame.time, stage_times(frame.timings))
         self._dirty = True
         if self.isVisible() and (not self._since_drawn.isValid() or self._since_drawn.elapsed() >= REDRAW_MS):
             self._redraw()

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QLabel, QWidget
 
 from app.session.frame import Frame
 from widgets.panels.panel import Panel, fact
+from widgets.panels.stage_times import SENSOR, stage_times
 
 _WINDOW = 120
 _EVERY = 15
@@ -16,6 +17,7 @@ VIEW = "3-D view"
 _STAGES = {
     "physics": "Moves the robot and the fingers, once a tick",
     "touch": "Turns contact into the taxels' pressures, once a tick",
+    SENSOR: "Makes readings of the pressures, once a tick; Effects has each effect",
     "contacts": "Finds contact regions on the map, once a tick",
     "control": "Decides what the joints do, once a tick",
     VIEW: "Draws the robot, once a picture",
@@ -52,7 +54,11 @@ class TimingPanel(Panel):
 
     def show_frame(self, frame: Frame) -> None:
         """Take a frame's stage times."""
-        for stage, milliseconds in frame.timings.ms.items():
+        times = stage_times(frame.timings)
+        for stage in self._history.keys() - times.keys() - {VIEW}:
+            del self._history[stage]  # switched off: what it took is over
+            self._values[stage].setText("–")
+        for stage, milliseconds in times.items():
             self.add(stage, milliseconds)
         self._count += 1
         if self._count % _EVERY == 1 and self.isVisible():

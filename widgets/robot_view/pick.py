@@ -12,9 +12,11 @@ from widgets.robot_view.viewpoint import CameraRay
 
 
 class SkinPicker:
-    """Finds skin along rays; bare links in front hide it. Built once for a robot and its skin.
+    """Finds skin along rays; bare links and objects in front hide it. Built once for a scene.
 
-    Cost: about 35 µs a link.
+    Poses are those of the robot's links and then those of the scene's objects.
+
+    Cost: about 35 µs a link or object.
     """
 
     def __init__(self, prepared: Prepared) -> None:
@@ -25,13 +27,15 @@ class SkinPicker:
             for link in prepared.robot.links
             if link.mesh is not None and len(link.mesh.faces)
         ]
+        first = len(prepared.robot.links)
+        self._bare += [(first + k, RayCaster(body.mesh)) for k, body in enumerate(prepared.objects)]
 
     def pick(self, ray: CameraRay, poses: FloatArray) -> SurfacePoint | None:
         """The nearest skin along the ray, or None where there is none or a bare link is in front.
 
         Args:
             ray: World frame.
-            poses: (links, 4, 4) ``T_world_link``.
+            poses: (links + objects, 4, 4) in the world.
         """
         best, found = np.inf, None
         for number, (link, caster) in enumerate(self._skin):

@@ -102,10 +102,10 @@ class RobotDisplay(RobotCanvas):
         return self._taxels.pixels(self.scene.viewpoint, size, self.scene.poses)
 
     def hidden(self, taxels: IntArray) -> BoolArray:
-        """(k,) which of these the robot itself hides; off the body, nothing hides what faces the eye."""
+        """(k,) which of these the robot itself, or an object, hides; off the body, nothing hides what faces the eye."""
         if self._taxels is None or self.scene.morphed:
             return np.zeros(len(taxels), bool)
-        return self._taxels.hidden(taxels, self.scene.viewpoint, self.scene.poses)
+        return self._taxels.hidden(taxels, self.scene.viewpoint, self.scene.body_poses)
 
     def _on_morphed(self, share: float) -> None:
         self.scene.morph(share)

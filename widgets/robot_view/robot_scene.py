@@ -18,13 +18,15 @@ from widgets.body_marks import BodyMarks
 from widgets.colours import PressureScale, Theme, mixed
 from widgets.robot_view.drawn import MATTE, polydata, set_matrix
 from widgets.robot_view.edit_marks import EditMarks
+from widgets.robot_view.ground import floor_under
 from widgets.robot_view.marks import Marks
+from widgets.robot_view.object_actors import ObjectActors
 from widgets.robot_view.skin_actors import SkinActors
 from widgets.robot_view.viewpoint import CameraRay, Viewpoint, framing
 from widgets.skin_picture import SkinPicture
 
 _STILL = 2e-5
-"""Joints that move less [rad, m] do not change a pixel."""
+"""Joints and objects that move less [rad, m] do not change a pixel."""
 _FADE = 0.94
 """How much of the bare links goes when the skin lies flat; a shadow of the robot stays."""
 _FLAT_FILL = 0.8
@@ -34,7 +36,7 @@ _AWAY = np.array([0.45, 0.95, 0.42])
 
 
 class RobotScene:
-    """Links, skin, contacts and fingers of one prepared scene. Mutable; ``show_prepared`` replaces everything.
+    """Links, skin, objects, contacts and fingers of one prepared scene. Mutable; ``show_prepared`` replaces everything.
 
     Args:
         plotter: Where to draw; its actors are this scene's alone.
@@ -66,6 +68,7 @@ class RobotScene:
                 self._bounds.append((number, link.mesh.bounds))
         self._skin = SkinActors(self._plotter, prepared, self._scale)
         self._bounds += [(prepared.robot.link_index[p.link], p.surface.bounds) for p in prepared.skin.patches]
+        self._objects = ObjectActors(self._plotter, self._theme, prepared.objects)
         self._plane = np.eye(4)
         self._marks = Marks(self._plotter, self._theme, prepared)
         self._edit_marks = EditMarks(self._plotter, self._theme, prepared)
@@ -80,6 +83,7 @@ class RobotScene:
             return
         self._frame = frame
         self._configuration.update(frame.posture)
+        self._objects.move(frame.objects)
         self._move()
         self._colour()
         if not self.morphed:
@@ -93,6 +97,7 @@ class RobotScene:
             or (
                 bool(np.abs(frame.posture - shown.posture).max(initial=0.0) < _STILL)
                 and bool(np.abs(frame.pressures - shown.pressures).max(initial=0.0) < 1e3 * self._scale.maximum / 256)
+                and bool(np.abs(frame.objects - shown.objects).max(initial=0.0) < _STILL)
                 and len(frame.pokes) == len(shown.pokes)
                 and [f"{r.id} {r.force:.2f}" for r in frame.regions] == [f"{r.id} {r.force:.2f}" for r in shown.regions]
             )
@@ -140,6 +145,7 @@ class RobotScene:
         for actor in self._bodies:
             actor.prop.opacity = 1.0 - _FADE * share
             actor.prop.culling = "back" if share > 0 else "none"  # a shadow has no inside
+        self._objects.fade(_FADE * share)
         self._move()
         self._colour()
         if share > 0:
@@ -180,6 +186,7 @@ class RobotScene:
             actor.prop.color = theme.body
         if self._prepared is not None:
             self._marks.set_theme(theme)
+            self._objects.set_theme(theme)
             self._edit_marks.set_theme(theme)
             self._ground()
 
@@ -193,6 +200,11 @@ class RobotScene:
     def poses(self) -> FloatArray:
         """(links, 4, 4) ``T_world_link`` as drawn."""
         return self._configuration.poses()
+
+    @property
+    def body_poses(self) -> FloatArray:
+        """(links + objects, 4, 4) in the world, as drawn."""
+        return np.concatenate([self.poses, self._objects.poses])
 
     @property
     def forces(self) -> list[tuple[FloatArray, float]]:
@@ -217,7 +229,8 @@ class RobotScene:
         """
         if self._prepared is not None:
             width, height = self._plotter.window_size
-            points = self._corners()
+            robot = self._corners()
+            points = np.concatenate([robot, self._objects.near(robot)])
             self.look(framing(points, _AWAY, aspect or width / height, view_angle=30.0, fill=0.86))
 
     def fit_depth(self) -> None:
@@ -253,18 +266,12 @@ class RobotScene:
         self._plotter.add_light(pv.Light(position=(0.25, 0.45, 1.0), light_type="camera light", intensity=0.95))
 
     def _ground(self) -> None:
-        """A faint grid on the floor, as large as the robot needs."""
-        points = self._corners()
-        span = float(np.clip(np.ptp(points[:, :2], axis=0).max(), 0.2, 20.0))
-        step = 10.0 ** np.floor(np.log10(span / 2))
-        half = step * np.ceil(0.9 * span / step)
-        centre = np.round(points[:, :2].mean(axis=0) / step) * step
-        ticks = np.arange(-half, half + step / 2, step)
-        ends = [[[t, -half], [t, half]] for t in ticks] + [[[-half, t], [half, t]] for t in ticks]
-        floor = min(float(points[:, 2].min()), 0.0) if points[:, 2].min() < -1e-3 else 0.0
-        lines = np.concatenate([np.array(ends).reshape(-1, 2) + centre, np.full((2 * len(ends), 1), floor)], axis=1)
-        grid = pv.PolyData(lines, lines=np.insert(np.arange(len(lines)).reshape(-1, 2), 0, 2, axis=1).ravel())
+        """A faint grid on the floor, unless the scene has a floor of its own."""
+        if self._objects.has_floor:
+            self._plotter.remove_actor("ground", render=False)
+            return
         colour = mixed(self._theme.window, self._theme.quiet, 0.28)
         self._plotter.add_mesh(
-            grid, color=colour, line_width=1, lighting=False, name="ground", pickable=False, reset_camera=False
-        )
+            floor_under(self._corners()),
+            color=colour, line_width=1, lighting=False, name="ground", pickable=False, reset_camera=False,
+        )  # fmt: skip

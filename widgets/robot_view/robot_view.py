@@ -123,7 +123,7 @@ class RobotView(RobotDisplay):
         if self._picker is None or self._card.isVisible():
             return None
         ray = self.scene.viewpoint.ray((position.x(), position.y()), (self.width(), self.height()))
-        return self.scene.pick_flat(ray) if self.scene.morphed else self._picker.pick(ray, self.scene.poses)
+        return self.scene.pick_flat(ray) if self.scene.morphed else self._picker.pick(ray, self.scene.body_poses)
 
     def _act(self, act: Act | None) -> None:
         if isinstance(act, Pressed):

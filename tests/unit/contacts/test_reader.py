@@ -10,8 +10,8 @@ import pytest
 from app.contacts.reader import THRESHOLD, ContactReader
 from app.errors import MapError
 from app.maps.layout import MapLayout
-from app.simulation.loads import Load
-from app.simulation.sensing import WaterFill
+from app.touch.load import ball_load
+from app.touch.models.water_fill import WaterFill
 from tests.touch import arm, prepared_bar
 
 BAR = prepared_bar()
@@ -119,7 +119,7 @@ def test_a_finger_anywhere_on_the_arm_is_found_where_it_is():
     reader = ContactReader(prepared.map)
     for taxel in range(0, len(skin), 5):
         at = skin.taxel_point(taxel)
-        load = Load(skin.link(at), skin.position(at), skin.normal(at), 5.0, 0.008)
+        load = ball_load(skin.link(at), skin.position(at), skin.normal(at), 5.0, 0.008)
         reader.reset()
         (region,) = reader.read(felt.pressures([load]))
         assert region.force == pytest.approx(5.0, rel=1e-6)

@@ -50,3 +50,15 @@ def test_switching_the_law_starts_from_the_posture_found():
     controller.reset()
     assert controller.settings.force_goal == 5.0
     assert controller.why_limited == ()
+
+
+def test_a_rest_posture_holds_under_every_law():
+    controller, posture, still = ContactMotionController(bar(), ControlSettings()), np.zeros(1), np.zeros(1)
+    assert controller.rest == [0.0], "the robot's home, until it is set"
+    controller.rest = np.array([0.3])
+    assert controller.command(posture, still, (), 0.005).posture == [0.3]
+    controller.settings = ControlSettings(law="hold_force")
+    assert controller.rest == [0.3]
+    for _ in range(800):
+        posture = controller.command(posture, still, (), 0.005).posture
+    assert posture == pytest.approx([0.3], abs=1e-2), "it comes back to rest, not home"

@@ -23,6 +23,14 @@ def test_it_holds_home_whatever_the_posture():
     assert law.why_limited == ()
 
 
+def test_it_holds_the_rest_posture_it_is_given():
+    law = ImpedancePosture(bar())
+    law.rest = np.array([0.4])
+    assert law.command(ControlSettings(), np.zeros(1), np.zeros(1), (), 0.005).posture == [0.4]
+    law.reset()
+    assert law.rest == [0.4]
+
+
 def test_a_robot_without_joints_gets_an_empty_command():
     empty = np.zeros(0)
     assert ImpedancePosture(bar(hinged=False)).command(ControlSettings(), empty, empty, (), 0.005).posture.shape == (0,)

@@ -25,3 +25,4 @@ def test_a_law_keeps_the_protocol(kind):
     assert (command.stiffness > 0).all()
     assert (command.damping > 0).all()
     assert law.why_limited == ()
+    assert np.array_equal(law.rest, robot.home)

@@ -10,13 +10,23 @@ import pytest
 from app.control.command import ControlChanged, ControlSettings
 from app.editing.arrange import move, rotate
 from app.editing.document import MapDocument
-from app.errors import RecordingError
+from app.errors import RecordingError, SimulationError
 from app.experiments.flat_map import flat_map
 from app.geometry.surface_point import SurfacePoint
-from app.recording.codec import decode_frame, decode_input, encode_frame, encode_input
-from app.session.inputs import MapEdited
+from app.recording.codec import (
+    decode_failure,
+    decode_frame,
+    decode_input,
+    encode_failure,
+    encode_frame,
+    encode_input,
+)
+from app.session.inputs import EffectsChanged, MapEdited
 from app.session.session import Session
+from app.simulation.effects import Effects
 from app.simulation.poke import Finger, PokeMoved, PokePressed, PokeReleased
+from app.touch.sensor.effects import SensorEffects
+from app.touch.sensor.noise import Noise
 
 AT = SurfacePoint(1, 7, (0.1, 0.2, 0.7))
 
@@ -64,6 +74,7 @@ def test_a_frame_reads_back_equal_to_the_last_bit(touched, prepared):
         PokeMoved(2, AT),
         PokeReleased(9),
         ControlChanged(ControlSettings(law="hold_force", force_goal=0.1 + 0.2)),
+        EffectsChanged(Effects(timestep=0.1 / 3, sensor=SensorEffects(noise=Noise(sd=1 / 3)))),
     ],
 )
 def test_an_input_reads_back_equal(act, prepared):
@@ -101,6 +112,10 @@ def test_an_edit_of_another_skins_map_is_refused(prepared):
         b'{"tick": 1, "kind": "move", "id": 1}',
         b'{"tick": "x", "kind": "release", "id": 1}',
         b'{"tick": 1, "kind": "edit", "name": "x"}',
+        b'{"tick": 1, "kind": "effects"}',
+        b'{"tick": 1, "kind": "effects", "effects": {"gravity": "off"}}',
+        b'{"tick": 1, "kind": "press", "id": 1, "at": {"patch": 0, "face": 0, "weights": [1, 0, 0]}, '
+        b'"finger": {"stiffness": -1}}',
         b'{"tick": 1, "kind": "edit", "name": "x", "map": "AAAA"}',
         b"\xff\xfe",
         b'{"tick": 1, "kind": "press", "id": 1, "at": {"patch": 0, "face": 0, "weights": [1]}, "finger": {}}',
@@ -122,3 +137,28 @@ def test_a_damaged_frame_is_refused_by_name(touched, prepared):
 def test_a_torn_region_stays_torn(touched, prepared):
     torn = replace(touched, regions=tuple(replace(region, torn=True) for region in touched.regions))
     assert all(region.torn for region in decode_frame(encode_frame(torn), prepared.skin).regions)
+
+
+def test_objects_and_notes_read_back(touched, prepared):
+    poses = np.random.default_rng(0).normal(size=(3, 4, 4))
+    frame = replace(touched, objects=poses, notes=("the hand has no skin there",))
+    again = decode_frame(encode_frame(frame), prepared.skin)
+    assert again.objects.tobytes() == poses.tobytes()
+    assert again.notes == frame.notes
+    assert [poke.force for poke in again.pokes] == [poke.force for poke in touched.pokes]
+    assert [region.id for region in again.regions] == [region.id for region in touched.regions]
+
+
+@pytest.mark.parametrize("error", [
+    SimulationError("the simulation diverged", place="joint a at 0.1 s", value=float("nan"), remedy="Reset"),
+    SimulationError("the simulation diverged"),
+])  # fmt: skip
+def test_a_failure_reads_as_it_did(error):
+    tick, again = decode_failure(encode_failure(12, error))
+    assert (tick, str(again)) == (12, str(error))
+
+
+@pytest.mark.parametrize("data", [b"", b"{}", b"[]", b'{"tick": 1, "problem": "x"}', b'{"tick": "soon"}'])
+def test_a_damaged_failure_is_refused_by_name(data):
+    with pytest.raises(RecordingError, match="failure that ended the recording is damaged"):
+        decode_failure(data)

@@ -9,9 +9,16 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 
+from app.array_file import pack_arrays
 from app.errors import RecordingError
-from app.recording.bundle import robot_from_zip, robot_to_zip
+from app.recording.bundle import objects_from_bytes, objects_to_bytes, robot_from_zip, robot_to_zip
 from app.recording.player import Player
+from app.session.inputs import EffectsChanged
+from app.simulation.bodies import primitive
+from app.simulation.objects import Body, ObjectSpec
+
+BALL = ObjectSpec("ball", "sphere", size=(0.05,))
+BALL_BODY = Body(BALL, primitive(BALL))
 
 
 def test_it_holds_everything(recording, prepared):
@@ -50,9 +57,9 @@ def test_other_tools_can_open_it(recording):
         reader = make_reader(stream)
         summary = reader.get_summary()
         names = {attachment.name for attachment in reader.iter_attachments()}
-    assert {channel.topic for channel in summary.channels.values()} == {"/frame", "/input"}
+    assert {channel.topic for channel in summary.channels.values()} == {"/frame", "/input", "/failure"}
     assert summary.statistics.message_count > 200
-    assert names == {"scene.toml", "robot.zip", "map.npz"}
+    assert names == {"scene.toml", "robot.zip", "map.npz", "objects.npz"}
 
 
 @pytest.mark.parametrize("share", [0.0, 0.001, 0.5, 0.97, 0.999])
@@ -125,3 +132,30 @@ def test_a_pickled_mesh_is_refused(prepared):
             archive.writestr(name, buffer.getvalue() if name == "meshes/0.npy" else members.read(name))
     with pytest.raises(RecordingError, match="robot is damaged"):
         robot_from_zip(rebuilt.getvalue(), file="x.mcap")
+
+
+def test_objects_stand_alone():
+    (again,) = objects_from_bytes(objects_to_bytes([BALL_BODY]), [BALL])
+    assert again.spec == BALL
+    assert again.mesh.vertices.tobytes() == BALL_BODY.mesh.vertices.tobytes()
+    assert again.mesh.faces.tobytes() == BALL_BODY.mesh.faces.tobytes()
+    assert objects_from_bytes(objects_to_bytes([]), []) == ()
+
+
+@pytest.mark.parametrize(("data", "specs"), [
+    (b"", []), (b"PK", [BALL]), (objects_to_bytes([BALL_BODY]), []),
+    (objects_to_bytes([BALL_BODY]), [ObjectSpec("box", "box", size=(1, 1, 1))]),
+    (pack_arrays({"names": ["ball"]}, {}), [BALL]),
+    (pack_arrays({"names": ["ball"]}, {"vertices 0": np.zeros(4), "faces 0": np.zeros((0, 3))}), [BALL]),
+])  # fmt: skip
+def test_objects_of_another_scene_or_damaged_are_refused(data, specs):
+    with pytest.raises(RecordingError):
+        objects_from_bytes(data, specs)
+
+
+def test_the_effects_in_force_are_known_at_every_tick(recording):
+    player = Player(recording)
+    ((tick, act),) = [(tick, act) for tick, act in player.inputs if isinstance(act, EffectsChanged)]
+    assert player.effects_at(tick - 1) == player.prepared.scene.effects
+    assert player.effects_at(tick) == player.effects_at(10**6) == act.effects
+    assert player.failure is None

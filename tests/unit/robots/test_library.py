@@ -15,14 +15,14 @@ from app.robots.library import find_robot, robot_names
 
 def test_the_own_arm_is_always_there() -> None:
     entries = {entry.name: entry for entry in robot_names()}
-    assert list(entries)[:3] == ["arm", "ur5e", "icub"]
+    assert list(entries)[:4] == ["arm", "two_arms", "ur5e", "icub"]
     assert entries["arm"].available
     arm = find_robot("arm")
     assert (len(arm.joints), len(arm.links), arm.source, arm.findings) == (7, 8, "arm", ())
 
 
 def test_an_unknown_name_gets_the_closest_one_and_the_list() -> None:
-    with pytest.raises(RobotError, match=r"armm.*Did you mean arm\?.*arm, ur5e, icub"):
+    with pytest.raises(RobotError, match=r"armm.*Did you mean arm\?.*arm, two_arms, ur5e, icub"):
         find_robot("armm")
 
 
@@ -43,7 +43,7 @@ def test_a_menagerie_folder_adds_its_models_by_folder_name(
     (model / "abc.xml").write_text("<mujoco/>")
     (tmp_path / "menagerie" / "empty").mkdir()
     monkeypatch.setenv("MENAGERIE_ROOT", str(tmp_path / "menagerie"))
-    assert [entry.name for entry in robot_names()][3:] == ["maker_tiny"]
+    assert [entry.name for entry in robot_names()][4:] == ["maker_tiny"]
     robot = find_robot("maker_tiny")
     assert robot.name == "maker_tiny"
     assert robot.source.endswith("tiny.xml")

@@ -15,4 +15,5 @@ def test_it_owns_its_arrays():
     assert frame.pressures[0] == 0
     assert not frame.posture.flags.writeable
     assert frame.timings.total_ms == 0
-    assert frame.why_limited == ()
+    assert frame.why_limited == frame.notes == ()
+    assert frame.objects.shape == (0, 4, 4)

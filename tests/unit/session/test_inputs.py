@@ -7,14 +7,24 @@ from typing import get_args
 from app.control.command import ControlSettings
 from app.experiments.flat_map import flat_map
 from app.recording.codec import decode_input, encode_input
-from app.session.inputs import ControlChanged, MapEdited, PokeMoved, PokePressed, PokeReleased, SessionInput
+from app.session.inputs import (
+    ControlChanged,
+    EffectsChanged,
+    MapEdited,
+    PokeMoved,
+    PokePressed,
+    PokeReleased,
+    SessionInput,
+)
+from app.simulation.effects import Effects
 from tests.touch import bar_skin
 
 
 def test_every_input_can_be_recorded():
     at, map_ = bar_skin().taxel_point(3), flat_map(30)
     edit = MapEdited("Move", map_)
-    acts = [PokePressed(1, at), PokeMoved(1, at), PokeReleased(1), ControlChanged(ControlSettings()), edit]
+    acts = [PokePressed(1, at), PokeMoved(1, at), PokeReleased(1), ControlChanged(ControlSettings())]
+    acts += [EffectsChanged(Effects(gravity="on")), edit]
     assert {type(act) for act in acts} == set(get_args(SessionInput))
     back = [decode_input(encode_input(5, act, map_), map_) for act in acts]
     assert back[:-1] == [(5, act) for act in acts[:-1]]

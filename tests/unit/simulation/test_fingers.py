@@ -140,3 +140,16 @@ def test_the_state_vector_tells_fingers_apart():
     other.apply(PokePressed(1, AT, Finger(max_force=4.0)))
     assert len(one.state()) == len(other.state()) > len(fixed().state())
     assert not np.array_equal(one.state(), other.state())
+
+
+def test_moving_to_where_it_is_changes_nothing_while_the_arm_yields():
+    """The skin yields between the last step and the move; that counts."""
+    still, moved = Simulation(bar(), SKIN, Effects()), Simulation(bar(), SKIN, Effects())
+    for simulation in (still, moved):
+        simulation.apply(PokePressed(1, AT, Finger(max_force=3.0)))
+    for _ in range(100):
+        moved.apply(PokeMoved(1, AT))
+        for simulation in (still, moved):
+            simulation.step(2, hold(bar(), 5.0, 0.5))
+    assert abs(still.posture[0]) > 0.005
+    assert moved.posture == pytest.approx(still.posture, abs=1e-9)

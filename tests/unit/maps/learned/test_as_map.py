@@ -16,8 +16,8 @@ from app.maps.learned.table import LEARNED
 from app.maps.map_file import map_from_bytes, map_to_bytes
 from app.maps.tactile_image import TactileImage
 from app.simulation.babbling import BabbleSpec, babble
-from app.simulation.loads import Load
-from app.simulation.sensing import WaterFill
+from app.touch.load import ball_load
+from app.touch.models.water_fill import WaterFill
 from tests.numerics.map_surfaces import frustum, sheet, skin_of
 
 
@@ -77,7 +77,7 @@ def test_places_on_the_body_come_back_between_taxels_too(skin, perfect):
 
 
 def test_the_maps_skin_feels_what_the_skin_feels(skin, perfect):
-    load = Load("link 0", np.array([0.05, 0.03, 0.0]), np.array([0.0, 0, 1]), 5.0, 0.02)
+    load = ball_load("link 0", np.array([0.05, 0.03, 0.0]), np.array([0.0, 0, 1]), 5.0, 0.02)
     felt = WaterFill(learned_tactile_map(skin, perfect).skin).pressures([load])
     assert felt.max() > 0
     assert felt.tobytes() == WaterFill(skin).pressures([load]).tobytes()

@@ -1,0 +1,53 @@
+"""``weigh``: lay a known weight on the skin and see whether it reads its weight."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import get_args
+
+from app.cli.output import answer, facts, progress_line
+from app.errors import UsageError
+from app.session.prepare import robot_in_skin
+from app.simulation.effect_table import nearest
+from app.simulation.effects import SkinModel
+from app.simulation.scene_file import load_scene, scene_for, scene_names
+from app.simulation.weigh import Weighed, weigh
+
+TOLERANCE = 0.02
+"""Relative; a reading farther off is a failure."""
+_MODELS: tuple[SkinModel, ...] = tuple(name for name in get_args(SkinModel) if name != "off")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Weigh on the skin of a scene or a robot; 1 when the reading is off by more than ``TOLERANCE``."""
+    name = arguments.input
+    if arguments.model is not None and arguments.model not in _MODELS:
+        raise UsageError(
+            "there is no such contact model", value=arguments.model, remedy=nearest(arguments.model, _MODELS)
+        )
+    scene = load_scene(name) if Path(name).suffix.lower() == ".toml" or name in scene_names() else scene_for(name)
+    usual: SkinModel = "water-fill" if scene.effects.skin == "off" else scene.effects.skin
+    progress = progress_line()
+    robot, skin = robot_in_skin(scene, progress=progress)
+    progress("Weighing", 0.5)
+    weighed = weigh(robot, skin, scene.layer, arguments.model or usual, mass=arguments.mass)
+    progress("", 1.0)
+    good = abs(weighed.error) <= TOLERANCE
+    _tell(arguments, weighed, good)
+    return 0 if good else 1
+
+
+def _tell(arguments: argparse.Namespace, weighed: Weighed, good: bool) -> None:
+    if arguments.json:
+        answer({**vars(weighed), "mass": arguments.mass, "good": good})
+        return
+    facts(
+        {
+            "Weight": f"{arguments.mass:g} kg, {weighed.wanted_N:.3f} N",
+            "Reads": f"{weighed.read_N:.3f} N with {weighed.model}",
+            "Error": f"{100 * weighed.error:+.2f} %, {'good' if good else f'more than {100 * TOLERANCE:g} %'}",
+            "On": weighed.patch,
+            "At rest after": f"{weighed.seconds:.2f} s",
+        }
+    )

@@ -1,0 +1,73 @@
+"""Our own arm held at home, and a probe that presses its forearm: the same scene for whatever steps in time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from app.arrays import FloatArray
+from app.control.command import JointCommand
+from app.control.gains import joint_impedance
+from app.geometry.surface_point import SurfacePoint
+from app.robots.configuration import Configuration
+from app.robots.library import find_robot
+from app.robots.robot import Robot
+from app.simulation.bodies import primitive
+from app.simulation.objects import Body, ObjectSpec
+from app.skin.cover import cover
+from app.skin.cover_spec import CoverSpec
+from app.skin.skin import Skin
+
+PRESS = 10.0
+"""The probe's motors push so hard [N]."""
+ARRIVED = 0.1
+"""The probe's motors have come to their end by then [s]; the arm then gives way until it carries the force."""
+_RADIUS, _AWAY, _BEYOND = 0.012, 0.002, 0.05
+_FREQUENCY, _DAMPING = 30.0, 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class PressedArm:
+    """What the experiments simulate.
+
+    Attributes:
+        robot: Our own arm.
+        skin: On upper arm, forearm and hand.
+        probe: A ball of 12 mm and 0.1 kg that presses with ``PRESS`` along an axis of the world.
+        at: Where on the skin.
+        command: Holds the arm at home.
+    """
+
+    robot: Robot
+    skin: Skin
+    probe: Body
+    at: SurfacePoint
+    command: JointCommand
+
+
+@lru_cache(maxsize=4)
+def pressed_arm(taxels: int, seed: int = 0) -> PressedArm:
+    """The arm in so many taxels. Cost: 1 s at 1,000, kept."""
+    robot = find_robot("arm")
+    skin = cover(robot, CoverSpec(("upper_arm", "forearm", "hand"), taxels=taxels, seed=seed))
+    configuration = Configuration(robot)
+    number, axis = _facing_an_axis(skin, configuration)
+    at = skin.taxel_point(number)
+    touched = configuration.pose(skin.link(at)).points(skin.position(at))
+    way = [(seconds, *(touched + along * axis)) for seconds, along in
+           ((0.0, _RADIUS + _AWAY), (ARRIVED, -_BEYOND), (3600.0, -_BEYOND))]  # fmt: skip
+    spec = ObjectSpec("probe", "probe", size=(_RADIUS,), mass=0.1, friction=0.0, max_force=PRESS)
+    spec = replace(spec, path=tuple((float(t), float(x), float(y), float(z)) for t, x, y, z in way))
+    command = joint_impedance(configuration.inertia(), robot.home, frequency=_FREQUENCY, damping_ratio=_DAMPING)
+    return PressedArm(robot, skin, Body(spec, primitive(spec)), at, command)
+
+
+def _facing_an_axis(skin: Skin, configuration: Configuration) -> tuple[int, FloatArray]:
+    """The taxel on the forearm whose normal comes nearest to an axis of the world, and that axis."""
+    patch = next(k for k, patch in enumerate(skin.patches) if patch.link == "forearm")
+    normals = configuration.pose("forearm").directions(skin.patches[patch].taxels.normals)
+    axes = np.concatenate([np.eye(3), -np.eye(3)])
+    taxel, axis = np.unravel_index(np.argmax(normals @ axes.T), (len(normals), len(axes)))
+    return int(skin.first[patch] + taxel), axes[axis]

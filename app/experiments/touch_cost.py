@@ -1,0 +1,166 @@
+"""What does accuracy cost in touch: which contact model, for how many taxels and how small a contact?"""
+
+from __future__ import annotations
+
+import itertools
+import time
+from collections.abc import Sequence
+from functools import lru_cache
+
+import mujoco
+import numpy as np
+
+from app.experiments.dense_touch import Touch, cell_centres, errors, misplaced, press
+from app.experiments.experiment import Experiment
+from app.experiments.plot import Figure, Panel
+from app.experiments.sweep import Case, Row, timed
+from app.experiments.touch_skins import GROUNDS
+from app.robots.compile import compile_spec, robot_spec
+from app.robots.library import find_robot
+from app.touch.layer import Layer
+from app.touch.models.model import ContactModel
+from app.touch.models.table import MODELS
+from app.touch.sensor.effects import SensorEffects
+
+CONTACTS_MM = (4, 10, 30)
+MISPLACED_MM = (0, 1)
+"""How far from where it presses models are told the ball is."""
+_ASIDE = 0.01
+"""Touches lie at random up to so far [m] from a skin's middle, where no contact reaches its border."""
+_STEPS = 200
+ERRORS = {
+    "surface_percent": ("Pressure shape at the surface", "% of the force", 1e-2),
+    "felt_percent": ("Pressure shape at the taxels' depth", "% of the force", 1e-2),
+    "place_mm": ("Centre of pressure", "mm", 1e-3),
+    "force_percent": ("Total force", "%", 1e-12),
+}
+
+
+def cases(quick: bool, seed: int) -> list[Case]:
+    """Every model under every contact at every number of taxels, on a flat skin and a bent one."""
+    taxels = (100, 1000) if quick else (100, 316, 1000, 3162, 10_000)
+    touches, repeats = (4, 5) if quick else (16, 25)
+    return [
+        {
+            "skin": skin,
+            "taxels": count,
+            "contact_mm": contact,
+            "misplaced_mm": off,
+            "model": model,
+            "touches": touches,
+            "repeats": repeats,
+            "seed": seed,
+        }
+        for skin in GROUNDS
+        for count in taxels
+        for contact in CONTACTS_MM
+        for off in MISPLACED_MM
+        for model in MODELS
+    ]
+
+
+def measure(case: Case) -> list[Row]:
+    """One row: errors as the mean over the touches (of the place: root mean square), and times of a reading."""
+    name, count, seed = case["skin"], case["taxels"], case["seed"]
+    skin = GROUNDS[name](count, seed).skin
+    exact = _touches(name, count, case["contact_mm"], case["touches"], seed)
+    touched = [misplaced(touch, 1e-3 * case["misplaced_mm"]) for touch in exact]
+    model, built = _model(name, count, case["model"], seed)
+    centres = cell_centres(skin)
+    found = [errors(touch, model.pressures([touch.load]), skin, centres) for touch in touched]
+    best = [errors(touch, touch.surface / skin.areas, skin, centres)["place_mm"] for touch in touched]
+    loads = itertools.cycle([[touch.load] for touch in touched])
+    reading = timed(lambda: model.pressures(next(loads)), repeats=case["touches"] * case["repeats"])
+    bare = bare_step()
+    row = {key: float(np.mean([each[key] for each in found])) for key in ERRORS}
+    row["place_mm"] = float(np.sqrt(np.mean([each["place_mm"] ** 2 for each in found])))
+    times = {
+        "ms": 1e3 * reading.median,
+        "p95_ms": 1e3 * reading.p95,
+        "steps": reading.median / bare,
+        "step_us": 1e6 * bare,
+        "build_ms": 1e3 * built,
+    }
+    return [{**row, "best_place_mm": float(np.sqrt(np.mean(np.square(best)))), **times}]
+
+
+@lru_cache(maxsize=3)
+def _touches(name: str, count: int, contact_mm: float, touches: int, seed: int) -> tuple[Touch, ...]:
+    """Kept between the models of a contact."""
+    ground, layer = GROUNDS[name](count, seed), Layer()
+    places = np.random.default_rng(seed).uniform(-_ASIDE, _ASIDE, (touches, 2))
+    return tuple(
+        press(
+            ground.dense,
+            *ground.place(*at),
+            1e-3 * contact_mm,
+            taxels=len(ground.skin),
+            blur=ground.blur(layer.depth),
+            layer=layer,
+        )
+        for at in places.tolist()
+    )
+
+
+@lru_cache(maxsize=len(MODELS))
+def _model(name: str, count: int, model: str, seed: int) -> tuple[ContactModel, float]:
+    """A contact model, kept between the contacts on a skin, and the seconds to build it."""
+    skin = GROUNDS[name](count, seed).skin
+    start = time.perf_counter()
+    made = MODELS[model].build(skin, Layer(), SensorEffects())
+    return made, time.perf_counter() - start
+
+
+@lru_cache(maxsize=1)
+def bare_step() -> float:
+    """Seconds of a step of our own arm with nothing on it, on this machine now."""
+    robot = find_robot("arm")
+    model = compile_spec(robot_spec(robot), source=robot.source)
+    data = mujoco.MjData(model)
+    return timed(lambda: mujoco.mj_step(model, data, _STEPS), repeats=25).median / _STEPS
+
+
+def figures(rows: Sequence[Row]) -> list[Figure]:
+    """Each error against the time of a reading, for each skin and contact; along a curve the taxels grow."""
+    made = []
+    for off in dict.fromkeys(row["misplaced_mm"] for row in rows):
+        said = "" if not off else f", ball told {off} mm aside"
+        for key, (title, unit, least) in ERRORS.items():
+            for skin in dict.fromkeys(row["skin"] for row in rows):
+                drawn = [row for row in rows if (row["misplaced_mm"], row["skin"]) == (off, skin) and key in row]
+                made.append(
+                    Figure(f"{title}, {skin} skin{said}", "milliseconds", unit, _panels(drawn, key), least=least)
+                )
+    return made
+
+
+def _panels(rows: Sequence[Row], key: str) -> list[Panel]:
+    return [
+        Panel(
+            f"contact radius {contact} mm",
+            {
+                entry.title: [
+                    (float(row["ms"] or 0), float(row[key] or 0))
+                    for row in rows
+                    if (row["model"], row["contact_mm"]) == (model, contact)
+                ]
+                for model, entry in MODELS.items()
+            },
+        )
+        for contact in dict.fromkeys(row["contact_mm"] for row in rows)
+    ]
+
+
+EXPERIMENT = Experiment(
+    "touch-cost",
+    "Which contact model gives how small an error at how many milliseconds a reading?",
+    "A ball is pressed 1 mm into the middle of a flat square of 100 mm and of a tube with a radius of 36 mm, so large "
+    "that its contact with a plane has the radius named. The truth is a bed of springs sampled at 200,000 points; at "
+    "the taxels' depth, 2 mm, it is the Boussinesq stress of all those forces. Models are told force, centre of "
+    "pressure and the ball. A ball told 1 mm aside stands for a collision hull that does not fit the skin. "
+    "Shape errors are the forces on the wrong taxels. No reading places a contact better than best_place_mm: "
+    "a taxel knows only the sum over its cell. steps are multiples of a bare step of our arm in the same run.",
+    cases,
+    measure,
+    figures,
+)

@@ -1,0 +1,261 @@
+"""Who may touch whom, and how stiff that is: hulls for skinned links, explicit pairs with real stiffness for skin.
+
+Skinned links touch as the convex hull of link and skin, so that what touches is what feels. Each hull meets each thing
+it may touch in one explicit pair with one contact point (several would be several times as stiff). Links without skin
+and objects meet each other as MuJoCo finds them, by bits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from functools import lru_cache
+from itertools import combinations
+
+import mujoco
+import numpy as np
+
+from app.arrays import FloatArray
+from app.robots.compile import compile_spec, robot_spec
+from app.robots.exclusions import pairs_to_exclude
+from app.robots.robot import Robot
+from app.simulation.effects import Effects
+from app.simulation.object_geoms import body_name, slab_name, takes_part
+from app.simulation.objects import Body
+from app.skin.skin import Skin
+from app.touch.layer import Layer
+
+IMPEDANCE = 0.5
+"""MuJoCo's ``d`` of skin contacts, constant: with 0.9 a held force wavers eight times as much (measured)."""
+GRIP = 100.0
+"""Friction of skin contacts below the speed at which they slide [N s/m].
+
+MuJoCo's friction creeps: it is viscous up to Coulomb's force, and what viscosity would bring beyond that also pushes
+the bodies apart. A contact held with force N creeps up to  mu N / GRIP  and hops from  N (1 / mu + 2 mu) / GRIP  on.
+With 10 N and mu = 0.5 that is 0.05 and 0.3 m/s. MuJoCo's own value makes it hop at 0.03 m/s (10 N waver by 9.5 N); the
+known cure of ``solreffriction = 0.2 1`` is worth 4 N s/m, with which nothing rubs below 1 m/s (measured).
+"""
+_BEARABLE = 1.0
+_BEARABLE_DISCRETE = 50.0
+"""Largest  k dt²  of a contact that neither bounces nor diverges, by integrator (measured: mujoco 4.0)."""
+_ROBOT, _OUTSIDE = 1, 2
+
+
+def hull_name(link: str) -> str:
+    """Of a skinned link's hull: its geom and its mesh."""
+    return f"skin {link}"
+
+
+def feeling_links(skin: Skin) -> tuple[str, ...]:
+    """Names of the links that wear skin, each once."""
+    return tuple({patch.link: None for patch in skin.patches})
+
+
+def touches_itself(effects: Effects) -> bool:
+    """Whether the robot's links may touch each other."""
+    return effects.dynamics and effects.contact in ("self", "all")
+
+
+def let_touch(
+    spec: mujoco.MjSpec, robot: Robot, skin: Skin, objects: Sequence[Body], effects: Effects, layer: Layer
+) -> None:
+    """Let everything in the model touch what the contact effect says; shapes that touch nothing are deleted.
+
+    Args:
+        spec: The robot's own model with the objects that take part added; changed.
+        robot: The robot.
+        skin: Its skin.
+        objects: All of the scene's.
+        effects: ``contact``, ``friction`` and ``skin``.
+        layer: Of the skin; its friction.
+
+    Raises:
+        RobotError: MuJoCo refuses the robot.
+    """
+    outside = [thing for thing in objects if takes_part(thing.spec.kind, effects)]
+    itself, links = touches_itself(effects), feeling_links(skin)
+    _drop_own_pairs(spec)
+    bare = _bare_shapes(spec, links, wanted=itself or (bool(outside) and effects.contact != "probe"))
+    for geom in bare:
+        geom.contype, geom.conaffinity = _ROBOT if itself else 0, (_ROBOT if itself else 0) | _OUTSIDE
+        geom.condim = 3 if effects.friction else 1
+    for thing in outside:
+        if effects.contact != "probe":
+            geom = spec.geom(body_name(thing.spec))
+            geom.contype, geom.conaffinity = _OUTSIDE, _OUTSIDE
+    # The foundation makes the skin's force itself; it needs only the shapes of what presses.
+    paired = effects.skin != "foundation"
+    if itself or (outside and paired):
+        for link in links:
+            _add_hull(spec, robot, skin, link)
+    partners = [(slab_name(t.spec) if t.spec.kind == "plane" else body_name(t.spec), t.spec.friction) for t in outside]
+    meetings = [(hull_name(link), other, friction) for link in links for other, friction in partners]
+    if itself:
+        apart = never_touching(robot, skin)
+        _exclude(spec, apart)
+        meetings += _self_meetings(links, bare, apart, layer)
+    if paired:
+        for first, second, friction in meetings:
+            _pair(spec, first, second, max(friction, layer.friction), effects)
+
+
+def set_stiffness(model: mujoco.MjModel, layer: Layer) -> None:
+    """Give every pair of skin and something the layer's real stiffness, in the compiled model.
+
+    A direct ``solref = (-k, -b)`` with constant impedance d makes a contact of  K = k / ((1 - d) (w1 + w2))  [N/m],
+    w the bodies' inverse weights (``body_invweight0``), whatever the posture; b = 2 sqrt(k) is critical. Two skins in
+    series have half the stiffness. In the same way friction's b makes  b / ((1 - d) (w1 + w2))  [N s/m].
+
+    Args:
+        model: Compiled; changed.
+        layer: Of the skin.
+    """
+    mobility = _mobility(model)
+    for pair in range(model.npair):
+        geoms = model.pair_geom1[pair], model.pair_geom2[pair]
+        skins = sum(model.geom(geom).name.startswith("skin ") for geom in geoms)
+        scale = (1 - IMPEDANCE) * mobility[pair]
+        k = layer.stiffness / skins * scale
+        model.pair_solref[pair] = -k, -2 * np.sqrt(k)
+        if model.pair_dim[pair] > 1:
+            model.pair_solreffriction[pair] = -1.0, -GRIP * scale  # no stiffness: friction has nowhere to return
+
+
+def unstable_contacts(model: mujoco.MjModel, layer: Layer) -> tuple[str, ...]:
+    """Contacts of the skin that are stiffer than the time step bears, for people: what they may do about each.
+
+    Args:
+        model: Compiled, with its stiffnesses set.
+        layer: Of the skin.
+    """
+    step, discrete = model.opt.timestep, model.opt.integrator == mujoco.mjtIntegrator.mjINT_DISCRETE
+    bearable = _BEARABLE_DISCRETE if discrete else _BEARABLE
+    notes = []
+    for pair in range(model.npair):
+        share = -model.pair_solref[pair, 0] * step**2 / bearable
+        if share > 1:
+            name = model.pair(pair).name.replace("skin ", "").replace("object ", "").replace("slab ", "")
+            most, longest = layer.stiffness / share, 1e3 * step / np.sqrt(share)
+            other = "" if discrete else ", or the integrator discrete"
+            notes.append(
+                f"{name.replace(' | ', ' and ')} may bounce apart: {layer.stiffness:.3g} N/m is too stiff for the time "
+                f"step; use at most {most:.2g} N/m or {longest:.2g} ms{other}"
+            )
+    return tuple(notes)
+
+
+@lru_cache(maxsize=8)
+def never_touching(robot: Robot, skin: Skin) -> frozenset[frozenset[str]]:
+    """Pairs of links that never collide: neighbours, and those whose shapes overlap at home or mostly.
+
+    Raises:
+        RobotError: MuJoCo refuses the robot with hulls around its skin.
+
+    Cost: a compilation and 31 collision passes, once for a robot and its skin.
+    """
+    spec = robot_spec(robot)
+    for link in feeling_links(skin):
+        for geom in spec.body(link).geoms:
+            geom.contype = geom.conaffinity = 0
+        hull = _add_hull(spec, robot, skin, link)
+        hull.contype = hull.conaffinity = 1
+    stated = {frozenset((exclude.bodyname1, exclude.bodyname2)) for exclude in spec.excludes}
+    model = compile_spec(spec, source=robot.source)
+    overlapping = {frozenset(pair) for pair in pairs_to_exclude(model, robot.home)}
+    return frozenset(stated | overlapping | _neighbours(model))
+
+
+def hull_points(robot: Robot, skin: Skin, link: str) -> FloatArray:
+    """(n, 3) vertices of a link and its skin [m], link frame."""
+    clouds = [patch.surface.vertices for patch in skin.patches if patch.link == link]
+    own = robot.link(link).mesh
+    return np.concatenate(clouds if own is None else [*clouds, own.vertices])
+
+
+def _mobility(model: mujoco.MjModel) -> FloatArray:
+    """(pairs,) inverse weight of both bodies of each pair [1/kg]; not zero, even of two that cannot move."""
+    weight = model.body_invweight0[:, 0]
+    both = weight[model.geom_bodyid[model.pair_geom1]] + weight[model.geom_bodyid[model.pair_geom2]]
+    return np.maximum(both, 1e-9)
+
+
+def _neighbours(model: mujoco.MjModel) -> set[frozenset[str]]:
+    """Bodies that are welded together or joined by one joint, which MuJoCo's filter keeps apart, but not in pairs."""
+    weld, names = model.body_weldid, [model.body(body).name for body in range(model.nbody)]
+    parent = model.body_weldid[model.body_parentid[weld]]
+    return {
+        frozenset((names[a], names[b]))
+        for a, b in combinations(range(1, model.nbody), 2)
+        if weld[a] == weld[b] or (weld[a] and weld[b] and (weld[a] == parent[b] or weld[b] == parent[a]))
+    }
+
+
+def _bare_shapes(spec: mujoco.MjSpec, links: Sequence[str], *, wanted: bool) -> list[mujoco.MjsGeom]:
+    """The colliding shapes of links without skin, where ``wanted``; all other shapes of links are deleted."""
+    kept: list[mujoco.MjsGeom] = []
+    for body in spec.bodies:
+        for geom in list(body.geoms):
+            if geom.name.startswith(("object ", "slab ")):
+                continue
+            if wanted and body.name not in links and (geom.contype or geom.conaffinity):
+                geom.name = geom.name or f"shape {len(kept)}"
+                kept.append(geom)
+            elif body.explicitinertial:
+                spec.delete(geom)
+            else:  # the body's inertia comes from its shapes
+                geom.contype = geom.conaffinity = 0
+    used = {geom.meshname for geom in spec.geoms}
+    for mesh in [mesh for mesh in spec.meshes if mesh.name not in used]:
+        spec.delete(mesh)
+    return kept
+
+
+def _drop_own_pairs(spec: mujoco.MjSpec) -> None:
+    """The robot file's pairs speak of shapes that hulls replace."""
+    for pair in list(spec.pairs):
+        spec.delete(pair)
+
+
+def _add_hull(spec: mujoco.MjSpec, robot: Robot, skin: Skin, link: str) -> mujoco.MjsGeom:
+    name = hull_name(link)
+    spec.add_mesh(
+        name=name,
+        uservert=hull_points(robot, skin, link).ravel().tolist(),
+        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX,
+    )
+    return spec.body(link).add_geom(
+        name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, mass=0.0, contype=0, conaffinity=0, group=3
+    )
+
+
+def _self_meetings(
+    links: Sequence[str], bare: Iterable[mujoco.MjsGeom], apart: frozenset[frozenset[str]], layer: Layer
+) -> list[tuple[str, str, float]]:
+    """(first geom, second geom, friction) of links that feel, with each other and with links that do not."""
+    both = [
+        (hull_name(a), hull_name(b), layer.friction)
+        for a, b in combinations(links, 2)
+        if frozenset((a, b)) not in apart
+    ]
+    return both + [
+        (hull_name(link), geom.name, float(geom.friction[0]))
+        for link in links
+        for geom in bare
+        if frozenset((link, geom.parent.name)) not in apart
+    ]
+
+
+def _exclude(spec: mujoco.MjSpec, apart: frozenset[frozenset[str]]) -> None:
+    known = {frozenset((exclude.bodyname1, exclude.bodyname2)) for exclude in spec.excludes}
+    for first, second in sorted(sorted(pair) for pair in apart - known if len(pair) == 2):
+        spec.add_exclude(bodyname1=first, bodyname2=second)
+
+
+def _pair(spec: mujoco.MjSpec, first: str, second: str, friction: float, effects: Effects) -> None:
+    spec.add_pair(
+        name=f"{first} | {second}",
+        geomname1=first,
+        geomname2=second,
+        condim=3 if effects.friction else 1,
+        friction=[friction, friction, 0.005, 0.0001, 0.0001],
+        solimp=[IMPEDANCE, IMPEDANCE, 0.001, 0.5, 2],
+    )

@@ -1,0 +1,201 @@
+"""One compiled model at work: its steps, what acts between them, and what is read from it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TypeAlias
+
+import mujoco
+import numpy as np
+
+from app.arrays import FloatArray
+from app.robots.robot import Robot
+from app.simulation.assemble import assemble
+from app.simulation.contact_loads import ContactLoads
+from app.simulation.contact_pairs import unstable_contacts
+from app.simulation.effects import Effects
+from app.simulation.geom_shapes import Solids
+from app.simulation.guard import Guard
+from app.simulation.impedance import Impedance
+from app.simulation.meetings import meetings
+from app.simulation.object_geoms import Drives, body_name, has_body
+from app.simulation.objects import Body
+from app.skin.skin import Skin
+from app.touch.layer import Layer
+from app.touch.load import Load
+from app.touch.models.depth import Depth
+from app.touch.models.foundation import Foundation
+from app.touch.models.model import ContactModel
+from app.touch.receptive_field import discs, whole_cells
+
+Hook: TypeAlias = Callable[[mujoco.MjData], None]
+_GUARDED = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
+
+
+class Physics:
+    """One model and its state. Mutable: its owner steps it.
+
+    What is off costs nothing: steps with nothing that acts between them are one call of MuJoCo, and kinematics are
+    computed when somebody asks where something is.
+
+    Args:
+        robot: The robot.
+        skin: Its skin.
+        effects: What to simulate.
+        objects: What else is there.
+        layer: The skin's cover.
+
+    Raises:
+        RobotError: MuJoCo refuses the model.
+        MeshError: A mesh object is no solid.
+
+    Attributes:
+        model: Compiled.
+        data: Its state.
+        touch: The contact model that lives in this physics (foundation, depth), if the effect names one of these.
+        notes: What people should know: how meshes touch, which contacts are too stiff.
+    """
+
+    def __init__(self, robot: Robot, skin: Skin, effects: Effects, objects: Sequence[Body], layer: Layer) -> None:
+        self.model = assemble(robot, skin, effects, objects=objects, layer=layer)
+        self.data = mujoco.MjData(self.model)
+        self._dynamic, self._by_stages = effects.dynamics, effects.integrator != "rk4"
+        self._joints = len(robot.joints)
+        self._guard = Guard(self.model, self.data)
+        self._torque = np.zeros(self.model.nv)
+        present = [thing for thing in objects if has_body(self.model, thing.spec)]
+        self._bodies = {thing.spec.name: int(self.model.body(body_name(thing.spec)).id) for thing in present}
+        hulls = (f"{t.spec.name} touches as its convex hull" for t in present if t.spec.kind == "mesh")
+        self.notes = (*hulls, *unstable_contacts(self.model, layer))
+        self._drives = Drives(self.model, present)
+        self._hooks: tuple[Hook, ...] = (self._drives.push,) if self._drives.moving else ()
+        self.touch: ContactModel | None = None
+        self._contacts: ContactLoads | None = None
+        if effects.skin == "depth":
+            self.touch = Depth(self.model, self.data, skin, layer)
+        elif effects.skin == "foundation":
+            self._lay_foundation(robot, skin, effects, layer, present)
+        elif effects.skin != "off" and self.model.npair:
+            self._contacts = ContactLoads(self.model, skin, Solids(self.model, present))
+        self._loads: list[Load] = []
+        self._stale = self._pushed = False
+
+    def start(self, home: FloatArray) -> None:
+        """Everything at rest where the scene has it, the robot at ``home`` (joints,), time zero, no command."""
+        mujoco.mj_resetData(self.model, self.data)
+        for bad in _GUARDED:  # told once already, as far as MuJoCo knows: it would print them, the guard raises
+            self.data.warning[bad].number = 1
+        self.data.qpos[: self._joints] = home
+        self._torque[:] = 0
+        self.settle()
+
+    def take(self, command: Impedance) -> None:
+        """Ask the joints for ``command`` from the next step on."""
+        count, model = self._joints, self.model
+        if self._dynamic:
+            model.actuator_gainprm[:count, 0] = command.stiffness
+            model.actuator_biasprm[:count, 1] = -command.stiffness
+            model.actuator_biasprm[:count, 2] = -command.damping
+            self.data.ctrl[:count] = command.posture
+            self._torque[:count] = command.torque
+            self.data.qfrc_applied[:] = self._torque
+
+    def step(self, count: int, hand: Hook | None) -> None:
+        """Advance ``count`` steps with dynamics.
+
+        Args:
+            count: How many.
+            hand: What else acts between steps.
+
+        Raises:
+            SimulationError: The state left the numbers that mean something, or the layer is too stiff; the state is
+                then the last good one.
+        """
+        self._stale = True
+        if hand is None and not self._hooks:
+            if self._pushed:
+                self.data.qfrc_applied[:], self._pushed = self._torque, False
+            self._guard.keep()
+            mujoco.mj_step(self.model, self.data, count)
+            if not self._guard.sound():
+                self._guard.replay(self._step_once, count)
+            return
+        self._pushed = True
+        hooks = self._hooks if hand is None else (*self._hooks, hand)
+        for _ in range(count):
+            self._guard.keep()
+            self._step_with(hooks)
+            if not self._guard.sound():
+                self._guard.stop()
+
+    def pose_at(self, posture: FloatArray, count: int, hand: Hook | None) -> None:
+        """Let ``count`` steps pass without dynamics: the robot is at ``posture`` (joints,) at once.
+
+        Velocity is the change of posture over the time that passes.
+        """
+        data, step = self.data, self.model.opt.timestep
+        data.qvel[:] = (posture - data.qpos) / (count * step)
+        data.qpos[:] = posture
+        mujoco.mj_kinematics(self.model, data)
+        for _ in range(count):
+            if hand is not None:
+                hand(data)
+            data.time += step
+
+    def settle(self) -> None:
+        """Bring all that follows from positions, velocities and command up to date, without a step."""
+        self._drives.push(self.data)
+        mujoco.mj_forward(self.model, self.data)
+        for hook in self._hooks:  # the foundation then knows what it does at this instant
+            hook(self.data)
+        self.data.qfrc_applied[:] = self._torque
+        self._stale = True
+
+    def refresh(self) -> None:
+        """Bring the places of bodies up to the last step; they are those before it until somebody asks."""
+        if self._stale:
+            self._stale = False
+            # Contacts were found before the last step moved the bodies, and belong to their places then.
+            self._loads = self._contacts.read(self.data) if self._contacts else []
+            mujoco.mj_kinematics(self.model, self.data)
+            mujoco.mj_comPos(self.model, self.data)
+
+    def loads(self) -> list[Load]:
+        """What the solver's contacts did to the skin at the last step."""
+        if self._contacts is None:
+            return []
+        self.refresh()
+        return list(self._loads)
+
+    def pose(self, name: str) -> FloatArray | None:
+        """(4, 4) ``T_world_object`` of the object called ``name``; None of one that the physics does not have."""
+        if name not in self._bodies:
+            return None
+        self.refresh()
+        pose, body = np.eye(4), self._bodies[name]
+        pose[:3, :3], pose[:3, 3] = self.data.xmat[body].reshape(3, 3), self.data.xpos[body]
+        return pose
+
+    def _lay_foundation(
+        self, robot: Robot, skin: Skin, effects: Effects, layer: Layer, present: Sequence[Body]
+    ) -> None:
+        averaging = effects.sensor.area_averaging
+        field = whole_cells(skin) if averaging is None else discs(skin, averaging.radius)
+        pressing = meetings(self.model, robot, skin, effects, present)
+        foundation = Foundation(self.model, skin, layer, pressing, field)
+        self.touch = foundation
+        if pressing:
+            self._hooks = (*self._hooks, foundation.push)
+
+    def _step_once(self) -> None:
+        mujoco.mj_step(self.model, self.data)
+
+    def _step_with(self, hooks: Sequence[Hook]) -> None:
+        mujoco.mj_step1(self.model, self.data)
+        self.data.qfrc_applied[:] = self._torque
+        for hook in hooks:
+            hook(self.data)
+        if self._by_stages:
+            mujoco.mj_step2(self.model, self.data)
+        else:  # Runge-Kutta cannot go on from half a step; the forces stay as they are for all of its stages
+            mujoco.mj_step(self.model, self.data)

@@ -1,0 +1,101 @@
+"""A reading of each contact model in contact, as a multiple of a bare ``mj_step`` of the same arm in the same run."""
+
+from __future__ import annotations
+
+import time
+
+import mujoco
+import numpy as np
+import pytest
+
+from app.control.command import JointCommand
+from app.robots.compile import robot_spec
+from app.robots.library import find_robot
+from app.simulation.effects import Effects
+from app.simulation.poke import PokePressed
+from app.simulation.simulation import Simulation
+from app.skin.cover import cover
+from app.skin.cover_spec import CoverSpec
+from app.touch.layer import Layer
+from app.touch.load import Load, ball_load
+from app.touch.models.table import MODELS
+from app.touch.sensor.effects import SensorEffects
+
+FORCE, RADIUS, SPEED, STEP = 10.0, 0.008, 0.05, 0.001
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return find_robot("arm")
+
+
+@pytest.fixture(scope="module", params=[100, 1000, 10_000])
+def skin(request, robot):
+    return cover(robot, CoverSpec(taxels=request.param))
+
+
+def _loads(skin, count: int) -> list[Load]:
+    """A ball that slides over the skin, one load a step; the first is where it starts."""
+    at = skin.taxel_point(len(skin) // 2)
+    point, normal = skin.position(at), skin.normal(at)
+    along = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
+    return [ball_load(skin.link(at), point + k * SPEED * STEP * along, normal, FORCE, RADIUS) for k in range(count)]
+
+
+def _bare_step(robot) -> float:
+    """Median seconds of one ``mj_step`` of the bare arm."""
+    model = robot_spec(robot).compile()
+    data, times = mujoco.MjData(model), []
+    for _ in range(2000):
+        start = time.perf_counter()
+        mujoco.mj_step(model, data)
+        times.append(time.perf_counter() - start)
+    return float(np.median(times))
+
+
+def _tell(benchmark, robot) -> None:
+    if benchmark.stats is not None:
+        bare, median = _bare_step(robot), float(np.median(benchmark.stats.stats.data))
+        benchmark.extra_info["bare mj_step"] = f"{1e6 * bare:.1f} µs"
+        benchmark.extra_info["multiple of one bare step"] = f"{median / bare:.1f}"
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_a_reading_under_a_ball_that_stands(benchmark, robot, skin, name):
+    model, (load,) = MODELS[name].build(skin, Layer(), SensorEffects()), _loads(skin, 1)
+    pressures = benchmark.pedantic(model.pressures, args=([load],), rounds=200, iterations=10, warmup_rounds=20)
+    assert pressures @ skin.areas == pytest.approx(FORCE, rel=1e-6), "the reading must be measured in contact"
+    _tell(benchmark, robot)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_a_reading_under_a_ball_that_slides(benchmark, robot, skin, name):
+    """At 5 cm/s: now and then the points near the ball are searched for again."""
+    model, loads = MODELS[name].build(skin, Layer(), SensorEffects()), _loads(skin, 200)
+    state = {"step": 0}
+
+    def read() -> None:
+        state["step"] += 1
+        state["pressures"] = model.pressures([loads[state["step"] % len(loads)]])
+
+    benchmark.pedantic(read, rounds=len(loads), warmup_rounds=5)
+    assert state["pressures"].max() > 0
+    _tell(benchmark, robot)
+
+
+def test_a_whole_step_with_a_reading(benchmark, robot, skin):
+    """The target: at most 5 bare steps with 1,000 taxels, 12 with 10,000."""
+    simulation = Simulation(robot, skin, Effects())
+    simulation.apply(PokePressed(1, skin.taxel_point(len(skin) // 2)))
+    ones = np.ones(len(robot.joints))
+    command = JointCommand(robot.home, 100 * ones, 10 * ones, 0 * ones)
+
+    def step() -> None:
+        simulation.step(1, command)
+        simulation.sense()
+
+    for _ in range(300):
+        step()
+    assert simulation.pokes[0].force > 1, "the step must be measured in contact"
+    benchmark.pedantic(step, rounds=500, warmup_rounds=20)
+    _tell(benchmark, robot)

@@ -1,0 +1,156 @@
+"""Contacts in difficult places, by every contact model: force is kept, nothing jumps, one contact stays one contact."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from app.simulation.poke import Finger, PokeMoved, PokePressed
+from tests.numerics.hard_touch import EXACT, MODELS, PLACES, Place, with_scene
+from tests.numerics.touch_laws import (
+    Run,
+    centres,
+    check_numbers,
+    check_repeats,
+    largest_jump,
+    play,
+    spring_force,
+    taxel_positions,
+)
+
+ONE_PIECE = ("on a seam", "at a border", "half over a border", "in a corner", "one taxel", "below the pitch",
+             "one tiny taxel")  # fmt: skip
+"""Places at which one finger touches one patch."""
+TWO_PATCHES = ("between two patches", "over a gap")
+_LATER = 0.2
+_HOPS = 2.0
+"""The model ``point`` hops from taxel to taxel, this many pitches at most."""
+
+
+@cache
+def place(name: str) -> Place:
+    return PLACES[name]()
+
+
+@cache
+def stroked(name: str, model: str) -> Run:
+    """Fingers press for 0.2 s, then go their ways."""
+    here = place(name)
+    finger, ticks = Finger(radius=here.radius, max_force=3.0, speed=0.05), round(_LATER / here.prepared.scene.tick)
+    ways = [here.points(way) for way in range(len(here.ways))]
+    acts = {1: [PokePressed(number, points[0], finger) for number, points in enumerate(ways)]}
+    for step in range(1, max(map(len, ways))):
+        acts[ticks + step] = [
+            PokeMoved(number, points[step]) for number, points in enumerate(ways) if step < len(points)
+        ]
+    prepared = with_scene(here.prepared, wishes={"skin": model})
+    return play(prepared, (max(acts) + 5) * prepared.scene.tick, acts)
+
+
+@cache
+def probed(name: str, model: str) -> Run:
+    """Probes come, go along and rest."""
+    return play(place(name).probed(model), Place.resting())
+
+
+@pytest.mark.parametrize("model", EXACT)
+@pytest.mark.parametrize("name", PLACES)
+def test_all_of_a_fingers_force_is_felt_wherever_it_strokes(name, model):
+    run = stroked(name, model)
+    check_numbers(run)
+    assert run.failure is None
+    pressed = np.array([sum(poke.force for poke in frame.pokes) for frame in run.frames])
+    assert pressed[-1] == pytest.approx(3.0 * len(place(name).ways)), "it pressed as hard as it may"
+    for frame, felt, force in zip(run.frames, run.forces, pressed, strict=True):
+        assert felt == pytest.approx(force, rel=1e-9, abs=1e-12) or frame.notes
+
+
+@pytest.mark.parametrize("model", EXACT)
+@pytest.mark.parametrize("name", PLACES)
+def test_a_stroke_never_jumps(name, model):
+    run, here = stroked(name, model), place(name)
+    step = max(largest_jump(way) for way in here.ways)
+    allowed = _HOPS if model == "point" else here.jump
+    assert largest_jump(centres(run)) <= allowed * here.pitch + step + 1e-12
+
+
+@pytest.mark.parametrize("name", ONE_PIECE)
+def test_one_finger_is_one_contact_all_the_way(name):
+    """Across a seam as well: its identity stays, and its place on the body moves as the finger does."""
+    run, here = stroked(name, "water-fill"), place(name)
+    touched = [frame.regions for frame in run.frames if frame.regions]
+    assert len(touched) > len(here.ways[0])
+    assert all(len(regions) == 1 for regions in touched)
+    assert {regions[0].id for regions in touched} == {1}
+    assert largest_jump(np.array([regions[0].point for regions in touched])) <= max(here.jump, 0.1) * here.pitch
+
+
+def test_the_seam_is_crossed():
+    """The contact is torn on the map while it lies on the seam, and only then."""
+    torn = [frame.regions[0].torn for frame in stroked("on a seam", "water-fill").frames if frame.regions]
+    assert any(torn)
+    assert not torn[0]
+
+
+@pytest.mark.parametrize("name", TWO_PATCHES)
+def test_what_lies_on_two_patches_is_two_contacts_with_one_force(name):
+    run = stroked(name, "water-fill")
+    count = np.array([len(frame.regions) for frame in run.frames])
+    assert count.max() == 2
+    shared = [frame for frame in run.frames if len(frame.regions) == 2]
+    for frame in shared:
+        assert len({run.prepared.skin.patch_of[region.taxels[0]] for region in frame.regions}) == 2
+        assert sum(region.force for region in frame.regions) <= 3.0 * (1 + 1e-9)
+
+
+def test_two_contacts_that_merge_become_one_of_the_two():
+    run = stroked("two that merge", "water-fill")
+    count = [len(frame.regions) for frame in run.frames if frame.regions]
+    assert count[0] == 2
+    assert count[-1] == 1
+    assert np.abs(np.diff(count)).sum() == 1, "they merge once"
+    assert run.frames[-1].regions[0].id in {1, 2}
+    assert run.frames[-1].regions[0].force == pytest.approx(6.0, rel=0.02)
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("name", PLACES)
+def test_a_probe_is_felt_as_hard_as_its_spring_pushes(name, model):
+    """At rest the contact carries what the motors push with, by Hooke's law, whatever lies under it."""
+    run = probed(name, model)
+    check_numbers(run)
+    assert run.failure is None
+    wanted = spring_force(run.prepared, run.frames[-1])
+    assert wanted > 0.05, "it presses"
+    if model == "foundation":  # taxels feel the pressure along the ball's normals, which lean where it is deep
+        assert wanted * (1 - 1e-3) <= run.forces[-1] <= 1.2 * wanted
+    elif model != "depth":  # which promises no force
+        assert run.forces[-1] == pytest.approx(wanted, rel=1e-3)
+
+
+@pytest.mark.parametrize("model", EXACT)
+@pytest.mark.parametrize("name", PLACES)
+def test_contact_is_never_lost_on_the_way(name, model):
+    run, here = probed(name, model), place(name)
+    held = run.forces[run.at(0.2) :]
+    assert held.min() > 0.5 * held.max()
+    along = centres(run)[run.at(0.2) - len(run.frames) :]
+    step = max(largest_jump(way) for way in here.ways)
+    assert largest_jump(along) <= (_HOPS if model == "point" else here.jump) * here.pitch + step
+
+
+@pytest.mark.parametrize("name", PLACES)
+def test_pressure_lies_under_the_probe(name):
+    """No taxel farther away than the ball and a cell reads anything."""
+    run, here = probed(name, "water-fill"), place(name)
+    away = np.linalg.norm(taxel_positions(run.prepared.skin)[:, None] - run.frames[-1].objects[:, :3, 3], axis=2)
+    felt = run.frames[-1].pressures > 0
+    assert felt.any()
+    assert (away.min(axis=1)[felt] < 2 * here.radius + 2.5 * here.pitch).all()
+
+
+@pytest.mark.parametrize("name", ["on a seam", "two that merge"])
+def test_the_same_again_gives_the_same_numbers(name):
+    check_repeats(play(place(name).probed("punch"), 0.2), play(place(name).probed("punch"), 0.2))

@@ -1,0 +1,232 @@
+"""Too deep, too fast, too light, too heavy, too stiff, shut in: it holds its law, or stops by name and can be replayed.
+
+A third thing is allowed where somebody insists on an integrator that cannot: that the session said so before.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import pytest
+
+from app.errors import SimulationError
+from app.recording.player import Player
+from app.recording.report import save_report
+from app.recording.verify import verify
+from app.simulation.simulation import Simulation
+from tests.numerics.hard_touch import EXACT, INTEGRATORS, JAM, MODELS, SPRING, dropped, jammed, teleported, whip
+from tests.numerics.touch_laws import Run, check_numbers, check_repeats, play, spring_force
+from tests.touch import hold
+
+GRAVITY = 9.81
+STEPS = (0.0005, 0.001, 0.002, 0.004, 0.008)
+STIFFNESSES = (1e3, 1e4, 1e5, 1e6, 1e7)
+SOLVED = tuple(name for name in EXACT if name != "foundation")
+"""Models whose contact is the physics engine's own."""
+_FAST = 40.0
+_FALL = _FAST**2 / (2 * GRAVITY)
+
+
+def warned(run: Run) -> bool:
+    """Whether it was said that contacts may bounce."""
+    return any("may bounce" in note for frame in run.frames for note in frame.notes)
+
+
+def stops_again(run: Run, path) -> None:
+    """A stopped run has a name, a place and a time, and its report stops at the same tick with the same words."""
+    assert run.failure is not None
+    assert run.failure.tick == len(run.frames) + 1
+    assert " s: " in run.failure.problem, "it says when"
+    check_repeats(run, play(run.prepared, len(run.frames) * run.prepared.scene.tick + 1.0))
+    outcome = verify(Player(save_report(run.session, path)))
+    assert outcome.identical
+    assert outcome.stopped == run.failure.problem
+
+
+@pytest.mark.parametrize(("integrator", "timestep"), list(product(INTEGRATORS, STEPS)))
+def test_a_weight_is_carried_or_it_was_said_that_it_may_bounce(integrator, timestep, tmp_path):
+    """0.1 kg let fall by 5 mm: in the end all steps feel m g, at whatever stiffness."""
+    steady = []
+    for stiffness in STIFFNESSES:
+        run = play(dropped(0.1, above=0.005, stiffness=stiffness, integrator=integrator, timestep=timestep), 0.8)
+        check_numbers(run)
+        if run.failure:
+            stops_again(run, tmp_path / f"{stiffness:g}.mcap")
+        else:
+            held = np.abs(run.forces[run.at(0.6) :] / (0.1 * GRAVITY) - 1).max() < 0.05
+            assert held or warned(run)
+            steady.append(held)
+    if integrator == "discrete" or timestep < 0.001:
+        assert all(steady[:3])
+    assert any(steady)
+
+
+@pytest.mark.parametrize("model", SOLVED)
+@pytest.mark.parametrize("mass", [0.002, 0.1, 2.0, 50.0])
+def test_light_and_heavy_weights_read_what_they_weigh(mass, model):
+    run = play(dropped(mass, above=0.002, skin=model, integrator="discrete"), 1.6)
+    check_numbers(run)
+    assert run.failure is None
+    assert run.forces[-20:] == pytest.approx(mass * GRAVITY, rel=1e-4)
+
+
+@pytest.mark.parametrize(("mass", "stiffness"), [(0.1, 1e3), (0.1, 1e5), (2.0, 1e4), (50.0, 1e6)])
+def test_stated_stiffness_is_how_deep_a_weight_sinks(mass, stiffness):
+    run = play(dropped(mass, stiffness=stiffness, timestep=0.0005, integrator="discrete"), 1.6)
+    sunk = run.prepared.objects[0].spec.at[2] - run.heights[-1, 0]
+    assert sunk == pytest.approx(mass * GRAVITY / stiffness, rel=1e-3)
+
+
+def test_two_grams_with_a_coarse_integrator_are_warned_of(tmp_path):
+    """An explicit contact spring throws so light a body; nobody gets there unless they insist, and then are told."""
+    run = play(dropped(0.002, above=0.001, integrator="euler", timestep=0.001), 0.8)
+    check_numbers(run)
+    assert warned(run)
+    assert not warned(play(dropped(0.002, above=0.001, integrator="discrete", timestep=0.001), 0.1))
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_the_foundation_refuses_what_it_would_throw(model, tmp_path):
+    """The layer's own springs are explicit: 2 g on them need a shorter step, and that is said."""
+    run = play(dropped(0.002, above=0.001, skin=model, integrator="discrete"), 0.8)
+    check_numbers(run)
+    assert (run.failure is not None) == (model == "foundation")
+    if run.failure:
+        assert "too stiff for the time step" in run.failure.problem
+        stops_again(run, tmp_path / "report.mcap")
+
+
+@pytest.mark.parametrize("integrator", ["implicitfast", "discrete", "euler", "implicit"])
+def test_what_a_body_loses_in_momentum_the_skin_feels(integrator):
+    """Read at every step, the sum of force and time is the weight's momentum: m g t, to rounding, bounce or not."""
+    run = play(dropped(0.5, above=0.01, integrator=integrator, timestep=0.001, tick=0.001), 0.5)
+    assert run.forces.max() > 2 * 0.5 * GRAVITY, "it struck"
+    speed = run.speeds[-1, 0]
+    assert 0.001 * run.forces.sum() == pytest.approx(0.5 * (GRAVITY * 0.5 + speed), rel=1e-6)
+
+
+def test_a_blow_rebounds_as_a_critically_damped_contact_must():
+    """x" = -w² x - 2 w x' lets go at t = 2 / w with the speed exp(-2) of the impact, whatever the mass and stiffness."""
+    for mass, stiffness in ((0.1, 2e4), (0.02, 2e4), (0.1, 2e5)):
+        run = play(dropped(mass, above=0.4, stiffness=stiffness, timestep=5e-5, tick=1e-3, integrator="euler"), 0.4)
+        assert -run.speeds.min() == pytest.approx(np.sqrt(2 * GRAVITY * 0.4), rel=0.01), "it struck"
+        assert run.speeds.max() / -run.speeds.min() == pytest.approx(np.exp(-2), rel=0.03)
+
+
+@pytest.mark.parametrize(("integrator", "timestep"), list(product(INTEGRATORS, (0.0005, 0.001))))
+def test_a_blow_at_forty_metres_a_second_never_comes_back_faster(integrator, timestep):
+    run = play(dropped(1.0, above=_FALL, radius=0.05, stiffness=1e6, integrator=integrator, timestep=timestep), 4.2)
+    check_numbers(run)
+    assert run.failure is None
+    assert -run.speeds.min() == pytest.approx(_FAST, rel=0.01)
+    assert 0 < run.speeds.max() < 0.4 * _FAST, "it came back, and slower"
+    assert run.forces.max() > 1e3
+    assert run.heights.min() > -0.05, "not through the link"
+
+
+def test_a_body_that_moves_farther_than_it_is_thick_in_one_step_may_miss_the_link():
+    """The known limit of steps: 0.32 m at once pass 0.14 m of body and link. Nothing grows; it just falls on."""
+    run = play(dropped(1.0, above=_FALL, radius=0.05, stiffness=1e6, integrator="discrete", timestep=0.008), 4.3)
+    check_numbers(run)
+    assert run.speeds.min() < -_FAST
+    fallen = 0.5 * GRAVITY * (4.3**2)
+    assert run.heights[0, 0] - run.heights[-1, 0] == pytest.approx(fallen, rel=0.01)
+
+
+@pytest.mark.parametrize("model", SOLVED)
+@pytest.mark.parametrize(("integrator", "timestep"), list(product(INTEGRATORS, (0.001, 0.004))))
+def test_what_starts_deep_inside_gains_no_more_than_the_cover_held(integrator, timestep, model):
+    """15 mm too deep: at most ½ K d² comes out, and in the end it lies there with its weight."""
+    run = play(dropped(0.5, above=-0.015, skin=model, integrator=integrator, timestep=timestep), 1.0)
+    check_numbers(run)
+    assert run.failure is None
+    stored = 0.5 * 2e4 * 0.015**2
+    assert 0.5 * 0.5 * run.speeds.max() ** 2 <= stored
+    assert run.heights.max() - run.heights[0, 0] <= stored / (0.5 * GRAVITY) + 0.015
+    assert run.forces[-10:] == pytest.approx(0.5 * GRAVITY, rel=0.02)
+
+
+@pytest.mark.parametrize("model", EXACT)
+def test_a_teleported_probe_is_held_by_the_cover_or_stopped_by_name(model, tmp_path):
+    """Motors that want to be 70 mm deeper at once: cover and motors are two springs in series, or the layer gives up."""
+    run = play(teleported(skin=model), 0.5)
+    check_numbers(run)
+    if run.failure:
+        assert model == "foundation"
+        stops_again(run, tmp_path / "report.mcap")
+    else:
+        series = 0.067 / (1 / SPRING + 1 / 2e4)
+        assert run.forces[-1] == pytest.approx(series, rel=1e-3)
+        assert run.forces[-1] == pytest.approx(spring_force(run.prepared, run.frames[-1]), rel=1e-3)
+        assert np.abs(run.speeds).max() < 2.0
+
+
+@pytest.mark.parametrize(("integrator", "timestep"), list(product(INTEGRATORS, STEPS)))
+def test_a_teleported_probe_is_held_or_stopped_or_warned_of(integrator, timestep, tmp_path):
+    for stiffness in (2e4, 1e6):
+        run = play(teleported(stiffness=stiffness, integrator=integrator, timestep=timestep), 0.5)
+        check_numbers(run)
+        if run.failure:
+            stops_again(run, tmp_path / f"{stiffness:g}.mcap")
+        elif not warned(run):
+            assert run.forces[-1] == pytest.approx(spring_force(run.prepared, run.frames[-1]), rel=1e-3)
+            assert np.abs(run.speeds).max() < 3.0
+
+
+@pytest.mark.parametrize(("integrator", "timestep"), list(product(INTEGRATORS, STEPS)))
+def test_a_jammed_link_stays_and_bears_the_force_of_its_cover(integrator, timestep, tmp_path):
+    """4 mm too tight on each side: K d from the side that feels; the walls' sum on the link is nothing."""
+    for stiffness in (2e4, 1e6):
+        run = play(jammed(stiffness=stiffness, integrator=integrator, timestep=timestep), 0.4)
+        check_numbers(run)
+        if run.failure:
+            stops_again(run, tmp_path / f"{stiffness:g}.mcap")
+        elif not warned(run):
+            assert abs(run.frames[-1].posture[0]) < 1e-5
+            # The discrete integrator counts the joint's damping over a step as mass, and its contacts with it.
+            allowed = 20 * timestep if integrator == "discrete" else 2e-3
+            assert run.forces[-1] == pytest.approx(stiffness * JAM, rel=allowed)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_jammed_link_is_no_harder_to_feel(model):
+    run = play(jammed(skin=model), 0.3)
+    check_numbers(run)
+    assert run.failure is None
+    if model in SOLVED:
+        assert run.forces[-1] == pytest.approx(2e4 * JAM, rel=1e-3)
+        assert any("beside its skin" in note for note in run.frames[-1].notes), "one side wears none"
+
+
+@pytest.mark.parametrize(("integrator", "timestep"), list(product(INTEGRATORS, STEPS)))
+def test_joints_without_armature_or_damping_hold_or_stop(integrator, timestep, tmp_path):
+    """A tip of 2 g is tapped, and comes to rest again."""
+    run = play(whip(integrator=integrator, timestep=timestep), 1.6)
+    check_numbers(run)
+    if run.failure:
+        assert run.failure.problem.startswith("joint ")
+        stops_again(run, tmp_path / "report.mcap")
+    else:
+        assert run.forces.max() > 0, "it was tapped"
+        assert np.abs(run.frames[-1].velocity).max() < 0.05
+        assert np.abs(run.frames[-1].posture).max() < 0.05
+
+
+def test_implicit_steps_hold_joints_without_armature():
+    for integrator in ("implicitfast", "implicit", "discrete"):
+        assert play(whip(integrator=integrator, timestep=0.001), 0.4).failure is None
+    assert play(whip(integrator="euler", timestep=0.004), 0.4).failure is not None, "the hard case is one"
+
+
+def test_a_driver_that_asks_for_no_number_stops_the_robot_by_name():
+    prepared = jammed()
+    simulation = Simulation(prepared.robot, prepared.skin, prepared.scene.effects, objects=prepared.objects)
+    good = hold(prepared.robot, 10.0, 1.0)
+    simulation.step(8, good)
+    before = simulation.state()
+    for bad in (np.nan, np.inf):
+        with pytest.raises(SimulationError, match="joint slide: the controller asked for no number"):
+            simulation.step(8, hold(prepared.robot, bad, 1.0))
+        assert np.array_equal(simulation.state(), before), "nothing happened"
+    simulation.step(8, good)

@@ -1,0 +1,89 @@
+"""``inspect SCENE``: what is on, why, what it costs, what is in it and what it lacks."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from app.__main__ import main
+from app.simulation.effect_table import EFFECTS
+
+SCENE = """robot = "arm"
+task = "slide"
+[cover]
+links = ["hand"]
+taxels = 40
+[[objects]]
+name = "wall"
+kind = "box"
+size = [0.1, 0.1, 0.1]
+at = [2, 0, 0]
+[effects]
+friction = "off"
+noise = { sd = 50 }
+"""
+
+
+@pytest.fixture
+def scene(tmp_path):
+    path = tmp_path / "own.toml"
+    path.write_text(SCENE)
+    return path
+
+
+def call(capsys, *words) -> tuple[int, str, str]:
+    status = main([str(word) for word in words])
+    captured = capsys.readouterr()
+    return status, captured.out, captured.err
+
+
+def test_as_json(capsys, scene):
+    status, out, _ = call(capsys, "inspect", scene, "--json")
+    assert status == 0
+    result = json.loads(out.splitlines()[-1])
+    assert result["kind"] == "scene"
+    assert (result["task"], result["outputs"]) == ("slide", ["posture", "pressure", "force"])
+    assert result["objects"] == [{"name": "wall", "kind": "box", "mass": 0.0, "at": [2.0, 0.0, 0.0]}]
+    effects = {effect["name"]: effect for effect in result["effects"]}
+    assert list(effects) == list(EFFECTS)
+    assert effects["contact"]["value"] == "environment"
+    assert "wall" in effects["contact"]["why"]
+    assert effects["skin"]["ms"] > 0
+    assert effects["noise"]["ms"] > 0
+    assert effects["noise"]["wished"]
+    assert (effects["friction"]["on"], effects["friction"]["ms"]) == (False, None)
+    (problem,) = result["problems"]
+    assert problem["kind"] == "scene-lacks"
+    assert problem["where"] == "effects.friction"
+    assert "friction on" in problem["remedy"]
+
+
+def test_for_a_person(capsys, scene):
+    status, out, _ = call(capsys, "inspect", scene)
+    assert status == 0
+    lines = out.splitlines()
+    on, off = lines.index("On:"), lines.index("Off:")
+    (skin,) = [line for line in lines[on:off] if line.strip().startswith("Skin ")]
+    assert "water-fill" in skin
+    assert " ms " in skin
+    assert any(line.strip().startswith("Friction") and "the scene says so" in line for line in lines[off:])
+    assert any("wall (box)" in line for line in lines[:on])
+    assert any("scene-lacks" in line for line in lines[off:])
+
+
+def test_a_mistake_is_one_line_with_its_line(capsys, scene):
+    scene.write_text(SCENE.replace("friction", "frction"))
+    status, out, err = call(capsys, "inspect", scene)
+    assert (status, out) == (1, "")
+    assert len(err.strip().splitlines()) == 1
+    assert "own.toml, line 12, effects.frction" in err
+    assert "Did you mean friction" in err
+
+
+def test_run_warns_of_what_a_scene_lacks(capsys, scene):
+    status, out, err = call(capsys, "run", scene, "--for", "0.02", "--json")
+    assert status == 0
+    assert "warning: effects.friction: The task is to slide" in err
+    (problem,) = json.loads(out.splitlines()[-1])["problems"]
+    assert problem["where"] == "effects.friction"

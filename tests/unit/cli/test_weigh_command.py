@@ -1,0 +1,61 @@
+"""``tactile-maps weigh``: exit codes, words and keys."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from app.__main__ import main
+
+SCENE = """robot = "arm"
+[cover]
+links = ["forearm"]
+taxels = 150
+"""
+
+
+@pytest.fixture
+def scene(tmp_path):
+    path = tmp_path / "small.toml"
+    path.write_text(SCENE)
+    return str(path)
+
+
+def test_it_reads_its_weight(capsys, scene):
+    assert main(["weigh", scene, "--json"]) == 0
+    result = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert result["wanted_N"] == pytest.approx(0.981)
+    assert result["read_N"] == pytest.approx(0.981, rel=0.01)
+    assert result["error"] == pytest.approx(result["read_N"] / 0.981 - 1)
+    assert {"model": result["model"], "patch": result["patch"], "mass": result["mass"], "good": result["good"]} == {
+        "model": "water-fill", "patch": "forearm", "mass": 0.1, "good": True}  # fmt: skip
+    assert 0 < result["seconds"] < 10
+
+
+def test_words_for_a_person_and_another_weight(capsys, scene):
+    assert main(["weigh", scene, "--mass", "0.5", "--model", "point"]) == 0
+    out = capsys.readouterr().out
+    assert "0.5 kg, 4.905 N" in out
+    assert "with point" in out
+    assert "good" in out
+
+
+def test_a_reading_that_is_off_fails(capsys, scene):
+    """MuJoCo's own taxels feel depth, not force."""
+    assert main(["weigh", scene, "--model", "depth", "--json"]) == 1
+    result = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert result.get("good") is False or "error" in result
+
+
+@pytest.mark.parametrize(("words", "said"), [
+    (["--model", "watr-fill"], "water-fill"), (["--mass", "-1"], "above 0"), (["--mass", "heavy"], "mass"),
+])  # fmt: skip
+def test_bad_usage(capsys, scene, words, said):
+    assert main(["weigh", scene, *words]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_an_unknown_robot_is_named(capsys):
+    assert main(["weigh", "armm"]) == 1
+    assert "armm" in capsys.readouterr().err

@@ -1,0 +1,169 @@
+"""Who touches whom in each mode, and with what numbers."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import mujoco
+import numpy as np
+import pytest
+
+from app.simulation.assemble import assemble
+from app.simulation.contact_pairs import (
+    GRIP,
+    IMPEDANCE,
+    feeling_links,
+    hull_points,
+    never_touching,
+    touches_itself,
+    unstable_contacts,
+)
+from app.simulation.effects import Effects
+from app.touch.layer import Layer
+from tests.things import every_kind, thing
+from tests.touch import arm, bar, bar_skin, pair
+
+BOX = thing("box", at=(5.0, 0.0, 5.0), mass=1.0)
+
+
+def pairs(model) -> set[frozenset[str]]:
+    return {
+        frozenset((model.geom(a).name, model.geom(b).name))
+        for a, b in zip(model.pair_geom1, model.pair_geom2, strict=True)
+    }
+
+
+def meet(model, first: str, second: str) -> bool:
+    """Whether MuJoCo's bits let two geoms collide."""
+    a, b = model.geom(first), model.geom(second)
+    return bool((a.contype[0] & b.conaffinity[0]) | (b.contype[0] & a.conaffinity[0]))
+
+
+def test_self_contact_collides_hulls_that_reach_the_skin():
+    robot, skin = pair()
+    raised = replace(skin.patches[0].surface, vertices=skin.patches[0].surface.vertices + [0.004, 0, 0])
+    model = assemble(robot, replace(skin, patches=(replace(skin.patches[0], surface=raised), skin.patches[1])),
+                     Effects(contact="self"))  # fmt: skip
+    assert pairs(model) == {frozenset(("skin left", "skin right"))}
+    assert not model.geom_contype.any(), "nothing collides by bits as well"
+    assert model.ngeom == 2, "the links' own shapes are gone"
+    mesh = model.mesh("skin left").id
+    start, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+    geom = model.geom("skin left")
+    rotation = np.zeros(9)
+    mujoco.mju_quat2Mat(rotation, geom.quat)
+    vertices = model.mesh_vert[start : start + count].reshape(-1, 3) @ rotation.reshape(3, 3).T + geom.pos
+    assert (vertices[:, 0].min(), vertices[:, 0].max()) == pytest.approx((-0.05, 0.054), abs=1e-6), "link and skin"
+
+
+def test_hull_points_are_links_and_skins():
+    robot, skin = pair()
+    assert len(hull_points(robot, skin, "left")) == len(skin.patches[0].surface.vertices) + 8
+
+
+def test_in_the_environment_skin_meets_objects_in_pairs_and_the_rest_by_bits():
+    robot, skin = arm().robot, arm().skin
+    model = assemble(robot, skin, Effects(contact="environment"), objects=every_kind())
+    links, things = feeling_links(skin), [t.spec.name for t in every_kind()]
+    partners = {f"slab {name}" if name == "plane" else f"object {name}" for name in things}
+    assert pairs(model) == {frozenset((f"skin {link}", other)) for link in links for other in partners}
+    bare = [model.geom(i).name for i in np.flatnonzero(model.geom_conaffinity) if "object" not in model.geom(i).name]
+    assert len(bare) == len(robot.links) - len(links)
+    assert meet(model, bare[0], "object box")
+    assert meet(model, "object box", "object plane")
+    assert not meet(model, bare[0], bare[1])
+    assert not any(meet(model, f"skin {links[0]}", other) for other in (*bare, "object box", "object plane"))
+    assert not meet(model, "slab plane", "object box"), "else a box would rest on plane and slab"
+
+
+def test_by_itself_the_robot_meets_no_object():
+    robot, skin = arm().robot, arm().skin
+    model = assemble(robot, skin, Effects(contact="self"), objects=every_kind())
+    apart, names = never_touching(robot, skin), {model.body(i).name for i in range(model.nbody)}
+    assert not any(name.startswith("object") for name in names)
+    bodies = [
+        frozenset((model.body(model.geom_bodyid[a]).name, model.body(model.geom_bodyid[b]).name))
+        for a, b in zip(model.pair_geom1, model.pair_geom2, strict=True)
+    ]
+    assert bodies
+    assert not set(bodies) & apart
+
+
+def test_everything_meets_everything():
+    robot, skin = arm().robot, arm().skin
+    everything, outside, itself = (
+        assemble(robot, skin, Effects(contact=contact), objects=every_kind())
+        for contact in ("all", "environment", "self")
+    )
+    assert pairs(everything) == pairs(outside) | pairs(itself)
+    bare = [i for i in np.flatnonzero(everything.geom_contype) if "object" not in everything.geom(i).name]
+    assert meet(everything, everything.geom(bare[0]).name, everything.geom(bare[1]).name)
+
+
+def test_neighbours_never_touch():
+    robot, skin = arm().robot, arm().skin
+    names = [link.name for link in robot.links]
+    apart = never_touching(robot, skin)
+    assert all(frozenset(two) in apart for two in pairwise(names))
+    assert frozenset((names[0], names[-1])) not in apart
+    assert never_touching(robot, skin) is apart, "asked once"
+
+
+def test_touching_itself_needs_dynamics():
+    assert touches_itself(Effects(contact="all"))
+    assert not touches_itself(Effects(contact="all", dynamics=False))
+    assert not touches_itself(Effects(contact="environment"))
+
+
+@pytest.mark.parametrize(("friction", "dimensions"), [(False, 1), (True, 3)])
+def test_friction_is_the_larger_of_both_or_none(friction, dimensions):
+    layer = Layer(friction=0.4)
+    for of_box, felt in ((0.1, 0.4), (0.9, 0.9)):
+        box = thing("box", at=(5.0, 0.0, 5.0), mass=1.0, friction=of_box)
+        model = assemble(
+            bar(), bar_skin(), Effects(contact="environment", friction=friction), objects=(box,), layer=layer
+        )
+        assert list(model.pair_dim) == [dimensions]
+        assert model.pair_friction[0, 0] == felt
+        assert model.geom("object box").condim[0] == dimensions
+        assert model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC
+
+
+def test_the_numbers_of_a_pair_are_those_of_the_formula():
+    layer = Layer(stiffness=5e4)
+    model = assemble(bar(), bar_skin(), Effects(contact="environment", friction=True), objects=(BOX,), layer=layer)
+    both = model.body("bar").invweight0[0] + model.body("object box").invweight0[0]
+    k, b = -model.pair_solref[0]
+    assert k / ((1 - IMPEDANCE) * both) == pytest.approx(5e4)
+    assert b == pytest.approx(2 * np.sqrt(k))
+    assert model.pair_solimp[0, :2] == pytest.approx(IMPEDANCE)
+    assert -model.pair_solreffriction[0, 1] / ((1 - IMPEDANCE) * both) == pytest.approx(GRIP)
+
+
+def test_two_skins_in_series_are_half_as_stiff():
+    robot, skin = pair()
+    model = assemble(robot, skin, Effects(contact="self"), layer=Layer(stiffness=5e4))
+    both = model.body("left").invweight0[0] + model.body("right").invweight0[0]
+    assert -model.pair_solref[0, 0] / ((1 - IMPEDANCE) * both) == pytest.approx(2.5e4)
+
+
+def test_a_contact_too_stiff_for_the_step_is_told_with_ways_out():
+    light = thing("sphere", at=(5.0, 0.0, 5.0), mass=0.002)
+    soft, stiff = Layer(stiffness=1e3), Layer(stiffness=1e5)
+    effects = Effects(contact="environment")
+    assert unstable_contacts(assemble(bar(), bar_skin(), effects, objects=(light,), layer=soft), soft) == ()
+    model = assemble(bar(), bar_skin(), effects, objects=(light,), layer=stiff)
+    (note,) = unstable_contacts(model, stiff)
+    assert note.startswith("bar and sphere may bounce")
+    assert "discrete" in note
+    discrete = assemble(bar(), bar_skin(), replace(effects, integrator="discrete"), objects=(light,), layer=stiff)
+    assert unstable_contacts(discrete, stiff) == ()
+
+
+def test_a_robots_own_pairs_and_collision_bits_do_not_count():
+    text = bar().mjcf.replace("</worldbody>", '<geom name="g" type="box" size="1 1 1" pos="9 9 9"/></worldbody>'
+                              '<contact><pair geom1="g" geom2="own"/></contact>').replace('<geom type="box" pos',
+                              '<geom name="own" type="box" pos')  # fmt: skip
+    model = assemble(replace(bar(), mjcf=text), bar_skin(), Effects(contact="environment"), objects=(BOX,))
+    assert pairs(model) == {frozenset(("skin bar", "object box"))}

@@ -1,0 +1,91 @@
+"""Shapes of a compiled model: distances agree with MuJoCo's own."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+
+from app.geometry.mesh import Mesh
+from app.simulation.assemble import assemble
+from app.simulation.effects import Effects
+from app.simulation.geom_shapes import Solids
+from app.touch.mesh_shape import MeshShape
+from app.touch.shapes import Ball, Box, Cylinder, Plane
+from tests.things import thing
+from tests.touch import arm, bar, bar_skin
+
+KINDS = ("sphere", "box", "cylinder", "mesh", "plate", "probe", "plane")
+POINT = 1e-4
+"""Radius [m] of a probe that stands for a point."""
+
+
+def world_with(*things):
+    model = assemble(bar(), bar_skin(), Effects(contact="environment"), objects=things)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return model, data
+
+
+def solid_of(kind: str, **said):
+    body = thing(kind, at=(0.1, 0.2, 0.3), turn=(20.0, 30.0, 40.0), **said)
+    model, _ = world_with(body)
+    return Solids(model, (body,))[int(model.geom(f"object {kind}").id)]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_distances_are_mujocos(kind):
+    body, point = thing(kind, at=(0.1, 0.2, 0.3), turn=(20.0, 30.0, 40.0)), thing("probe", name="point", size=(POINT,))
+    model, data = world_with(body, point)
+    geom, tip = int(model.geom(f"object {kind}").id), int(model.geom("object point").id)
+    solid, first = Solids(model, (body, point))[geom], int(model.joint("object point x").qposadr[0])
+    shape, rng, nearby = solid.seen_from(data, 0), np.random.default_rng(0), np.zeros(6)
+    for place in shape.points(rng.normal(size=(40, 3)) * 0.03):
+        data.qpos[first : first + 3] = place
+        mujoco.mj_kinematics(model, data)
+        theirs = mujoco.mj_geomDistance(model, data, geom, tip, 1.0, nearby) + POINT
+        ours = solid.shape.distance(shape.inverse.points(place[None]))[0]
+        if ours > 1e-3:  # inside MuJoCo tells how far to push out, the same but for edges
+            assert ours == pytest.approx(theirs, abs=2e-6)
+
+
+def test_kinds():
+    shapes = {kind: solid_of(kind).shape for kind in KINDS}
+    assert shapes["sphere"] == Ball(0.02)
+    assert shapes["probe"] == Ball(0.01)
+    assert shapes["box"] == Box((0.03, 0.025, 0.01))
+    assert shapes["plate"] == Box((0.03, 0.03, 0.01))
+    assert shapes["cylinder"] == Cylinder(0.03, 0.01)
+    assert shapes["plane"] == Plane()
+    assert isinstance(shapes["mesh"], MeshShape)
+
+
+def test_the_slab_of_a_plane_is_the_plane():
+    body = thing("plane", at=(0.0, 0.0, -1.0))
+    model, data = world_with(body)
+    slab = Solids(model, (body,))[int(model.geom("slab plane").id)]
+    assert slab.shape == Plane()
+    assert slab.seen_from(data, 0).translation == pytest.approx((0, 0, -1.0))
+    assert slab.by == "plane"
+
+
+def test_an_open_mesh_presses_as_what_collides():
+    closed = thing("mesh").mesh
+    body = thing("mesh", mesh=Mesh(closed.vertices, closed.faces[3:]), at=(0.1, 0.2, 0.3))
+    model, _ = world_with(body)
+    shape = Solids(model, (body,))[int(model.geom("object mesh").id)].shape
+    assert shape.distance(np.zeros((1, 3)))[0] == pytest.approx(-0.02, rel=0.03)
+
+
+def test_a_links_hull_holds_link_and_skin():
+    robot, skin = arm().robot, arm().skin
+    model = assemble(robot, skin, Effects(contact="self"))
+    solids = Solids(model, ())
+    for patch in skin.patches:
+        solid = solids[int(model.geom(f"skin {patch.link}").id)]
+        local = solid.pose.inverse.points(patch.surface.vertices)
+        assert solid.shape.distance(local).max() < 1e-6
+        assert solid.by == patch.link
+    for geom in range(model.ngeom):
+        assert solids[geom] is solids[geom]
+        assert np.isfinite(solids[geom].shape.reach)

@@ -1,0 +1,153 @@
+"""Objects in the physics: shape, mass, freedom, motors, springs and paths."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+
+from app.simulation.assemble import assemble
+from app.simulation.effects import Effects
+from app.simulation.object_geoms import LIGHTEST, PROBE_STIFFNESS, Drives, Path, has_body, rest_pose, takes_part
+from app.simulation.objects import OBJECT_KINDS
+from app.simulation.simulation import Simulation
+from tests.things import thing
+from tests.touch import bar, bar_skin, no_command
+
+WORLD = Effects(contact="environment")
+FAR = (5.0, 1.0, 2.0)
+
+
+def model_with(*things, effects=WORLD):
+    return assemble(bar(), bar_skin(), effects, objects=things)
+
+
+def alone(*things, seconds: float, effects=WORLD) -> Simulation:
+    simulation = Simulation(bar(), bar_skin(), effects, objects=things)
+    simulation.step(round(seconds / simulation.timestep), no_command(bar()))
+    return simulation
+
+
+@pytest.mark.parametrize(
+    ("kind", "shape", "size"),
+    [("box", "BOX", (0.03, 0.025, 0.01)), ("plate", "BOX", (0.03, 0.03, 0.01)), ("sphere", "SPHERE", (0.02, 0, 0)),
+     ("probe", "SPHERE", (0.01, 0, 0)), ("cylinder", "CYLINDER", (0.03, 0.01, 0)), ("plane", "PLANE", (0.5, 0.5, 1))],
+)  # fmt: skip
+def test_primitives_have_the_size_the_scene_says(kind, shape, size):
+    geom = model_with(thing(kind, at=FAR)).geom(f"object {kind}")
+    assert geom.type[0] == getattr(mujoco.mjtGeom, f"mjGEOM_{shape}")
+    assert geom.size == pytest.approx(size)
+
+
+def test_a_plane_without_size_is_drawn_without_end():
+    assert not model_with(thing("plane", size=())).geom("object plane").size[:2].any()
+
+
+@pytest.mark.parametrize("kind", ["box", "sphere", "cylinder", "mesh"])
+def test_mass_sets_free_and_none_fixes(kind):
+    free, fixed = model_with(thing(kind, at=FAR, mass=0.7)), model_with(thing(kind, at=FAR))
+    assert free.body(f"object {kind}").mass[0] == pytest.approx(0.7)
+    assert (free.nv, fixed.nv) == (7, 1)
+
+
+def test_what_falls_falls_as_it_should():
+    simulation = alone(thing("sphere", at=(5.0, 1.0, 20.0), mass=0.7), seconds=1.0, effects=Effects(contact="all"))
+    assert 20.0 - simulation.object_poses[0, 2, 3] == pytest.approx(0.5 * 9.81, rel=2e-3)
+
+
+def test_a_guided_weight_falls_straight_however_it_is_turned():
+    weight = thing("cylinder", at=(5.0, 1.0, 20.0), turn=(30.0, 40.0, 50.0), mass=0.7, guided=True)
+    assert model_with(weight).nv == 2
+    simulation = alone(weight, seconds=1.0)
+    assert simulation.object_poses[0, :3, 3] == pytest.approx((5.0, 1.0, 20.0 - 0.5 * 9.81), rel=2e-3)
+    assert simulation.object_poses[0, :3, :3] == pytest.approx(weight.spec.pose.rotation)
+
+
+def test_objects_stand_where_and_as_the_scene_says():
+    box = thing("box", at=FAR, turn=(30.0, 40.0, 50.0))
+    simulation = alone(box, seconds=0.01)
+    assert simulation.object_poses[0] == pytest.approx(box.spec.pose.matrix, abs=1e-12)
+
+
+def test_a_plates_spring_has_the_stated_stiffness_along_its_own_axis():
+    plate = thing("plate", at=FAR, turn=(90.0, 0.0, 0.0), mass=0.5, stiffness=300.0, damping=1.0)
+    simulation = Simulation(bar(), bar_skin(), WORLD, objects=(plate,))
+    body, push = simulation._model.body("object plate").id, np.array([1.0, 2.0, 3.0])
+    simulation._data.xfrc_applied[body, :3] = push
+    simulation.step(3000, no_command(bar()))
+    axis = plate.spec.pose.rotation[:, 2]
+    moved = simulation.object_poses[0, :3, 3] - FAR
+    assert moved == pytest.approx((axis @ push / 300.0) * axis, abs=1e-9)
+
+
+def test_a_plate_swings_with_the_stated_damping():
+    plate = thing("plate", at=FAR, mass=0.5, stiffness=300.0, damping=0.1)
+    simulation = Simulation(bar(), bar_skin(), Effects(contact="environment", timestep=1e-4), objects=(plate,))
+    omega, share = np.sqrt(300.0 / 0.5), 0.1
+    simulation._data.qpos[1] = 0.01
+    period = 2 * np.pi / (omega * np.sqrt(1 - share**2))
+    simulation.step(round(period / 1e-4), no_command(bar()))
+    left = (simulation.object_poses[0, :3, 3] - FAR) @ plate.spec.pose.rotation[:, 2]
+    assert left == pytest.approx(0.01 * np.exp(-share * omega * period), rel=5e-3)
+
+
+def test_probes_and_plates_have_a_least_mass():
+    model = model_with(thing("probe", at=FAR), thing("plate", at=FAR, mass=0.001))
+    assert model.body("object probe").mass[0] == model.body("object plate").mass[0] == LIGHTEST
+
+
+def test_a_probe_follows_its_path_again_and_again():
+    path = ((0.0, *FAR), (1.0, 5.2, 1.0, 2.0), (2.0, *FAR))
+    probe = thing("probe", at=(9.0, 9.0, 9.0), path=path)
+    simulation = Simulation(bar(), bar_skin(), WORLD, objects=(probe,))
+    assert simulation.object_poses[0, :3, 3] == pytest.approx(FAR), "it starts on its path"
+    lag = 2 * np.sqrt(LIGHTEST / PROBE_STIFFNESS)
+    for seconds in (0.5, 2.5):
+        simulation.step(round((seconds - simulation.time) / 0.001), no_command(bar()))
+        assert simulation.object_poses[0, 0, 3] == pytest.approx(5.1 - 0.2 * lag, abs=2e-4)
+
+
+def test_a_probes_motors_never_push_harder():
+    probe = thing("probe", at=FAR, mass=2.0, max_force=3.0, path=((0.0, *FAR), (0.001, 9.0, 9.0, 2.0), (9.0, 9, 9, 2)))
+    simulation = Simulation(bar(), bar_skin(), WORLD, objects=(probe,))
+    for _ in range(50):
+        simulation.step(1, no_command(bar()))
+        assert np.abs(simulation._data.actuator_force[1:]).max() <= 3.0
+    assert simulation._data.actuator_force[1] == 3.0
+
+
+def test_a_probe_does_not_sag():
+    assert alone(thing("probe", at=FAR, mass=1.0), seconds=1.0).object_poses[0, :3, 3] == pytest.approx(FAR, abs=1e-9)
+
+
+def test_places_on_a_path():
+    path = Path(thing("probe", path=((0.5, 0.0, 0.0, 0.0), (1.0, 1.0, 0.0, 0.0), (2.0, 1.0, 2.0, 0.0))).spec)
+    for time, place in ((0.0, (0, 0, 0)), (0.5, (0, 0, 0)), (0.75, (0.5, 0, 0)), (1.5, (1, 1, 0)), (2.75, (0.5, 0, 0))):
+        assert path.place(time) == pytest.approx(place), time
+    assert Path(thing("probe", at=FAR).spec).place(7.0) == pytest.approx(FAR)
+    assert Path(thing("probe", path=((0.0, *FAR),)).spec).place(7.0) == pytest.approx(FAR)
+
+
+def test_only_probes_with_a_way_to_go_are_driven():
+    probe, walker = thing("probe", at=FAR), thing("probe", name="walker", path=((0.0, *FAR), (1.0, 9.0, 9.0, 9.0)))
+    assert not Drives(model_with(probe), (probe,)).moving
+    assert Drives(model_with(probe, walker), (probe, walker)).moving
+    assert not Drives(model_with(effects=Effects()), (probe, walker)).moving, "they are not in that model"
+
+
+def test_who_takes_part():
+    takers = {
+        mode: {kind for kind in OBJECT_KINDS if takes_part(kind, Effects(contact=mode))}
+        for mode in ("off", "probe", "environment", "self", "all")
+    }
+    assert takers["off"] == takers["self"] == set()
+    assert takers["probe"] == {"probe"}
+    assert takers["environment"] == takers["all"] == set(OBJECT_KINDS)
+    assert not any(takes_part(kind, Effects(contact="all", dynamics=False)) for kind in OBJECT_KINDS)
+    assert not has_body(model_with(effects=Effects()), thing("box").spec)
+
+
+def test_the_pose_at_rest_is_the_scenes_but_a_probe_is_never_turned():
+    box, probe = thing("box", at=FAR, turn=(10.0, 20.0, 30.0)), thing("probe", at=FAR, turn=(10.0, 20.0, 30.0))
+    assert rest_pose(box.spec) == pytest.approx(box.spec.pose.matrix)
+    assert rest_pose(probe.spec)[:3, :3] == pytest.approx(np.eye(3))

@@ -1,0 +1,144 @@
+"""The half-space model: the blur of theory, on flat skin and across seams, with every newton kept."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.errors import SimulationError
+from app.geometry.mesh import Mesh
+from app.skin.place import place_taxels
+from app.skin.skin import Patch, Skin
+from app.touch.layer import Layer
+from app.touch.load import ball_load
+from app.touch.love import disc_stress, point_stress
+from app.touch.models.half_space import HalfSpace, buried
+from app.touch.models.water_fill import WaterFill
+from app.touch.points import skin_points
+from app.touch.receptive_field import discs
+from tests.touch import arm, bar_skin, pair
+
+UP = np.array([0.0, 0.0, 1.0])
+MIDDLE = np.array([0.2, 0.0, 0.02])
+FINE = bar_skin(1500, finer=4)
+
+
+def press(force=5.0, radius=0.008, at=(0, 0, 0), link="bar"):
+    return ball_load(link, MIDDLE + at, UP, force, radius)
+
+
+def places(skin):
+    return np.concatenate([patch.taxels.positions for patch in skin.patches])
+
+
+@pytest.mark.parametrize("depth", [0.5e-3, 2e-3, 8e-3])
+def test_force_is_kept_to_rounding_wherever_it_presses(depth):
+    skin = arm().skin
+    model, generator = HalfSpace(skin, layer=Layer(depth=depth)), np.random.default_rng(0)
+    for _ in range(20):
+        patch = skin.patches[generator.integers(len(skin.patches))]
+        taxel = generator.integers(len(patch.taxels))
+        load = ball_load(patch.link, patch.taxels.positions[taxel], patch.taxels.normals[taxel], 7.0, 0.01)
+        assert model.pressures([load]) @ skin.areas == pytest.approx(7.0, rel=1e-9)
+
+
+@pytest.mark.parametrize("depth", [4e-3, 8e-3])
+def test_a_small_contact_is_felt_as_boussinesq_says(depth):
+    pressures = HalfSpace(FINE, layer=Layer(depth=depth), share=1e-3).pressures([press(1.0, 0.001)])
+    away = np.linalg.norm(places(FINE) - MIDDLE, axis=1)
+    expected = point_stress(away, depth)
+    near = away < 2.5 * depth
+    assert near.sum() > 20
+    np.testing.assert_allclose(pressures[near], expected[near], atol=0.12 * expected.max())
+    assert pressures[near].max() == pytest.approx(expected.max(), rel=0.12), "a taxel is 5 mm wide, a point 2"
+
+
+def test_even_pressure_on_a_disc_is_felt_on_its_axis_as_love_says():
+    points, radius, depth = skin_points(FINE), 0.012, 0.005
+    field = buried(FINE, depth, share=1e-3)
+    pressed = np.flatnonzero(np.linalg.norm(points.positions - MIDDLE, axis=1) < radius)
+    pressures = np.zeros(len(FINE))
+    field.add(pressures, pressed, points.areas[pressed])
+    centre = np.linalg.norm(places(FINE) - MIDDLE, axis=1).argmin()
+    assert pressures[centre] == pytest.approx(disc_stress(radius, depth), rel=0.04)
+
+
+def test_a_shallow_taxel_feels_the_surface():
+    load = press(20.0, 0.03)
+    shallow = HalfSpace(FINE, layer=Layer(depth=1e-5)).pressures([load])
+    np.testing.assert_allclose(shallow, WaterFill(FINE).pressures([load]), rtol=1e-3, atol=1)
+
+
+def test_deeper_taxels_feel_less_at_the_peak_and_more_around():
+    readings = [HalfSpace(FINE, layer=Layer(depth=d)).pressures([press()]) for d in (1e-3, 2e-3, 4e-3, 8e-3)]
+    peaks = [r.max() for r in readings]
+    assert peaks == sorted(peaks, reverse=True)
+    felt = [int((r > 0).sum()) for r in readings]
+    assert felt == sorted(felt)
+
+
+def test_loads_add_up():
+    model = HalfSpace(FINE)
+    one, other = press(3.0), press(4.0, at=(0.01, 0, 0))
+    np.testing.assert_allclose(model.pressures([one, other]),
+                               model.pressures([one]) + model.pressures([other]), rtol=1e-12, atol=1e-9)  # fmt: skip
+
+
+def test_a_seam_between_two_patches_of_a_link_is_no_border():
+    """The plate cut in two is felt through as the whole one, to the difference in where its taxels are."""
+    whole = FINE.patches[0].surface
+    left = whole.vertices[whole.faces].mean(axis=1)[:, 0] < MIDDLE[0]
+    halves = [Mesh(whole.vertices, whole.faces[side]) for side in (left, ~left)]
+    cut = Skin(tuple(Patch(str(k), "bar", half, place_taxels(half, 700, seed=0)) for k, half in enumerate(halves)))
+    load = press(5.0, 0.004, at=(-0.006, 0, 0))
+    depth = Layer(depth=5e-3)
+    beyond = [
+        (HalfSpace(skin, layer=depth).pressures([load]) * skin.areas)[places(skin)[:, 0] > MIDDLE[0]].sum()
+        for skin in (FINE, cut)
+    ]
+    assert beyond[0] > 0.3, "much of it is felt on the other side"
+    assert beyond[1] == pytest.approx(beyond[0], rel=0.15)
+
+
+def test_another_link_feels_nothing():
+    _, skin = pair()
+    side = skin.patches[0].taxels
+    load = ball_load("left", side.positions[0], side.normals[0], 5.0, 0.01)
+    pressures = HalfSpace(skin, layer=Layer(depth=0.05)).pressures([load])
+    assert pressures[: len(side)].any()
+    assert not pressures[len(side) :].any()
+
+
+def test_the_far_side_of_a_thin_link_feels_nothing():
+    plate = FINE.patches[0].surface
+    back = Mesh(plate.vertices - [0, 0, 0.002], plate.faces[:, ::-1])
+    both = (Patch("top", "bar", plate, place_taxels(plate, 100, seed=0)),
+            Patch("back", "bar", back, place_taxels(back, 100, seed=0)))  # fmt: skip
+    pressures = HalfSpace(Skin(both), layer=Layer(depth=5e-3)).pressures([press()])
+    assert pressures[:100].any()
+    assert not pressures[100:].any()
+
+
+def test_pads_average_what_comes_through_to_them():
+    """A uniform pressure is felt as it is, by cells and by pads."""
+    points = skin_points(FINE)
+    inner = (np.abs(places(FINE) - MIDDLE) < [0.1, 0.02, 1]).all(axis=1)
+    for field in (None, discs(FINE, 0.003)):
+        pressures = np.zeros(len(FINE))
+        buried(FINE, 2e-3, field=field).add(pressures, np.arange(len(points.areas)), 1e4 * points.areas)
+        assert inner.sum() > 100
+        np.testing.assert_allclose(pressures[inner], 1e4, rtol=0.05)
+
+
+def test_less_left_out_is_nearer_the_truth():
+    load = press(5.0, 0.004)
+    truth = HalfSpace(FINE, share=1e-4).pressures([load])
+    off = [np.abs(HalfSpace(FINE, share=s).pressures([load]) - truth).sum() for s in (0.3, 0.1, 0.03, 0.01)]
+    assert off == sorted(off, reverse=True)
+    assert off[-1] < 0.03 * truth.sum()
+
+
+def test_a_cover_too_deep_for_its_skin_is_refused_with_a_depth_that_works():
+    with pytest.raises(SimulationError, match="too deep") as caught:
+        HalfSpace(FINE, layer=Layer(depth=0.1), share=1e-4)
+    assert "mm" in str(caught.value)

@@ -1,0 +1,130 @@
+"""What a person chose to simulate: wishes from the panel act live, and are asked about where they may go wrong."""
+
+from __future__ import annotations
+
+from functools import reduce
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject
+
+from app.errors import TactileMapsError
+from app.experiments.work_precision import Setting
+from app.session.prepare import Prepared
+from app.simulation.effect_table import Wish
+from app.simulation.effects import Effects
+from app.simulation.scene import Scene, with_wish
+from app.simulation.stability import corner
+from app.touch.models.half_space import SHARE
+from widgets.map_view.taxel_faults import faults_of
+from widgets.panels.effect_choices import AUTO, autos_of, recorded
+
+if TYPE_CHECKING:
+    from widgets.main_window import MainWindow
+
+
+class LiveEffects(QObject):
+    """Connects the Effects panel, the session, the prices measured beside, and the marks on single taxels.
+
+    A wish takes effect at the next tick, and the session's state is kept. One that enters a corner where the physics
+    is known to be unstable is asked about first.
+
+    Args:
+        window: The window, with its session, views, panels and message bar made.
+
+    Attributes:
+        scene: What is shown, with every effect as it was chosen; None before there is one.
+    """
+
+    def __init__(self, window: MainWindow) -> None:
+        super().__init__(window)
+        self._window, self._live, self._panel = window, window.live, window.column.effects
+        self.scene: Scene | None = None
+        self._prepared: Prepared | None = None
+        self._home: Prepared | None = None
+        self._chosen: dict[Effects, Scene] = {}  # what was opened, and what a person made of it
+        self._asked_about: Scene | None = None
+        live, panel = self._live, self._panel
+        live.prepared_changed.connect(self._on_prepared_changed)
+        live.effects_changed.connect(self._on_effects_changed)
+        live.mode_changed.connect(self._on_mode_changed)
+        live.measured.connect(self._price)
+        live.bench.priced.connect(panel.show_prices)
+        panel.folded_changed.connect(self._price)
+        panel.wished.connect(self.wish)
+        panel.all_auto_wished.connect(self._on_all_auto_wished)
+        window.action("use_anyway").triggered.connect(self._on_use_anyway)
+
+    def _on_prepared_changed(self, prepared: Prepared) -> None:
+        self._prepared, self._asked_about = prepared, None
+        if self._live.player is None and prepared is not self._home:
+            self._home, self._chosen = prepared, {prepared.scene.effects: prepared.scene}
+
+    def _on_effects_changed(self, effects: Effects) -> None:
+        """Asked for, gone back to after a refusal, or passed in a replay."""
+        assert self._prepared is not None
+        own = self._prepared.scene
+        self.scene = own if self._live.player is not None else self._chosen.get(effects, own)
+        self._show(effects)
+        self._price()
+
+    def _show(self, effects: Effects) -> None:
+        assert self._prepared is not None
+        assert self.scene is not None
+        scene = self.scene
+        unstable = corner(effects, scene.layer)
+        notes = () if unstable is None else (unstable,)
+        self._panel.show_decision(recorded(scene, effects), autos_of(scene), notes=notes)
+        self._window.map_view.set_faults(faults_of(self._prepared, effects))
+        values = {"share": SHARE} if effects.skin == "half-space" else {}
+        self._window.column.accuracy.show_present(Setting("touch", effects.skin, values))
+
+    def _on_mode_changed(self, mode: str) -> None:
+        self._panel.set_enabled(enabled=mode in ("live", "paused"))
+
+    # Wishes.
+
+    def wish(self, key: str, wish: Wish) -> None:
+        """Have an effect otherwise; ``auto`` for as the scene needs it."""
+        if self.scene is None:
+            return
+        try:
+            scene = with_wish(self.scene, key, wish)
+        except TactileMapsError as error:
+            self._window.message_bar.say(str(error), fault=True)
+            return
+        found = corner(scene.effects, scene.layer)
+        if found is None or found == corner(self.scene.effects, self.scene.layer):
+            self._use(scene)
+            return
+        self._asked_about = scene
+        self._window.message_bar.say(
+            f"{found.where}: {found.action[:1].lower()}{found.action[1:]}.",
+            remedies=[self._window.action("use_anyway")],
+            dismiss="Keep",
+        )
+
+    def _on_use_anyway(self) -> None:
+        scene, self._asked_about = self._asked_about, None
+        if scene is not None and self._live.player is None:
+            self._use(scene)
+
+    def _on_all_auto_wished(self) -> None:
+        if self.scene is not None:
+            self._use(reduce(lambda scene, key: with_wish(scene, key, AUTO), self.scene.wishes, self.scene))
+
+    def _use(self, scene: Scene) -> None:
+        """Simulate so from the next tick on; a wish that changes nothing but the reason is only shown."""
+        assert self.scene is not None
+        self._chosen[scene.effects] = scene
+        if scene.effects != self.scene.effects:
+            self._live.set_effects(scene.effects)
+        else:
+            self.scene = scene
+            self._show(scene.effects)
+
+    # Prices.
+
+    def _price(self) -> None:
+        """Have what is no stage of its own measured beside, while somebody can see the panel."""
+        if self._live.player is None and self._home is not None and self.scene is not None and not self._panel.folded:
+            self._live.bench.price(self._home, self.scene.effects)

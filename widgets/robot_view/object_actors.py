@@ -1,0 +1,114 @@
+"""The scene's objects as actors: calm and matte, built once a scene, moved in place from frame to frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from app.arrays import FloatArray
+from app.simulation.objects import Body
+from widgets.colours import Theme, mixed
+from widgets.robot_view.drawn import MATTE, polydata, set_matrix
+from widgets.robot_view.ground import plane_grid
+
+_PROBE_OPACITY = 0.55
+"""A probe looks as the finger does, but for this: nothing else shows where it is while it touches nothing."""
+_PLANE_OPACITY = 0.5
+_LEVEL = 0.9
+"""Cosine of the tilt up to which a plane is a floor."""
+_LIGHTER = 0.18
+"""How far the objects' grey is from the links' towards that of the ground: the robot stands out of all around it."""
+
+
+class ObjectActors:
+    """What is in the scene beside the robot. Without objects it keeps and draws nothing.
+
+    A probe is tinted as the finger is, a plane is a thin plate with a grid, everything else is a grey body.
+
+    Args:
+        plotter: Where to draw.
+        theme: Neutral colours.
+        bodies: The scene's, in the order of ``Frame.objects``.
+    """
+
+    def __init__(self, plotter: Any, theme: Theme, bodies: Sequence[Body]) -> None:
+        self._bodies = tuple(bodies)
+        self._solids = [_add_solid(plotter, body) for body in self._bodies]
+        self._grids = {
+            number: plotter.add_mesh(
+                plane_grid(body.mesh.bounds),
+                line_width=1, lighting=False, pickable=False, reset_camera=False,
+            )
+            for number, body in enumerate(self._bodies)
+            if body.spec.kind == "plane"
+        }  # fmt: skip
+        self.poses = np.array([body.spec.pose.matrix for body in self._bodies]).reshape(-1, 4, 4)
+        """(k, 4, 4) ``T_world_object`` as drawn."""
+        self.set_theme(theme)
+        self.move(self.poses)
+
+    @property
+    def has_floor(self) -> bool:
+        """Whether the scene brings a level plane of its own, so that no other floor is needed."""
+        return any(abs(self._bodies[number].spec.pose.rotation[2, 2]) > _LEVEL for number in self._grids)
+
+    def move(self, poses: FloatArray) -> None:
+        """Put them where (k, 4, 4) ``T_world_object`` says, in place."""
+        self.poses = poses
+        for number, (actor, pose) in enumerate(zip(self._solids, poses, strict=True)):
+            set_matrix(actor, pose)
+            if number in self._grids:
+                set_matrix(self._grids[number], pose)
+
+    def fade(self, share: float) -> None:
+        """Let so much of them go, 0 to 1, while the skin is laid flat."""
+        for body, actor in zip(self._bodies, self._solids, strict=True):
+            actor.prop.opacity = (1.0 - share) * _opacity(body)
+        for grid in self._grids.values():
+            grid.prop.opacity = 1.0 - share
+
+    def near(self, points: FloatArray) -> FloatArray:
+        """(c, 3) corners [m], world, of the objects that belong into a picture of ``points`` (k, 3).
+
+        Those no farther from their box than half its diagonal, and no larger than it; never a plane, which goes on.
+        """
+        low, high = points.min(axis=0), points.max(axis=0)
+        reach = 0.5 * float(np.linalg.norm(high - low))
+        kept = [np.zeros((0, 3))]
+        for body, pose in zip(self._bodies, self.poses, strict=True):
+            box = np.array(np.meshgrid(*body.mesh.bounds.T)).reshape(3, -1).T @ pose[:3, :3].T + pose[:3, 3]
+            beside = (box.min(axis=0) < high + reach).all() and (box.max(axis=0) > low - reach).all()
+            if beside and body.spec.kind != "plane" and np.linalg.norm(np.ptp(box, axis=0)) < 2 * reach:
+                kept.append(box)
+        return np.concatenate(kept)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        for body, actor in zip(self._bodies, self._solids, strict=True):
+            actor.prop.color = _colour(body, theme)
+        for grid in self._grids.values():
+            grid.prop.color = mixed(theme.window, theme.quiet, 0.45)
+
+
+def _add_solid(plotter: Any, body: Body) -> Any:
+    mesh = body.mesh
+    if body.spec.kind == "plane":
+        look: dict[str, Any] = {"lighting": False, "show_scalar_bar": False, "reset_camera": False}
+    else:
+        look = MATTE if body.spec.kind in ("probe", "sphere", "mesh") else MATTE | {"smooth_shading": False}
+    surface = polydata(mesh.vertices, mesh.vertex_normals, mesh.faces)
+    return plotter.add_mesh(surface, opacity=_opacity(body), pickable=False, **look)
+
+
+def _opacity(body: Body) -> float:
+    return {"probe": _PROBE_OPACITY, "plane": _PLANE_OPACITY}.get(body.spec.kind, 1.0)
+
+
+def _colour(body: Body, theme: Theme) -> str:
+    if body.spec.kind == "probe":
+        return theme.text
+    if body.spec.kind == "plane":
+        return mixed(theme.window, theme.quiet, 0.16)
+    return mixed(theme.body, theme.window, _LIGHTER)

@@ -1,0 +1,117 @@
+"""The session that runs, and what a hand asks of it: touch, control, effects, an edited map, time."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QObject
+
+from app.control.command import ControlChanged, ControlSettings
+from app.geometry.surface_point import SurfacePoint
+from app.maps.tactile_map import TactileMap
+from app.recording.player import Player
+from app.session.inputs import EffectsChanged, MapEdited, SessionInput
+from app.simulation.effects import Effects
+from app.simulation.poke import Finger, PokeMoved, PokePressed, PokeReleased
+from app.simulation.stimuli.from_hand import from_hand
+from app.simulation.stimuli.stimulus import Stimulus
+from widgets.in_force import InForce
+from widgets.runner import Runner
+from widgets.session_facts import SessionFacts
+
+HAND = 1
+"""Id of the hand's finger; the scripted ones have 0 and below."""
+
+
+class RunningSession(SessionFacts):
+    """Asks the runner for what a person wants, while what it runs is what is shown.
+
+    Args:
+        parent: Qt parent.
+
+    Attributes:
+        runner: Of the live session; None before there is one.
+        player: Of the recording that is shown instead; None while the live session is.
+        finger: That touches.
+    """
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.runner: Runner | None = None
+        self.player: Player | None = None
+        self.finger = Finger()
+        self._in_force, self._speed = InForce(self), 1.0
+        self._map: TactileMap | None = None  # in force in the session; the player's may be shown meanwhile
+        self._shown_map: TactileMap | None = None
+
+    @property
+    def mode(self) -> str:
+        """``empty``, ``live``, ``paused`` or ``replaying``."""
+        if self.player is not None:
+            return "replaying"
+        if self.runner is None:
+            return "empty"
+        return "paused" if self.runner.paused else "live"
+
+    @property
+    def _running(self) -> Runner | None:
+        """The runner, while what it runs is what is shown."""
+        return self.runner if self.player is None else None
+
+    def press(self, at: SurfacePoint) -> None:
+        """A finger presses the skin."""
+        if self._submit(PokePressed(HAND, at, self.finger)):
+            self.touched.emit()
+
+    def move(self, at: SurfacePoint) -> None:
+        """It strokes to another place."""
+        self._submit(PokeMoved(HAND, at))
+
+    def release(self) -> None:
+        """It lifts."""
+        self._submit(PokeReleased(HAND))
+
+    def set_settings(self, settings: ControlSettings) -> None:
+        """Change the controller, at the next tick."""
+        self._submit(ControlChanged(settings))
+
+    def set_effects(self, effects: Effects) -> None:
+        """Simulate otherwise from the next tick on; what cannot be is refused then, and told."""
+        self._submit(EffectsChanged(effects))
+
+    def edit_map(self, map_: TactileMap, name: str) -> None:
+        """Contacts are placed and controlled by an edited map, from the next tick on."""
+        if (running := self._running) and map_ is not self._map:
+            self._map = self._shown_map = map_
+            running.submit(MapEdited(name, map_))
+
+    def _tell_map(self, map_: TactileMap) -> None:
+        if map_ is not self._shown_map:
+            self._shown_map = map_
+            self.map_changed.emit(map_)
+
+    def _submit(self, act: SessionInput) -> bool:
+        """Whether there is a running session that takes it."""
+        if running := self._running:
+            running.submit(act)
+            self._in_force.ask(act)
+        return running is not None
+
+    def touches(self) -> tuple[Stimulus, ...]:
+        """What the hand did since the last reset, as a script; nothing while no session runs."""
+        if (running := self._running) is None:
+            return ()
+        with running.lock:
+            session, inputs, tick = running.session, tuple(running.session.inputs), running.session.frame.tick
+        prepared = session.prepared
+        return from_hand(prepared.skin, inputs, tick=prepared.scene.tick, last=tick)
+
+    def set_paused(self, *, paused: bool) -> None:
+        """Stop or go on."""
+        if running := self._running:
+            running.paused = paused
+            self.mode_changed.emit(self.mode)
+
+    def set_speed(self, speed: float) -> None:
+        """Simulated seconds per second, in this scene and those opened after it."""
+        self._speed = speed
+        if self.runner is not None:
+            self.runner.speed = speed
