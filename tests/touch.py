@@ -12,7 +12,7 @@ from app.maps.build import build_map
 from app.robots.robot import Joint, Link, Robot
 from app.session.prepare import Prepared
 from app.simulation.scene import Scene
-from app.skin.place import place_taxels
+from app.skin.place import place_taxels, taxels_in
 from app.skin.skin import Patch, Skin
 from tests.recordings import small_arm
 
@@ -43,6 +43,16 @@ def bar_skin(taxels: int = 60, *, finer: int = 1) -> Skin:
     """The top of the bar, 20 mm above the hinge's axis."""
     plate = _plate((0.01, -0.05, 0.02), (0.38, 0, 0), (0, 0.1, 0), steps=(48 * finer, 12 * finer))
     return Skin((Patch("top", "bar", plate, place_taxels(plate, taxels, seed=0)),))
+
+
+def each_point_a_taxel(skin: Skin) -> Skin:
+    """The same surfaces with a taxel for every quadrature point: what it says is what the points bear."""
+    patches = []
+    for patch in skin.patches:
+        faces = np.arange(len(patch.surface.faces))
+        taxels = taxels_in(patch.surface, faces, np.full((len(faces), 3), 1 / 3), faces)
+        patches.append(Patch(patch.name, patch.link, patch.surface, taxels))
+    return Skin(tuple(patches))
 
 
 def pair() -> tuple[Robot, Skin]:

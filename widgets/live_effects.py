@@ -14,9 +14,9 @@ from app.simulation.effect_table import Wish
 from app.simulation.effects import Effects
 from app.simulation.scene import Scene, with_wish
 from app.simulation.stability import corner
-from app.touch.models.half_space import SHARE
+from app.touch.buried import SHARE
 from widgets.map_view.taxel_faults import faults_of
-from widgets.panels.effect_choices import AUTO, autos_of, recorded
+from widgets.panels.effect_choices import AUTO, autos_of, chosen, recorded
 
 if TYPE_CHECKING:
     from widgets.main_window import MainWindow
@@ -43,11 +43,12 @@ class LiveEffects(QObject):
         self._home: Prepared | None = None
         self._chosen: dict[Effects, Scene] = {}  # what was opened, and what a person made of it
         self._asked_about: Scene | None = None
+        self._at_rest = False  # the map of the scene is measured; before, whoever looks at it comes first
         live, panel = self._live, self._panel
         live.prepared_changed.connect(self._on_prepared_changed)
         live.effects_changed.connect(self._on_effects_changed)
         live.mode_changed.connect(self._on_mode_changed)
-        live.measured.connect(self._price)
+        live.measured.connect(self._on_measured)
         live.bench.priced.connect(panel.show_prices)
         panel.folded_changed.connect(self._price)
         panel.wished.connect(self.wish)
@@ -58,6 +59,7 @@ class LiveEffects(QObject):
         self._prepared, self._asked_about = prepared, None
         if self._live.player is None and prepared is not self._home:
             self._home, self._chosen = prepared, {prepared.scene.effects: prepared.scene}
+            self._at_rest = False
 
     def _on_effects_changed(self, effects: Effects) -> None:
         """Asked for, gone back to after a refusal, or passed in a replay."""
@@ -65,15 +67,17 @@ class LiveEffects(QObject):
         own = self._prepared.scene
         self.scene = own if self._live.player is not None else self._chosen.get(effects, own)
         self._show(effects)
-        self._price()
+        if self._at_rest:
+            self._price()
 
     def _show(self, effects: Effects) -> None:
         assert self._prepared is not None
         assert self.scene is not None
         scene = self.scene
-        unstable = corner(effects, scene.layer)
+        unstable = corner(effects, scene.layer, objects=scene.objects)
         notes = () if unstable is None else (unstable,)
-        self._panel.show_decision(recorded(scene, effects), autos_of(scene), notes=notes)
+        decision = chosen(recorded(scene, effects), self._prepared.scene, scene)
+        self._panel.show_decision(decision, autos_of(scene), notes=notes)
         self._window.map_view.set_faults(faults_of(self._prepared, effects))
         values = {"share": SHARE} if effects.skin == "half-space" else {}
         self._window.column.accuracy.show_present(Setting("touch", effects.skin, values))
@@ -92,13 +96,13 @@ class LiveEffects(QObject):
         except TactileMapsError as error:
             self._window.message_bar.say(str(error), fault=True)
             return
-        found = corner(scene.effects, scene.layer)
-        if found is None or found == corner(self.scene.effects, self.scene.layer):
+        found = corner(scene.effects, scene.layer, objects=scene.objects)
+        if found is None or found == corner(self.scene.effects, self.scene.layer, objects=self.scene.objects):
             self._use(scene)
             return
         self._asked_about = scene
         self._window.message_bar.say(
-            f"{found.where}: {found.action[:1].lower()}{found.action[1:]}.",
+            f"Unsteady: {found.where}. {found.action}.",
             remedies=[self._window.action("use_anyway")],
             dismiss="Keep",
         )
@@ -123,6 +127,11 @@ class LiveEffects(QObject):
             self._show(scene.effects)
 
     # Prices.
+
+    def _on_measured(self) -> None:
+        if not self._at_rest:
+            self._at_rest = True
+            self._price()
 
     def _price(self) -> None:
         """Have what is no stage of its own measured beside, while somebody can see the panel."""

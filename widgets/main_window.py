@@ -70,6 +70,7 @@ class MainWindow(QMainWindow):
         self.editing = Editing(self)  # after the views, which show another scene before its map is edited
         self._leaving = False
         self.setAcceptDrops(True)
+        self.setAnimated(False)
         self.resize(1400, 900)
         if settings.geometry is not None:
             self.restoreGeometry(settings.geometry)

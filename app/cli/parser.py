@@ -38,6 +38,7 @@ def _add_window_commands(commands: argparse._SubParsersAction) -> None:  # type:
     run.add_argument(
         "--for", dest="seconds", type=_positive, default=5.0, metavar="SECONDS", help="simulated seconds (default 5)"
     )
+    run.add_argument("--stimuli", metavar="FILE.toml", help="play this script instead of the scene's")
     run.add_argument("-o", "--output", metavar="FILE.mcap", help="record to this file")
     run.add_argument("--overwrite", action="store_true", help="replace an existing file")
     _json(run)
@@ -63,6 +64,7 @@ def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: i
     replay = commands.add_parser("replay", help="step through a recording")
     replay.add_argument("input", metavar="FILE.mcap")
     replay.add_argument("--verify", action="store_true", help="simulate the recorded inputs again and compare")
+    replay.add_argument("--stimuli", metavar="FILE.toml", help="write what the hand did as a script")
     _json(replay)
     recover = commands.add_parser("recover", help="salvage a recording that was cut off")
     recover.add_argument("input", metavar="FILE.mcap")

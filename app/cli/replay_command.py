@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
 from app.cli.output import answer, facts, fail, progress_line
+from app.errors import RecordingError, UsageError
 from app.recording.player import Player
 from app.recording.verify import verify
+from app.simulation.stimuli.from_hand import from_hand
+from app.simulation.stimuli.stimulus_file import save_stimuli
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -28,9 +32,22 @@ def execute(arguments: argparse.Namespace) -> int:
         tick, error = player.failure
         result |= {"stopped_at": tick, "stopped": str(error), "stopped_again": None}
         rows["Stopped"] = f"at tick {tick}: {error}"
+    if arguments.stimuli:
+        _save_stimuli(player, arguments.stimuli, rows)
     (_verify if arguments.verify else _read)(player, result, rows)
     (answer(result) if arguments.json else facts(rows))
     return 1 if result["identical"] is False else 0
+
+
+def _save_stimuli(player: Player, file: str, rows: dict[str, object]) -> None:
+    if Path(file).exists():
+        raise UsageError("there is such a file already", file=file, remedy="Choose another name")
+    scene = player.prepared.scene
+    stimuli = from_hand(player.prepared.skin, player.inputs, tick=scene.tick, last=player.frame(len(player) - 1).tick)
+    if not stimuli:
+        raise RecordingError("nobody touched the skin in this recording", file=player.path)
+    save_stimuli(stimuli, file)
+    rows["Touches"] = f"{len(stimuli)}, written to {file}"
 
 
 def _verify(player: Player, result: dict[str, object], rows: dict[str, object]) -> None:

@@ -9,17 +9,24 @@ from app.errors import UsageError
 from app.session.open_scene import open_scene
 from app.simulation.scene import Scene
 from app.simulation.scene_file import scene_for
+from app.simulation.stimuli.stimulus_file import load_stimuli
 
 
 def scene_of(arguments: argparse.Namespace) -> Scene:
     """The scene named by ``SCENE``, ``--scene`` or ``--robot``; the arm's by default.
 
-    With both, the scene is played by the other robot, on links chosen by themselves.
+    With both, the scene is played by the other robot, on links chosen by themselves. With ``--stimuli``, that script
+    plays instead of the scene's own.
 
     Raises:
         UsageError: Two scenes are named.
-        SceneError: There is no such scene.
+        SceneError: There is no such scene or script.
     """
+    scene, script = _scene_of(arguments), getattr(arguments, "stimuli", None)
+    return replace(scene, stimuli=load_stimuli(script)) if script else scene
+
+
+def _scene_of(arguments: argparse.Namespace) -> Scene:
     first, second = getattr(arguments, "scene_file", None), getattr(arguments, "scene", None)
     if first and second:
         raise UsageError("two scenes are named", value=f"{first}, {second}", remedy="Name one")

@@ -8,10 +8,11 @@ from typing import get_args
 
 from app.cli.output import answer, facts, progress_line
 from app.errors import UsageError
+from app.session.open_scene import open_scene
 from app.session.prepare import robot_in_skin
 from app.simulation.effect_table import nearest
 from app.simulation.effects import SkinModel
-from app.simulation.scene_file import load_scene, scene_for, scene_names
+from app.simulation.scene_file import scene_for, scene_names
 from app.simulation.weigh import Weighed, weigh
 
 TOLERANCE = 0.02
@@ -26,7 +27,7 @@ def execute(arguments: argparse.Namespace) -> int:
         raise UsageError(
             "there is no such contact model", value=arguments.model, remedy=nearest(arguments.model, _MODELS)
         )
-    scene = load_scene(name) if Path(name).suffix.lower() == ".toml" or name in scene_names() else scene_for(name)
+    scene = open_scene(name) if Path(name).suffix.lower() == ".toml" or name in scene_names() else scene_for(name)
     usual: SkinModel = "water-fill" if scene.effects.skin == "off" else scene.effects.skin
     progress = progress_line()
     robot, skin = robot_in_skin(scene, progress=progress)

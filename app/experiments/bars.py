@@ -1,4 +1,4 @@
-"""A bar chart as SVG: one named amount a line, the largest on top; for prices, which have names and no axis of error."""
+"""A bar chart as SVG: one named amount a line, the largest on top; for prices, which have names but no error."""
 
 from __future__ import annotations
 

@@ -35,6 +35,8 @@ class DensePoints:
         normals: (k, 3) outward.
         areas: (k,) [m²].
         taxel: (k,) which taxel feels there, numbered through the skin.
+        parts: (k,) of the taxel's cell that each point stands for [m²]. Not its area, where the points of a cell are so
+            few that their areas add up to another than the cell's.
     """
 
     link: str
@@ -42,6 +44,7 @@ class DensePoints:
     normals: FloatArray
     areas: FloatArray
     taxel: IntArray
+    parts: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,11 +91,13 @@ def press(
     aside = forces @ (dense.positions - at) / force
     point = at + aside - (aside @ normal) * normal
     load = Load(dense.link, point, normal, force, Ball(radius), Pose(np.eye(3), centre))
-    surface, felt = (
-        np.bincount(dense.taxel, weight, taxels).astype(np.float64)
-        for weight in (forces, blur(pressures) * dense.areas)
-    )
-    return Touch(load, surface, felt)
+    return Touch(load, _on_cells(dense, pressures, taxels), _on_cells(dense, blur(pressures), taxels))
+
+
+def _on_cells(dense: DensePoints, pressures: FloatArray, taxels: int) -> FloatArray:
+    """(taxels,) force on each cell [N]; all of it on some cell."""
+    forces = np.bincount(dense.taxel, pressures * dense.parts, taxels)
+    return np.asarray(forces * (pressures @ dense.areas / forces.sum()))
 
 
 def misplaced(touch: Touch, by: float) -> Touch:

@@ -23,7 +23,7 @@ from app.touch.layer import Layer
 
 NONE = Effects(gravity="off", contact="off", joint_limits=False, fingers=False, skin="off")
 """Everything off that can be: the arm, its joints and nothing else."""
-_STEPS_A_TICK, _WARM_TICKS = 5, 300
+_STEPS_A_TICK, _TICKS_A_ROUND, _WARM_TICKS = 5, 10, 300
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def _sensing(felt: Effects, key: str) -> Effects:
 
 def cases(quick: bool, seed: int) -> list[Case]:
     """Every effect in every choice."""
-    taxels, rounds = ((1000,), 15) if quick else ((1000, 10_000), 60)
+    taxels, rounds = ((1000,), 60) if quick else ((1000, 10_000), 200)
     return [
         {"effect": row.effect, "choice": row.choice, "taxels": count, "rounds": rounds, "seed": seed}
         for count in taxels
@@ -104,10 +104,18 @@ def measure(case: Case) -> list[Row]:
 
 
 def _bare(arm: PressedArm) -> Callable[[int], None]:
-    """MuJoCo's own step on the arm with all off, many at once."""
+    """Ticks of MuJoCo's own steps on the arm with all off, held by the same command, and nothing around them."""
     model = assemble(arm.robot, arm.skin, NONE)
-    data = mujoco.MjData(model)
-    return lambda ticks: mujoco.mj_step(model, data, _STEPS_A_TICK * ticks)
+    data, command = mujoco.MjData(model), arm.command
+    model.actuator_gainprm[:, 0] = command.stiffness
+    model.actuator_biasprm[:, 1], model.actuator_biasprm[:, 2] = -command.stiffness, -command.damping
+    data.qpos[:], data.ctrl[:], data.qfrc_applied[:] = arm.robot.home, command.posture, command.torque
+
+    def run(ticks: int) -> None:
+        for _ in range(ticks):
+            mujoco.mj_step(model, data, _STEPS_A_TICK)
+
+    return run
 
 
 def _ticking(arm: PressedArm, effects: Effects) -> Callable[[int], None]:
@@ -128,12 +136,12 @@ def _ticking(arm: PressedArm, effects: Effects) -> Callable[[int], None]:
 
 def _by_turns(acts: Mapping[str, Callable[[int], None]], rounds: int) -> Mapping[str, Any]:
     """(rounds,) seconds of one step by act; a round does each once: they share whatever else the machine does."""
-    ticks, seconds = 20, {name: np.zeros(rounds) for name in acts}
+    seconds = {name: np.zeros(rounds) for name in acts}
     for number in range(-1, rounds):  # the first is to warm up
         for name, act in acts.items():
             start = time.perf_counter()
-            act(ticks)
-            seconds[name][number] = (time.perf_counter() - start) / (ticks * _STEPS_A_TICK)
+            act(_TICKS_A_ROUND)
+            seconds[name][number] = (time.perf_counter() - start) / (_TICKS_A_ROUND * _STEPS_A_TICK)
     return seconds
 
 
@@ -143,14 +151,14 @@ def figures(rows: Sequence[Row]) -> list[Bars]:
         Bars(
             f"The price of each effect with {taxels} taxels",
             "more time a step than without it, as a multiple of a bare step",
-            {
-                f"{row['effect']} {row['choice']}".replace("_", " ").removesuffix(" on"): float(row["price"] or 0)
-                for row in rows
-                if row["taxels"] == taxels
-            },
+            {_name(row): float(row["price"] or 0) for row in rows if row["taxels"] == taxels},
         )
         for taxels in dict.fromkeys(row["taxels"] for row in rows)
     ]
+
+
+def _name(row: Row) -> str:
+    return f"{row['effect']} {row['choice']}".replace("_", " ").removesuffix(" on").strip()
 
 
 EXPERIMENT = Experiment(
@@ -158,8 +166,9 @@ EXPERIMENT = Experiment(
     "What does each effect cost, as a multiple of a bare step of the same arm?",
     "Our own arm, held at home and, where bodies or fingers may touch, pressed with 10 N. Each effect is switched on "
     "alone, on the least that it needs (friction on contact, the sensor's effects on a skin that is touched). The "
-    "ratio is the time of a step with it, a fifth of a reading included where there is a skin, to a bare mj_step of "
-    "the same arm with all off; the price is what is more than the same without it. All three run by turns.",
+    "ratio is the time of a step with it, in ticks of five and a reading where there is a skin, to that of a bare "
+    "mj_step of the same arm with all off, in ticks of five as well; the price is what is more than the same without "
+    "it. All three run by turns; medians over the turns.",
     cases,
     measure,
     figures,

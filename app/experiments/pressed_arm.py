@@ -16,6 +16,7 @@ from app.robots.library import find_robot
 from app.robots.robot import Robot
 from app.simulation.bodies import primitive
 from app.simulation.objects import Body, ObjectSpec
+from app.simulation.stability import PROBE
 from app.skin.cover import cover
 from app.skin.cover_spec import CoverSpec
 from app.skin.skin import Skin
@@ -58,7 +59,7 @@ def pressed_arm(taxels: int, seed: int = 0) -> PressedArm:
     touched = configuration.pose(skin.link(at)).points(skin.position(at))
     way = [(seconds, *(touched + along * axis)) for seconds, along in
            ((0.0, _RADIUS + _AWAY), (ARRIVED, -_BEYOND), (3600.0, -_BEYOND))]  # fmt: skip
-    spec = ObjectSpec("probe", "probe", size=(_RADIUS,), mass=0.1, friction=0.0, max_force=PRESS)
+    spec = ObjectSpec("probe", "probe", size=(_RADIUS,), mass=PROBE, friction=0.0, max_force=PRESS)
     spec = replace(spec, path=tuple((float(t), float(x), float(y), float(z)) for t, x, y, z in way))
     command = joint_impedance(configuration.inertia(), robot.home, frequency=_FREQUENCY, damping_ratio=_DAMPING)
     return PressedArm(robot, skin, Body(spec, primitive(spec)), at, command)

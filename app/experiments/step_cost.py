@@ -153,8 +153,8 @@ EXPERIMENT = Experiment(
     "Which integrator holds a contact of which stiffness, at which time step, and what does that cost?",
     f"A probe of 0.1 kg presses the forearm of our own arm, held at home, with {PRESS:g} N for 1.2 s. Steady: over the "
     "last 0.4 s the force is within 5 % of that of a run at 0.05 ms, wavers by less than 5 % (standard deviation over "
-    "all steps), and contact is never lost. Diverges: the run was stopped by name. Postures are compared over the first "
-    "0.8 s; times are medians over every 8 ms of these.",
+    "all steps), and contact is never lost. Diverges: the run was stopped by name. Postures are compared over the "
+    "first 0.8 s; times are medians over every 8 ms of these.",
     cases,
     measure,
     figures,

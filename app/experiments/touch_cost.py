@@ -88,16 +88,10 @@ def measure(case: Case) -> list[Row]:
 def _touches(name: str, count: int, contact_mm: float, touches: int, seed: int) -> tuple[Touch, ...]:
     """Kept between the models of a contact."""
     ground, layer = GROUNDS[name](count, seed), Layer()
+    blur, taxels, contact = ground.blur(layer.depth), len(ground.skin), 1e-3 * contact_mm
     places = np.random.default_rng(seed).uniform(-_ASIDE, _ASIDE, (touches, 2))
     return tuple(
-        press(
-            ground.dense,
-            *ground.place(*at),
-            1e-3 * contact_mm,
-            taxels=len(ground.skin),
-            blur=ground.blur(layer.depth),
-            layer=layer,
-        )
+        press(ground.dense, *ground.place(*at), contact, taxels=taxels, blur=blur, layer=layer)
         for at in places.tolist()
     )
 

@@ -43,20 +43,21 @@ def _silent(_text: str, _fraction: float) -> None:
 
 
 def prepare(scene: Scene, *, progress: Progress = _silent) -> Prepared:
-    """Load the robot, put on its skin, make the map, make the objects.
+    """Make the objects, load the robot, put on its skin, make the map.
 
     Args:
         scene: What to make.
         progress: Told what is being done and how far it is, 0 to 1; may raise to cancel.
 
     Raises:
-        TactileMapsError: Any part says what is wrong with the scene, the robot or the skin.
+        TactileMapsError: Any part says what is wrong with the scene, its objects, the robot or the skin.
 
     Cost: 2 to 5 s for 1000 taxels.
     """
+    objects = make_bodies(scene)  # first, since it costs nothing and may fail
     robot, skin = robot_in_skin(scene, progress=progress)
     map_ = build_map(skin, progress=lambda text, done: progress(text, 0.4 + 0.6 * done))
-    return Prepared(scene, robot, skin, map_, make_bodies(scene))
+    return Prepared(scene, robot, skin, map_, objects)
 
 
 def robot_in_skin(scene: Scene, *, progress: Progress = _silent) -> tuple[Robot, Skin]:

@@ -8,10 +8,11 @@ import mujoco
 
 from app.robots.compile import compile_spec, robot_spec
 from app.robots.robot import Robot
-from app.simulation.contact_pairs import let_touch, set_stiffness, touches_itself
+from app.simulation.contact_pairs import let_touch, touches_itself
 from app.simulation.effects import Effects, Integrator
 from app.simulation.object_geoms import add_object, takes_part
 from app.simulation.objects import Body
+from app.simulation.real_stiffness import RealStiffness
 from app.skin.skin import Skin
 from app.touch.layer import Layer
 from app.touch.models.depth import add_taxel_sensors
@@ -59,7 +60,7 @@ def assemble(
     else:
         spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
     model = compile_spec(spec, source=robot.source)
-    set_stiffness(model, layer)
+    RealStiffness(model, layer)
     return model
 
 

@@ -21,22 +21,10 @@ from app.robots.robot import Robot
 from app.simulation.effects import Effects
 from app.simulation.object_geoms import body_name, slab_name, takes_part
 from app.simulation.objects import Body
+from app.simulation.real_stiffness import IMPEDANCE
 from app.skin.skin import Skin
 from app.touch.layer import Layer
 
-IMPEDANCE = 0.5
-"""MuJoCo's ``d`` of skin contacts, constant: with 0.9 a held force wavers eight times as much (measured)."""
-GRIP = 100.0
-"""Friction of skin contacts below the speed at which they slide [N s/m].
-
-MuJoCo's friction creeps: it is viscous up to Coulomb's force, and what viscosity would bring beyond that also pushes
-the bodies apart. A contact held with force N creeps up to  mu N / GRIP  and hops from  N (1 / mu + 2 mu) / GRIP  on.
-With 10 N and mu = 0.5 that is 0.05 and 0.3 m/s. MuJoCo's own value makes it hop at 0.03 m/s (10 N waver by 9.5 N); the
-known cure of ``solreffriction = 0.2 1`` is worth 4 N s/m, with which nothing rubs below 1 m/s (measured).
-"""
-_BEARABLE = 1.0
-_BEARABLE_DISCRETE = 50.0
-"""Largest  k dt²  of a contact that neither bounces nor diverges, by integrator (measured: mujoco 4.0)."""
 _ROBOT, _OUTSIDE = 1, 2
 
 
@@ -98,51 +86,6 @@ def let_touch(
             _pair(spec, first, second, max(friction, layer.friction), effects)
 
 
-def set_stiffness(model: mujoco.MjModel, layer: Layer) -> None:
-    """Give every pair of skin and something the layer's real stiffness, in the compiled model.
-
-    A direct ``solref = (-k, -b)`` with constant impedance d makes a contact of  K = k / ((1 - d) (w1 + w2))  [N/m],
-    w the bodies' inverse weights (``body_invweight0``), whatever the posture; b = 2 sqrt(k) is critical. Two skins in
-    series have half the stiffness. In the same way friction's b makes  b / ((1 - d) (w1 + w2))  [N s/m].
-
-    Args:
-        model: Compiled; changed.
-        layer: Of the skin.
-    """
-    mobility = _mobility(model)
-    for pair in range(model.npair):
-        geoms = model.pair_geom1[pair], model.pair_geom2[pair]
-        skins = sum(model.geom(geom).name.startswith("skin ") for geom in geoms)
-        scale = (1 - IMPEDANCE) * mobility[pair]
-        k = layer.stiffness / skins * scale
-        model.pair_solref[pair] = -k, -2 * np.sqrt(k)
-        if model.pair_dim[pair] > 1:
-            model.pair_solreffriction[pair] = -1.0, -GRIP * scale  # no stiffness: friction has nowhere to return
-
-
-def unstable_contacts(model: mujoco.MjModel, layer: Layer) -> tuple[str, ...]:
-    """Contacts of the skin that are stiffer than the time step bears, for people: what they may do about each.
-
-    Args:
-        model: Compiled, with its stiffnesses set.
-        layer: Of the skin.
-    """
-    step, discrete = model.opt.timestep, model.opt.integrator == mujoco.mjtIntegrator.mjINT_DISCRETE
-    bearable = _BEARABLE_DISCRETE if discrete else _BEARABLE
-    notes = []
-    for pair in range(model.npair):
-        share = -model.pair_solref[pair, 0] * step**2 / bearable
-        if share > 1:
-            name = model.pair(pair).name.replace("skin ", "").replace("object ", "").replace("slab ", "")
-            most, longest = layer.stiffness / share, 1e3 * step / np.sqrt(share)
-            other = "" if discrete else ", or the integrator discrete"
-            notes.append(
-                f"{name.replace(' | ', ' and ')} may bounce apart: {layer.stiffness:.3g} N/m is too stiff for the time "
-                f"step; use at most {most:.2g} N/m or {longest:.2g} ms{other}"
-            )
-    return tuple(notes)
-
-
 @lru_cache(maxsize=8)
 def never_touching(robot: Robot, skin: Skin) -> frozenset[frozenset[str]]:
     """Pairs of links that never collide: neighbours, and those whose shapes overlap at home or mostly.
@@ -169,13 +112,6 @@ def hull_points(robot: Robot, skin: Skin, link: str) -> FloatArray:
     clouds = [patch.surface.vertices for patch in skin.patches if patch.link == link]
     own = robot.link(link).mesh
     return np.concatenate(clouds if own is None else [*clouds, own.vertices])
-
-
-def _mobility(model: mujoco.MjModel) -> FloatArray:
-    """(pairs,) inverse weight of both bodies of each pair [1/kg]; not zero, even of two that cannot move."""
-    weight = model.body_invweight0[:, 0]
-    both = weight[model.geom_bodyid[model.pair_geom1]] + weight[model.geom_bodyid[model.pair_geom2]]
-    return np.maximum(both, 1e-9)
 
 
 def _neighbours(model: mujoco.MjModel) -> set[frozenset[str]]:

@@ -18,7 +18,7 @@ def lacks(needs: Needs, effects: Effects) -> tuple[Finding, ...]:
     """Everything that ``needs`` ask for and ``effects`` have not, and the unsteady corner they are in, if any."""
     found = (check(needs, effects) for check in _CHECKS)
     findings = tuple(Finding("scene-lacks", place, action) for place, action in filter(None, found))
-    unsteady = corner(effects, needs.layer)
+    unsteady = corner(effects, needs.layer, objects=needs.objects)
     return findings if unsteady is None else (*findings, unsteady)
 
 

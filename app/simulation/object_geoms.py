@@ -13,12 +13,10 @@ from scipy.spatial.transform import Rotation
 
 from app.arrays import FloatArray
 from app.simulation.effects import Effects
-from app.simulation.objects import Body, ObjectKind, ObjectSpec
+from app.simulation.objects import LIGHTEST, Body, ObjectKind, ObjectSpec
 
 PROBE_STIFFNESS = 1000.0
 """Of the spring by which a probe's motors hold it to its path [N/m]; their damping is critical."""
-LIGHTEST = 0.05
-"""Of a probe or a plate [kg]: lighter ones would need a smaller time step than anything else in a scene."""
 SLAB = 10.0
 """Half the width of the block that stands in for a plane [m]."""
 _AXES = "xyz"

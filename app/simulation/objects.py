@@ -26,6 +26,8 @@ _SIZES: dict[str, tuple[tuple[str, ...], ...]] = {
     "mesh": ((), ("scale",)),
 }
 """What the numbers of a size mean, by kind; where two are given, the size may be left out."""
+LIGHTEST = 0.05
+"""Of a probe or a plate [kg]: lighter ones would need a smaller time step than anything else in a scene."""
 _FARTHEST, _LARGEST, _SMALLEST = 1e3, 100.0, 1e-4
 _RANGES = (("mass", 0.0, 1e5), ("friction", 0.0, 5.0), ("stiffness", 1.0, 1e8), ("damping", 0.0, 10.0),
            ("max_force", 0.0, 1e4))  # fmt: skip
@@ -113,6 +115,13 @@ class ObjectSpec:
                 self._check("path", value, -_FARTHEST, _FARTHEST)
         if any(later <= earlier for earlier, later in pairwise(times)):
             raise SceneError("the times of a path must rise", place="objects.path", value=times)
+
+    @property
+    def moving_mass(self) -> float:
+        """What weighs in a contact [kg]; infinite where it cannot be moved."""
+        if self.kind in ("probe", "plate"):
+            return max(self.mass, LIGHTEST)
+        return self.mass if self.mass and self.kind != "plane" else math.inf
 
     @property
     def pose(self) -> Pose:

@@ -12,7 +12,6 @@ from app.arrays import FloatArray
 from app.robots.robot import Robot
 from app.simulation.assemble import assemble
 from app.simulation.contact_loads import ContactLoads
-from app.simulation.contact_pairs import unstable_contacts
 from app.simulation.effects import Effects
 from app.simulation.geom_shapes import Solids
 from app.simulation.guard import Guard
@@ -20,6 +19,7 @@ from app.simulation.impedance import Impedance
 from app.simulation.meetings import meetings
 from app.simulation.object_geoms import Drives, body_name, has_body
 from app.simulation.objects import Body
+from app.simulation.real_stiffness import RealStiffness, unstable_contacts
 from app.skin.skin import Skin
 from app.touch.layer import Layer
 from app.touch.load import Load
@@ -63,6 +63,8 @@ class Physics:
         self._joints = len(robot.joints)
         self._guard = Guard(self.model, self.data)
         self._torque = np.zeros(self.model.nv)
+        self._stiffness = RealStiffness(self.model, layer)
+        self._follows = effects.integrator == "discrete" and self.model.npair > 0
         present = [thing for thing in objects if has_body(self.model, thing.spec)]
         self._bodies = {thing.spec.name: int(self.model.body(body_name(thing.spec)).id) for thing in present}
         hulls = (f"{t.spec.name} touches as its convex hull" for t in present if t.spec.kind == "mesh")
@@ -87,6 +89,7 @@ class Physics:
             self.data.warning[bad].number = 1
         self.data.qpos[: self._joints] = home
         self._torque[:] = 0
+        self._stiffness.reset()
         self.settle()
 
     def take(self, command: Impedance) -> None:
@@ -112,21 +115,14 @@ class Physics:
                 then the last good one.
         """
         self._stale = True
-        if hand is None and not self._hooks:
-            if self._pushed:
-                self.data.qfrc_applied[:], self._pushed = self._torque, False
-            self._guard.keep()
-            mujoco.mj_step(self.model, self.data, count)
-            if not self._guard.sound():
-                self._guard.replay(self._step_once, count)
-            return
-        self._pushed = True
         hooks = self._hooks if hand is None else (*self._hooks, hand)
-        for _ in range(count):
-            self._guard.keep()
-            self._step_with(hooks)
-            if not self._guard.sound():
-                self._guard.stop()
+        advance = self._step_hooked if hooks else self._step_freely
+        if self._follows:
+            for _ in range(count):
+                advance(1, hooks)
+                self._stiffness.follow(self.data)
+        else:
+            advance(count, hooks)
 
     def pose_at(self, posture: FloatArray, count: int, hand: Hook | None) -> None:
         """Let ``count`` steps pass without dynamics: the robot is at ``posture`` (joints,) at once.
@@ -141,6 +137,10 @@ class Physics:
             if hand is not None:
                 hand(data)
             data.time += step
+
+    def numbers(self) -> FloatArray:
+        """(k,) what the future depends on besides MuJoCo's state, for comparing runs."""
+        return self._stiffness.numbers()
 
     def settle(self) -> None:
         """Bring all that follows from positions, velocities and command up to date, without a step."""
@@ -186,6 +186,22 @@ class Physics:
         self.touch = foundation
         if pressing:
             self._hooks = (*self._hooks, foundation.push)
+
+    def _step_freely(self, count: int, _: Sequence[Hook]) -> None:
+        if self._pushed:
+            self.data.qfrc_applied[:], self._pushed = self._torque, False
+        self._guard.keep()
+        mujoco.mj_step(self.model, self.data, count)
+        if not self._guard.sound():
+            self._guard.replay(self._step_once, count)
+
+    def _step_hooked(self, count: int, hooks: Sequence[Hook]) -> None:
+        self._pushed = True
+        for _ in range(count):
+            self._guard.keep()
+            self._step_with(hooks)
+            if not self._guard.sound():
+                self._guard.stop()
 
     def _step_once(self) -> None:
         mujoco.mj_step(self.model, self.data)

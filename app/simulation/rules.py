@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 
 from app.simulation.effect_table import EFFECTS
 from app.simulation.needs import TASKS, Needs
-from app.simulation.stability import measured
+from app.simulation.stability import as_stiff, measured
 
 So: TypeAlias = tuple[Any, str]
 Above: TypeAlias = Mapping[str, Any]
@@ -105,7 +105,7 @@ def _timestep(needs: Needs, above: Above) -> So:
 def _integrator(needs: Needs, above: Above) -> So:
     if above["dynamics"] and above["timestep"] > COARSE_STEP:
         return "discrete", f"steady at steps longer than {1e3 * COARSE_STEP:g} ms"
-    known = measured("implicitfast", above["timestep"], needs.layer.stiffness)
+    known = measured("implicitfast", above["timestep"], as_stiff(needs.layer, needs.objects))
     if above["contact"] != "off" and (known is None or known.verdict != "steady"):
         return "discrete", f"steady where contacts are as stiff as {needs.layer.stiffness:g} N/m"
     return "implicitfast", "cheap, and steady at this step and stiffness"

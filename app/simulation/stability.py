@@ -7,16 +7,20 @@ and stiffness. Between its rows the next worse one counts.
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal, TypeAlias
 
 from app.errors import Finding
 from app.simulation.effects import Effects, Integrator
+from app.simulation.objects import ObjectSpec
 from app.touch.layer import Layer
 from assets import asset
 
 Verdict: TypeAlias = Literal["steady", "bounces", "diverges"]
+PROBE = 0.1
+"""What pressed the arm when the table was made [kg]."""
 _ROUNDING = 1e-9
 
 
@@ -59,20 +63,33 @@ def corners() -> tuple[Corner, ...]:
     )
 
 
-def corner(effects: Effects, layer: Layer) -> Finding | None:
+def corner(effects: Effects, layer: Layer, *, objects: Sequence[ObjectSpec] = ()) -> Finding | None:
     """What is known to go wrong with these effects and this cover, and the nearest way out; None where nothing is.
 
     Args:
         effects: Integrator, time step, and whether bodies touch at all.
         layer: Its contact stiffness.
+        objects: What touches it; light things need shorter steps.
     """
     if effects.contact == "off" or not effects.dynamics or effects.skin == "foundation":
         return None  # the foundation refuses by itself what it cannot hold
-    found = measured(effects.integrator, effects.timestep, layer.stiffness)
-    if found is None or found.verdict == "steady":
+    stiffness = as_stiff(layer, objects)
+    found = measured(effects.integrator, effects.timestep, stiffness)
+    if found is not None and found.verdict == "steady":
         return None
+    fate = "was never tried" if found is None else found.verdict
     where = f"{effects.integrator} at {1e3 * effects.timestep:g} ms, contacts of {layer.stiffness:.3g} N/m"
-    return Finding("unstable-corner", where, f"Contact {found.verdict} there: {_way_out(effects, layer)}")
+    return Finding("unstable-corner", where, f"Contact {fate} there: {_way_out(effects, stiffness)}")
+
+
+def as_stiff(layer: Layer, objects: Sequence[ObjectSpec]) -> float:
+    """The stiffness [N/m] at which the table's probe is as unsteady as the lightest of ``objects`` on this cover.
+
+    What counts is stiffness over mass times the step squared. Heavier things are as unsteady as the probe is: the arm
+    that bears them is not heavier.
+    """
+    lightest = min((thing.moving_mass for thing in objects), default=PROBE)
+    return layer.stiffness * max(PROBE / lightest, 1.0)
 
 
 def measured(integrator: Integrator, timestep: float, stiffness: float) -> Corner | None:
@@ -87,12 +104,12 @@ def measured(integrator: Integrator, timestep: float, stiffness: float) -> Corne
     return min(worse, key=lambda row: (row.timestep, row.stiffness), default=None)
 
 
-def _way_out(effects: Effects, layer: Layer) -> str:
+def _way_out(effects: Effects, stiffness: float) -> str:
     """The longest steady step of this integrator, and the integrators that are steady at this step."""
-    steps = {row.timestep for row in corners() if row.timestep < effects.timestep}
-    shorter = [step for step in sorted(steps) if _steady(effects.integrator, step, layer.stiffness)]
-    others = dict.fromkeys(row.integrator for row in corners())
-    others = [name for name in others if _steady(name, effects.timestep, layer.stiffness)]  # type: ignore[assignment]
+    steps = sorted({row.timestep for row in corners() if row.timestep < effects.timestep})
+    shorter = [step for step in steps if _steady(effects.integrator, step, stiffness)]
+    integrators = {row.integrator: None for row in corners()}
+    others = [name for name in integrators if _steady(name, effects.timestep, stiffness)]
     ways = [f"a time step of {1e3 * shorter[-1]:g} ms"] if shorter else []
     ways += [f"the integrator {' or '.join(others)}"] if others else []
     return f"choose {' or '.join(ways)}" if ways else "choose a softer cover"

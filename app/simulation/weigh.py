@@ -11,18 +11,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from app.arrays import FloatArray
 from app.errors import SimulationError
-from app.geometry.closest import ClosestPoint
-from app.geometry.mesh import Mesh
 from app.geometry.surface_point import SurfacePoint
 from app.robots.configuration import Configuration
 from app.robots.robot import Robot
 from app.simulation.bodies import primitive
-from app.simulation.contact_pairs import hull_points
 from app.simulation.effects import Effects, SkinModel
+from app.simulation.level_place import level_place
 from app.simulation.objects import Body, ObjectSpec
 from app.simulation.simulation import Simulation
 from app.skin.skin import Skin
@@ -31,8 +28,6 @@ from app.touch.layer import Layer
 GRAVITY = 9.81
 """[m/s²]."""
 _RADIUS = 0.03
-_LEVEL = 0.93
-_ABOVE, _BULGE = 0.0002, 0.003
 _HOLD = 60.0
 _STABLE = 0.3
 _CHECK, _STILL, _LONGEST = 0.05, 4, 10.0
@@ -81,7 +76,7 @@ def weigh(robot: Robot, skin: Skin, layer: Layer, model: SkinModel, *, mass: flo
         place, value = ("model", model) if model == "off" else ("mass", f"{mass:g} kg")
         remedy = "Choose a contact model and 0.001 to 50 kg"
         raise SimulationError("nothing can be weighed so", place=place, value=value, remedy=remedy)
-    at, middle = _level_place(robot, skin)
+    at, middle = level_place(robot, skin, radius=_RADIUS)
     spec = ObjectSpec("weight", "sphere", (_RADIUS,), middle, mass=mass, guided=True)
     # Half of what keeps an explicit spring of this stiffness under this mass stable.
     timestep = float(np.clip(_STABLE * np.sqrt(mass / layer.stiffness), 1e-5, 1e-3))
@@ -131,82 +126,3 @@ def _until_rest(simulation: Simulation, robot: Robot, skin: Skin, at: SurfacePoi
         remedy = "Use a contact model that conserves force"
         raise SimulationError("the weight rests, but no taxel feels it", value=f"{read:.4g} N", remedy=remedy)
     return read
-
-
-def _level_place(robot: Robot, skin: Skin) -> tuple[SurfacePoint, tuple[float, float, float]]:
-    """The place for the weight, and where its middle starts, world [m].
-
-    Of the free places the one where the skin is most level and most like the hull that the physics lets touch: where
-    they face different ways, what the weight rests on is not what feels it.
-    """
-    kinematics, best = Configuration(robot), 0.0
-    found: list[tuple[float, int, FloatArray]] = []
-    for number, patch in enumerate(skin.patches):
-        pose = kinematics.pose(patch.link)
-        places, up = pose.points(patch.taxels.positions), pose.directions(patch.taxels.normals)[:, 2]
-        heights, level = _rest_on(pose.points(hull_points(robot, skin, patch.link)), places)
-        best = max(best, float(up.max(initial=0.0)))
-        good = (up >= _LEVEL) & (level >= _LEVEL) & (heights - _RADIUS - places[:, 2] < _BULGE)
-        for taxel in np.flatnonzero(good):
-            penalty = abs(up[taxel] / level[taxel] - 1) + 1 - level[taxel]
-            middle = np.array([*places[taxel, :2], heights[taxel] + _ABOVE])
-            found.append((float(penalty), int(skin.first[number] + taxel), middle))
-    sky = _Sky(robot, kinematics)
-    for _, number, middle in sorted(found, key=lambda row: row[:2]):
-        at = skin.taxel_point(number)
-        if sky.is_free(skin.link(at), middle):
-            return at, (float(middle[0]), float(middle[1]), float(middle[2]))
-    raise SimulationError(
-        "no place on the skin lies level and free at home",
-        value=f"the best faces up by {best:.2f}",
-        remedy="Weigh on a robot whose home posture holds some skin level",
-    )
-
-
-def _rest_on(cloud: FloatArray, places: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Where a ball comes to rest that falls on the hull of ``cloud`` (n, 3) over each of ``places`` (k, 3), world [m].
-
-    Returns:
-        (k,) height of its middle, and (k,) vertical component of the hull's normal where it rests.
-
-    Raises:
-        SimulationError: The cloud has no volume.
-    """
-    try:
-        facets = ConvexHull(cloud).equations
-    except QhullError as error:
-        raise SimulationError("a link is too flat to lay a weight on", value=str(error).splitlines()[0]) from error
-    normals, offsets = np.split(facets[facets[:, 2] > 1e-9], [3], axis=1)
-    # It touches when it is a radius off the facet that it is farthest out of.
-    heights = (_RADIUS - offsets - normals[:, :2] @ places[:, :2].T) / normals[:, 2:]
-    return heights.min(axis=0), normals[heights.argmin(axis=0), 2]
-
-
-class _Sky:
-    """Whether a weight is clear of links; search trees are built once, for the links that come near.
-
-    Args:
-        robot: The robot.
-        kinematics: Its posture.
-    """
-
-    def __init__(self, robot: Robot, kinematics: Configuration) -> None:
-        self._robot, self._kinematics = robot, kinematics
-        self._trees: dict[str, ClosestPoint] = {}
-
-    def is_free(self, wearer: str, middle: FloatArray) -> bool:
-        """Whether a weight at ``middle`` (3,), world [m], is clear of all links but the one called ``wearer``."""
-        return not any(
-            self._is_near(link.name, link.mesh, middle)
-            for link in self._robot.links
-            if link.mesh is not None and len(link.mesh.faces) and link.name != wearer
-        )
-
-    def _is_near(self, name: str, mesh: Mesh, middle: FloatArray) -> bool:
-        local = self._kinematics.pose(name).inverse.points(middle)
-        low, high = mesh.bounds
-        if (local < low - 2 * _RADIUS).any() or (local > high + 2 * _RADIUS).any():
-            return False
-        if name not in self._trees:
-            self._trees[name] = ClosestPoint(mesh)
-        return float(self._trees[name].query(local[None])[2][0]) < 1.1 * _RADIUS

@@ -21,12 +21,11 @@ from app.session.prepare import prepare
 from app.simulation.poke import PokePressed
 from app.simulation.scene_file import load_scene, scene_for
 from widgets.colours import DARK, apply_theme
-from widgets.engines import INLINE, Engines
+from widgets.engines import INLINE
 from widgets.main_window import MainWindow
 from widgets.measurer import Measurer
-from widgets.runner import InlineRunner, ThreadRunner
+from widgets.runner import ThreadRunner
 from widgets.settings import Settings
-from widgets.worker import InlineWorker
 
 SECONDS = 5.0
 
@@ -79,7 +78,7 @@ def test_undo_until_painted(benchmark, prepared, open_window, kind):
 @pytest.mark.parametrize("kind", ["layout", "chart"])
 def test_quality_after_an_edit(benchmark, prepared, open_window, qtbot, kind):
     """From the edit to the new numbers on the card, over the process that measures."""
-    window = open_window(prepared, Engines(InlineRunner, InlineWorker, Measurer))
+    window = open_window(prepared, replace(INLINE, measurer=Measurer))
     with qtbot.waitSignal(window.live.measured, timeout=60_000):
         pass
     result = reflatten(set_lengths(window.editor.document, [1], 0.5))

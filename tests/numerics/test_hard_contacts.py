@@ -125,7 +125,7 @@ def test_a_probe_is_felt_as_hard_as_its_spring_pushes(name, model):
     wanted = spring_force(run.prepared, run.frames[-1])
     assert wanted > 0.05, "it presses"
     if model == "foundation":  # taxels feel the pressure along the ball's normals, which lean where it is deep
-        assert wanted * (1 - 1e-3) <= run.forces[-1] <= 1.2 * wanted
+        assert wanted * (1 - 1e-3) <= run.forces[-1] <= 1.4 * wanted
     elif model != "depth":  # which promises no force
         assert run.forces[-1] == pytest.approx(wanted, rel=1e-3)
 

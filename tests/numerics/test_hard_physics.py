@@ -29,8 +29,9 @@ _FALL = _FAST**2 / (2 * GRAVITY)
 
 
 def warned(run: Run) -> bool:
-    """Whether it was said that contacts may bounce."""
-    return any("may bounce" in note for frame in run.frames for note in frame.notes)
+    """Whether it was said that contacts may bounce: of the scene, before it ran, or of its bodies."""
+    said = any(finding.kind == "unstable-corner" for finding in run.prepared.scene.decision.warnings)
+    return said or any("may bounce" in note for frame in run.frames for note in frame.notes)
 
 
 def stops_again(run: Run, path) -> None:
@@ -106,12 +107,12 @@ def test_what_a_body_loses_in_momentum_the_skin_feels(integrator):
     assert 0.001 * run.forces.sum() == pytest.approx(0.5 * (GRAVITY * 0.5 + speed), rel=1e-6)
 
 
-def test_a_blow_rebounds_as_a_critically_damped_contact_must():
-    """x" = -w² x - 2 w x' lets go at t = 2 / w with the speed exp(-2) of the impact, whatever the mass and stiffness."""
-    for mass, stiffness in ((0.1, 2e4), (0.02, 2e4), (0.1, 2e5)):
-        run = play(dropped(mass, above=0.4, stiffness=stiffness, timestep=5e-5, tick=1e-3, integrator="euler"), 0.4)
-        assert -run.speeds.min() == pytest.approx(np.sqrt(2 * GRAVITY * 0.4), rel=0.01), "it struck"
-        assert run.speeds.max() / -run.speeds.min() == pytest.approx(np.exp(-2), rel=0.03)
+@pytest.mark.parametrize(("mass", "stiffness"), [(0.02, 2e4), (0.1, 2e5), (0.1, 1e6)])
+def test_a_blow_rebounds_as_a_critically_damped_contact_must(mass, stiffness):
+    """The motion  x" = -w² x - 2 w x'  lets go at t = 2 / w with exp(-2) of its speed, whatever mass and stiffness."""
+    run = play(dropped(mass, above=2.0, stiffness=stiffness, timestep=1e-5, tick=1e-3, integrator="euler"), 0.8)
+    assert -run.speeds.min() == pytest.approx(np.sqrt(2 * GRAVITY * 2.0), rel=0.01), "it struck"
+    assert run.speeds.max() / -run.speeds.min() == pytest.approx(np.exp(-2), rel=0.04)
 
 
 @pytest.mark.parametrize(("integrator", "timestep"), list(product(INTEGRATORS, (0.0005, 0.001))))
@@ -120,8 +121,7 @@ def test_a_blow_at_forty_metres_a_second_never_comes_back_faster(integrator, tim
     check_numbers(run)
     assert run.failure is None
     assert -run.speeds.min() == pytest.approx(_FAST, rel=0.01)
-    assert 0 < run.speeds.max() < 0.4 * _FAST, "it came back, and slower"
-    assert run.forces.max() > 1e3
+    assert 0.05 * _FAST < run.speeds.max() < 0.5 * _FAST, "it came back, and slower"
     assert run.heights.min() > -0.05, "not through the link"
 
 
@@ -149,7 +149,7 @@ def test_what_starts_deep_inside_gains_no_more_than_the_cover_held(integrator, t
 
 @pytest.mark.parametrize("model", EXACT)
 def test_a_teleported_probe_is_held_by_the_cover_or_stopped_by_name(model, tmp_path):
-    """Motors that want to be 70 mm deeper at once: cover and motors are two springs in series, or the layer gives up."""
+    """Motors that want to be 70 mm deeper at once: cover and motors are springs in series, or the layer gives up."""
     run = play(teleported(skin=model), 0.5)
     check_numbers(run)
     if run.failure:
@@ -160,6 +160,16 @@ def test_a_teleported_probe_is_held_by_the_cover_or_stopped_by_name(model, tmp_p
         assert run.forces[-1] == pytest.approx(series, rel=1e-3)
         assert run.forces[-1] == pytest.approx(spring_force(run.prepared, run.frames[-1]), rel=1e-3)
         assert np.abs(run.speeds).max() < 2.0
+
+
+def test_a_layer_that_is_pressed_through_says_so(tmp_path):
+    """50 kg on a foam of 4 mm: a bed of springs that a body is deeper in than it is thick would lose it."""
+    run = play(dropped(50.0, above=0.001, skin="foundation"), 1.0)
+    check_numbers(run)
+    assert run.failure is not None
+    assert "weight on bar" in run.failure.problem
+    assert "pressed through" in run.failure.problem
+    stops_again(run, tmp_path / "report.mcap")
 
 
 @pytest.mark.parametrize(("integrator", "timestep"), list(product(INTEGRATORS, STEPS)))
@@ -184,9 +194,7 @@ def test_a_jammed_link_stays_and_bears_the_force_of_its_cover(integrator, timest
             stops_again(run, tmp_path / f"{stiffness:g}.mcap")
         elif not warned(run):
             assert abs(run.frames[-1].posture[0]) < 1e-5
-            # The discrete integrator counts the joint's damping over a step as mass, and its contacts with it.
-            allowed = 20 * timestep if integrator == "discrete" else 2e-3
-            assert run.forces[-1] == pytest.approx(stiffness * JAM, rel=allowed)
+            assert run.forces[-1] == pytest.approx(stiffness * JAM, rel=2e-3)
 
 
 @pytest.mark.parametrize("model", MODELS)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing as mp
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,16 +14,14 @@ from PySide6.QtTest import QTest
 from app.recording.player import Player
 from app.recording.verify import verify
 from tests.widgets.window_acts import press_map, run
-from widgets.engines import Engines
-from widgets.measurer import InlineMeasurer
-from widgets.runner import InlineRunner
+from widgets.engines import INLINE
 from widgets.worker import Worker
 
 
 @pytest.fixture
 def engines():
     """Scenes are prepared in a process, as they are for a person."""
-    return Engines(InlineRunner, Worker, InlineMeasurer)
+    return replace(INLINE, worker=Worker)
 
 
 def test_record_stop_replay_scrub_and_back(window, tmp_path):

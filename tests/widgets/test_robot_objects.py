@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 import pyvista as pv
 
+from app.recording.player import Player
+from app.recording.recorder import Recorder
 from app.session.session import Session
 from app.simulation.bodies import make_bodies
 from app.simulation.objects import ObjectSpec
@@ -121,3 +123,15 @@ def test_objects_fade_while_the_skin_lies_flat_and_come_back(scene, prepared):
     assert all(actor.prop.opacity < 0.1 for actor in scene._objects._solids)
     scene.morph(0.0)
     assert [actor.prop.opacity for actor in scene._objects._solids] == before
+
+
+def test_a_replay_shows_where_objects_were(scene, prepared, tmp_path):
+    prepared = among(prepared, BALL)
+    session, path = Session(prepared, scripted=False), tmp_path / "falling.mcap"
+    with Recorder(path, prepared) as recorder:
+        for _ in range(10):
+            recorder.write(session.tick(), session.inputs)
+    player = Player(path)
+    scene.show_prepared(player.prepared)
+    scene.show_frame(player.frame(len(player) - 1))
+    np.testing.assert_allclose(scene._objects._solids[0].user_matrix, session.frame.objects[0])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QFileDialog
+from PySide6.QtWidgets import QFileDialog, QMenu
 
 from app.simulation.scene_file import load_scene, scene_names
 from tests.widgets.window_acts import run
@@ -14,6 +14,10 @@ from tests.widgets.window_acts import run
 def test_every_shipped_scene_is_offered_by_its_title(window, monkeypatch):
     opened = []
     monkeypatch.setattr(window.live, "open_scene", opened.append)
+    menu = window.findChild(QMenu, "scenes")
+    for _ in range(2):
+        menu.aboutToShow.emit()
+    assert len(menu.actions()) == len(scene_names()) + 2, "a line and the way to a file"
     for name in scene_names():
         item = window.findChild(QAction, f"scene-{name}")
         assert item.text() == (load_scene(name).title or name)
@@ -43,11 +47,11 @@ def test_a_scene_that_cannot_be_saved_says_why(window, tmp_path):
 
 def test_a_scene_of_ones_own_is_opened_from_its_file(window, monkeypatch, tmp_path):
     path = tmp_path / "own.toml"
-    path.write_text('robot = "arm"\n[effects]\nfriction = "onn"\n')
+    path.write_text('robot = "arm"\n[effects]\nfriction = "maybe"\n')
     monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_args: (str(path), ""))
     window.action("open_scene").trigger()
     assert "own.toml" in window.message_bar.text
-    assert "on" in window.message_bar.text
+    assert "maybe" in window.message_bar.text
     opened = []
     monkeypatch.setattr(window.live, "open_scene", opened.append)
     path.write_text('robot = "arm"\n[effects]\nfriction = "on"\n')

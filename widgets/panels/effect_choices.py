@@ -57,6 +57,13 @@ def recorded(scene: Scene, effects: Effects) -> Decision:
     return Decision(effects, tuple(rows), ())
 
 
+def chosen(decision: Decision, opened: Scene, scene: Scene) -> Decision:
+    """The same decision, with a person named where it was not the scene that was opened who said so."""
+    here = {key for key, wish in scene.wishes.items() if opened.wishes.get(key) != wish}
+    rows = (replace(row, why="you chose so") if row.name in here else row for row in decision.rows)
+    return replace(decision, rows=tuple(rows))
+
+
 def tip_of(row: EffectRow, auto: EffectRow) -> str:
     """What the effect does, and why it is as it is; of one that is off also what it would usually be."""
     entry = EFFECTS[row.name]

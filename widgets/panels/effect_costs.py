@@ -64,7 +64,7 @@ class EffectCosts:
         if row.name in self.prices:
             return Cost(_words(self.prices[row.name]), True, _BESIDE)
         if self.prices:
-            return Cost("–", True, "This scene cannot run without it, so it has no price of its own")
+            return Cost("–", True, "It has no price of its own: nothing runs without it")
         return Cost("…", True, "Being measured beside")
 
     @property

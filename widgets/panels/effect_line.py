@@ -11,8 +11,8 @@ from widgets.panels.choice_box import ChoiceBox
 from widgets.panels.effect_choices import Choices, reason_of, tip_of
 from widgets.panels.panel import fact
 
-_CHOICE_PX, _CHOICE_HIGH_PX, _COST_PX, _MARK_PX, _SCROLL_PX = 110, 23, 44, 8, 16
-_MARK = "●"
+_CHOICE_PX, _CHOICE_HIGH_PX, _COST_PX, _MARK_PX, _SCROLL_PX = 110, 23, 44, 12, 16
+_MARK, _DOT_PX = "●", 8
 
 
 class EffectLine(QWidget):
@@ -47,7 +47,7 @@ class EffectLine(QWidget):
         self._mark.setForegroundRole(QPalette.ColorRole.Link)
         self._mark.setFixedWidth(_MARK_PX)
         dot = QFont(self.font())
-        dot.setPixelSize(_MARK_PX)
+        dot.setPixelSize(_DOT_PX)
         self._mark.setFont(dot)
         self._name.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self._why.setProperty("role", "caption")

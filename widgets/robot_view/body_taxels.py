@@ -40,7 +40,10 @@ class BodyTaxels:
         return facing_pixels(*self.world(poses), view, size)
 
     def hidden(self, taxels: IntArray, view: Viewpoint, poses: FloatArray) -> BoolArray:
-        """(k,) which of these have something between them and the eye; poses as the picker's. Cost: 10 µs a taxel and mesh."""
+        """(k,) which of these have something between them and the eye; poses as the picker's.
+
+        Cost: 10 µs a taxel and mesh.
+        """
         positions, _ = self.world(poses)
         return np.array([self._covered(point, view.eye, poses) for point in positions[taxels]], bool)
 

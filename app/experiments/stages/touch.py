@@ -16,9 +16,10 @@ from app.experiments.work_precision import ErrorKind, Setting, Stage, Subject, T
 from app.geometry.mesh import Mesh
 from app.geometry.topology import boundary_edges
 from app.skin.skin import Skin
+from app.touch.buried import SHARE
 from app.touch.layer import Layer
 from app.touch.love import reach
-from app.touch.models.half_space import SHARE, HalfSpace
+from app.touch.models.half_space import HalfSpace
 from app.touch.models.model import ContactModel
 from app.touch.models.table import MODELS
 from app.touch.points import skin_points
@@ -106,7 +107,8 @@ def dense_around(skin: Skin, link: str, at: FloatArray, radius: float, *, count:
     points = np.einsum("wc,mcd->mwd", weights, corners).reshape(-1, 3)
     owner: IntArray = everything.taxel[here[cKDTree(everything.positions[here]).query(points)[1]]]
     each = len(weights)
-    return DensePoints(link, points, np.repeat(normals, each, axis=0), np.repeat(areas / each, each), owner)
+    parts = np.repeat(areas / each, each)
+    return DensePoints(link, points, np.repeat(normals, each, axis=0), parts, owner, parts)
 
 
 def _triangles(skin: Skin, link: str, at: FloatArray, radius: float) -> tuple[FloatArray, FloatArray, FloatArray]:

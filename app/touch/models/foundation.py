@@ -7,7 +7,8 @@ apart along the body's surface normal, with equal and opposite forces at the sam
 
 The force is explicit, so a time step must be shorter than 0.6 sqrt(m / k), with k the layer's stiffness under the whole
 contact and m the mass that the two bodies present to it. A step that is too long is refused, not divided: the rest of
-the physics would change with it, and what a scene costs would depend on how hard something is pressed.
+the physics would change with it, and what a scene costs would depend on how hard something is pressed. Refused as
+well is a body that is deeper than the layer is thick and than half its own size.
 """
 
 from __future__ import annotations
@@ -76,13 +77,14 @@ class Foundation:
     Attributes:
         notes: What it could not do at the last reading.
 
-    Cost: 30 µs a meeting that is near, and 60 µs one in contact, at every step.
+    Cost: 12 µs a meeting that is far, 30 µs one that is near, and 100 µs one in contact, at every step.
     """
 
     def __init__(
         self, model: mujoco.MjModel, skin: Skin, layer: Layer, meetings: Sequence[Meeting], field: ReceptiveField
     ) -> None:
-        self._model, self._stiffness, self._field, self._count = model, layer.foundation, field, len(skin)
+        self._model, self._stiffness, self._field = model, layer.foundation, field
+        self._thickness = layer.thickness
         self._fill = WaterFill(skin, stiffness=layer.foundation, field=field)
         beds = {link: _Bed(model, skin, link) for link in {patch.link for patch in skin.patches}}
         self._approaches = [_Approach(beds[meeting.link], meeting) for meeting in meetings]
@@ -97,7 +99,7 @@ class Foundation:
             data: With positions and velocities of this instant (``mj_step1``).
 
         Raises:
-            SimulationError: The layer under a contact is too stiff for the time step.
+            SimulationError: The layer under a contact is too stiff for the time step, or pressed through.
         """
         self._felt, self._answers = [], []
         for approach in self._approaches:
@@ -121,7 +123,9 @@ class Foundation:
         bed, meeting = approach.bed, approach.meeting
         points, depth, away = found
         places = bed.positions[points] @ data.xmat[bed.body].reshape(3, 3).T + data.xpos[bed.body]
-        stiffness = self._stiffness * (1.0 if meeting.own is None else 0.5)
+        layers = 1 if meeting.own is None else 2
+        stiffness = self._stiffness / layers
+        self._refuse_deep(data, meeting, float(depth.max()), layers)
         self._refuse_stiff(data, approach, stiffness * float(bed.areas[points].sum()))
         rate = _closing(self._model, data, bed.body, meeting.body, places, away)
         pressure = np.maximum(stiffness * (depth + RELAXATION * rate), 0.0)
@@ -142,6 +146,17 @@ class Foundation:
         self._felt.append((bed.points[press.points], press.forces))
         if meeting.own is not None:
             self._answers.append(_answer(data, approach, total, middle, force))
+
+    def _refuse_deep(self, data: mujoco.MjData, meeting: Meeting, depth: float, layers: int) -> None:
+        """A body that went in altogether would meet no spring any more; half-way the layer has long given up."""
+        most = max(layers * self._thickness, 0.5 * meeting.shape.reach)
+        if depth > most:
+            raise SimulationError(
+                "the layer is pressed through",
+                place=f"{meeting.by} on {meeting.link} at {data.time:.3f} s",
+                value=f"{1e3 * depth:.3g} mm deep, of {1e3 * most:.3g} mm at most",
+                remedy="Press less, or use a stiffer layer or a shorter time step",
+            )
 
     def _refuse_stiff(self, data: mujoco.MjData, approach: _Approach, stiffness: float) -> None:
         """The explicit spring of the whole contact against the mass of both bodies there."""

@@ -79,7 +79,7 @@ class Punch(WaterFill):
     def _tilted(self, under: Under, load: Load) -> _Tilted:
         facing = np.flatnonzero(np.isfinite(under.distances))
         gaps, areas = under.distances[facing], under.areas[facing]
-        offsets = (under.positions[facing] - load.point) @ _across(load.normal)
+        offsets = np.einsum("ij,jk->ik", under.positions[facing] - load.point, _across(load.normal))
         level, lowest = spread(under, load.force, self._stiffness)[2], float(gaps.min())
         balance = balanced(gaps - lowest, areas, offsets, load.force / self._stiffness, level=level - lowest)
         pressed = np.flatnonzero(balance.borne)

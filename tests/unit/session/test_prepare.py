@@ -11,6 +11,7 @@ import pytest
 from app.errors import TactileMapsError
 from app.session.prepare import prepare
 from app.session.session import Session
+from app.simulation.objects import ObjectSpec
 from app.simulation.scene import Scene
 from app.simulation.scene_file import load_scene
 from app.skin.cover_spec import CoverSpec
@@ -24,6 +25,15 @@ def test_the_arm():
     assert [patch.link for patch in prepared.skin.patches] == ["upper_arm", "forearm", "hand"]
     assert prepared.map.skin is prepared.skin
     assert len(prepared.skin) == 300
+
+
+def test_objects_are_made_in_the_scenes_order():
+    scene = load_scene("arm")
+    specs = (ObjectSpec("floor", "plane"), ObjectSpec("ball", "sphere", size=(0.05,), mass=1.0))
+    prepared = prepare(replace(scene, cover=CoverSpec(links=("hand",), taxels=20), objects=specs, stimuli=()))
+    assert [body.spec for body in prepared.objects] == list(specs)
+    assert prepared.objects[1].mesh.size == pytest.approx(0.1 * 3**0.5, rel=0.01)
+    assert Session(prepared).frame.objects.shape == (2, 4, 4)
 
 
 def test_it_crosses_processes():
@@ -58,6 +68,7 @@ def test_progress_rises_and_may_cancel():
     Scene(name="s", robot="no such robot"),
     Scene(name="s", robot="arm", cover=CoverSpec(links=("no such link",))),
     Scene(name="s", robot="arm", taxel_file="no such file.txt"),
+    Scene(name="s", robot="arm", objects=(ObjectSpec("mug", "mesh", file="no such file.stl"),)),
 ])  # fmt: skip
 def test_what_is_missing_is_named(scene):
     with pytest.raises(TactileMapsError, match="no such"):

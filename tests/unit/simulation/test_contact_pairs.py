@@ -10,15 +10,7 @@ import numpy as np
 import pytest
 
 from app.simulation.assemble import assemble
-from app.simulation.contact_pairs import (
-    GRIP,
-    IMPEDANCE,
-    feeling_links,
-    hull_points,
-    never_touching,
-    touches_itself,
-    unstable_contacts,
-)
+from app.simulation.contact_pairs import feeling_links, hull_points, never_touching, touches_itself
 from app.simulation.effects import Effects
 from app.touch.layer import Layer
 from tests.things import every_kind, thing
@@ -128,37 +120,6 @@ def test_friction_is_the_larger_of_both_or_none(friction, dimensions):
         assert model.pair_friction[0, 0] == felt
         assert model.geom("object box").condim[0] == dimensions
         assert model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC
-
-
-def test_the_numbers_of_a_pair_are_those_of_the_formula():
-    layer = Layer(stiffness=5e4)
-    model = assemble(bar(), bar_skin(), Effects(contact="environment", friction=True), objects=(BOX,), layer=layer)
-    both = model.body("bar").invweight0[0] + model.body("object box").invweight0[0]
-    k, b = -model.pair_solref[0]
-    assert k / ((1 - IMPEDANCE) * both) == pytest.approx(5e4)
-    assert b == pytest.approx(2 * np.sqrt(k))
-    assert model.pair_solimp[0, :2] == pytest.approx(IMPEDANCE)
-    assert -model.pair_solreffriction[0, 1] / ((1 - IMPEDANCE) * both) == pytest.approx(GRIP)
-
-
-def test_two_skins_in_series_are_half_as_stiff():
-    robot, skin = pair()
-    model = assemble(robot, skin, Effects(contact="self"), layer=Layer(stiffness=5e4))
-    both = model.body("left").invweight0[0] + model.body("right").invweight0[0]
-    assert -model.pair_solref[0, 0] / ((1 - IMPEDANCE) * both) == pytest.approx(2.5e4)
-
-
-def test_a_contact_too_stiff_for_the_step_is_told_with_ways_out():
-    light = thing("sphere", at=(5.0, 0.0, 5.0), mass=0.002)
-    soft, stiff = Layer(stiffness=1e3), Layer(stiffness=1e5)
-    effects = Effects(contact="environment")
-    assert unstable_contacts(assemble(bar(), bar_skin(), effects, objects=(light,), layer=soft), soft) == ()
-    model = assemble(bar(), bar_skin(), effects, objects=(light,), layer=stiff)
-    (note,) = unstable_contacts(model, stiff)
-    assert note.startswith("bar and sphere may bounce")
-    assert "discrete" in note
-    discrete = assemble(bar(), bar_skin(), replace(effects, integrator="discrete"), objects=(light,), layer=stiff)
-    assert unstable_contacts(discrete, stiff) == ()
 
 
 def test_a_robots_own_pairs_and_collision_bits_do_not_count():

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
 from app.errors import SceneError
-from app.simulation.objects import OBJECT_KINDS, ObjectSpec
+from app.simulation.objects import LIGHTEST, OBJECT_KINDS, ObjectSpec
 
 SIZES = {"probe": (0.01,), "sphere": (0.1,), "cylinder": (0.1, 0.2), "box": (0.1, 0.2, 0.3), "plate": (0.1, 0.2, 0.01),
          "plane": (1.0, 2.0), "mesh": (0.5,)}  # fmt: skip
@@ -54,3 +56,11 @@ def test_only_what_falls_is_guided():
     for kind, mass in (("cylinder", 0.0), ("plate", 1.0), ("probe", 1.0), ("plane", 1.0)):
         with pytest.raises(SceneError, match=r"objects\.guided"):
             ObjectSpec("x", kind, size=SIZES[kind], mass=mass, guided=True)
+
+
+def test_what_weighs_in_a_contact():
+    box = {"kind": "box", "size": (0.1, 0.1, 0.1)}
+    assert ObjectSpec("box", **box, mass=0.002).moving_mass == 0.002
+    assert ObjectSpec("wall", **box).moving_mass == math.inf
+    assert ObjectSpec("floor", "plane", mass=1.0).moving_mass == math.inf
+    assert ObjectSpec("probe", "probe", size=(0.01,)).moving_mass == LIGHTEST

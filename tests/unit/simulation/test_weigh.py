@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from app.errors import SimulationError
-from app.geometry.mesh import Mesh
 from app.robots.configuration import Configuration
 from app.simulation.weigh import GRAVITY, weigh
-from app.skin.place import place_taxels
-from app.skin.skin import Patch, Skin
 from app.touch.layer import Layer
 from tests.touch import arm, bar, bar_skin
 
@@ -51,40 +46,17 @@ def test_soft_and_stiff_covers(stiffness):
     assert abs(weigh(bar(hinged=False), bar_skin(), Layer(stiffness=stiffness), "water-fill").error) < 0.01
 
 
-def test_the_weight_avoids_what_hangs_over_the_skin():
-    """A roof over most of the bar: the weight goes to the only place under the sky."""
-    robot = bar(hinged=False)
-    link = robot.links[0]
-    roof = Mesh(link.mesh.vertices * [0.9, 1.0, 1.0] + [-0.02, 0.0, 0.045], link.mesh.faces)
-    covered = replace(robot, links=(link, replace(link, name="roof", mesh=roof)),
-                      mjcf=robot.mjcf.replace("</worldbody>", '<body name="roof"/></worldbody>'))  # fmt: skip
-    open_air, sheltered = weigh(robot, bar_skin(), Layer(), "point"), weigh(covered, bar_skin(), Layer(), "point")
-    assert bar_skin().position(sheltered.place)[0] > roof.bounds[1, 0] + 0.01
-    assert open_air.read_N == pytest.approx(sheltered.read_N, rel=1e-3)
-
-
-def test_where_no_skin_faces_up_it_says_so():
-    plate = bar_skin().patches[0].surface
-    for turned in (Mesh(plate.vertices, plate.faces[:, ::-1]), Mesh(plate.vertices[:, [0, 2, 1]], plate.faces)):
-        skin = Skin((Patch("side", "bar", turned, place_taxels(turned, 20, seed=0)),))
-        with pytest.raises(SimulationError, match=r"no place on the skin lies level.*faces up by"):
-            weigh(bar(), skin, Layer(), "water-fill")
-    with pytest.raises(SimulationError, match="no place on the skin"):
-        weigh(bar(), Skin(()), Layer(), "water-fill")
-
-
-def test_a_link_that_is_all_skin_and_flat_is_named():
-    robot = bar(hinged=False)
-    bare = replace(robot, links=(replace(robot.links[0], mesh=None),))
-    with pytest.raises(SimulationError, match="too flat"):
-        weigh(bare, bar_skin(), Layer(), "water-fill")
-
-
 @pytest.mark.parametrize(("model", "mass", "words"), [("off", 0.1, "model.*off"), ("point", 0.0, "mass.*0 kg"),
                                                       ("point", float("nan"), "mass.*nan")])  # fmt: skip
 def test_what_cannot_be_weighed_is_refused(model, mass, words):
     with pytest.raises(SimulationError, match=words):
         weigh(bar(), bar_skin(), Layer(), model, mass=mass)
+
+
+def test_a_model_that_feels_nothing_of_it_is_named():
+    """MuJoCo's taxels feel depth, and in a stiff cover the weight has none."""
+    with pytest.raises(SimulationError, match=r"rests, but no taxel feels it"):
+        weigh(arm().robot, arm().skin, Layer(stiffness=1e5), "depth")
 
 
 def test_a_weight_that_sinks_through_says_so():

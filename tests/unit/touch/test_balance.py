@@ -60,9 +60,7 @@ def test_a_straight_body_stays_straight():
 def test_the_unit_of_length_does_not_matter(unit):
     offsets, gaps, areas = bed(3)
     offsets = offsets + [0.001, 0.002]
-    one, other = (
-        rest(u * offsets, u * gaps, u**2 * areas, u**3 * 2e-8) for u in (1.0, unit)
-    )
+    one, other = (rest(u * offsets, u * gaps, u**2 * areas, u**3 * 2e-8) for u in (1.0, unit))
     np.testing.assert_allclose(other.borne / unit**3, one.borne, rtol=1e-6, atol=1e-9 * 2e-8)
     np.testing.assert_allclose(other.plane[1:], one.plane[1:], rtol=1e-6)
 

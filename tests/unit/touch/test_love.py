@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad, quad
 
-from app.touch.love import disc_stress, point_stress, reach, rectangle_stress
+from app.touch.love import disc_stress, point_stress, reach, rectangle_stress, square_stress
 
 DEPTHS = (1e-4, 2e-3, 0.05)
 
@@ -35,6 +35,12 @@ def test_rectangles_side_by_side_are_one_rectangle():
     parts = sum(rectangle_stress(x - third * k, y, 0.002, sides=(np.array(third), np.array(0.004))) for k in (-1, 0, 1))
     whole = rectangle_stress(x, y, 0.002, sides=(np.array(0.006), np.array(0.004)))
     np.testing.assert_allclose(parts, whole, atol=1e-14)
+
+
+def test_a_square_is_a_rectangle_seen_from_a_side():
+    away, side = np.random.default_rng(2).uniform(0, 0.02, (2, 100))
+    whole = rectangle_stress(away, np.zeros(1), 0.002, sides=(side, side))
+    np.testing.assert_allclose(square_stress(away, 0.002, side=side), whole, atol=1e-14)
 
 
 def test_a_small_rectangle_is_a_point_and_a_large_one_a_fluid():

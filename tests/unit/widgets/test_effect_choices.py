@@ -10,7 +10,7 @@ from app.simulation.effect_table import EFFECTS
 from app.simulation.scene import Scene, with_wish
 from app.touch.sensor.effects import SensorEffects
 from app.touch.sensor.noise import Noise
-from widgets.panels.effect_choices import autos_of, choices_of, reason_of, recorded, tip_of
+from widgets.panels.effect_choices import autos_of, choices_of, chosen, reason_of, recorded, tip_of
 
 SCENE = Scene("by hand", "arm")
 
@@ -40,6 +40,16 @@ def test_a_wish_says_what_it_would_be_without():
     assert auto == row_of(SCENE, "friction")
     assert reason_of(row, auto) == f"The scene says so; auto is off: {auto.why}."
     assert reason_of(auto, auto) == f"{auto.why[:1].upper()}{auto.why[1:]}."
+
+
+def test_what_was_chosen_here_is_told_from_what_the_scene_said():
+    opened = with_wish(SCENE, "friction", "on")
+    scene = with_wish(with_wish(opened, "noise", "on"), "friction", "on")
+    decision = chosen(scene.decision, opened, scene)
+    reasons = {row.name: row.why for row in decision.rows if row.wished}
+    assert reasons["friction"] == "the scene says so"
+    assert reasons["noise"] == "you chose so"
+    assert decision.effects == scene.effects
 
 
 def test_what_is_off_says_what_it_would_usually_be():

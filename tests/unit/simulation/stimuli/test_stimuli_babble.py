@@ -39,7 +39,9 @@ def test_forces_and_shares_are_as_said():
 
 
 def test_the_seed_chooses_and_strokes_do_not_move_the_touches():
-    assert not np.array_equal(tracks(seed=1)[0].points[0], tracks(seed=2)[0].points[0])
+    one, other = tracks(seed=1)[0], tracks(seed=2)[0]
+    assert not np.array_equal(one.points[0], other.points[0])
+    assert one.tip != other.tip
     still, moving = tracks(strokes=0.0), tracks(strokes=1.0)
     assert all(np.array_equal(a.points[0], b.points[0]) for a, b in zip(still, moving, strict=True))
     assert all(a.tip == b.tip for a, b in zip(still, moving, strict=True))

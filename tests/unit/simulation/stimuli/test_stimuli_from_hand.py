@@ -106,6 +106,15 @@ def test_played_back_it_is_felt_as_before():
     assert np.abs(after - before).mean() < 0.005 * before.max()
 
 
+def test_a_rest_on_the_way_stays_a_rest():
+    moves = [(10 + k, PokeMoved(1, at(0.1 + 0.002 * k))) for k in range(20)]
+    moves += [(300 + k, PokeMoved(1, at(0.15 + 0.002 * k))) for k in range(20)]
+    (path,) = from_hand(SKIN, [(0, PokePressed(1, at(0.1), TIP)), *moves, (400, PokeReleased(1))], tick=TICK)
+    (track,) = path.tracks(Ground(SKIN))
+    for tick in (40, 160, 290):
+        assert track.at(tick * TICK)[1][0] == pytest.approx(0.138, abs=NEAR)
+
+
 def test_touches_keep_their_times_and_may_overlap():
     acts = [(100, PokePressed(1, at(0.1), TIP)), (120, PokePressed(2, at(0.3), TIP)), (200, PokeReleased(1)),
             (220, PokeReleased(2)), (300, PokePressed(1, at(0.2), TIP)), (340, PokeReleased(1))]  # fmt: skip
@@ -150,3 +159,16 @@ def test_a_way_over_two_patches_is_one_path():
     again = StimulusPlayer(skin, [path], tick=TICK)
     moves = [(tick, act.at.patch) for tick in range(again.ticks) for act in again.inputs(tick) if hasattr(act, "at")]
     assert moves == [(0, 1), (50, 2)]
+
+
+def test_steps_to_another_patch_need_no_more_points():
+    """The places before the step are in another frame than those after it: no straight way leads there."""
+    skin, ground = arm().skin, Ground(arm().skin)
+    start = ground.point(1, (0.3, 0.2))
+    way = ground.straight(1, start, start + [0.0, 0.0, 0.02])
+    acts = [(5 * k, PokeMoved(1, ground.surface_point(1, point))) for k, point in enumerate(way)]
+    acts[0] = (0, PokePressed(1, ground.surface_point(1, way[0]), TIP))
+    hand = ground.surface_point(2, ground.point(2, (0.5, 0.2)))
+    (path,) = from_hand(skin, [*acts, (120, PokeMoved(1, hand)), (150, PokeReleased(1))], tick=TICK)
+    assert len(path.points) == 4, "press, last place before the step, step, lift"
+    assert path.patches[-2:] == ("hand", "hand")

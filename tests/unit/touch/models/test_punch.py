@@ -6,27 +6,16 @@ import numpy as np
 import pytest
 
 from app.geometry.pose import Pose
-from app.skin.place import taxels_in
-from app.skin.skin import Patch, Skin
+from app.skin.skin import Skin
 from app.touch.layer import Layer
 from app.touch.load import Load, ball_load
 from app.touch.models.punch import Punch
 from app.touch.models.water_fill import WaterFill
 from app.touch.shapes import Ball, Box
-from tests.touch import arm, bar_skin
+from tests.touch import arm, bar_skin, each_point_a_taxel
 
 UP = np.array([0.0, 0.0, 1.0])
 MIDDLE = np.array([0.2, 0.0, 0.02])
-
-
-def each_point_a_taxel(skin: Skin) -> Skin:
-    """The same surfaces, with a taxel for every quadrature point: what it says is what the points bear."""
-    patches = []
-    for patch in skin.patches:
-        faces = np.arange(len(patch.surface.faces))
-        taxels = taxels_in(patch.surface, faces, np.full((len(faces), 3), 1 / 3), faces)
-        patches.append(Patch(patch.name, patch.link, patch.surface, taxels))
-    return Skin(tuple(patches))
 
 
 FLAT = each_point_a_taxel(bar_skin(finer=2))

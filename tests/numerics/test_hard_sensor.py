@@ -1,0 +1,157 @@
+"""A sensor that tells nothing, or nonsense: all dead, all stuck, all saturated, and drivers whose numbers are none."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.contacts.reader import ContactReader
+from app.control.command import ControlChanged, ControlSettings
+from app.errors import SimulationError
+from app.session.inputs import EffectsChanged
+from app.session.session import Session
+from app.simulation.poke import Finger, PokePressed
+from app.touch.load import ball_load
+from app.touch.models.table import MODELS
+from app.touch.sensor.chain import SensorChain
+from app.touch.sensor.dead_taxels import DeadTaxels
+from app.touch.sensor.effects import SensorEffects
+from app.touch.sensor.sampling import Sampling
+from app.touch.sensor.saturation import Saturation
+from app.touch.sensor.threshold import Threshold
+from tests.numerics.hard_touch import dropped
+from tests.numerics.touch_laws import check_numbers, check_repeats, play
+from tests.sensors import ALL_ON
+from tests.touch import prepared_bar, taxel_near
+
+BAR = prepared_bar()
+MIDDLE = taxel_near(BAR.skin, 0, (0.3, 0.0, 0.02))
+PRESS = PokePressed(1, BAR.skin.taxel_point(MIDDLE), Finger(max_force=5.0, speed=0.1))
+FOLLOW = ControlChanged(ControlSettings(law="hold_force", force_goal=2.0))
+
+
+def sensing(**stages) -> EffectsChanged:
+    """The bar's effects with such a sensor."""
+    effects = BAR.scene.effects
+    return EffectsChanged(
+        type(effects)(**{**vars(effects), "sensor": SensorEffects(**stages)})  # every field but the sensor's
+    )
+
+
+def test_a_skin_that_is_dead_altogether_feels_nothing_and_control_goes_on():
+    """The law that follows touch has nothing to follow: the arm is pushed as by a hand it does not know of."""
+    run = play(BAR, 1.0, {1: [sensing(dead_taxels=DeadTaxels(dead=1.0)), FOLLOW, PRESS]})
+    check_numbers(run)
+    assert run.failure is None
+    assert not run.forces.any()
+    assert not any(frame.regions for frame in run.frames)
+    assert run.frames[-1].pokes[0].force == pytest.approx(5.0), "it is pressed all the same"
+    assert np.abs(run.frames[-1].velocity).max() < 1e-2
+
+
+def test_a_skin_that_is_stuck_altogether_is_one_large_contact_that_never_moves():
+    run = play(BAR, 0.5, {1: [sensing(dead_taxels=DeadTaxels(dead=0.0, stuck=1.0, stuck_at=20e3)), FOLLOW]})
+    check_numbers(run)
+    assert run.forces == pytest.approx(20e3 * BAR.skin.areas.sum())
+    assert [len(frame.regions) for frame in run.frames] == [1] * len(run.frames)
+    assert {frame.regions[0].id for frame in run.frames} == {1}
+    places = np.array([frame.regions[0].point for frame in run.frames])
+    assert np.ptp(places, axis=0) == pytest.approx(0.0, abs=1e-12)
+    assert np.abs(run.frames[-1].velocity).max() < 10.0, "a force that no retreat changes does not run away"
+
+
+def test_a_skin_that_is_saturated_altogether_shows_its_limit_and_no_more():
+    run = play(BAR, 0.5, {1: [sensing(saturation=Saturation(at=1.0)), FOLLOW, PRESS]})
+    check_numbers(run)
+    assert run.failure is None
+    pressed = run.frames[-1]
+    assert pressed.pokes[0].force > 1.0
+    assert set(np.unique(pressed.pressures)) == {0.0, 1.0}
+    assert not pressed.regions, "one pascal is no contact"
+
+
+@pytest.mark.parametrize("at", [500.0, 2e3, 180e3])
+def test_a_saturated_contact_is_still_one_contact_under_the_finger(at):
+    run = play(BAR, 0.5, {1: [sensing(saturation=Saturation(at=at)), PRESS]})
+    assert run.frames[-1].pressures.max() <= at
+    assert run.forces[-1] <= run.frames[-1].pokes[0].force * (1 + 1e-9)
+    if at > 1e3:
+        (region,) = run.frames[-1].regions
+        assert np.linalg.norm(region.point - [0.3, 0.0, 0.02]) < 0.03
+
+
+def test_everything_wrong_at_once_repeats_to_the_last_bit():
+    acts = {1: [EffectsChanged(type(BAR.scene.effects)(sensor=ALL_ON)), PRESS], 50: [FOLLOW]}
+    run = play(BAR, 1.0, acts)
+    check_numbers(run)
+    check_repeats(run, play(BAR, 1.0, acts))
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, 1e200])
+@pytest.mark.parametrize("sensor", [
+    SensorEffects(threshold=Threshold()), SensorEffects(sampling=Sampling()), SensorEffects(dead_taxels=DeadTaxels()),
+    ALL_ON,
+])  # fmt: skip
+def test_a_pressure_that_is_no_number_is_refused_by_taxel_and_leaves_no_trace(bad, sensor):
+    chain = SensorChain(BAR.skin, sensor, tick=0.005, seed=3)
+    good = np.full(len(BAR.skin), 5e3)
+    before, expected = chain.state(), SensorChain(BAR.skin, sensor, tick=0.005, seed=3).read(good)
+    wrong = good.copy()
+    wrong[17] = bad
+    for read in (chain.read, chain.stages[0][1]):
+        with pytest.raises(SimulationError, match="taxel 17 on top"):
+            read(wrong)
+    assert np.array_equal(chain.state(), before)
+    assert np.array_equal(chain.read(good), expected)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -1.0])
+def test_a_force_that_is_no_number_never_becomes_a_load(bad):
+    with pytest.raises(SimulationError, match="no such load"):
+        ball_load("bar", np.zeros(3), np.array([0.0, 0.0, 1.0]), bad, 0.01)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_huge_and_tiny_forces_stay_numbers(name):
+    model = MODELS[name].build(BAR.skin, BAR.scene.layer, SensorEffects())
+    for force in (1e-300, 1e-12, 1e6, 1e12):
+        load = ball_load("bar", np.array([0.3, 0.0, 0.02]), np.array([0.0, 0.0, 1.0]), force, 0.01)
+        pressures = model.pressures([load])
+        assert np.isfinite(pressures).all()
+        assert float(pressures @ BAR.skin.areas) == pytest.approx(force, rel=1e-9)
+
+
+def test_a_session_whose_sensor_breaks_goes_on_from_where_it_was():
+    """A skin that dies while it is touched, and comes back: the contact is lost, found again, and held as before."""
+    dies, mends = sensing(dead_taxels=DeadTaxels(dead=1.0)), EffectsChanged(BAR.scene.effects)
+    run = play(BAR, 3.5, {1: [FOLLOW, PRESS], 100: [dies], 200: [mends]})
+    check_numbers(run)
+    touched = [bool(frame.regions) for frame in run.frames]
+    assert touched[98]
+    assert not any(touched[99:199])
+    assert touched[-1]
+    assert run.forces[-1] == pytest.approx(2.0, rel=0.02)
+
+
+def test_the_reader_of_contacts_sees_nothing_in_nothing():
+    reader = ContactReader(BAR.map)
+    assert reader.read(np.zeros(len(BAR.skin))) == ()
+    (region,) = reader.read(np.full(len(BAR.skin), 1e9))
+    assert region.force == pytest.approx(1e9 * BAR.skin.areas.sum())
+
+
+def test_a_dead_skin_does_not_change_the_physics_under_it():
+    """What lies on it lies as it would on a living one."""
+    lying = play(dropped(0.5, above=0.005), 0.5)
+    dead = play(dropped(0.5, above=0.005, dead_taxels={"dead": 1.0}), 0.5)
+    assert lying.forces.any()
+    assert not dead.forces.any()
+    assert np.array_equal(lying.heights, dead.heights)
+
+
+def test_no_skin_at_all_is_no_reading():
+    session = Session(dropped(0.5, above=0.005, skin="off"))
+    for _ in range(40):
+        frame = session.tick()
+    assert not frame.pressures.any()
+    assert frame.regions == ()

@@ -1,0 +1,104 @@
+"""One hour of simulated time: a bar rocks a weight on its skin, 900,000 steps; nothing drifts, grows or forgets.
+
+Cost: some seconds; the robot has one joint, and a tick is long.
+"""
+
+from __future__ import annotations
+
+import gc
+import sys
+
+import numpy as np
+import pytest
+
+from app.session.prepare import Prepared
+from app.session.session import Session
+from app.simulation.motion import Waypoint
+from app.touch.layer import Layer
+from tests.numerics.hard_touch import dressed, weight
+from tests.touch import bar, bar_skin
+
+HOUR, TICK, STEP = 3600.0, 0.4, 0.004
+PERIOD = 4.0
+"""Of the rocking [s], a whole number of ticks."""
+MASS = 0.5
+_ROUND, _MINUTE = round(PERIOD / TICK), round(60 / TICK)
+_GROWN = 1000
+"""Blocks of memory that an hour may leave behind: far less than one a tick."""
+NOISY = {"gain_spread": "on", "noise": "on", "offset_drift": {"sd": 100.0, "walk": 0.5}, "hysteresis": "on",
+         "dead_taxels": "on", "sampling": {"rate": 2.0, "delay": 0.3}}  # fmt: skip
+
+
+def scene(**sensor) -> Prepared:
+    """The bar rocks by 0.05 rad with a weight on its middle; without ``sensor`` the skin reads what it feels."""
+    return dressed(
+        bar(), bar_skin(), objects=(weight(MASS),), layer=Layer(friction=0.0), tick=TICK, seed=7,
+        motion=(Waypoint((0.05,), seconds=PERIOD / 2), Waypoint((0.0,), seconds=PERIOD / 2)),
+        wishes={"contact": "environment", "integrator": "implicitfast", "timestep": STEP, **sensor},
+    )  # fmt: skip
+
+
+def fingerprint(session: Session) -> list[bytes]:
+    """The next minute, to the last bit."""
+    frames = [session.tick() for _ in range(_MINUTE)]
+    return [f.posture.tobytes() + f.velocity.tobytes() + f.pressures.tobytes() + f.objects.tobytes() for f in frames]
+
+
+@pytest.fixture(scope="module")
+def hour() -> dict[str, np.ndarray]:
+    """An hour of the ideal skin: time, force, posture and height of every tick, and what the memory held."""
+    session = Session(scene())
+    areas, ticks = session.prepared.skin.areas, round(HOUR / TICK)
+    rows, held = np.zeros((ticks, 5)), []
+    for tick in range(ticks):
+        frame = session.tick()
+        clock = session._simulation.time
+        rows[tick] = frame.time, clock, frame.pressures @ areas, frame.posture[0], frame.objects[0, 2, 3]
+        if tick in (ticks // 6, ticks - 1):
+            gc.collect()
+            held.append(sys.getallocatedblocks())
+    assert len(session.inputs) == 1, "nobody did anything"
+    return {"rows": rows, "held": np.array(held)}
+
+
+def test_an_hour_is_an_hour_on_every_clock(hour):
+    time, clock = hour["rows"][:, :2].T
+    assert len(time) == HOUR / TICK
+    assert time[-1] == pytest.approx(HOUR, abs=1e-9)
+    assert np.abs(clock - time).max() < 1e-6
+
+
+def test_the_last_round_is_the_second(hour):
+    """After the first the motion repeats; force, posture and height of a phase are the same an hour later."""
+    felt = hour["rows"][:, 2:]
+    early, late = felt[2 * _ROUND : 3 * _ROUND], felt[-_ROUND:]
+    assert np.ptp(early[:, 1]) > 0.02, "it rocks"
+    assert late == pytest.approx(early, rel=1e-5, abs=1e-7)
+
+
+def test_the_mean_force_is_the_weight_all_along(hour):
+    """Newton's second law: the skin's force leans with the bar; upwards it is m g but for what the rocking adds."""
+    _, _, force, posture, _ = hour["rows"][_ROUND:].T
+    rounds = (force * np.cos(posture)).reshape(-1, _ROUND).mean(axis=1)
+    assert rounds == pytest.approx(MASS * 9.81, rel=0.02)
+    assert np.ptp(rounds[1:]) < 1e-4 * MASS * 9.81
+
+
+def test_memory_does_not_grow(hour):
+    early, late = hour["held"]
+    assert late - early < _GROWN
+
+
+def test_streams_are_the_same_again_after_a_quarter_of_an_hour_of_noise():
+    """All that is random in a sensor starts again with a reset, and in another session, and is bounded meanwhile."""
+    session = Session(scene(**NOISY))
+    first = fingerprint(session)
+    for _ in range(round(HOUR / 4 / TICK)):
+        frame = session.tick()
+    assert np.isfinite(frame.pressures).all()
+    assert np.abs(frame.pressures).max() < 1e6
+    later = fingerprint(session)
+    assert len(set(first + later)) == len(first + later), "noise never repeats by itself"
+    session.reset()
+    assert fingerprint(session) == first
+    assert fingerprint(Session(scene(**NOISY))) == first

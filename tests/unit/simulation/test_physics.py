@@ -1,0 +1,104 @@
+"""One model at work: hooks, command, refreshing, and the ways of stepping."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+
+from app.simulation.effects import Effects
+from app.simulation.impedance import Impedance
+from app.simulation.physics import Physics
+from app.touch.layer import Layer
+from app.touch.models.depth import Depth
+from app.touch.models.foundation import Foundation
+from tests.things import thing
+from tests.touch import bar, bar_skin, hold, no_command
+
+FAR = thing("box", at=(5.0, 0.0, 5.0))
+
+
+def physics(*objects, **effects) -> Physics:
+    made = Physics(bar(), bar_skin(), Effects(**effects), objects, Layer())
+    made.start(bar().home)
+    return made
+
+
+def test_a_model_that_makes_its_own_pressures_says_so():
+    assert physics().touch is None
+    assert isinstance(physics(skin="depth").touch, Depth)
+    assert isinstance(physics(skin="foundation").touch, Foundation)
+
+
+def test_only_what_acts_is_a_hook():
+    walker = thing("probe", path=((0.0, 5.0, 0.0, 0.0), (1.0, 6.0, 0.0, 0.0)))
+    assert physics()._hooks == ()
+    assert physics(FAR, contact="environment")._hooks == ()
+    assert len(physics(walker, contact="probe")._hooks) == 1
+    assert len(physics(walker, contact="probe", skin="foundation")._hooks) == 2
+    assert len(physics(walker, contact="off", skin="foundation")._hooks) == 0
+
+
+def test_a_command_of_the_controller_is_what_the_physics_takes():
+    command: Impedance = hold(bar(), 3.0, 0.5)
+    made = physics()
+    made.take(command)
+    assert made.model.actuator_gainprm[0, 0] == -made.model.actuator_biasprm[0, 1] == 3.0
+    assert made.model.actuator_biasprm[0, 2] == -0.5
+
+
+@pytest.mark.parametrize("integrator", ["implicitfast", "rk4"])
+def test_a_hand_acts_in_every_step_at_that_steps_places(integrator):
+    made, seen = physics(integrator=integrator), []
+
+    def hand(data: mujoco.MjData) -> None:
+        data.qfrc_applied[0] += 1.0
+        seen.append((data.time, data.qpos[0], float(np.arctan2(-data.xmat[1, 6], data.xmat[1, 0]))))
+
+    made.take(no_command(bar()))
+    made.step(50, hand)
+    assert [round(time / 0.001) for time, *_ in seen] == list(range(50))
+    assert all(position == pytest.approx(angle, abs=1e-12) for _, position, angle in seen), "kinematics of that step"
+    assert made.data.qpos[0] == pytest.approx(0.5 * (1.0 / 0.0535) * 0.05**2, rel=0.03)
+    made.step(1, None)
+    assert not made.data.qfrc_applied.any(), "the hand is gone"
+
+
+def test_places_are_brought_up_to_date_when_asked_for():
+    ball = thing("sphere", at=(5.0, 0.0, 5.0), mass=1.0)
+    made = physics(ball, contact="environment")
+    body = made.model.body("object sphere").id
+    made.step(100, None)
+    stale = made.data.xpos[body].copy()
+    pose = made.pose("sphere")
+    assert pose[:3, 3] == pytest.approx(made.data.qpos[1:4], abs=1e-15)
+    assert pose[2, 3] < stale[2]
+    assert made.pose("nothing") is None
+
+
+def test_contacts_are_read_at_the_places_they_were_found_at():
+    """In a frame that the last step has moved on, a load would lie beside its shape."""
+    ball = thing("sphere", at=(0.3, 0.0, 0.0405), mass=1.0)
+    made = physics(ball, contact="environment", gravity="on")
+    made.take(hold(bar(), 20.0, 0.1))
+    made.data.qvel[3] = -1.0
+    for _ in range(40):
+        made.step(1, None)
+        for load in made.loads():
+            depth = -load.distances(load.point[None])[0]
+            (dist,) = made.data.contact.dist
+            assert depth == pytest.approx(-0.5 * dist, rel=1e-3, abs=1e-9)
+            return
+    pytest.fail("the ball never touched")
+
+
+def test_loads_without_contacts_are_none_and_cost_no_kinematics():
+    made = physics()
+    made.step(1, None)
+    assert made.loads() == []
+    assert made._stale
+
+
+def test_numbers_are_empty_but_for_discrete():
+    assert physics(FAR, contact="environment").numbers().size == 0
+    assert physics(FAR, contact="environment", integrator="discrete").numbers().size == 1

@@ -1,0 +1,85 @@
+"""From N/m to the solver's numbers, and the word about those that are too stiff."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.simulation.assemble import assemble
+from app.simulation.effects import Effects
+from app.simulation.real_stiffness import GRIP, IMPEDANCE, RealStiffness, unstable_contacts
+from app.simulation.simulation import Simulation
+from app.touch.layer import Layer
+from tests.things import thing
+from tests.touch import bar, bar_skin, hold, pair
+
+BOX = thing("box", at=(5.0, 0.0, 5.0), mass=1.0)
+
+
+def test_the_numbers_of_a_pair_are_those_of_the_formula():
+    layer = Layer(stiffness=5e4)
+    model = assemble(bar(), bar_skin(), Effects(contact="environment", friction=True), objects=(BOX,), layer=layer)
+    both = model.body("bar").invweight0[0] + model.body("object box").invweight0[0]
+    k, b = -model.pair_solref[0]
+    assert k / ((1 - IMPEDANCE) * both) == pytest.approx(5e4)
+    assert b == pytest.approx(2 * np.sqrt(k))
+    assert model.pair_solimp[0, :2] == pytest.approx(IMPEDANCE)
+    assert -model.pair_solreffriction[0, 1] / ((1 - IMPEDANCE) * both) == pytest.approx(GRIP)
+
+
+def test_two_skins_in_series_are_half_as_stiff():
+    robot, skin = pair()
+    model = assemble(robot, skin, Effects(contact="self"), layer=Layer(stiffness=5e4))
+    both = model.body("left").invweight0[0] + model.body("right").invweight0[0]
+    assert -model.pair_solref[0, 0] / ((1 - IMPEDANCE) * both) == pytest.approx(2.5e4)
+
+
+def test_a_contact_too_stiff_for_the_step_is_told_with_ways_out():
+    light = thing("sphere", at=(5.0, 0.0, 5.0), mass=0.002)
+    soft, stiff = Layer(stiffness=1e3), Layer(stiffness=1e5)
+    effects = Effects(contact="environment")
+    assert unstable_contacts(assemble(bar(), bar_skin(), effects, objects=(light,), layer=soft), soft) == ()
+    model = assemble(bar(), bar_skin(), effects, objects=(light,), layer=stiff)
+    (note,) = unstable_contacts(model, stiff)
+    assert note.startswith("bar and sphere may bounce")
+    assert "discrete" in note
+    discrete = assemble(bar(), bar_skin(), replace(effects, integrator="discrete"), objects=(light,), layer=stiff)
+    assert unstable_contacts(discrete, stiff) == ()
+
+
+def stiff_bar(integrator: str) -> Simulation:
+    ball = thing("sphere", at=(0.3, 0.0, 0.0395))
+    effects = Effects(contact="environment", integrator=integrator)
+    return Simulation(bar(), bar_skin(), effects, objects=(ball,))
+
+
+def test_only_discrete_follows_the_solver_and_a_reset_forgets():
+    for integrator, follows in (("implicitfast", False), ("discrete", True)):
+        simulation = stiff_bar(integrator)
+        start, state = simulation._model.pair_solref.copy(), simulation.state()
+        simulation.step(100, hold(bar(), 2000.0, 50.0))
+        assert (simulation._model.pair_solref != start).any() == follows
+        assert len(simulation._physics.numbers()) == follows
+        simulation.reset()
+        assert np.array_equal(simulation._model.pair_solref, start)
+        assert np.array_equal(simulation.state(), state)
+
+
+def test_discrete_does_not_depend_on_how_many_steps_a_call_takes():
+    one, many = stiff_bar("discrete"), stiff_bar("discrete")
+    command = hold(bar(), 2000.0, 50.0)
+    many.step(60, command)
+    for _ in range(60):
+        one.step(1, command)
+    assert np.array_equal(one.state(), many.state())
+
+
+def test_pairs_that_cannot_move_have_numbers_all_the_same():
+    model = assemble(
+        bar(hinged=False), bar_skin(), Effects(contact="environment"), objects=(thing("box", at=(5, 0, 0)),)
+    )
+    assert np.isfinite(model.pair_solref).all()
+    RealStiffness(model, Layer()).reset()
+    assert (model.pair_solref < 0).all()

@@ -1,0 +1,55 @@
+"""An effect switched with a real mouse on a real X server, while the app runs as a user starts it."""
+
+from __future__ import annotations
+
+# The window tells where the box for friction is, where its list has "on" while it is open, and what is simulated.
+SCRIPT = """
+window = open_window()
+panel = window.column.effects
+
+def place_of(widget, at):
+    corner = widget.mapToGlobal(at)
+    return [corner.x(), corner.y()]
+
+def ready():
+    window.activateWindow()  # there is no window manager that would
+    window.action("effects").trigger()
+    QTimer.singleShot(500, tell_box)
+
+def tell_box():
+    box = panel.lines["friction"].box
+    write("box.json", place_of(box, box.rect().center()))
+
+def tell():
+    view = panel.lines["friction"].box.view() if panel.lines else None
+    if view is not None and view.isVisible():
+        rows = {view.model().index(k, 0).data(): view.visualRect(view.model().index(k, 0)) for k in range(3)}
+        write("list.json", place_of(view.viewport(), rows["on"].center()))
+    if window.live.runner is not None:
+        session = window.live.runner.session
+        write("session.json", {"friction": session.effects.friction, "tick": session.frame.tick,
+                               "says": panel.lines["friction"].words[1]})
+
+timer = QTimer(window)
+timer.timeout.connect(tell)
+timer.start(100)
+live(window, ready)
+"""
+
+
+def session(app):
+    return app.read("session.json")
+
+
+def test_friction_is_switched_on_while_it_runs(app):
+    app.wait_for(lambda: app.read("box.json"))
+    before = session(app)
+    assert before["says"] == "off"
+    assert not before["friction"]
+    app.hand("mousemove", *app.read("box.json"), "click", 1)
+    app.wait_for(lambda: app.read("list.json"))
+    app.hand("mousemove", *app.read("list.json"), "click", 1)
+    app.wait_for(lambda: session(app)["friction"])
+    app.wait_for(lambda: session(app)["says"] == "on")
+    after = session(app)
+    assert after["tick"] > before["tick"], "time went on"
