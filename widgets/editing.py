@@ -167,6 +167,9 @@ class Editing(QObject):
             self._editor.ask(lambda document: wanted(document, setting))
         elif setting.stage == "touch":
             self._window.effects.wish("skin", setting.method)
+        elif setting.stage == "simulation":
+            self._window.effects.wish("integrator", setting.method)
+            self._window.effects.wish("timestep", 1e-3 * float(setting.values["timestep_ms"]))
         elif setting.stage == "image":
             self._views.map.set_image(ImageLook(setting.method, int(setting.values["pixels"])))
             self._window.column.accuracy.show_present(setting)

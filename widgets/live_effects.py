@@ -80,7 +80,9 @@ class LiveEffects(QObject):
         self._panel.show_decision(decision, autos_of(scene), notes=notes)
         self._window.map_view.set_faults(faults_of(self._prepared, effects))
         values = {"share": SHARE} if effects.skin == "half-space" else {}
+        step = {"timestep_ms": round(1e3 * effects.timestep, 6)}
         self._window.column.accuracy.show_present(Setting("touch", effects.skin, values))
+        self._window.column.accuracy.show_present(Setting("simulation", effects.integrator, step))
 
     def _on_mode_changed(self, mode: str) -> None:
         self._panel.set_enabled(enabled=mode in ("live", "paused"))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, get_args
 
 import mujoco
 import numpy as np
@@ -16,13 +16,15 @@ from app.experiments.pressed_arm import PressedArm, pressed_arm
 from app.experiments.sweep import Case, Row
 from app.simulation.assemble import assemble
 from app.simulation.effect_table import EFFECTS
-from app.simulation.effects import Effects
+from app.simulation.effects import Contact, Effects, Integrator, SkinModel
 from app.simulation.poke import Finger, PokePressed
 from app.simulation.simulation import Simulation
 from app.touch.layer import Layer
 
 NONE = Effects(gravity="off", contact="off", joint_limits=False, fingers=False, skin="off")
 """Everything off that can be: the arm, its joints and nothing else."""
+_PHYSICAL: tuple[SkinModel, ...] = ("foundation", "depth")
+"""Models within the physics, which feel bodies there."""
 _STEPS_A_TICK, _TICKS_A_ROUND, _WARM_TICKS = 5, 10, 300
 
 
@@ -55,12 +57,12 @@ def priced() -> tuple[Priced, ...]:
         *(("gravity", word, replace(NONE, gravity=word), NONE) for word in ("on", "compensated")),
         ("joint_limits", "on", replace(NONE, joint_limits=True), NONE),
         ("joint_friction", "on", replace(NONE, joint_friction=True), NONE),
-        *(("integrator", w, replace(NONE, integrator=w), NONE) for w in EFFECTS["integrator"].choices),
+        *(("integrator", w, replace(NONE, integrator=w), NONE) for w in get_args(Integrator)),
         ("fingers", "on", touched, NONE),
-        *(("contact", word, replace(NONE, contact=word), NONE) for word in EFFECTS["contact"].choices[1:]),
+        *(("contact", word, replace(NONE, contact=word), NONE) for word in get_args(Contact)[1:]),
         ("friction", "on", replace(met, friction=True), met),
-        *(("skin", w, replace(touched, skin=w), touched) for w in EFFECTS["skin"].choices[1:] if w != "depth"),
-        ("skin", "depth", replace(met, skin="depth"), met),
+        *(("skin", w, replace(touched, skin=w), touched) for w in get_args(SkinModel)[1:] if w not in _PHYSICAL),
+        *(("skin", w, replace(met, skin=w), met) for w in _PHYSICAL),
         *((key, "on", _sensing(felt, key), felt) for key, entry in EFFECTS.items() if entry.sensor is not None),
     ]
     return tuple(Priced(*row) for row in rows)

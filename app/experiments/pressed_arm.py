@@ -1,4 +1,4 @@
-"""Our own arm held at home, and a probe that presses its forearm: the same scene for whatever steps in time."""
+"""A robot held at home and a probe that presses its skin: the same scene for whatever steps in time."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from app.arrays import FloatArray
 from app.control.command import JointCommand
 from app.control.gains import joint_impedance
+from app.errors import SkinError
 from app.geometry.surface_point import SurfacePoint
 from app.robots.configuration import Configuration
 from app.robots.library import find_robot
@@ -52,9 +53,24 @@ class PressedArm:
 def pressed_arm(taxels: int, seed: int = 0) -> PressedArm:
     """The arm in so many taxels. Cost: 1 s at 1,000, kept."""
     robot = find_robot("arm")
-    skin = cover(robot, CoverSpec(("upper_arm", "forearm", "hand"), taxels=taxels, seed=seed))
+    return pressed(
+        robot, cover(robot, CoverSpec(("upper_arm", "forearm", "hand"), taxels=taxels, seed=seed)), "forearm"
+    )
+
+
+def pressed(robot: Robot, skin: Skin, link: str = "") -> PressedArm:
+    """A robot held at home, with the probe beside its skin.
+
+    Args:
+        robot: Any.
+        skin: Its skin.
+        link: Which link is pressed; by default the one where skin faces an axis of the world best.
+
+    Raises:
+        SkinError: Nothing there wears skin.
+    """
     configuration = Configuration(robot)
-    number, axis = _facing_an_axis(skin, configuration)
+    number, axis = _facing_an_axis(skin, configuration, link)
     at = skin.taxel_point(number)
     touched = configuration.pose(skin.link(at)).points(skin.position(at))
     way = [(seconds, *(touched + along * axis)) for seconds, along in
@@ -65,10 +81,16 @@ def pressed_arm(taxels: int, seed: int = 0) -> PressedArm:
     return PressedArm(robot, skin, Body(spec, primitive(spec)), at, command)
 
 
-def _facing_an_axis(skin: Skin, configuration: Configuration) -> tuple[int, FloatArray]:
-    """The taxel on the forearm whose normal comes nearest to an axis of the world, and that axis."""
-    patch = next(k for k, patch in enumerate(skin.patches) if patch.link == "forearm")
-    normals = configuration.pose("forearm").directions(skin.patches[patch].taxels.normals)
+def _facing_an_axis(skin: Skin, configuration: Configuration, link: str) -> tuple[int, FloatArray]:
+    """The taxel whose normal comes nearest to an axis of the world, and that axis; of equals the first."""
     axes = np.concatenate([np.eye(3), -np.eye(3)])
-    taxel, axis = np.unravel_index(np.argmax(normals @ axes.T), (len(normals), len(axes)))
-    return int(skin.first[patch] + taxel), axes[axis]
+    best = (-np.inf, 0, axes[0])
+    for first, patch in zip(skin.first[:-1], skin.patches, strict=True):
+        if link in ("", patch.link) and len(patch.taxels):
+            facing = configuration.pose(patch.link).directions(patch.taxels.normals) @ axes.T
+            taxel, axis = np.unravel_index(np.argmax(facing), facing.shape)
+            if facing[taxel, axis] > best[0]:
+                best = (float(facing[taxel, axis]), int(first + taxel), axes[axis])
+    if not np.isfinite(best[0]):
+        raise SkinError("there is no skin to press", place=link or "robot", remedy="Cover a link")
+    return best[1], best[2]

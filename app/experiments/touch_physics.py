@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
+from app.arrays import FloatArray
 from app.control.command import JointCommand
 from app.experiments.flat_map import SIDE
 from app.experiments.touch_skins import LENGTH, RADIUS, Ground
@@ -19,7 +20,7 @@ from app.touch.layer import Layer
 from app.touch.load import Load
 from app.touch.shapes import Ball
 
-PHYSICS: Mapping[SkinModel, str] = {"foundation": "Foundation", "depth": "Depth"}
+PHYSICS: Mapping[str, str] = {"foundation": "Foundation", "depth": "Depth"}
 """Models that are told nothing: they see how deep the ball is. As shown to people."""
 _FIXED = """<mujoco model="ground"><worldbody><body name="{link}"><geom type="{solid}" pos="{at}" size="{size}"/>
 </body></worldbody></mujoco>"""
@@ -39,10 +40,10 @@ def held(ground: Ground, model: SkinModel, load: Load) -> Simulation:
     return Simulation(_fixed(ground), ground.skin, effects, objects=(Body(spec, primitive(spec)),), layer=Layer())
 
 
-def step(simulation: Simulation) -> None:
-    """One step of the physics and a reading: what the taxels say is made in the step."""
+def step(simulation: Simulation) -> FloatArray:
+    """One step of the physics and a reading (taxels,) [Pa]: what the taxels say is made in the step."""
     simulation.step(1, _STILL)
-    simulation.sense()
+    return simulation.sense()
 
 
 _STILL = JointCommand(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0))

@@ -1,6 +1,6 @@
 """What accuracy costs in time on the user's own skin: error against milliseconds, and settings to choose by it.
 
-A stage of the program (cutting, flattening, the image; later touch, simulation and control) lists the settings worth
+A stage of the program (cutting, flattening, the image, touch, simulation; later control) lists the settings worth
 trying, tries one, and says which is in force. ``measured`` tries them all, ``diagram`` draws what came out: one curve a
 method, in one of the stage's errors. A further stage is one entry in ``stages.table``.
 """
@@ -16,6 +16,7 @@ from typing import TypeVar
 from app.editing.document import MapDocument
 from app.editing.reflatten import Reflatten
 from app.errors import TactileMapsError
+from app.session.prepare import Prepared
 
 _RUNS, _ENOUGH = 3, 0.2
 
@@ -31,10 +32,12 @@ class Subject:
     Attributes:
         document: The map as it is.
         patches: Numbers of the patches meant; all that a stage of single patches lays flat.
+        prepared: The robot that wears the map's skin, for what moves; None where only the map is known.
     """
 
     document: MapDocument
     patches: tuple[int, ...]
+    prepared: Prepared | None = None
 
     @property
     def faces(self) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from app.arrays import FloatArray
+from app.arrays import FloatArray, readonly
 from app.errors import SimulationError
 from app.geometry.surface_point import SurfacePoint
 from app.simulation.poke import Finger, PokeInput, PokePressed, PokeReleased, PokeState
@@ -162,14 +162,18 @@ class _Touch:
     def __init__(self, skin: Skin, bodies: dict[str, int], at: SurfacePoint, finger: Finger) -> None:
         self.at, self.finger, self.link = at, finger, skin.link(at)
         self.body = bodies[self.link]
-        self.local, self.local_normal = skin.position(at), skin.normal(at)
+        self.local, self.local_normal = readonly(skin.position(at)), readonly(skin.normal(at))
+        self._both = np.column_stack([self.local, self.local_normal])
+        self._data: mujoco.MjData | None = None
         self.depth, self.force = 0.0, 0.0
         self.point, self.normal = np.zeros(3), np.zeros(3)
 
     def world(self, data: mujoco.MjData) -> tuple[FloatArray, FloatArray]:
         """The touched point [m] and the outward normal there, in the world."""
-        rotation = data.xmat[self.body].reshape(3, 3)
-        return rotation @ self.local + data.xpos[self.body], rotation @ self.local_normal
+        if data is not self._data:  # a state keeps its arrays where they are, and looking for them is dear
+            self._data, self._rotation, self._origin = data, data.xmat[self.body].reshape(3, 3), data.xpos[self.body]
+        moved = self._rotation @ self._both
+        return moved[:, 0] + self._origin, moved[:, 1]
 
     def follow(self, data: mujoco.MjData) -> None:
         """Let the skin move against the standing tip: with the mean normal, exact to second order in the motion."""

@@ -48,7 +48,7 @@ def balanced(gaps: FloatArray, areas: FloatArray, offsets: FloatArray, volume: f
         volume: Force over the foundation's stiffness [m³], > 0.
         level: Depth to start from [m]; the straight body's is best.
 
-    Cost: 3 to 10 rounds of 30 µs for a few hundred springs.
+    Cost: 2 to 7 rounds of 30 µs for a few hundred springs, more where a small force is far from the lowest of them.
     """
     # einsum stays on this thread; BLAS wakes others from 3,000 springs on, which costs more than it saves (arrays.dot).
     size = float(np.sqrt(np.einsum("ij,ij->i", offsets, offsets).max())) or 1.0

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from app.arrays import BoolArray, FloatArray, IntArray
+from app.arrays import BoolArray, FloatArray, IntArray, dot
 
 
 class Wet(NamedTuple):
@@ -69,7 +69,7 @@ def fill(floors: FloatArray, areas: FloatArray, volume: float, *, guess: Guess |
         guess.update(floors < math.inf, floors, areas)
     for _ in range(len(floors) + 2):
         here = floors.take(guess.points)
-        level = (volume + float(guess.areas.dot(here))) / guess.total
+        level = (volume + dot(guess.areas, here)) / guess.total
         below = floors < level
         if below.tobytes() == guess.mask:
             return Wet(guess.points, here, guess.areas, level)

@@ -20,6 +20,7 @@ from app.experiments.work_precision import said as method_name
 from app.maps.build import build_map
 from app.skin.place import place_taxels
 from app.skin.skin import Patch, Skin
+from tests.touch import prepared_bar
 from widgets.colours import DARK, LIGHT, apply_theme
 from widgets.panels.accuracy_panel import AccuracyPanel
 from widgets.panels.column import WIDTH
@@ -131,6 +132,21 @@ def test_results_are_kept_by_stage_and_forgotten_with_the_skin(panel, qtbot, doc
     panel.show_document(body(), (1,))
     assert drawn(panel) == []
     assert "takes about" in said(panel, "question")
+
+
+def test_the_simulation_is_measured_on_the_robot_that_wears_the_skin(panel, qtbot):
+    """Without its robot there is nothing to move, and nothing to draw."""
+    prepared = prepared_bar()
+    panel.show_document(MapDocument.of(prepared.map))
+    measure(panel, qtbot, "simulation")
+    assert drawn(panel) == []
+    panel.show_prepared(prepared)
+    press(panel, "measure", qtbot)
+    qtbot.waitUntil(lambda: not panel.busy, timeout=LONG)
+    assert {point.setting.method for point in drawn(panel)} >= {"implicitfast", "discrete"}
+    assert said(panel, "note").startswith("Measured on the whole map.")
+    panel.show_present(Setting("simulation", "discrete", {"timestep_ms": 1.0}))
+    assert panel.board.plot._named(None).startswith("Present: ")
 
 
 def test_another_error_redraws_and_a_map_that_changed_is_told(panel, qtbot, document):

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QDialog, QLabel, QVBoxLayout, QWidget
 
 from app.editing.document import MapDocument
 from app.experiments.work_precision import Setting, Stage, Subject, Trial, diagram
+from app.session.prepare import Prepared
 from app.skin.skin import Skin
 from widgets.accuracy_process import AccuracyProcess
 from widgets.colours import DARK, Theme
@@ -39,6 +40,7 @@ class AccuracyPanel(Panel):
         super().__init__("Accuracy and time", "accuracy-panel", parent)
         self._document: MapDocument | None = None
         self._skin: Skin | None = None
+        self._prepared: Prepared | None = None
         self._selected: tuple[int, ...] = ()
         self._told: dict[str, Setting] = {}
         self._results: dict[str, _Result] = {}
@@ -66,6 +68,11 @@ class AccuracyPanel(Panel):
     def set_theme(self, theme: Theme) -> None:
         """Take another theme."""
         self.board.set_theme(theme)
+
+    def show_prepared(self, prepared: Prepared) -> None:
+        """The scene whose robot moves, for the stages that are about moving; its map comes as a document."""
+        self._prepared = prepared
+        self._show()
 
     def show_document(self, document: MapDocument | None, selected: tuple[int, ...] = ()) -> None:
         """The map as it is now, and the patches that are selected; with another skin everything measured is forgotten.
@@ -100,7 +107,12 @@ class AccuracyPanel(Panel):
         """The selected patches, or all."""
         if self._document is None:
             return None
-        return Subject(self._document, self._selected or tuple(range(len(self._document.patches))))
+        return self._now(self._document, self._selected or tuple(range(len(self._document.patches))))
+
+    def _now(self, document: MapDocument, patches: tuple[int, ...]) -> Subject:
+        """Patches as they are now, and the robot that wears them."""
+        ours = self._prepared is not None and self._prepared.map.skin is document.skin
+        return Subject(document, patches, self._prepared if ours else None)
 
     def _show(self) -> None:
         stage, subject = self.board.stage, self._subject()
@@ -109,7 +121,7 @@ class AccuracyPanel(Panel):
             self.board.show_empty(_promise(stage, subject), can_measure=subject is not None)
         else:
             drawn = diagram(stage, result.trials, error=self.board.error)
-            now = Subject(self._document, result.subject.patches)
+            now = self._now(self._document, result.subject.patches)
             present = self._told.get(stage.name) or stage.present(now)
             self.board.show_diagram(drawn, present, can_measure=True)
         if self._running is None:
@@ -126,7 +138,7 @@ class AccuracyPanel(Panel):
         trouble, self._trouble = self._trouble, ""
         if result is None or self._document is None:
             return trouble
-        now = Subject(self._document, result.subject.patches)
+        now = self._now(self._document, result.subject.patches)
         stale = stage.basis(now) != result.basis
         drawn = diagram(stage, result.trials, error=self.board.error)
         parts = (

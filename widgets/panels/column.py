@@ -96,6 +96,7 @@ class PanelColumn(QScrollArea):
         """Another scene."""
         self.effects.show_prepared(prepared)
         self.quality.show_prepared(prepared)
+        self.accuracy.show_prepared(prepared)
         self.contacts.clear()
         self.timing.clear()
 

@@ -1,4 +1,4 @@
-"""The stages by name: those that make the map, then what is seen of it and felt on it."""
+"""The stages by name: those that make the map, then what is seen of it and felt on it, and how all of it moves."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from collections.abc import Mapping
 from app.editing.document import MapDocument
 from app.editing.reflatten import Reflatten
 from app.errors import MapError
-from app.experiments.stages import cut, flatten, image, touch
+from app.experiments.stages import cut, flatten, image, simulation, touch
 from app.experiments.work_precision import Setting, Stage
 
-STAGES: Mapping[str, Stage] = {stage.name: stage for stage in (cut.STAGE, flatten.STAGE, image.STAGE, touch.STAGE)}
+_STAGES = (cut.STAGE, flatten.STAGE, image.STAGE, touch.STAGE, simulation.STAGE)
+STAGES: Mapping[str, Stage] = {stage.name: stage for stage in _STAGES}
 
 
 def edits_map(setting: Setting) -> bool:

@@ -25,7 +25,7 @@ class HalfSpace(WaterFill):
     Force is kept: what a point bears is felt whole, to rounding. A true half-space would carry up to half of it off
     beside a border, where a cover has no material to carry it; and squares stand in for the points' cells, whose sums
     are 6 % off where the points lie 1.7 depths apart, 1 % at one depth. Both are made good by the same factor. Measured
-    against a dense sum, 1,000 taxels on a tube are off by 2 to 4 % of the force, where water-fill is by 9 to 30 %.
+    against a dense sum, 1,000 taxels on a tube are off by 2 to 4 % of the force, where water-fill is by 9 to 31 %.
 
     Lost: the free sides of the cover and the rigid shell below it (its stress is higher in the middle than a
     half-space's once the depth is a good part of the thickness), the curvature of the link, shear.

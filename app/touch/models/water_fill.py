@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from app.arrays import FloatArray, IntArray
+from app.arrays import FloatArray, IntArray, dot
 from app.skin.skin import Skin
 from app.touch.bed import Bed, Under, beds
 from app.touch.fill import fill
@@ -91,7 +91,7 @@ def spread(under: Under, force: float, stiffness: float) -> tuple[IntArray, Floa
     """
     wet = fill(under.distances, under.areas, force / stiffness, guess=under.guess)
     forces = wet.level - wet.floors
-    total = float(forces.dot(wet.areas))
+    total = dot(forces, wet.areas)
     if total > 0:
         forces *= wet.areas
         forces *= force / total

@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 import pytest
 
-from app.experiments.step_cost import EXPERIMENT, INTEGRATORS, STEPS_MS, STIFFNESSES, cases, figures, measure, press
+from app.experiments.step_cost import EXPERIMENT, INTEGRATORS, STEPS_MS, STIFFNESSES, cases, figures, measure
 
 
 def row(integrator, timestep_ms, stiffness):
@@ -48,15 +48,6 @@ def test_what_diverges_says_why_and_has_no_numbers(rows):
 def test_a_shorter_step_is_nearer_to_the_truth_and_dearer(rows):
     assert rows[0]["posture_mrad"] < rows[1]["posture_mrad"] < 1
     assert rows[0]["ms"] > 3 * rows[1]["ms"]
-
-
-def test_the_truth_is_the_truth():
-    """A fine step has converged: another integrator and twice the step give the same posture and force."""
-    fine = press("discrete", 0.05, 1e4, 0)
-    for other in (press("discrete", 0.1, 1e4, 0), press("implicitfast", 0.1, 1e4, 0)):
-        assert other.forces.mean() == pytest.approx(fine.forces.mean(), rel=1e-6)
-        assert np.abs(other.postures - fine.postures).max() < 2e-5
-    assert np.ptp(fine.postures, axis=0).max() > 1e-3, "it gave way"
 
 
 def test_all_but_the_time_is_the_same_each_time(rows):

@@ -2,11 +2,25 @@
 
 from __future__ import annotations
 
+from typing import get_args
+
 import numpy as np
 import pytest
 
-from app.experiments.touch_cost import CONTACTS_MM, ERRORS, EXPERIMENT, MISPLACED_MM, bare_step, cases, figures, measure
+from app.experiments.touch_cost import (
+    CONTACTS_MM,
+    ERRORS,
+    EXPERIMENT,
+    MISPLACED_MM,
+    TITLES,
+    bare_step,
+    cases,
+    figures,
+    measure,
+)
+from app.experiments.touch_physics import PHYSICS
 from app.experiments.touch_skins import GROUNDS
+from app.simulation.effects import SkinModel
 from app.touch.models.table import MODELS
 
 
@@ -26,7 +40,8 @@ def of(rows, model, contact, key, *, misplaced=0):
 
 
 def test_every_model_is_measured_under_every_contact(rows):
-    assert {(row["model"], row["contact_mm"]) for row in rows} == {(m, c) for m in MODELS for c in CONTACTS_MM}
+    assert {(row["model"], row["contact_mm"]) for row in rows} == {(m, c) for m in TITLES for c in CONTACTS_MM}
+    assert set(TITLES) == set(get_args(SkinModel)) - {"off"}
     for row in rows:
         assert all(np.isfinite(row[key]) for key in ERRORS)
         assert 0 < row["ms"] <= row["p95_ms"]
@@ -34,7 +49,21 @@ def test_every_model_is_measured_under_every_contact(rows):
 
 
 def test_no_model_loses_force(rows):
-    assert max(row["force_percent"] for row in rows) < 1e-7
+    assert max(row["force_percent"] for row in rows if row["model"] in MODELS) < 1e-7
+
+
+def test_the_physics_own_lose_what_falls_between_their_points(rows):
+    for contact in CONTACTS_MM:
+        deep, bed = (of(rows, model, contact, "force_percent") for model in ("depth", "foundation"))
+        assert deep > 3 * bed > 0, "a point a taxel, or eight"
+        assert of(rows, "depth", contact, "surface_percent") > of(rows, "water-fill", contact, "surface_percent")
+
+
+def test_a_touch_that_is_not_felt_is_told(rows):
+    case = next(case for case in cases(True, 0) if (case["skin"], case["model"]) == ("bent", "depth"))
+    (row,) = measure(case | {"taxels": 30, "repeats": 1})
+    assert row["missed_percent"] > 0
+    assert row["surface_percent"] > 50
 
 
 @pytest.mark.parametrize("contact", CONTACTS_MM)
@@ -74,11 +103,13 @@ def test_a_bare_step_takes_microseconds():
 def test_figures_have_a_panel_a_contact_and_a_curve_a_model(rows):
     drawn = figures(rows)
     assert len(drawn) == len(ERRORS) * len(MISPLACED_MM)
+    assert set(drawn[0].panels[0].curves) == set(TITLES.values())
+    assert set(PHYSICS.values()).isdisjoint(drawn[-1].panels[0].curves), "they are told nothing that could be wrong"
     assert len({figure.title for figure in drawn}) == len(drawn)
     for figure in drawn:
         assert len(figure.panels) == len(CONTACTS_MM)
         for panel in figure.panels:
-            assert set(panel.curves) == {entry.title for entry in MODELS.values()}
+            assert set(panel.curves) >= {entry.title for entry in MODELS.values()}
             assert all(len(points) == 1 for points in panel.curves.values())
 
 

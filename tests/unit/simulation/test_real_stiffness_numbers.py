@@ -67,6 +67,19 @@ def test_only_discrete_follows_the_solver_and_a_reset_forgets():
         assert np.array_equal(simulation.state(), state)
 
 
+def test_discrete_follows_without_feedback():
+    """Its solver's regulariser holds the numbers in force; read back, a weight without dampers keeps its own."""
+    ball = thing("sphere", at=(0.3, 0.0, 0.0395), mass=0.1, guided=True)
+    effects = Effects(contact="environment", integrator="discrete")
+    for step in (0.0005, 0.008):
+        simulation = Simulation(bar(hinged=False), bar_skin(), replace(effects, timestep=step), objects=(ball,))
+        start = simulation._model.pair_solref.copy()
+        for _ in range(20):
+            simulation.step(1, hold(bar(hinged=False), 0.0, 0.0))
+            assert simulation._model.pair_solref == pytest.approx(start, rel=1e-9)
+        assert simulation._data.ncon == 1
+
+
 def test_discrete_does_not_depend_on_how_many_steps_a_call_takes():
     one, many = stiff_bar("discrete"), stiff_bar("discrete")
     command = hold(bar(), 2000.0, 50.0)

@@ -165,3 +165,13 @@ def test_deep_below_only_the_side_that_faces_is_pressed():
     swallowed = Simulation(bar(), FINE, EFFECTS, objects=(below,))
     swallowed.step(1, no_command(bar()))
     assert not swallowed.sense().any(), "the skin on top looks the same way as the plane"
+
+
+def test_a_body_that_presses_the_layer_through_is_refused_by_name():
+    """It would sink in altogether and meet no spring any more."""
+    ball = thing("sphere", at=(0.2, 0.0, 0.0399), mass=50.0, guided=True)
+    robot = bar(hinged=False)
+    simulation = Simulation(robot, FINE, replace(EFFECTS, gravity="on"), objects=(ball,))
+    with pytest.raises(SimulationError, match=r"sphere on bar at 0\.\d+ s: the layer is pressed through .*mm deep"):
+        simulation.step(1000, no_command(robot))
+    assert simulation.object_poses[0][2, 3] > 0.02, "it is not in yet"
