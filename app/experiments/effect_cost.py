@@ -106,7 +106,7 @@ def measure(case: Case) -> list[Row]:
 
 
 def _bare(arm: PressedArm) -> Callable[[int], None]:
-    """Ticks of MuJoCo's own steps on the arm with all off, held by the same command, and nothing around them."""
+    """Ticks of MuJoCo's own steps, each asked for by itself, on the arm with all off, held by the same command."""
     model = assemble(arm.robot, arm.skin, NONE)
     data, command = mujoco.MjData(model), arm.command
     model.actuator_gainprm[:, 0] = command.stiffness
@@ -114,8 +114,8 @@ def _bare(arm: PressedArm) -> Callable[[int], None]:
     data.qpos[:], data.ctrl[:], data.qfrc_applied[:] = arm.robot.home, command.posture, command.torque
 
     def run(ticks: int) -> None:
-        for _ in range(ticks):
-            mujoco.mj_step(model, data, _STEPS_A_TICK)
+        for _ in range(ticks * _STEPS_A_TICK):
+            mujoco.mj_step(model, data)
 
     return run
 
