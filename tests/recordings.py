@@ -8,11 +8,11 @@ from app.control.command import ControlChanged, ControlSettings
 from app.editing.arrange import move
 from app.editing.document import MapDocument
 from app.recording.recorder import Recorder
+from app.scene.scene_file import load_scene
 from app.session.inputs import EffectsChanged, MapEdited
 from app.session.prepare import Prepared, prepare
 from app.session.session import Session
-from app.simulation.poke import PokeMoved, PokePressed, PokeReleased
-from app.simulation.scene_file import load_scene
+from app.touch.poke import PokeMoved, PokePressed, PokeReleased
 from app.touch.sensor.effects import SensorEffects
 from app.touch.sensor.hysteresis import Hysteresis
 from app.touch.sensor.noise import Noise

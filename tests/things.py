@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from app.geometry.mesh import Mesh
-from app.simulation.bodies import primitive
-from app.simulation.objects import Body, ObjectKind, ObjectSpec
+from app.scene.bodies import primitive
+from app.scene.objects import Body, ObjectKind, ObjectSpec
 
 SIZES: dict[ObjectKind, tuple[float, ...]] = {
     "probe": (0.01,),

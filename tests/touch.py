@@ -10,8 +10,8 @@ from app.control.command import JointCommand
 from app.geometry.mesh import Mesh
 from app.maps.build import build_map
 from app.robots.robot import Joint, Link, Robot
+from app.scene.scene import Scene
 from app.session.prepare import Prepared
-from app.simulation.scene import Scene
 from app.skin.place import place_taxels, taxels_in
 from app.skin.skin import Patch, Skin
 from tests.recordings import small_arm

@@ -19,8 +19,8 @@ from PySide6.QtGui import QColor, QImage, QPainter, QPen, QPolygonF
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QWidget
 
+from app.scene.scene_file import load_scene
 from app.session.prepare import prepare
-from app.simulation.scene_file import load_scene
 from widgets.colours import THEMES, apply_theme
 from widgets.launch import make_application, picture_window
 from widgets.main_window import MainWindow

@@ -8,9 +8,9 @@ from typing import Any
 from PySide6.QtCore import QObject, Signal
 
 from app.errors import TactileMapsError
+from app.scene.effects import Effects
 from app.session.prepare import Prepared
 from app.session.price import price
-from app.simulation.effects import Effects
 from app.simulation.weigh import Weighed, weigh
 from widgets.process import Process, Serve, Tell
 

@@ -13,8 +13,8 @@ from PySide6.QtCore import QElapsedTimer, QObject, QTimer
 from PySide6.QtWidgets import QFileDialog, QMessageBox
 
 from app.errors import TactileMapsError
-from app.simulation.scene import Scene
-from app.simulation.scene_file import scene_for
+from app.scene.scene import Scene
+from app.scene.scene_file import scene_for
 from widgets.actions import keys_text
 from widgets.menus import build_menus
 from widgets.opening import (

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from app.control.command import ControlChanged, ControlSettings
+from app.scene.effects import Effects
 from app.session.inputs import EffectsChanged, SessionInput
 from app.session.session import Session
-from app.simulation.effects import Effects
 from widgets.session_facts import SessionFacts
 
 

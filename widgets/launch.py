@@ -11,8 +11,8 @@ from types import TracebackType
 
 from app.crash_log import explain
 from app.errors import DisplayError
+from app.scene.scene import Scene
 from app.session.prepare import prepare
-from app.simulation.scene import Scene
 
 # Off-screen rendering must not look for an X server; VTK reads this when it is imported, below.
 os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")

@@ -9,11 +9,11 @@ from PySide6.QtCore import QObject
 
 from app.errors import TactileMapsError
 from app.experiments.work_precision import Setting
+from app.scene.effect_table import Wish
+from app.scene.effects import Effects
+from app.scene.scene import Scene, with_wish
+from app.scene.stability import corner
 from app.session.prepare import Prepared
-from app.simulation.effect_table import Wish
-from app.simulation.effects import Effects
-from app.simulation.scene import Scene, with_wish
-from app.simulation.stability import corner
 from app.touch.buried import SHARE
 from widgets.map_view.taxel_faults import faults_of
 from widgets.panels.effect_choices import AUTO, autos_of, chosen, recorded

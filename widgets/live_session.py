@@ -10,10 +10,10 @@ from app.errors import TactileMapsError
 from app.recording.player import Player
 from app.recording.recorder import Recorder
 from app.recording.report import save_report
+from app.scene.scene import Scene
 from app.session.frame import Frame
 from app.session.prepare import Prepared
 from app.session.session import Session
-from app.simulation.scene import Scene
 from widgets.engines import BESIDE, Engines
 from widgets.in_force import Rules
 from widgets.runner import Runner

@@ -6,9 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from app.errors import UsageError
+from app.scene.scene import Scene
+from app.scene.scene_file import scene_for
 from app.session.open_scene import open_scene
-from app.simulation.scene import Scene
-from app.simulation.scene_file import scene_for
 
 ROBOTS = (".xml", ".mjcf", ".urdf")
 MESHES = (".obj", ".stl", ".ply", ".off", ".glb", ".dae")

@@ -8,11 +8,11 @@ from app.control.command import ControlChanged, ControlSettings
 from app.geometry.surface_point import SurfacePoint
 from app.maps.tactile_map import TactileMap
 from app.recording.player import Player
+from app.scene.effects import Effects
 from app.session.inputs import EffectsChanged, MapEdited, SessionInput
-from app.simulation.effects import Effects
-from app.simulation.poke import Finger, PokeMoved, PokePressed, PokeReleased
-from app.simulation.stimuli.from_hand import from_hand
-from app.simulation.stimuli.stimulus import Stimulus
+from app.stimuli.from_hand import from_hand
+from app.stimuli.stimulus import Stimulus
+from app.touch.poke import Finger, PokeMoved, PokePressed, PokeReleased
 from widgets.in_force import InForce
 from widgets.runner import Runner
 from widgets.session_facts import SessionFacts

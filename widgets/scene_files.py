@@ -10,8 +10,8 @@ from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QFileDialog, QMenu
 
 from app.errors import SceneError, TactileMapsError
-from app.simulation.scene_file import load_scene, scene_names
-from app.simulation.scene_text import scene_to_toml
+from app.scene.scene_file import load_scene, scene_names
+from app.scene.scene_text import scene_to_toml
 from app.whole_file import write_whole
 from widgets.opening import SCENE_FILTER
 

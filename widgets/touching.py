@@ -10,8 +10,8 @@ from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QFileDialog
 
 from app.errors import TactileMapsError
-from app.simulation.stimuli.stimulus_file import load_stimuli, save_stimuli
 from app.simulation.weigh import Weighed
+from app.stimuli.stimulus_file import load_stimuli, save_stimuli
 from widgets.bench import MASS
 from widgets.opening import SCRIPT_FILTER
 

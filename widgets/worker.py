@@ -8,8 +8,8 @@ from PySide6.QtCore import QObject, Signal
 
 from app.editing.reflatten import Reflatten, Reflattened, reflatten
 from app.errors import TactileMapsError
+from app.scene.scene import Scene
 from app.session.prepare import Prepared, prepare
-from app.simulation.scene import Scene
 from widgets.process import Process, Serve, Tell
 
 _DIED_PREPARING = (

@@ -14,11 +14,11 @@ from app.maps.quality import measure
 from app.recording.player import Player
 from app.robots.library import find_robot
 from app.robots.robot import Robot
+from app.scene.scene import Scene
+from app.scene.scene_file import scene_names
 from app.session.open_scene import open_scene
 from app.session.prepare import prepare
 from app.session.price import price
-from app.simulation.scene import Scene
-from app.simulation.scene_file import scene_names
 from app.skin.exchange.icub_layout import read_icub_layout
 from app.skin.exchange.read import read_taxel_sets
 from app.skin.skin import Skin

@@ -14,8 +14,8 @@ from app.maps.learned.as_map import learned_tactile_map
 from app.maps.learned.table import LEARNED
 from app.maps.tactile_map import TactileMap
 from app.recording.player import Player
-from app.simulation.babbling import BabbleSpec, babble
 from app.skin.skin import Skin
+from app.touch.babbling import BabbleSpec, babble
 
 
 def recorded_touch(path: str | Path) -> tuple[Skin, FloatArray]:

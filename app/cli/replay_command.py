@@ -9,8 +9,8 @@ from app.cli.output import answer, facts, fail, progress_line
 from app.errors import RecordingError, UsageError
 from app.recording.player import Player
 from app.recording.verify import verify
-from app.simulation.stimuli.from_hand import from_hand
-from app.simulation.stimuli.stimulus_file import save_stimuli
+from app.stimuli.from_hand import from_hand
+from app.stimuli.stimulus_file import save_stimuli
 
 
 def execute(arguments: argparse.Namespace) -> int:

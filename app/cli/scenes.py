@@ -6,10 +6,10 @@ import argparse
 from dataclasses import replace
 
 from app.errors import UsageError
+from app.scene.scene import Scene
+from app.scene.scene_file import scene_for
 from app.session.open_scene import open_scene
-from app.simulation.scene import Scene
-from app.simulation.scene_file import scene_for
-from app.simulation.stimuli.stimulus_file import load_stimuli
+from app.stimuli.stimulus_file import load_stimuli
 
 
 def scene_of(arguments: argparse.Namespace) -> Scene:

@@ -8,12 +8,12 @@ from typing import get_args
 
 from app.cli.output import answer, facts, progress_line
 from app.errors import UsageError
+from app.scene.effects import SkinModel
+from app.scene.scene_file import scene_for, scene_names
 from app.session.open_scene import open_scene
 from app.session.prepare import robot_in_skin
-from app.simulation.effect_table import nearest
-from app.simulation.effects import SkinModel
-from app.simulation.scene_file import scene_for, scene_names
 from app.simulation.weigh import Weighed, weigh
+from app.toml.nearest import nearest
 
 TOLERANCE = 0.02
 """Relative; a reading farther off is a failure."""

@@ -14,12 +14,12 @@ from app.experiments.bars import Bars
 from app.experiments.experiment import Experiment
 from app.experiments.pressed_arm import PressedArm, pressed_arm
 from app.experiments.sweep import Case, Row
+from app.scene.effect_table import EFFECTS
+from app.scene.effects import Contact, Effects, Integrator, SkinModel
 from app.simulation.assemble import assemble
-from app.simulation.effect_table import EFFECTS
-from app.simulation.effects import Contact, Effects, Integrator, SkinModel
-from app.simulation.poke import Finger, PokePressed
 from app.simulation.simulation import Simulation
 from app.touch.layer import Layer
+from app.touch.poke import Finger, PokePressed
 
 NONE = Effects(gravity="off", contact="off", joint_limits=False, fingers=False, skin="off")
 """Everything off that can be: the arm, its joints and nothing else."""

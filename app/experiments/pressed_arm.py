@@ -15,9 +15,9 @@ from app.geometry.surface_point import SurfacePoint
 from app.robots.configuration import Configuration
 from app.robots.library import find_robot
 from app.robots.robot import Robot
-from app.simulation.bodies import primitive
-from app.simulation.objects import Body, ObjectSpec
-from app.simulation.stability import PROBE
+from app.scene.bodies import primitive
+from app.scene.objects import Body, ObjectSpec
+from app.scene.stability import PROBE
 from app.skin.cover import cover
 from app.skin.cover_spec import CoverSpec
 from app.skin.skin import Skin

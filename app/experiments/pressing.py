@@ -10,7 +10,7 @@ import numpy as np
 from app.arrays import FloatArray
 from app.errors import SimulationError
 from app.experiments.pressed_arm import PressedArm
-from app.simulation.effects import Effects, Integrator
+from app.scene.effects import Effects, Integrator
 from app.simulation.simulation import Simulation
 from app.touch.layer import Layer
 

@@ -12,7 +12,7 @@ from app.experiments.plot import Figure, Panel
 from app.experiments.pressed_arm import PRESS, pressed_arm
 from app.experiments.pressing import FINE, Run, at_step, press
 from app.experiments.sweep import Case, Row
-from app.simulation.effects import Integrator
+from app.scene.effects import Integrator
 from app.touch.layer import Layer
 
 STEPS_MS = (0.5, 1.0, 2.0, 4.0, 8.0)

@@ -12,9 +12,9 @@ from app.experiments.flat_map import SIDE
 from app.experiments.touch_skins import LENGTH, RADIUS, Ground
 from app.geometry.mesh import Mesh
 from app.robots.robot import Link, Robot
-from app.simulation.bodies import primitive
-from app.simulation.effects import Effects, SkinModel
-from app.simulation.objects import Body, ObjectSpec
+from app.scene.bodies import primitive
+from app.scene.effects import Effects, SkinModel
+from app.scene.objects import Body, ObjectSpec
 from app.simulation.simulation import Simulation
 from app.touch.layer import Layer
 from app.touch.load import Load

@@ -19,9 +19,9 @@ from app.errors import Finding, RecordingError, TactileMapsError
 from app.geometry.mesh import Mesh
 from app.maps.map_file import map_from_bytes, map_to_bytes
 from app.robots.robot import Joint, Link, Robot
+from app.scene.objects import Body, ObjectSpec
+from app.scene.scene_text import scene_from_toml, scene_to_toml
 from app.session.prepare import Prepared
-from app.simulation.objects import Body, ObjectSpec
-from app.simulation.scene_text import scene_from_toml, scene_to_toml
 
 SCENE, ROBOT, MAP, OBJECTS = "scene.toml", "robot.zip", "map.npz", "objects.npz"
 MEDIA_TYPES = {

@@ -40,9 +40,9 @@ from app.maps.tactile_map import TactileMap
 from app.recording.effects_codec import effects_from_json, effects_to_json
 from app.session.frame import Frame
 from app.session.inputs import EffectsChanged, MapEdited, PokeMoved, PokePressed, PokeReleased, SessionInput
-from app.simulation.poke import Finger, PokeState
 from app.skin.skin import Skin
 from app.timing import Timings
+from app.touch.poke import Finger, PokeState
 
 _HEAD = struct.Struct("<qd7i")
 _OBJECT, _POKE, _REGION = 16, 14, 19

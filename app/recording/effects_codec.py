@@ -7,7 +7,7 @@ from dataclasses import asdict, fields, is_dataclass
 from types import NoneType
 from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
-from app.simulation.effects import Effects
+from app.scene.effects import Effects
 
 Value = TypeVar("Value")
 

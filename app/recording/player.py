@@ -12,9 +12,9 @@ from app.errors import RecordingError, SimulationError
 from app.maps.tactile_map import TactileMap
 from app.recording import bundle, reading
 from app.recording.codec import decode_failure, decode_frame, decode_input
+from app.scene.effects import Effects
 from app.session.frame import Frame
 from app.session.inputs import EffectsChanged, MapEdited, PokePressed, PokeReleased, SessionInput
-from app.simulation.effects import Effects
 
 
 class Player:

@@ -9,8 +9,8 @@ import numpy as np
 from app.arrays import FloatArray, readonly
 from app.contacts.region import ContactRegion
 from app.control.command import JointCommand
-from app.simulation.poke import PokeState
 from app.timing import Timings
+from app.touch.poke import PokeState
 
 
 @dataclass(frozen=True, eq=False)

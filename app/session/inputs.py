@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from app.control.command import ControlChanged
 from app.maps.tactile_map import TactileMap
-from app.simulation.effects import Effects
-from app.simulation.poke import PokeInput, PokeMoved, PokePressed, PokeReleased
+from app.scene.effects import Effects
+from app.touch.poke import PokeInput, PokeMoved, PokePressed, PokeReleased
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,10 +7,10 @@ from pathlib import Path
 from app.control.contact_motion import settings_from
 from app.errors import SceneError, TactileMapsError
 from app.robots.library import find_robot
-from app.simulation.bodies import make_bodies
-from app.simulation.motion import Motion
-from app.simulation.scene import Scene
-from app.simulation.scene_file import load_scene, scene_names
+from app.scene.bodies import make_bodies
+from app.scene.motion import Motion
+from app.scene.scene import Scene
+from app.scene.scene_file import load_scene, scene_names
 
 
 def open_scene(name: str) -> Scene:

@@ -9,9 +9,9 @@ from app.maps.build import build_map
 from app.maps.tactile_map import TactileMap
 from app.robots.library import find_robot
 from app.robots.robot import Robot
-from app.simulation.bodies import make_bodies
-from app.simulation.objects import Body
-from app.simulation.scene import Scene
+from app.scene.bodies import make_bodies
+from app.scene.objects import Body
+from app.scene.scene import Scene
 from app.skin.cover import cover
 from app.skin.exchange.icub import import_icub
 from app.skin.skin import Skin

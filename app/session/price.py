@@ -19,13 +19,13 @@ import mujoco
 
 from app.control.command import JointCommand
 from app.errors import SimulationError
+from app.scene.effect_table import EFFECTS, SENSOR_KEYS
+from app.scene.effects import Effects
 from app.session.prepare import Prepared, Progress
 from app.session.session import Session, whole_steps
 from app.simulation.assemble import assemble
-from app.simulation.effect_table import EFFECTS, SENSOR_KEYS
-from app.simulation.effects import Effects
-from app.simulation.poke import PokeInput
 from app.simulation.simulation import Simulation
+from app.touch.poke import PokeInput
 from app.touch.sensor.effects import SensorEffects
 
 Clock = Callable[[], float]

@@ -13,16 +13,16 @@ from app.control.command import ControlChanged, ControlSettings
 from app.control.contact_motion import ContactMotionController, settings_from
 from app.errors import SimulationError
 from app.maps.tactile_map import TactileMap
+from app.scene.effects import Effects
+from app.scene.motion import Motion
 from app.session.failure import Failure
 from app.session.frame import Frame
 from app.session.inputs import EffectsChanged, MapEdited, SessionInput
 from app.session.prepare import Prepared
-from app.simulation.effects import Effects
-from app.simulation.motion import Motion
-from app.simulation.poke import PokePressed, PokeReleased
 from app.simulation.simulation import Simulation
-from app.simulation.stimuli.player import StimulusPlayer
+from app.stimuli.player import StimulusPlayer
 from app.timing import Stopwatch
+from app.touch.poke import PokePressed, PokeReleased
 
 MAX_TICKS = 20
 """Of one ``advance``: the rest of the wall time is dropped, so that a slow machine runs slower instead of choking."""

@@ -8,10 +8,10 @@ import mujoco
 
 from app.robots.compile import compile_spec, robot_spec
 from app.robots.robot import Robot
+from app.scene.effects import Effects, Integrator
+from app.scene.objects import Body
 from app.simulation.contact_pairs import let_touch, touches_itself
-from app.simulation.effects import Effects, Integrator
 from app.simulation.object_geoms import add_object, takes_part
-from app.simulation.objects import Body
 from app.simulation.real_stiffness import RealStiffness
 from app.skin.skin import Skin
 from app.touch.layer import Layer

@@ -18,9 +18,9 @@ from app.arrays import FloatArray
 from app.robots.compile import compile_spec, robot_spec
 from app.robots.exclusions import pairs_to_exclude
 from app.robots.robot import Robot
-from app.simulation.effects import Effects
+from app.scene.effects import Effects
+from app.scene.objects import Body
 from app.simulation.object_geoms import body_name, slab_name, takes_part
-from app.simulation.objects import Body
 from app.simulation.real_stiffness import IMPEDANCE
 from app.skin.skin import Skin
 from app.touch.layer import Layer
@@ -63,13 +63,7 @@ def let_touch(
     itself, links = touches_itself(effects), feeling_links(skin)
     _drop_own_pairs(spec)
     bare = _bare_shapes(spec, links, wanted=itself or (bool(outside) and effects.contact != "probe"))
-    for geom in bare:
-        geom.contype, geom.conaffinity = _ROBOT if itself else 0, (_ROBOT if itself else 0) | _OUTSIDE
-        geom.condim = 3 if effects.friction else 1
-    for thing in outside:
-        if effects.contact != "probe":
-            geom = spec.geom(body_name(thing.spec))
-            geom.contype, geom.conaffinity = _OUTSIDE, _OUTSIDE
+    _set_bits(spec, bare, outside, effects)
     # The foundation makes the skin's force itself; it needs only the shapes of what presses.
     paired = effects.skin != "foundation"
     if itself or (outside and paired):
@@ -84,6 +78,17 @@ def let_touch(
     if paired:
         for first, second, friction in meetings:
             _pair(spec, first, second, max(friction, layer.friction), effects)
+
+
+def _set_bits(spec: mujoco.MjSpec, bare: Iterable[mujoco.MjsGeom], outside: Iterable[Body], effects: Effects) -> None:
+    """Let links without skin and objects meet each other as MuJoCo finds them."""
+    own = _ROBOT if touches_itself(effects) else 0
+    for geom in bare:
+        geom.contype, geom.conaffinity, geom.condim = own, own | _OUTSIDE, 3 if effects.friction else 1
+    for thing in outside:
+        if effects.contact != "probe":
+            geom = spec.geom(body_name(thing.spec))
+            geom.contype, geom.conaffinity = _OUTSIDE, _OUTSIDE
 
 
 @lru_cache(maxsize=8)

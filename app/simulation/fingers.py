@@ -8,10 +8,10 @@ import numpy as np
 from app.arrays import FloatArray, readonly
 from app.errors import SimulationError
 from app.geometry.surface_point import SurfacePoint
-from app.simulation.poke import Finger, PokeInput, PokePressed, PokeReleased, PokeState
 from app.skin.skin import Skin
 from app.touch.layer import Layer
 from app.touch.load import Load, ball_load
+from app.touch.poke import Finger, PokeInput, PokePressed, PokeReleased, PokeState
 
 _STABLE = 0.6
 """An explicit spring stays stable while dt < 0.6 sqrt(m / k); measured, for a mass without damping."""

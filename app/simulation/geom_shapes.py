@@ -14,8 +14,8 @@ from app.geometry.mesh import Mesh
 from app.geometry.pose import Pose
 from app.geometry.topology import is_closed_manifold
 from app.robots.tessellate import geom_triangles
+from app.scene.objects import Body
 from app.simulation.object_geoms import body_name, has_body, slab_name
-from app.simulation.objects import Body
 from app.touch.mesh_shape import MeshShape
 from app.touch.shapes import Ball, Box, Cylinder, Plane, Shape
 

@@ -8,11 +8,11 @@ from itertools import combinations
 import mujoco
 
 from app.robots.robot import Robot
+from app.scene.effects import Effects
+from app.scene.objects import Body
 from app.simulation.contact_pairs import feeling_links, hull_name, never_touching, touches_itself
-from app.simulation.effects import Effects
 from app.simulation.geom_shapes import Solid, Solids
 from app.simulation.object_geoms import body_name
-from app.simulation.objects import Body
 from app.skin.skin import Skin
 from app.touch.models.foundation import Meeting
 

@@ -12,8 +12,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from app.arrays import FloatArray
-from app.simulation.effects import Effects
-from app.simulation.objects import LIGHTEST, Body, ObjectKind, ObjectSpec
+from app.scene.effects import Effects
+from app.scene.objects import LIGHTEST, Body, ObjectKind, ObjectSpec
 
 PROBE_STIFFNESS = 1000.0
 """Of the spring by which a probe's motors hold it to its path [N/m]; their damping is critical."""

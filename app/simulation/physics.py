@@ -10,15 +10,15 @@ import numpy as np
 
 from app.arrays import FloatArray
 from app.robots.robot import Robot
+from app.scene.effects import Effects
+from app.scene.objects import Body
 from app.simulation.assemble import assemble
 from app.simulation.contact_loads import ContactLoads
-from app.simulation.effects import Effects
 from app.simulation.geom_shapes import Solids
 from app.simulation.guard import Guard
 from app.simulation.impedance import Impedance
 from app.simulation.meetings import meetings
 from app.simulation.object_geoms import Drives, body_name, has_body
-from app.simulation.objects import Body
 from app.simulation.real_stiffness import RealStiffness, unstable_contacts
 from app.skin.skin import Skin
 from app.touch.layer import Layer

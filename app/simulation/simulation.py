@@ -12,19 +12,19 @@ import numpy as np
 from app.arrays import FloatArray
 from app.errors import SimulationError
 from app.robots.robot import Robot
+from app.scene.effects import Effects
+from app.scene.objects import Body
 from app.simulation.carry_state import JointState, joint_states, restore
-from app.simulation.effects import Effects
 from app.simulation.fingers import Fingers
 from app.simulation.guard import check_command
 from app.simulation.impedance import Impedance
 from app.simulation.object_geoms import rest_pose
-from app.simulation.objects import Body
 from app.simulation.physics import Physics
-from app.simulation.poke import PokeInput, PokePressed, PokeState
 from app.skin.skin import Skin
 from app.touch.layer import Layer
 from app.touch.models.model import ContactModel
 from app.touch.models.table import MODELS
+from app.touch.poke import PokeInput, PokePressed, PokeState
 from app.touch.sensor.chain import SensorChain
 from app.touch.sensor.effects import SensorEffects
 

@@ -17,10 +17,10 @@ from app.errors import SimulationError
 from app.geometry.surface_point import SurfacePoint
 from app.robots.configuration import Configuration
 from app.robots.robot import Robot
-from app.simulation.bodies import primitive
-from app.simulation.effects import Effects, SkinModel
+from app.scene.bodies import primitive
+from app.scene.effects import Effects, SkinModel
+from app.scene.objects import Body, ObjectSpec
 from app.simulation.level_place import level_place
-from app.simulation.objects import Body, ObjectSpec
 from app.simulation.simulation import Simulation
 from app.skin.skin import Skin
 from app.touch.layer import Layer

@@ -17,9 +17,9 @@ from PySide6.QtWidgets import QApplication
 from app.editing.arrange import rotate
 from app.editing.reflatten import apply, reflatten, set_lengths
 from app.experiments.meshes import closed_link
+from app.scene.scene_file import load_scene, scene_for
 from app.session.prepare import prepare
-from app.simulation.poke import PokePressed
-from app.simulation.scene_file import load_scene, scene_for
+from app.touch.poke import PokePressed
 from widgets.colours import DARK, apply_theme
 from widgets.engines import INLINE
 from widgets.main_window import MainWindow

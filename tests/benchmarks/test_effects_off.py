@@ -7,7 +7,7 @@ import time
 import mujoco
 import numpy as np
 
-from app.simulation.effects import Effects
+from app.scene.effects import Effects
 from app.simulation.simulation import Simulation
 from tests.touch import arm, hold
 

@@ -12,10 +12,10 @@ from PySide6.QtTest import QTest
 
 from app.editing.arrange import move, rotate
 from app.editing.document import MapDocument
+from app.scene.scene_file import load_scene
 from app.session.prepare import prepare
 from app.session.session import Session
-from app.simulation.poke import PokePressed, PokeReleased
-from app.simulation.scene_file import load_scene
+from app.touch.poke import PokePressed, PokeReleased
 from widgets.colours import DARK, PressureScale
 from widgets.map_view.map_view import MapView
 

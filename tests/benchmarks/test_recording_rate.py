@@ -7,10 +7,10 @@ import itertools
 import numpy as np
 
 from app.recording.recorder import Recorder
+from app.scene.scene_file import load_scene
 from app.session.prepare import prepare
 from app.session.session import Session
-from app.simulation.poke import PokePressed
-from app.simulation.scene_file import load_scene
+from app.touch.poke import PokePressed
 
 
 def test_recording_one_frame(benchmark, tmp_path):

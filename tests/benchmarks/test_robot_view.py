@@ -6,10 +6,10 @@ import pytest
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
 
+from app.scene.scene_file import load_scene
 from app.session.prepare import prepare
 from app.session.session import Session
-from app.simulation.poke import PokePressed
-from app.simulation.scene_file import load_scene
+from app.touch.poke import PokePressed
 from widgets.colours import DARK, PressureScale
 from widgets.robot_view.robot_view import RobotView
 

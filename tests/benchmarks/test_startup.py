@@ -25,7 +25,7 @@ if __name__ == "__main__":
 """,
     "window alive with the arm": """
 from app.session.prepare import prepare
-from app.simulation.scene_file import load_scene
+from app.scene.scene_file import load_scene
 from widgets.launch import make_application, picture_window
 if __name__ == "__main__":
     app = make_application()

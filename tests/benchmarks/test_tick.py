@@ -8,11 +8,11 @@ import mujoco
 import numpy as np
 import pytest
 
+from app.scene.scene_file import load_scene
 from app.session.prepare import prepare
 from app.session.session import Session
 from app.simulation.assemble import assemble
-from app.simulation.poke import PokePressed
-from app.simulation.scene_file import load_scene
+from app.touch.poke import PokePressed
 
 
 def _bare_step_ms(prepared) -> float:

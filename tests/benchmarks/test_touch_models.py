@@ -11,14 +11,14 @@ import pytest
 from app.control.command import JointCommand
 from app.robots.compile import robot_spec
 from app.robots.library import find_robot
-from app.simulation.effects import Effects
-from app.simulation.poke import PokePressed
+from app.scene.effects import Effects
 from app.simulation.simulation import Simulation
 from app.skin.cover import cover
 from app.skin.cover_spec import CoverSpec
 from app.touch.layer import Layer
 from app.touch.load import Load, ball_load
 from app.touch.models.table import MODELS
+from app.touch.poke import PokePressed
 from app.touch.sensor.effects import SensorEffects
 
 FORCE, RADIUS, SPEED, STEP = 10.0, 0.008, 0.05, 0.001

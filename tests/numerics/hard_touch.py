@@ -21,11 +21,11 @@ from app.geometry.mesh import Mesh
 from app.geometry.surface_point import SurfacePoint
 from app.maps.build import build_map
 from app.robots.robot import Joint, Link, Robot
+from app.scene.bodies import make_bodies
+from app.scene.effects import Integrator
+from app.scene.objects import ObjectSpec
+from app.scene.scene import Scene
 from app.session.prepare import Prepared
-from app.simulation.bodies import make_bodies
-from app.simulation.effects import Integrator
-from app.simulation.objects import ObjectSpec
-from app.simulation.scene import Scene
 from app.skin.place import place_taxels, taxels_at
 from app.skin.skin import Patch, Skin
 from app.touch.layer import Layer

@@ -8,10 +8,10 @@ import mujoco
 import numpy as np
 import pytest
 
+from app.scene.effects import Effects
 from app.simulation.assemble import assemble
-from app.simulation.effects import Effects
-from app.simulation.poke import Finger, PokePressed, PokeReleased
 from app.simulation.simulation import Simulation
+from app.touch.poke import Finger, PokePressed, PokeReleased
 from app.touch.sensor.effects import SensorEffects
 from app.touch.sensor.noise import Noise
 from tests.things import every_kind, thing

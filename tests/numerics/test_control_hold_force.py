@@ -8,7 +8,7 @@ import pytest
 from app.control.command import ControlSettings
 from app.control.hold_force import HOME_SPEED
 from app.session.session import Session
-from app.simulation.poke import Finger, PokePressed, PokeReleased
+from app.touch.poke import Finger, PokePressed, PokeReleased
 from tests.touch import arm
 
 TICK = 0.005

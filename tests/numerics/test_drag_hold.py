@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from app.simulation.effects import Effects
+from app.scene.effects import Effects
 from app.simulation.object_geoms import LIGHTEST
 from app.simulation.simulation import Simulation
 from app.touch.layer import Layer

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from app.simulation.poke import Finger, PokeMoved, PokePressed
+from app.touch.poke import Finger, PokeMoved, PokePressed
 from tests.numerics.hard_touch import EXACT, MODELS, PLACES, Place, with_scene
 from tests.numerics.touch_laws import (
     Run,

@@ -10,9 +10,9 @@ from app.control.command import ControlChanged, ControlSettings
 from app.errors import SimulationError
 from app.session.inputs import EffectsChanged
 from app.session.session import Session
-from app.simulation.poke import Finger, PokePressed
 from app.touch.load import ball_load
 from app.touch.models.table import MODELS
+from app.touch.poke import Finger, PokePressed
 from app.touch.sensor.chain import SensorChain
 from app.touch.sensor.dead_taxels import DeadTaxels
 from app.touch.sensor.effects import SensorEffects

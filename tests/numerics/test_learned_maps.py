@@ -27,7 +27,7 @@ from app.maps.build import build_map
 from app.maps.learned.readings import felt
 from app.maps.learned.smacof import kruskal_stress
 from app.maps.learned.table import LEARNED
-from app.simulation.babbling import BabbleSpec, babble
+from app.touch.babbling import BabbleSpec, babble
 from tests.numerics.map_surfaces import cap, frustum, skin_of
 
 RADIUS, NEAR = 0.1, 6

@@ -11,9 +11,9 @@ import sys
 import numpy as np
 import pytest
 
+from app.scene.motion import Waypoint
 from app.session.prepare import Prepared
 from app.session.session import Session
-from app.simulation.motion import Waypoint
 from app.touch.layer import Layer
 from tests.numerics.hard_touch import dressed, weight
 from tests.touch import bar, bar_skin

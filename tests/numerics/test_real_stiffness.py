@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from app.robots.configuration import Configuration
-from app.simulation.effects import Effects
+from app.scene.effects import Effects
 from app.simulation.simulation import Simulation
 from app.touch.layer import Layer
 from tests.things import thing

@@ -12,10 +12,10 @@ from app.errors import RobotError
 from app.recording.player import Player
 from app.recording.recorder import Recorder
 from app.recording.verify import verify
+from app.scene.scene_file import load_scene
 from app.session.prepare import prepare
 from app.session.session import Session
-from app.simulation.poke import PokePressed, PokeReleased
-from app.simulation.scene_file import load_scene
+from app.touch.poke import PokePressed, PokeReleased
 
 
 @pytest.fixture(scope="module", params=["arm", "ur5e", "icub"])

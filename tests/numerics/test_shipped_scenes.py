@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from app.robots.configuration import Configuration
+from app.scene.motion import Motion
+from app.scene.scene_file import load_scene, scene_names
 from app.session.prepare import Prepared, prepare
 from app.session.session import Session
-from app.simulation.motion import Motion
-from app.simulation.scene_file import load_scene, scene_names
 from app.touch.sensor.chain import SensorChain
 
 OURS = ("view", "poke", "many_pokes", "slide", "self_touch", "push_box", "crowded", "noisy", "full")

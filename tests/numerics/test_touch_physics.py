@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from app.robots.configuration import Configuration
+from app.scene.effects import Effects
 from app.session.session import Session
-from app.simulation.effects import Effects
-from app.simulation.poke import Finger, PokePressed, PokeReleased
 from app.simulation.simulation import Simulation
+from app.touch.poke import Finger, PokePressed, PokeReleased
 from tests.touch import arm, hold, no_command
 
 TAXELS = (20, 120, 170, 200, 290)

@@ -10,14 +10,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.control.command import ControlSettings
+from app.scene.bodies import make_bodies
+from app.scene.effects import Effects
+from app.scene.objects import ObjectSpec
 from app.session.frame import Frame
 from app.session.inputs import EffectsChanged
 from app.session.prepare import Prepared
 from app.session.session import Session
-from app.simulation.bodies import make_bodies
-from app.simulation.effects import Effects
-from app.simulation.objects import ObjectSpec
-from app.simulation.poke import PokePressed, PokeReleased
+from app.touch.poke import PokePressed, PokeReleased
 from app.touch.sensor.crosstalk import Crosstalk
 from app.touch.sensor.dead_taxels import DeadTaxels
 from app.touch.sensor.effects import SensorEffects

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.errors import SceneError
-from app.simulation.scene import Scene
-from app.simulation.scene_text import scene_from_toml, scene_to_toml
+from app.scene.scene import Scene
+from app.scene.scene_text import scene_from_toml, scene_to_toml
 
 TEXT = """title = "x"
 robot = "arm"

@@ -8,19 +8,19 @@ import numpy as np
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from app.simulation.babbling import KINDS as WAYS
-from app.simulation.poke import PokeMoved, PokePressed, PokeReleased
-from app.simulation.stimuli.babble import Babble
-from app.simulation.stimuli.from_hand import NEAR, from_hand
-from app.simulation.stimuli.grasp import Grasp
-from app.simulation.stimuli.path import Path
-from app.simulation.stimuli.place import Ground
-from app.simulation.stimuli.player import StimulusPlayer
-from app.simulation.stimuli.poke import Poke
-from app.simulation.stimuli.roll import Roll
-from app.simulation.stimuli.stimulus_file import stimuli_from_toml, to_toml
-from app.simulation.stimuli.stroke import Stroke
-from app.simulation.stimuli.tap import Tap
+from app.stimuli.babble import Babble
+from app.stimuli.from_hand import NEAR, from_hand
+from app.stimuli.grasp import Grasp
+from app.stimuli.path import Path
+from app.stimuli.place import Ground
+from app.stimuli.player import StimulusPlayer
+from app.stimuli.poke import Poke
+from app.stimuli.roll import Roll
+from app.stimuli.stimulus_file import stimuli_from_toml, to_toml
+from app.stimuli.stroke import Stroke
+from app.stimuli.tap import Tap
+from app.touch.babbling import KINDS as WAYS
+from app.touch.poke import PokeMoved, PokePressed, PokeReleased
 from tests.touch import arm
 
 TICK = 0.005

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from app.control.command import ControlChanged, ControlSettings
 from app.session.session import Session
-from app.simulation.poke import Finger, PokeMoved, PokePressed, PokeReleased
+from app.touch.poke import Finger, PokeMoved, PokePressed, PokeReleased
 from tests.touch import arm
 
 fingers = st.builds(Finger, stiffness=st.floats(1, 2e3), max_force=st.floats(0, 50), speed=st.floats(0, 0.2))

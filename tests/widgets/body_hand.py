@@ -10,7 +10,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from app.session.session import Session
-from app.simulation.poke import PokePressed
+from app.touch.poke import PokePressed
 from widgets.colours import DARK, PressureScale
 from widgets.robot_view.robot_view import RobotView
 

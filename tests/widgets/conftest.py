@@ -13,8 +13,8 @@ from PySide6.QtWidgets import QApplication
 from vtkmodules.vtkRenderingCore import vtkRenderWindow
 
 from app.editing.document import MapDocument
+from app.scene.scene_file import load_scene
 from app.session.prepare import Prepared, prepare
-from app.simulation.scene_file import load_scene
 from widgets.colours import DARK, apply_theme
 from widgets.editor import Editor
 from widgets.engines import INLINE

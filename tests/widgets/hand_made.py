@@ -11,10 +11,10 @@ from app.maps.chart import Chart
 from app.maps.layout import MapLayout, Placement
 from app.maps.tactile_map import TactileMap
 from app.session.frame import Frame
-from app.simulation.poke import PokeState
 from app.skin.skin import Patch, Skin
 from app.skin.taxels import Quadrature, Taxels
 from app.timing import Timings
+from app.touch.poke import PokeState
 
 
 def touched(tactile_map, taxels=(), *, tick=1, time=0.0, kilopascals=12.0, radius=0.02) -> Frame:

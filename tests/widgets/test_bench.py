@@ -8,7 +8,7 @@ import signal
 
 import pytest
 
-from app.simulation.scene import with_wish
+from app.scene.scene import with_wish
 from widgets.bench import MASS, Bench
 
 LONG = 60_000

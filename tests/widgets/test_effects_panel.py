@@ -11,8 +11,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QPushButton
 
 from app.errors import Finding
-from app.simulation.effect_table import EFFECTS, SENSOR_KEYS
-from app.simulation.scene import with_wish
+from app.scene.effect_table import EFFECTS, SENSOR_KEYS
+from app.scene.scene import with_wish
 from app.timing import Timings
 from tests.widgets.hand_made import touched
 from widgets.panels.effect_choices import autos_of

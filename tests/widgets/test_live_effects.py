@@ -11,9 +11,9 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QPushButton, QToolButton
 
 from app.experiments.work_precision import Setting
+from app.scene.scene import with_wish
+from app.scene.stability import corner
 from app.session.inputs import EffectsChanged
-from app.simulation.scene import with_wish
-from app.simulation.stability import corner
 from tests.widgets.window_acts import press_map, run
 from widgets.map_view.taxel_faults import Fault
 

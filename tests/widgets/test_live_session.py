@@ -9,7 +9,7 @@ import pytest
 
 from app.control.command import ControlSettings
 from app.recording.player import Player
-from app.simulation.poke import PokePressed
+from app.touch.poke import PokePressed
 from tests.widgets.window_acts import blow_up
 from widgets.engines import INLINE
 from widgets.live_session import LiveSession

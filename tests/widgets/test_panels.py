@@ -14,7 +14,7 @@ from app.control.command import ControlSettings
 from app.editing.document import MapDocument
 from app.maps.quality import measure
 from app.session.session import Session
-from app.simulation.poke import PokePressed
+from app.touch.poke import PokePressed
 from widgets.editor import Editor
 from widgets.panels.column import FOLDED_AT_FIRST, WIDTH, PanelColumn
 from widgets.panels.contacts_panel import ContactsPanel

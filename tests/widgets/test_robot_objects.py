@@ -10,9 +10,9 @@ import pyvista as pv
 
 from app.recording.player import Player
 from app.recording.recorder import Recorder
+from app.scene.bodies import make_bodies
+from app.scene.objects import ObjectSpec
 from app.session.session import Session
-from app.simulation.bodies import make_bodies
-from app.simulation.objects import ObjectSpec
 from widgets.colours import DARK, LIGHT, PressureScale
 from widgets.robot_view.robot_scene import RobotScene
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from app.robots.configuration import Configuration
-from app.simulation.bodies import primitive
-from app.simulation.objects import Body, ObjectSpec
+from app.scene.bodies import primitive
+from app.scene.objects import Body, ObjectSpec
 from widgets.robot_view.pick import SkinPicker
 from widgets.robot_view.viewpoint import CameraRay
 

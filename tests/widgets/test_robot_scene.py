@@ -8,7 +8,7 @@ import pyvista as pv
 
 from app.robots.configuration import Configuration
 from app.session.session import Session
-from app.simulation.poke import PokePressed
+from app.touch.poke import PokePressed
 from widgets.colours import DARK, LIGHT, PressureScale
 from widgets.robot_view.robot_scene import RobotScene
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QFileDialog, QMenu
 
-from app.simulation.scene_file import load_scene, scene_names
+from app.scene.scene_file import load_scene, scene_names
 from tests.widgets.window_acts import run
 
 

@@ -11,7 +11,7 @@ from app.control.command import ControlChanged, ControlSettings
 from app.recording.player import Player
 from app.recording.recorder import Recorder
 from app.session.session import Session
-from app.simulation.poke import PokeReleased
+from app.touch.poke import PokeReleased
 from widgets.tape import Tape, settings_at
 
 FULL = Path("/dev/full")

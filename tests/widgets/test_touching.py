@@ -9,7 +9,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QToolButton
 
 from app.recording.player import Player
-from app.simulation.stimuli.stimulus_file import load_stimuli
+from app.stimuli.stimulus_file import load_stimuli
 from tests.widgets.window_acts import blow_up, press_map, run
 
 LEFT = Qt.MouseButton.LeftButton

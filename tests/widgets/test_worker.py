@@ -11,7 +11,7 @@ import pytest
 
 from app.editing.document import MapDocument
 from app.editing.reflatten import apply, set_method
-from app.simulation.scene_file import load_scene
+from app.scene.scene_file import load_scene
 from widgets.worker import Worker
 
 LONG = 60_000

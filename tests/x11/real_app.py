@@ -19,7 +19,7 @@ import json, sys
 from dataclasses import replace
 from pathlib import Path
 from PySide6.QtCore import QPoint, QPointF, QTimer
-from app.simulation.scene_file import load_scene
+from app.scene.scene_file import load_scene
 from widgets import launch
 from widgets.colours import THEMES, apply_theme
 from widgets.main_window import MainWindow

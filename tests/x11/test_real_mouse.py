@@ -8,7 +8,7 @@ import numpy as np
 
 from app.errors import RecordingError
 from app.recording.player import Player
-from app.simulation.poke import PokePressed, PokeReleased
+from app.touch.poke import PokePressed, PokeReleased
 
 # The window writes the pixels of a visible taxel in both views to a file, so that the mouse knows where to go.
 SCRIPT = """

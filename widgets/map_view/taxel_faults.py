@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.arrays import BoolArray, FloatArray
+from app.scene.effects import Effects
 from app.session.prepare import Prepared
-from app.simulation.effects import Effects
 from app.touch.sensor.chain import SensorChain
 from app.touch.sensor.effects import SensorEffects
 

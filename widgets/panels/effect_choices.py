@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from app.simulation.decide import Decision, EffectRow
-from app.simulation.effect_table import EFFECTS, EffectEntry, Wish
-from app.simulation.effects import Effects
-from app.simulation.scene import Scene, with_wish
+from app.scene.decide import Decision, EffectRow
+from app.scene.effect_table import EFFECTS, EffectEntry, Wish
+from app.scene.effects import Effects
+from app.scene.scene import Scene, with_wish
 
 AUTO = "auto"
 _STEPS = (0.0005, 0.001, 0.002, 0.0025, 0.004, 0.005, 0.008, 0.01, 0.02)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.simulation.decide import EffectRow
+from app.scene.decide import EffectRow
 from app.timing import Timings
 
 _WINDOW = 120

@@ -6,7 +6,7 @@ from PySide6.QtCore import QEvent, QObject, Qt, Signal
 from PySide6.QtGui import QFocusEvent, QFont, QMouseEvent, QPalette, QResizeEvent
 from PySide6.QtWidgets import QGridLayout, QLabel, QSizePolicy, QWidget
 
-from app.simulation.decide import EffectRow
+from app.scene.decide import EffectRow
 from widgets.panels.choice_box import ChoiceBox
 from widgets.panels.effect_choices import Choices, reason_of, tip_of
 from widgets.panels.panel import fact

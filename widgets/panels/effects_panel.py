@@ -8,10 +8,10 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
 from app.errors import Finding
+from app.scene.decide import Decision, EffectRow
+from app.scene.effect_table import EFFECTS, SENSOR_KEYS
 from app.session.frame import Frame
 from app.session.prepare import Prepared
-from app.simulation.decide import Decision, EffectRow
-from app.simulation.effect_table import EFFECTS, SENSOR_KEYS
 from widgets.panels.effect_choices import autos_of, choices_of
 from widgets.panels.effect_costs import EffectCosts
 from widgets.panels.effect_line import EffectLine

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from app.simulation.effect_table import SENSOR_KEYS
+from app.scene.effect_table import SENSOR_KEYS
 from app.timing import Timings
 
 SENSOR = "sensor"

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from app.arrays import FloatArray
-from app.simulation.objects import Body
+from app.scene.objects import Body
 from widgets.colours import Theme, mixed
 from widgets.robot_view.drawn import MATTE, polydata, set_matrix
 from widgets.robot_view.ground import plane_grid

@@ -11,8 +11,8 @@ from app.errors import SimulationError
 from app.experiments.pressed_arm import PressedArm, pressed
 from app.experiments.pressing import FINE, Run, at_step, press
 from app.experiments.work_precision import ErrorKind, Setting, Stage, Subject, Trial
+from app.scene.effects import Integrator
 from app.session.prepare import Prepared
-from app.simulation.effects import Integrator
 
 STEPS_MS = (0.5, 1.0, 2.0, 4.0, 8.0)
 INTEGRATORS: tuple[Integrator, ...] = get_args(Integrator)

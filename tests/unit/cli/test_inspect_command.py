@@ -7,7 +7,7 @@ import json
 import pytest
 
 from app.__main__ import main
-from app.simulation.effect_table import EFFECTS
+from app.scene.effect_table import EFFECTS
 
 SCENE = """robot = "arm"
 task = "slide"

@@ -7,8 +7,8 @@ import json
 import pytest
 
 from app.__main__ import main
-from app.simulation.stimuli.poke import Poke
-from app.simulation.stimuli.stimulus_file import load_stimuli, save_stimuli
+from app.stimuli.poke import Poke
+from app.stimuli.stimulus_file import load_stimuli, save_stimuli
 from tests.recordings import record, small_arm
 
 SCENE = """robot = "arm"

@@ -10,9 +10,9 @@ import pytest
 
 from app.experiments.effect_cost import EXPERIMENT, NONE, cases, figures, measure, priced
 from app.experiments.pressed_arm import pressed_arm
+from app.scene.effect_table import EFFECTS
+from app.scene.effects import Effects
 from app.simulation.assemble import assemble
-from app.simulation.effect_table import EFFECTS
-from app.simulation.effects import Effects
 from app.simulation.simulation import Simulation
 
 TINY = {"taxels": 120, "rounds": 8, "seed": 0}

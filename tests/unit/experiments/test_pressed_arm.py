@@ -7,9 +7,9 @@ import pytest
 
 from app.experiments.pressed_arm import ARRIVED, PRESS, pressed_arm
 from app.robots.configuration import Configuration
-from app.simulation.effects import Effects
+from app.scene.effects import Effects
+from app.scene.stability import PROBE
 from app.simulation.simulation import Simulation
-from app.simulation.stability import PROBE
 
 ARM = pressed_arm(120)
 EFFECTS = Effects(gravity="off", contact="probe", fingers=False)

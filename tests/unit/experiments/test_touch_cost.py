@@ -20,7 +20,7 @@ from app.experiments.touch_cost import (
 )
 from app.experiments.touch_physics import PHYSICS
 from app.experiments.touch_skins import GROUNDS
-from app.simulation.effects import SkinModel
+from app.scene.effects import SkinModel
 from app.touch.models.table import MODELS
 
 

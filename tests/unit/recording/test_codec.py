@@ -21,10 +21,10 @@ from app.recording.codec import (
     encode_frame,
     encode_input,
 )
+from app.scene.effects import Effects
 from app.session.inputs import EffectsChanged, MapEdited
 from app.session.session import Session
-from app.simulation.effects import Effects
-from app.simulation.poke import Finger, PokeMoved, PokePressed, PokeReleased
+from app.touch.poke import Finger, PokeMoved, PokePressed, PokeReleased
 from app.touch.sensor.effects import SensorEffects
 from app.touch.sensor.noise import Noise
 

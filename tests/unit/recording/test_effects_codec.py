@@ -10,7 +10,7 @@ import pytest
 
 from app.errors import SimulationError
 from app.recording.effects_codec import effects_from_json, effects_to_json
-from app.simulation.effects import Effects
+from app.scene.effects import Effects
 from app.touch.sensor.effects import SensorEffects
 
 EVERY = {name: get_args(hint)[0]() for name, hint in get_type_hints(SensorEffects).items()}

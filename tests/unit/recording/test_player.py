@@ -13,9 +13,9 @@ from app.array_file import pack_arrays
 from app.errors import RecordingError
 from app.recording.bundle import objects_from_bytes, objects_to_bytes, robot_from_zip, robot_to_zip
 from app.recording.player import Player
+from app.scene.bodies import primitive
+from app.scene.objects import Body, ObjectSpec
 from app.session.inputs import EffectsChanged
-from app.simulation.bodies import primitive
-from app.simulation.objects import Body, ObjectSpec
 
 BALL = ObjectSpec("ball", "sphere", size=(0.05,))
 BALL_BODY = Body(BALL, primitive(BALL))

@@ -12,7 +12,7 @@ from app.recording.recover import recover
 from app.recording.report import save_report
 from app.recording.verify import verify
 from app.session.session import Session
-from app.simulation.poke import Finger, PokePressed
+from app.touch.poke import Finger, PokePressed
 from tests.touch import prepared_bar
 
 UNSTEADY = prepared_bar(tick=0.01, wishes={"integrator": "euler", "timestep": 0.01, "gravity": "on"})

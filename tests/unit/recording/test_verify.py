@@ -15,7 +15,7 @@ from app.recording.recover import recover
 from app.recording.verify import verify
 from app.session.inputs import MapEdited
 from app.session.session import Session
-from app.simulation.poke import PokePressed, PokeReleased
+from app.touch.poke import PokePressed, PokeReleased
 
 
 def test_the_same_inputs_give_the_same_run(recording):

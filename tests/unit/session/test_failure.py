@@ -9,7 +9,7 @@ from app.control.command import ControlSettings
 from app.errors import SimulationError
 from app.session.failure import Failure
 from app.session.session import Session
-from app.simulation.poke import Finger, PokePressed
+from app.touch.poke import Finger, PokePressed
 from tests.touch import prepared_bar
 
 UNSTEADY = prepared_bar(tick=0.01, wishes={"integrator": "euler", "timestep": 0.01, "gravity": "on"})

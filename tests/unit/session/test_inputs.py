@@ -7,6 +7,7 @@ from typing import get_args
 from app.control.command import ControlSettings
 from app.experiments.flat_map import flat_map
 from app.recording.codec import decode_input, encode_input
+from app.scene.effects import Effects
 from app.session.inputs import (
     ControlChanged,
     EffectsChanged,
@@ -16,7 +17,6 @@ from app.session.inputs import (
     PokeReleased,
     SessionInput,
 )
-from app.simulation.effects import Effects
 from tests.touch import bar_skin
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from app.errors import SceneError
+from app.scene.scene_file import load_scene
 from app.session.open_scene import open_scene
-from app.simulation.scene_file import load_scene
 
 
 @pytest.mark.parametrize(("lines", "words"), [

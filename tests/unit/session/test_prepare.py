@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from app.errors import TactileMapsError
+from app.scene.objects import ObjectSpec
+from app.scene.scene import Scene
+from app.scene.scene_file import load_scene
 from app.session.prepare import prepare
 from app.session.session import Session
-from app.simulation.objects import ObjectSpec
-from app.simulation.scene import Scene
-from app.simulation.scene_file import load_scene
 from app.skin.cover_spec import CoverSpec
 from tests.touch import arm
 

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import pytest
 
+from app.scene.effect_table import EFFECTS, SENSOR_KEYS
+from app.scene.effects import Effects
 from app.session.price import all_off, bare_step_ms, price, without
-from app.simulation.effect_table import EFFECTS, SENSOR_KEYS
-from app.simulation.effects import Effects
-from app.simulation.stimuli.poke import Poke
+from app.stimuli.poke import Poke
 from app.touch.sensor.area_averaging import AreaAveraging
 from app.touch.sensor.effects import SensorEffects
 from app.touch.sensor.noise import Noise

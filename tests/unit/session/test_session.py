@@ -12,10 +12,10 @@ from app.errors import SceneError, SimulationError
 from app.geometry.surface_point import SurfacePoint
 from app.session.inputs import EffectsChanged
 from app.session.session import MAX_TICKS, Session
-from app.simulation.poke import Finger, PokeMoved, PokePressed, PokeReleased
-from app.simulation.stimuli.player import FINGER
-from app.simulation.stimuli.poke import Poke
-from app.simulation.stimuli.stroke import Stroke
+from app.stimuli.player import FINGER
+from app.stimuli.poke import Poke
+from app.stimuli.stroke import Stroke
+from app.touch.poke import Finger, PokeMoved, PokePressed, PokeReleased
 from tests.touch import arm, prepared_bar
 
 BAR = prepared_bar(stimuli=(Stroke(hold=0.1),))

@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from app.scene.bodies import make_bodies
+from app.scene.motion import Waypoint
+from app.scene.objects import ObjectSpec
 from app.session.inputs import EffectsChanged
 from app.session.session import Session, whole_steps
-from app.simulation.bodies import make_bodies
-from app.simulation.motion import Waypoint
-from app.simulation.objects import ObjectSpec
-from app.simulation.poke import PokePressed
-from app.simulation.stimuli.poke import Poke
-from app.simulation.stimuli.stroke import Stroke
+from app.stimuli.poke import Poke
+from app.stimuli.stroke import Stroke
+from app.touch.poke import PokePressed
 from app.touch.sensor.effects import SensorEffects
 from app.touch.sensor.noise import Noise
 from tests.touch import prepared_bar

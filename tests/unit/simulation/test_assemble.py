@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from app.errors import RobotError
+from app.scene.effects import Effects
 from app.simulation.assemble import assemble
-from app.simulation.effects import Effects
 from tests.things import every_kind, thing
 from tests.touch import arm, bar, bar_skin
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from app.scene.effects import Effects
 from app.simulation.carry_state import joint_states, restore
-from app.simulation.effects import Effects
 from app.simulation.physics import Physics
 from app.touch.layer import Layer
 from tests.things import thing

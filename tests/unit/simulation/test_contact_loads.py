@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from app.geometry.pose import Pose
+from app.scene.effects import Effects
 from app.simulation.contact_loads import ContactLoads
-from app.simulation.effects import Effects
 from app.simulation.geom_shapes import Solids
 from app.simulation.simulation import Simulation
 from app.touch.shapes import Ball

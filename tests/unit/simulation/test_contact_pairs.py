@@ -9,9 +9,9 @@ import mujoco
 import numpy as np
 import pytest
 
+from app.scene.effects import Effects
 from app.simulation.assemble import assemble
 from app.simulation.contact_pairs import feeling_links, hull_points, never_touching, touches_itself
-from app.simulation.effects import Effects
 from app.touch.layer import Layer
 from tests.things import every_kind, thing
 from tests.touch import arm, bar, bar_skin, pair

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from app.errors import SimulationError
-from app.simulation.effects import Effects
-from app.simulation.poke import Finger, PokeMoved, PokePressed, PokeReleased
+from app.scene.effects import Effects
 from app.simulation.simulation import Simulation
+from app.touch.poke import Finger, PokeMoved, PokePressed, PokeReleased
 from app.touch.sensor.area_averaging import AreaAveraging
 from app.touch.sensor.effects import SensorEffects
 from app.touch.sensor.hysteresis import Hysteresis

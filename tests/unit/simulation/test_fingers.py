@@ -8,9 +8,9 @@ import pytest
 from app.errors import SimulationError
 from app.geometry.surface_point import SurfacePoint
 from app.robots.configuration import Configuration
-from app.simulation.effects import Effects
-from app.simulation.poke import Finger, PokeMoved, PokePressed, PokeReleased
+from app.scene.effects import Effects
 from app.simulation.simulation import Simulation
+from app.touch.poke import Finger, PokeMoved, PokePressed, PokeReleased
 from tests.touch import BAR_INERTIA, arm, bar, bar_skin, hold, no_command, taxel_near
 
 SKIN = bar_skin()

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from app.geometry.mesh import Mesh
+from app.scene.effects import Effects
 from app.simulation.assemble import assemble
-from app.simulation.effects import Effects
 from app.simulation.geom_shapes import Solids
 from app.touch.mesh_shape import MeshShape
 from app.touch.shapes import Ball, Box, Cylinder, Plane

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from app.errors import SimulationError
-from app.simulation.effects import Effects
+from app.scene.effects import Effects
 from app.simulation.guard import MAX_SPEED, Guard
-from app.simulation.poke import Finger, PokePressed
 from app.simulation.simulation import Simulation
+from app.touch.poke import Finger, PokePressed
 from tests.things import thing
 from tests.touch import arm, bar, bar_skin, no_command
 

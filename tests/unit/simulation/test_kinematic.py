@@ -9,9 +9,9 @@ import pytest
 
 from app.errors import SimulationError
 from app.robots.configuration import Configuration
-from app.simulation.effects import Effects
-from app.simulation.poke import Finger, PokePressed
+from app.scene.effects import Effects
 from app.simulation.simulation import Simulation
+from app.touch.poke import Finger, PokePressed
 from tests.things import thing
 from tests.touch import arm, bar, bar_skin, hold
 

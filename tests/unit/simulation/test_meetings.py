@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from app.scene.effects import Effects
 from app.simulation.assemble import assemble
 from app.simulation.contact_pairs import feeling_links, never_touching
-from app.simulation.effects import Effects
 from app.simulation.meetings import meetings
 from app.simulation.object_geoms import has_body
 from app.touch.shapes import Ball, Plane

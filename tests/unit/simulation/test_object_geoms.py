@@ -6,10 +6,10 @@ import mujoco
 import numpy as np
 import pytest
 
+from app.scene.effects import Effects
+from app.scene.objects import OBJECT_KINDS
 from app.simulation.assemble import assemble
-from app.simulation.effects import Effects
 from app.simulation.object_geoms import LIGHTEST, PROBE_STIFFNESS, Drives, Path, has_body, rest_pose, takes_part
-from app.simulation.objects import OBJECT_KINDS
 from app.simulation.simulation import Simulation
 from tests.things import thing
 from tests.touch import bar, bar_skin, no_command

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from app.simulation.effects import Effects
+from app.scene.effects import Effects
 from app.simulation.impedance import Impedance
 from app.simulation.physics import Physics
 from app.touch.layer import Layer

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from app.scene.effects import Effects
 from app.simulation.assemble import assemble
-from app.simulation.effects import Effects
 from app.simulation.real_stiffness import GRIP, IMPEDANCE, RealStiffness, unstable_contacts
 from app.simulation.simulation import Simulation
 from app.touch.layer import Layer

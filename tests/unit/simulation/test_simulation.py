@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.simulation.effects import Effects
-from app.simulation.poke import Finger, PokeMoved, PokePressed, PokeReleased
+from app.scene.effects import Effects
 from app.simulation.simulation import Simulation
+from app.touch.poke import Finger, PokeMoved, PokePressed, PokeReleased
 from tests.touch import BAR_INERTIA, arm, bar, bar_skin, hold, no_command
 
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from app.simulation.effect_table import EFFECTS
-from app.simulation.scene import Scene, with_wish
+from app.scene.effect_table import EFFECTS
+from app.scene.scene import Scene, with_wish
 from app.touch.sensor.effects import SensorEffects
 from app.touch.sensor.noise import Noise
 from widgets.panels.effect_choices import autos_of, choices_of, chosen, reason_of, recorded, tip_of

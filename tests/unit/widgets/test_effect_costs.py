@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from app.simulation.scene import Scene
+from app.scene.scene import Scene
 from app.timing import Timings
 from widgets.panels.effect_costs import EffectCosts
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.simulation.babbling import BabbleSpec, babble
+from app.touch.babbling import BabbleSpec, babble
 from tests.numerics.map_surfaces import sheet, skin_of
 
 

@@ -15,7 +15,7 @@ from app.maps.learned.learned_map import LearnedMap
 from app.maps.learned.table import LEARNED
 from app.maps.map_file import map_from_bytes, map_to_bytes
 from app.maps.tactile_image import TactileImage
-from app.simulation.babbling import BabbleSpec, babble
+from app.touch.babbling import BabbleSpec, babble
 from app.touch.load import ball_load
 from app.touch.models.water_fill import WaterFill
 from tests.numerics.map_surfaces import frustum, sheet, skin_of

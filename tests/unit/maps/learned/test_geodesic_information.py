@@ -8,7 +8,7 @@ from scipy.spatial.distance import pdist, squareform
 
 from app.maps.learned.geodesic_information import build, in_space, in_units_of_near, through_space
 from app.maps.learned.learned_map import silent
-from app.simulation.babbling import BabbleSpec, babble
+from app.touch.babbling import BabbleSpec, babble
 from tests.numerics.map_surfaces import frustum, skin_of
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from app.maps.learned.human_touch import build, unlikeness
 from app.maps.learned.readings import felt
-from app.simulation.babbling import BabbleSpec, babble
+from app.touch.babbling import BabbleSpec, babble
 
 
 def test_strokes_over_a_sheet_place_its_taxels(touched_sheet, misfit):

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.simulation.effects import Effects
-from app.simulation.poke import Finger, PokePressed
+from app.scene.effects import Effects
 from app.simulation.simulation import Simulation
 from app.skin.place import place_taxels
 from app.skin.skin import Patch, Skin
 from app.touch.layer import Layer
+from app.touch.poke import Finger, PokePressed
 from tests.things import thing
 from tests.touch import bar, bar_skin, hold, no_command, pair
 

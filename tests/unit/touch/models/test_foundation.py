@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from app.errors import SimulationError
-from app.simulation.effects import Effects
-from app.simulation.poke import Finger, PokePressed
+from app.scene.effects import Effects
 from app.simulation.simulation import Simulation
 from app.touch.layer import Layer
 from app.touch.models.foundation import STABLE
+from app.touch.poke import Finger, PokePressed
 from tests.things import thing
 from tests.touch import bar, bar_skin, hold, no_command, pair
 

@@ -1,0 +1,131 @@
+"""A scene: which robot in which skin among which things, what for, and what a script does before a person comes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+from app.errors import SceneError
+from app.scene.decide import Decision, decide
+from app.scene.effect_table import Wish, effect_entry
+from app.scene.effects import Effects
+from app.scene.motion import Waypoint
+from app.scene.needs import OUTPUTS, TASKS, Needs
+from app.scene.objects import ObjectSpec
+from app.skin.cover_spec import CoverSpec
+from app.stimuli.stimulus import Stimulus
+from app.toml.nearest import nearest
+from app.touch.layer import Layer
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Everything a session starts from.
+
+    Attributes:
+        name: Short, as on the command line.
+        title: For people.
+        robot: A robot's name or file.
+        task: What is done, one of ``TASKS``.
+        outputs: What is wanted, some of ``OUTPUTS``; empty for what the task usually wants.
+        cover: How the skin places itself.
+        layer: What the cover is made of.
+        taxel_file: An iCub positions file whose taxels are worn instead of a cover; empty for none.
+        objects: What there is besides the robot; their names differ.
+        wishes: Effects that do not follow from the needs, by key of ``effect_table``.
+        control: Settings of the controller that differ from its defaults, by name.
+        motion: The robot's own way, again and again; none stays at home.
+        stimuli: What the scripted hand does.
+        tick: Seconds between two control ticks, a whole number of time steps.
+        seed: Of all randomness in the session.
+
+    Raises:
+        SceneError: There is no such task, output or effect, or a number is out of range.
+    """
+
+    name: str
+    robot: str
+    title: str = ""
+    task: str = "touch"
+    outputs: tuple[str, ...] = ()
+    cover: CoverSpec = field(default_factory=CoverSpec)
+    layer: Layer = field(default_factory=Layer)
+    taxel_file: str = ""
+    objects: tuple[ObjectSpec, ...] = ()
+    wishes: Mapping[str, Wish] = field(default_factory=dict)
+    control: Mapping[str, str | float] = field(default_factory=dict)
+    motion: tuple[Waypoint, ...] = ()
+    stimuli: tuple[Stimulus, ...] = ()
+    tick: float = 0.005
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        checked = {key: effect_entry(key).checked(wish) for key, wish in self.wishes.items()}
+        object.__setattr__(self, "wishes", {key: wish for key, wish in checked.items() if wish != "auto"})
+        self._check_words()
+        self._check_names()
+        if not 1e-4 <= self.tick <= 1.0:
+            raise self._refusal("a tick cannot be so long", "tick", f"{self.tick} s", "Choose 0.0001 to 1 s")
+        step = self.effects.timestep
+        if abs(self.tick / step - round(self.tick / step)) > 1e-6:
+            remedy = f"Choose a multiple of {step:g} s up to 1 s"
+            raise self._refusal("a tick must be a whole number of time steps", "tick", f"{self.tick} s", remedy)
+        for place, seed in (("seed", self.seed), ("cover.seed", self.cover.seed)):
+            if seed < 0:
+                raise self._refusal("a seed cannot be negative", place, seed, "Choose 0 or more")
+
+    @property
+    def steps_per_tick(self) -> int:
+        """Physics steps in one control tick."""
+        return round(self.tick / self.effects.timestep)
+
+    @property
+    def wanted(self) -> tuple[str, ...]:
+        """What is wanted of it: its outputs, or those of its task."""
+        return self.outputs or TASKS[self.task].outputs
+
+    @cached_property
+    def decision(self) -> Decision:
+        """What is simulated, why, and what is lacking."""
+        needs = Needs(
+            task=self.task,
+            outputs=self.wanted,
+            objects=self.objects,
+            layer=self.layer,
+            tick=self.tick,
+            law=str(self.control.get("law", "impedance")),
+            scripted=bool(self.stimuli),
+        )
+        return decide(needs, self.wishes)
+
+    @property
+    def effects(self) -> Effects:
+        """What is simulated."""
+        return self.decision.effects
+
+    def _check_words(self) -> None:
+        if self.task not in TASKS:
+            raise self._refusal("there is no such task", "task", self.task, nearest(self.task, tuple(TASKS)))
+        for output in self.outputs:
+            if output not in OUTPUTS:
+                raise self._refusal("there is no such output", "outputs", output, nearest(output, tuple(OUTPUTS)))
+
+    def _check_names(self) -> None:
+        names = [spec.name for spec in self.objects]
+        for number, name in enumerate(names):
+            if name in names[:number]:
+                remedy = "Give each object a name of its own"
+                raise self._refusal("two objects have the same name", f"objects.{number}.name", name, remedy)
+
+    def _refusal(self, problem: str, place: str, value: object, remedy: str) -> SceneError:
+        return SceneError(problem, file=self.name, place=place, value=value, remedy=remedy)
+
+
+def with_wish(scene: Scene, key: str, wish: Wish) -> Scene:
+    """The same scene with one effect as a person wants it; ``auto`` takes the wish back.
+
+    Raises:
+        SceneError: There is no such effect, or it cannot be set to that.
+    """
+    return replace(scene, wishes={**scene.wishes, key: wish})

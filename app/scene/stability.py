@@ -1,0 +1,120 @@
+"""Which time steps hold which contacts, as it was measured; whoever is about to leave that ground is told before.
+
+The table is that of the experiment ``step-cost``: our own arm pressed by a probe, every integrator at every time step
+and stiffness. Between its rows the next worse one counts.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Literal, TypeAlias
+
+from app.errors import Finding
+from app.scene.effects import Effects, Integrator
+from app.scene.objects import ObjectSpec
+from app.touch.layer import Layer
+from assets import asset
+
+Verdict: TypeAlias = Literal["steady", "bounces", "diverges"]
+PROBE = 0.1
+"""What pressed the arm when the table was made [kg]."""
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class Corner:
+    """One combination, measured.
+
+    Attributes:
+        integrator: MuJoCo's.
+        timestep: [s].
+        stiffness: Of the contact [N/m].
+        verdict: ``steady``: the force holds within 5 % and contact is never lost. ``bounces``: it is finite, but no
+            such force. ``diverges``: the run was stopped.
+        force_percent: How far the mean force is from that of a fine step; nan where it diverged.
+        ms: Wall milliseconds of a simulated second, on the machine that made the table.
+    """
+
+    integrator: Integrator
+    timestep: float
+    stiffness: float
+    verdict: Verdict
+    force_percent: float
+    ms: float
+
+
+@lru_cache(maxsize=1)
+def corners() -> tuple[Corner, ...]:
+    """All that was measured; ``assets/stability.json`` is the table that ``experiment step-cost`` writes."""
+    rows = json.loads(asset("stability.json").read_text(encoding="utf8"))["rows"]
+    return tuple(
+        Corner(
+            row["integrator"],
+            1e-3 * row["timestep_ms"],
+            row["stiffness"],
+            row["verdict"],
+            float("nan") if row["force_percent"] is None else row["force_percent"],
+            float("nan") if row["ms"] is None else row["ms"],
+        )
+        for row in rows
+    )
+
+
+def corner(effects: Effects, layer: Layer, *, objects: Sequence[ObjectSpec] = ()) -> Finding | None:
+    """What is known to go wrong with these effects and this cover, and the nearest way out; None where nothing is.
+
+    Args:
+        effects: Integrator, time step, and whether bodies touch at all.
+        layer: Its contact stiffness.
+        objects: What touches it; light things need shorter steps.
+    """
+    if effects.contact == "off" or not effects.dynamics or effects.skin == "foundation":
+        return None  # the foundation refuses by itself what it cannot hold
+    stiffness = as_stiff(layer, objects)
+    found = measured(effects.integrator, effects.timestep, stiffness)
+    if found is not None and found.verdict == "steady":
+        return None
+    fate = "was never tried" if found is None else found.verdict
+    where = f"{effects.integrator} at {1e3 * effects.timestep:g} ms, contacts of {layer.stiffness:.3g} N/m"
+    return Finding("unstable-corner", where, f"Contact {fate} there: {_way_out(effects, stiffness)}")
+
+
+def as_stiff(layer: Layer, objects: Sequence[ObjectSpec]) -> float:
+    """The stiffness [N/m] at which the table's probe is as unsteady as the lightest of ``objects`` on this cover.
+
+    What counts is stiffness over mass times the step squared. Heavier things are as unsteady as the probe is: the arm
+    that bears them is not heavier.
+    """
+    lightest = min((thing.moving_mass for thing in objects), default=PROBE)
+    return layer.stiffness * max(PROBE / lightest, 1.0)
+
+
+def measured(integrator: Integrator, timestep: float, stiffness: float) -> Corner | None:
+    """The row that answers for a combination: the next longer step and the next stiffer contact; None beyond them."""
+    worse = [
+        row
+        for row in corners()
+        if row.integrator == integrator
+        and row.timestep >= timestep * (1 - _ROUNDING)
+        and row.stiffness >= stiffness * (1 - _ROUNDING)
+    ]
+    return min(worse, key=lambda row: (row.timestep, row.stiffness), default=None)
+
+
+def _way_out(effects: Effects, stiffness: float) -> str:
+    """The longest steady step of this integrator, and the integrators that are steady at this step."""
+    steps = sorted({row.timestep for row in corners() if row.timestep < effects.timestep})
+    shorter = [step for step in steps if _steady(effects.integrator, step, stiffness)]
+    integrators = {row.integrator: None for row in corners()}
+    others = [name for name in integrators if _steady(name, effects.timestep, stiffness)]
+    ways = [f"a time step of {1e3 * shorter[-1]:g} ms"] if shorter else []
+    ways += [f"the integrator {' or '.join(others)}"] if others else []
+    return f"choose {' or '.join(ways)}" if ways else "choose a softer cover"
+
+
+def _steady(integrator: Integrator, timestep: float, stiffness: float) -> bool:
+    row = measured(integrator, timestep, stiffness)
+    return row is not None and row.verdict == "steady"

@@ -1,0 +1,110 @@
+"""Stimuli as TOML: read with every mistake named, written as a person would write them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
+from pathlib import Path as FilePath
+from types import MappingProxyType
+from typing import Any
+
+from app.errors import SceneError
+from app.stimuli.babble import Babble
+from app.stimuli.grasp import Grasp
+from app.stimuli.path import Path
+from app.stimuli.poke import Poke
+from app.stimuli.roll import Roll
+from app.stimuli.stimulus import Stimulus
+from app.stimuli.stroke import Stroke
+from app.stimuli.tap import Tap
+from app.toml.line_numbers import Path as KeyPath
+from app.toml.lines import toml_lines, toml_value
+from app.toml.nearest import nearest
+from app.toml.reader import TomlReader
+from app.whole_file import read_whole, write_whole
+
+KINDS: Mapping[str, type[Stimulus]] = MappingProxyType(
+    {kind.kind: kind for kind in (Poke, Stroke, Tap, Roll, Grasp, Babble, Path)}
+)
+"""All kinds of stimuli, by what a file calls them."""
+_MAX_BYTES = 10_000_000
+
+
+def load_stimuli(path: str | FilePath) -> tuple[Stimulus, ...]:
+    """Read a script: a TOML file of ``[[stimuli]]`` tables.
+
+    Raises:
+        SceneError: The file cannot be read, or has a mistake; the message names the line and the key.
+    """
+    data = read_whole(FilePath(path), error=SceneError, most=_MAX_BYTES)
+    try:
+        text = data.decode("utf8")
+    except UnicodeDecodeError as error:
+        raise SceneError("the file is not text", file=path, value=error) from error
+    return stimuli_from_toml(text, file=str(path))
+
+
+def save_stimuli(stimuli: Sequence[Stimulus], path: str | FilePath) -> None:
+    """Write a script, whole or not at all.
+
+    Raises:
+        SceneError: It cannot be written.
+    """
+    write_whole(FilePath(path), to_toml(stimuli).encode("utf8"), error=SceneError)
+
+
+def stimuli_from_toml(text: str, *, file: str) -> tuple[Stimulus, ...]:
+    """Read a script.
+
+    Args:
+        text: TOML.
+        file: Where the text came from, for messages.
+
+    Raises:
+        SceneError: Naming line and key, the value, what is allowed there and the nearest spelling.
+    """
+    reader = TomlReader(text, file=file)
+    for key in reader.raw:
+        if key != "stimuli":
+            remedy = "Write [[stimuli]] above each one's lines"
+            raise reader.mistake("a stimulus file holds stimuli alone", (key,), value=key, remedy=remedy)
+    return tuple(read_stimulus(reader, *place) for place in reader.tables("stimuli"))
+
+
+def to_toml(stimuli: Sequence[Stimulus]) -> str:
+    """The same script as text; reading it gives equal stimuli."""
+    return "\n".join("[[stimuli]]\n" + _lines(stimulus_to_table(stimulus)) for stimulus in stimuli)
+
+
+def read_stimulus(reader: TomlReader, table: Mapping[str, Any], path: KeyPath) -> Stimulus:
+    """One stimulus from its table at ``path`` of a scene's or a script's text.
+
+    Raises:
+        SceneError: Naming line and key, the value, what is allowed there and the nearest spelling.
+    """
+    kind = table.get("kind")
+    if not isinstance(kind, str) or kind not in KINDS:
+        problem = "there is no such kind of stimulus" if kind is not None else "a stimulus must say its kind"
+        remedy = nearest(kind if isinstance(kind, str) else "", tuple(KINDS))
+        raise reader.mistake(problem, (*path, "kind"), value=kind, remedy=remedy)
+    return reader.build(KINDS[kind], {key: value for key, value in table.items() if key != "kind"}, path)
+
+
+def stimulus_to_table(stimulus: Stimulus) -> dict[str, Any]:
+    """A stimulus as a table of a scene or a script: its kind, and what is not as usual for that kind."""
+    usual = {field.name: field.default for field in fields(stimulus)}
+    # When and where come first, as a person would say it.
+    order = sorted(usual, key=lambda name: name not in ("begin", "patch", "at", "start", "end"))
+    changed = {name: getattr(stimulus, name) for name in order if getattr(stimulus, name) != usual[name]}
+    return {"kind": stimulus.kind, **changed}
+
+
+def _lines(table: Mapping[str, Any]) -> str:
+    """One line a key; a long way is one point a line."""
+    lines = []
+    for key, value in table.items():
+        if key == "points":
+            lines += [f"{key} = [", *(f"  {toml_value(point)}," for point in value), "]"]
+        else:
+            lines.append(toml_lines({key: value}))
+    return "\n".join(lines) + "\n"

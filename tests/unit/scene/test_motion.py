@@ -1,0 +1,72 @@
+"""Motion through waypoints: the closed form, smooth at every join, and never outside the robot's limits."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.errors import SceneError
+from app.robots.robot import Joint, Robot
+from app.scene.motion import Motion, Waypoint
+
+ROBOT = Robot("r", "by hand", "", {}, (), (Joint("a", -2.0, 2.0), Joint("b", -math.inf, math.inf),
+              Joint("s", 0.0, 0.5, slide=True)), np.array([0.1, 0.2, 0.3]))  # fmt: skip
+
+
+def test_without_waypoints_it_stays_at_home():
+    motion = Motion(ROBOT, ())
+    assert motion.period == 0.0
+    assert np.array_equal(motion.posture(7.0), ROBOT.home)
+
+
+def test_between_two_waypoints_it_is_the_minimum_jerk_polynomial():
+    motion = Motion(ROBOT, [Waypoint((1.1, 0.2, 0.3), seconds=2.0)])
+    for share in np.linspace(0, 1, 11)[:-1]:
+        expected = 0.1 + 1.0 * (10 * share**3 - 15 * share**4 + 6 * share**5)
+        assert motion.posture(2.0 * share) == pytest.approx([expected, 0.2, 0.3])
+
+
+def test_it_rests_and_goes_round_from_the_last_waypoint():
+    motion = Motion(ROBOT, [Waypoint({"a": 1.0}, seconds=1.0, rest=0.5), Waypoint({"a": -1.0, "s": 0.5}, seconds=2.0)])
+    assert motion.period == 3.5
+    assert motion.posture(0.0) == pytest.approx(ROBOT.home)
+    assert motion.posture(1.2) == pytest.approx([1.0, 0.2, 0.3])
+    assert motion.posture(2.5) == pytest.approx([0.0, 0.2, 0.4])
+    assert motion.posture(3.5) == pytest.approx([-1.0, 0.2, 0.5])
+    assert motion.posture(4.0) == pytest.approx([0.0, 0.2, 0.4], abs=1e-9), "b stays"
+    assert motion.posture(35.0 + 1.2) == pytest.approx(motion.posture(3.5 + 1.2))
+
+
+def test_position_speed_and_acceleration_have_no_steps():
+    motion = Motion(ROBOT, [Waypoint({"a": 1.0}, seconds=1.0), Waypoint({"a": -1.0}, seconds=2.0, rest=0.2)])
+    step = 1e-3
+    times = np.arange(0.0, 2 * motion.period, step)
+    path = np.array([motion.posture(time)[0] for time in times])
+    speed, jerk = np.diff(path) / step, np.diff(path, 3) / step**3
+    assert np.abs(speed).max() == pytest.approx(1.875 * 2.0 / 1.0, rel=0.01), "15/8 of the mean"
+    assert np.abs(jerk).max() < 1.1 * 60 * 2.0, "the jerk is that of the polynomial everywhere"
+
+
+def test_degrees_are_for_turning_joints_alone():
+    motion = Motion(ROBOT, [Waypoint((90.0, 360.0, 0.4), seconds=1.0, rest=1.0, unit="deg")])
+    assert motion.posture(1.5) == pytest.approx([math.pi / 2, 2 * math.pi, 0.4])
+
+
+@pytest.mark.parametrize(("posture", "unit", "words"), [
+    ({"aa": 1.0}, "rad", "no such joint.*aa.*Did you mean a"), ((1.0,), "rad", "one number a joint.*Give 3"),
+    ({"a": 2.5}, "rad", "motion.0.posture.a.*2.5.*-2 to 2 rad"), ({"a": 120.0}, "deg", "-114.6 to 114.6 deg"),
+    ({"s": 0.6}, "deg", "0 to 0.5 m"),
+])  # fmt: skip
+def test_a_waypoint_the_robot_cannot_reach(posture, unit, words):
+    with pytest.raises(SceneError, match=words):
+        Motion(ROBOT, [Waypoint(posture, unit=unit)])
+
+
+@pytest.mark.parametrize("bad", [{"seconds": 0.0}, {"seconds": math.nan}, {"rest": -1.0}, {"posture": (math.inf,)},
+                                 {"posture": {"a": math.nan}}])  # fmt: skip
+def test_a_waypoint_that_cannot_be(bad):
+    with pytest.raises(SceneError, match=f"motion.{next(iter(bad))}"):
+        replace(Waypoint(), **bad)

@@ -1,0 +1,66 @@
+"""Objects as a scene file says them: what cannot be is refused, by name."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from app.errors import SceneError
+from app.scene.objects import LIGHTEST, OBJECT_KINDS, ObjectSpec
+
+SIZES = {"probe": (0.01,), "sphere": (0.1,), "cylinder": (0.1, 0.2), "box": (0.1, 0.2, 0.3), "plate": (0.1, 0.2, 0.01),
+         "plane": (1.0, 2.0), "mesh": (0.5,)}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", OBJECT_KINDS)
+def test_every_kind_has_its_size(kind):
+    file = "x.stl" if kind == "mesh" else ""
+    spec = ObjectSpec("x", kind, size=SIZES[kind], file=file)
+    assert spec.size == SIZES[kind]
+    with pytest.raises(SceneError, match=f"size of a {kind}") as caught:
+        ObjectSpec("x", kind, size=(0.1, 0.1, 0.1, 0.1), file=file)
+    assert "in metres" in str(caught.value)
+
+
+def test_a_plane_and_a_mesh_need_no_size():
+    assert ObjectSpec("x", "plane").size == ()
+    assert ObjectSpec("x", "mesh", file="x.stl").size == ()
+    with pytest.raises(SceneError, match="size of a box"):
+        ObjectSpec("x", "box")
+
+
+def test_where_it_stands():
+    spec = ObjectSpec("x", "sphere", size=(0.1,), at=(1.0, 2.0, 3.0), turn=(90.0, 0.0, 90.0))
+    assert spec.pose.points(np.array([0.0, 0.0, 1.0])) == pytest.approx([2.0, 2.0, 3.0])
+
+
+@pytest.mark.parametrize("bad", [
+    {"name": ""}, {"mass": -1.0}, {"mass": float("nan")}, {"friction": -0.1}, {"stiffness": 0.0}, {"damping": -1.0},
+    {"max_force": float("inf")}, {"at": (0.0, 0.0, float("nan"))}, {"at": (0.0, 0.0, 1e6)},
+    {"turn": (0.0, float("inf"), 0.0)}, {"size": (0.0,)}, {"size": (1e3,)}, {"file": "x.stl"},
+    {"path": ((0.0, float("nan"), 0.0, 0.0),)}, {"path": ((1.0, 0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))},
+    {"path": ((-1.0, 0.0, 0.0, 0.0),)}, {"kind": "mesh"}, {"kind": "sphere", "path": ((0.0, 0.0, 0.0, 0.0),)},
+])  # fmt: skip
+def test_what_cannot_be_is_refused(bad):
+    values = {"name": "x", "kind": "probe", "size": (0.01,)} | bad
+    with pytest.raises(SceneError) as caught:
+        ObjectSpec(**values)
+    keys = {"kind": ("file", "path")}.get(next(iter(bad)), (next(iter(bad)),))
+    assert str(caught.value.place).removeprefix("objects.") in keys
+
+
+def test_only_what_falls_is_guided():
+    assert ObjectSpec("x", "cylinder", size=(0.1, 0.2), mass=0.1, guided=True).guided
+    for kind, mass in (("cylinder", 0.0), ("plate", 1.0), ("probe", 1.0), ("plane", 1.0)):
+        with pytest.raises(SceneError, match=r"objects\.guided"):
+            ObjectSpec("x", kind, size=SIZES[kind], mass=mass, guided=True)
+
+
+def test_what_weighs_in_a_contact():
+    box = {"kind": "box", "size": (0.1, 0.1, 0.1)}
+    assert ObjectSpec("box", **box, mass=0.002).moving_mass == 0.002
+    assert ObjectSpec("wall", **box).moving_mass == math.inf
+    assert ObjectSpec("floor", "plane", mass=1.0).moving_mass == math.inf
+    assert ObjectSpec("probe", "probe", size=(0.01,)).moving_mass == LIGHTEST

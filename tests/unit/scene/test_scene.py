@@ -1,0 +1,89 @@
+"""Scenes as values: what cannot run is refused, effects follow from the needs, a person may overrule."""
+
+from __future__ import annotations
+
+import pickle
+from dataclasses import replace
+
+import pytest
+
+from app.errors import SceneError
+from app.scene.needs import TASKS
+from app.scene.objects import ObjectSpec
+from app.scene.scene import Scene, with_wish
+from app.skin.cover_spec import CoverSpec
+from app.stimuli.poke import Poke
+from app.touch.sensor.noise import Noise
+
+SCENE = Scene(name="s", robot="arm")
+BALL = ObjectSpec("ball", "sphere", size=(0.1,))
+
+
+def test_steps_in_a_tick():
+    assert SCENE.steps_per_tick == 5
+    assert replace(SCENE, wishes={"timestep": 0.0001}).steps_per_tick == 50
+
+
+@pytest.mark.parametrize("tick", [0.0005, 0.001, 0.0012, 0.005, 1 / 60, 0.1, 1.0])
+@pytest.mark.parametrize("task", ["touch", "view"])
+def test_the_derived_time_step_fits_any_tick(tick, task):
+    scene = replace(SCENE, tick=tick, task=task)
+    assert scene.steps_per_tick * scene.effects.timestep == pytest.approx(tick)
+
+
+@pytest.mark.parametrize(("bad", "place"), [
+    ({"tick": 0.0}, "tick"), ({"tick": 2.0}, "tick"), ({"tick": float("nan")}, "tick"), ({"seed": -1}, "seed"),
+    ({"tick": 0.0012, "wishes": {"timestep": 0.001}}, "tick"), ({"cover": CoverSpec(seed=-1)}, "cover.seed"),
+    ({"wishes": {"timestep": 0.5}}, "effects.timestep"), ({"wishes": {"gravty": "on"}}, "effects.gravty"),
+    ({"task": "slied"}, "task"), ({"outputs": ("pressures",)}, "outputs"),
+    ({"objects": (BALL, BALL)}, "objects.1.name"),
+])  # fmt: skip
+def test_a_scene_that_cannot_run_is_refused(bad, place):
+    with pytest.raises(SceneError) as caught:
+        replace(SCENE, **bad)
+    assert caught.value.place == place
+
+
+def test_the_nearest_word_is_told():
+    with pytest.raises(SceneError, match="slied.*Did you mean slide"):
+        replace(SCENE, task="slied")
+    with pytest.raises(SceneError, match="pressures.*Did you mean pressure"):
+        replace(SCENE, outputs=("pressures",))
+
+
+def test_what_is_wanted():
+    assert SCENE.wanted == TASKS["touch"].outputs
+    assert replace(SCENE, outputs=("posture",)).wanted == ("posture",)
+
+
+def test_effects_follow_from_task_outputs_objects_and_script():
+    assert SCENE.effects.contact == "off"
+    assert replace(SCENE, objects=(BALL,)).effects.contact == "environment"
+    assert replace(SCENE, task="view").effects.skin == "off"
+    assert replace(SCENE, task="view", stimuli=(Poke(),)).effects.fingers
+    assert replace(SCENE, task="view", control={"law": "hold_force"}).effects.skin == "water-fill"
+    assert replace(SCENE, outputs=("readings",)).effects.sensor.noise == Noise()
+
+
+def test_it_is_decided_once_and_crosses_processes():
+    assert SCENE.decision is SCENE.decision
+    copy = pickle.loads(pickle.dumps(SCENE))
+    assert copy == SCENE
+    assert copy.effects == SCENE.effects
+
+
+def test_a_person_overrules_and_takes_it_back():
+    scene = with_wish(SCENE, "friction", "on")
+    assert scene.effects.friction
+    assert scene.wishes == {"friction": "on"}
+    again = with_wish(with_wish(scene, "noise", {"sd": 3}), "friction", "auto")
+    assert again.wishes == {"noise": {"sd": 3.0}}
+    assert again.effects.sensor.noise == Noise(sd=3.0)
+    assert with_wish(again, "noise", "auto") == SCENE
+    with pytest.raises(SceneError, match="friction"):
+        with_wish(SCENE, "friction", "sticky")
+
+
+def test_warnings_come_with_the_decision():
+    scene = Scene(name="s", robot="arm", task="slide", objects=(BALL,), wishes={"friction": "off"})
+    assert [finding.where for finding in scene.decision.warnings] == ["effects.friction"]

@@ -1,0 +1,43 @@
+"""What all stimuli share: a finger, a time, and refusals that name the field."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.errors import SceneError
+from app.stimuli.stimulus_file import KINDS
+from app.touch.poke import Finger
+
+USUAL = {"path": {"points": ((0.0, 0.1, 0.0, 0.02), (1.0, 0.2, 0.0, 0.02))}}
+
+
+@pytest.fixture(params=KINDS)
+def kind(request):
+    return lambda **values: KINDS[request.param](**{**USUAL.get(request.param, {}), **values})
+
+
+def test_the_finger_is_as_said(kind):
+    tip = kind(force=2.5, press=0.02, radius=0.01, stiffness=500.0).tip
+    assert tip == Finger(stiffness=500.0, radius=0.01, max_force=2.5, speed=0.02)
+
+
+@pytest.mark.parametrize("bad", [{"force": -1.0}, {"force": float("nan")}, {"press": 2.0},
+                                 {"radius": 0.0}, {"stiffness": 0.0}, {"rest": float("inf")}, {"begin": -1.0},
+                                 {"repeat": 0}])  # fmt: skip
+def test_what_cannot_be_is_refused_by_name(kind, bad):
+    with pytest.raises(SceneError, match=rf"{kind().kind}\.{next(iter(bad))}.*Choose"):
+        kind(**bad)
+
+
+@pytest.mark.parametrize(("name", "bad"), [
+    ("poke", {"at": (0.5,)}), ("poke", {"at": (0.5, 1.5)}), ("tap", {"at": (0.1, 0.2, float("nan"))}),
+    ("stroke", {"start": (2.0, 0.0)}), ("stroke", {"end": (0.0, -1.0)}), ("stroke", {"speed": 0.0}),
+    ("stroke", {"hold": float("nan")}), ("roll", {"at": ()}), ("grasp", {"at": (0.0, 0.0, 1e9)}),
+    ("tap", {"taps": 0}), ("roll", {"angle": 181.0}), ("grasp", {"fingers": 1}), ("babble", {"touches": 0}),
+    ("babble", {"way": "wild"}), ("path", {"points": ((0.0, 0, 0, 0),)}),
+    ("path", {"points": ((0.0, 0, 0, 0), (0.0, 1, 0, 0))}), ("path", {"points": ((1.0, 0, 0, 0), (2.0, 1, 0, 0))}),
+    ("path", {"points": ((0.0, 0, 0, 0), (1.0, 1, float("nan"), 0))}), ("path", {"patches": ("a",)}),
+])  # fmt: skip
+def test_each_kind_refuses_its_own(name, bad):
+    with pytest.raises(SceneError, match=rf"{name}\.{next(iter(bad))}"):
+        KINDS[name](**{**USUAL.get(name, {}), **bad})
