@@ -70,7 +70,7 @@ def ball_radius(contact: float, *, pressed: float = PRESSED) -> float:
 def press(
     dense: DensePoints, at: FloatArray, normal: FloatArray, contact: float, *, taxels: int, blur: Blur, layer: Layer
 ) -> Touch:
-    """Press a ball into the skin at one of its points.
+    """Press a ball into the skin at one of its points: springs along its radii, felt across the skin.
 
     Args:
         dense: The skin around.
@@ -83,9 +83,12 @@ def press(
     """
     radius = ball_radius(contact)
     centre = at + (radius - PRESSED) * normal
-    sunk = np.maximum(radius - np.linalg.norm(dense.positions - centre, axis=1), 0)
+    away = dense.positions - centre
+    far = np.linalg.norm(away, axis=1)
+    across = -np.einsum("ij,ij->i", away, dense.normals) / np.maximum(far, 1e-12)
+    sunk = np.maximum(radius - far, 0)
     sunk[dense.normals @ normal < _FACING] = 0
-    pressures = layer.foundation * sunk
+    pressures = layer.foundation * sunk * across
     forces = pressures * dense.areas
     force = float(forces.sum())
     aside = forces @ (dense.positions - at) / force

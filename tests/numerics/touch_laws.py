@@ -88,11 +88,15 @@ def check_repeats(run: Run, again: Run) -> None:
         assert (run.failure.tick, run.failure.problem) == (again.failure.tick, again.failure.problem)
 
 
-def spring_force(prepared: Prepared, frame: Frame) -> float:
-    """What the motors of probes that stand still at the end of their paths push with: Hooke's law [N]."""
+def spring_force(prepared: Prepared, frame: Frame, *, along: tuple[float, float, float] | None = None) -> float:
+    """What the motors of probes that stand still at the end of their paths push with: Hooke's law [N].
+
+    ``along`` counts only the part in that direction of the world, whichever way.
+    """
     ends = [np.array(thing.spec.path[-1][1:]) for thing in prepared.objects]
-    places = [pose[:3, 3] for pose in frame.objects]
-    return float(sum(SPRING * np.linalg.norm(end - place) for end, place in zip(ends, places, strict=True)))
+    stretched = [end - pose[:3, 3] for end, pose in zip(ends, frame.objects, strict=True)]
+    lengths = [np.linalg.norm(s) if along is None else abs(s @ np.array(along)) for s in stretched]
+    return float(SPRING * sum(lengths))
 
 
 def centres(run: Run) -> np.ndarray:

@@ -64,8 +64,9 @@ class Meeting:
 class Foundation:
     """The layer at work: ``push`` makes the forces of a step, ``pressures`` tells what the taxels felt of them.
 
-    Force is conserved up to the curvature of the contact: the sum of pressure times area is the sum of the points'
-    forces, not the length of their sum. Fingers bring their own force; it is spread as by water-fill.
+    A taxel feels what acts along its own normal, so on flat skin the sum of pressure times area is the normal force; on
+    bent skin it is more, as it is for any pressure on a bent surface. Fingers bring their own force; it is spread as by
+    water-fill.
 
     Args:
         model: The compiled model, without contacts of the skin.
@@ -128,8 +129,9 @@ class Foundation:
         self._refuse_deep(data, meeting, float(depth.max()), layers)
         self._refuse_stiff(data, approach, stiffness * float(bed.areas[points].sum()))
         rate = _closing(self._model, data, bed.body, meeting.body, places, away)
-        pressure = np.maximum(stiffness * (depth + RELAXATION * rate), 0.0)
-        return _Press(points, places, away, pressure * bed.areas[points])
+        forces = np.maximum(stiffness * (depth + RELAXATION * rate), 0.0) * bed.areas[points]
+        outward = bed.normals[points] @ data.xmat[bed.body].reshape(3, 3).T
+        return _Press(points, places, away, forces, -np.einsum("ij,ij->i", away, outward) * forces)
 
     def _apply(self, data: mujoco.MjData, approach: _Approach, press: _Press) -> None:
         total = float(press.forces.sum())
@@ -143,9 +145,9 @@ class Foundation:
                                                       arms[0, 1] - arms[1, 0]])  # fmt: skip
         for body, sign in ((bed.body, 1.0), (meeting.body, -1.0)):
             mujoco.mj_applyFT(self._model, data, sign * force, sign * torque, middle, body, data.qfrc_applied)
-        self._felt.append((bed.points[press.points], press.forces))
+        self._felt.append((bed.points[press.points], press.felt))
         if meeting.own is not None:
-            self._answers.append(_answer(data, approach, total, middle, force))
+            self._answers.append(_answer(data, approach, middle, force))
 
     def _refuse_deep(self, data: mujoco.MjData, meeting: Meeting, depth: float, layers: int) -> None:
         """A body that went in altogether would meet no spring any more; half-way the layer has long given up."""
@@ -235,12 +237,13 @@ class _Approach:
 @dataclass(frozen=True, eq=False)
 class _Press:
     """One meeting's contact: points of the bed, their ``places`` and the other body's outward normals ``away`` in the
-    world, and the forces on them [N]."""
+    world, the forces on them [N], and the part of these along the skin's own normals, which is what is ``felt``."""
 
     points: IntArray
     places: FloatArray
     away: FloatArray
     forces: FloatArray
+    felt: FloatArray
 
 
 def _pose(data: mujoco.MjData, body: int) -> Pose:
@@ -267,12 +270,13 @@ def _closing(
     return closing
 
 
-def _answer(data: mujoco.MjData, approach: _Approach, total: float, middle: FloatArray, force: FloatArray) -> Load:
+def _answer(data: mujoco.MjData, approach: _Approach, middle: FloatArray, force: FloatArray) -> Load:
     """What the other link's skin feels of it: this link's own shape, with the same force."""
     meeting = approach.meeting
     assert meeting.own is not None
     shape, pose = meeting.own
     other = _pose(data, meeting.body).inverse
-    normal = other.directions(force / np.linalg.norm(force))
+    total = float(np.linalg.norm(force))
+    normal = other.directions(force / total)
     where = other @ _pose(data, approach.bed.body) @ pose
     return Load(meeting.by, other.points(middle), normal, total, shape, where, meeting.link)

@@ -30,11 +30,11 @@ def touch():
 
 
 def test_force_is_winklers(touch):
-    """F = π K d² (R - d/3), the volume of the ball's cap times the foundation."""
+    """F = π K d² (R - d): depths R - s along the radii, of which h / s is across the plane, h = R - d."""
     radius = ball_radius(0.01)
     assert np.sqrt(radius**2 - (radius - PRESSED) ** 2) == pytest.approx(0.01)
     # Along the ball's radius, not the vertical, a point is a little less deep: cos of at most 11 degrees.
-    assert touch.load.force == pytest.approx(np.pi * LAYER.foundation * PRESSED**2 * (radius - PRESSED / 3), rel=0.01)
+    assert touch.load.force == pytest.approx(np.pi * LAYER.foundation * PRESSED**2 * (radius - PRESSED), rel=0.01)
     assert touch.surface.sum() == pytest.approx(touch.load.force, rel=1e-12)
     assert touch.felt.sum() == pytest.approx(touch.load.force, rel=1e-3), "none of it near the border"
 

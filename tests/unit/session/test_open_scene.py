@@ -14,7 +14,7 @@ from app.session.open_scene import open_scene
     ("robot = 'gone.urdf'", "line 2, robot.*no such file.*gone.urdf"),
     ("robot = 'arm'\ntaxel_file = 'gone.txt'", "line 3, taxel_file.*gone.txt"),
     ("robot = 'arm'\n[cover]\nlinks = [\n'hand',\n'wing']", "line 6, cover.links.*wing"),
-    ("robot = 'arm'\n[control]\n\nstifness = 3", "line 5, control.stifness.*stiffness"),
+    ("robot = 'arm'\n[control]\n\nstiff_ness = 3", "line 5, control.stiff_ness.*stiffness"),
     ("robot = 'arm'\n[control]\nlaw = 'magic'", "line 4, control.law.*magic"),
     ("robot = 'arm'\n[control]\nstiffness = 1e9", "line 4, control.stiffness"),
     ("robot = 'arm'\n[[motion]]\nposture = {}\n[[motion]]\nposture = { elbow_ptch = 1 }",
