@@ -19,6 +19,7 @@ from app.simulation.guard import Guard
 from app.simulation.impedance import Impedance
 from app.simulation.meetings import meetings
 from app.simulation.object_geoms import Drives, body_name, has_body
+from app.simulation.passing import Passing
 from app.simulation.real_stiffness import RealStiffness, unstable_contacts
 from app.skin.skin import Skin
 from app.touch.layer import Layer
@@ -69,7 +70,8 @@ class Physics:
         self._bodies = {thing.spec.name: int(self.model.body(body_name(thing.spec)).id) for thing in present}
         hulls = (f"{t.spec.name} touches as its convex hull" for t in present if t.spec.kind == "mesh")
         self.notes = (*hulls, *unstable_contacts(self.model, layer))
-        self._drives = Drives(self.model, present)
+        self._drives, passing = Drives(self.model, present), Passing(self.model, present)
+        self._passing = passing if passing.needed else None
         self._hooks: tuple[Hook, ...] = (self._drives.push,) if self._drives.moving else ()
         self.touch: ContactModel | None = None
         self._contacts: ContactLoads | None = None
@@ -114,6 +116,8 @@ class Physics:
             SimulationError: The state left the numbers that mean something, or the layer is too stiff; the state is
                 then the last good one.
         """
+        if self._passing is not None:
+            self._passing.check(self.data, count)
         self._stale = True
         hooks = self._hooks if hand is None else (*self._hooks, hand)
         advance = self._step_hooked if hooks else self._step_freely
