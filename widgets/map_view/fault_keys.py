@@ -10,6 +10,7 @@ from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen
 from app.arrays import BoolArray
 from widgets.colours import Theme
 from widgets.map_view.map_items import lines
+from widgets.map_view.map_legend import paint_plate
 from widgets.map_view.taxel_faults import STROKES, Fault
 
 _PAD, _GLYPH = 8.0, 4.0
@@ -32,12 +33,7 @@ def paint_keys(painter: QPainter, keys: Keys, corner: QPointF, font: QFont, them
     width = max(metrics.horizontalAdvance(text) for _, text in keys) + indent
     size = QSizeF(width + 2 * _PAD, line * len(keys) + 2 * _PAD - 2)
     box = QRectF(QPointF(corner.x() - size.width(), corner.y()), size)
-    panel = QColor(theme.panel)
-    panel.setAlpha(225)
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(panel)
-    painter.drawRoundedRect(box, 4, 4)
-    painter.setBrush(Qt.BrushStyle.NoBrush)
+    paint_plate(painter, box, theme)
     painter.setFont(font)
     row = QRectF(box.left() + _PAD, box.top() + _PAD - 1, width, line)
     for fault, text in keys:

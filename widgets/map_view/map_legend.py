@@ -48,6 +48,16 @@ def legend_of(ground: GroundPicture | None, flaws: Flaws) -> Legend | None:
     return Legend(ground.kind.title, lines, strip, one_sided, faulty)
 
 
+def paint_plate(painter: QPainter, box: QRectF, theme: Theme) -> None:
+    """What a legend stands on: nearly opaque, so that the map behind does not mix with its words."""
+    panel = QColor(theme.panel)
+    panel.setAlpha(225)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(panel)
+    painter.drawRoundedRect(box, 4, 4)
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+
+
 def paint_legend(painter: QPainter, legend: Legend, corner: QPointF, font: QFont, theme: Theme) -> QRectF:
     """Draw it with its upper right corner at ``corner``; ``font`` is the caption's. Returns where it is."""
     metrics = QFontMetricsF(font)
@@ -55,12 +65,7 @@ def paint_legend(painter: QPainter, legend: Legend, corner: QPointF, font: QFont
     width = max(_LEAST_WIDTH, *(metrics.horizontalAdvance(text) for text in (legend.title, *legend.lines)))
     tall = line * (1 + len(legend.lines)) + (_STRIP + line + 4 if legend.strip else 0)
     box = QRectF(QPointF(corner.x() - width - 2 * _PAD, corner.y()), QSizeF(width + 2 * _PAD, tall + 2 * _PAD - 2))
-    panel = QColor(theme.panel)
-    panel.setAlpha(225)
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(panel)
-    painter.drawRoundedRect(box, 4, 4)
-    painter.setBrush(Qt.BrushStyle.NoBrush)
+    paint_plate(painter, box, theme)
     painter.setFont(font)
     row = QRectF(box.left() + _PAD, box.top() + _PAD - 1, width, line)
     painter.setPen(QColor(theme.text))
