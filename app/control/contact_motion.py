@@ -2,43 +2,52 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import fields
-from difflib import get_close_matches
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
 
 from app.arrays import FloatArray
 from app.contacts.region import ContactRegion
 from app.control.command import ControlSettings, JointCommand
-from app.control.hold_force import HoldForce
-from app.control.impedance import ImpedancePosture
 from app.control.law import Law
-from app.errors import SceneError
+from app.control.laws import build_law
+from app.control.map_sight import MapSight
+from app.control.settings_check import RANGES, check_settings, settings_from
+from app.control.task_keeper import TaskKeeper
+from app.control.task_law import TaskLaw
+from app.maps.tactile_map import TactileMap
 from app.robots.robot import Robot
 
-RANGES: dict[str, tuple[float, float]] = {
-    "stiffness": (0.5, 40.0),
-    "damping_ratio": (0.1, 3.0),
-    "force_goal": (0.0, 20.0),
-    "force_gain": (0.0, 0.05),
-    "integral_time": (0.05, float("inf")),
-}
-"""What a person may set, lowest and highest; the panel's sliders end here."""
+__all__ = ["RANGES", "ContactMotionController", "check_settings", "settings_from"]
+
+BLEND_TIME = 0.2
+"""Time constant with which what is left of another law's torque fades [s]."""
 
 
 class ContactMotionController:
     """Turns posture and contact regions into joint commands. Mutable; ``reset`` forgets the past.
 
+    Laws change without a jump: the new one starts as near as it can to the torque asked for, and the rest of the
+    difference fades.
+
     Args:
         robot: Whose joints.
-        settings: May be replaced at any time; changing the law starts it afresh from the posture it finds.
+        settings: May be replaced at any time.
+        map_: Of the skin; ``use`` takes another.
 
     Raises:
         SceneError: A setting is out of range; the last good ones stay.
     """
 
-    def __init__(self, robot: Robot, settings: ControlSettings) -> None:
-        self._laws: dict[str, Law] = {"impedance": ImpedancePosture(robot), "hold_force": HoldForce(robot)}
+    def __init__(self, robot: Robot, settings: ControlSettings, map_: TactileMap) -> None:
+        self._robot, self._rest, self._sight = robot, robot.home, MapSight(map_)
+        self._keeper = TaskKeeper()
+        self._laws: dict[str, Law] = {}
         self._settings = check_settings(settings)
+        self._last: JointCommand | None = None
+        self._fading: FloatArray | None = None
+        self._switched = False
 
     @property
     def settings(self) -> ControlSettings:
@@ -48,27 +57,36 @@ class ContactMotionController:
     @settings.setter
     def settings(self, settings: ControlSettings) -> None:
         check_settings(settings)
-        if settings.law != self._settings.law:
-            self._laws[settings.law].reset()
+        self._switched = self._switched or settings.law != self._settings.law
         self._settings = settings
 
     @property
     def rest(self) -> FloatArray:
         """(n,) the posture kept while nothing touches; the robot's home until it is set. A reset keeps it."""
-        return self._laws[self._settings.law].rest
+        return self._rest
 
     @rest.setter
     def rest(self, posture: FloatArray) -> None:
+        self._rest = posture
         for law in self._laws.values():
             law.rest = posture
 
     @property
     def why_limited(self) -> tuple[str, ...]:
         """What bounds the answer now, in words; empty when nothing does."""
-        return self._laws[self._settings.law].why_limited
+        return self._law.why_limited
+
+    def use(self, map_: TactileMap) -> None:
+        """Take another map of the same skin from now on; a path starts afresh."""
+        self._sight = MapSight(map_)
+        for law in self._laws.values():
+            if isinstance(law, TaskLaw):
+                law.sight = self._sight
 
     def reset(self) -> None:
         """Forget the past; keep the settings."""
+        self._keeper.reset()
+        self._last, self._fading, self._switched = None, None, False
         for law in self._laws.values():
             law.reset()
 
@@ -76,49 +94,25 @@ class ContactMotionController:
         self, posture: FloatArray, velocity: FloatArray, regions: Sequence[ContactRegion], dt: float
     ) -> JointCommand:
         """What the joints should do for the next ``dt`` seconds; the regions come strongest first."""
-        return self._laws[self._settings.law].command(self._settings, posture, velocity, regions, dt)
+        before = self._last.torque_at(posture, velocity) if self._switched and self._last is not None else None
+        if before is not None:
+            self._law.start(posture, before)
+        self._switched = False
+        command = self._law.command(self._settings, posture, velocity, regions, dt)
+        if before is not None:
+            self._fading = before - command.torque_at(posture, velocity)
+        if self._fading is not None:
+            command = replace(command, torque=command.torque + self._fading)
+            self._fading = self._fading * np.exp(-dt / BLEND_TIME)
+            self._fading = self._fading if np.abs(self._fading).max(initial=0.0) > 1e-6 else None
+        self._last = command
+        return command
 
-
-def check_settings(settings: ControlSettings) -> ControlSettings:
-    """Return the settings, or refuse them.
-
-    Raises:
-        SceneError: Naming the setting, its value and its range.
-    """
-    if settings.law not in ("impedance", "hold_force"):
-        raise SceneError(
-            "there is no such control law",
-            place="control.law",
-            value=settings.law,
-            remedy="Choose impedance or hold_force",
-        )
-    for name, (low, high) in RANGES.items():
-        value = getattr(settings, name)
-        if not (isinstance(value, int | float) and low <= value <= high):  # NaN is in no range
-            raise SceneError(
-                "that setting is out of range",
-                place=f"control.{name}",
-                value=value,
-                remedy=f"Choose {low:g} to {high:g}",
-            )
-    return settings
-
-
-def settings_from(values: Mapping[str, str | float]) -> ControlSettings:
-    """Settings from a scene's table.
-
-    Raises:
-        SceneError: An unknown key, or a value out of range.
-    """
-    known = {f.name for f in fields(ControlSettings)}
-    unknown = [key for key in values if key not in known]
-    if unknown:
-        close = get_close_matches(unknown[0], known, n=1)
-        hint = f"Did you mean {close[0]}? " if close else ""
-        raise SceneError(
-            "there is no such controller setting",
-            place=f"control.{unknown[0]}",
-            value=unknown[0],
-            remedy=f"{hint}Choose one of: {', '.join(sorted(known))}",
-        )
-    return check_settings(ControlSettings(**values))  # type: ignore[arg-type]
+    @property
+    def _law(self) -> Law:
+        """The law in force, built when it is first wanted."""
+        name = self._settings.law
+        if name not in self._laws:
+            self._laws[name] = build_law(name, self._robot, self._keeper, self._sight)
+            self._laws[name].rest = self._rest
+        return self._laws[name]

@@ -9,31 +9,17 @@ becomes joint velocity by damped least squares; the wanted posture is its integr
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import isfinite
 
 import numpy as np
 
 from app.arrays import FloatArray
 from app.contacts.region import ContactRegion
 from app.control.command import ControlSettings, JointCommand
-from app.control.gains import joint_impedance, joint_limits
+from app.control.force_servo import ForceServo
+from app.control.reference import DAMPING, MAX_SPEED, WEAK, PostureReference, at_limit, slowed
 from app.robots.configuration import Configuration
 from app.robots.robot import Robot
-
-MAX_SPEED = 0.25
-"""Of the touched point [m/s]."""
-MAX_JOINT_SPEED = 1.5
-"""Of any joint [rad/s]."""
-INNER_FREQUENCY = 40.0
-"""Natural frequency of the inner posture loop [rad/s]; well above the force loop's."""
-HOME_RATE = 1.5
-"""How fast the wanted posture returns to rest once nothing touches [1/s]."""
-HOME_SPEED = 0.6
-"""And never faster than this [rad/s]."""
-MAX_LEAD = 0.3
-"""How far the wanted posture may run ahead of an arm that something holds back [rad]."""
-DAMPING = MAX_SPEED / (2 * MAX_JOINT_SPEED)
-"""Of the least squares [m/rad]: its gain is at most 1 / (2 damping), so MAX_SPEED asks for MAX_JOINT_SPEED."""
-_WEAK = 2 * DAMPING
 
 
 class HoldForce:
@@ -47,19 +33,19 @@ class HoldForce:
 
     def __init__(self, robot: Robot) -> None:
         self.rest, self._configuration = robot.home, Configuration(robot)
-        self._inertia = self._configuration.inertia()
-        self._lower, self._upper = joint_limits(robot)
+        self._reference = PostureReference(robot, self._configuration.inertia())
         self.reset()
 
     def reset(self) -> None:
         """No contact known; the posture found at the next command is where it starts from."""
         self.why_limited: tuple[str, ...] = ()
-        self._wanted: FloatArray | None = None
-        self._forget_contact()
-        self._homing = np.zeros_like(self.rest)
+        self._servo = ForceServo(MAX_SPEED)
+        self._reference.reset()
 
-    def _forget_contact(self, new: int = 0) -> None:
-        self._contact, self._integral, self._reached = new, 0.0, False
+    def start(self, posture: FloatArray, torque: FloatArray) -> None:
+        """Without history, from the posture at which this law asks for ``torque`` (n,) of an arm at rest."""
+        self.reset()
+        self._reference.start(posture, torque)
 
     def command(
         self,
@@ -71,24 +57,19 @@ class HoldForce:
     ) -> JointCommand:
         """Retreat along the strongest contact's inward normal when it presses too hard, advance when too little."""
         limits: list[str] = []
-        start = posture if self._wanted is None else self._wanted
-        if regions:
+        start = self._reference.from_where(posture)
+        self._servo.keep(region.id for region in regions[:1])
+        if regions and not isfinite(regions[0].force):
+            limits.append("the skin reads what is no number")
+            speed = np.zeros_like(start)
+        elif regions:
+            self._reference.stand()
             speed = self._follow(settings, posture, start, regions[0], dt, limits)
         else:
-            self._forget_contact()
-            speed = self._go_home(start, dt)
-        self._wanted = self._bounded(start + dt * speed, posture, limits)
+            speed = self._reference.home_speed(start, self.rest, dt)
+        command = self._reference.move(posture, speed, dt, limits)
         self.why_limited = tuple(limits)
-        return joint_impedance(self._inertia, self._wanted, frequency=INNER_FREQUENCY, damping_ratio=1.0)
-
-    def _bounded(self, wanted: FloatArray, posture: FloatArray, limits: list[str]) -> FloatArray:
-        near = np.clip(wanted, posture - MAX_LEAD, posture + MAX_LEAD)
-        if (near != wanted).any():
-            limits.append("something holds the arm back")
-        bounded = np.clip(near, self._lower, self._upper)
-        if (bounded != near).any() and "joint limit" not in limits:
-            limits.append("joint limit")
-        return bounded
+        return command
 
     def _follow(
         self,
@@ -99,29 +80,17 @@ class HoldForce:
         dt: float,
         limits: list[str],
     ) -> FloatArray:
-        if region.id != self._contact:
-            self._forget_contact(region.id)
-        self._homing[:] = 0.0
-        error = region.force - settings.force_goal
-        # Integrating while the force first rises would push the arm into the finger: wait until the goal is reached.
-        self._reached = self._reached or error >= 0
-        integral = self._integral + error * dt if self._reached else 0.0
-        wanted = settings.force_gain * (error + integral / settings.integral_time)
-        retreat = min(max(wanted, -MAX_SPEED), MAX_SPEED)
-        if retreat == wanted:
-            self._integral = integral  # anti-windup: the integral stands while the speed is at its limit
-        else:
-            limits.append("speed of the touched point")
+        push = self._servo.push(settings, region.id, settings.force_goal - region.force, dt, limits)
         self._configuration.update(posture)
         normal = self._configuration.pose(region.link).rotation @ region.normal
         row = normal @ self._configuration.jacobian(region.link, region.point)
-        return self._joint_speed(row, -retreat, start, limits)
+        return self._joint_speed(row, push, start, limits)
 
     def _joint_speed(self, row: FloatArray, outward: float, start: FloatArray, limits: list[str]) -> FloatArray:
         """Joint velocity that moves the point at ``outward`` [m/s]; joints at a limit leave it to the others."""
         for _ in range(len(row)):
             speed, weak = _damped_answer(row, outward)
-            stuck = ((start <= self._lower) & (speed < 0)) | ((start >= self._upper) & (speed > 0))
+            stuck = at_limit(self._reference, start, speed)
             if not stuck.any():
                 break
             row = np.where(stuck, 0.0, row)
@@ -129,26 +98,16 @@ class HoldForce:
         else:
             return np.zeros_like(row)
         limits += ["the arm can hardly move along this contact"] if weak else []
-        fastest = float(np.abs(speed).max())
-        if fastest > MAX_JOINT_SPEED:
-            limits.append("joint speed")
-            speed = speed * (MAX_JOINT_SPEED / fastest)
-        return speed
-
-    def _go_home(self, start: FloatArray, dt: float) -> FloatArray:
-        """Towards rest, exponentially, speed-limited, starting gently (first-order lag of 0.2 s)."""
-        aim = np.clip(HOME_RATE * (self.rest - start), -HOME_SPEED, HOME_SPEED)
-        self._homing = self._homing + min(dt / 0.2, 1.0) * (aim - self._homing)
-        return self._homing
+        return slowed(speed, limits)
 
 
 def _damped_answer(row: FloatArray, outward: float) -> tuple[FloatArray, bool]:
     """Least joint velocity (n,) with ``row @ speed = outward``, and whether it is damped, near a singularity only.
 
-    Damping grows from zero at ``_WEAK`` (Nakamura and Hanafusa 1986): elsewhere the answer is exact.
+    Damping grows from zero at ``WEAK`` (Nakamura and Hanafusa 1986): elsewhere the answer is exact.
     """
     strength = float(np.linalg.norm(row))
-    if strength >= _WEAK:
+    if strength >= WEAK:
         return row * (outward / strength**2), False
-    damping = DAMPING**2 * (1 - (strength / _WEAK) ** 2)
+    damping = DAMPING**2 * (1 - (strength / WEAK) ** 2)
     return row * (outward / (strength**2 + damping)), True

@@ -23,6 +23,9 @@ class ImpedancePosture:
     def reset(self) -> None:
         """Nothing is remembered."""
 
+    def start(self, posture: FloatArray, torque: FloatArray) -> None:
+        """Its answer follows from the rest posture alone, whatever was asked before."""
+
     def command(
         self,
         settings: ControlSettings,

@@ -24,6 +24,14 @@ class Law(Protocol):
     def reset(self) -> None:
         """Start without history; ``rest`` stays."""
 
+    def start(self, posture: FloatArray, torque: FloatArray) -> None:
+        """Start without history in the middle of another law's work, as near as it can to what that one asks for.
+
+        Args:
+            posture: (n,) found.
+            torque: (n,) asked for now, besides damping [N m].
+        """
+
     def command(
         self,
         settings: ControlSettings,

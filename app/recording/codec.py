@@ -7,11 +7,16 @@ A frame message is little-endian, without padding:
     float64  posture, velocity (joints each), pressures [Pa] (taxels), command posture, stiffness, damping, torque
     float64  per object (16): its pose in the world as a homogeneous matrix, row by row
     float64  per poke (14): id, patch, face, 3 weights, force [N], point [m] (3), normal (3), radius [m]
-    float64  per region (19): id, patch, face, 3 weights, force [N], area [m²], peak [Pa], map point [m] (2),
+    float64  per region (34): id, patch, face, 3 weights, force [N], area [m²], peak [Pa], map point [m] (2),
              point in the link [m] (3), normal in the link (3), number of taxels,
-             1 where a seam tears it (else 0)
+             1 where a seam tears it (else 0); and since format 3: mean [Pa], half-axes in the link [m] (2 x 3) and on
+             the map [m] (2 x 2), standard uncertainty of place [m] and force [N], id of the partner in self-touch (0:
+             none), id of the region it split from at this tick (0: none)
     int32    taxel numbers of all regions, one after the other
-    UTF-8 JSON  {"why_limited": [...], "notes": [...], "ms": {stage: milliseconds}}
+    UTF-8 JSON  {"why_limited": [...], "notes": [...], "ms": {stage: milliseconds}, "merged": {id: [ids that became
+             part of it at this tick]}}
+
+A contact event message is JSON, see ``event_codec``.
 
 An input message is JSON: {"tick": n, "kind": name, ...fields}; floats are written so that they read back equal. The
 kind "effects" has all of them, by name; an effect of the sensor is an object of its options, or null where it is off.
@@ -26,7 +31,7 @@ from __future__ import annotations
 import base64
 import json
 import struct
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
@@ -38,6 +43,7 @@ from app.geometry.surface_point import SurfacePoint
 from app.maps.map_edit_file import edit_from_bytes, edit_to_bytes
 from app.maps.tactile_map import TactileMap
 from app.recording.effects_codec import effects_from_json, effects_to_json
+from app.recording.event_codec import EVENT_SCHEMA
 from app.session.frame import Frame
 from app.session.inputs import EffectsChanged, MapEdited, PokeMoved, PokePressed, PokeReleased, SessionInput
 from app.skin.skin import Skin
@@ -45,7 +51,9 @@ from app.timing import Timings
 from app.touch.poke import Finger, PokeState
 
 _HEAD = struct.Struct("<qd7i")
-_OBJECT, _POKE, _REGION = 16, 14, 19
+_OBJECT, _POKE, _REGION = 16, 14, 34
+_REGION_BEFORE = 19
+"""Numbers of a region in formats 1 and 2."""
 _KINDS = {"press": PokePressed, "move": PokeMoved, "release": PokeReleased, "control": ControlChanged}
 
 _REASONS = ("place", "value", "remedy")
@@ -73,13 +81,16 @@ TOPICS = {
     "/frame": ("tactile_maps.Frame", FRAME_SCHEMA, "tactile_maps.Frame"),
     "/input": ("tactile_maps.Input", INPUT_SCHEMA, "json"),
     "/failure": ("tactile_maps.Failure", FAILURE_SCHEMA, "json"),
+    "/event": ("tactile_maps.ContactEvent", EVENT_SCHEMA, "json"),
 }
 """What a recording's messages are about: schema's name and text, and the encoding of a message."""
 
 
 def encode_frame(frame: Frame) -> bytes:
     """One frame as a message."""
-    words = json.dumps({"why_limited": frame.why_limited, "notes": frame.notes, "ms": frame.timings.ms}).encode()
+    merged = {region.id: region.merged for region in frame.regions if region.merged}
+    text = {"why_limited": frame.why_limited, "notes": frame.notes, "ms": frame.timings.ms, "merged": merged}
+    words = json.dumps(text).encode()
     taxels = [region.taxels for region in frame.regions]
     head = _HEAD.pack(
         frame.tick,
@@ -104,12 +115,14 @@ def encode_frame(frame: Frame) -> bytes:
         frame.objects.ravel(),
     ]
     numbers += [[p.id, *_place(p.at), p.force, *p.point, *p.normal, p.radius] for p in frame.pokes]
-    numbers += [
-        [r.id, *_place(r.at), r.force, r.area, r.peak, *r.map_point, *r.point, *r.normal, len(r.taxels), r.torn]
-        for r in frame.regions
-    ]
+    numbers += [_region_row(region) for region in frame.regions]
     body = np.concatenate([np.asarray(part, dtype="<f8") for part in numbers]).astype("<f8").tobytes()
     return head + body + np.concatenate([*taxels, []]).astype("<i4").tobytes() + words
+
+
+def _region_row(r: ContactRegion) -> list[float]:
+    row = [r.id, *_place(r.at), r.force, r.area, r.peak, *r.map_point, *r.point, *r.normal, len(r.taxels), r.torn]
+    return [*row, r.mean, *r.axes.flat, *r.map_axes.flat, r.place_error, r.force_error, r.partner, r.split_from]
 
 
 def _place(at: SurfacePoint) -> tuple[float, ...]:
@@ -130,18 +143,20 @@ def decode_frame(data: bytes, skin: Skin) -> Frame:
 
 def _decode_frame(data: bytes, skin: Skin) -> Frame:
     tick, time, joints, taxels, objects, pokes, regions, members, words = _HEAD.unpack_from(data)
-    count = 6 * joints + taxels + _OBJECT * objects + _POKE * pokes + _REGION * regions
-    if (
-        min(joints, taxels, objects, pokes, regions, members, words) < 0
-        or taxels != len(skin)
-        or (_HEAD.size + 8 * count + 4 * members + words != len(data))
+    before = 6 * joints + taxels + _OBJECT * objects + _POKE * pokes
+    room = len(data) - _HEAD.size - 4 * members - words - 8 * before
+    width = _REGION_BEFORE if room == 8 * _REGION_BEFORE * regions else _REGION
+    if min(joints, taxels, objects, pokes, regions, members, words) < 0 or (taxels, room) != (
+        len(skin),
+        8 * width * regions,
     ):
         raise ValueError("its sizes do not add up")
+    count = before + width * regions
     numbers = np.frombuffer(data, "<f8", count, _HEAD.size)
     named = np.frombuffer(data, "<i4", members, _HEAD.size + 8 * count).astype(np.int64)
     text = json.loads(data[len(data) - words :])
     parts = np.split(numbers, np.cumsum([joints, joints, taxels, *[joints] * 4, _OBJECT * objects, _POKE * pokes]))
-    rows = parts[9].reshape(regions, _REGION)
+    rows, merged = parts[9].reshape(regions, width), text.get("merged", {})
     groups = np.split(named, np.cumsum(rows[:, 17].astype(int))[:-1]) if regions else []
     return Frame(
         tick,
@@ -149,7 +164,7 @@ def _decode_frame(data: bytes, skin: Skin) -> Frame:
         parts[0],
         parts[1],
         parts[2],
-        tuple(_region(row, group, skin) for row, group in zip(rows, groups, strict=True)),
+        tuple(_region(row, group, skin, merged) for row, group in zip(rows, groups, strict=True)),
         tuple(_poke(row) for row in parts[8].reshape(pokes, _POKE)),
         JointCommand(*parts[3:7]),
         tuple(map(str, text["why_limited"])),
@@ -163,10 +178,10 @@ def _poke(row: Any) -> PokeState:
     return PokeState(int(row[0]), _at(row[1:6]), float(row[6]), row[7:10], row[10:13], float(row[13]))
 
 
-def _region(row: Any, taxels: Any, skin: Skin) -> ContactRegion:
-    at = _at(row[1:6])
-    return ContactRegion(
-        int(row[0]),
+def _region(row: Any, taxels: Any, skin: Skin, merged: dict[str, list[int]]) -> ContactRegion:
+    at, id_ = _at(row[1:6]), int(row[0])
+    basic = ContactRegion(
+        id_,
         taxels,
         float(row[6]),
         float(row[7]),
@@ -177,6 +192,19 @@ def _region(row: Any, taxels: Any, skin: Skin) -> ContactRegion:
         row[11:14],
         row[14:17],
         bool(row[18]),
+        merged=tuple(map(int, merged.get(str(id_), ()))),
+    )
+    if len(row) == _REGION_BEFORE:
+        return basic
+    return replace(
+        basic,
+        mean=float(row[19]),
+        axes=row[20:26].reshape(2, 3),
+        map_axes=row[26:30].reshape(2, 2),
+        place_error=float(row[30]),
+        force_error=float(row[31]),
+        partner=int(row[32]),
+        split_from=int(row[33]),
     )
 
 

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 from mcap.records import Message
 
+from app.contacts.event import ContactEvent
+from app.contacts.events import KEPT
 from app.errors import RecordingError, SimulationError
 from app.maps.tactile_map import TactileMap
 from app.recording import bundle, reading
 from app.recording.codec import decode_failure, decode_frame, decode_input
+from app.recording.event_codec import decode_event
 from app.scene.effects import Effects
 from app.session.frame import Frame
 from app.session.inputs import EffectsChanged, MapEdited, PokePressed, PokeReleased, SessionInput
@@ -27,6 +32,7 @@ class Player:
         prepared: The scene, robot, skin and map it was made with.
         times: (n,) simulated seconds of the frames.
         inputs: (tick, input) of everything that was done, from the session's start.
+        events: What contacts began or ended to do, oldest first.
         versions: Programs' versions when it was made.
         complete: Whether the file ends as it should.
         failure: The tick at which the session stopped by itself, and why; None when it did not.
@@ -45,6 +51,7 @@ class Player:
         self.prepared = bundle.unpack(contents.attachments, file=str(path))
         self.inputs: list[tuple[int, SessionInput]] = []
         self.failure: tuple[int, SimulationError] | None = None
+        self.events: list[ContactEvent] = []
         self._places: list[tuple[int, int]] = []
         times = []
         for number, chunk in enumerate(contents.chunks):
@@ -54,6 +61,8 @@ class Player:
                     times.append(1e-9 * message.log_time)
                 elif topic == "/input":
                     self.inputs.append(decode_input(message.data, self.prepared.map))
+                elif topic == "/event":
+                    self.events.append(decode_event(message.data))
                 elif topic == "/failure":
                     self.failure = decode_failure(message.data)
         if not times:
@@ -72,7 +81,9 @@ class Player:
     def frame(self, number: int) -> Frame:
         """Frame ``number``, from 0. Raises RecordingError when it is damaged; cost about 0.2 ms."""
         chunk, place = self._places[number]
-        return decode_frame(self._unpacked(chunk)[place].data, self.prepared.skin)
+        frame = decode_frame(self._unpacked(chunk)[place].data, self.prepared.skin)
+        known = bisect_right(self.events, frame.tick, key=lambda event: event.tick)
+        return replace(frame, recent=tuple(self.events[max(known - KEPT, 0) : known][::-1])) if known else frame
 
     def number_at(self, seconds: float) -> int:
         """The frame shown ``seconds`` after the first, clamped to the ends."""

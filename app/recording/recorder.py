@@ -5,6 +5,7 @@ from __future__ import annotations
 import platform
 from collections.abc import Sequence
 from importlib.metadata import version
+from itertools import takewhile
 from pathlib import Path
 from types import TracebackType
 from typing import BinaryIO
@@ -14,12 +15,13 @@ from mcap.writer import CompressionType, Writer
 from app.errors import RecordingError
 from app.recording import bundle
 from app.recording.codec import TOPICS, encode_failure, encode_frame, encode_input
+from app.recording.event_codec import encode_event
 from app.session.failure import Failure
 from app.session.frame import Frame
 from app.session.inputs import SessionInput
 from app.session.prepare import Prepared
 
-FORMAT = "2"
+FORMAT = "3"
 FRAMES_A_CHUNK = 6
 """A killed process loses at most the frames of the chunk being filled."""
 _WRITE_REMEDY = "Free space or choose another folder; what was written so far can be read with recover"
@@ -43,7 +45,7 @@ class Recorder:
 
     def __init__(self, path: str | Path, prepared: Prepared, *, overwrite: bool = False) -> None:
         self.path, self.frames = Path(path), 0
-        self.tick, self._inputs, self._map = prepared.scene.tick, 0, prepared.map
+        self.tick, self._inputs, self._map, self._told = prepared.scene.tick, 0, prepared.map, -1
         self._stream = _open(self.path, overwrite=overwrite)
         frame_bytes = 8 * (len(prepared.skin) + 6 * len(prepared.robot.joints)) + 256
         self._writer = Writer(self._stream, chunk_size=FRAMES_A_CHUNK * frame_bytes, compression=CompressionType.ZSTD)
@@ -71,7 +73,7 @@ class Recorder:
         self._stream.flush()
 
     def write(self, frame: Frame, inputs: Sequence[tuple[int, SessionInput]]) -> None:
-        """Add a frame, and the session's inputs that are not in the file yet.
+        """Add a frame, and the session's inputs and contact events that are not in the file yet.
 
         Args:
             frame: The newest.
@@ -80,7 +82,10 @@ class Recorder:
         Raises:
             RecordingError: The disk is full or the file is gone; the file stays readable up to there.
         """
-        self._add(inputs, ("/frame", frame.tick, encode_frame(frame)))
+        told = takewhile(lambda event: event.tick > self._told, frame.recent)
+        events = [("/event", event.tick, encode_event(event)) for event in told][::-1]
+        self._add(inputs, *events, ("/frame", frame.tick, encode_frame(frame)))
+        self._told = frame.tick
         self.frames += 1
 
     def fail(self, failure: Failure) -> None:
@@ -95,11 +100,11 @@ class Recorder:
             self.write(failure.frame, [item for item in failure.inputs if item[0] < failure.tick])
         self._add(failure.inputs, ("/failure", failure.tick, encode_failure(failure.tick, failure.error)))
 
-    def _add(self, inputs: Sequence[tuple[int, SessionInput]], last: tuple[str, int, bytes]) -> None:
-        """The inputs that are not in the file yet, and one more message of a topic and tick."""
+    def _add(self, inputs: Sequence[tuple[int, SessionInput]], *more: tuple[str, int, bytes]) -> None:
+        """The inputs that are not in the file yet, and more messages, each of a topic and tick."""
         news = [("/input", tick, encode_input(tick, act, self._map)) for tick, act in inputs[self._inputs :]]
         try:
-            for topic, tick, data in [*news, last]:
+            for topic, tick, data in [*news, *more]:
                 at = round(1e9 * tick * self.tick)
                 self._writer.add_message(self._channels[topic], at, data, at, tick)
             self._stream.flush()

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import takewhile
 
 import numpy as np
 
 from app.arrays import FloatArray, readonly
+from app.contacts.event import ContactEvent
 from app.contacts.region import ContactRegion
 from app.control.command import JointCommand
 from app.timing import Timings
@@ -30,6 +32,8 @@ class Frame:
         timings: Wall milliseconds by stage of this tick; never part of a comparison.
         objects: (k, 4, 4) pose ``T_world_object`` of each of the scene's objects, in its order.
         notes: What the skin's model could not do as asked at this tick, in words; empty when nothing.
+        recent: The newest contact events up to this tick, newest first: a view that shows only some of the frames
+            misses none.
     """
 
     tick: int
@@ -44,7 +48,13 @@ class Frame:
     timings: Timings = field(default_factory=Timings)
     objects: FloatArray = field(default_factory=lambda: np.zeros((0, 4, 4)))
     notes: tuple[str, ...] = ()
+    recent: tuple[ContactEvent, ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("posture", "velocity", "pressures", "objects"):
             object.__setattr__(self, name, readonly(getattr(self, name)))
+
+    @property
+    def events(self) -> tuple[ContactEvent, ...]:
+        """What contacts began or ended to do at this very tick, in the order in which it was noticed."""
+        return tuple(takewhile(lambda event: event.tick == self.tick, self.recent))[::-1]

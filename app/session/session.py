@@ -7,11 +7,11 @@ from collections.abc import Callable
 import numpy as np
 
 from app.arrays import FloatArray
-from app.contacts.reader import ContactReader
 from app.contacts.region import ContactRegion
+from app.contacts.sense import ContactSense
 from app.control.command import ControlChanged, ControlSettings
 from app.control.contact_motion import ContactMotionController, settings_from
-from app.errors import SimulationError
+from app.errors import SimulationError, TactileMapsError
 from app.maps.tactile_map import TactileMap
 from app.scene.effects import Effects
 from app.scene.motion import Motion
@@ -70,8 +70,8 @@ class Session:
             robot, skin, effects, objects=prepared.objects, layer=scene.layer, tick=scene.tick, seed=scene.seed
         )
         self.map = map_ or prepared.map
-        self._reader = ContactReader(self.map)
-        self._controller = ContactMotionController(robot, settings or settings_from(scene.control))
+        self._contacts = ContactSense(robot, self.map, effects.sensor)
+        self._controller = ContactMotionController(robot, settings or settings_from(scene.control), self.map)
         self._motion = Motion(robot, scene.motion) if scene.motion else None
         self._stimulus = StimulusPlayer(skin, scene.stimuli, tick=scene.tick)
         self._watch = Stopwatch()
@@ -83,7 +83,7 @@ class Session:
         Settings, the edited map and the effects in force stay.
         """
         self._simulation.reset()
-        self._reader.reset()
+        self._contacts.reset()
         self._controller.reset()
         self._waiting: list[SessionInput] = []
         # The settings, the effects and the map in force are part of what a replay needs.
@@ -110,8 +110,7 @@ class Session:
     def submit(self, act: SessionInput) -> None:
         """Let a person act at the start of the next tick. The first press ends the scripted hand's show."""
         if isinstance(act, PokePressed) and self.scripted:
-            self.scripted = False
-            self._waiting += [PokeReleased(finger) for finger in self._stimulus.fingers]
+            self._end_script()
         self._waiting.append(act)
 
     def advance(self, elapsed: float, *, each: Callable[[Frame], None] | None = None) -> Frame:
@@ -137,7 +136,8 @@ class Session:
         """One control tick: inputs, physics, touch, contacts, control.
 
         Raises:
-            TactileMapsError: An input was refused; the session is as if it had not come.
+            TactileMapsError: An input was refused; the session is as if it had not come. Where the scripted hand was
+                refused, its show has ended.
             SimulationError: The physics diverged. ``failure`` says all about it, and until ``reset`` every tick raises
                 the same again.
         """
@@ -159,7 +159,15 @@ class Session:
         # Without the effect, hands cannot reach the skin: the script goes on unseen.
         if self.scripted and self.effects.fingers:
             self._waiting += self._stimulus.inputs(self._ticks)
-            self._act()
+            try:
+                self._act()
+            except TactileMapsError:
+                self._end_script()  # it would be refused again at this tick, for ever
+                raise
+
+    def _end_script(self) -> None:
+        self.scripted = False
+        self._waiting += [PokeReleased(finger) for finger in self._stimulus.fingers]
 
     def _act(self) -> None:
         while self._waiting:
@@ -168,7 +176,8 @@ class Session:
                 self._controller.settings = act.settings
             elif isinstance(act, MapEdited):
                 self.map = act.map
-                self._reader.use(self.map)
+                self._contacts.use(self.map)
+                self._controller.use(self.map)
             elif isinstance(act, EffectsChanged):
                 self._use(act.effects)
             else:
@@ -178,11 +187,12 @@ class Session:
     def _use(self, effects: Effects) -> None:
         steps = whole_steps(self.prepared.scene.tick, effects.timestep)
         self._simulation.use(effects)
+        self._contacts.trust(effects.sensor)
         self._steps = steps
 
     def _frame(self) -> Frame:
         simulation, watch, time = self._simulation, self._watch, self._ticks * self.prepared.scene.tick
-        pressures, regions = self._touch()
+        pressures, regions = self._touch(time)
         with watch.stage("control"):
             if self._motion is not None:
                 self._controller.rest = self._motion.posture(time)
@@ -202,18 +212,20 @@ class Session:
             timings=watch.take(),
             objects=simulation.object_poses,
             notes=simulation.notes,
+            recent=self._contacts.recent,
         )
 
-    def _touch(self) -> tuple[FloatArray, tuple[ContactRegion, ...]]:
+    def _touch(self, time: float) -> tuple[FloatArray, tuple[ContactRegion, ...]]:
         """What the skin reads, stage by stage, and the contacts in it; neither where no skin is simulated."""
         pressures, stages = np.zeros(len(self.prepared.skin)), self._simulation.readings
         for name, act in stages:
             with self._watch.stage(name):
                 pressures = act(pressures)
+        posture = self._simulation.posture
         if not stages:
-            return pressures, ()
+            return pressures, self._contacts.read(self._ticks, time, posture, None)
         with self._watch.stage("contacts"):
-            return pressures, self._reader.read(pressures)
+            return pressures, self._contacts.read(self._ticks, time, posture, pressures)
 
 
 def whole_steps(tick: float, timestep: float) -> int:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.control.command import ControlSettings
-from app.control.hold_force import HOME_SPEED
+from app.control.reference import HOME_SPEED
 from app.session.session import Session
 from app.touch.poke import Finger, PokePressed, PokeReleased
 from tests.touch import arm

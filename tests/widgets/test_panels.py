@@ -213,12 +213,14 @@ def test_contacts_are_listed_with_units_and_cleared(qtbot, touched):
     region = touched.regions[0]
     words = texts(panel)
     assert {"On", "N", "kPa", "mm²"} <= set(words)
-    assert words[-4:] == [
+    assert words[-5:-1] == [
         region.link,
         f"{region.force:.2f}",
         f"{1e-3 * region.peak:.1f}",
         f"{1e6 * region.area:.0f}",
     ]
+    assert f"{region.force:.2f} ± {region.force_error:.2f}\u2009N" in words[-1]
+    assert f"± {1e3 * region.place_error:.1f}\u2009mm" in words[-1]
     panel.clear()
     assert region.link not in texts(panel)
 

@@ -15,6 +15,7 @@ from widgets.panels.compare_panel import ComparePanel
 from widgets.panels.contacts_panel import ContactsPanel
 from widgets.panels.controller_panel import ControllerPanel
 from widgets.panels.effects_panel import EffectsPanel
+from widgets.panels.events_panel import EventsPanel
 from widgets.panels.history_panel import HistoryPanel
 from widgets.panels.panel import SLIM, Panel
 from widgets.panels.patches_panel import PatchesPanel
@@ -44,6 +45,7 @@ class PanelColumn(QScrollArea):
         self.controller, self.contacts, self.quality = ControllerPanel(), ContactsPanel(), QualityPanel()
         self.patches, self.compare, self.history = PatchesPanel(editor), ComparePanel(editor), HistoryPanel(editor)
         self.accuracy, self.timing, self.effects = AccuracyPanel(), TimingPanel(), EffectsPanel()
+        self.events = EventsPanel()
         self._panels: list[Panel] = []
         content = QWidget()
         self._rows = QVBoxLayout(content)
@@ -51,8 +53,8 @@ class PanelColumn(QScrollArea):
         self._rows.setSpacing(4)
         self._rows.addStretch(1)
         for panel in (
-            self.controller, self.contacts, self.patches, self.quality, self.compare, self.history, self.accuracy,
-            self.timing, self.effects,
+            self.controller, self.contacts, self.events, self.patches, self.quality, self.compare, self.history,
+            self.accuracy, self.timing, self.effects,
         ):  # fmt: skip
             self.add(panel)
         self.compare.compared.connect(self.quality.show_comparison)
@@ -98,11 +100,12 @@ class PanelColumn(QScrollArea):
         self.quality.show_prepared(prepared)
         self.accuracy.show_prepared(prepared)
         self.contacts.clear()
+        self.events.clear()
         self.timing.clear()
 
     def show_frame(self, frame: Frame) -> None:
         """Another instant."""
-        for panel in (self.contacts, self.controller, self.timing, self.effects):
+        for panel in (self.contacts, self.events, self.controller, self.timing, self.effects):
             panel.show_frame(frame)
 
     def _on_folded_changed(self) -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+import numpy as np
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QGridLayout, QLabel, QPushButton, QWidget
 
@@ -12,6 +15,16 @@ from widgets.selection import Selection, region_ink
 
 _ROWS = 3
 """More than that is rare; the line above counts and sums all of them."""
+_FORCE_TIP = (
+    "Normal force: pressure times area, summed over the touched taxels and the ring around them.\n"
+    "Net shear cannot be observed: below a cover it adds up to nothing in what taxels feel."
+)
+_FACTS_TIP = (
+    "Of the selected contact, or else the strongest: force and place with their standard uncertainties\n"
+    "(the sensor's noise, gains and the taxels' spacing), mean pressure, and the size of the ellipse it covers."
+)
+_NO_FACTS = "\n"
+"""As high as facts."""
 _ROW_STYLE = """
     QPushButton { border: 0; border-radius: 4px; padding: 0; margin: -2px -6px; background: transparent; }
     QPushButton:enabled:hover { background: rgba(128, 140, 152, 40); }
@@ -62,6 +75,17 @@ class ContactRow:
                 cell.setText(text)
 
 
+def facts(region: ContactRegion, among: Sequence[ContactRegion]) -> str:
+    """What is known of a region, in two lines; a third names the one among ``among`` that it touches."""
+    long, short = 2e3 * np.linalg.norm(region.axes, axis=1)
+    lines = [
+        f"{region.force:.2f} ± {region.force_error:.2f}\u2009N, centre ± {1e3 * region.place_error:.1f}\u2009mm",
+        f"Mean {1e-3 * region.mean:.1f}\u2009kPa, {long:.0f} × {short:.0f}\u2009mm",
+    ]
+    lines += [f"Touches {other.link.replace('_', ' ')}" for other in among if other.id == region.partner]
+    return "\n".join(lines)
+
+
 class ContactsPanel(Panel):
     """A few rows that never jump: fixed in number, the older region above the younger, tabular in digits."""
 
@@ -79,11 +103,15 @@ class ContactsPanel(Panel):
         for column, text in enumerate(("On", "N", "kPa", "mm²"), start=1):
             head = fact(text, self, right=column > 1)
             head.setProperty("role", "caption")
+            head.setToolTip(_FORCE_TIP if text == "N" else "")
             grid.addWidget(head, 0, column)
         self._rows = [ContactRow(row + 1, grid, self) for row in range(_ROWS)]
         for row in self._rows:
             row.button.clicked.connect(self._on_row_clicked)
         grid.setColumnStretch(1, 1)
+        self._facts: QLabel = self.caption()
+        self._facts.setObjectName("contacts-facts")
+        self._facts.setToolTip(_FACTS_TIP)
         self.clear()
 
     def follow(self, selection: Selection) -> None:
@@ -120,6 +148,7 @@ class ContactsPanel(Panel):
         for number, row in enumerate(self._rows):
             region = shown[number] if number < len(shown) else None
             row.show(region, selected=region is not None and region.id == self._selected)
+        self._facts.setText(facts(first[0], self._regions) if first else _NO_FACTS)
 
     def _on_row_clicked(self) -> None:
         row = next(row for row in self._rows if row.button is self.sender())

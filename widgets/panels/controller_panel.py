@@ -1,4 +1,4 @@
-"""The controller: which law, with which gains, and what limits it now."""
+"""The controller: which law does which task, with which gains, and what limits it now."""
 
 from __future__ import annotations
 
@@ -7,55 +7,18 @@ from functools import partial
 from typing import Any, cast
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QPushButton, QWidget
+from PySide6.QtWidgets import QButtonGroup, QGridLayout, QPushButton, QWidget
 
 from app.control.command import ControlSettings, LawName
+from app.control.laws import heeded
 from app.session.frame import Frame
+from widgets.panels.choice_box import ChoiceBox
+from widgets.panels.controller_choices import CHOICES, LAWS, SLIDERS
 from widgets.panels.panel import LabelledSlider, Panel
-
-_LAWS = {
-    "impedance": ("Hold posture", "The arm is a spring to its home posture: it yields to a touch and returns"),
-    "hold_force": ("Hold force", "The arm retreats from or follows a touch so that its force stays at the goal"),
-}
-_SLIDERS = {
-    # setting: law, text, unit, low, high, step, shown units per SI unit, tool tip
-    "stiffness": (
-        "impedance",
-        "Stiffness",
-        "rad/s",
-        1.0,
-        30.0,
-        0.5,
-        1.0,
-        "Natural frequency of every joint about its home; higher yields less",
-    ),
-    "damping_ratio": ("impedance", "Damping ratio", "", 0.1, 2.0, 0.05, 1.0, "1 returns without overshoot"),
-    "force_goal": ("hold_force", "Force goal", "N", 0.0, 15.0, 0.5, 1.0, "The contact force to keep; 0 only retreats"),
-    "force_gain": (
-        "hold_force",
-        "Force gain",
-        "mm/s per N",
-        1.0,
-        40.0,
-        1.0,
-        1000.0,
-        "Retreat or approach speed for each newton too much or too little",
-    ),
-    "integral_time": (
-        "hold_force",
-        "Integral time",
-        "s",
-        0.05,
-        2.0,
-        0.05,
-        1.0,
-        "Shorter removes lasting errors faster, and overshoots more",
-    ),
-}
 
 
 class ControllerPanel(Panel):
-    """Emits settings as a person changes them."""
+    """Emits settings as a person changes them; shows what the chosen law and task heed."""
 
     settings_edited = Signal(object)
     """ControlSettings wanted."""
@@ -65,21 +28,11 @@ class ControllerPanel(Panel):
         self._settings = ControlSettings()
         self._buttons: dict[str, QPushButton] = {}
         self._group = QButtonGroup(self)
-        row = QHBoxLayout()
-        row.setSpacing(4)
-        for law, (text, tip) in _LAWS.items():
-            button = QPushButton(text, self)
-            button.setObjectName(f"law-{law}")
-            button.setCheckable(True)
-            button.setToolTip(tip)
-            self._group.addButton(button)
-            self._buttons[law] = button
-            row.addWidget(button)
-        self._group.buttonClicked.connect(self._on_law_clicked)
-        self.column.addLayout(row)
+        self.column.addLayout(self._law_buttons())
+        self._boxes = {name: self._choice_box(name) for name in CHOICES}
         self._sliders: dict[str, LabelledSlider] = {}
-        for name, (_, text, unit, low, high, step, _, tip) in _SLIDERS.items():
-            slider = LabelledSlider(text, unit, low, high, step, tip, self)
+        for name, spec in SLIDERS.items():
+            slider = LabelledSlider(spec.text, spec.unit, spec.low, spec.high, spec.step, spec.tip, self)
             slider.setObjectName(f"gain-{name}")
             slider.value_changed.connect(partial(self._on_slider_changed, name))
             self._sliders[name] = slider
@@ -90,11 +43,16 @@ class ControllerPanel(Panel):
 
     def show_settings(self, settings: ControlSettings) -> None:
         """Show the settings in force."""
-        self._settings = settings
+        self._settings, names = settings, heeded(settings)
         self._buttons[settings.law].setChecked(True)
-        for name, (law, *_, scale, _) in _SLIDERS.items():
-            self._sliders[name].set_value(getattr(settings, name) * scale)
-            self._sliders[name].setVisible(law == settings.law)
+        for name, slider in self._sliders.items():
+            slider.set_value(getattr(settings, name) * SLIDERS[name].scale)
+            slider.setVisible(name in names)
+        for name, box in self._boxes.items():
+            value = getattr(settings, name)
+            box.setCurrentIndex(box.findData(value))
+            box.say(CHOICES[name][1][value])
+            box.setVisible(name in names)
 
     def show_frame(self, frame: Frame) -> None:
         """Say what limits the controller."""
@@ -105,12 +63,44 @@ class ControllerPanel(Panel):
         if text != self._why.text():
             self._why.setText(text)
 
+    def _law_buttons(self) -> QGridLayout:
+        grid = QGridLayout()
+        grid.setSpacing(4)
+        for side in (0, 1):
+            grid.setColumnStretch(side, 1)
+        for number, (law, (text, tip)) in enumerate(LAWS.items()):
+            button = QPushButton(text, self)
+            button.setObjectName(f"law-{law}")
+            button.setCheckable(True)
+            button.setToolTip(tip)
+            self._group.addButton(button)
+            self._buttons[law] = button
+            grid.addWidget(button, *divmod(number, 2))
+        self._group.buttonClicked.connect(self._on_law_clicked)
+        return grid
+
+    def _choice_box(self, name: str) -> ChoiceBox:
+        tip, words = CHOICES[name]
+        box = ChoiceBox(self)
+        box.setObjectName(f"choice-{name}")
+        box.setAccessibleName(tip)
+        box.setToolTip(tip)
+        for value, text in words.items():
+            box.addItem(text, value)
+        box.activated.connect(partial(self._on_choice_made, name))
+        self.column.addWidget(box)
+        return box
+
     def _on_law_clicked(self, button: QPushButton) -> None:
         law = next(name for name, known in self._buttons.items() if known is button)
         self._edit(replace(self._settings, law=cast("LawName", law)))
 
+    def _on_choice_made(self, name: str, row: int) -> None:
+        changed: dict[str, Any] = {name: self._boxes[name].itemData(row)}
+        self._edit(replace(self._settings, **changed))
+
     def _on_slider_changed(self, name: str, value: float) -> None:
-        changed: dict[str, Any] = {name: value / _SLIDERS[name][6]}
+        changed: dict[str, Any] = {name: value / SLIDERS[name].scale}
         self._edit(replace(self._settings, **changed))
 
     def _edit(self, settings: ControlSettings) -> None:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from app.contacts.accuracy import ReadingErrors
 from app.contacts.reader import THRESHOLD, ContactReader
 from app.errors import MapError
 from app.maps.layout import MapLayout
@@ -77,25 +78,93 @@ def test_a_region_keeps_its_name_while_it_wanders():
     assert reader.read(around((0.08, 0, 0.02)))[0].id == 1
 
 
-def test_when_two_merge_the_larger_overlap_keeps_its_name():
+def test_when_two_merge_the_older_keeps_its_name_and_the_other_is_told():
     reader = ContactReader(MAP)
     small, large = around((0.1, 0, 0.02), radius=0.03), around((0.25, 0, 0.02), radius=0.06, kilopascals=20)
+    reader.read(small)
     before = reader.read(small + large)
-    assert len(before) == 2
-    (merged,) = reader.read(small + large + around((0.17, 0, 0.02), radius=0.07))
-    assert merged.id == before[0].id
-    assert len(before[0].taxels) > len(before[1].taxels)
+    assert [region.id for region in before] == [2, 1], "strongest first"
+    bridge = small + large + around((0.17, 0, 0.02), radius=0.07)
+    (merged,) = reader.read(bridge)
+    assert (merged.id, merged.merged) == (1, (2,))
+    assert reader.read(bridge)[0].merged == (), "told once"
     after = reader.read(small + large)
-    assert sorted(region.id for region in after) == [before[0].id, 3]
+    assert [(region.id, region.split_from) for region in after] == [(1, 0), (3, 1)], "the larger part keeps the name"
+    assert [region.split_from for region in reader.read(small + large)] == [0, 0]
+
+
+def test_numbers_follow_the_pressures_while_the_same_taxels_are_touched():
+    reader, pressures = ContactReader(MAP), around((0.2, 0, 0.02))
+    (first,) = reader.read(pressures)
+    (second,) = reader.read(1.1 * pressures)
+    assert second.force == pytest.approx(1.1 * first.force)
+    assert second.id == first.id
+    assert second.taxels is first.taxels
+
+
+def test_axes_mean_pressure_and_error_bars_are_told():
+    (region,) = ContactReader(MAP, errors=ReadingErrors(noise=100.0)).read(around((0.2, 0, 0.02), radius=0.06))
+    touched = around((0.2, 0, 0.02), radius=0.06) >= THRESHOLD
+    assert region.mean == pytest.approx(
+        around((0.2, 0, 0.02), radius=0.06)[touched] @ SKIN.areas[touched] / SKIN.areas[touched].sum()
+    )
+    assert region.mean < region.peak
+    assert region.axes @ region.normal == pytest.approx([0, 0], abs=1e-12)
+    assert 0.02 < np.linalg.norm(region.axes[1]) <= np.linalg.norm(region.axes[0]) < 0.06
+    lengths = np.linalg.norm(region.map_axes, axis=1)
+    assert lengths == pytest.approx(np.linalg.norm(region.axes, axis=1), rel=1e-6), "flat skin is mapped truly"
+    assert region.place_error > ContactReader(MAP).read(around((0.2, 0, 0.02), radius=0.06))[0].place_error > 0
+    assert region.force_error == pytest.approx(100.0 * np.linalg.norm(SKIN.areas[region.taxels]))
+
+
+def test_a_long_touch_lies_along_its_axis():
+    pressures = sum(around((x, 0, 0.02)) for x in np.arange(0.1, 0.3, 0.02))
+    (region,) = ContactReader(MAP).read(pressures)
+    long, short = np.linalg.norm(region.axes, axis=1)
+    assert abs(region.axes[0, 0]) == pytest.approx(long, rel=0.01)
+    assert long > 3 * short
+
+
+@pytest.mark.parametrize("reading", [float("nan"), float("inf"), -float("inf")])
+def test_a_taxel_that_reads_no_number_counts_as_unpressed(reading):
+    pressures = around((0.2, 0, 0.02))
+    broken = pressures.copy()
+    taxel = int(pressures.argmax())
+    broken[taxel], pressures[taxel] = reading, 0.0
+    broken[3] = reading
+    found, wanted = ContactReader(MAP).read(broken), ContactReader(MAP).read(pressures)
+    assert [region.force for region in found] == [region.force for region in wanted]
+    assert np.isfinite([region.place_error for region in found]).all()
+
+
+def test_a_ring_of_negative_noise_is_left_out():
+    pressures = np.zeros(len(SKIN))
+    pressures[30] = THRESHOLD
+    (alone,) = ContactReader(MAP).read(pressures)
+    pressures[[taxel for taxel in alone.taxels if taxel != 30]] = -0.5 * THRESHOLD
+    (region,) = ContactReader(MAP).read(pressures)
+    assert region.force == alone.force
+    assert region.point == pytest.approx(alone.point)
+
+
+def test_an_edited_map_moves_the_place_and_not_the_identity():
+    reader, pressures = ContactReader(MAP), around((0.2, 0, 0.02))
+    (before,) = reader.read(pressures)
+    moved = replace(MAP, layout=MapLayout(tuple(replace(p, offset=(1.0, 2.0)) for p in MAP.layout.placements)))
+    reader.use(moved)
+    (after,) = reader.read(pressures)
+    assert after.id == before.id
+    assert after.point == pytest.approx(before.point, abs=1e-9)
+    assert np.linalg.norm(after.map_point - before.map_point) > 0.5
 
 
 def test_a_touch_across_a_seam_is_one_region_placed_on_the_body():
     prepared = arm()
     reader = ContactReader(prepared.map)
-    assert len(reader._seam), "the arm's tubes are cut somewhere"
+    assert len(reader._seams.pairs), "the arm's tubes are cut somewhere"
     skin, torn = prepared.skin, 0
     body = np.concatenate([patch.taxels.positions for patch in skin.patches])
-    for one, other in reader._seam:
+    for one, other in reader._seams.pairs:
         pressures = np.zeros(len(skin))
         pressures[[one, other]] = 5e3
         reader.reset()
@@ -104,13 +173,15 @@ def test_a_touch_across_a_seam_is_one_region_placed_on_the_body():
         torn += region.torn
         assert np.linalg.norm(region.point - middle) < 0.6 * np.linalg.norm(body[one] - body[other])
         assert region.force == pytest.approx(5e3 * skin.areas[[one, other]].sum(), rel=1e-12)
-    assert torn == len(reader._seam)
+    assert torn == len(reader._seams.pairs)
 
 
 def test_a_patch_drawn_larger_is_torn_no_further():
     map_ = arm().map
     large = MapLayout(tuple(replace(place, scale=4.0) for place in map_.layout.placements))
-    np.testing.assert_array_equal(ContactReader(replace(map_, layout=large))._seam, ContactReader(map_)._seam)
+    np.testing.assert_array_equal(
+        ContactReader(replace(map_, layout=large))._seams.pairs, ContactReader(map_)._seams.pairs
+    )
 
 
 def test_a_finger_anywhere_on_the_arm_is_found_where_it_is():

@@ -1,4 +1,4 @@
-"""The controller a session asks: settings are checked, laws switch without a jolt."""
+"""The controller a session asks: settings are checked, laws switch without a jump."""
 
 from __future__ import annotations
 
@@ -8,57 +8,88 @@ import numpy as np
 import pytest
 
 from app.control.command import ControlSettings
-from app.control.contact_motion import RANGES, ContactMotionController, check_settings, settings_from
+from app.control.contact_motion import ContactMotionController
+from app.control.settings_check import CHOICES
+from app.editing.arrange import move
+from app.editing.document import MapDocument
 from app.errors import SceneError
-from tests.touch import bar
+from tests.touch import arm, prepared_bar
+from tests.unit.control.touched import TICK, touch
+
+BENT, STILL = np.array([0.7]), np.zeros(1)
 
 
-@pytest.mark.parametrize("name", RANGES)
-@pytest.mark.parametrize("bad", [-1.0, float("nan"), 1e9, "much"])
-def test_a_setting_out_of_range_is_named_and_the_last_good_ones_stay(name, bad):
-    if name == "integral_time" and bad == 1e9:
-        bad = 0.0
-    controller = ContactMotionController(bar(), ControlSettings())
-    with pytest.raises(SceneError, match=f"control.{name}"):
-        controller.settings = replace(ControlSettings(), **{name: bad})
-    assert controller.settings == ControlSettings()
+def controller(**settings) -> ContactMotionController:
+    prepared = prepared_bar()
+    return ContactMotionController(prepared.robot, ControlSettings(**settings), prepared.map)
 
 
-def test_the_ends_of_the_ranges_are_allowed():
-    for name, ends in RANGES.items():
-        for end in ends:
-            check_settings(replace(ControlSettings(), **{name: end}))
+def test_refused_settings_leave_the_last_good_ones():
+    mine = controller()
+    with pytest.raises(SceneError, match=r"control\.stiffness"):
+        mine.settings = replace(ControlSettings(), stiffness=-1.0)
+    with pytest.raises(SceneError, match=r"control\.law"):
+        controller(law="magic")
+    assert mine.settings == ControlSettings()
 
 
-def test_settings_from_a_scene():
-    assert settings_from({}) == ControlSettings()
-    assert settings_from({"law": "hold_force", "force_goal": 5.0}) == ControlSettings(law="hold_force", force_goal=5.0)
-    with pytest.raises(SceneError, match=r"forcegoal.*force_goal"):
-        settings_from({"forcegoal": 5.0})
-    with pytest.raises(SceneError, match=r"magic.*impedance or hold_force"):
-        settings_from({"law": "magic"})
+def test_other_gains_do_not_start_a_law_afresh():
+    mine = controller(law="hold_force")
+    first = mine.command(BENT, STILL, (), TICK).posture
+    mine.settings = ControlSettings(law="hold_force", force_goal=5.0)
+    second = mine.command(BENT, STILL, (), TICK).posture
+    assert 0 < first - second < 0.01, "on its way home"
+    mine.reset()
+    assert mine.settings.force_goal == 5.0
+    assert mine.why_limited == ()
 
 
-def test_switching_the_law_starts_from_the_posture_found():
-    controller = ContactMotionController(bar(), ControlSettings())
-    bent, still = np.array([0.7]), np.zeros(1)
-    assert controller.command(bent, still, (), 0.005).posture[0] == 0
-    controller.settings = ControlSettings(law="hold_force")
-    assert controller.command(bent, still, (), 0.005).posture[0] == pytest.approx(0.7, abs=1e-2)
-    controller.settings = ControlSettings(law="hold_force", force_goal=5.0)
-    assert controller.command(bent, still, (), 0.005).posture[0] < 0.7, "other gains do not start it afresh"
-    controller.reset()
-    assert controller.settings.force_goal == 5.0
-    assert controller.why_limited == ()
+@pytest.mark.parametrize("before", CHOICES["law"])
+@pytest.mark.parametrize("after", CHOICES["law"])
+def test_a_law_switched_in_mid_contact_does_not_jump(before, after):
+    """The torque goes on, and changes as slowly afterwards as the laws themselves do."""
+    mine, posture, velocity = controller(law=before), np.array([0.1]), np.array([0.05])
+    for _ in range(50):
+        last = mine.command(posture, velocity, touch(4.0), TICK)
+    mine.settings = replace(mine.settings, law=after)
+    torques = [last.torque_at(posture, velocity)[0]]
+    torques += [mine.command(posture, velocity, touch(4.0), TICK).torque_at(posture, velocity)[0] for _ in range(20)]
+    steady = abs(torques[0]) * TICK / 0.2 + 0.6
+    assert np.abs(np.diff(torques)).max() < steady
+    if before != after and "impedance" in (before, after):
+        assert abs(torques[1] - torques[0]) < 0.5
+
+
+def test_what_is_left_of_another_law_fades():
+    mine = controller(law="hybrid")
+    for _ in range(20):
+        mine.command(BENT, STILL, touch(9.0), TICK)
+    mine.settings = ControlSettings()
+    for _ in range(800):
+        command = mine.command(BENT, STILL, (), TICK)
+    assert np.array_equal(command.torque, [0.0])
 
 
 def test_a_rest_posture_holds_under_every_law():
-    controller, posture, still = ContactMotionController(bar(), ControlSettings()), np.zeros(1), np.zeros(1)
-    assert controller.rest == [0.0], "the robot's home, until it is set"
-    controller.rest = np.array([0.3])
-    assert controller.command(posture, still, (), 0.005).posture == [0.3]
-    controller.settings = ControlSettings(law="hold_force")
-    assert controller.rest == [0.3]
-    for _ in range(800):
-        posture = controller.command(posture, still, (), 0.005).posture
-    assert posture == pytest.approx([0.3], abs=1e-2), "it comes back to rest, not home"
+    mine, posture, still = controller(), np.zeros(1), np.zeros(1)
+    assert mine.rest == [0.0], "the robot's home, until it is set"
+    mine.rest = np.array([0.3])
+    assert mine.command(posture, still, (), TICK).posture == [0.3]
+    for law in ("hold_force", "hybrid"):
+        mine.settings = ControlSettings(law=law)
+        assert mine.rest == [0.3]
+        posture = np.zeros(1)
+        mine.reset()
+        for _ in range(800):
+            posture = mine.command(posture, still, (), TICK).posture
+        assert posture == pytest.approx([0.3], abs=1e-2), "it comes back to rest, not home"
+
+
+def test_another_map_is_taken_and_the_point_to_hold_with_it():
+    """The place held is one of the body: where it is drawn does not matter."""
+    prepared = arm()
+    mine = ContactMotionController(prepared.robot, ControlSettings(law="priority", task="hold_point"), prepared.map)
+    moved = move(MapDocument.of(prepared.map), [0], (0.2, 0.1)).map
+    assert mine.command(prepared.robot.home, np.zeros(7), (), TICK).posture.shape == (7,)
+    mine.use(moved)
+    assert mine._law.sight.map is moved

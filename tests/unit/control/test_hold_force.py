@@ -7,7 +7,8 @@ import pytest
 
 from app.contacts.region import ContactRegion
 from app.control.command import ControlSettings
-from app.control.hold_force import DAMPING, HOME_SPEED, MAX_JOINT_SPEED, MAX_LEAD, MAX_SPEED, HoldForce
+from app.control.hold_force import HoldForce
+from app.control.reference import DAMPING, HOME_SPEED, MAX_JOINT_SPEED, MAX_LEAD, MAX_SPEED
 from app.geometry.surface_point import SurfacePoint
 from tests.touch import bar
 
@@ -23,7 +24,7 @@ def touch(force, *, x=0.3, id_=1, normal=(0, 0, 1)):
 
 def moved(law, regions, *, settings=SETTINGS, posture=STILL):
     """How far one command moves the wanted posture."""
-    before = posture if law._wanted is None else law._wanted
+    before = law._reference.from_where(posture)
     return float((law.command(settings, posture, STILL, regions, TICK).posture - before)[0])
 
 
@@ -55,7 +56,7 @@ def test_speed_is_bounded_without_windup_and_says_so():
     step = moved(law, touch(200.0))
     assert step * 0.3 == pytest.approx(MAX_SPEED * TICK)
     assert law.why_limited == ("speed of the touched point",)
-    assert law._integral == 0
+    assert law._servo.integral(1) == 0
 
 
 def test_no_joint_is_faster_than_its_limit():
@@ -86,7 +87,7 @@ def test_it_does_not_run_ahead_of_an_arm_that_is_held_back():
     law = HoldForce(bar())
     for _ in range(500):
         law.command(SETTINGS, STILL, STILL, touch(9.0), TICK)
-    assert law._wanted[0] == pytest.approx(MAX_LEAD)
+    assert law._reference.wanted[0] == pytest.approx(MAX_LEAD)
     assert "something holds the arm back" in law.why_limited
 
 
@@ -101,6 +102,14 @@ def test_it_starts_from_the_posture_it_finds_and_goes_home_gently():
     assert np.abs(speed).max() <= HOME_SPEED * (1 + 1e-9)
     assert np.abs(np.diff(speed)).max() / TICK < HOME_SPEED / 0.15, "smooth start and end"
     assert wanted[-1] == pytest.approx(0, abs=1e-4)
+
+
+def test_a_reading_that_is_no_number_moves_nothing_and_is_said():
+    law = HoldForce(bar())
+    moved(law, touch(4.0))
+    assert moved(law, touch(float("nan"))) == 0
+    assert law.why_limited == ("the skin reads what is no number",)
+    assert np.isfinite(moved(law, touch(4.0)))
 
 
 def test_no_integral_at_all_can_be_asked_for():

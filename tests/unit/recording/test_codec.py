@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import json
+import struct
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -137,6 +139,32 @@ def test_a_damaged_frame_is_refused_by_name(touched, prepared):
 def test_a_torn_region_stays_torn(touched, prepared):
     torn = replace(touched, regions=tuple(replace(region, torn=True) for region in touched.regions))
     assert all(region.torn for region in decode_frame(encode_frame(torn), prepared.skin).regions)
+
+
+def test_all_that_is_known_of_a_region_reads_back(touched, prepared):
+    region = replace(touched.regions[0], partner=7, split_from=3, merged=(4, 5), place_error=1 / 3)
+    assert region.axes.any()
+    assert region.mean > 0
+    (again,) = decode_frame(encode_frame(replace(touched, regions=(region,))), prepared.skin).regions
+    for field in fields(region):
+        one, other = getattr(again, field.name), getattr(region, field.name)
+        assert np.array_equal(one, other), field.name
+
+
+def test_regions_of_earlier_formats_are_read(touched, prepared):
+    """They end after the torn flag: 15 numbers less for each region."""
+    data, count = encode_frame(touched), len(touched.regions)
+    text = json.dumps({"why_limited": [], "notes": [], "ms": {}}).encode()
+    words, members = (struct.unpack_from("<qd7i", data)[place] for place in (8, 7))
+    end = len(data) - words - 4 * members
+    rows = np.frombuffer(data[end - 8 * 34 * count : end]).reshape(count, 34)[:, :19]
+    head = list(struct.unpack_from("<qd7i", data))
+    head[8] = len(text)
+    size = struct.calcsize("<qd7i")
+    middle, taxels = data[size : end - 8 * 34 * count], data[end : end + 4 * members]
+    old = decode_frame(struct.pack("<qd7i", *head) + middle + rows.tobytes() + taxels + text, prepared.skin)
+    assert [region.force for region in old.regions] == [region.force for region in touched.regions]
+    assert [region.place_error for region in old.regions] == [0.0] * count
 
 
 def test_objects_and_notes_read_back(touched, prepared):

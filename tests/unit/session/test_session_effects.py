@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from app.errors import SimulationError
 from app.scene.bodies import make_bodies
 from app.scene.motion import Waypoint
 from app.scene.objects import ObjectSpec
@@ -109,3 +110,12 @@ def test_objects_have_poses_in_every_frame():
     for _ in range(20):
         session.tick()
     assert session.frame.objects[0, 2, 3] == pytest.approx(3 - 0.5 * 9.81 * 0.1**2, abs=1e-3), "it falls"
+
+
+def test_a_scripted_finger_that_is_refused_ends_the_show_and_time_goes_on():
+    stiff = Stroke(start=(0.95, 0.5), end=(0.9, 0.5), stiffness=1e6)
+    session = Session(prepared_bar(stimuli=(stiff,)))
+    with pytest.raises(SimulationError, match="too stiff"):
+        session.tick()
+    assert not session.scripted
+    assert [session.tick().tick for _ in range(3)] == [1, 2, 3]

@@ -1,0 +1,54 @@
+"""What the taxels of a region feel of pressure on each of their areas: the cover's blur, as a matrix."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from app.arrays import FloatArray, IntArray
+from app.errors import MapError
+from app.skin.skin import Skin
+from app.touch.buried import buried
+from app.touch.points import skin_points
+
+
+class Spread:
+    """The mean stress over each taxel's area of unit pressure on each taxel's area. Built once for a skin.
+
+    Love's formula under many small squares in every area, by the same table as the half-space model of touch. Areas,
+    averaged over areas, not points: point forces above point taxels give perfectly conditioned equations and wrong
+    forces where the cover is shallower than the pitch, 47 % too low at half of it and 85 % at a quarter.
+
+    Args:
+        skin: The skin.
+        depth: Of the taxels below the surface [m], > 0.
+
+    Raises:
+        MapError: The depth is no such number.
+        SimulationError: The cover is too deep for so fine a skin.
+
+    Cost: as ``buried``, 1 s for 1000 taxels 2 mm below a tube of 450 cm².
+    """
+
+    def __init__(self, skin: Skin, depth: float) -> None:
+        if not 0 < depth < 1:
+            raise MapError("taxels cannot lie that deep", value=f"{depth} m", remedy="Choose 0.0001 to 0.05 m")
+        points, table = skin_points(skin), buried(skin, depth)
+        clumps, width = table.taxels.shape
+        areas = np.bincount(table.clump, points.areas, minlength=clumps)
+        owner = np.zeros(clumps, dtype=np.int64)
+        owner[table.clump] = points.taxel  # a clump's points are of one taxel
+        rows, columns = table.taxels.ravel(), np.repeat(owner, width)
+        felt = table.weights.ravel() * np.repeat(areas, width)
+        self._felt = csr_matrix((felt, (rows, columns)), shape=(len(skin), len(skin)))
+        self._last: tuple[bytes, FloatArray] = b"", np.zeros((0, 0))
+
+    def matrix(self, taxels: IntArray) -> FloatArray:
+        """(k, k) readings of ``taxels`` (k,) per pressure on the same.
+
+        Cost: 0.2 ms for 30 taxels; nothing while they stay the same.
+        """
+        key = taxels.tobytes()
+        if key != self._last[0]:
+            self._last = key, np.asarray(self._felt[taxels][:, taxels].toarray(), dtype=np.float64)
+        return self._last[1]

@@ -1,0 +1,68 @@
+"""What a controller sees of the map: Jacobians, and how far it is from one place to another, over seams and links."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from app.arrays import FloatArray
+from app.contacts.region import ContactRegion
+from app.geometry.surface_point import SurfacePoint
+from app.maps.glue import Gluing
+from app.maps.map_jacobian import JacobianKind, MapJacobian
+from app.maps.tactile_map import TactileMap
+from app.robots.configuration import Configuration
+
+_TORN = 2.0
+_NEAR = 0.002
+"""Two places this near on the body [m] are never taken for torn apart because of rounding."""
+
+
+class MapSight:
+    """A map as control needs it. Built once for a map.
+
+    Args:
+        map_: The map.
+
+    Attributes:
+        map: The same.
+        pitch: Distance of neighbouring taxels, about [m].
+    """
+
+    def __init__(self, map_: TactileMap) -> None:
+        self.map, self._jacobian = map_, MapJacobian(map_)
+        self.pitch = float(np.sqrt(map_.skin.areas.mean())) if len(map_.skin) else 0.0
+
+    @cached_property
+    def gluing(self) -> Gluing:
+        """How the map goes on over its seams; made when a path first asks."""
+        return Gluing(self.map)
+
+    def jacobian(self, at: SurfacePoint, kind: JacobianKind, configuration: Configuration) -> FloatArray:
+        """(2, 3) map velocity per velocity of a point along the skin, world frame, at the configuration's posture."""
+        turn = configuration.pose(self.map.skin.link(at)).rotation
+        return self._jacobian.at(at, kind=kind) @ turn.T
+
+    def error(
+        self, target: SurfacePoint, region: ContactRegion, jacobian: FloatArray, configuration: Configuration
+    ) -> FloatArray:
+        """(2,) from a contact to a target, in map coordinates at the contact [m].
+
+        Straight on the map where the map is in one piece between them. Over a seam, or from patch to patch, it is the
+        way in space, laid into the tangent plane at its length and on the map by the contact's Jacobian (2, 3).
+        """
+        there = self._in_world(target, configuration)
+        apart = there - configuration.pose(region.link).points(region.point)
+        if target.patch == region.at.patch:
+            scale = self.map.layout.placements[target.patch].scale
+            step = self.map.to_map(target) - self.map.to_map(region.at)
+            if np.linalg.norm(step) <= _TORN * scale * (float(np.linalg.norm(apart)) + _NEAR):
+                return step
+        step = jacobian @ apart
+        flat = float(np.linalg.norm(np.linalg.pinv(jacobian, rcond=1e-3) @ step))
+        return step * (float(np.linalg.norm(apart)) / flat) if flat > 0 else step
+
+    def _in_world(self, at: SurfacePoint, configuration: Configuration) -> FloatArray:
+        skin = self.map.skin
+        return configuration.pose(skin.link(at)).points(skin.position(at))

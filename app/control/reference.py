@@ -1,0 +1,100 @@
+"""A wanted posture that laws move by joint velocities, held by a stiff joint impedance."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from app.arrays import BoolArray, FloatArray
+from app.control.command import JointCommand
+from app.control.gains import joint_impedance, joint_limits
+from app.robots.robot import Robot
+
+MAX_SPEED = 0.25
+"""Of a touched point [m/s]."""
+MAX_JOINT_SPEED = 1.5
+"""Of any joint [rad/s]."""
+WEAK = MAX_SPEED / MAX_JOINT_SPEED
+"""How little a joint velocity may move a point before damping sets in [m/rad]: MAX_SPEED asks for MAX_JOINT_SPEED."""
+DAMPING = WEAK / 2**0.5
+"""Of least squares [m/rad] where nothing moves the point. Its square falls with that of a direction's gain s, to zero
+at WEAK; this much makes the answer 2 s / (s² + WEAK²) per speed, which is nowhere more than at WEAK."""
+INNER_FREQUENCY = 40.0
+"""Natural frequency of the inner posture loop [rad/s]; well above the force loop's."""
+HOME_RATE = 1.5
+"""How fast the wanted posture returns to rest once nothing touches [1/s]."""
+HOME_SPEED = 0.6
+"""And never faster than this [rad/s]."""
+MAX_LEAD = 0.3
+"""How far the wanted posture may run ahead of an arm that something holds back [rad]."""
+
+
+class PostureReference:
+    """The wanted posture. Mutable; ``reset`` forgets it, and the next posture found is where it starts.
+
+    Args:
+        robot: Whose joints; it may have none.
+        inertia: (n,) each joint's inertia at home [kg m²].
+
+    Attributes:
+        wanted: (n,) None until it starts.
+        lower: (n,) limits of the joints.
+        upper: (n,).
+    """
+
+    def __init__(self, robot: Robot, inertia: FloatArray) -> None:
+        self._inertia, (self.lower, self.upper) = inertia, joint_limits(robot)
+        self.reset()
+
+    def reset(self) -> None:
+        """Start afresh."""
+        self.wanted: FloatArray | None = None
+        self._homing = np.zeros_like(self.lower)
+
+    def start(self, posture: FloatArray, torque: FloatArray) -> None:
+        """Start where the stiff impedance asks of an arm at rest in ``posture`` (n,) for just ``torque`` (n,) [N m]."""
+        stiffness = self.command_at(posture).stiffness
+        self.wanted = posture + np.clip(torque / stiffness, -MAX_LEAD, MAX_LEAD)
+        self._homing = np.zeros_like(posture)
+
+    def from_where(self, posture: FloatArray) -> FloatArray:
+        """(n,) the wanted posture, or the one found."""
+        return posture if self.wanted is None else self.wanted
+
+    def stand(self) -> None:
+        """Whatever moved it home has stopped."""
+        self._homing[:] = 0.0
+
+    def home_speed(self, start: FloatArray, rest: FloatArray, dt: float) -> FloatArray:
+        """(n,) towards rest, exponentially, speed-limited, starting gently (first-order lag of 0.2 s)."""
+        aim = np.clip(HOME_RATE * (rest - start), -HOME_SPEED, HOME_SPEED)
+        self._homing = self._homing + min(dt / 0.2, 1.0) * (aim - self._homing)
+        return self._homing
+
+    def move(self, posture: FloatArray, speed: FloatArray, dt: float, limits: list[str]) -> JointCommand:
+        """Move the wanted posture from where it is; bounded by the joints' limits and by what holds the arm back."""
+        wanted = self.from_where(posture) + dt * speed
+        near = np.clip(wanted, posture - MAX_LEAD, posture + MAX_LEAD)
+        if (near != wanted).any():
+            limits.append("something holds the arm back")
+        self.wanted = np.clip(near, self.lower, self.upper)
+        if (self.wanted != near).any() and "joint limit" not in limits:
+            limits.append("joint limit")
+        return self.command_at(self.wanted)
+
+    def command_at(self, posture: FloatArray) -> JointCommand:
+        """The stiff impedance about a posture."""
+        return joint_impedance(self._inertia, posture, frequency=INNER_FREQUENCY, damping_ratio=1.0)
+
+
+def at_limit(reference: PostureReference, start: FloatArray, speed: FloatArray) -> BoolArray:
+    """(n,) which joints would leave their range from ``start`` (n,)."""
+    return ((start <= reference.lower) & (speed < 0)) | ((start >= reference.upper) & (speed > 0))
+
+
+def slowed(speed: FloatArray, limits: list[str]) -> FloatArray:
+    """The joint velocity (n,), all of it slower if a joint would be too fast."""
+    fastest = float(np.abs(speed).max(initial=0.0))
+    if fastest <= MAX_JOINT_SPEED:
+        return speed
+    limits.append("joint speed")
+    return speed * (MAX_JOINT_SPEED / fastest)

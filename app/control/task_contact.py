@@ -1,0 +1,77 @@
+"""What a task wants of a contact, and that contact as a law meets it: rows of Jacobians and errors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from app.arrays import FloatArray
+from app.contacts.region import ContactRegion
+
+
+@dataclass(frozen=True, eq=False)
+class Want:
+    """What a task wants of one contact.
+
+    Attributes:
+        region: Which.
+        force: Goal [N].
+        error: (2,) the way to go on the map [m]; None where the contact may slide as it likes.
+        velocity: (2,) at which the goal itself moves on the map [m/s].
+    """
+
+    region: ContactRegion
+    force: float
+    error: FloatArray | None = None
+    velocity: FloatArray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class TaskContact:
+    """A contact with what is wanted of it, at one posture, world frame.
+
+    Attributes:
+        id: Of the region.
+        force: Measured [N].
+        force_error: Wanted minus measured [N].
+        normal: (3,) outward.
+        point: (3,) [m].
+        move: (3, n) velocity of the point of the skin per joint velocity.
+        to_map: (2, 3) map velocity per velocity along the skin; what stands still in the world moves by minus that.
+        error: (2,) on the map [m]; None where the contact may slide.
+        velocity: (2,) of the goal on the map [m/s].
+    """
+
+    id: int
+    force: float
+    force_error: float
+    normal: FloatArray
+    point: FloatArray
+    move: FloatArray
+    to_map: FloatArray
+    error: FloatArray | None
+    velocity: FloatArray
+
+    @property
+    def outward(self) -> FloatArray:
+        """(n,) outward speed of the point per joint velocity: it presses more."""
+        return self.normal @ self.move
+
+    @property
+    def tangents(self) -> FloatArray:
+        """(2, 3) two directions along the skin, of length one and square to each other."""
+        return np.linalg.svd(self.to_map, full_matrices=False)[2]
+
+    def along(self, gain: float, most: float) -> FloatArray:
+        """(3,) velocity of the skin [m/s] that brings the contact on: what stands still in the world slides back on it.
+
+        Args:
+            gain: Speed per error [1/s].
+            most: Greatest speed [m/s].
+        """
+        if self.error is None:
+            return np.zeros(3)
+        wanted = -np.linalg.pinv(self.to_map, rcond=1e-3) @ (gain * self.error + self.velocity)
+        speed = float(np.linalg.norm(wanted))
+        return wanted * (most / speed) if speed > most else wanted

@@ -1,0 +1,81 @@
+"""Which regions are two sides of one contact."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.contacts.self_touch import SelfTouch
+from app.geometry.pose import Pose
+from tests.unit.contacts.regions_by_hand import region
+
+DOWN = np.array([0.0, 0.0, -1.0])
+
+
+def pose(link: str) -> Pose:
+    """The hand lies 1 m along x in the world."""
+    return Pose(np.eye(3), np.array([1.0, 0, 0]) if link == "hand" else np.zeros(3))
+
+
+def pair(**said):
+    """A forearm's region and a hand's that meets it."""
+    return region(1), region(2, **({"link": "hand", "point": np.array([-1.0, 0, 0]), "normal": DOWN} | said))
+
+
+def partners(regions, *, touch=None) -> list[int]:
+    return [found.partner for found in (touch or SelfTouch()).link(regions, pose)]
+
+
+def test_two_that_meet_are_linked():
+    assert partners(pair()) == [2, 1]
+    assert partners(pair()[::-1]) == [1, 2], "in the order they came"
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        {"point": np.array([-0.99, 0, 0])},
+        {"normal": -DOWN},
+        {"force": 1.5},
+        {"link": "forearm", "point": np.zeros(3)},
+    ],
+    ids=["apart", "facing alike", "of other force", "of one link"],
+)
+def test_others_are_not(said):
+    assert partners(pair(**said)) == [0, 0]
+
+
+def test_centres_known_badly_may_lie_farther_apart():
+    assert partners(pair(point=np.array([-0.99, 0, 0]), place_error=0.01)) == [2, 1]
+
+
+def test_forces_known_badly_may_differ():
+    assert partners(pair(force=1.5, force_error=0.2)) == [2, 1]
+
+
+def test_a_pair_stays_one_while_something_else_presses_one_side():
+    touch = SelfTouch()
+    assert partners(pair(), touch=touch) == [2, 1]
+    assert partners(pair(force=1.5), touch=touch) == [2, 1]
+    assert partners(pair(force=5.0), touch=touch) == [0, 0]
+    assert partners(pair(force=1.5), touch=touch) == [0, 0], "once parted, it must be found anew"
+
+
+def test_a_pair_that_let_go_is_forgotten():
+    touch = SelfTouch()
+    partners(pair(), touch=touch)
+    assert partners(pair()[:1], touch=touch) == [0]
+    assert partners(pair(force=1.5), touch=touch) == [0, 0]
+    partners(pair(), touch=touch)
+    touch.reset()
+    assert partners(pair(force=1.5), touch=touch) == [0, 0]
+
+
+def test_nobody_has_two_partners_and_the_closest_is_taken():
+    one, other = pair()
+    third = region(3, link="hand", point=np.array([-1.0, 0.003, 0]), normal=DOWN)
+    assert partners((one, other, third)) == [2, 1, 0]
+
+
+def test_poses_are_not_asked_for_one_link():
+    assert SelfTouch().link((region(1), region(2)), {}.__getitem__)[0].partner == 0

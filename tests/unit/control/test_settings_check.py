@@ -1,0 +1,61 @@
+"""Settings are refused with their name, value and what there is to choose."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, replace
+
+import pytest
+
+from app.control.command import ControlSettings
+from app.control.settings_check import CHOICES, MOST_POINTS, RANGES, check_settings, settings_from
+from app.errors import SceneError
+
+
+@pytest.mark.parametrize("name", RANGES)
+@pytest.mark.parametrize("bad", [-1.0, float("nan"), 1e9, "much"])
+def test_a_number_out_of_range_is_named(name, bad):
+    if name == "integral_time" and bad == 1e9:
+        bad = 0.0
+    with pytest.raises(SceneError, match=f"control.{name}"):
+        check_settings(replace(ControlSettings(), **{name: bad}))
+
+
+def test_the_ends_of_the_ranges_are_allowed():
+    for name, ends in RANGES.items():
+        for end in ends:
+            check_settings(replace(ControlSettings(), **{name: end}))
+
+
+@pytest.mark.parametrize("name", CHOICES)
+def test_every_choice_is_allowed_and_no_other(name):
+    for choice in CHOICES[name]:
+        assert getattr(check_settings(replace(ControlSettings(), **{name: choice})), name) == choice
+    with pytest.raises(SceneError, match=rf"control.{name}.*magic.*{CHOICES[name][-1]}"):
+        check_settings(replace(ControlSettings(), **{name: "magic"}))
+
+
+def test_every_setting_is_checked():
+    assert set(asdict(ControlSettings())) == {*RANGES, *CHOICES, "path"}
+
+
+@pytest.mark.parametrize("path", [((0.0,),), ((0.0, float("nan")),), ((0.0, "x"),), ((0.0, 0.0),) * (MOST_POINTS + 1)])
+def test_a_path_is_finite_points_of_two(path):
+    with pytest.raises(SceneError, match=r"control\.path"):
+        check_settings(ControlSettings(path=path))
+
+
+def test_settings_from_a_scene():
+    assert settings_from({}) == ControlSettings()
+    assert settings_from({"law": "hold_force", "force_goal": 5.0}) == ControlSettings(law="hold_force", force_goal=5.0)
+    assert settings_from({"law": "qp", "task": "follow_path", "path_kind": "raster"}).path_kind == "raster"
+    with pytest.raises(SceneError, match=r"forcegoal.*force_goal"):
+        settings_from({"forcegoal": 5.0})
+    for path in ("here", 3.0):
+        with pytest.raises(SceneError, match=r"control\.path"):
+            settings_from({"path": path})
+
+
+def test_settings_survive_json():
+    settings = ControlSettings(law="qp", path=((0.1, 0.2), (0.3, 0.4)))
+    assert ControlSettings(**json.loads(json.dumps(asdict(settings)))) == settings

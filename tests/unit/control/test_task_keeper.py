@@ -1,0 +1,162 @@
+"""What each task wants, and what the keeper remembers."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.control.command import ControlSettings
+from app.control.map_sight import MapSight
+from app.control.task_keeper import MOST_ERROR, SEARCH_TIME, TaskKeeper
+from app.robots.configuration import Configuration
+from tests.touch import prepared_bar
+from tests.unit.control.touched import TICK, touch_on
+
+BAR = prepared_bar()
+MAP, SIGHT, CONFIGURATION = BAR.map, MapSight(BAR.map), Configuration(BAR.robot)
+POINTS = MAP.taxel_points
+HERE = int(np.argmin(np.linalg.norm(POINTS - POINTS.mean(axis=0), axis=1)))
+NEAR = int(np.argsort(np.linalg.norm(POINTS - POINTS[HERE], axis=1))[1])
+
+
+def asked(keeper, regions, **settings):
+    limits: list[str] = []
+    wants = keeper.wants(ControlSettings(**settings), regions, SIGHT, CONFIGURATION, TICK, limits)
+    return wants, limits
+
+
+def at(taxel=HERE, force=3.0, id_=1):
+    return touch_on(MAP, taxel, force, id_=id_)
+
+
+def test_nothing_is_wanted_until_something_touches():
+    assert asked(TaskKeeper(), ()) == ([], [])
+
+
+def test_a_force_is_kept_wherever_the_contact_slides():
+    [want], _ = asked(TaskKeeper(), (at(),), task="keep_force", force_goal=2.0)
+    assert (want.force, want.error, want.region.id) == (2.0, None, 1)
+
+
+def test_a_point_is_held_where_the_contact_began_or_where_it_is_drawn():
+    keeper = TaskKeeper()
+    [want], _ = asked(keeper, (at(),), task="hold_point")
+    assert want.error == pytest.approx([0, 0], abs=1e-12)
+    [want], _ = asked(keeper, (at(NEAR),), task="hold_point")
+    expected = POINTS[HERE] - POINTS[NEAR]
+    assert want.error == pytest.approx(expected * min(1, MOST_ERROR / np.linalg.norm(expected)))
+    drawn = tuple(map(float, POINTS[HERE] + [0.004, 0.003]))
+    [want], limits = asked(keeper, (at(),), task="hold_point", path=(drawn,))
+    assert want.error == pytest.approx([0.004, 0.003])
+    assert limits == []
+    [want], limits = asked(keeper, (at(),), task="hold_point", path=((9.0, 9.0),))
+    assert want.error == pytest.approx([0, 0], abs=1e-12)
+    assert limits == ["the point to hold is not on the skin"]
+
+
+def walked(keeper, ticks, *, regions=None, **settings):
+    ways, limits = [], set()
+    for _ in range(ticks):
+        point = (at(),) if regions is None else regions
+        if regions is None and keeper.target is not None:  # the contact is always where it should be
+            place = keeper.target
+            point = (replace(at(), at=place, map_point=MAP.to_map(place), point=BAR.skin.position(place)),)
+        limits |= set(asked(keeper, point, task="follow_path", **settings)[1])
+        ways.append(keeper.way)
+    return np.array(ways), limits
+
+
+def test_a_closed_path_is_walked_round_and_round_at_its_speed():
+    ways, limits = walked(TaskKeeper(), 3000, path_speed=0.02)
+    steps = np.diff(ways)
+    assert np.median(steps) == pytest.approx(0.02 * TICK)
+    assert (steps < 0).sum() == pytest.approx(3000 * TICK * 0.02 / ways.max(), abs=1)
+    assert limits == set()
+
+
+def test_an_open_path_is_walked_to_and_fro():
+    ways, _ = walked(TaskKeeper(), 4000, path_kind="polyline", path_speed=0.02)
+    assert np.abs(np.diff(ways)).max() <= 0.02 * TICK * (1 + 1e-9)
+    assert ways.max() == pytest.approx(0.03, rel=1e-3)
+    assert (np.diff(ways) < 0).any()
+
+
+def test_a_path_waits_for_a_contact_that_stays_behind():
+    ways, limits = walked(TaskKeeper(), 2000, regions=(at(),), path_speed=0.02)
+    assert 0.009 < ways[-1] < 0.02
+    assert limits == {"the path waits for the contact"}
+
+
+def test_a_path_that_leaves_the_skin_ends_there_and_one_that_is_nowhere_stands_still():
+    line = (tuple(POINTS[HERE]), tuple(POINTS[HERE] + [5.0, 0.0]))
+    ways, limits = walked(TaskKeeper(), 100, path_kind="polyline", path=line)
+    assert limits == {"the path leaves the skin"}
+    assert ways[-1] > 0
+    nowhere = ((9.0, 9.0), (9.1, 9.0))
+    ways, limits = walked(TaskKeeper(), 10, path_kind="polyline", path=nowhere)
+    assert limits == {"the path does not start on the skin"}
+    assert not ways.any()
+
+
+def test_balance_wants_the_mean_of_all_and_the_goal_of_one():
+    wants, _ = asked(TaskKeeper(), (at(force=5.0), at(NEAR, 1.0, 2)), task="balance")
+    assert [want.force for want in wants] == [3.0, 3.0]
+    wants, _ = asked(TaskKeeper(), (at(force=5.0),), task="balance", force_goal=2.0)
+    assert [want.force for want in wants] == [2.0]
+
+
+def test_retreat_wants_no_force_of_any():
+    wants, _ = asked(TaskKeeper(), (at(), at(NEAR, 1.0, 2)), task="retreat")
+    assert [(want.region.id, want.force) for want in wants] == [(1, 0.0), (2, 0.0)]
+
+
+def test_the_contact_is_kept_when_another_becomes_stronger():
+    keeper = TaskKeeper()
+    asked(keeper, (at(),))
+    [want], _ = asked(keeper, (at(NEAR, 9.0, 2), at()))
+    assert want.region.id == 1
+    [want], _ = asked(keeper, (at(NEAR, 9.0, 2),))
+    assert want.region.id == 2
+
+
+def test_a_lost_contact_is_sought_for_a_while_without_force():
+    keeper = TaskKeeper()
+    asked(keeper, (at(),))
+    ticks = 0
+    while (found := asked(keeper, ()))[0]:
+        [want], limits = found
+        assert (want.region.force, want.error, limits) == (0.0, None, ["contact lost"])
+        assert want.region.id != 1, "as another one, without its integral"
+        ticks += 1
+    assert ticks * TICK == pytest.approx(SEARCH_TIME, abs=2 * TICK)
+    for task in ("retreat", "guide", "balance"):
+        other = TaskKeeper()
+        asked(other, (at(),), task=task)
+        assert asked(other, (), task=task) == ([], [])
+
+
+def test_a_hand_that_comes_again_guides_from_where_it_comes():
+    keeper = TaskKeeper()
+    asked(keeper, (at(),), task="guide")
+    asked(keeper, (), task="guide")
+    [want], _ = asked(keeper, (at(NEAR, id_=2),), task="guide")
+    assert want.error == pytest.approx([0, 0], abs=1e-12)
+
+
+def test_another_task_starts_afresh():
+    keeper = TaskKeeper()
+    walked(keeper, 100)
+    assert keeper.way > 0
+    asked(keeper, (at(),), task="hold_point")
+    assert keeper.way == 0
+
+
+def test_another_map_starts_a_path_afresh_and_keeps_a_place_held():
+    other = MapSight(MAP)
+    for task, held in (("hold_point", HERE), ("follow_path", NEAR)):
+        keeper, limits = TaskKeeper(), []
+        for sight, taxel in ((SIGHT, HERE), (other, NEAR)):
+            keeper.wants(ControlSettings(task=task), (at(taxel),), sight, CONFIGURATION, TICK, limits)
+        assert MAP.to_map(keeper.target) == pytest.approx(POINTS[held], abs=1e-3)

@@ -1,0 +1,124 @@
+"""The map's Jacobian: right for the map, and forgiving of taxels believed in the wrong place (theory in numbers)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.geometry.surface_point import SurfacePoint
+from app.maps.layout import MapLayout, Placement
+from app.maps.map_jacobian import MapJacobian, affine_fit
+from app.maps.tactile_map import TactileMap
+from tests.touch import arm, prepared_bar
+
+PITCH = 0.008
+
+
+@pytest.mark.parametrize("kind", ["smoothed", "raw"])
+def test_it_tells_how_map_points_move_on_a_flat_skin(kind):
+    map_ = prepared_bar().map
+    jacobian, at = MapJacobian(map_), map_.skin.taxel_point(25)
+    rows = jacobian.at(at, kind=kind)
+    for other in range(0, 60, 7):
+        there = map_.skin.taxel_point(other)
+        step = map_.skin.position(there) - map_.skin.position(at)
+        assert rows @ step == pytest.approx(map_.to_map(there) - map_.to_map(at), abs=2e-5)
+    assert rows @ [0, 0, 1] == pytest.approx([0, 0], abs=1e-9)
+
+
+def test_a_patch_drawn_larger_and_turned_has_its_jacobian_so():
+    map_ = prepared_bar().map
+    drawn = TactileMap(map_.skin, map_.charts, MapLayout((Placement(angle=0.7, scale=3.0),)))
+    at = map_.skin.taxel_point(25)
+    old, new = (MapJacobian(one).at(at) for one in (map_, drawn))
+    base = map_.layout.placements[0]
+    turned = drawn.layout.placements[0].apply(base.back(np.vstack([old.T, np.zeros(2)])))
+    assert new == pytest.approx((turned[:3] - turned[3]).T, abs=1e-9)
+
+
+def test_both_agree_on_a_map_with_little_stretch_whose_taxels_are_where_they_are():
+    map_, skin = arm().map, arm().skin
+    jacobian = MapJacobian(map_)
+    apart = []
+    for taxel in range(0, len(skin), 3):
+        smooth, raw = (jacobian.at(skin.taxel_point(taxel), kind=kind) for kind in ("smoothed", "raw"))
+        apart.append(np.linalg.norm(smooth - raw, 2))
+        assert np.linalg.det(np.vstack([smooth, skin.normal(skin.taxel_point(taxel))])) != 0
+    assert np.median(apart) < 0.1
+
+
+def test_a_fit_keeps_on_its_side_of_a_seam():
+    """Not one taxel of a tube has neighbours in its fit from where the map was cut."""
+    map_, jacobian = arm().map, MapJacobian(arm().map)
+    torn = 0
+    for taxel in range(len(map_.skin)):
+        ring = jacobian.two_rings(taxel)
+        reach = np.linalg.norm(map_.taxel_points[ring] - map_.taxel_points[taxel], axis=1).max()
+        assert reach < 4 * 2 * np.sqrt(map_.skin.areas.mean())
+        torn += len(ring) < 15
+    assert torn > 10, "there must be borders"
+
+
+def test_a_skin_of_few_taxels_falls_back_on_its_triangles():
+    map_ = prepared_bar().map
+    jacobian = MapJacobian(map_)
+    jacobian.two_rings = lambda taxel: np.array([taxel])
+    at = map_.skin.taxel_point(25)
+    assert np.array_equal(jacobian.at(at), jacobian.at(at, kind="raw"))
+
+
+def test_a_face_without_area_gives_nothing_and_no_warning():
+    assert np.isfinite(MapJacobian(arm().map).at(SurfacePoint(0, 0, (1.0, 0.0, 0.0)), kind="raw")).all()
+    assert affine_fit(np.outer(np.arange(5.0), [1, 0, 0]), np.zeros((5, 2)), np.array([0, 0, 1.0])).shape == (2, 3)
+
+
+def lattice() -> np.ndarray:
+    """(19, 2) a taxel and its two rings."""
+    i, j = (k.ravel() for k in np.meshgrid(np.arange(-2, 3), np.arange(-2, 3)))
+    inside = np.abs(i + j) <= 2
+    return PITCH * np.stack([i + j / 2, j * np.sqrt(3) / 2], axis=1)[inside]
+
+
+def believed(sigma, count=4000):
+    """Condition, turn [deg] and determinant of (true to believed), per triangle and fitted, with misplaced taxels.
+
+    The map is laid out by where taxels are believed to be; the body is where they are.
+    """
+    rng, points = np.random.default_rng(0), lattice()
+    body = np.column_stack([points, np.zeros(len(points))])
+    middle, right, up = (int(np.argmin(np.linalg.norm(points - PITCH * np.array(p), axis=1)))
+                         for p in ((0, 0), (1, 0), (0.5, np.sqrt(3) / 2)))  # fmt: skip
+    true = (points[[right, up]] - points[middle]).T
+    raw, fitted = [], []
+    for _ in range(count):
+        plane = points + rng.normal(scale=sigma, size=points.shape)
+        raw.append((plane[[right, up]] - plane[middle]).T @ np.linalg.inv(true))
+        fitted.append(affine_fit(body, plane, np.array([0, 0, 1.0]))[:, :2])
+    return measures(np.array(raw)), measures(np.array(fitted))
+
+
+def measures(maps):
+    gains = np.linalg.svd(maps, compute_uv=False)
+    turn = np.degrees(np.arctan2(maps[:, 1, 0] - maps[:, 0, 1], maps[:, 0, 0] + maps[:, 1, 1]))
+    return gains[:, 0] / gains[:, 1], np.abs(turn), np.linalg.det(maps)
+
+
+@pytest.mark.parametrize(
+    ("sigma_mm", "raw_p50", "raw_p95", "inverted", "fit_p95", "fit_turn_p95"),
+    [
+        (0.5, 1.16, 1.36, 0.0, 1.05, 1.1),
+        (1.0, 1.36, 1.94, 0.0, 1.10, 2.0),
+        (2.0, 1.80, 5.2, 0.009, 1.19, 4.3),
+        (3.0, 2.4, 18.0, 0.085, 1.32, 5.8),
+        (7.0, 3.6, 37.0, 0.36, 2.1, 13.0),
+    ],
+)
+def test_misplaced_taxels_spoil_triangles_long_before_fits(sigma_mm, raw_p50, raw_p95, inverted, fit_p95, fit_turn_p95):
+    """The table of our theory page, roughly: at 8 mm pitch, 2 mm turn triangles over, and 7 mm turn no fit over."""
+    (condition, _, area), (fit_condition, fit_turn, fit_area) = believed(1e-3 * sigma_mm)
+    assert np.median(condition) == pytest.approx(raw_p50, rel=0.25)
+    assert np.percentile(condition, 95) == pytest.approx(raw_p95, rel=0.6)
+    assert (area <= 0).mean() == pytest.approx(inverted, abs=max(0.3 * inverted, 0.005))
+    assert np.percentile(fit_condition, 95) == pytest.approx(fit_p95, rel=0.15)
+    assert np.percentile(fit_turn, 95) == pytest.approx(fit_turn_p95, rel=0.35)
+    assert (fit_area > 0).all()
