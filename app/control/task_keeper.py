@@ -71,11 +71,7 @@ class TaskKeeper:
             dt: Since the last tick [s].
             limits: Told what holds the task up.
         """
-        drawn = sight if settings.path or settings.task == "follow_path" else None  # a place is the same on every map
-        key = (settings.task, settings.path, settings.path_kind, settings.path_size, drawn)
-        if key != self._key:
-            self.reset()
-            self._key = key
+        self._start_if_new(settings, sight)
         region = self._contact(regions)
         if region is None:
             return self._search(settings, dt, limits)
@@ -88,6 +84,13 @@ class TaskKeeper:
         if settings.task == "keep_force":
             return [Want(region, settings.force_goal)]
         return [self._at_a_place(settings, region, sight, configuration, dt, limits, new)]
+
+    def _start_if_new(self, settings: ControlSettings, sight: MapSight) -> None:
+        drawn = sight if settings.path or settings.task == "follow_path" else None  # a place is the same on every map
+        key = (settings.task, settings.path, settings.path_kind, settings.path_size, drawn)
+        if key != self._key:
+            self.reset()
+            self._key = key
 
     def _contact(self, regions: Sequence[ContactRegion]) -> ContactRegion | None:
         """The contact known from before, else the strongest."""

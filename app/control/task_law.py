@@ -109,7 +109,6 @@ class TaskLaw:
     def _idle(self, settings: ControlSettings, start: FloatArray, dt: float) -> FloatArray:
         self._rule.reset()
         self.tank.reset()
-        self._slip.reset()
         if settings.task in STAY:
             return np.zeros_like(start)
         return self._reference.home_speed(start, self.rest, dt)

@@ -60,6 +60,19 @@ def test_a_law_switched_in_mid_contact_does_not_jump(before, after):
         assert abs(torques[1] - torques[0]) < 0.5
 
 
+def test_a_law_taken_up_again_starts_from_the_torque_asked_for_not_from_what_it_remembers():
+    mine, posture = controller(law="hybrid"), np.array([0.1])
+    for _ in range(50):
+        mine.command(posture, STILL, touch(9.0), TICK)
+    mine.settings = ControlSettings()
+    for _ in range(400):
+        asked = mine.command(posture, STILL, touch(3.0), TICK).torque_at(posture, STILL)
+    mine.settings = ControlSettings(law="hybrid")
+    command = mine.command(posture, STILL, touch(3.0), TICK)
+    assert command.torque_at(posture, STILL) == pytest.approx(asked)
+    assert abs(command.torque[0]) < 0.01 * abs(asked[0]), "its wanted posture gives it, nothing is left to fade"
+
+
 def test_what_is_left_of_another_law_fades():
     mine = controller(law="hybrid")
     for _ in range(20):

@@ -46,6 +46,8 @@ def test_near_a_singularity_the_greatest_point_speed_asks_for_no_more_than_the_g
     speed, damped = solve_levels([Level(rows, np.array([0.0, MAX_SPEED]))], np.zeros(7))
     assert np.linalg.norm(speed) <= MAX_JOINT_SPEED * (1 + 1e-6)
     assert damped == (gain < WEAK)
+    weak = 2 * gain / (gain**2 + WEAK**2)
+    assert np.linalg.norm(speed) == pytest.approx(MAX_SPEED * (weak if damped else 1 / gain), rel=1e-6)
     strong, _ = solve_levels([Level(rows, np.array([0.1, MAX_SPEED]))], np.zeros(7))
     assert rows[0] @ strong == pytest.approx(0.1, abs=1e-9), "the strong direction is not damped"
 

@@ -86,6 +86,7 @@ def test_what_is_no_path_is_refused(bad):
 def test_a_point_alone_is_a_path_without_direction():
     laid = LaidPath(MapPath(prepared_bar().map.taxel_points[3]), Gluing(prepared_bar().map))
     assert laid.length == 0
+    assert not laid.closed
     assert laid.at(0.0)[0] == prepared_bar().map.to_body(prepared_bar().map.taxel_points[3])
     assert not laid.at(0.0)[1].any()
 

@@ -12,7 +12,7 @@ DT, ERROR, ASKED = 0.005, np.array([0.01, 0.0]), np.array([0.04, 0.0])
 def watched(share, *, asked=ASKED, seconds=2.0, jump_at=-1):
     watch, point = SlipWatch(0.005), np.zeros(2)
     for tick in range(round(seconds / DT)):
-        point = point + share * asked * DT + (np.array([0.3, 0.2]) if tick == jump_at else 0.0)
+        point = point + share * asked * DT + (np.array([-0.3, 0.2]) if tick == jump_at else 0.0)
         watch.look(1, point, ERROR, asked, DT)
     return watch
 

@@ -83,6 +83,22 @@ def test_an_open_path_is_walked_to_and_fro():
     assert (np.diff(ways) < 0).any()
 
 
+def test_the_goal_s_velocity_is_told_to_and_fro():
+    keeper, ways, against = TaskKeeper(), set(), 0
+    last = MAP.to_map(at().at)
+    for _ in range(2000):
+        place = keeper.target or at().at
+        point = (replace(at(), at=place, map_point=MAP.to_map(place), point=BAR.skin.position(place)),)
+        [want], _ = asked(keeper, point, task="follow_path", path_kind="polyline", path_speed=0.02)
+        now = MAP.to_map(keeper.target)
+        step, last = now - last, now
+        if np.linalg.norm(step) < 1.5 * 0.02 * TICK and step.any():
+            against += bool(step @ want.velocity < 0)
+            ways.add(float(np.sign(want.velocity[0])))
+    assert ways >= {1.0, -1.0}
+    assert against <= 10, "only in the ticks of the turns"
+
+
 def test_a_path_waits_for_a_contact_that_stays_behind():
     ways, limits = walked(TaskKeeper(), 2000, regions=(at(),), path_speed=0.02)
     assert 0.009 < ways[-1] < 0.02

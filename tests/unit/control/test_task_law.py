@@ -8,6 +8,7 @@ import pytest
 from app.control.command import ControlSettings
 from app.control.hybrid import Hybrid
 from app.control.map_sight import MapSight
+from app.control.quadratic_program import QuadraticProgram
 from app.control.task_keeper import TaskKeeper
 from app.control.task_law import TaskLaw
 from tests.touch import arm, prepared_bar
@@ -76,6 +77,17 @@ def test_a_contact_that_goes_along_with_the_skin_is_let_slide():
     assert speeds[10] > 0.01
     assert speeds[-1] == pytest.approx(0, abs=1e-9)
     assert law.why_limited == ("the contact goes along with the skin",)
+
+
+def test_a_rule_is_told_of_contacts_that_the_task_is_not_about():
+    """The program keeps the second one under its cap, though the first should be pressed more."""
+    law = TaskLaw(BAR.robot, QuadraticProgram(), TaskKeeper(), MapSight(BAR.map))
+    settings = ControlSettings(law="qp", max_force=40.0, force_goal=20.0)
+    law.command(settings, STILL, STILL, touch(1.0), TICK)
+    for _ in range(3):  # accelerations are bounded too
+        law.command(settings, STILL, STILL, (*touch(33.0, id_=2), *touch(1.0)), TICK)
+    assert "force cap" in law.why_limited
+    assert law._speed[0] > 0, "away from it"
 
 
 def test_every_limit_is_said_once():
