@@ -5,6 +5,8 @@ from __future__ import annotations
 import tomllib
 from pathlib import Path
 
+from app.scene.scene_text import scene_from_toml
+
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf8")
 
@@ -27,3 +29,10 @@ def test_pictures_exist():
     pictures = [part.split(")")[0] for part in README.split("](")[1:] if part.split(")")[0].endswith(".png")]
     assert pictures
     assert not [picture for picture in pictures if not (ROOT / picture).is_file()]
+
+
+def test_the_readmes_scene_can_be_read_and_lacks_nothing():
+    scene = scene_from_toml(README.split("```toml\n")[1].split("```")[0], name="readme", file="README.md")
+    assert scene.effects.friction
+    assert scene.effects.sensor.noise is not None
+    assert not scene.decision.warnings
