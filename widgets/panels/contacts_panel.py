@@ -33,6 +33,10 @@ _ROW_STYLE = """
 """
 
 
+_NAME_PX = 96
+"""What the column leaves for a link's name."""
+
+
 class ContactRow:
     """One row of the panel's grid: a button under the facts about one region.
 
@@ -64,7 +68,9 @@ class ContactRow:
         """Say what is known of a region; None empties the row."""
         texts, ink = ["", "", "", ""], ""
         if region is not None:
-            texts = [region.link, f"{region.force:.2f}", f"{1e-3 * region.peak:.1f}", f"{1e6 * region.area:.0f}"]
+            metrics = self._cells[0].fontMetrics()
+            name = metrics.elidedText(region.link, Qt.TextElideMode.ElideMiddle, _NAME_PX)
+            texts = [name, f"{region.force:.2f}", f"{1e-3 * region.peak:.1f}", f"{1e6 * region.area:.0f}"]
             ink = f'<span style="color:{region_ink(region.id)}">●</span>'
         self.region = None if region is None else region.id
         self.button.setEnabled(region is not None)
