@@ -47,10 +47,10 @@ def test_a_longer_step_is_cheaper_and_farther_off(subject):
 
 
 def test_a_contact_that_bounces_says_so(subject):
-    found = trial(subject, "implicitfast", 8.0)
+    found = trial(subject, "implicitfast", 4.0)
     assert found.note == "the contact bounces"
     assert max(found.errors["force_percent"], found.errors["waver_percent"]) > 5.0
-    assert found.name.startswith("8")
+    assert found.name.startswith("4")
 
 
 def test_what_stops_is_told_and_the_rest_goes_on(subject):
