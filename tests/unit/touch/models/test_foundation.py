@@ -31,7 +31,7 @@ def held(kind: str, depth: float, **said) -> Simulation:
     return simulation
 
 
-@pytest.mark.parametrize(("radius", "depth"), [(0.02, 1e-3), (0.04, 5e-4), (0.04, 1e-3), (0.08, 1e-3)])
+@pytest.mark.parametrize(("radius", "depth"), [(0.01, 2e-3), (0.02, 1e-3), (0.04, 5e-4), (0.04, 1e-3), (0.08, 1e-3)])
 def test_a_ball_on_a_bed_of_springs(radius, depth):
     """Depths R - s along the ball's radii, s from R - d to R, felt across the plane: F = pi K (R - d) d².
 
