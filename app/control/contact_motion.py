@@ -13,6 +13,7 @@ from app.control.command import ControlSettings, JointCommand
 from app.control.law import Law
 from app.control.laws import build_law
 from app.control.map_sight import MapSight
+from app.control.report import TaskReport
 from app.control.settings_check import RANGES, check_settings, settings_from
 from app.control.task_keeper import TaskKeeper
 from app.control.task_law import TaskLaw
@@ -75,6 +76,11 @@ class ContactMotionController:
     def why_limited(self) -> tuple[str, ...]:
         """What bounds the answer now, in words; empty when nothing does."""
         return self._law.why_limited
+
+    @property
+    def report(self) -> TaskReport | None:
+        """How the task goes; None for a law without one."""
+        return self._law.report if isinstance(self._law, TaskLaw) else None
 
     def use(self, map_: TactileMap) -> None:
         """Take another map of the same skin from now on; a path starts afresh."""

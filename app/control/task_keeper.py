@@ -32,7 +32,11 @@ MOST_ERROR = 0.02
 
 
 class TaskKeeper:
-    """Remembers which contact a task is about, where it began and how far along the path it is. Mutable."""
+    """Remembers which contact a task is about, where it began and how far along the path it is. Mutable.
+
+    Attributes:
+        way, target, error, force_goal, laid_at: As ``TaskReport`` has them.
+    """
 
     def __init__(self) -> None:
         self.reset()
@@ -41,6 +45,9 @@ class TaskKeeper:
         """No contact, at the start of the path."""
         self.way = 0.0
         self.target: SurfacePoint | None = None
+        self.error: float | None = None
+        self.force_goal: float | None = None
+        self.laid_at: tuple[float, float] | None = None
         self._key: object = None
         self._path: LaidPath | None = None
         self._back = False
@@ -72,6 +79,20 @@ class TaskKeeper:
             limits: Told what holds the task up.
         """
         self._start_if_new(settings, sight)
+        self.error = None
+        wants = self._wants(settings, regions, sight, configuration, dt, limits)
+        self.force_goal = wants[0].force if wants else None
+        return wants
+
+    def _wants(
+        self,
+        settings: ControlSettings,
+        regions: Sequence[ContactRegion],
+        sight: MapSight,
+        configuration: Configuration,
+        dt: float,
+        limits: list[str],
+    ) -> list[Want]:
         region = self._contact(regions)
         if region is None:
             return self._search(settings, dt, limits)
@@ -130,6 +151,7 @@ class TaskKeeper:
         limits += [self._problem] if self._problem else []
         assert self.target is not None
         error = sight.error(self.target, region, jacobian, configuration)
+        self.error = float(np.linalg.norm(error))
         return Want(region, settings.force_goal, _bounded(error, MOST_ERROR), velocity)
 
     def _walk(
@@ -145,6 +167,7 @@ class TaskKeeper:
         """Take the target on along the path: round and round when closed, else to and fro; its velocity (2,)."""
         if self._path is None:
             self._path, self._problem = _lay(settings, region, sight)
+            self.laid_at = None if settings.path else (float(region.map_point[0]), float(region.map_point[1]))
         path = self._path
         self.target, direction = path.at(self.way)
         behind = float(np.linalg.norm(sight.error(self.target, region, jacobian, configuration)))

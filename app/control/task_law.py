@@ -18,6 +18,7 @@ from app.control.energy_tank import EnergyTank
 from app.control.gains import joint_impedance
 from app.control.map_sight import MapSight
 from app.control.reference import PostureReference
+from app.control.report import TaskReport
 from app.control.rule import ArmState, Rule
 from app.control.slip_watch import SlipWatch
 from app.control.supervisor import Supervisor
@@ -97,6 +98,14 @@ class TaskLaw:
         command = self._reference.move(posture, speed, dt, limits)
         self.why_limited = tuple(dict.fromkeys(limits))
         return command
+
+    @property
+    def report(self) -> TaskReport:
+        """How the task goes."""
+        keeper, tank = self._keeper, self.tank
+        return TaskReport(
+            keeper.target, keeper.error, keeper.force_goal, keeper.laid_at, keeper.way, tank.given, tank.level
+        )
 
     def _stopped(self, posture: FloatArray) -> JointCommand:
         self.why_limited = (self._supervisor.reason,)

@@ -14,7 +14,7 @@ A frame message is little-endian, without padding:
              none), id of the region it split from at this tick (0: none)
     int32    taxel numbers of all regions, one after the other
     UTF-8 JSON  {"why_limited": [...], "notes": [...], "ms": {stage: milliseconds}, "merged": {id: [ids that became
-             part of it at this tick]}}
+             part of it at this tick]}, "task": {field: value of TaskReport}; null under a law without a task}
 
 A contact event message is JSON, see ``event_codec``.
 
@@ -38,6 +38,7 @@ import numpy as np
 
 from app.contacts.region import ContactRegion
 from app.control.command import ControlChanged, ControlSettings, JointCommand
+from app.control.report import TaskReport
 from app.errors import MapError, RecordingError, SimulationError
 from app.geometry.surface_point import SurfacePoint
 from app.maps.map_edit_file import edit_from_bytes, edit_to_bytes
@@ -89,7 +90,13 @@ TOPICS = {
 def encode_frame(frame: Frame) -> bytes:
     """One frame as a message."""
     merged = {region.id: region.merged for region in frame.regions if region.merged}
-    text = {"why_limited": frame.why_limited, "notes": frame.notes, "ms": frame.timings.ms, "merged": merged}
+    text = {
+        "why_limited": frame.why_limited,
+        "notes": frame.notes,
+        "ms": frame.timings.ms,
+        "merged": merged,
+        "task": None if frame.task is None else asdict(frame.task),
+    }
     words = json.dumps(text).encode()
     taxels = [region.taxels for region in frame.regions]
     head = _HEAD.pack(
@@ -171,7 +178,16 @@ def _decode_frame(data: bytes, skin: Skin) -> Frame:
         Timings({str(stage): float(ms) for stage, ms in text["ms"].items()}),
         parts[7].reshape(objects, 4, 4),
         tuple(map(str, text["notes"])),
+        task=_task(text.get("task")),
     )
+
+
+def _task(raw: dict[str, Any] | None) -> TaskReport | None:
+    if raw is None:
+        return None
+    target, laid_at = raw["target"], raw["laid_at"]
+    place = None if target is None else _at([target["patch"], target["face"], *target["weights"]])
+    return TaskReport(**{**raw, "target": place, "laid_at": None if laid_at is None else (laid_at[0], laid_at[1])})
 
 
 def _poke(row: Any) -> PokeState:

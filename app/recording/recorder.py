@@ -21,7 +21,7 @@ from app.session.frame import Frame
 from app.session.inputs import SessionInput
 from app.session.prepare import Prepared
 
-FORMAT = "3"
+FORMAT = "4"
 FRAMES_A_CHUNK = 6
 """A killed process loses at most the frames of the chunk being filled."""
 _WRITE_REMEDY = "Free space or choose another folder; what was written so far can be read with recover"

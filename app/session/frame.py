@@ -11,6 +11,7 @@ from app.arrays import FloatArray, readonly
 from app.contacts.event import ContactEvent
 from app.contacts.region import ContactRegion
 from app.control.command import JointCommand
+from app.control.report import TaskReport
 from app.timing import Timings
 from app.touch.poke import PokeState
 
@@ -34,6 +35,7 @@ class Frame:
         notes: What the skin's model could not do as asked at this tick, in words; empty when nothing.
         recent: The newest contact events up to this tick, newest first: a view that shows only some of the frames
             misses none.
+        task: How the controller's task goes; None under a law without one.
     """
 
     tick: int
@@ -49,6 +51,7 @@ class Frame:
     objects: FloatArray = field(default_factory=lambda: np.zeros((0, 4, 4)))
     notes: tuple[str, ...] = ()
     recent: tuple[ContactEvent, ...] = ()
+    task: TaskReport | None = None
 
     def __post_init__(self) -> None:
         for name in ("posture", "velocity", "pressures", "objects"):

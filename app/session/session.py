@@ -213,6 +213,7 @@ class Session:
             objects=simulation.object_poses,
             notes=simulation.notes,
             recent=self._contacts.recent,
+            task=self._controller.report,
         )
 
     def _touch(self, time: float) -> tuple[FloatArray, tuple[ContactRegion, ...]]:
