@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import is_dataclass
 from typing import Any, TypeAlias
 
@@ -15,16 +16,12 @@ BoolArray: TypeAlias = NDArray[np.bool_]
 
 def readonly(values: ArrayLike, dtype: Any = np.float64) -> NDArray[Any]:
     """Return a contiguous, read-only array of its own; an array that already is one is passed through."""
-    if (
-        isinstance(values, np.ndarray)
-        and values.dtype == np.dtype(dtype)
-        and values.flags.c_contiguous
-        and not values.flags.writeable
-        and values.base is None
-    ):
-        return values
-    own = np.array(values, dtype=dtype, order="C", copy=True)
-    own.flags.writeable = False
+    if isinstance(values, np.ndarray):
+        flags = values.flags
+        if not flags.writeable and flags.c_contiguous and values.base is None and values.dtype == dtype:
+            return values
+    own = np.array(values, dtype=dtype, order="C")
+    own.setflags(write=False)
     return own
 
 
@@ -39,6 +36,11 @@ def dot(a: FloatArray, b: FloatArray) -> float:
     where those cores are busy, as they are with a simulation beside.
     """
     return float(a.dot(b) if len(a) < _ONE_THREAD else np.einsum("i,i", a, b))
+
+
+def length(vector: FloatArray) -> float:
+    """Of a short vector (n,), a third of a microsecond; ``np.linalg.norm`` asks what it was given first, for 1 µs."""
+    return math.sqrt(vector.dot(vector))
 
 
 def refreeze(value: Any) -> None:

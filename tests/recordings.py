@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from app.contacts.reading_settings import ReadingSettings
 from app.control.command import ControlChanged, ControlSettings
 from app.editing.arrange import move
 from app.editing.document import MapDocument
 from app.recording.recorder import Recorder
 from app.scene.scene_file import load_scene
-from app.session.inputs import EffectsChanged, MapEdited
+from app.session.inputs import EffectsChanged, MapEdited, ReadingChanged
 from app.session.prepare import Prepared, prepare
 from app.session.session import Session
 from app.touch.poke import PokeMoved, PokePressed, PokeReleased
@@ -27,7 +28,7 @@ def small_arm(taxels: int = 120) -> Prepared:
 
 
 def record(prepared: Prepared, path, *, ticks: int = 200, start: int = 0) -> Session:
-    """Record a poke, a stroke, an edit, a change of law, other effects and a release, after ``start`` ticks."""
+    """Record a poke, a stroke, an edit, another law, estimator and effects, and a release, after ``start`` ticks."""
     session = Session(prepared)
     skin = prepared.skin
     acts = {
@@ -35,6 +36,7 @@ def record(prepared: Prepared, path, *, ticks: int = 200, start: int = 0) -> Ses
         start + 60: PokeMoved(1, skin.taxel_point(31)),
         start + 70: MapEdited("Move", move(MapDocument.of(prepared.map), [0], (0.2, 0.1)).map),
         start + 80: ControlChanged(ControlSettings(law="hold_force", force_goal=2.0)),
+        start + 100: ReadingChanged(ReadingSettings("tikhonov")),
         start + 110: EffectsChanged(replace(prepared.scene.effects, friction=True, sensor=NOISY)),
         start + 150: PokeReleased(1),
     }

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from widgets.panels.controller_choices import CHOICES, LAWS
+
 
 @dataclass(frozen=True)
 class ActionSpec:
@@ -79,6 +81,34 @@ ACTIONS = (
         group="tool",
         in_views=True,
     ),
+    ActionSpec(
+        "draw_path",
+        "Path",
+        ("D",),
+        "Draw the path that the arm leads the contact along, on map or body; drag its corners (D)",
+        group="tool",
+        in_views=True,
+    ),
+    ActionSpec(
+        "set_target",
+        "Target",
+        ("G",),
+        "Click where the arm is to hold the contact, on map or body; drag to lead it (G)",
+        group="tool",
+        in_views=True,
+    ),
+    *(
+        ActionSpec(f"path_{kind}", text, (), tip, group="path")
+        for kind, text, tip in (
+            ("polyline", "Polyline", "Straight from corner to corner"),
+            ("spline", "Spline", "Smoothly through all corners"),
+            ("lemniscate", "Figure of eight", "Dragged from end to end"),
+            ("raster", "Raster", "To and fro over a box"),
+        )
+    ),
+    ActionSpec("clear_path", "Clear path and target", (), "Forget what was drawn for the arm to follow or hold"),
+    ActionSpec("more_force", "More force", ("Alt+Up",), "Wish for 0.5 N more (Alt+↑)"),
+    ActionSpec("less_force", "Less force", ("Alt+Down",), "Wish for 0.5 N less (Alt+↓)"),
     ActionSpec("add_pin", "Pin", ("P",), "Pin the place under the pointer, or the selected taxels", in_views=True),
     ActionSpec("remove_pin", "Remove pins", ("Alt+P",), "Remove the selected pins, or the nearest", in_views=True),
     ActionSpec("select_pins", "Select pins", ("Shift+P",), "Select all pins of the selected patches", in_views=True),
@@ -105,6 +135,17 @@ ACTIONS = (
     ),
     ActionSpec("play_script", "Play a script…", (), "Start again, touched as a script says"),
     ActionSpec("weigh", "Weigh check (0.1 kg)", (), "Lay 0.1 kg on the skin of a copy beside: it must read 0.981 N"),
+    *(
+        ActionSpec(f"law_{law}", text, (f"Alt+{number}",), f"{tip} (Alt+{number})", group="law")
+        for number, (law, (text, tip)) in enumerate(LAWS.items(), start=1)
+    ),
+    *(
+        ActionSpec(f"task_{task}", text, (), f"{text}, with the laws that do tasks", group="task")
+        for task, text in CHOICES["task"][1].items()
+    ),
+    ActionSpec("start_again", "Start the task again", ("Ctrl+Backspace",), "From its beginning (Ctrl+Backspace)"),
+    ActionSpec("reset_gains", "Reset gains", (), "All gains of the law go back to where they began"),
+    ActionSpec("compare_laws", "Compare laws…", ("Ctrl+Shift+L",), "Run several laws on the same touches, beside"),
     ActionSpec("save_report", "Save report", (), "Keep what led to the stop in a file that repeats it"),
     ActionSpec("use_anyway", "Use anyway", (), "Simulate it so all the same"),
     ActionSpec("poke", "Poke", ("T",), "Press the skin to poke it (T)", group="tool", in_views=True),
@@ -158,6 +199,13 @@ ACTIONS = (
     ActionSpec("mark_pins", "Pins", (), "Show the pins whatever the tool", checkable=True),
     ActionSpec("mark_contours", "Contours", ("Alt+C",), "Line the touched areas", checkable=True),
     ActionSpec(
+        "mark_shapes",
+        "Contact shapes",
+        (),
+        "Dash each contact's ellipse, and dot the circle in which its centre lies, where they are large enough",
+        checkable=True,
+    ),
+    ActionSpec(
         "mark_taxel_ids", "Taxel numbers", ("Alt+N",), "Number the taxels, as many as have room", checkable=True
     ),
     ActionSpec(
@@ -189,6 +237,10 @@ MOUSE = (
     ("Drag a pin with Pins", "the map follows; click the skin to pin it"),
     ("Drag along the skin with Seams", "draw a seam; Alt erases one"),
     ("Enter, Escape", "accept or decline a proposed seam"),
+    ("Click or drag with Path", "draw; Enter or a double click ends, Backspace takes a corner back"),
+    ("Drag a path's corner, side or line", "move it, add a corner, move all of it; Delete takes a corner out"),
+    ("Click or drag with Target", "hold the contact there, lead it along"),
+    ("Wheel or drag on the force, Page Up and Down", "0.5 N more or less, with Path and Target"),
     ("→", "one control tick while paused, or one frame of a replay"),
     ("Drag beside the robot", "turn the view; with Shift, move it"),
     ("Drag beside the map, or Space-drag", "move the map"),

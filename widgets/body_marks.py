@@ -8,6 +8,7 @@ from enum import Enum
 from app.arrays import IntArray
 from app.geometry.surface_point import SurfacePoint
 from widgets.colours import Theme
+from widgets.task_shown import SkinLine
 
 SEAM_INK = "#343b44"
 """Of seams on the skin, whose ground is light in both themes."""
@@ -21,16 +22,20 @@ class Role(Enum):
     OFFERED = "offered"
     ERASED = "erased"
     PIN = "pin"
+    WANTED = "wanted"
+    SKETCHED = "sketched"
 
     @property
     def dashed(self) -> bool:
         """Whether its line is dashed: what is cut, and what could be."""
-        return self in (Role.SEAM, Role.OFFERED)
+        return self in (Role.SEAM, Role.OFFERED, Role.SKETCHED)
 
     def ink(self, theme: Theme) -> str:
         """Its colour, as hex."""
         if self is Role.ERASED:
             return theme.fault
+        if self in (Role.WANTED, Role.SKETCHED):
+            return theme.intent
         return {Role.SEAM: SEAM_INK, Role.PIN: "#ffffff"}.get(self, theme.accent)
 
 
@@ -46,6 +51,19 @@ class BodyLine:
 
     patch: int
     vertices: IntArray
+    role: Role
+
+
+@dataclass(frozen=True, eq=False)
+class BodyStroke:
+    """A line anywhere on one patch.
+
+    Attributes:
+        line: Where.
+        role: What it means.
+    """
+
+    line: SkinLine
     role: Role
 
 
@@ -84,6 +102,7 @@ class BodyMarks:
     lines: tuple[BodyLine, ...] = ()
     spots: tuple[BodySpot, ...] = ()
     tints: tuple[BodyTint, ...] = ()
+    strokes: tuple[BodyStroke, ...] = ()
 
 
 NO_MARKS = BodyMarks()

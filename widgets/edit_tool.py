@@ -1,4 +1,4 @@
-"""What a view asks of a tool that edits the map: the mouse and the keys go to it while it is in the hand."""
+"""What a view asks of a tool that edits the map or leads the arm: mouse and keys go to it while it is in the hand."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from PySide6.QtCore import QObject, Qt, Signal
-from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter
+from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QWheelEvent
 
 from app.arrays import FloatArray
 from app.geometry.surface_point import SurfacePoint
@@ -33,7 +33,10 @@ class Place:
 
 
 class EditTool(QObject):
-    """A tool that does nothing, as the views know it; each tool changes the document through the editor alone."""
+    """A tool that does nothing, as the views know it.
+
+    Those that edit change the document through the editor alone, those that lead the arm its settings through the lead.
+    """
 
     hint = ""
     """What the mouse and the keys do with it, for people."""
@@ -50,8 +53,16 @@ class EditTool(QObject):
     def release(self, place: Place, event: QMouseEvent) -> None:
         """The left button came up."""
 
+    def wheel(self, place: Place, event: QWheelEvent) -> bool:
+        """The wheel turned. Whether it was for this tool."""
+        return False
+
     def key(self, event: QKeyEvent) -> bool:
         """A key was pressed in the view. Whether it was for this tool."""
+        return False
+
+    def wants(self, key: Qt.Key) -> bool:
+        """Whether a key that is also one of the window's would now be for this tool."""
         return False
 
     def cancel(self) -> bool:

@@ -7,14 +7,17 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject
 
+from app.control.command import ControlSettings
 from app.editing import arrange
 from app.editing.document import MapDocument
 from app.editing.patches import show
+from app.experiments.stages.control import present_of, with_setting
 from app.experiments.stages.table import edits_map, wanted
 from app.experiments.work_precision import Setting
 from app.geometry.surface_point import SurfacePoint
 from app.maps.tactile_map import TactileMap
 from app.session.prepare import Prepared
+from widgets.edit_tool import EditTool
 from widgets.edit_tools.interest_tool import InterestTool
 from widgets.edit_tools.pin_tool import PinTool
 from widgets.edit_tools.seam_tool import SeamTool
@@ -53,11 +56,12 @@ class Editing(QObject):
         self._pins = PinTool(self._editor, self)
         self._seams = SeamTool(self._editor, self)
         self._interest = InterestTool(self._editor, self)
-        self._tools = {
+        self._tools: dict[Tool, EditTool] = {
             Tool.ARRANGE: self._arrange,
             Tool.PINS: self._pins,
             Tool.SEAMS: self._seams,
             Tool.INTEREST: self._interest,
+            **window.leading.tools,
         }
         self._connect_editor()
         self._connect_actions()
@@ -75,6 +79,7 @@ class Editing(QObject):
         editor.failed.connect(self._on_failed)
         editor.told.connect(self._on_told)
         self.files.changed.connect(self._dress)
+        self._window.leading.undo_changed.connect(self._dress_undo)
         compare, measurer = self._window.column.compare, live.measurer
         compare.compare_requested.connect(measurer.compare)
         compare.shown_other.connect(self._on_shown_other)
@@ -87,12 +92,13 @@ class Editing(QObject):
         live.prepared_changed.connect(self._on_prepared_changed)
         live.map_changed.connect(self._on_map_changed)
         live.mode_changed.connect(self._on_mode_changed)
+        live.settings_changed.connect(self._on_settings_changed)
 
     def _connect_actions(self) -> None:
         editor, files = self._editor, self.files
         for name, act in (
-            ("undo", editor.undo),
-            ("redo", editor.redo),
+            ("undo", self._undo),
+            ("redo", self._redo),
             ("add_pin", self._add_pin),
             ("remove_pin", self._pins.remove),
             ("select_pins", self._pins.select_pinned),
@@ -117,6 +123,7 @@ class Editing(QObject):
         """Give the views the edit tool for ``tool``, or none."""
         taken = self._tools.get(tool)
         self._views.set_edit_tool(taken)
+        self._dress_undo()
         if taken is not None:
             self._window.statusBar().showMessage(taken.hint, 15_000)
         else:
@@ -155,7 +162,7 @@ class Editing(QObject):
         """The layout that is compared with is looked at, not edited: tools that edit wait until ours is back."""
         document = self._window.column.compare.other if other else self._editor.document
         if isinstance(document, MapDocument):
-            self._views.show_document(document)
+            self._views.show_document(document, led=not other)
         self._views.set_edit_tool(None if other else self._tools.get(self._views.tool))
 
     def _tell_accuracy(self) -> None:
@@ -170,11 +177,16 @@ class Editing(QObject):
         elif setting.stage == "simulation":
             self._window.effects.wish("integrator", setting.method)
             self._window.effects.wish("timestep", 1e-3 * float(setting.values["timestep_ms"]))
+        elif setting.stage == "control":
+            self._live.set_settings(with_setting(self._window.column.controller.settings, setting))
         elif setting.stage == "image":
             self._views.map.set_image(ImageLook(setting.method, int(setting.values["pixels"])))
             self._window.column.accuracy.show_present(setting)
         else:
             self._on_told("How touch is computed is the scene's: choose the skin's model among its effects")
+
+    def _on_settings_changed(self, settings: ControlSettings) -> None:
+        self._window.column.accuracy.show_present(present_of(settings))
 
     def _on_hovered(self, at: SurfacePoint | None) -> None:
         self._window.column.patches.show_hover(None if at is None else at.patch)
@@ -186,6 +198,13 @@ class Editing(QObject):
         self._window.statusBar().showMessage(text, 5_000)
 
     # Commands.
+
+    def _undo(self) -> None:
+        """With a tool that leads the arm, what was drawn for it; else the last edit of the map."""
+        (self._window.leading if self._views.tool.leads else self._editor).undo()
+
+    def _redo(self) -> None:
+        (self._window.leading if self._views.tool.leads else self._editor).redo()
 
     def _add_pin(self) -> None:
         taxels = self._views.selection.taxels
@@ -229,18 +248,30 @@ class Editing(QObject):
     def _dress(self) -> None:
         """Enable what can be done, and say what undo would undo."""
         editor, action = self._editor, self._window.action
-        history, enabled = editor.history, editor.enabled and editor.document is not None
+        enabled = editor.enabled and editor.document is not None
         for name in _WITH_EDITOR:
             action(name).setEnabled(enabled)
         for name in _WITH_PATCHES:
             action(name).setEnabled(enabled and bool(editor.selected))
         action("cancel_edit").setEnabled(editor.busy)
-        action("undo").setEnabled(enabled and history is not None and (history.can_undo or editor.busy))
-        action("redo").setEnabled(enabled and history is not None and history.can_redo)
-        undo = history.names[history.position] if history is not None and history.position else ""
-        redo = history.names[history.position + 1] if history is not None and history.can_redo else ""
-        action("undo").setText(f"Undo {undo[:1].lower()}{undo[1:]}" if undo else "Undo")
-        action("redo").setText(f"Redo {redo[:1].lower()}{redo[1:]}" if redo else "Redo")
+        self._dress_undo()
         self._window.setWindowModified(self.files.unsaved)
         name = self.files.path.name if self.files.path is not None else "Tactile Maps"
         self._window.setWindowTitle(f"{name}[*]" if name == "Tactile Maps" else f"{name}[*] – Tactile Maps")
+
+    def _dress_undo(self) -> None:
+        """Enable undo and redo where there is something to take back, and say what."""
+        leading = self._window.leading
+        if self._views.tool.leads:
+            can_undo, can_redo = leading.can_undo, leading.can_redo
+            undo, redo = leading.lead.undo_name, leading.lead.redo_name
+        else:
+            history, editor = self._editor.history, self._editor
+            enabled = history is not None and editor.enabled and editor.document is not None
+            can_undo = enabled and history is not None and (history.can_undo or editor.busy)
+            can_redo = enabled and history is not None and history.can_redo
+            undo = history.names[history.position] if history is not None and history.position else ""
+            redo = history.names[history.position + 1] if history is not None and history.can_redo else ""
+        for name, word, what, can in (("undo", "Undo", undo, can_undo), ("redo", "Redo", redo, can_redo)):
+            self._window.action(name).setEnabled(can)
+            self._window.action(name).setText(f"{word} {what[:1].lower()}{what[1:]}" if what else word)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from PySide6.QtCore import QObject
 
 from widgets.bench import Bench, InlineBench
+from widgets.law_comparison.comparer import Comparer, InlineComparer
 from widgets.measurer import InlineMeasurer, Measurer
 from widgets.runner import InlineRunner, Runner, ThreadRunner
 from widgets.worker import InlineWorker, Worker
@@ -22,15 +23,17 @@ class Engines:
         worker: Prepares scenes and lays patches flat.
         measurer: Measures maps.
         bench: Measures on copies of the scene.
+        comparer: Runs laws side by side.
     """
 
     runner: Callable[..., Runner]
     worker: Callable[[QObject], Worker]
     measurer: Callable[[QObject], Measurer]
     bench: Callable[[QObject], Bench]
+    comparer: Callable[[QObject], Comparer]
 
 
-BESIDE = Engines(ThreadRunner, Worker, Measurer, Bench)
-"""A thread and three processes beside the window, which never waits."""
-INLINE = Engines(InlineRunner, InlineWorker, InlineMeasurer, InlineBench)
+BESIDE = Engines(ThreadRunner, Worker, Measurer, Bench, Comparer)
+"""A thread and four processes beside the window, which never waits."""
+INLINE = Engines(InlineRunner, InlineWorker, InlineMeasurer, InlineBench, InlineComparer)
 """Here and now, and only when told to: deterministic, for tests and pictures."""

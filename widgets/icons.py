@@ -138,6 +138,24 @@ def _interest(painter: QPainter, colour: str) -> None:
     painter.drawEllipse(QRectF(1.6, 1.6, 12.8, 12.8))
 
 
+def _draw_path(painter: QPainter, colour: str) -> None:
+    """A line that winds from a corner to an arrowhead."""
+    line = QPainterPath(QPointF(3, 12.5))
+    line.cubicTo(QPointF(5.5, 2), QPointF(9, 14), QPointF(11.6, 5.6))
+    painter.strokePath(line, QPen(QColor(colour), 1.6))
+    painter.drawRect(QRectF(1.2, 10.8, 3.6, 3.6))
+    painter.drawPolygon(QPolygonF([QPointF(13.4, 0.8), QPointF(14.6, 7.2), QPointF(8.6, 5.4)]))
+
+
+def _set_target(painter: QPainter, colour: str) -> None:
+    """A ring with a cross hair."""
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    painter.setPen(QPen(QColor(colour), 1.5))
+    painter.drawEllipse(QRectF(3.5, 3.5, 9, 9))
+    for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+        painter.drawLine(QPointF(8 + 2.6 * x, 8 + 2.6 * y), QPointF(8 + 7.2 * x, 8 + 7.2 * y))
+
+
 def _undo(painter: QPainter, colour: str) -> None:
     bow = QPainterPath(QPointF(4, 5.5))
     bow.lineTo(10, 5.5)
@@ -168,6 +186,8 @@ _SHAPES: dict[str, Callable[[QPainter, str], None]] = {
     "pins": _pins,
     "seams": _seams,
     "interest": _interest,
+    "draw_path": _draw_path,
+    "set_target": _set_target,
     "undo": _undo,
     "redo": _redo,
 }

@@ -1,31 +1,16 @@
-"""Settings and effects in force in what is shown, told once a change; and those the live session was asked for last."""
+"""Settings, effects, behaviours and reading in force in what is shown, told once a change; and those asked for last."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-
-from app.control.command import ControlChanged, ControlSettings
-from app.scene.effects import Effects
-from app.session.inputs import EffectsChanged, SessionInput
+from app.control.command import ControlChanged
+from app.session.inputs import MapEdited, SessionInput
+from app.session.rules import Rules
 from app.session.session import Session
 from widgets.session_facts import SessionFacts
 
 
-@dataclass(frozen=True)
-class Rules:
-    """By what a session runs at one instant."""
-
-    settings: ControlSettings
-    effects: Effects
-
-    @classmethod
-    def of(cls, session: Session) -> Rules:
-        """Those it has now."""
-        return cls(session.settings, session.effects)
-
-
 class InForce:
-    """Tells ``facts`` of settings and effects, each only when it is another one. Mutable.
+    """Tells ``facts`` of settings, effects and behaviours, each only when it is another one. Mutable.
 
     Args:
         facts: Whose signals tell.
@@ -38,29 +23,34 @@ class InForce:
         self._facts = facts
         self._told: Rules | None = None
         self.asked: Rules | None = None
+        self._inputs: list[tuple[int, SessionInput]] = []
+        self._seen = 0
 
     def begin(self, session: Session) -> None:
         """Another live session, or one that refused: all is as it has it."""
-        self.asked = Rules.of(session)
+        self.asked = session.rules
         self.tell(self.asked)
 
     def ask(self, act: SessionInput) -> None:
         """The live session was asked for this."""
-        if self.asked is not None and isinstance(act, ControlChanged | EffectsChanged):
-            if isinstance(act, ControlChanged):
-                self.asked = replace(self.asked, settings=act.settings)
-            else:
-                self.asked = replace(self.asked, effects=act.effects)
+        if self.asked is not None:
+            self.asked = self.asked.after(act)
             self.tell(self.asked)
+
+    def behaved(self, session: Session) -> ControlChanged | None:
+        """What a behaviour has made of the controller since the last question, if that is still in force."""
+        if session.inputs is not self._inputs:  # it started again
+            self._inputs, self._seen = session.inputs, 0
+        new, self._seen = session.inputs[self._seen :], len(session.inputs)
+        acts = [act for _tick, act in new if isinstance(act, ControlChanged)]
+        return acts[-1] if acts and acts[-1].by else None
 
     def waiting(self, session: Session) -> list[SessionInput]:
         """What was asked of the live session and has not taken effect in it yet, as in one that is paused."""
-        acts: list[SessionInput] = []
-        if self.asked is not None and self.asked.settings != session.settings:
-            acts.append(ControlChanged(self.asked.settings))
-        if self.asked is not None and self.asked.effects != session.effects:
-            acts.append(EffectsChanged(self.asked.effects))
-        return acts
+        if self.asked is None:
+            return []
+        now = session.rules
+        return [act for act in self.asked.since(now) if not isinstance(act, MapEdited)]  # the editor keeps the map
 
     def forget(self) -> None:
         """Something else is shown: what is in force there is told even where it is the same."""
@@ -73,3 +63,7 @@ class InForce:
             self._facts.settings_changed.emit(rules.settings)
         if told is None or rules.effects != told.effects:
             self._facts.effects_changed.emit(rules.effects)
+        if told is None or rules.behaviours != told.behaviours:
+            self._facts.behaviours_changed.emit(rules.behaviours)
+        if told is None or rules.reading != told.reading:
+            self._facts.reading_changed.emit(rules.reading)

@@ -15,10 +15,9 @@ from app.session.frame import Frame
 from app.session.prepare import Prepared
 from app.session.session import Session
 from widgets.engines import BESIDE, Engines
-from widgets.in_force import Rules
 from widgets.runner import Runner
 from widgets.running_session import RunningSession
-from widgets.tape import Tape, make_folder, settings_at
+from widgets.tape import Tape, make_folder
 
 FRAME_MS = 16
 
@@ -115,11 +114,15 @@ class LiveSession(RunningSession):
         with running.lock:
             frame, failure = running.session.frame, running.failure
             torn, running.failure = self._tape.take_failure(), None
+            behaved = self._in_force.behaved(running.session)
         if torn is not None:
             self.failed.emit(str(torn))
             self.recording_changed.emit(None)
         if failure is not None:
             self._take_failure(running, failure)
+        if behaved is not None:
+            self._in_force.ask(behaved)
+            self.triggered.emit(behaved.by)
         if frame is not self._shown:
             self._shown = frame
             self.frame_ready.emit(frame)
@@ -202,8 +205,9 @@ class LiveSession(RunningSession):
             return
         if self._shown is None or frame.tick != self._shown.tick:
             self._shown = frame
-            self._in_force.tell(Rules(settings_at(self.player.inputs, frame.tick), self.player.effects_at(frame.tick)))
-            self._tell_map(self.player.map_at(frame.tick))
+            rules = self.player.rules_at(frame.tick)
+            self._in_force.tell(rules)
+            self._tell_map(rules.map)
             self.frame_ready.emit(frame)
 
     def back_to_live(self) -> None:

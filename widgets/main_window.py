@@ -19,9 +19,11 @@ from app.session.prepare import Prepared
 from widgets.actions import make_actions
 from widgets.colours import THEMES, PressureScale, apply_theme
 from widgets.commands import Commands
+from widgets.controlling import Controlling
 from widgets.editing import Editing
 from widgets.editor import Editor
 from widgets.engines import BESIDE, Engines
+from widgets.leading import Leading
 from widgets.live_effects import LiveEffects
 from widgets.live_session import LiveSession
 from widgets.measurer import InlineMeasurer
@@ -67,6 +69,8 @@ class MainWindow(QMainWindow):
         self.telling = Telling(self)
         self.touching = Touching(self)
         self._connect()
+        self.leading = Leading(self)
+        self.controlling = Controlling(self, engines.comparer)
         self.editing = Editing(self)  # after the views, which show another scene before its map is edited
         self._leaving = False
         self.setAcceptDrops(True)
@@ -144,12 +148,10 @@ class MainWindow(QMainWindow):
         live.recording_changed.connect(self._on_recording_changed)
         live.player_changed.connect(self._on_player_changed)
         live.settings_changed.connect(self._on_settings_changed)
-        live.measured.connect(self.column.quality.show_quality)
         live.touched.connect(self._on_hints_read)
         self.hint_bar.dismissed.connect(self._on_hints_read)
-        self.column.controller.settings_edited.connect(live.set_settings)
+        self.column.follow(live, views.selection)
         self.plots.follow(views.selection)
-        self.column.contacts.follow(views.selection)
         self.timeline.scrubbed.connect(live.show_time)
         self.timeline.play_toggled.connect(self._on_play_toggled)
         self.timeline.live_requested.connect(live.back_to_live)
@@ -196,7 +198,6 @@ class MainWindow(QMainWindow):
 
     def _on_mode_changed(self, mode: str) -> None:
         self.views.show_mode(mode)
-        self.column.controller.setEnabled(mode in ("live", "paused"))
         self._dress_toolbar()
 
     def _on_recording_changed(self, path: str | None) -> None:
@@ -213,9 +214,7 @@ class MainWindow(QMainWindow):
             self.live.measurer.measure(player.prepared.map)
 
     def _on_settings_changed(self, settings: object) -> None:
-        self.column.controller.show_settings(settings)  # type: ignore[arg-type]
-        goal = getattr(settings, "force_goal", None) if getattr(settings, "law", "") == "hold_force" else None
-        self.plots.set_force_goal(goal)
+        self.plots.show_settings(settings)  # type: ignore[arg-type]
 
     def _on_folded_changed(self, names: tuple[str, ...]) -> None:
         self.settings.folded = names
@@ -243,6 +242,7 @@ class MainWindow(QMainWindow):
             self.hint_bar,
             self.session_bar,
             self.column.accuracy,
+            self.controlling,
         ):
             part.set_theme(self.theme)
 
@@ -273,6 +273,7 @@ class MainWindow(QMainWindow):
         self.settings.geometry = self.saveGeometry()
         self.editing.files.close()
         self.column.accuracy.shut()
+        self.controlling.close()
         self.commands.close()
         self.live.close()
         self.robot_view.close_view()

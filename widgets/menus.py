@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QMenu
 
 from app.robots.library import robot_names
 from widgets.overlays import MARKS, Ground
+from widgets.panels.controller_choices import CHOICES, LAWS
 
 if TYPE_CHECKING:
     from widgets.commands import Commands
@@ -27,6 +28,11 @@ MENUS = (
     ("Session", ("pause", "step", "reset", "record")),
     ("Touch", ("save_script", "play_script", LINE, "weigh")),
     (
+        "Control",
+        ("draw_path", "set_target", LINE, "more_force", "less_force", LINE, "clear_path", "start_again", LINE,
+         "reset_gains", "compare_laws"),
+    ),
+    (
         "Select",
         ("poke", LINE, "select_box", "select_lasso", "select_brush", "smaller_brush", "larger_brush", LINE,
          "select_all", "select_none", "select_inverse"),
@@ -44,7 +50,15 @@ OVERLAY = (
     *(f"mark_{name}" for name in MARKS),
 )
 
-SUBMENUS = (("Align", "Edit", "true_size", ALIGN), ("Overlay", "View", "theme", OVERLAY))
+PATHS = ("path_polyline", "path_spline", "path_lemniscate", "path_raster")
+
+SUBMENUS = (
+    ("Align", "Edit", "true_size", ALIGN),
+    ("Law", "Control", "draw_path", tuple(f"law_{law}" for law in LAWS)),
+    ("Task", "Control", "draw_path", tuple(f"task_{task}" for task in CHOICES["task"][1])),
+    ("Path shape", "Control", "more_force", PATHS),
+    ("Overlay", "View", "theme", OVERLAY),
+)
 """Title, the menu it is in, before which action, and its actions."""
 
 

@@ -40,6 +40,7 @@ class Overlays:
         border: Whether the skin's end is lined.
         pins: Whether pins are shown, whatever the tool.
         contours: Whether touched areas are lined.
+        shapes: Whether contacts have their ellipse, and the circle in which their centre lies.
         taxel_ids: Whether taxels are numbered.
         dots: Whether each taxel is a dot of its own, instead of a picture interpolated between them.
     """
@@ -49,6 +50,7 @@ class Overlays:
     border: bool = True
     pins: bool = False
     contours: bool = True
+    shapes: bool = True
     taxel_ids: bool = False
     dots: bool = False
 

@@ -2,23 +2,31 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from PySide6.QtCore import QObject
 
+from app.contacts.reading_settings import ReadingSettings
+from app.control.behaviour import Behaviour
 from app.control.command import ControlChanged, ControlSettings
 from app.geometry.surface_point import SurfacePoint
 from app.maps.tactile_map import TactileMap
 from app.recording.player import Player
 from app.scene.effects import Effects
-from app.session.inputs import EffectsChanged, MapEdited, SessionInput
+from app.scene.scene import Scene
+from app.session.inputs import BehavioursChanged, EffectsChanged, MapEdited, ReadingChanged, SessionInput
 from app.stimuli.from_hand import from_hand
 from app.stimuli.stimulus import Stimulus
 from app.touch.poke import Finger, PokeMoved, PokePressed, PokeReleased
 from widgets.in_force import InForce
+from widgets.law_comparison.occasion import Occasion
 from widgets.runner import Runner
 from widgets.session_facts import SessionFacts
 
 HAND = 1
 """Id of the hand's finger; the scripted ones have 0 and below."""
+SCRIPT_SECONDS = 10.0
+"""A script is compared on for so long, unless a person says otherwise."""
 
 
 class RunningSession(SessionFacts):
@@ -77,6 +85,14 @@ class RunningSession(SessionFacts):
         """Simulate otherwise from the next tick on; what cannot be is refused then, and told."""
         self._submit(EffectsChanged(effects))
 
+    def set_behaviours(self, behaviours: tuple[Behaviour, ...]) -> None:
+        """Let contact events trigger these from the next tick on, and no others."""
+        self._submit(BehavioursChanged(behaviours))
+
+    def set_reading(self, settings: ReadingSettings) -> None:
+        """Read contacts otherwise from the next tick on."""
+        self._submit(ReadingChanged(settings))
+
     def edit_map(self, map_: TactileMap, name: str) -> None:
         """Contacts are placed and controlled by an edited map, from the next tick on."""
         if (running := self._running) and map_ is not self._map:
@@ -103,6 +119,24 @@ class RunningSession(SessionFacts):
             session, inputs, tick = running.session, tuple(running.session.inputs), running.session.frame.tick
         prepared = session.prepared
         return from_hand(prepared.skin, inputs, tick=prepared.scene.tick, last=tick)
+
+    def done(self) -> Occasion | None:
+        """All that was done since the last reset of what is shown, to compare laws on; None while nothing is."""
+        if self.player is not None:
+            player = self.player
+            return Occasion(player.prepared, tuple(player.inputs), float(player.times[-1]))
+        if self.runner is None:
+            return None
+        with self.runner.lock:
+            session = self.runner.session
+            return Occasion(session.prepared, tuple(session.inputs), session.frame.time)
+
+    def scripted(self, scene: Scene) -> Occasion | None:
+        """The script of ``scene``, as it is simulated now, with the map in force; None while nothing is shown."""
+        done, map_ = self.done(), self._shown_map
+        if done is None or map_ is None:
+            return None
+        return Occasion(replace(done.prepared, scene=scene, map=map_), None, SCRIPT_SECONDS)
 
     def set_paused(self, *, paused: bool) -> None:
         """Stop or go on."""

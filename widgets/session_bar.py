@@ -10,12 +10,14 @@ from widgets.colours import Theme, mixed
 from widgets.icons import icon
 from widgets.loading_bar import LoadingBar
 from widgets.timeline.playhead import SPEEDS
+from widgets.title_label import TitleLabel
 
 _TOOLS = ("select_box", "select_lasso", "select_brush")
 _EDITS = ("arrange", "pins", "seams", "interest")
+_LEADS = ("draw_path", "set_target")
 _BACK_AND_FORTH = ("undo", "redo")
 _WIDTHS = {"pause": 92, "step": 84, "reset": 88, "record": 148}
-_SELECT_WIDTH = 168
+_SELECT_WIDTH = 152
 """Widths of the buttons [px]: enough for the longest word each may show."""
 
 
@@ -50,7 +52,10 @@ class SessionBar(QToolBar):
         self.addAction(actions["poke"])
         self.addWidget(self._make_select())
         self.addSeparator()
-        for name in (*_EDITS, *_BACK_AND_FORTH):
+        for name in (*_LEADS, "", *_EDITS, *_BACK_AND_FORTH):
+            if not name:
+                self.addSeparator()
+                continue
             self.addAction(actions[name])
             button = self.widgetForAction(actions[name])
             assert isinstance(button, QToolButton)
@@ -58,11 +63,10 @@ class SessionBar(QToolBar):
             button.setAccessibleName(actions[name].text())
         self.loading = LoadingBar()
         self.addWidget(self.loading)
-        self._title, self.factor = QLabel(), QLabel()
-        self._title.setProperty("role", "heading")
+        self._title, self.factor = TitleLabel(), QLabel()
         self.factor.setObjectName("real-time-factor")
         self.factor.setToolTip("Simulated seconds per second reached: 1.00× is real time")
-        self.factor.setMinimumWidth(120)
+        self.factor.setMinimumWidth(108)
         self.factor.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self.addWidget(self._title)
         self.addWidget(self.factor)
@@ -127,7 +131,7 @@ class SessionBar(QToolBar):
             action.setText(text)
             action.setEnabled(mode in ("live", "paused"))
         faint = mixed(self._theme.panel, self._theme.quiet, 0.65)
-        for name in ("poke", *_TOOLS, *_EDITS, *_BACK_AND_FORTH):
+        for name in ("poke", *_TOOLS, *_LEADS, *_EDITS, *_BACK_AND_FORTH):
             self._actions[name].setIcon(icon(name, self._theme.text, disabled=faint))
         self._actions["step"].setEnabled(mode == "paused")
         self._actions["pause"].setEnabled(mode != "empty")

@@ -36,5 +36,11 @@ class SessionFacts(QObject):
     """ControlSettings in force."""
     effects_changed = Signal(object)
     """Effects in force."""
+    reading_changed = Signal(object)
+    """ReadingSettings in force."""
+    behaviours_changed = Signal(object)
+    """The tuple of Behaviour in force."""
+    triggered = Signal(str)
+    """A behaviour changed the controller: the event that did it, in words."""
     touched = Signal()
     """A person touched the skin."""

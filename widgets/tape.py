@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 
-from app.control.command import ControlChanged, ControlSettings
 from app.errors import RecordingError, TactileMapsError
 from app.recording.recorder import Recorder
 from app.session.frame import Frame
@@ -79,14 +78,3 @@ def make_folder(folder: Path) -> None:
             value=error.strerror,
             remedy="Free space or make the folder writable",
         ) from error
-
-
-def settings_at(inputs: Sequence[tuple[int, SessionInput]], tick: int) -> ControlSettings:
-    """The controller settings in force at ``tick`` of a session with these inputs; the defaults before the first."""
-    settings = ControlSettings()
-    for at, act in inputs:
-        if at > tick:
-            break
-        if isinstance(act, ControlChanged):
-            settings = act.settings
-    return settings

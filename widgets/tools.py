@@ -1,4 +1,4 @@
-"""What the hand does with a press on a view: poke the skin, choose taxels in one of three ways, or edit. No Qt."""
+"""What the hand does with a press on a view: poke the skin, choose taxels in one of three ways, edit, lead. No Qt."""
 
 from __future__ import annotations
 
@@ -20,6 +20,8 @@ class Tool(Enum):
     PINS = "pins"
     SEAMS = "seams"
     INTEREST = "interest"
+    PATH = "draw_path"
+    TARGET = "set_target"
 
     @property
     def chooses(self) -> bool:
@@ -30,6 +32,16 @@ class Tool(Enum):
     def edits(self) -> bool:
         """Whether it edits the map, and so leaves the robot alone."""
         return self in (Tool.ARRANGE, Tool.PINS, Tool.SEAMS, Tool.INTEREST)
+
+    @property
+    def leads(self) -> bool:
+        """Whether it tells the arm where to go."""
+        return self in (Tool.PATH, Tool.TARGET)
+
+    @property
+    def draws(self) -> bool:
+        """Whether presses are an ``EditTool``'s, and do not poke."""
+        return self.edits or self.leads
 
 
 class Change(Enum):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QSplitter, QVBoxLayout, QWidget
 
+from app.control.command import ControlSettings
 from app.editing.document import MapDocument
 from app.geometry.surface_point import SurfacePoint
 from app.session.frame import Frame
@@ -16,6 +17,7 @@ from widgets.map_view.map_view import MapView
 from widgets.overlays import Ground, Overlays
 from widgets.robot_view.robot_view import RobotView
 from widgets.selection import Selection
+from widgets.task_sight import TaskSight
 from widgets.tools import BRUSH, Tool, resized_brush
 
 _NARROWEST = 400
@@ -44,7 +46,7 @@ class Views(QWidget):
         self.robot, self.map, self.bar = RobotView(theme, scale), MapView(theme, scale), ColourBar(theme, scale)
         self.scale, self.selection, self.tool = scale, Selection(self), Tool.POKE
         self.selection.changed.connect(self._on_selection_changed)
-        self.brush, self.overlays = BRUSH, Overlays()
+        self.brush, self.overlays, self._task = BRUSH, Overlays(), TaskSight()
         self._hover: SurfacePoint | None = None
         self._words = ""
         self._lay_out()
@@ -90,15 +92,27 @@ class Views(QWidget):
         self.map.show_prepared(prepared)
         self.selection.reset(len(prepared.skin))
         self._overlay_body()
+        self._task.show_map(prepared.map)
         self._on_hovered(None)
 
     def show_frame(self, frame: Frame) -> None:
         """Another instant; the map first, it is what the finger waits for."""
-        self.map.show_frame(frame)
+        self._task.show_frame(frame)
+        self.map.show_frame(frame, task=self._task.shown)
         self.map.viewport().repaint()
         self.robot.show_frame(frame)
+        self.robot.show_task(self._task.shown)
         self.bar.set_peak(1e-3 * float(frame.pressures.max(initial=0.0)))
         self._read_out()
+
+    def show_settings(self, settings: ControlSettings) -> None:
+        """By these the arm is led in what is shown."""
+        self._task.show_settings(settings)
+        self._show_task()
+
+    def _show_task(self) -> None:
+        for view in (self.map, self.robot):
+            view.show_task(self._task.shown)
 
     def show_loading(self, text: str, fraction: float) -> None:
         """The first robot is being prepared."""
@@ -120,6 +134,7 @@ class Views(QWidget):
         """Both show what View > Overlay asks for."""
         self.overlays = overlays
         self.map.set_overlays(overlays)
+        self.robot.show_shapes(shown=overlays.shapes)
         self._overlay_body()
         self._read_out()
 
@@ -135,15 +150,17 @@ class Views(QWidget):
             view.set_tool(tool)
 
     def set_edit_tool(self, tool: EditTool | None) -> None:
-        """The tool that edits, in both hands; None for one that does not edit."""
+        """The tool that edits or leads, in both hands; None for one that does neither."""
         for view in (self.robot, self.map):
             view.set_edit_tool(tool)
 
-    def show_document(self, document: MapDocument, *, in_hand: bool = False) -> None:
-        """The same skin's map, edited; ``in_hand`` while a gesture changes it."""
+    def show_document(self, document: MapDocument, *, in_hand: bool = False, led: bool = True) -> None:
+        """The same skin's map, edited; ``in_hand`` while a gesture changes it, ``led`` where the arm is led by it."""
         self.map.show_document(document, in_hand=in_hand)
         if not in_hand:
             self.robot.show_map(document.map)
+            self._task.show_map(document.map, led=led)
+            self._show_task()
         self._read_out()
 
     def resize_brush(self, steps: int) -> None:

@@ -13,7 +13,7 @@ from app.cli.parser import build_parser
 from app.crash_log import explain
 from app.errors import TactileMapsError, UsageError
 
-COMMANDS = ("map", "inspect", "run", "weigh", "replay", "recover", "experiment", "gui", "screenshot")
+COMMANDS = ("map", "inspect", "run", "weigh", "replay", "recover", "compare", "experiment", "gui", "screenshot")
 OpenWindow = Callable[[argparse.Namespace], int]
 
 

@@ -24,6 +24,7 @@ def build_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
     _add_window_commands(commands)
     _add_file_commands(commands)
+    _add_compare(commands)
     _add_experiment(commands)
     return parser
 
@@ -71,6 +72,16 @@ def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: i
     recover.add_argument("-o", "--output", required=True, metavar="FIXED.mcap")
     recover.add_argument("--overwrite", action="store_true", help="replace an existing file")
     _json(recover)
+
+
+def _add_compare(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]
+    compare = commands.add_parser("compare", help="run several laws on the same stimulus, and tell how each did")
+    compare.add_argument("input", metavar="SCENE|FILE.mcap", help="a scene's script, or what was done in a recording")
+    compare.add_argument("--laws", required=True, metavar="LAW,LAW", help="impedance, hold_force, hybrid, qp, ...")
+    compare.add_argument("--task", metavar="NAME", help="instead of the scene's or the recording's: follow_path, ...")
+    compare.add_argument("--for", dest="seconds", type=_positive, metavar="SECONDS", help="simulated seconds each")
+    compare.add_argument("-o", "--output", metavar="DIR", help="write every tick of every law there, as CSV")
+    _json(compare)
 
 
 def _add_experiment(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]

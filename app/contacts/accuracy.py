@@ -79,9 +79,9 @@ def uncertainty(
 
     Cost: 5 µs.
     """
-    total = float(forces.sum())
-    own, area = forces * forces, areas * areas
+    total, own = float(forces.sum()), forces * forces
     noise, gain = errors.noise**2, errors.gain**2
-    place = noise * dot(area, squared) + gain * dot(own, squared) + 2 * errors.calibration**2 * float(own.sum())
+    square, area = dot(forces, forces), dot(areas, areas)
+    place = noise * dot(areas * areas, squared) + gain * dot(own, squared) + 2 * errors.calibration**2 * square
     place += dot(own, areas) / 6
-    return math.sqrt(place) / total, math.sqrt(noise * float(area.sum()) + gain * float(own.sum()))
+    return math.sqrt(place) / total, math.sqrt(noise * area + gain * square)

@@ -47,10 +47,12 @@ class Course:
 
     Attributes:
         opening: The event that it began with.
+        until: Until when it lasted [s]: the time of its newest frame, or of the first without it.
     """
 
     def __init__(self, tick: int, time: float, region: ContactRegion, rule: EventRule) -> None:
         self._rule, self._born, self._peak, self._last = rule, time, region.force, region
+        self.until, self._there = time, True
         self._kind: EventKind | None = None
         self._began, self._at, self._strongest, self._way = time, region.at, region.force, 0.0
         self._mark(time, region)
@@ -62,6 +64,7 @@ class Course:
     def go_on(self, tick: int, time: float, region: ContactRegion) -> list[ContactEvent]:
         """Take the next frame; what began or ended there."""
         rule, self._last = self._rule, region
+        self.until, self._there = time, True
         self._peak, self._strongest = max(self._peak, region.force), max(self._strongest, region.force)
         if region.merged:  # its centre jumps, which is no stroke
             self._mark(time, region)
@@ -76,15 +79,21 @@ class Course:
             told = [self._turn(tick, time, "press", self._born, self._at)]
         return told
 
+    def leave(self, time: float) -> None:
+        """It is not there in this frame. It may come back."""
+        if self._there:
+            self.until, self._there = time, False
+
     def end(self, tick: int, time: float, *, released: bool) -> list[ContactEvent]:
-        """The contact is gone: what ended with it. One that became part of another is not ``released``."""
+        """The contact is gone for good: what ended with it. One that became part of another is not ``released``."""
+        self.leave(time)
         told = [self._event(tick, time, self._kind or "tap", "ended")] if released or self._kind else []
         if released:
             last = self._last
             told.append(
                 ContactEvent(
                     tick, time, "release", "ended", (last.id,), (last.link,), last.at,
-                    force=self._peak, duration=time - self._born,
+                    force=self._peak, duration=self.until - self._born,
                 )
             )  # fmt: skip
         return told
@@ -123,6 +132,6 @@ class Course:
             tick, time, kind, phase, (last.id, *others), (last.link,), self._at,
             to=last.at if stroke else None,
             force=self._strongest,
-            duration=time - self._began,
+            duration=self.until - self._began,
             travelled=self._way + self._pace if stroke else 0.0,
         )  # fmt: skip

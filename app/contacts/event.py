@@ -28,7 +28,7 @@ class ContactEvent:
         at: Where; of a stroke, where it began.
         to: Where a stroke is now, or the other place of a grasp or self-touch; None for others.
         force: The greatest so far [N]; of a grasp that of the weaker side.
-        duration: From its beginning until now [s].
+        duration: From its beginning until now [s], or until it was gone.
         travelled: Of a stroke [m].
     """
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from app.contacts.course import Course, EventRule
 from app.contacts.event import ContactEvent
@@ -38,13 +38,16 @@ class EventReader:
         self._pairs = Pairs(self._rule.opposed)
         self.recent: tuple[ContactEvent, ...] = ()
 
-    def read(self, tick: int, time: float, regions: Sequence[ContactRegion]) -> tuple[ContactEvent, ...]:
+    def read(
+        self, tick: int, time: float, regions: Sequence[ContactRegion], *, awaited: Collection[int] = ()
+    ) -> tuple[ContactEvent, ...]:
         """What began or ended at this tick, in the order of the contacts' ids.
 
         Args:
             tick: Of the frame; rising.
             time: The same [s].
             regions: Contact regions of the frame.
+            awaited: Ids of those that are gone but may come back: not released yet.
         """
         if not regions and not self._courses:
             return ()
@@ -53,13 +56,16 @@ class EventReader:
         told: list[ContactEvent] = []
         for number in sorted(self._courses.keys() | now.keys()):
             if number not in now:
-                told += self._courses.pop(number).end(tick, time, released=number not in merged)
+                course = self._courses[number]
+                course.leave(time)
+                if number in merged or number not in awaited:
+                    told += self._courses.pop(number).end(tick, time, released=number not in merged)
             elif number in self._courses:
                 told += self._courses[number].go_on(tick, time, now[number])
             else:
                 self._courses[number] = Course(tick, time, now[number], self._rule)
                 told.append(self._courses[number].opening)
-        told += self._pairs.read(tick, time, now)
+        told += self._pairs.read(tick, time, now, awaited=awaited)
         if told:
             self.recent = (*reversed(told), *self.recent)[:KEPT]
         return tuple(told)

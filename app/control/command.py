@@ -63,6 +63,7 @@ class ControlSettings:
             raster. A held point is its first.
         path_size: How long a path is that nobody drew [m].
         path_speed: Along the path, on the map [m/s].
+        starts: Another number than before starts the task afresh, as a path from its beginning.
         max_force: A contact with more [N] stops the arm; the QP keeps every contact under 80 % of it.
     """
 
@@ -80,6 +81,7 @@ class ControlSettings:
     path: tuple[tuple[float, float], ...] = ()
     path_size: float = 0.03
     path_speed: float = 0.01
+    starts: int = 0
     max_force: float = 40.0
 
     def __post_init__(self) -> None:
@@ -89,6 +91,13 @@ class ControlSettings:
 
 @dataclass(frozen=True)
 class ControlChanged:
-    """A person changed the controller's settings; an input, recorded like a poke."""
+    """The controller's settings changed; an input, recorded like a poke.
+
+    Attributes:
+        settings: From now on.
+        by: The event that triggered it, in words; empty where a person did it. A session derives what its behaviours do
+            again, and takes no such input from outside.
+    """
 
     settings: ControlSettings
+    by: str = ""

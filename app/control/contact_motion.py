@@ -12,16 +12,26 @@ from app.contacts.region import ContactRegion
 from app.control.command import ControlSettings, JointCommand
 from app.control.law import Law
 from app.control.laws import build_law
+from app.control.loop_watch import LoopWatch
 from app.control.map_sight import MapSight
 from app.control.report import TaskReport
 from app.control.settings_check import RANGES, check_settings, settings_from
+from app.control.skin_readings import PLATEAU, SkinReadings, at_least
+from app.control.swing_watch import SWINGS, SwingWatch
 from app.control.task_keeper import TaskKeeper
 from app.control.task_law import TaskLaw
+from app.geometry.surface_point import SurfacePoint
 from app.maps.tactile_map import TactileMap
 from app.robots.robot import Robot
 
 __all__ = ["RANGES", "ContactMotionController", "check_settings", "settings_from"]
 
+_NOWHERE = np.full(3, np.nan)
+_UNREAD = ContactRegion(
+    id=0, taxels=np.zeros(0, dtype=np.int64), force=np.nan, area=0.0, peak=np.nan, map_point=_NOWHERE[:2],
+    at=SurfacePoint(0, 0, (1.0, 0.0, 0.0)), link="", point=_NOWHERE, normal=_NOWHERE,
+)  # fmt: skip
+"""What laws are given where the skin cannot be read: none goes on with a force that is no number."""
 BLEND_TIME = 0.2
 """Time constant with which what is left of another law's torque fades [s]."""
 
@@ -43,8 +53,10 @@ class ContactMotionController:
 
     def __init__(self, robot: Robot, settings: ControlSettings, map_: TactileMap) -> None:
         self._robot, self._rest, self._sight = robot, robot.home, MapSight(map_)
-        self._keeper = TaskKeeper()
+        self._keeper = TaskKeeper(robot)
         self._laws: dict[str, Law] = {}
+        self._loop, self._swing = LoopWatch(robot), SwingWatch()
+        self._beyond: tuple[str, ...] = ()
         self._settings = check_settings(settings)
         self._last: JointCommand | None = None
         self._fading: FloatArray | None = None
@@ -74,8 +86,17 @@ class ContactMotionController:
 
     @property
     def why_limited(self) -> tuple[str, ...]:
-        """What bounds the answer now, in words; empty when nothing does."""
-        return self._law.why_limited
+        """What bounds the answer now, in words, and what of the settings the skin cannot hold; empty for nothing."""
+        return (*self._law.why_limited, *self._beyond)
+
+    @property
+    def readings(self) -> SkinReadings | None:
+        """What is known of the skin's readings; None for nothing."""
+        return self._loop.readings
+
+    @readings.setter
+    def readings(self, readings: SkinReadings | None) -> None:
+        self._loop.readings = readings
 
     @property
     def report(self) -> TaskReport | None:
@@ -92,19 +113,36 @@ class ContactMotionController:
     def reset(self) -> None:
         """Forget the past; keep the settings."""
         self._keeper.reset()
-        self._last, self._fading, self._switched = None, None, False
+        self._swing.reset()
+        self._last, self._fading, self._switched, self._beyond = None, None, False, ()
         for law in self._laws.values():
             law.reset()
 
     def command(
-        self, posture: FloatArray, velocity: FloatArray, regions: Sequence[ContactRegion], dt: float
+        self,
+        posture: FloatArray,
+        velocity: FloatArray,
+        regions: Sequence[ContactRegion],
+        dt: float,
+        *,
+        readable: bool = True,
     ) -> JointCommand:
-        """What the joints should do for the next ``dt`` seconds; the regions come strongest first."""
+        """What the joints should do for the next ``dt`` seconds.
+
+        Args:
+            posture: (n,) found.
+            velocity: (n,) found.
+            regions: All contacts, the strongest first.
+            dt: [s].
+            readable: Whether all taxels read numbers. If not, what presses there is not known, and might be taken for a
+                contact that was lost: laws that read contacts stand still.
+        """
         before = self._last.torque_at(posture, velocity) if self._switched and self._last is not None else None
         if before is not None:
             self._law.start(posture, before)
         self._switched = False
-        command = self._law.command(self._settings, posture, velocity, regions, dt)
+        read = self._heed(posture, regions, dt) if readable else (_UNREAD,)
+        command = self._law.command(self._settings, posture, velocity, read, dt)
         if before is not None:
             self._fading = before - command.torque_at(posture, velocity)
         if self._fading is not None:
@@ -113,6 +151,20 @@ class ContactMotionController:
             self._fading = self._fading if np.abs(self._fading).max(initial=0.0) > 1e-6 else None
         self._last = command
         return command
+
+    def _heed(self, posture: FloatArray, regions: Sequence[ContactRegion], dt: float) -> tuple[ContactRegion, ...]:
+        """The regions as laws may take them; what is to be said of the skin's limits is kept."""
+        settings, said = self._settings, list[str]()
+        read, plateau = tuple(regions), False
+        if settings.law != "impedance":
+            goal = settings.force_goal
+            if self.readings is not None:
+                read, plateau = at_least(regions, goal, self.readings.highest)
+            said += [PLATEAU] if plateau else []
+            said += self._loop.look(settings, posture, regions)
+            said += [SWINGS] if self._swing.look(goal, regions[0].force if regions else 0.0, dt) else []
+        self._beyond = tuple(said)
+        return read
 
     @property
     def _law(self) -> Law:

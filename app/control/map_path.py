@@ -1,4 +1,4 @@
-"""Paths on the map: drawn from a few points, walked by arc length, laid on the skin over seams and patches."""
+"""Paths on the map: drawn from a few points, walked by arc length."""
 
 from __future__ import annotations
 
@@ -11,9 +11,7 @@ from scipy.interpolate import CubicSpline
 from app.arrays import FloatArray, readonly
 from app.control.command import PathKind
 from app.errors import MapError
-from app.geometry.surface_point import SurfacePoint
-from app.maps.glue import Gluing
-from app.maps.trace import trace
+from app.maps.layout import FARTHEST
 
 RASTER_STEP = 0.008
 """Between two lines of a raster [m]: a taxel's width."""
@@ -33,13 +31,11 @@ class MapPath:
         closed: Whether it ends where it starts, so that it can be walked round and round.
 
     Raises:
-        MapError: A point is not finite, or there is none.
+        MapError: A point is not finite or far off every map, or there is none.
     """
 
     def __init__(self, points: FloatArray) -> None:
-        corners = np.asarray(points, dtype=np.float64).reshape(-1, 2)
-        if not len(corners) or not np.isfinite(corners).all():
-            raise MapError("a path needs at least one point, all finite", value=corners[:3].tolist())
+        corners = _checked(points, 1)
         moved = np.linalg.norm(np.diff(corners, axis=0), axis=1) > 1e-9
         self.points = readonly(corners[np.concatenate([[True], moved])])
         self._sides = np.diff(self.points, axis=0)
@@ -68,11 +64,9 @@ def draw_path(kind: PathKind, points: Sequence[Sequence[float]] | FloatArray) ->
     """The path that ``points`` (k, 2) [m] on the map mean as ``kind``.
 
     Raises:
-        MapError: Too few points, or one is not finite.
+        MapError: Too few points, or one is not finite or far off every map.
     """
-    given = np.asarray(points, dtype=np.float64).reshape(-1, 2)
-    if len(given) < 2 or not np.isfinite(given).all():
-        raise MapError("a path needs two points or more, all finite", value=given.tolist(), remedy="Mark its points")
+    given = _checked(points, 2)
     if kind == "polyline":
         return MapPath(given)
     if kind == "spline":
@@ -93,6 +87,17 @@ def path_about(kind: PathKind, centre: FloatArray, size: float) -> MapPath:
         turns = 2 * np.pi * np.arange(7) / 6
         return draw_path(kind, centre + size / 2 * np.stack([np.cos(turns), np.sin(turns)], axis=1))
     return draw_path(kind, np.stack([centre - reach, centre + reach]))
+
+
+def _checked(points: Sequence[Sequence[float]] | FloatArray, least: int) -> FloatArray:
+    """(k, 2) to the picometre, so that no difference of two points is a number too small to divide by."""
+    given = np.asarray(points, dtype=np.float64).reshape(-1, 2)
+    if len(given) < least or not np.isfinite(given).all():
+        needs = "at least one point" if least == 1 else "two points or more"
+        raise MapError(f"a path needs {needs}, all finite", value=given[:3].tolist(), remedy="Mark its points")
+    if np.abs(given).max() > FARTHEST:
+        raise MapError("a path leads too far out", value=given[:3].tolist(), remedy="Draw it on the map")
+    return np.round(given, 12)
 
 
 def _spline(points: FloatArray) -> FloatArray:
@@ -128,48 +133,3 @@ def _raster(low: FloatArray, high: FloatArray) -> FloatArray:
 
 def _sides_for(length: float) -> int:
     return int(np.clip(np.ceil(length / _FINE), 16, _MOST_SIDES))
-
-
-class LaidPath:
-    """A path on the skin: where it meets a seam it goes on behind the other side, where the skin ends it ends.
-
-    Args:
-        path: On the map.
-        gluing: Of the map.
-
-    Attributes:
-        length: Of the part that is on the skin, on the map [m].
-        whole: Whether all of it is.
-        closed: Whether it can be walked round and round.
-
-    Raises:
-        MapError: It does not start on the skin.
-
-    Cost: 50 µs a side.
-    """
-
-    def __init__(self, path: MapPath, gluing: Gluing) -> None:
-        self._map = gluing.map
-        start = self._map.to_body(path.points[0])
-        if start is None:
-            raise MapError("the path does not start on the skin", value=path.points[0].tolist())
-        walk = trace(gluing, start, path.points[1:]) if len(path.points) > 1 else None
-        self._pieces = walk.pieces if walk else ()
-        self._start, self.whole = start, walk is None or walk.arrived
-        sides = np.array([piece.points[1] - piece.points[0] for piece in self._pieces]).reshape(-1, 2)
-        self._lengths = np.linalg.norm(sides, axis=1)
-        self._directions = sides / np.maximum(self._lengths, 1e-12)[:, None]
-        self._ends = np.concatenate([[0.0], np.cumsum(self._lengths)])
-        self.length, self.closed = float(self._ends[-1]), path.closed and self.whole
-
-    def at(self, way: float) -> tuple[SurfacePoint, FloatArray]:
-        """The place on the body after ``way`` metres, and the direction (2,) on the map there, zero beyond its ends."""
-        if not self._pieces:
-            return self._start, np.zeros(2)
-        if not 0 <= way < self.length:
-            return (self._pieces[-1].end if way > 0 else self._start), np.zeros(2)
-        number = int(np.searchsorted(self._ends, way, side="right")) - 1
-        piece, direction = self._pieces[number], self._directions[number]
-        place = self._map.to_body(piece.points[0] + (way - self._ends[number]) * direction)
-        # Rounding may put a point on a seam just outside.
-        return (piece.start if place is None else place), direction

@@ -6,11 +6,11 @@ from functools import cached_property
 
 import numpy as np
 
-from app.arrays import FloatArray
+from app.arrays import FloatArray, length
 from app.contacts.region import ContactRegion
 from app.geometry.surface_point import SurfacePoint
 from app.maps.glue import Gluing
-from app.maps.map_jacobian import JacobianKind, MapJacobian
+from app.maps.map_jacobian import JacobianKind, MapJacobian, least_motion
 from app.maps.tactile_map import TactileMap
 from app.robots.configuration import Configuration
 
@@ -42,7 +42,7 @@ class MapSight:
     def jacobian(self, at: SurfacePoint, kind: JacobianKind, configuration: Configuration) -> FloatArray:
         """(2, 3) map velocity per velocity of a point along the skin, world frame, at the configuration's posture."""
         turn = configuration.pose(self.map.skin.link(at)).rotation
-        return self._jacobian.at(at, kind=kind) @ turn.T
+        return self._jacobian.at(at, kind=kind).dot(turn.T)
 
     def error(
         self, target: SurfacePoint, region: ContactRegion, jacobian: FloatArray, configuration: Configuration
@@ -56,12 +56,21 @@ class MapSight:
         apart = there - configuration.pose(region.link).points(region.point)
         if target.patch == region.at.patch:
             scale = self.map.layout.placements[target.patch].scale
-            step = self.map.to_map(target) - self.map.to_map(region.at)
-            if np.linalg.norm(step) <= _TORN * scale * (float(np.linalg.norm(apart)) + _NEAR):
+            step = self.map.to_map(target) - region.map_point
+            if length(step) <= _TORN * scale * (length(apart) + _NEAR):
                 return step
-        step = jacobian @ apart
-        flat = float(np.linalg.norm(np.linalg.pinv(jacobian, rcond=1e-3) @ step))
-        return step * (float(np.linalg.norm(apart)) / flat) if flat > 0 else step
+        step = jacobian.dot(apart)
+        flat = length(least_motion(jacobian, step))
+        return step * (length(apart) / flat) if flat > 0 else step
+
+    def away(self, target: SurfacePoint, region: ContactRegion, configuration: Configuration) -> float:
+        """How far a contact is from a place in space [m]."""
+        here = configuration.pose(region.link).points(region.point)
+        return float(np.linalg.norm(self._in_world(target, configuration) - here))
+
+    def apart(self, one: SurfacePoint, other: SurfacePoint, configuration: Configuration) -> float:
+        """How far two places are from each other in space [m]."""
+        return length(self._in_world(one, configuration) - self._in_world(other, configuration))
 
     def _in_world(self, at: SurfacePoint, configuration: Configuration) -> FloatArray:
         skin = self.map.skin

@@ -10,50 +10,33 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from app.arrays import FloatArray
-from app.control.admittance import bounded, lagged
 from app.control.command import ControlSettings
-from app.control.force_servo import ForceServo
-from app.control.levels import Level
+from app.control.point_rule import PointRule, bounded
 from app.control.reference import MAX_SPEED
-from app.control.rule import ArmState, in_space, one_level, solve_freely
 from app.control.task_contact import TaskContact
 
 
-class Parallel:
-    """No selection: a wrong normal leaks less than in hybrid control, since the integral of force has the last word."""
+class Parallel(PointRule):
+    """No selection: a wrong normal leaks less than in hybrid control, since the integral of force has the last word.
 
-    def __init__(self) -> None:
-        self.reset()
+    Where a contact began is its wanted place along the normal.
+    """
 
     def reset(self) -> None:
         """At rest, no integral, no place known."""
-        self._servo = ForceServo(MAX_SPEED)
-        self._velocity: dict[int, FloatArray] = {}
+        super().reset()
         self._begun: dict[int, FloatArray] = {}
 
-    def levels(
-        self, settings: ControlSettings, contacts: Sequence[TaskContact], arm: ArmState, limits: list[str]
-    ) -> list[Level]:
-        """Velocities of all contacts, wanted alike."""
-        self._servo.keep(contact.id for contact in contacts)
-        self._begun = {c.id: self._begun.get(c.id, c.point) for c in contacts}
-        self._velocity = {c.id: self._moved(settings, c, arm.dt, limits) for c in contacts}
-        return one_level([in_space(c, self._velocity[c.id]) for c in contacts])
+    def keep(self, contacts: Sequence[TaskContact]) -> None:
+        """Where the others began is forgotten too."""
+        super().keep(contacts)
+        self._begun = {contact.id: self._begun.get(contact.id, contact.point) for contact in contacts}
 
-    def solve(
-        self, levels: Sequence[Level], settings: ControlSettings, contacts: Sequence[TaskContact], arm: ArmState,
-        limits: list[str],
-    ) -> FloatArray:  # fmt: skip
-        """Damped least squares."""
-        return solve_freely(levels, arm, limits)
-
-    def _moved(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: list[str]) -> FloatArray:
+    def velocity(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: list[str]) -> FloatArray:
+        """Both errors' answers added up, taken up slowly."""
         normal = contact.normal
-        away = normal @ (self._begun[contact.id] - contact.point)
-        place = contact.along(settings.position_gain, MAX_SPEED) + settings.position_gain * away * normal
-        push = self._servo.push(settings, contact.id, contact.force_error, dt, limits)
-        aim = bounded(place + push * normal, limits)
-        return lagged(self._velocity.get(contact.id, np.zeros(3)), aim, settings.inertia_time, dt)
+        away = normal.dot(self._begun[contact.id] - contact.point)
+        push = self.push(settings, contact, dt, limits) + settings.position_gain * away
+        aim = bounded(contact.along(settings.position_gain, MAX_SPEED) + push * normal, limits)
+        return self.lagged(contact, aim, settings.inertia_time, dt)

@@ -32,10 +32,10 @@ class Priority:
         self._servo.keep(contact.id for contact in contacts)
         push = [self._servo.push(settings, c.id, c.force_error, arm.dt, limits) for c in contacts]
         levels = [Level(np.stack([c.outward for c in contacts]), np.array(push))]
-        held = [(c.tangents, c) for c in contacts if c.error is not None]
+        held = [c for c in contacts if c.error is not None]
         if held:
-            rows = np.concatenate([across @ c.move for across, c in held])
-            speed = np.concatenate([across @ c.along(settings.position_gain, MAX_SPEED) for across, c in held])
+            rows = np.concatenate([c.map_axes.dot(c.move) for c in held])
+            speed = np.concatenate([c.map_axes.dot(c.along(settings.position_gain, MAX_SPEED)) for c in held])
             levels.append(Level(rows, speed))
         return levels
 
@@ -44,4 +44,4 @@ class Priority:
         limits: list[str],
     ) -> FloatArray:  # fmt: skip
         """Damped least squares, level after level; what they leave free goes to rest."""
-        return solve_freely(levels, arm, limits, rest=arm.home)
+        return solve_freely(levels, arm.reference, arm.start, limits, rest=arm.home)

@@ -1,8 +1,9 @@
 """A quadratic program: force and place as well as bounds on speed, acceleration, joints and forces let it.
 
-min over joint velocities of w |outward speed - push|² + |sliding - wanted|² + e |speed - rest|², in a box. A contact
-whose force would pass its cap within a tick, by a nominal stiffness, is pushed less whatever the rest wants: not a box,
-so it comes as a heavy term, for those contacts only that need it.
+min over joint velocities of w |outward speed - push|² + |sliding - wanted|² + e |speed - rest|², in a box, with weak
+directions damped as least squares have it. A contact whose force would pass its cap within a tick, by a nominal
+stiffness, is pushed less whatever the rest wants: not a box, so it comes as a heavy term, for those contacts only that
+need it.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 
 from app.arrays import FloatArray
 from app.control.command import ControlSettings
-from app.control.levels import Level
+from app.control.levels import Level, damping, directions
 from app.control.priority import Priority
 from app.control.reference import MAX_JOINT_SPEED, MAX_SPEED
 from app.control.rule import ArmState
@@ -67,13 +68,14 @@ class QuadraticProgram(Priority):
 
 
 def _quadratic(levels: Sequence[Level], rest: FloatArray) -> tuple[FloatArray, FloatArray]:
-    n = len(rest)
-    hessian, gradient = np.zeros((n, n)), np.zeros(n)
+    """Hessian (n, n) and gradient (n,), with the damping of weak directions; see ``levels``."""
+    hessian, gradient = np.diag(np.full(len(rest), _REST_WEIGHT)), -_REST_WEIGHT * rest
     for weight, level in zip((_FORCE_WEIGHT, 1.0), levels, strict=False):
-        hessian += weight * level.rows.T @ level.rows
-        gradient -= weight * level.rows.T @ level.speed
-    small = _REST_WEIGHT
-    return hessian + small * np.eye(n), gradient - small * rest
+        _, gains, right = directions(level.rows)
+        damped = np.array([gain**2 + damping(gain) for gain in gains.tolist()])
+        hessian += weight * (right.T * damped).dot(right)
+        gradient -= weight * level.speed.dot(level.rows)
+    return hessian, gradient
 
 
 def _solve_box(
@@ -81,7 +83,7 @@ def _solve_box(
 ) -> FloatArray:
     """(n,) the minimum in the box; without joints it is empty."""
     n = len(warm)
-    answer = np.clip(warm, lower, upper)
+    answer = np.minimum(np.maximum(warm, lower), upper)
     if n:
         factor = np.zeros((n, n + 7))
         rank = mujoco.mju_boxQP(answer, factor, None, np.ascontiguousarray(hessian), gradient, lower, upper)

@@ -6,7 +6,7 @@ import numpy as np
 
 from app.arrays import BoolArray, FloatArray
 from app.control.command import JointCommand
-from app.control.gains import joint_impedance, joint_limits
+from app.control.gains import JointImpedance, joint_limits
 from app.robots.robot import Robot
 
 MAX_SPEED = 0.25
@@ -37,12 +37,14 @@ class PostureReference:
 
     Attributes:
         wanted: (n,) None until it starts.
+        impedance: What holds it.
         lower: (n,) limits of the joints.
         upper: (n,).
     """
 
     def __init__(self, robot: Robot, inertia: FloatArray) -> None:
-        self._inertia, (self.lower, self.upper) = inertia, joint_limits(robot)
+        self.impedance = JointImpedance(inertia, frequency=INNER_FREQUENCY, damping_ratio=1.0)
+        self.lower, self.upper = joint_limits(robot)
         self.reset()
 
     def reset(self) -> None:
@@ -52,8 +54,7 @@ class PostureReference:
 
     def start(self, posture: FloatArray, torque: FloatArray) -> None:
         """Start where the stiff impedance asks of an arm at rest in ``posture`` (n,) for just ``torque`` (n,) [N m]."""
-        stiffness = self.command_at(posture).stiffness
-        self.wanted = posture + np.clip(torque / stiffness, -MAX_LEAD, MAX_LEAD)
+        self.wanted = posture + np.clip(torque / self.impedance.stiffness, -MAX_LEAD, MAX_LEAD)
         self._homing = np.zeros_like(posture)
 
     def from_where(self, posture: FloatArray) -> FloatArray:
@@ -73,17 +74,16 @@ class PostureReference:
     def move(self, posture: FloatArray, speed: FloatArray, dt: float, limits: list[str]) -> JointCommand:
         """Move the wanted posture from where it is; bounded by the joints' limits and by what holds the arm back."""
         wanted = self.from_where(posture) + dt * speed
-        near = np.clip(wanted, posture - MAX_LEAD, posture + MAX_LEAD)
-        if (near != wanted).any():
-            limits.append("something holds the arm back")
-        self.wanted = np.clip(near, self.lower, self.upper)
-        if (self.wanted != near).any() and "joint limit" not in limits:
-            limits.append("joint limit")
+        near = np.minimum(np.maximum(wanted, posture - MAX_LEAD), posture + MAX_LEAD)
+        self.wanted = np.minimum(np.maximum(near, self.lower), self.upper)
+        if (self.wanted != wanted).any():
+            limits += ["something holds the arm back"] if (near != wanted).any() else []
+            limits += ["joint limit"] if (self.wanted != near).any() and "joint limit" not in limits else []
         return self.command_at(self.wanted)
 
     def command_at(self, posture: FloatArray) -> JointCommand:
         """The stiff impedance about a posture."""
-        return joint_impedance(self._inertia, posture, frequency=INNER_FREQUENCY, damping_ratio=1.0)
+        return self.impedance.about(posture)
 
 
 def at_limit(reference: PostureReference, start: FloatArray, speed: FloatArray) -> BoolArray:

@@ -19,6 +19,8 @@ class TaskReport:
         way: Walked along the path [m].
         energy: Net energy given to contacts since the first of them touched [J]; below zero the arm took it.
         tank: What may still be given [J].
+        piece: Number of the path's part, between two crossings, where the target is.
+        transfer: How a contact is taken over a crossing, see ``Transfer.state``; empty while none is.
     """
 
     target: SurfacePoint | None = None
@@ -28,3 +30,5 @@ class TaskReport:
     way: float = 0.0
     energy: float = 0.0
     tank: float = 0.0
+    piece: int = 0
+    transfer: str = ""

@@ -55,27 +55,34 @@ class Rule(Protocol):
 
 
 def solve_freely(
-    levels: Sequence[Level], arm: ArmState, limits: list[str], *, rest: FloatArray | None = None
+    levels: Sequence[Level],
+    reference: PostureReference,
+    start: FloatArray,
+    limits: list[str],
+    *,
+    rest: FloatArray | None = None,
 ) -> FloatArray:
     """(n,) joint velocity by damped least squares; joints at a limit leave the work to the others.
 
     Args:
         levels: The most wanted first.
-        arm: The arm.
+        reference: The arm's limits.
+        start: (n,) the wanted posture until now.
         limits: Told what bounds the answer.
         rest: (n,) joint velocity where the levels leave it free; none by default.
     """
-    idle = np.zeros_like(arm.start) if rest is None else rest
-    moving = np.ones(len(arm.start), dtype=bool)
-    for _ in range(len(arm.start)):
-        speed, weak = solve_levels([Level(level.rows * moving, level.speed) for level in levels], idle * moving)
-        stuck = at_limit(arm.reference, arm.start, speed) & moving
+    rest = np.zeros_like(start) if rest is None else rest
+    moving = np.ones(len(start), dtype=bool)
+    for _ in range(len(start)):
+        speed, weak = solve_levels(levels, rest)
+        stuck = at_limit(reference, start, speed) & moving
         if not stuck.any():
             break
-        moving = moving & ~stuck
+        moving &= ~stuck
+        levels, rest = [Level(level.rows * moving, level.speed) for level in levels], rest * moving
         limits += [] if "joint limit" in limits else ["joint limit"]
     else:
-        return np.zeros_like(arm.start)
+        return np.zeros_like(start)
     limits += ["the arm can hardly move along this contact"] if weak else []
     return slowed(speed, limits)
 

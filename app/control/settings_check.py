@@ -32,8 +32,10 @@ CHOICES: dict[str, tuple[str, ...]] = {
     "path_kind": get_args(PathKind),
 }
 """What a person may choose."""
-MOST_POINTS = 1000
+MOST_POINTS = 2000
 """Of a path."""
+MOST_STARTS = 10**9
+"""Of a task."""
 
 
 def check_settings(settings: ControlSettings) -> ControlSettings:
@@ -60,6 +62,10 @@ def check_settings(settings: ControlSettings) -> ControlSettings:
                 value=value,
                 remedy=f"Choose {low:g} to {high:g}",
             )
+    if type(settings.starts) is not int or not 0 <= settings.starts <= MOST_STARTS:
+        raise SceneError(
+            "starts are counted", place="control.starts", value=settings.starts, remedy=f"Choose 0 to {MOST_STARTS}"
+        )
     _check_path(settings)
     return settings
 
@@ -76,7 +82,7 @@ def _check_path(settings: ControlSettings) -> None:
         )
 
 
-def settings_from(values: Mapping[str, str | float]) -> ControlSettings:
+def settings_from(values: Mapping[str, object]) -> ControlSettings:
     """Settings from a scene's table.
 
     Raises:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from app.arrays import FloatArray
+from app.arrays import FloatArray, length
 from app.contacts.region import ContactRegion
+from app.maps.map_jacobian import least_motion
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,12 +21,14 @@ class Want:
         force: Goal [N].
         error: (2,) the way to go on the map [m]; None where the contact may slide as it likes.
         velocity: (2,) at which the goal itself moves on the map [m/s].
+        to_map: (2, 3) the map's Jacobian at the contact, world frame, where it was asked for already.
     """
 
     region: ContactRegion
     force: float
     error: FloatArray | None = None
     velocity: FloatArray | None = None
+    to_map: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +43,7 @@ class TaskContact:
         point: (3,) [m].
         move: (3, n) velocity of the point of the skin per joint velocity.
         to_map: (2, 3) map velocity per velocity along the skin; what stands still in the world moves by minus that.
+            Zero where the contact may slide: nobody asks.
         error: (2,) on the map [m]; None where the contact may slide.
         velocity: (2,) of the goal on the map [m/s].
     """
@@ -53,15 +58,16 @@ class TaskContact:
     error: FloatArray | None
     velocity: FloatArray
 
-    @property
+    @cached_property
     def outward(self) -> FloatArray:
         """(n,) outward speed of the point per joint velocity: it presses more."""
-        return self.normal @ self.move
+        return self.normal.dot(self.move)
 
-    @property
-    def tangents(self) -> FloatArray:
-        """(2, 3) two directions along the skin, of length one and square to each other."""
-        return np.linalg.svd(self.to_map, full_matrices=False)[2]
+    @cached_property
+    def map_axes(self) -> FloatArray:
+        """(2, 3) the map's two axes along the skin as nearly as can be: of length one and square to each other."""
+        left, _, right = np.linalg.svd(self.to_map, full_matrices=False)
+        return left.dot(right)
 
     def along(self, gain: float, most: float) -> FloatArray:
         """(3,) velocity of the skin [m/s] that brings the contact on: what stands still in the world slides back on it.
@@ -72,6 +78,6 @@ class TaskContact:
         """
         if self.error is None:
             return np.zeros(3)
-        wanted = -np.linalg.pinv(self.to_map, rcond=1e-3) @ (gain * self.error + self.velocity)
-        speed = float(np.linalg.norm(wanted))
+        wanted = -least_motion(self.to_map, gain * self.error + self.velocity)
+        speed = length(wanted)
         return wanted * (most / speed) if speed > most else wanted

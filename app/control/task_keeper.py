@@ -1,63 +1,101 @@
 """What the chosen task wants of the contacts, tick by tick.
 
 ``keep_force`` keeps the strongest contact at the force goal and lets it slide. ``hold_point`` also keeps it at a place
-of the skin: the first point of the path, or where it began. ``follow_path`` leads it along the path with the force.
-``balance`` moves until all contacts press alike; a single one is kept at the goal. ``retreat`` goes away from whatever
-touches, and stays away. ``guide`` follows a hand in all directions, and stays where the hand leaves it.
+of the skin: the first point of the path, or where it began. ``follow_path`` leads it along the path with the force, and
+takes it over to other places where the path crosses. ``balance`` moves until all contacts press alike; a single one is
+kept at the goal. ``retreat`` goes away from whatever touches, and stays away. ``guide`` follows a hand in all
+directions, and stays where the hand leaves it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from app.arrays import FloatArray
 from app.contacts.region import ContactRegion
+from app.control.border_contact import over_borders
+from app.control.carrier import Carrier
 from app.control.command import ControlSettings
-from app.control.map_path import LaidPath, MapPath, draw_path, path_about
+from app.control.laid_path import Crossing
 from app.control.map_sight import MapSight
+from app.control.path_follower import PathFollower
+from app.control.path_walk import NEAR
+from app.control.report import TaskReport
 from app.control.task_contact import Want
-from app.errors import MapError
 from app.geometry.surface_point import SurfacePoint
 from app.robots.configuration import Configuration
+from app.robots.robot import Robot
 
 SEARCH_TIME = 0.4
 """How long a lost contact is looked for along its normal [s]."""
-LAG = 0.01
-"""A path waits for a contact that is farther behind [m]."""
+OVER = 2.0
+"""At so many times a path's speed the contact is led over a crossing, where the target itself jumps."""
 MOST_ERROR = 0.02
-"""Of the map error that laws are given [m]: far goals are approached at this one's speed."""
+"""Of the way on the body that laws are given [m]: far goals are approached at this one's speed."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Now:
+    """One tick, as ``TaskKeeper.wants`` is asked for it."""
+
+    settings: ControlSettings
+    regions: Sequence[ContactRegion]
+    sight: MapSight
+    configuration: Configuration
+    dt: float
+    limits: list[str]
 
 
 class TaskKeeper:
     """Remembers which contact a task is about, where it began and how far along the path it is. Mutable.
 
+    Args:
+        robot: Whose arm can carry a contact to another place; without one it is never carried.
+
     Attributes:
-        way, target, error, force_goal, laid_at: As ``TaskReport`` has them.
+        follower: Of the path.
+        carrier: Of a contact to another place.
+        target, error, force_goal: As ``TaskReport`` has them.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, robot: Robot | None = None) -> None:
+        self.follower, self.carrier = PathFollower(), Carrier(robot)
         self.reset()
 
     def reset(self) -> None:
         """No contact, at the start of the path."""
-        self.way = 0.0
+        self.follower.reset()
+        self.carrier.reset()
         self.target: SurfacePoint | None = None
         self.error: float | None = None
         self.force_goal: float | None = None
-        self.laid_at: tuple[float, float] | None = None
-        self._key: object = None
-        self._path: LaidPath | None = None
-        self._back = False
+        self._task: object = None
+        self._place: object = None
         self._last: ContactRegion | None = None
         self._searching = 0.0
         self._problem = ""
 
+    @property
+    def report(self) -> TaskReport:
+        """How the task goes, but for its energy."""
+        follower = self.follower
+        return TaskReport(
+            target=self.target,
+            error=self.error,
+            force_goal=self.force_goal,
+            laid_at=follower.laid_at,
+            way=follower.way,
+            piece=follower.piece,
+            transfer=self.carrier.state,
+        )
+
     def let_go(self) -> None:
         """Forget the contact, as if it had not been; the path goes on from where it is."""
         self._last = None
+        self.carrier.reset()
 
     def wants(
         self,
@@ -71,134 +109,145 @@ class TaskKeeper:
         """What is wanted now, of the contact the task is about first; nothing when nothing touches.
 
         Args:
-            settings: Which task; another task or path starts it afresh, and another map what is drawn on it.
+            settings: Which task; another one starts afresh. A path that changes goes on where it is nearest.
             regions: The strongest first.
-            sight: Of the map.
+            sight: Of the map; on another one a path is laid anew, and a place is the same.
             configuration: At the present posture.
             dt: Since the last tick [s].
             limits: Told what holds the task up.
         """
+        now = _Now(settings, regions, sight, configuration, dt, limits)
         self._start_if_new(settings, sight)
         self.error = None
-        wants = self._wants(settings, regions, sight, configuration, dt, limits)
+        wants = self._carried(now) if self.carrier.moves else self._wants(now)
         self.force_goal = wants[0].force if wants else None
         return wants
 
-    def _wants(
-        self,
-        settings: ControlSettings,
-        regions: Sequence[ContactRegion],
-        sight: MapSight,
-        configuration: Configuration,
-        dt: float,
-        limits: list[str],
-    ) -> list[Want]:
-        region = self._contact(regions)
+    def _wants(self, now: _Now) -> list[Want]:
+        region = self._contact(now.regions)
         if region is None:
-            return self._search(settings, dt, limits)
+            return self._search(now)
         new = self._last is None or self._last.id != region.id
         self._last, self._searching = region, 0.0
-        if settings.task == "balance":
-            return _balanced(settings, regions)
-        if settings.task == "retreat":
-            return [Want(one, 0.0) for one in regions]
-        if settings.task == "keep_force":
-            return [Want(region, settings.force_goal)]
-        return [self._at_a_place(settings, region, sight, configuration, dt, limits, new)]
+        if now.settings.task == "balance":
+            return _balanced(now.settings, now.regions)
+        if now.settings.task == "retreat":
+            return [Want(one, 0.0) for one in now.regions]
+        if now.settings.task == "keep_force":
+            return [Want(region, now.settings.force_goal)]
+        whole = over_borders(region, now.regions, now.sight, now.configuration, now.settings.jacobian)
+        return [
+            self._on_path(now, whole, new) if now.settings.task == "follow_path" else self._at_a_place(now, whole, new)
+        ]
+
+    def _carried(self, now: _Now) -> list[Want]:
+        """Nothing while a contact is on its way; what the task wants of it as soon as it has come."""
+        region, crossing = self.carrier.watch(now.regions, now.dt), self.carrier.crossing
+        if self.carrier.moves:
+            now.limits.append(self.carrier.says)
+            self._last = None
+            return []
+        assert crossing is not None
+        if self.carrier.state == "arrived":
+            self.follower.go_to(crossing.way)
+        else:
+            self.follower.stay(self.carrier.reason, crossing.leaves)
+        self.carrier.reset()
+        self._last, self._searching = region, 0.0
+        return self._wants(now)
 
     def _start_if_new(self, settings: ControlSettings, sight: MapSight) -> None:
-        drawn = sight if settings.path or settings.task == "follow_path" else None  # a place is the same on every map
-        key = (settings.task, settings.path, settings.path_kind, settings.path_size, drawn)
-        if key != self._key:
+        if (settings.task, settings.starts) != self._task:
             self.reset()
-            self._key = key
+            self._task = settings.task, settings.starts
+        place = (settings.path[0], sight) if settings.path else None  # without one it is the same on every map
+        if settings.task == "hold_point" and place != self._place:
+            self._place, self.target = place, None
 
     def _contact(self, regions: Sequence[ContactRegion]) -> ContactRegion | None:
-        """The contact known from before, else the strongest."""
+        """The contact known from before, else the strongest; on a path rather the one that is where it leads to."""
         known = self._last.id if self._last is not None else 0
-        return next((region for region in regions if region.id == known), regions[0] if regions else None)
+        found = next((region for region in regions if region.id == known), regions[0] if regions else None)
+        target = self.follower.target
+        if found is None or target is None or found.at.patch == target.patch:
+            return found
+        return self.follower.there(regions) or found
 
-    def _search(self, settings: ControlSettings, dt: float, limits: list[str]) -> list[Want]:
+    def _search(self, now: _Now) -> list[Want]:
         """A contact just lost is sought for a while, as one without force; not by tasks that yield."""
         if self._last is None:
             return []
-        self._searching += dt
-        if settings.task in ("retreat", "guide", "balance") or self._searching > SEARCH_TIME or not settings.force_goal:
+        task, goal = now.settings.task, now.settings.force_goal
+        self._searching += now.dt
+        if task in ("retreat", "guide", "balance") or self._searching > SEARCH_TIME or not goal:
             self._last = None
-            self.target = None if settings.task in ("hold_point", "guide") else self.target
+            self.carrier.reset()
+            self.target = None if task in ("hold_point", "guide") else self.target
             return []
-        limits.append("contact lost")
-        return [Want(replace(self._last, id=-self._last.id, force=0.0), settings.force_goal)]
+        now.limits.append("contact lost")
+        return [Want(replace(self._last, id=-self._last.id, force=0.0), goal)]
 
-    def _at_a_place(
-        self,
-        settings: ControlSettings,
-        region: ContactRegion,
-        sight: MapSight,
-        configuration: Configuration,
-        dt: float,
-        limits: list[str],
-        new: bool,
-    ) -> Want:
-        jacobian = sight.jacobian(region.at, settings.jacobian, configuration)
+    def _on_path(self, now: _Now, region: ContactRegion, new: bool) -> Want:
+        follower = self.follower
+        if follower.lay(now.settings, region, now.sight):
+            self.carrier.reset()
+        elif new:
+            follower.join(region, now.sight, now.configuration)
         velocity = np.zeros(2)
-        if settings.task == "follow_path":
-            velocity = self._walk(settings, region, sight, configuration, jacobian, dt, limits)
-        elif self.target is None or (new and settings.task == "guide"):
-            drawn = sight.map.to_body(np.array(settings.path[0])) if settings.path else region.at
-            self.target = region.at if drawn is None or settings.task == "guide" else drawn
-            self._problem = "the point to hold is not on the skin" if drawn is None else ""
-        limits += [self._problem] if self._problem else []
-        assert self.target is not None
-        error = sight.error(self.target, region, jacobian, configuration)
-        self.error = float(np.linalg.norm(error))
-        return Want(region, settings.force_goal, _bounded(error, MOST_ERROR), velocity)
-
-    def _walk(
-        self,
-        settings: ControlSettings,
-        region: ContactRegion,
-        sight: MapSight,
-        configuration: Configuration,
-        jacobian: FloatArray,
-        dt: float,
-        limits: list[str],
-    ) -> FloatArray:
-        """Take the target on along the path: round and round when closed, else to and fro; its velocity (2,)."""
-        if self._path is None:
-            self._path, self._problem = _lay(settings, region, sight)
-            self.laid_at = None if settings.path else (float(region.map_point[0]), float(region.map_point[1]))
-        path = self._path
-        self.target, direction = path.at(self.way)
-        behind = float(np.linalg.norm(sight.error(self.target, region, jacobian, configuration)))
-        if behind > LAG:
-            limits.append("the path waits for the contact")
-            return np.zeros(2)
-        if path.length < 1e-6:
-            return np.zeros(2)
-        way = self.way + (-dt if self._back else dt) * settings.path_speed
-        if path.closed:
-            way %= path.length
-        elif not 0 <= way < path.length:
-            self._back = way > 0
-            way = min(max(way, 0.0), path.length * (1 - 1e-9))
-        self.way = way
-        return direction * (-settings.path_speed if self._back else settings.path_speed)
-
-
-def _lay(settings: ControlSettings, region: ContactRegion, sight: MapSight) -> tuple[LaidPath, str]:
-    """The path on the skin, and what is wrong with it: where it cannot lie, the contact stays where it is."""
-    try:
-        if len(settings.path) > 1:
-            path = draw_path(settings.path_kind, settings.path)
+        if self.carrier.state == "look":
+            self._look(now)
         else:
-            centre = np.array(settings.path[0]) if settings.path else region.map_point
-            path = path_about(settings.path_kind, centre, settings.path_size)
-        laid = LaidPath(path, sight.gluing)
-        return laid, "" if laid.whole else "the path leaves the skin"
-    except MapError as error:
-        here = MapPath(sight.map.to_map(region.at))
-        return LaidPath(here, sight.gluing), error.problem
+            velocity, crossing = follower.walk(now.settings, region, now.sight, now.configuration, now.dt)
+            if crossing is not None:
+                self._take_over(crossing, region, now)
+            elif follower.waits:
+                now.limits.append("the path waits for the contact")
+        now.limits.extend(said for said in (follower.problem, follower.blocked) if said)
+        self.target = follower.target
+        return self._led(now, region, velocity)
+
+    def _take_over(self, crossing: Crossing, region: ContactRegion, now: _Now) -> None:
+        if self.carrier.ask(crossing, region, now.regions, now.sight.map.skin, now.sight.pitch):
+            self.follower.target = crossing.leaves
+        else:
+            self.follower.stay("no arm can carry it on", crossing.leaves)
+
+    def _look(self, now: _Now) -> None:
+        """The contact is held while a way for it is looked for."""
+        crossing = self.carrier.crossing
+        self.carrier.watch(now.regions, now.dt)
+        if self.carrier.state == "failed" and crossing is not None:
+            self.follower.stay(self.carrier.reason, crossing.leaves)
+            self.carrier.reset()
+        elif self.carrier.says:
+            now.limits.append(self.carrier.says)
+
+    def _at_a_place(self, now: _Now, region: ContactRegion, new: bool) -> Want:
+        path, guided = now.settings.path, now.settings.task == "guide"
+        if self.target is None or (new and guided):
+            drawn = now.sight.map.to_body(np.array(path[0])) if path else region.at
+            self.target = region.at if drawn is None or guided else drawn
+            self._problem = "the point to hold is not on the skin" if drawn is None else ""
+        now.limits.extend([self._problem] if self._problem else [])
+        want = self._led(now, region, np.zeros(2))
+        if self.target.patch == region.at.patch:
+            return want
+        if now.sight.apart(self.target, region.at, now.configuration) <= NEAR * now.sight.pitch:
+            return want
+        names = [now.sight.map.skin.patches[at.patch].name.replace("_", " ") for at in (self.target, region.at)]
+        now.limits.append(f"the point to hold is on the {names[0]}, the contact on the {names[1]}")
+        return Want(region, now.settings.force_goal)
+
+    def _led(self, now: _Now, region: ContactRegion, velocity: FloatArray) -> Want:
+        """The contact led to the target, over seams too."""
+        assert self.target is not None
+        jacobian = now.sight.jacobian(region.at, now.settings.jacobian, now.configuration)
+        error = now.sight.error(self.target, region, jacobian, now.configuration)
+        self.error = float(np.linalg.norm(error))
+        most = MOST_ERROR * now.sight.map.layout.placements[region.at.patch].scale
+        if self.follower.leads_over:
+            most = min(most, OVER * now.settings.path_speed / max(now.settings.position_gain, 1e-3))
+        return Want(region, now.settings.force_goal, _bounded(error, most), velocity, jacobian)
 
 
 def _balanced(settings: ControlSettings, regions: Sequence[ContactRegion]) -> list[Want]:

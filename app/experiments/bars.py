@@ -19,11 +19,13 @@ class Bars:
         title: The question.
         x: What the amounts are, with their unit.
         amounts: Not below zero; what is not finite does not show.
+        note: What has to be said beside it, in a sentence or two.
     """
 
     title: str
     x: str
     amounts: Mapping[str, float]
+    note: str = ""
 
 
 def bars_svg(bars: Bars) -> str:

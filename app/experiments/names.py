@@ -2,4 +2,13 @@
 
 from __future__ import annotations
 
-NAMES = ("map-cost", "image-cost", "touch-cost", "step-cost", "effect-cost")
+NAMES = (
+    "map-cost",
+    "image-cost",
+    "touch-cost",
+    "step-cost",
+    "effect-cost",
+    "control-cost",
+    "control-laws",
+    "control-theory",
+)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from html import escape
 
 import numpy as np
@@ -27,10 +27,12 @@ class Panel:
     Attributes:
         title: What is the same for all its curves.
         curves: Points (x, y) by method, in the order they are joined.
+        spreads: (x, lowest, highest) by method, drawn as upright lines: how sure the points are.
     """
 
     title: str
     curves: Mapping[str, Points]
+    spreads: Mapping[str, Sequence[tuple[float, float, float]]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -43,6 +45,7 @@ class Figure:
         y: Likewise of the vertical one.
         panels: One for each setting.
         least: Smaller errors are drawn here: a logarithm knows no zero.
+        note: What has to be said beside it, in a sentence or two.
     """
 
     title: str
@@ -50,6 +53,7 @@ class Figure:
     y: str
     panels: Sequence[Panel]
     least: float = 1e-9
+    note: str = ""
 
 
 def svg(figure: Figure) -> str:
@@ -71,12 +75,14 @@ def svg(figure: Figure) -> str:
 
 def _panel(panel: Panel, figure: Figure, colour: Mapping[str, str]) -> str:
     curves = {name: _drawable(points, figure.least) for name, points in panel.curves.items()}
-    every = np.concatenate([*curves.values(), np.zeros((0, 2))])
+    spans = {name: _spans(rows, figure.least) for name, rows in panel.spreads.items() if name in curves}
+    every = np.concatenate([*curves.values(), *(ends.reshape(-1, 2) for ends in spans.values()), np.zeros((0, 2))])
     title = _text(_WIDTH / 2, 18, panel.title, 'text-anchor="middle" font-weight="bold"')
     if not len(every):
         return title + _text(_WIDTH / 2, _HEIGHT / 2, "nothing measured", 'text-anchor="middle" fill="#888"')
     axes = _Axes.around(every)
     lines = [_curve(axes.place(points), name, colour[name]) for name, points in curves.items() if len(points)]
+    lines += [_upright(axes.place(ends), colour[name]) for name, rows in spans.items() for ends in rows]
     return title + axes.drawn(figure) + "".join(lines)
 
 
@@ -84,6 +90,12 @@ def _drawable(points: Points, least: float) -> FloatArray:
     """Decimal logarithms (k, 2) of the points that have them."""
     kept = [(x, max(y, least)) for x, y in points if np.isfinite([x, y]).all() and x > 0]
     return np.asarray(np.log10(np.array(kept, dtype=np.float64).reshape(-1, 2)))
+
+
+def _spans(rows: Sequence[tuple[float, float, float]], least: float) -> FloatArray:
+    """Decimal logarithms (k, 2, 2) of both ends of the upright lines that have them."""
+    ends = [_drawable([(x, low), (x, high)], least) for x, low, high in rows]
+    return np.array([pair for pair in ends if len(pair) == 2]).reshape(-1, 2, 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,6 +153,11 @@ def _curve(places: FloatArray, name: str, colour: str) -> str:
     dots = "".join(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="2.6"/>' for x, y in places)
     joined = f'<polyline points="{line}" fill="none" stroke="{colour}" stroke-width="1.6"/>'
     return f'<g fill="{colour}"><title>{escape(name)}</title>{joined}{dots}</g>'
+
+
+def _upright(ends: FloatArray, colour: str) -> str:
+    (x, low), (_, high) = ends
+    return f'<path d="M{x:.1f},{low:.1f}V{high:.1f}" stroke="{colour}" stroke-width="1" opacity="0.6"/>'
 
 
 def _legend(colour: Mapping[str, str]) -> str:

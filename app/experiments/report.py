@@ -14,14 +14,15 @@ from pathlib import Path
 from app.errors import UsageError
 from app.experiments.bars import Bars, bars_svg
 from app.experiments.experiment import Experiment
-from app.experiments.plot import svg
+from app.experiments.plot import Figure, svg
 from app.experiments.sweep import Row
 
 _STYLE = """body{font:14px/1.5 sans-serif;max-width:1060px;margin:2em auto;padding:0 1em;color:#222}
 h1{margin-bottom:0}h2{margin-top:2em}table{border-collapse:collapse;font-size:12px}
 th,td{padding:2px 8px;text-align:right;border-bottom:1px solid #ddd;white-space:nowrap}
 th{position:sticky;top:0;background:#fff}td:first-child,th:first-child{text-align:left}
-.table{max-height:32em;overflow:auto}svg{max-width:100%;height:auto}"""
+.table{max-height:32em;overflow:auto}svg{max-width:100%;height:auto}
+.note{color:#555;max-width:60em}"""
 
 
 @dataclass(frozen=True)
@@ -96,7 +97,7 @@ def _json(outcome: Outcome) -> str:
 def _html(outcome: Outcome) -> str:
     experiment = outcome.experiment
     drawn = [
-        f"<h2>{escape(figure.title)}</h2>{bars_svg(figure) if isinstance(figure, Bars) else svg(figure)}"
+        f"<h2>{escape(figure.title)}</h2>{_drawn(figure)}"
         for figure in experiment.figures([row for row in outcome.rows if "problem" not in row])
     ]
     run = {
@@ -114,6 +115,11 @@ def _html(outcome: Outcome) -> str:
         f"{''.join(drawn)}<h2>Measured on</h2><table>{facts}</table>"
         f'<h2>All rows</h2><div class="table">{_table(outcome.rows)}</div></body></html>\n'
     )
+
+
+def _drawn(figure: Figure | Bars) -> str:
+    note = f'<p class="note">{escape(figure.note)}</p>' if figure.note else ""
+    return (bars_svg(figure) if isinstance(figure, Bars) else svg(figure)) + note
 
 
 def _table(rows: Sequence[Row]) -> str:

@@ -79,7 +79,7 @@ class TactileMap:
 
     def to_map(self, at: SurfacePoint) -> FloatArray:
         """The map point (2,) [m] of a place on the body; on a seam, that of the copy its face belongs to."""
-        return np.asarray(at.weights) @ self.uv[at.patch][self.charts[at.patch].faces[at.face]]
+        return np.array(at.weights).dot(self.uv[at.patch].take(self.charts[at.patch].faces[at.face], axis=0))
 
     def to_map_many(self, patch: IntArray, face: IntArray, weights: FloatArray) -> FloatArray:
         """Map points (k, 2) [m] of places given by patch (k,), face (k,) and weights (k, 3)."""

@@ -13,13 +13,19 @@ from mcap.records import Message
 from app.contacts.event import ContactEvent
 from app.contacts.events import KEPT
 from app.errors import RecordingError, SimulationError
-from app.maps.tactile_map import TactileMap
 from app.recording import bundle, reading
-from app.recording.codec import decode_failure, decode_frame, decode_input
 from app.recording.event_codec import decode_event
-from app.scene.effects import Effects
+from app.recording.failure_codec import decode_failure
+from app.recording.frame_codec import decode_frame
+from app.recording.input_codec import decode_input
 from app.session.frame import Frame
-from app.session.inputs import EffectsChanged, MapEdited, PokePressed, PokeReleased, SessionInput
+from app.session.inputs import (
+    MapEdited,
+    PokePressed,
+    PokeReleased,
+    SessionInput,
+)
+from app.session.rules import Rules, rules_at
 
 
 class Player:
@@ -49,6 +55,7 @@ class Player:
         self._contents = contents
         self.versions, self.complete = contents.metadata, contents.complete
         self.prepared = bundle.unpack(contents.attachments, file=str(path))
+        self._start = Rules.of_scene(self.prepared)
         self.inputs: list[tuple[int, SessionInput]] = []
         self.failure: tuple[int, SimulationError] | None = None
         self.events: list[ContactEvent] = []
@@ -91,20 +98,9 @@ class Player:
             np.clip(np.searchsorted(self.times, self.times[0] + seconds + 1e-9, side="right") - 1, 0, len(self) - 1)
         )
 
-    def map_at(self, tick: int) -> TactileMap:
-        """The map in force at a tick of the session: the scene's, as it had been edited by then."""
-        edited = self.prepared.map
-        for at, act in self.inputs:
-            if at > tick:
-                break
-            if isinstance(act, MapEdited):
-                edited = act.map
-        return edited
-
-    def effects_at(self, tick: int) -> Effects:
-        """The effects in force at a tick of the session: the scene's, as they had been changed by then."""
-        changes = [act.effects for at, act in self.inputs if at <= tick and isinstance(act, EffectsChanged)]
-        return changes[-1] if changes else self.prepared.scene.effects
+    def rules_at(self, tick: int) -> Rules:
+        """By what the session ran at one of its ticks: as its scene says, and as it had been changed by then."""
+        return rules_at(self._start, self.inputs, tick)
 
     def edits(self) -> list[tuple[float, str]]:
         """When the map was edited [s since the first frame] and the edits' names, for marks on a timeline."""

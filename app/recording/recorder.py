@@ -14,14 +14,17 @@ from mcap.writer import CompressionType, Writer
 
 from app.errors import RecordingError
 from app.recording import bundle
-from app.recording.codec import TOPICS, encode_failure, encode_frame, encode_input
 from app.recording.event_codec import encode_event
+from app.recording.failure_codec import encode_failure
+from app.recording.frame_codec import encode_frame
+from app.recording.input_codec import encode_input
+from app.recording.topics import TOPICS
 from app.session.failure import Failure
 from app.session.frame import Frame
 from app.session.inputs import SessionInput
 from app.session.prepare import Prepared
 
-FORMAT = "4"
+FORMAT = "5"
 FRAMES_A_CHUNK = 6
 """A killed process loses at most the frames of the chunk being filled."""
 _WRITE_REMEDY = "Free space or choose another folder; what was written so far can be read with recover"

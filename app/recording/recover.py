@@ -11,7 +11,7 @@ from mcap.writer import CompressionType, Writer
 from app.errors import RecordingError
 from app.recording import reading
 from app.recording.bundle import MEDIA_TYPES
-from app.recording.codec import TOPICS
+from app.recording.topics import TOPICS
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.control.command import ControlChanged
+from app.arrays import FloatArray
 from app.errors import SimulationError
 from app.recording.player import Player
 from app.recording.recorder import versions
@@ -21,10 +21,10 @@ class Verification:
 
     Attributes:
         frames: Frames compared.
-        identical: Whether posture, velocity, pressures and objects of all of them are equal, bit for bit, and a session
-            that stopped by itself stopped again at the same tick with the same words.
-        max_difference: Largest difference of any posture, velocity, object's pose (SI) or pressure (kPa); inf where
-            one of the two runs stopped.
+        identical: Whether posture, velocity, pressures, objects and estimated forces of all of them are equal, bit for
+            bit, and a session that stopped by itself stopped again at the same tick with the same words.
+        max_difference: Largest difference of any posture, velocity, object's pose, estimated force (SI) or pressure
+            (kPa); inf where one of the two runs stopped.
         first_difference: Tick of the first difference; None when identical.
         other_versions: Versions that differ from those it was recorded with; equality is only promised without any.
         stopped: Why the session stopped again, as recorded; None when it was not stopped.
@@ -75,13 +75,15 @@ class _Again:
     """A fresh session given the recorded inputs at their ticks. Mutable."""
 
     def __init__(self, player: Player) -> None:
-        starting = [act for tick, act in player.inputs if tick == 0 and isinstance(act, ControlChanged)]
+        start = player.rules_at(0)
         self._session = Session(
             player.prepared,
             scripted=False,
-            settings=starting[-1].settings if starting else None,
-            map_=player.map_at(0),
-            effects=player.effects_at(0),
+            settings=start.settings,
+            map_=start.map,
+            effects=start.effects,
+            behaviours=start.behaviours,
+            reading=start.reading,
         )
         self._waiting = [item for item in player.inputs if item[0] > 0]
         self._recorded = player.failure
@@ -121,6 +123,11 @@ def _changed_versions(player: Player) -> tuple[str, ...]:
     )
 
 
+def _forces(frame: Frame) -> FloatArray:
+    """(k,) what was estimated of the contacts [N]."""
+    return np.array([force for _, told in sorted(frame.estimates.items()) for force in (told.force, *told.forces)])
+
+
 def _difference(one: Frame, other: Frame) -> float:
     """Largest difference; inf where the shapes disagree or only one of two numbers is NaN."""
     pairs = (
@@ -128,6 +135,7 @@ def _difference(one: Frame, other: Frame) -> float:
         (one.velocity, other.velocity),
         (1e-3 * one.pressures, 1e-3 * other.pressures),
         (one.objects, other.objects),
+        (_forces(one), _forces(other)),
     )
     if one.tick != other.tick or any(a.shape != b.shape for a, b in pairs):
         return float("inf")

@@ -49,13 +49,17 @@ class Configuration:
                 value=posture.tolist(),
             )
         self._data.qpos[:] = posture
+        self._poses: dict[str, Pose] = {}  # made when they are asked for
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_comPos(self._model, self._data)
 
     def pose(self, link: str) -> Pose:
         """``T_world_link``. Raises RobotError for a name the robot does not have."""
-        body = self._body(link)
-        return Pose(self._data.xmat[body].reshape(3, 3), self._data.xpos[body])
+        pose = self._poses.get(link)
+        if pose is None:
+            body = self._body(link)
+            pose = self._poses[link] = Pose(self._data.xmat[body].reshape(3, 3), self._data.xpos[body])
+        return pose
 
     def poses(self) -> FloatArray:
         """(links, 4, 4) ``T_world_link`` of every link, in the order of ``robot.links``."""
@@ -72,9 +76,8 @@ class Configuration:
             link: A link's name.
             point: (3,) [m], link frame.
         """
-        body = self._body(link)
-        world = self._data.xmat[body].reshape(3, 3) @ np.asarray(point, dtype=np.float64) + self._data.xpos[body]
-        mujoco.mj_jac(self._model, self._data, self._jacobian, None, world, body)
+        world = self.pose(link).points(np.asarray(point, dtype=np.float64))
+        mujoco.mj_jac(self._model, self._data, self._jacobian, None, world, self._bodies[link])
         return self._jacobian.copy()
 
     def inertia(self) -> FloatArray:

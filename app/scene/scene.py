@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any, TypeAlias
 
 from app.errors import SceneError
 from app.scene.decide import Decision, decide
@@ -17,6 +18,9 @@ from app.skin.cover_spec import CoverSpec
 from app.stimuli.stimulus import Stimulus
 from app.toml.nearest import nearest
 from app.touch.layer import Layer
+
+Setting: TypeAlias = str | float | tuple[tuple[float, float], ...]
+"""Of the controller: a word, a number, or points on the map [m]."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +39,8 @@ class Scene:
         objects: What there is besides the robot; their names differ.
         wishes: Effects that do not follow from the needs, by key of ``effect_table``.
         control: Settings of the controller that differ from its defaults, by name.
+        behaviours: What contact events change of the controller's settings, see ``app.control.behaviour``.
+        reading: How contacts are read, where that differs from the usual, by name.
         motion: The robot's own way, again and again; none stays at home.
         stimuli: What the scripted hand does.
         tick: Seconds between two control ticks, a whole number of time steps.
@@ -54,7 +60,9 @@ class Scene:
     taxel_file: str = ""
     objects: tuple[ObjectSpec, ...] = ()
     wishes: Mapping[str, Wish] = field(default_factory=dict)
-    control: Mapping[str, str | float] = field(default_factory=dict)
+    control: Mapping[str, Setting] = field(default_factory=dict)
+    behaviours: tuple[Mapping[str, Any], ...] = ()
+    reading: Mapping[str, str | float] = field(default_factory=dict)
     motion: tuple[Waypoint, ...] = ()
     stimuli: tuple[Stimulus, ...] = ()
     tick: float = 0.005

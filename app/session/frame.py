@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import takewhile
 
 import numpy as np
 
 from app.arrays import FloatArray, readonly
+from app.contacts.estimators.estimate import ForceEstimate
 from app.contacts.event import ContactEvent
 from app.contacts.region import ContactRegion
 from app.control.command import JointCommand
@@ -36,6 +38,8 @@ class Frame:
         recent: The newest contact events up to this tick, newest first: a view that shows only some of the frames
             misses none.
         task: How the controller's task goes; None under a law without one.
+        estimates: What the force estimator in force answered, by region; empty with the area sum. A region whose
+            estimate refused has the area sum.
     """
 
     tick: int
@@ -52,6 +56,7 @@ class Frame:
     notes: tuple[str, ...] = ()
     recent: tuple[ContactEvent, ...] = ()
     task: TaskReport | None = None
+    estimates: Mapping[int, ForceEstimate] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name in ("posture", "velocity", "pressures", "objects"):

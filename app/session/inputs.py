@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from app.contacts.reading_settings import ReadingSettings
+from app.control.behaviour import Behaviour
 from app.control.command import ControlChanged
 from app.maps.tactile_map import TactileMap
 from app.scene.effects import Effects
@@ -30,14 +32,30 @@ class EffectsChanged:
     effects: Effects
 
 
-SessionInput = PokeInput | ControlChanged | MapEdited | EffectsChanged
+@dataclass(frozen=True)
+class BehavioursChanged:
+    """Contact events trigger these from the next tick on, and no others."""
+
+    behaviours: tuple[Behaviour, ...]
+
+
+@dataclass(frozen=True)
+class ReadingChanged:
+    """Contacts are read otherwise from the next tick on; who they are stays."""
+
+    settings: ReadingSettings
+
+
+SessionInput = PokeInput | ControlChanged | MapEdited | EffectsChanged | BehavioursChanged | ReadingChanged
 
 __all__ = [
+    "BehavioursChanged",
     "ControlChanged",
     "EffectsChanged",
     "MapEdited",
     "PokeMoved",
     "PokePressed",
     "PokeReleased",
+    "ReadingChanged",
     "SessionInput",
 ]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from app.contacts.reading_settings import reading_from
+from app.control.behaviour import behaviours_from
 from app.control.contact_motion import settings_from
 from app.errors import SceneError, TactileMapsError
 from app.robots.library import find_robot
@@ -40,5 +42,7 @@ def _check(scene: Scene) -> None:
             place = f"cover.links.{number}"
             raise SceneError(error.problem, place=place, value=error.value, remedy=error.remedy) from error
     settings_from(dict(scene.control))
+    behaviours_from(scene.behaviours)
+    reading_from(scene.reading)
     Motion(robot, scene.motion)
     make_bodies(scene)

@@ -22,7 +22,8 @@ from app.errors import SimulationError
 from app.scene.effect_table import EFFECTS, SENSOR_KEYS
 from app.scene.effects import Effects
 from app.session.prepare import Prepared, Progress
-from app.session.session import Session, whole_steps
+from app.session.session import Session
+from app.session.steps import whole_steps
 from app.simulation.assemble import assemble
 from app.simulation.simulation import Simulation
 from app.touch.poke import PokeInput

@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from app.arrays import FloatArray
+from app.contacts.reading_settings import ReadingSettings
 from app.contacts.region import ContactRegion
 from app.contacts.sense import ContactSense
+from app.control.behaviour import Behaviour
+from app.control.behaviour_watch import BehaviourWatch
 from app.control.command import ControlChanged, ControlSettings
-from app.control.contact_motion import ContactMotionController, settings_from
+from app.control.contact_motion import ContactMotionController
 from app.errors import SimulationError, TactileMapsError
 from app.maps.tactile_map import TactileMap
 from app.scene.effects import Effects
 from app.scene.motion import Motion
 from app.session.failure import Failure
 from app.session.frame import Frame
-from app.session.inputs import EffectsChanged, MapEdited, SessionInput
+from app.session.inputs import BehavioursChanged, EffectsChanged, MapEdited, ReadingChanged, SessionInput
 from app.session.prepare import Prepared
+from app.session.rules import Rules
+from app.session.sensor_facts import skin_readings
+from app.session.steps import whole_steps
 from app.simulation.simulation import Simulation
 from app.stimuli.player import StimulusPlayer
 from app.timing import Stopwatch
@@ -39,8 +45,11 @@ class Session:
         prepared: The scene, made real.
         scripted: Whether the scene's scripted hand plays until a person touches.
         settings: The controller's settings to start with; by default those of the scene.
-        map_: The scene's map as it was edited before.
+        map_: The scene's map as it was edited before; or one of a skin whose taxels are the same but are believed to
+            lie elsewhere, which contacts are read and controlled by then.
         effects: What to simulate; by default what the scene calls for.
+        behaviours: What contact events trigger; by default those of the scene.
+        reading: How contacts are read; by default as the scene says.
 
     Attributes:
         frame: The newest frame.
@@ -61,17 +70,29 @@ class Session:
         settings: ControlSettings | None = None,
         map_: TactileMap | None = None,
         effects: Effects | None = None,
+        behaviours: Sequence[Behaviour] | None = None,
+        reading: ReadingSettings | None = None,
     ) -> None:
         self.prepared, self._wants_script = prepared, scripted
         scene, robot, skin = prepared.scene, prepared.robot, prepared.skin
-        effects = effects or scene.effects
+        self._start = Rules.of_scene(prepared)
+        effects = effects or self._start.effects
         self._steps = whole_steps(scene.tick, effects.timestep)
         self._simulation = Simulation(
             robot, skin, effects, objects=prepared.objects, layer=scene.layer, tick=scene.tick, seed=scene.seed
         )
-        self.map = map_ or prepared.map
-        self._contacts = ContactSense(robot, self.map, effects.sensor)
-        self._controller = ContactMotionController(robot, settings or settings_from(scene.control), self.map)
+        self.map = map_ or self._start.map
+        self._contacts = ContactSense(
+            robot,
+            self.map,
+            effects.sensor,
+            settings=reading or self._start.reading,
+            depth=scene.layer.depth,
+            seed=scene.seed,
+        )
+        self._controller = ContactMotionController(robot, settings or self._start.settings, self.map)
+        self._controller.readings = skin_readings(effects, scene.tick)
+        self._behaviours = BehaviourWatch(self._start.behaviours if behaviours is None else behaviours, skin)
         self._motion = Motion(robot, scene.motion) if scene.motion else None
         self._stimulus = StimulusPlayer(skin, scene.stimuli, tick=scene.tick)
         self._watch = Stopwatch()
@@ -85,13 +106,12 @@ class Session:
         self._simulation.reset()
         self._contacts.reset()
         self._controller.reset()
+        self._behaviours.reset()
         self._waiting: list[SessionInput] = []
-        # The settings, the effects and the map in force are part of what a replay needs.
-        self.inputs: list[tuple[int, SessionInput]] = [(0, ControlChanged(self._controller.settings))]
-        if self.effects != self.prepared.scene.effects:
-            self.inputs.append((0, EffectsChanged(self.effects)))
-        if self.map is not self.prepared.map:
-            self.inputs.append((0, MapEdited("As it was edited before", self.map)))
+        # What is in force is part of what a replay needs, the settings even where they are the scene's.
+        rules = self.rules
+        others = [act for act in rules.since(self._start) if not isinstance(act, ControlChanged)]
+        self.inputs: list[tuple[int, SessionInput]] = [(0, act) for act in (ControlChanged(rules.settings), *others)]
         self._ticks, self._remainder = 0, 0.0
         self.failure: Failure | None = None
         self.scripted = self._wants_script and bool(self.prepared.scene.stimuli)
@@ -107,8 +127,23 @@ class Session:
         """The effects in force."""
         return self._simulation.effects
 
+    @property
+    def rules(self) -> Rules:
+        """All that a person may change, as it is in force."""
+        return Rules(self.settings, self.effects, self._behaviours.behaviours, self._contacts.settings, self.map)
+
+    @property
+    def pressing(self) -> float:
+        """How hard all that touches truly presses the skin at this tick [N], whatever the sensor makes of it."""
+        return self._simulation.pressing
+
     def submit(self, act: SessionInput) -> None:
-        """Let a person act at the start of the next tick. The first press ends the scripted hand's show."""
+        """Let a person act at the start of the next tick. The first press ends the scripted hand's show.
+
+        What a behaviour did in a recorded session is not taken: it is derived again.
+        """
+        if isinstance(act, ControlChanged) and act.by:
+            return
         if isinstance(act, PokePressed) and self.scripted:
             self._end_script()
         self._waiting.append(act)
@@ -149,6 +184,7 @@ class Session:
                 self._simulation.step(self._steps, self._command)
             self._ticks += 1
             self.frame = self._frame()
+            self._trigger()
         except SimulationError as error:
             self.failure = Failure(self.frame.tick + 1, error, tuple(self.inputs), self.frame)
             raise
@@ -174,20 +210,34 @@ class Session:
             act = self._waiting.pop(0)
             if isinstance(act, ControlChanged):
                 self._controller.settings = act.settings
+                if not act.by:
+                    self._behaviours.settled()
+            elif isinstance(act, BehavioursChanged):
+                self._behaviours.use(act.behaviours)
             elif isinstance(act, MapEdited):
                 self.map = act.map
                 self._contacts.use(self.map)
                 self._controller.use(self.map)
             elif isinstance(act, EffectsChanged):
                 self._use(act.effects)
+            elif isinstance(act, ReadingChanged):
+                self._contacts.settings = act.settings
             else:
                 self._simulation.apply(act)
             self.inputs.append((self._ticks + 1, act))
+
+    def _trigger(self) -> None:
+        """Let what has happened at this tick change the controller at the next."""
+        frame = self.frame
+        changed = self._behaviours.triggered(frame.events, self.settings, touched=bool(frame.regions))
+        if changed is not None:
+            self._waiting.append(ControlChanged(changed[0], by=changed[1]))
 
     def _use(self, effects: Effects) -> None:
         steps = whole_steps(self.prepared.scene.tick, effects.timestep)
         self._simulation.use(effects)
         self._contacts.trust(effects.sensor)
+        self._controller.readings = skin_readings(effects, self.prepared.scene.tick)
         self._steps = steps
 
     def _frame(self) -> Frame:
@@ -196,9 +246,9 @@ class Session:
         with watch.stage("control"):
             if self._motion is not None:
                 self._controller.rest = self._motion.posture(time)
-            self._command = self._controller.command(
-                simulation.posture, simulation.velocity, regions, self.prepared.scene.tick
-            )
+            posture, velocity, tick = simulation.posture, simulation.velocity, self.prepared.scene.tick
+            sound = bool(np.isfinite(pressures).all())
+            self._command = self._controller.command(posture, velocity, regions, tick, readable=sound)
         return Frame(
             tick=self._ticks,
             time=time,
@@ -214,6 +264,7 @@ class Session:
             notes=simulation.notes,
             recent=self._contacts.recent,
             task=self._controller.report,
+            estimates=self._contacts.estimates,
         )
 
     def _touch(self, time: float) -> tuple[FloatArray, tuple[ContactRegion, ...]]:
@@ -226,21 +277,5 @@ class Session:
         if not stages:
             return pressures, self._contacts.read(self._ticks, time, posture, None)
         with self._watch.stage("contacts"):
-            return pressures, self._contacts.read(self._ticks, time, posture, pressures)
-
-
-def whole_steps(tick: float, timestep: float) -> int:
-    """Physics steps in one control tick.
-
-    Raises:
-        SimulationError: The tick is not a whole number of them.
-    """
-    steps = round(tick / timestep) if 1e-5 <= timestep <= tick else 0  # NaN compares false
-    if not steps or abs(tick / timestep - steps) > 1e-6:
-        raise SimulationError(
-            "a tick must be a whole number of time steps",
-            place="effects.timestep",
-            value=f"{timestep} s",
-            remedy=f"Choose a part of {tick} s, of at least 0.00001 s",
-        )
-    return steps
+            wrenches = self._simulation.wrenches() if self._contacts.feels_wrenches else {}
+            return pressures, self._contacts.read(self._ticks, time, posture, pressures, wrenches=wrenches)

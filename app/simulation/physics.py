@@ -17,6 +17,7 @@ from app.simulation.contact_loads import ContactLoads
 from app.simulation.geom_shapes import Solids
 from app.simulation.guard import Guard
 from app.simulation.impedance import Impedance
+from app.simulation.link_wrenches import LinkWrenches
 from app.simulation.meetings import meetings
 from app.simulation.object_geoms import Drives, body_name, has_body
 from app.simulation.passing import Passing
@@ -81,6 +82,7 @@ class Physics:
             self._lay_foundation(robot, skin, effects, layer, present)
         elif effects.skin != "off" and self.model.npair:
             self._contacts = ContactLoads(self.model, skin, Solids(self.model, present))
+        self._sums = LinkWrenches(self.model, skin)
         self._loads: list[Load] = []
         self._stale = self._pushed = False
 
@@ -161,6 +163,7 @@ class Physics:
             self._stale = False
             # Contacts were found before the last step moved the bodies, and belong to their places then.
             self._loads = self._contacts.read(self.data) if self._contacts else []
+            self._sums.keep(self.data)
             mujoco.mj_kinematics(self.model, self.data)
             mujoco.mj_comPos(self.model, self.data)
 
@@ -170,6 +173,11 @@ class Physics:
             return []
         self.refresh()
         return list(self._loads)
+
+    def wrenches(self) -> dict[str, FloatArray]:
+        """What all contacts in the physics did to each link with skin at the last step, see ``LinkWrenches.read``."""
+        self.refresh()
+        return self._sums.read(self.data, self.touch.pushes if isinstance(self.touch, Foundation) else ())
 
     def pose(self, name: str) -> FloatArray | None:
         """(4, 4) ``T_world_object`` of the object called ``name``; None of one that the physics does not have."""

@@ -18,10 +18,13 @@ from app.simulation.carry_state import JointState, joint_states, restore
 from app.simulation.fingers import Fingers
 from app.simulation.guard import check_command
 from app.simulation.impedance import Impedance
+from app.simulation.link_wrenches import add_loads
 from app.simulation.object_geoms import rest_pose
 from app.simulation.physics import Physics
 from app.skin.skin import Skin
 from app.touch.layer import Layer
+from app.touch.load import Load
+from app.touch.models.foundation import Foundation
 from app.touch.models.model import ContactModel
 from app.touch.models.table import MODELS
 from app.touch.poke import PokeInput, PokePressed, PokeState
@@ -181,6 +184,29 @@ class Simulation:
         return self._fingers.states(self._data)
 
     @property
+    def loads(self) -> tuple[Load, ...]:
+        """All that truly presses the skin at the last step, fingers first, whatever the sensor makes of it."""
+        return (*self._fingers.loads(), *self._physics.loads())
+
+    @property
+    def pressing(self) -> float:
+        """How hard all of it presses the skin at the last step [N], each by the force along its own normal.
+
+        Where the contact model makes the forces itself, the whole force of each: it knows no friction.
+        """
+        pushes = self._touch.pushes if isinstance(self._touch, Foundation) else ()
+        return sum(load.force for load in self.loads) + sum(float(np.linalg.norm(push.force)) for push in pushes)
+
+    def wrenches(self) -> dict[str, FloatArray]:
+        """By link with skin, (6,) what all that touches it does to it at the last step, fingers included.
+
+        Force [N] and torque [N m] about the link's origin, link frame; see ``link_wrenches``.
+        """
+        wrenches = self._physics.wrenches()
+        add_loads(wrenches, self._fingers.loads())
+        return wrenches
+
+    @property
     def posture(self) -> FloatArray:
         """(n,) of the robot [rad, or m]."""
         return self._data.qpos[: len(self._robot.joints)].copy()
@@ -218,7 +244,7 @@ class Simulation:
 
     def _feel(self, _: FloatArray) -> FloatArray:
         assert self._touch is not None
-        return self._touch.pressures([*self._fingers.loads(), *self._physics.loads()])
+        return self._touch.pressures(self.loads)
 
     def _carried(self, effects: Effects) -> Physics:
         """The physics of other effects in the present state; objects that come back do so at rest."""

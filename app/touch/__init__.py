@@ -5,6 +5,6 @@
 ``cells`` to search by and a ``neighbourhood`` to remember. ``models`` spread its force over them, one model a file;
 ``fill`` is the level of a bed of springs, ``balance`` its tilt, ``love`` and ``fft_blur`` what lies below the surface.
 ``receptive_field`` says what each taxel feels of that, ``sensor`` what the electronics add: noise, thresholds, delays,
-one stage a file. ``poke`` is what a finger does, as data; ``babbling`` touches a skin at random for maps to be
-learned from.
+one stage a file. ``poke`` is what a finger does, as data; ``push`` what a model did by itself; ``babbling`` touches a
+skin at random for maps to be learned from.
 """

@@ -1,46 +1,183 @@
-"""One control tick with every stage on, as a multiple of bare ``mj_step`` calls on the same model in the same run."""
+"""One control tick, its stages apart and together, as multiples of a bare ``mj_step`` measured in alternation with it.
+
+A tick is what a session does from one command to the next. Its stages, from each frame's own timings:
+
+* ``regions``: contacts and their forces, from the taxels' readings: ``contacts`` in the timings;
+* ``law``: joint commands from the regions: ``control``;
+* ``skin``: what a real skin would do, pressures from contacts: ``touch`` and the sensor's stages;
+* ``physics``: what a real arm would do.
+
+What has to be done on a robot is the first two: **the tick of control**. It needs no pixels: regions are found among
+the taxels and placed by the map itself. The image is for people; what one costs is measured beside, once a tick as if
+it were shown at every one. A "bare step" is ``mj_step`` of the scene's model without fingers, five steps at a time
+between every two ticks.
+"""
 
 from __future__ import annotations
 
 import time
+from collections import defaultdict
+from dataclasses import replace
+from functools import cache
 
 import mujoco
 import numpy as np
 import pytest
 
+from app.contacts.estimators.names import ESTIMATORS
+from app.contacts.reading_settings import ReadingSettings
+from app.control.command import ControlSettings
+from app.control.settings_check import CHOICES
+from app.maps.tactile_image import TactileImage
 from app.scene.scene_file import load_scene
-from app.session.prepare import prepare
+from app.session.prepare import Prepared, prepare
 from app.session.session import Session
 from app.simulation.assemble import assemble
-from app.touch.poke import PokePressed
+from app.touch.poke import Finger, PokePressed
+
+LAWS = CHOICES["law"]
+AT_ONCE = 5
+"""Bare steps between two ticks: the first finds the caches full of something else."""
+PLACES = (0.50, 0.27, 0.70)
+"""Of the fingers, as shares of all taxels."""
+STEADY = Finger(max_force=ControlSettings().force_goal)
+"""Presses as hard as the laws want, so that no law loses it."""
 
 
-def _bare_step_ms(prepared) -> float:
-    """Median milliseconds of one ``mj_step`` of the scene's own model, without fingers, skin or control."""
-    model = assemble(prepared.robot, prepared.skin, prepared.scene.effects)
-    data = mujoco.MjData(model)
-    times = []
-    for _ in range(2000):
-        start = time.perf_counter()
-        mujoco.mj_step(model, data)
-        times.append(time.perf_counter() - start)
-    return 1e3 * float(np.median(times))
+@cache
+def covered(taxels: int) -> Prepared:
+    scene = load_scene("arm")
+    made = prepare(replace(scene, cover=replace(scene.cover, taxels=taxels), stimuli=()))
+    assert len(made.skin) >= 0.9 * taxels
+    return made
 
 
-@pytest.mark.parametrize("name", ["arm"])
-def test_one_control_tick_in_contact(benchmark, name):
-    prepared = prepare(load_scene(name))
-    assert len(prepared.skin) >= 900
-    session = Session(prepared)
-    session.submit(PokePressed(1, prepared.skin.taxel_point(len(prepared.skin) // 2)))
-    for _ in range(100):
+def at_rate(taxels: int, rate: int) -> Prepared:
+    made = covered(taxels)
+    return replace(made, scene=replace(made.scene, tick=1 / rate))
+
+
+def touched(made: Prepared, law: str, contacts: int, *, task="hold_point", estimator="area-sum") -> Session:
+    """A session that has been touched for a quarter of a second."""
+    settings = ControlSettings(law=law, task=task, path_speed=0.02)
+    session = Session(made, settings=settings, reading=ReadingSettings(estimator=estimator))
+    for finger, share in enumerate(PLACES[:contacts], 1):
+        session.submit(PokePressed(finger, made.skin.taxel_point(int(share * len(made.skin))), STEADY))
+    for _ in range(round(0.25 / made.scene.tick)):
         session.tick()
-    assert session.frame.regions, "the tick must be measured in contact"
-    benchmark.pedantic(session.tick, rounds=500, warmup_rounds=50)
-    if benchmark.stats is not None:
-        bare = _bare_step_ms(prepared)
-        steps = round(prepared.scene.tick / prepared.scene.effects.timestep)
-        median = 1e3 * float(np.median(benchmark.stats.stats.data))
-        benchmark.extra_info["bare mj_step"] = f"{bare:.4f} ms"
-        benchmark.extra_info["multiple of its bare steps"] = f"{median / (steps * bare):.1f} ({steps} steps a tick)"
-        benchmark.extra_info["multiple of one bare step"] = f"{median / bare:.1f}"
+    assert session.frame.regions, "it must be measured in contact"
+    return session
+
+
+class Alternation:
+    """Measures ticks and bare steps in turn.
+
+    Attributes:
+        stages: Milliseconds of every tick, by stage.
+        contacts: Their number, at every tick.
+        bare: Milliseconds of one bare step.
+    """
+
+    def __init__(self, session: Session) -> None:
+        made = session.prepared
+        self._session = session
+        self._model = assemble(made.robot, made.skin, made.scene.effects)
+        self._data = mujoco.MjData(self._model)
+        self.stages: dict[str, list[float]] = defaultdict(list)
+        self.contacts: list[int] = []
+        self.bare: list[float] = []
+
+    def note(self) -> None:
+        """Take down the last tick's stages, and time bare steps."""
+        for name, ms in self._session.frame.timings.ms.items():
+            known = {"contacts": "regions", "control": "law", "physics": "physics"}
+            self.stages[known.get(name, "skin")].append(ms)
+        self.contacts.append(len(self._session.frame.regions))
+        start = time.perf_counter()
+        mujoco.mj_step(self._model, self._data, AT_ONCE)
+        self.bare.append(1e3 * (time.perf_counter() - start) / AT_ONCE)
+
+    def tell(self, benchmark) -> None:
+        """Multiples of a bare step, medians, and the ticks of control that one core could do in a second."""
+        if benchmark.stats is None:
+            return
+        bare = float(np.median(self.bare))
+        control = np.add(self.stages["regions"], self.stages["law"])
+        benchmark.extra_info["contacts"] = f"{np.mean(self.contacts):.1f}"
+        benchmark.extra_info["bare step"] = f"{1e3 * bare:.1f} µs"
+        for name in ("regions", "law"):
+            benchmark.extra_info[name] = f"{np.median(self.stages[name]) / bare:.0f}"
+        middle, high = np.percentile(control, (50, 95)) / bare
+        benchmark.extra_info["tick of control"] = f"{middle:.0f} bare steps, p95 {high:.0f}"
+        everything = 1e3 * float(np.median(benchmark.stats.stats.data))
+        benchmark.extra_info["everything"] = f"{everything / bare:.0f}, {1e3 / everything:.0f} a second"
+
+
+def measure(benchmark, session: Session, rounds=300) -> None:
+    alternation = Alternation(session)
+    benchmark.pedantic(session.tick, setup=alternation.note, rounds=rounds, warmup_rounds=20)
+    alternation.tell(benchmark)
+
+
+@pytest.mark.parametrize("contacts", [1, 3])
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("taxels", [1000, 10_000])
+def test_a_tick_in_contact(benchmark, taxels, law, contacts):
+    measure(benchmark, touched(covered(taxels), law, contacts))
+
+
+@pytest.mark.parametrize("task", CHOICES["task"])
+def test_a_tick_of_each_task(benchmark, task):
+    measure(benchmark, touched(covered(1000), "hybrid", 1, task=task))
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+@pytest.mark.parametrize("taxels", [1000, 10_000])
+def test_a_tick_with_each_force_estimator(benchmark, taxels, estimator):
+    """Under ``regions`` there is the estimator's force, too."""
+    measure(benchmark, touched(covered(taxels), "hybrid", 1, estimator=estimator), rounds=100)
+
+
+@pytest.mark.parametrize("taxels", [1000, 10_000])
+def test_a_tick_with_an_image_of_256_pixels_across(benchmark, taxels):
+    """If somebody looked at every tick."""
+    session = touched(covered(taxels), "hybrid", 1)
+    alternation, image = Alternation(session), TactileImage(session.map, width=256)
+    drawn: list[float] = []
+
+    def tick_and_draw() -> None:
+        frame = session.tick()
+        start = time.perf_counter()
+        image.render(frame.pressures)
+        drawn.append(1e3 * (time.perf_counter() - start))
+
+    benchmark.pedantic(tick_and_draw, setup=alternation.note, rounds=300, warmup_rounds=20)
+    benchmark.extra_info["image"] = f"{np.median(drawn) / np.median(alternation.bare):.0f}"
+    alternation.tell(benchmark)
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize(("taxels", "rate"), [(1000, 1000), (10_000, 200)])
+def test_the_rate_that_one_core_sustains(benchmark, taxels, rate, law):
+    """All of a second in contact, physics and skin included, at the rate wanted: how many times as fast it goes.
+
+    By the processor's time, so that what else the machine does meanwhile does not count; late ticks are so by the wall.
+    """
+    session = touched(at_rate(taxels, rate), law, 1)
+    ticks: list[float] = []
+    busy: list[float] = []
+
+    def second() -> None:
+        begin = time.process_time()
+        for _ in range(rate):
+            start = time.perf_counter()
+            session.tick()
+            ticks.append(time.perf_counter() - start)
+        busy.append(time.process_time() - begin)
+
+    benchmark.pedantic(second, rounds=3, warmup_rounds=1)
+    assert session.frame.regions, "it must be measured in contact"
+    took = float(np.median(busy))
+    benchmark.extra_info["real time"] = f"{1 / took:.1f} times"
+    benchmark.extra_info["ticks a second"] = f"{rate / took:.0f}"
+    benchmark.extra_info["late"] = f"{100 * np.mean(np.array(ticks) > 1 / rate):.2f} % of {rate} Hz ticks"

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 
 from app.control.command import ControlSettings
+from app.maps.tactile_map import TactileMap
 from app.robots.configuration import Configuration
 from app.scene.bodies import make_bodies
 from app.scene.objects import ObjectSpec
@@ -17,6 +20,9 @@ from app.session.session import Session
 from app.touch.layer import Layer
 
 TICK = 0.005
+Act = Callable[[Session], None]
+Way = tuple[tuple[float, float], ...]
+"""Where a ball is: (seconds, metres along the skin's normal from where it starts)."""
 
 
 @cache
@@ -26,62 +32,120 @@ def forearm() -> Prepared:
     return prepare(replace(scene, cover=replace(scene.cover, links=("forearm",), taxels=400), stimuli=()))
 
 
-def place_of(taxel: int, height: float) -> np.ndarray:
+def place_of(taxel: int, height: float, *, prepared: Prepared | None = None) -> np.ndarray:
     """(3,) the point at a height over a taxel when the arm is at home [m], world frame."""
-    prepared = forearm()
+    prepared = prepared or forearm()
     at = prepared.skin.taxel_point(taxel)
-    pose = Configuration(prepared.robot).pose("forearm")
+    pose = Configuration(prepared.robot).pose(prepared.skin.link(at))
     return pose.points(prepared.skin.position(at)) + height * pose.directions(prepared.skin.normal(at))
 
 
 def beside_ball(
-    settings: ControlSettings, *, taxel=150, radius=0.03, stiffness: float | None = None, friction=0.5, leaves=False
+    settings: ControlSettings,
+    *,
+    prepared: Prepared | None = None,
+    taxel: int = 150,
+    radius: float = 0.03,
+    depth: float = 0.001,
+    friction: float = 0.5,
+    leaves: bool = False,
+    way: Way = (),
+    along: Way = (),
+    stiffness: float | None = None,
+    layer: Mapping[str, float] | None = None,
+    wishes: Mapping[str, Any] | None = None,
+    tick: float = TICK,
+    seed: int = 0,
+    believed: TactileMap | None = None,
 ) -> Session:
     """A ball pressed 1 mm into a taxel's place at the start.
 
     Args:
         settings: Of the controller.
+        prepared: Robot, skin and map; by default ``forearm``.
         taxel: Where.
         radius: Of the ball [m].
-        stiffness: Of the skin's cover [N/m]; as usual by default.
+        depth: How deep it is pressed in [m].
         friction: Of the contact.
         leaves: Whether the ball goes 5 mm away after 2 s, and comes back at 4 s, instead of standing still.
+        way: Of the ball, when it moves.
+        along: The same along the forearm, first coordinate of the tangent plane; its times are those of ``way``.
+        stiffness: Of the skin's cover [N/m]; as usual by default.
+        layer: What else of the cover is not as usual.
+        wishes: Effects of the scene.
+        tick: Of control [s].
+        seed: Of the sensor.
+        believed: The map that the controller has, if it is not the true one.
     """
-    prepared = forearm()
-    here, away = place_of(taxel, radius - 0.001), place_of(taxel, radius + 0.004)
-    kind, way = ("probe", ((0.0, *here), (2.0, *here), (2.02, *away), (4.0, *away), (4.1, *here), (60.0, *here)))
-    said = {"path": tuple(tuple(map(float, row)) for row in way), "mass": 0.5, "max_force": 60.0} if leaves else {}
-    ball = ObjectSpec("ball", kind if leaves else "sphere", (radius,), at=tuple(map(float, here)),
+    prepared = prepared or forearm()
+    if leaves:
+        way = ((0.0, 0.0), (2.0, 0.0), (2.02, 0.005), (4.0, 0.005), (4.1, 0.0), (60.0, 0.0))
+    here = place_of(taxel, radius - depth, prepared=prepared)
+    out = place_of(taxel, 1.0, prepared=prepared) - place_of(taxel, 0.0, prepared=prepared)
+    said: dict[str, Any] = {}
+    if way:
+        side = np.cross(out, np.eye(3)[np.abs(out).argmin()])
+        side /= np.linalg.norm(side)
+        aside = along or tuple((time, 0.0) for time, _ in way)
+        ways = [here + high * out + far * side for (_, high), (_, far) in zip(way, aside, strict=True)]
+        rows = [(time, *map(float, at)) for (time, _), at in zip(way, ways, strict=True)]
+        said = {"path": tuple(rows), "mass": 0.5, "max_force": 60.0}
+    ball = ObjectSpec("ball", "probe" if way else "sphere", (radius,), at=tuple(map(float, here)),
                       friction=friction, **said)  # fmt: skip
-    layer = prepared.scene.layer if stiffness is None else Layer(stiffness=stiffness)
-    layer = replace(layer, friction=friction)
-    scene = replace(prepared.scene, objects=(ball,), task="slide", outputs=("force", "pressure"), layer=layer)
-    return Session(replace(prepared, scene=scene, objects=make_bodies(scene)), settings=settings)
+    cover = Layer(friction=friction, **{**({} if stiffness is None else {"stiffness": stiffness}), **(layer or {})})
+    scene = replace(prepared.scene, objects=(ball,), task="slide", outputs=("force", "pressure"), layer=cover,
+                    wishes={**prepared.scene.wishes, **(wishes or {})}, tick=tick, seed=seed)  # fmt: skip
+    return Session(replace(prepared, scene=scene, objects=make_bodies(scene)), settings=settings, map_=believed)
 
 
 class Course:
     """What happened, tick by tick.
 
     Attributes:
-        force: (k,) of the strongest contact [N].
+        force: (k,) read of the strongest contact [N].
+        pressed: (k,) all that truly presses the skin [N].
         speed: (k,) of the fastest joint [rad/s].
+        posture: (k, n).
         error: (k,) from the contact to where the task wants it, on the map [m]; nan without contact.
-        body_error: (k,) the same on the body [m].
+        body_error: (k,) the same on the body, as the map believes [m].
+        way: (k,) walked along the path [m].
+        given: (k,) energy given to contacts [J].
         why: All that was said to limit the controller.
+        said: (k,) the same tick by tick.
     """
 
-    def __init__(self, session: Session, seconds: float) -> None:
-        self.force, self.speed, self.error, self.body_error = np.zeros((4, round(seconds / TICK)))
+    def __init__(self, session: Session, seconds: float, *, acts: Mapping[float, Act] | None = None) -> None:
+        tick = session.prepared.scene.tick
+        count, due = round(seconds / tick), {round(time / tick): act for time, act in (acts or {}).items()}
+        self.tick, self.session = tick, session
+        self.force, self.pressed, self.speed, self.error, self.body_error, self.way, self.given = np.zeros((7, count))
+        self.posture = np.zeros((count, len(session.prepared.robot.joints)))
         self.why: set[str] = set()
-        for k in range(len(self.force)):
-            frame = session.tick()
-            region = frame.regions[0] if frame.regions else None
-            self.force[k] = region.force if region else 0.0
-            self.speed[k] = np.abs(frame.velocity).max()
-            self.why |= set(frame.why_limited)
-            self.error[k] = self.body_error[k] = np.nan
-            target = session._controller._keeper.target
-            if region and target is not None:
-                skin = session.prepared.skin
-                self.error[k] = np.linalg.norm(session.map.to_map(target) - region.map_point)
-                self.body_error[k] = np.linalg.norm(skin.position(target) - region.point)
+        self.said: list[tuple[str, ...]] = []
+        for k in range(count):
+            if k in due:
+                due[k](session)
+            self._see(k, session)
+
+    def _see(self, k: int, session: Session) -> None:
+        frame = session.tick()
+        region = frame.regions[0] if frame.regions else None
+        self.force[k] = region.force if region else 0.0
+        self.pressed[k] = session.pressing
+        self.speed[k] = np.abs(frame.velocity).max(initial=0.0)
+        self.posture[k] = frame.posture
+        self.said.append(frame.why_limited)
+        self.why |= set(frame.why_limited)
+        self.error[k] = self.body_error[k] = np.nan
+        task = frame.task
+        if task is None:
+            return
+        self.way[k], self.given[k] = task.way, task.energy
+        if region and task.target is not None:
+            skin = session.map.skin
+            self.error[k] = np.linalg.norm(session.map.to_map(task.target) - region.map_point)
+            self.body_error[k] = np.linalg.norm(skin.position(task.target) - region.point)
+
+    def last(self, values: np.ndarray, seconds: float = 1.0) -> np.ndarray:
+        """The end of ``values`` (k,)."""
+        return values[-round(seconds / self.tick) :]

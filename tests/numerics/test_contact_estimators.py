@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
+from app.contacts.estimators.blur import Blur
 from app.contacts.estimators.rank import rank_of
 from app.contacts.estimators.tikhonov import discrepancy
 from app.contacts.graph import SkinGraph
@@ -134,7 +135,7 @@ def test_a_deep_skin_keeps_the_total_and_loses_the_shape():
     """At twice the pitch: plain least squares oscillate, Tikhonov and NNLS do not; the sum of all is fine anyway."""
     matrix, sizes, totals = patches_matrix(2 * PITCH), [], []
     for own, noise in noisy(8e-3, 2 * PITCH):
-        plain, tikhonov = np.linalg.solve(matrix, own), discrepancy(matrix, own, noise)[0]
+        plain, tikhonov = np.linalg.solve(matrix, own), discrepancy(Blur.of(matrix), own, noise) @ own
         sizes.append([AREA * np.abs(x).sum() for x in (plain, tikhonov, nnls(matrix, own)[0])])
         totals.append(AREA * tikhonov.sum() - 1)
         values = np.linalg.svd(matrix, compute_uv=False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -161,3 +162,19 @@ def test_full_has_everything_on_and_touches_itself_and_is_touched():
     probed = [frame for frame in run if sum(region.link == "right_forearm" for region in frame.regions) >= 2]
     assert len(probed) > 50, "the hand on one side of the forearm, the probe on the other"
     assert body("full", "box", run[-1])[2] == pytest.approx(0.1, abs=0.003)
+
+
+def test_follow_path_leads_the_knob_over_the_forearm_to_the_hand_and_back():
+    """To and fro along what is drawn; between the two links the contact is carried."""
+    run = frames("follow_path", 29.0, 500)
+    states = [frame.task.transfer for frame in run]
+    steps = [now for before, now in pairwise(states) if now and now != before]
+    assert steps == ["look", "lift", "carry", "press"] * 2
+    assert [run[k].task.piece for k in (0, 3000, -1)] == [0, 1, 0]
+    free = np.convolve([state in ("", "look") for state in states], np.ones(101))[: len(run)] > 100
+    held = [frame for frame, is_held in zip(run, free, strict=True) if is_held]
+    assert {region.link for frame in held for region in frame.regions} == {"forearm", "hand"}
+    forces = np.array([sum(region.force for region in frame.regions) for frame in held])
+    assert forces.mean() == pytest.approx(3.0, abs=0.15)
+    assert max(sum(region.force for region in frame.regions) for frame in run) < 20.0
+    assert np.median([frame.task.error for frame in held]) < 0.005

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.arrays import dot, readonly, refreeze
+from app.arrays import dot, length, readonly, refreeze
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,3 +64,8 @@ def test_a_scalar_product_is_what_the_matrix_product_says():
         a, b = rng.normal(size=(2, count))
         assert dot(a, b) == pytest.approx(float(a @ b), rel=1e-12, abs=1e-12)
         assert isinstance(dot(a, b), float)
+
+
+@pytest.mark.parametrize("vector", [[], [3.0, 4.0], [1.0, -2.0, 2.0]])
+def test_the_length_of_a_vector(vector):
+    assert length(np.array(vector)) == pytest.approx(np.linalg.norm(vector))

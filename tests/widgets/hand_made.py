@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from app.contacts.region import ContactRegion
@@ -27,11 +29,16 @@ def touched(tactile_map, taxels=(), *, tick=1, time=0.0, kilopascals=12.0, radiu
         felt, skin = np.flatnonzero(share > 0), tactile_map.skin
         point, normal = skin.position(at), skin.normal(at)
         force, area = float(pressures[felt] @ skin.areas[felt]), float(skin.areas[felt].sum())
+        peak, patch = float(pressures[felt].max()), skin.patches[at.patch].surface
+        along = np.diff(patch.vertices[patch.faces[at.face][:2]], axis=0)[0]
+        along = along / np.linalg.norm(along)
+        axes = radius * np.array([0.8 * along, 0.5 * np.cross(normal, along)])
         regions.append(
             ContactRegion(
-                number, felt, force, area, float(pressures[felt].max()), centre, at, skin.link(at), point, normal
+                number, felt, force, area, peak, centre, at, skin.link(at), point, normal,
+                axes=axes, place_error=0.3 * radius,
             )
-        )
+        )  # fmt: skip
         pokes.append(PokeState(number, at, force, point, normal, 0.008))
     none = np.zeros(0)
     command = JointCommand(none, none, none, none)
@@ -44,6 +51,13 @@ def middle_taxel(tactile_map, patch) -> int:
     first, last = tactile_map.skin.first[patch], tactile_map.skin.first[patch + 1]
     points = tactile_map.taxel_points[first:last]
     return int(first + np.linalg.norm(points - points.mean(axis=0), axis=1).argmin())
+
+
+def shifted(tactile_map, by) -> TactileMap:
+    """The same map with all patches moved by (2,) [m]."""
+    dx, dy = by
+    moved = (replace(p, offset=(p.offset[0] + dx, p.offset[1] + dy)) for p in tactile_map.layout.placements)
+    return replace(tactile_map, layout=replace(tactile_map.layout, placements=tuple(moved)))
 
 
 def leaf_map() -> TactileMap:

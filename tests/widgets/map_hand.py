@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
@@ -116,6 +117,13 @@ class MapHand:
     def picture(self):
         """What the view looks like."""
         return self.view.grab().toImage()
+
+
+def wheel(view, at, eighths):
+    """The wheel turned over a pixel of a map view, by so many eighths of a degree: 120 are a notch."""
+    event = QWheelEvent(at, view.viewport().mapToGlobal(at), QPoint(), QPoint(0, eighths),
+                        Qt.MouseButton.NoButton, NONE, Qt.ScrollPhase.NoScrollPhase, False)  # fmt: skip
+    QApplication.sendEvent(view.viewport(), event)
 
 
 def middle(document, number) -> np.ndarray:

@@ -6,6 +6,7 @@ import pyqtgraph as pg
 import pytest
 from PySide6.QtWidgets import QLabel
 
+from app.control.command import ControlSettings
 from tests.widgets.hand_made import touched
 from widgets.colours import DARK, LIGHT
 from widgets.panels.live_plots import LivePlots
@@ -23,7 +24,7 @@ def plots(qtbot):
 def drawn(plots, number):
     """Samples in each curve of plot ``number``."""
     item = plots.findChildren(pg.PlotWidget)[number].getPlotItem()
-    return [0 if curve.xData is None else len(curve.xData) for curve in item.listDataItems()]
+    return [0 if curve.xData is None else len(curve.xData) for curve in item.listDataItems() if curve.isVisible()]
 
 
 def words(plots):
@@ -63,9 +64,9 @@ def test_units_and_the_goal_are_written(plots):
     text = words(plots)
     assert all(unit in text for unit in ("(N)", "(kPa)", "(ms)"))
     assert "goal" not in text
-    plots.set_force_goal(3.0)
+    plots.show_settings(ControlSettings(law="hold_force", force_goal=3.0))
     assert "goal 3.0" in words(plots)
-    plots.set_force_goal(None)
+    plots.show_settings(ControlSettings())
     assert "goal" not in words(plots)
 
 

@@ -97,7 +97,7 @@ def test_holding_force_is_a_click_away_and_works(window):
 
 
 def test_gains_are_live(window):
-    slider = window.column.controller._sliders["stiffness"]._slider
+    slider = window.column.controller.sliders.by_name["stiffness"]._slider
     before = window.live.runner.session.settings.stiffness
     QTest.keyClick(slider, Qt.Key.Key_Right)
     run(window, 0.05)

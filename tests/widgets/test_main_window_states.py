@@ -115,7 +115,7 @@ def test_right_steps_while_paused_and_only_then(window):
 def test_right_still_turns_a_gain_while_paused(window):
     window.action("pause").trigger()
     tick = window.live.runner.session.frame.tick
-    slider = window.column.controller._sliders["stiffness"]
+    slider = window.column.controller.sliders.by_name["stiffness"]
     before = slider.value
     QTest.keyClick(slider._slider, Qt.Key.Key_Right)
     assert slider.value > before

@@ -183,7 +183,7 @@ def test_only_the_gain_that_was_moved_changes(qtbot, settings, moved, kept):
     panel.show_settings(settings)
     got = []
     panel.settings_edited.connect(got.append)
-    QTest.keyClick(panel._sliders[moved]._slider, Qt.Key.Key_Right)
+    QTest.keyClick(panel.sliders.by_name[moved]._slider, Qt.Key.Key_Right)
     assert getattr(got[0], moved) > getattr(settings, moved)
     assert getattr(got[0], kept) == getattr(settings, kept)
 
@@ -194,15 +194,15 @@ def test_a_law_shows_its_own_gains(qtbot):
     panel.settings_edited.connect(got.append)
     QTest.mouseClick(panel._buttons["hold_force"], Qt.MouseButton.LeftButton)
     assert got[0].law == "hold_force"
-    assert panel._sliders["force_goal"].isVisible()
-    assert not panel._sliders["stiffness"].isVisible()
+    assert panel.sliders.by_name["force_goal"].isVisible()
+    assert not panel.sliders.by_name["stiffness"].isVisible()
 
 
 def test_what_limits_the_controller_is_said(qtbot, touched):
     panel = shown(qtbot, ControllerPanel())
     panel.show_frame(replace(touched, why_limited=("elbow at its limit",)))
-    assert "Limited by: elbow at its limit" in texts(panel)
-    panel.show_frame(replace(touched, why_limited=()))
+    assert "Limited: elbow at its limit" in texts(panel)
+    panel.show_frame(replace(touched, time=touched.time + 2.0, why_limited=()))
     assert "Not limited" in texts(panel)
 
 
@@ -213,14 +213,15 @@ def test_contacts_are_listed_with_units_and_cleared(qtbot, touched):
     region = touched.regions[0]
     words = texts(panel)
     assert {"On", "N", "kPa", "mm²"} <= set(words)
-    assert words[-5:-1] == [
+    place, told = words.index(region.link), panel.findChild(QLabel, "contacts-facts").text()
+    assert words[place : place + 4] == [
         region.link,
         f"{region.force:.2f}",
         f"{1e-3 * region.peak:.1f}",
         f"{1e6 * region.area:.0f}",
     ]
-    assert f"{region.force:.2f} ± {region.force_error:.2f}\u2009N" in words[-1]
-    assert f"± {1e3 * region.place_error:.1f}\u2009mm" in words[-1]
+    assert f"{region.force:.2f} ± {region.force_error:.2f}\u2009N" in told
+    assert f"± {1e3 * region.place_error:.1f}\u2009mm" in told
     panel.clear()
     assert region.link not in texts(panel)
 

@@ -75,9 +75,9 @@ def test_links_stand_where_the_posture_puts_them(plotter, scene, prepared, press
 
 def test_an_arrow_is_as_long_as_its_force(scene, pressed):
     scene.show_frame(pressed)
-    ((arrow, force),) = scene.forces
-    assert force == pressed.regions[0].force
-    assert np.linalg.norm(arrow[0] - arrow[1]) == pytest.approx(0.012 * force)
+    ((arrow, region),) = scene.forces
+    assert region is pressed.regions[0]
+    assert np.linalg.norm(arrow[0] - arrow[1]) == pytest.approx(0.012 * region.force)
 
 
 def test_frames_create_nothing(plotter, scene, pressed, prepared):

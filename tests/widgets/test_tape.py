@@ -7,24 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from app.control.command import ControlChanged, ControlSettings
 from app.recording.player import Player
 from app.recording.recorder import Recorder
 from app.session.session import Session
-from app.touch.poke import PokeReleased
-from widgets.tape import Tape, settings_at
+from widgets.tape import Tape
 
 FULL = Path("/dev/full")
-
-
-@pytest.mark.parametrize(("tick", "stiffness"), [(0, 8.0), (4, 8.0), (5, 12.0), (8, 12.0), (9, 3.0), (100, 3.0)])
-def test_the_settings_in_force_at_a_tick(tick, stiffness):
-    inputs = [
-        (5, ControlChanged(ControlSettings(stiffness=12.0))),
-        (6, PokeReleased(1)),
-        (9, ControlChanged(ControlSettings(stiffness=3.0))),
-    ]
-    assert settings_at(inputs, tick).stiffness == stiffness
 
 
 def test_without_a_recorder_nothing_is_written(prepared):

@@ -78,7 +78,9 @@ def redraw(plots):
 def curves(plots, number):
     """By ink, the curves with samples of plot ``number``."""
     item = plots.findChildren(pg.PlotWidget)[number].getPlotItem()
-    found = [curve for curve in item.listDataItems() if curve.xData is not None and len(curve.xData)]
+    found = [
+        curve for curve in item.listDataItems() if curve.isVisible() and curve.xData is not None and len(curve.xData)
+    ]
     return {QColor(pg.mkPen(curve.opts["pen"]).color()).name(): curve for curve in found}
 
 

@@ -142,6 +142,10 @@ class SeamTool(WorkingTool):
             return True
         return False
 
+    def wants(self, key: Qt.Key) -> bool:
+        """Backspace starts the scene again, but not while a seam is drawn."""
+        return bool(self._through) and key == Qt.Key.Key_Backspace
+
     def cancel(self) -> bool:
         """Drop what is drawn, or else what is proposed."""
         if self._through or self._pressed is not None:

@@ -26,6 +26,7 @@ from widgets.map_view.taxel_faults import NO_FAULTS, TaxelFaults
 from widgets.overlays import Overlays
 from widgets.skin_picture import SkinPicture
 from widgets.state_card import StateCard
+from widgets.task_shown import NO_TASK, TaskShown
 
 
 class MapDisplay(MapCanvas):
@@ -54,7 +55,7 @@ class MapDisplay(MapCanvas):
         self._hovered_at: SurfacePoint | None = None
         self._stale = self._unseen = self._loading = False
         self._marks, self._overlays, self._look = Marks(), Overlays(), ImageLook()
-        self._faults = NO_FAULTS
+        self._faults, self._task = NO_FAULTS, NO_TASK
         self._painter = MapPainter(theme, self.font())
         self.setObjectName("map-view")
         self.setAccessibleName("Tactile map")
@@ -92,7 +93,7 @@ class MapDisplay(MapCanvas):
         picture.use_faults(self._faults)
         scene = QGraphicsScene(self)
         picture.add_to(scene)
-        self._picture, self._frame, self._hovered_at = picture, None, None
+        self._picture, self._frame, self._hovered_at, self._task = picture, None, None, NO_TASK
         self._marks = Marks(paused=self._marks.paused, replaying=self._marks.replaying, legend=picture.legend)
         self._card.hide()
         self.show_scene(scene, picture.shapes.frame.size)
@@ -106,11 +107,17 @@ class MapDisplay(MapCanvas):
         if bounds is not None:
             self.set_content(bounds)
 
-    def show_frame(self, frame: Frame) -> None:
-        """Show ``frame`` of the prepared scene; while the view is hidden it is only kept."""
-        self._frame, self._stale = frame, True
+    def show_frame(self, frame: Frame, *, task: TaskShown = NO_TASK) -> None:
+        """Show ``frame`` of the prepared scene, and its task; while the view is hidden they are only kept."""
+        self._frame, self._task, self._stale = frame, task, True
         if self.isVisible():
             self._refresh()
+
+    def show_task(self, task: TaskShown) -> None:
+        """Show what a law wants while there is no other frame; nothing for the same again."""
+        if task is not self._task:
+            self._task = task
+            self._remark()
 
     def set_hover(self, at: SurfacePoint | None) -> None:
         """Mark the place that the pointer is over in another view; None for none."""
@@ -242,10 +249,8 @@ class MapDisplay(MapCanvas):
             return
         hover = picture.mark_of(self._hovered_at)
         marks = replace(self._marks, legend=picture.legend, faults=picture.fault_keys, hover=hover, pins=picture.pins())
-        if self._frame is not None:
-            contours = picture.contours() if self._frame.regions else []
-            marks = marks.of_frame(self._frame, picture.mark_of, picture.shapes.frame.scale, contours)
-        self._mark(marks)
+        marks = replace(marks, task=self._task, target=picture.mark_of(self._task.target))
+        self._mark(marks if self._frame is None else marks.of_frame(self._frame, picture))
 
     @property
     def _pressures(self) -> FloatArray | None:

@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QTransform
 
-from app.geometry.surface_point import SurfacePoint
+from app.arrays import FloatArray
 from app.session.frame import Frame
 from widgets.chooser import Rubber, paint_rubber
 from widgets.colours import Theme
 from widgets.edit_tools.drawing import draw_pin
+from widgets.map_view.contact_shape import SMALLEST_ELLIPSE_PX, SMALLEST_ERROR_PX, paint_shape
 from widgets.map_view.fault_keys import Keys, paint_keys
 from widgets.map_view.map_hit import nice_length
 from widgets.map_view.map_items import cosmetic
 from widgets.map_view.map_legend import Legend, paint_legend
+from widgets.map_view.map_picture import MapPicture
 from widgets.map_view.map_shapes import MapShapes, PatchShape
+from widgets.map_view.task_keys import TaskKeys, task_keys
+from widgets.map_view.task_painter import TaskPainter
+from widgets.task_shown import NO_TASK, TaskShown
 
 EDGE = 12.0
 """Distance of captions from the viewport's edge [px]."""
@@ -28,10 +32,19 @@ _LONGEST_SCALE = 100.0
 
 @dataclass(frozen=True)
 class ContactMark:
-    """A contact region's centre of pressure [scene units] and its force in words."""
+    """A contact region.
+
+    Attributes:
+        at: Its centre of pressure [scene units].
+        text: Its force in words.
+        ellipse: (2, 2) half-axes of its second moments [scene units]; None where they are not to be seen.
+        error: (2, 2) half-axes of where its centre may be as well [scene units]; likewise.
+    """
 
     at: QPointF
     text: str
+    ellipse: FloatArray | None = None
+    error: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -57,6 +70,8 @@ class Marks:
         paused: Whether time stands still; said by the word.
         legend: What the overlay's colours mean.
         faults: What marks on single taxels mean.
+        task: What a law with a task wants, and what came of it.
+        target: Where that is now.
     """
 
     contours: list[QLineF] = field(default_factory=list)
@@ -69,25 +84,24 @@ class Marks:
     paused: bool = False
     legend: Legend | None = None
     faults: Keys = ()
+    task: TaskShown = NO_TASK
+    target: QPointF | None = None
 
-    def of_frame(
-        self, frame: Frame, where: Callable[[SurfacePoint], QPointF | None], scale: float, contours: list[QLineF]
-    ) -> Marks:
-        """The same view with the contacts of ``frame``.
+    def of_frame(self, frame: Frame, picture: MapPicture) -> Marks:
+        """The same view with the contacts of ``frame`` where the map of ``picture`` has them.
 
-        Args:
-            frame: The instant.
-            where: The scene point of a place on the skin, None where it is hidden. Asked of the map that is shown: the
-                frame's own map points are those of the map that the session had then.
-            scale: Scene units per metre.
-            contours: Lines around the touched areas [scene units].
+        The frame's own map points are those of the map that the session had then.
         """
-        contacts = ((where(region.at), f"{region.force:.1f}{THIN}N") for region in frame.regions)
-        tips = ((where(poke.at), poke.radius * scale) for poke in frame.pokes)
+        contacts = []
+        for region in frame.regions:
+            if (at := picture.mark_of(region.at)) is not None:
+                words = self.task.force_words(region.id, region.force)
+                contacts.append(ContactMark(at, words, *picture.ellipses(region)))
+        tips = ((picture.mark_of(poke.at), poke.radius * picture.shapes.frame.scale) for poke in frame.pokes)
         return replace(
             self,
-            contours=contours,
-            contacts=tuple(ContactMark(at, text) for at, text in contacts if at is not None),
+            contours=picture.contours() if frame.regions else [],
+            contacts=tuple(contacts),
             fingers=tuple(FingerMark(at, radius) for at, radius in tips if at is not None),
         )
 
@@ -101,7 +115,7 @@ class MapPainter:
     """
 
     def __init__(self, theme: Theme, font: QFont) -> None:
-        self.theme = theme
+        self.theme, self._task, self._keys = theme, TaskPainter(), TaskKeys()
         self._caption, self._figure = QFont(font), QFont(font)
         self._caption.setPixelSize(11)
         self._figure.setPixelSize(13)
@@ -111,6 +125,9 @@ class MapPainter:
         """Draw all of ``marks``; ``view`` takes scene units to pixels of the viewport ``room``."""
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         self._paint_contours(painter, marks, view)
+        if marks.task:
+            target = None if marks.target is None else view.map(marks.target)
+            self._task.paint(painter, marks.task, target, shapes, (view, room), self.theme)
         for patch in shapes.patches:
             self._paint_name(painter, patch, view, room)
         for pin in marks.pins:
@@ -118,23 +135,28 @@ class MapPainter:
         for finger in marks.fingers:
             self._paint_finger(painter, view.map(finger.at), finger.radius * view.m11())
         for contact in marks.contacts:
-            self._paint_contact(painter, view.map(contact.at), contact.text, room)
+            self._paint_contact(painter, contact, view, room)
         if marks.hover is not None:
             self._paint_hover(painter, view.map(marks.hover))
         taken = self._paint_scale_bar(painter, shapes.frame.scale * view.m11(), room)
         if marks.readout:
             self._paint_readout(painter, marks.readout, room, taken)
-        corner = QPointF(room.right() - EDGE, EDGE)
-        if marks.legend is not None:
-            box = paint_legend(painter, marks.legend, corner, self._caption, self.theme)
-            corner.setY(box.bottom() + 8)
-        if marks.faults:
-            paint_keys(painter, marks.faults, corner, self._caption, self.theme)
+        self._paint_keys(painter, marks, room)
         if marks.replaying:
             self._paint_edge(painter, room)
             self._paint_chip(painter, QPointF(EDGE, EDGE), "Replaying", self._figure, QColor(self.theme.text))
         elif marks.paused:
             self._paint_chip(painter, QPointF(EDGE, EDGE), "Paused", self._figure, QColor(self.theme.text))
+
+    def _paint_keys(self, painter: QPainter, marks: Marks, room: QRectF) -> None:
+        """What colours and marks mean, one below the other."""
+        corner = QPointF(room.right() - EDGE, EDGE)
+        if marks.legend is not None:
+            corner.setY(paint_legend(painter, marks.legend, corner, self._caption, self.theme).bottom() + 8)
+        if keys := task_keys(marks.task):
+            corner.setY(self._keys.paint(painter, keys, corner, self._caption, self.theme, room).bottom() + 8)
+        if marks.faults:
+            paint_keys(painter, marks.faults, corner, self._caption, self.theme)
 
     def paint_rubber(self, painter: QPainter, rubber: Rubber) -> None:
         """Draw what a gesture draws."""
@@ -167,7 +189,12 @@ class MapPainter:
             # Around the touch, never over it: the pressure is the picture.
             painter.drawEllipse(at, max(radius, 11.0), max(radius, 11.0))
 
-    def _paint_contact(self, painter: QPainter, at: QPointF, text: str, room: QRectF) -> None:
+    def _paint_contact(self, painter: QPainter, contact: ContactMark, view: QTransform, room: QRectF) -> None:
+        at, text = view.map(contact.at), contact.text
+        if contact.ellipse is not None:
+            paint_shape(painter, at, contact.ellipse, view, dotted=False, least=SMALLEST_ELLIPSE_PX)
+        if contact.error is not None:
+            paint_shape(painter, at, contact.error, view, dotted=True, least=SMALLEST_ERROR_PX)
         painter.setPen(QPen(QColor(29, 33, 38), 1.0))
         painter.setBrush(QColor(255, 255, 255))
         painter.drawEllipse(at, 2.5, 2.5)

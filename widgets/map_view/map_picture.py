@@ -9,8 +9,9 @@ from PySide6.QtCore import QLineF, QPointF
 from PySide6.QtGui import QFont
 from PySide6.QtWidgets import QGraphicsScene
 
-from app.arrays import IntArray
+from app.arrays import FloatArray, IntArray
 from app.contacts.reader import THRESHOLD
+from app.contacts.region import ContactRegion
 from app.editing.document import MapDocument
 from app.editing.pins import pin_places
 from app.geometry.surface_point import SurfacePoint
@@ -19,6 +20,7 @@ from app.maps.tactile_map import TactileMap
 from app.session.frame import Frame
 from widgets.colours import BETWEEN_DOTS, PressureScale, Theme, words32
 from widgets.map_view.atlas import Atlas, ImageLook
+from widgets.map_view.contact_shape import ellipses_on_map
 from widgets.map_view.contour import contour_segments
 from widgets.map_view.fault_keys import Keys, keys_of
 from widgets.map_view.faults_item import FaultsItem
@@ -179,6 +181,14 @@ class MapPicture:
     def mark_of(self, at: SurfacePoint | None) -> QPointF | None:
         """Where to mark a body point; None for none, and on a patch that is hidden."""
         return None if at is None or not self.shapes.patches[at.patch].shown else self.place_of(at)
+
+    def ellipses(self, region: ContactRegion) -> tuple[FloatArray | None, FloatArray | None]:
+        """Half-axes (2, 2) each of a region's ellipse and error circle [scene units]; none where not wanted."""
+        if not self._overlays.shapes or not region.axes.any():
+            return None, None
+        scale = self.shapes.frame.scale * np.array([1.0, -1.0])
+        ellipse, error = ellipses_on_map(region, self.map)
+        return ellipse * scale, error * scale
 
     def hit(self, x: float, y: float) -> SurfacePoint | None:
         """The body point under a scene point; None outside all patches that are shown, and while a chart is held."""

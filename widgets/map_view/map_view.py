@@ -6,18 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 from PySide6.QtCore import QEvent, QPointF, Qt, Signal
-from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent, QPainter
+from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent
 from PySide6.QtWidgets import QWidget
 
-from app.arrays import BoolArray, FloatArray, IntArray
+from app.arrays import BoolArray, IntArray
 from app.geometry.surface_point import SurfacePoint
 from app.session.prepare import Prepared
 from widgets.chooser import Chooser, Rubber
 from widgets.colours import PressureScale, Theme
-from widgets.edit_tool import EditTool, Place
+from widgets.edit_tool import EditTool
 from widgets.hand import Act, Hand, Mode, Moved, Panned, Pressed, Released
 from widgets.map_view.atlas import Atlas
-from widgets.map_view.map_display import MapDisplay
+from widgets.map_view.edited_map import EditedMap
 from widgets.map_view.map_hit import nearest_taxel
 from widgets.select_hand import Pixel
 from widgets.tools import Tool
@@ -25,9 +25,10 @@ from widgets.tools import Tool
 _POKES = "Press a patch to poke the robot there. Drag beside the patches to pan."
 _CHOOSES = "Click taxels or draw around them to select them. Escape selects none."
 _EDITS = "Edit the map with the tool in the hand. Drag with the middle button, or with Space, to pan."
+_LEADS = "Draw where the arm is to lead the contact. Drag with the middle button, or with Space, to pan."
 
 
-class MapView(MapDisplay):
+class MapView(EditedMap):
     """Emits what the hand does on the map; decides nothing.
 
     Args:
@@ -53,8 +54,6 @@ class MapView(MapDisplay):
         super().__init__(theme, scale, parent)
         self._hand, self._tool, self._space = Hand(), Tool.POKE, False
         self._hover: SurfacePoint | None = None
-        self.edit_tool: EditTool | None = None
-        self._editing, self._place = False, Place(None, None, 1.0)
         self.chooser = Chooser(self, self)
         self.chooser.drawn.connect(self.viewport().update)
         self.setAccessibleDescription(_POKES)
@@ -71,7 +70,8 @@ class MapView(MapDisplay):
         self._end_hold()
         self._tool = tool
         self.chooser.set_tool(tool)
-        self.setAccessibleDescription(_EDITS if tool.edits else _CHOOSES if tool.chooses else _POKES)
+        kinds = ((tool.edits, _EDITS), (tool.leads, _LEADS), (tool.chooses, _CHOOSES), (True, _POKES))
+        self.setAccessibleDescription(next(words for holds, words in kinds if holds))
         self._show_cursor()
 
     def set_edit_tool(self, tool: EditTool | None) -> None:
@@ -79,7 +79,7 @@ class MapView(MapDisplay):
         self._end_hold()
         if self.edit_tool is not None:
             self.edit_tool.drawn.disconnect(self.viewport().update)
-        self.edit_tool = tool
+        self.edit_tool = self._keys.tool = tool
         if tool is not None:
             tool.drawn.connect(self.viewport().update)
         self._show_cursor()
@@ -110,12 +110,6 @@ class MapView(MapDisplay):
 
     # The hand.
 
-    def _at(self, position: QPointF) -> SurfacePoint | None:
-        if self._picture is None or self._card.isVisible():
-            return None
-        place = self.scene_point(position)
-        return self._picture.hit(place.x(), place.y())
-
     def _act(self, act: Act | None) -> None:
         if isinstance(act, Pressed):
             self.set_hover(None)
@@ -138,39 +132,6 @@ class MapView(MapDisplay):
         if self.edit_tool is not None and (all_of_it or editing):
             busy = self.edit_tool.cancel() or busy
         return busy
-
-    # The edit tool.
-
-    def _place_at(self, position: QPointF, at: SurfacePoint | None) -> Place:
-        if self._picture is None or self._card.isVisible():
-            return Place(None, None, 1.0)
-        scene, frame = self.scene_point(position), self._picture.shapes.frame
-        return Place(at, frame.to_map(np.array([scene.x(), scene.y()])), self._pixel())
-
-    def _pixel(self) -> float:
-        """Side of a pixel on the map [m]."""
-        return (
-            1.0 if self._picture is None else 1.0 / (self._picture.shapes.frame.scale * self.viewportTransform().m11())
-        )
-
-    def _press_edit(self, event: QMouseEvent, at: SurfacePoint | None) -> bool:
-        """Whether the edit tool has taken the press."""
-        if self.edit_tool is None or event.button() != Qt.MouseButton.LeftButton:
-            return False
-        self._place = self._place_at(event.position(), at)
-        self._editing = self._place.point is not None and self.edit_tool.press(self._place, event)
-        return self._editing
-
-    def _paint_over(self, painter: QPainter) -> None:
-        if self.edit_tool is not None:
-            self.edit_tool.paint(painter, self._to_pixels, self._theme)
-
-    def _to_pixels(self, points: FloatArray) -> FloatArray:
-        """Map points (k, 2) [m] as pixels of the viewport."""
-        if self._picture is None:
-            return np.zeros((0, 2))
-        view = self.viewportTransform()
-        return self._picture.shapes.frame.to_scene(points) * [view.m11(), view.m22()] + [view.dx(), view.dy()]
 
     def _hover_at(self, at: SurfacePoint | None) -> None:
         if at == self._hover:
@@ -211,10 +172,10 @@ class MapView(MapDisplay):
         if self._tool.chooses and not pan:
             if self._picture is not None and not self._card.isVisible():
                 self.chooser.press(event)
-        elif self._tool.edits and not pan and self._press_edit(event, at):
+        elif self._tool.draws and not pan and self._press_edit(event, at):
             self._hover_at(None)
         else:
-            pan = pan or self._tool.edits
+            pan = pan or self._tool.draws
             self._act(self._hand.press(event.position().toTuple(), at, button=event.button(), pan=pan))
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:

@@ -11,6 +11,7 @@ from app.session.frame import Frame
 from app.session.prepare import Prepared
 from widgets.editor import Editor
 from widgets.panels.accuracy_panel import AccuracyPanel
+from widgets.panels.behaviours_panel import BehavioursPanel
 from widgets.panels.compare_panel import ComparePanel
 from widgets.panels.contacts_panel import ContactsPanel
 from widgets.panels.controller_panel import ControllerPanel
@@ -21,9 +22,11 @@ from widgets.panels.panel import SLIM, Panel
 from widgets.panels.patches_panel import PatchesPanel
 from widgets.panels.quality_panel import QualityPanel
 from widgets.panels.timing_panel import TimingPanel
+from widgets.running_session import RunningSession
+from widgets.selection import Selection
 
 WIDTH = 300
-FOLDED_AT_FIRST = ("compare-panel", "history-panel", "accuracy-panel")
+FOLDED_AT_FIRST = ("behaviours-panel", "compare-panel", "history-panel", "accuracy-panel")
 """What a person looks for when it is needed."""
 
 
@@ -45,7 +48,7 @@ class PanelColumn(QScrollArea):
         self.controller, self.contacts, self.quality = ControllerPanel(), ContactsPanel(), QualityPanel()
         self.patches, self.compare, self.history = PatchesPanel(editor), ComparePanel(editor), HistoryPanel(editor)
         self.accuracy, self.timing, self.effects = AccuracyPanel(), TimingPanel(), EffectsPanel()
-        self.events = EventsPanel()
+        self.events, self.behaviours = EventsPanel(), BehavioursPanel()
         self._panels: list[Panel] = []
         content = QWidget()
         self._rows = QVBoxLayout(content)
@@ -53,8 +56,8 @@ class PanelColumn(QScrollArea):
         self._rows.setSpacing(4)
         self._rows.addStretch(1)
         for panel in (
-            self.controller, self.contacts, self.events, self.patches, self.quality, self.compare, self.history,
-            self.accuracy, self.timing, self.effects,
+            self.controller, self.contacts, self.events, self.behaviours, self.patches, self.quality, self.compare,
+            self.history, self.accuracy, self.timing, self.effects,
         ):  # fmt: skip
             self.add(panel)
         self.compare.compared.connect(self.quality.show_comparison)
@@ -94,11 +97,33 @@ class PanelColumn(QScrollArea):
         # Lines that wrap know their height only once they are shown.
         QTimer.singleShot(0, panel, lambda: self.ensureWidgetVisible(panel, 0, 0))
 
+    def follow(self, live: RunningSession, selection: Selection) -> None:
+        """Show what ``live`` tells, ask it for what a person wants, and share what is selected."""
+        live.measured.connect(self.quality.show_quality)
+        live.settings_changed.connect(self.controller.show_settings)
+        live.behaviours_changed.connect(self.behaviours.show_behaviours)
+        live.triggered.connect(self.behaviours.show_triggered)
+        live.reading_changed.connect(self.contacts.show_reading)
+        live.effects_changed.connect(self.contacts.show_effects)
+        self.contacts.reading_edited.connect(live.set_reading)
+        live.mode_changed.connect(self._on_mode_changed)
+        self.controller.settings_edited.connect(live.set_settings)
+        self.behaviours.behaviours_edited.connect(live.set_behaviours)
+        self.contacts.follow(selection)
+
+    def _on_mode_changed(self, mode: str) -> None:
+        """What is replayed cannot be changed."""
+        for panel in (self.controller, self.behaviours):
+            panel.setEnabled(mode in ("live", "paused"))
+        self.contacts.set_editable(editable=mode in ("live", "paused"))
+
     def show_prepared(self, prepared: Prepared) -> None:
         """Another scene."""
+        self.controller.show_prepared(prepared)
         self.effects.show_prepared(prepared)
         self.quality.show_prepared(prepared)
         self.accuracy.show_prepared(prepared)
+        self.behaviours.show_prepared(prepared)
         self.contacts.clear()
         self.events.clear()
         self.timing.clear()

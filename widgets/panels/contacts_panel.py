@@ -1,23 +1,32 @@
-"""The contact regions now: where, how hard, how large; a click on one selects it."""
+"""The contact regions now: where, how hard, how large, how well told; a click on one selects it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QGridLayout, QLabel, QPushButton, QWidget
 
+from app.contacts.estimators.estimate import ForceEstimate
+from app.contacts.reading_settings import ReadingSettings
 from app.contacts.region import ContactRegion
+from app.scene.effects import Effects
 from app.session.frame import Frame
+from widgets.panels.estimate_words import estimate_words
 from widgets.panels.panel import Panel, fact
+from widgets.panels.reading_box import ReadingBox
+from widgets.panels.reading_choices import SHEAR, SHEAR_TIP
 from widgets.selection import Selection, region_ink
 
 _ROWS = 3
 """More than that is rare; the line above counts and sums all of them."""
-_FORCE_TIP = (
-    "Normal force: pressure times area, summed over the touched taxels and the ring around them.\n"
-    "Net shear cannot be observed: below a cover it adds up to nothing in what taxels feel."
+_FORCE_TIP = "Normal force, as the way chosen above finds it; control sees the same."
+_ESTIMATE_TIP = (
+    "Of the same contact: how many of the forces on its taxels the readings tell apart above their noise,\n"
+    "how many times errors may grow on the way, and what the answer leaves unexplained. A residual near the\n"
+    "noise is as good as can be; far above it, the model of the cover is wrong. Where less than half can be\n"
+    "told apart, no distribution is given, and the contact keeps the sum of pressure times area."
 )
 _FACTS_TIP = (
     "Of the selected contact, or else the strongest: force and place with their standard uncertainties\n"
@@ -25,6 +34,8 @@ _FACTS_TIP = (
 )
 _NO_FACTS = "\n"
 """As high as facts."""
+_ESTIMATE_LINES = 4
+"""As high as the longest estimate; the rows below never jump."""
 _ROW_STYLE = """
     QPushButton { border: 0; border-radius: 4px; padding: 0; margin: -2px -6px; background: transparent; }
     QPushButton:enabled:hover { background: rgba(128, 140, 152, 40); }
@@ -33,6 +44,7 @@ _ROW_STYLE = """
 """
 
 
+_ROW_TIP = "Highlight the trace of this contact; once more, of none"
 _NAME_PX = 96
 """What the column leaves for a link's name."""
 
@@ -52,7 +64,6 @@ class ContactRow:
         self.button.setObjectName(f"contact-{row}")
         self.button.setCheckable(True)
         self.button.setStyleSheet(_ROW_STYLE)
-        self.button.setToolTip("Highlight the trace of this contact; once more, of none")
         grid.addWidget(self.button, row, 0, 1, 5)
         self._mark = fact("", parent)
         self._cells = [fact("", parent, right=column > 0) for column in range(4)]
@@ -64,8 +75,8 @@ class ContactRow:
         for cell in self._cells:
             cell.setMinimumWidth(48)
 
-    def show(self, region: ContactRegion | None, *, selected: bool) -> None:
-        """Say what is known of a region; None empties the row."""
+    def show(self, region: ContactRegion | None, *, selected: bool, estimate: ForceEstimate | None = None) -> None:
+        """Say what is known of a region; None empties the row. Where its force was estimated, the tip says how well."""
         texts, ink = ["", "", "", ""], ""
         if region is not None:
             metrics = self._cells[0].fontMetrics()
@@ -75,6 +86,7 @@ class ContactRow:
         self.region = None if region is None else region.id
         self.button.setEnabled(region is not None)
         self.button.setChecked(selected)
+        self.button.setToolTip(f"{estimate_words(estimate)}\n\n{_ROW_TIP}" if estimate else _ROW_TIP)
         self.button.setAccessibleName("" if region is None else f"Contact on {region.link}, {texts[1]} N")
         for cell, text in zip((self._mark, *self._cells), (ink, *texts), strict=True):
             if cell.text() != text:
@@ -84,9 +96,10 @@ class ContactRow:
 def facts(region: ContactRegion, among: Sequence[ContactRegion]) -> str:
     """What is known of a region, in two lines; a third names the one among ``among`` that it touches."""
     long, short = 2e3 * np.linalg.norm(region.axes, axis=1)
+    size = f"{long:.0f} × {short:.0f}\u2009mm" if long > 0 else "of unknown shape"
     lines = [
         f"{region.force:.2f} ± {region.force_error:.2f}\u2009N, centre ± {1e3 * region.place_error:.1f}\u2009mm",
-        f"Mean {1e-3 * region.mean:.1f}\u2009kPa, {long:.0f} × {short:.0f}\u2009mm",
+        f"Mean {1e-3 * region.mean:.1f}\u2009kPa, {size}",
     ]
     lines += [f"Touches {other.link.replace('_', ' ')}" for other in among if other.id == region.partner]
     return "\n".join(lines)
@@ -97,6 +110,8 @@ class ContactsPanel(Panel):
 
     region_selected = Signal(object)
     """The row of a region was clicked: its id; None if it was selected already."""
+    reading_edited = Signal(object)
+    """ReadingSettings wanted."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Contacts", "contacts-panel", parent)
@@ -104,6 +119,7 @@ class ContactsPanel(Panel):
         self._summary.setObjectName("contacts-summary")
         self._selected: int | None = None
         self._regions: tuple[ContactRegion, ...] = ()
+        self._estimates: Mapping[int, ForceEstimate] = {}
         grid = self.grid()
         grid.setHorizontalSpacing(8)
         for column, text in enumerate(("On", "N", "kPa", "mm²"), start=1):
@@ -118,7 +134,32 @@ class ContactsPanel(Panel):
         self._facts: QLabel = self.caption()
         self._facts.setObjectName("contacts-facts")
         self._facts.setToolTip(_FACTS_TIP)
+        self._told: QLabel = self.caption()
+        self._told.setObjectName("contacts-estimate")
+        self._told.setToolTip(_ESTIMATE_TIP)
+        self._told.setAlignment(Qt.AlignmentFlag.AlignTop)
+        self.reading = ReadingBox(self)
+        self.reading.reading_edited.connect(self._on_reading_edited)
+        self.column.addWidget(self.reading)
+        shear = self.caption(SHEAR)
+        shear.setObjectName("contacts-shear")
+        shear.setToolTip(SHEAR_TIP)
+        self.show_reading(ReadingSettings())
         self.clear()
+
+    def show_reading(self, settings: ReadingSettings) -> None:
+        """Show how contacts are read; what that says of its own answers has its place, or takes none."""
+        self.reading.show_reading(settings)
+        self._told.setVisible(settings.estimator != "area-sum")
+        self._told.setFixedHeight(_ESTIMATE_LINES * self._told.fontMetrics().lineSpacing())
+
+    def show_effects(self, effects: Effects) -> None:
+        """The noise in force is part of what the usual threshold means."""
+        self.reading.show_effects(effects)
+
+    def set_editable(self, *, editable: bool) -> None:
+        """Let a person change how contacts are read, or not; they may be selected anyhow."""
+        self.reading.setEnabled(editable)
 
     def follow(self, selection: Selection) -> None:
         """Select there, and highlight what is selected there, from now on."""
@@ -128,13 +169,13 @@ class ContactsPanel(Panel):
 
     def clear(self) -> None:
         """Nothing is touched."""
-        self._regions = ()
+        self._regions, self._estimates = (), {}
         self._summary.setText("Nothing touches the skin: press it in a view.")
         self._fill()
 
     def show_frame(self, frame: Frame) -> None:
         """The strongest regions of a frame, and the selected one."""
-        self._regions = frame.regions
+        self._regions, self._estimates = frame.regions, frame.estimates
         if not frame.regions:
             self.clear()
             return
@@ -153,8 +194,16 @@ class ContactsPanel(Panel):
         shown = sorted(first, key=lambda region: region.id)
         for number, row in enumerate(self._rows):
             region = shown[number] if number < len(shown) else None
-            row.show(region, selected=region is not None and region.id == self._selected)
+            known = None if region is None else self._estimates.get(region.id)
+            row.show(region, selected=region is not None and region.id == self._selected, estimate=known)
         self._facts.setText(facts(first[0], self._regions) if first else _NO_FACTS)
+        told = self._estimates.get(first[0].id) if first else None
+        self._told.setEnabled(told is not None and not told.refused)
+        self._told.setText(estimate_words(told) if told is not None else "")
+
+    def _on_reading_edited(self, settings: ReadingSettings) -> None:
+        self.show_reading(settings)
+        self.reading_edited.emit(settings)
 
     def _on_row_clicked(self) -> None:
         row = next(row for row in self._rows if row.button is self.sender())

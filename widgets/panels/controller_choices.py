@@ -38,6 +38,9 @@ CHOICES = {
 }
 """Tool tip, and words by value, of each setting that is chosen from a list."""
 
+AGAIN = {"follow_path": "Start the path again", "hold_point": "Hold where it is now"}
+"""What starting a task afresh does, by the tasks that remember a place."""
+
 
 class SliderSpec(NamedTuple):
     """A slider: its text, unit, range and step as shown, shown units per SI unit, and tool tip."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor
@@ -33,9 +34,9 @@ class ForceTraces:
         self._lines: dict[str, pg.PlotDataItem] = {}
         self._living: tuple[tuple[int, str], ...] = ()
         self._selected: int | None = None
-        self._goal, self._goal_force = pg.InfiniteLine(angle=0, movable=False), 0.0
-        plot.plot.addItem(self._goal)
+        self._goal = plot.plot.plot(connect="finite")
         self._goal.hide()
+        self._goal_force: float | None = None
 
     def set_theme(self, theme: Theme) -> None:
         """Take another theme."""
@@ -45,11 +46,9 @@ class ForceTraces:
         self._dress()
 
     def set_goal(self, newtons: float | None) -> None:
-        """Show the wanted force [N]; None while no law holds one."""
-        self._goal.setVisible(newtons is not None)
-        self._goal_force = newtons or 0.0
-        self._goal.setValue(self._goal_force)
-        self.draw()
+        """The wanted force [N] from now on, unless a frame says otherwise; None while no law holds one."""
+        self._goal_force = newtons
+        self._dress()
 
     def select(self, region: int | None) -> None:
         """Highlight this region's trace; None for none."""
@@ -64,10 +63,11 @@ class ForceTraces:
         self._regions.clear()
         self._living = ()
 
-    def add(self, time: float, regions: tuple[ContactRegion, ...]) -> tuple[int, ...]:
-        """Keep the forces at ``time`` [s]; the ids of regions whose last sample has gone."""
-        before = self._regions.names
-        self._total.add(time, {"force": sum(region.force for region in regions)})
+    def add(self, time: float, regions: tuple[ContactRegion, ...], goal: float | None = None) -> tuple[int, ...]:
+        """Keep the forces at ``time`` [s], and the goal that the task says; ids of regions whose last sample went."""
+        before, goal = self._regions.names, self._goal_force if goal is None else goal
+        total = {"force": sum(region.force for region in regions), "goal": np.nan if goal is None else goal}
+        self._total.add(time, total)
         kept = regions[:MOST_REGIONS]
         self._regions.add(time, {str(region.id): region.force for region in kept})
         self._regions.forget_silent()
@@ -78,6 +78,9 @@ class ForceTraces:
         """Show the samples kept."""
         ages, force = self._total.series("force")
         self._line.setData(ages, force)
+        goals = self._total.series("goal")[1]
+        self._goal.setData(ages, goals)
+        self._goal.setVisible(bool(np.isfinite(goals).any()))
         for name in set(self._lines) - set(self._regions.names):
             self._plot.plot.removeItem(self._lines.pop(name))
         for name in self._regions.names:
@@ -85,7 +88,7 @@ class ForceTraces:
                 self._lines[name] = self._plot.plot.plot(connect="finite")
                 self._ink(name, self._lines[name])
             self._lines[name].setData(*self._regions.series(name))
-        self._plot.reach(max(highest(force), self._goal_force))
+        self._plot.reach(max(highest(force), highest(goals[np.isfinite(goals)])))
         self._dress()
 
     def _ink(self, name: str, line: pg.PlotDataItem) -> None:
@@ -98,7 +101,7 @@ class ForceTraces:
 
     def _dress(self) -> None:
         legend = ""
-        if self._goal.isVisible():
+        if self._goal_force is not None:
             legend += legend_entry("– –", self._theme.intent, f"goal {self._goal_force:.1f}")
         if self._living:
             legend += legend_entry("—", self._theme.text, "all")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from PySide6.QtCore import Qt, QTimer, Signal
+from PySide6.QtGui import QKeySequence, QMouseEvent, QShortcut
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSlider, QVBoxLayout, QWidget
 
 from widgets.panels.fold_heading import FoldHeading
@@ -87,12 +88,25 @@ def fact(text: str, parent: QWidget, *, right: bool = False) -> QLabel:
     return label
 
 
+class _Name(QLabel):
+    """A name that may be double-clicked."""
+
+    double_clicked = Signal()
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        """Qt."""
+        event.accept()
+        self.double_clicked.emit()
+
+
 class LabelledSlider(QWidget):
     """A name, a slider over a range, and the value with its unit."""
 
     value_changed = Signal(float)
     rested = Signal(float)
     """The hand let go of a value other than before, for what is too slow to follow it."""
+    default_wanted = Signal()
+    """Its name was double-clicked, or Delete was pressed on the slider: for whoever knows a value to go back to."""
 
     def __init__(
         self, text: str, unit: str, low: float, high: float, step: float, tip: str, parent: QWidget | None = None
@@ -100,13 +114,17 @@ class LabelledSlider(QWidget):
         super().__init__(parent)
         self._unit, self._low, self._high, self._step = unit, low, high, step
         self._number = self._rest = low
-        self._name, self._value = QLabel(text, self), fact("", self, right=True)
+        self._name, self._value = _Name(text, self), fact("", self, right=True)
         self._slider = QSlider(Qt.Orientation.Horizontal, self)
         self._slider.setRange(0, round((high - low) / step))
         self._slider.setAccessibleName(text)
         self._slider.setToolTip(tip)
         self._slider.valueChanged.connect(self._on_slider_moved)
         self._slider.sliderReleased.connect(self._on_rested)
+        self._name.double_clicked.connect(self.default_wanted)
+        delete = QShortcut(QKeySequence(Qt.Key.Key_Delete), self._slider)
+        delete.setContext(Qt.ShortcutContext.WidgetShortcut)
+        delete.activated.connect(self.default_wanted)
         self._quiet = QTimer(self)
         self._quiet.setSingleShot(True)
         self._quiet.setInterval(_QUIET_MS)
@@ -147,6 +165,10 @@ class LabelledSlider(QWidget):
         self._rest = math.nan
         self._value.setText(MIXED)
         self._slider.setAccessibleDescription("several values")
+
+    def set_default_tip(self, words: str) -> None:
+        """Say on its name what going back means."""
+        self._name.setToolTip(f"Double-click for {words}, or press Delete on the slider")
 
     def set_tip(self, tip: str) -> None:
         """Say something else about it, such as why it is disabled."""

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from html import escape
 
 import numpy as np
 import pyqtgraph as pg
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QFont
 from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
@@ -14,6 +16,10 @@ from widgets.colours import Theme
 
 SECONDS = 10.0
 """What the time axis shows [s]."""
+TIMES = ((-SECONDS, f"−{SECONDS:g}\u2009s"), (-SECONDS / 2, f"−{SECONDS / 2:g}\u2009s"), (0.0, "now"))
+"""What is written on it: age [s] and words."""
+FIRST, LAST = -1.04 * SECONDS, 0.09 * SECONDS
+"""Its ends [s]: a little more than is shown, so that what is written at the ends has room."""
 
 
 class TracePlot(QWidget):
@@ -27,6 +33,8 @@ class TracePlot(QWidget):
     def __init__(self, title: str, floor: float, parent: QWidget) -> None:
         super().__init__(parent)
         self._title, self._floor, self._top = title, floor, 0.0
+        self._marks: list[pg.InfiniteLine] = []
+        self._mark_pen = pg.mkPen(None)
         self.setAccessibleName(title)
         self._caption = QFont(self.font())
         self._caption.setPixelSize(11)
@@ -49,10 +57,9 @@ class TracePlot(QWidget):
         self.plot.hideButtons()
         menu = self.plot.getPlotItem().ctrlMenu  # made without a parent, it would outlive the plot
         menu.setParent(self.plot, menu.windowFlags())
-        self.plot.setXRange(-1.04 * SECONDS, 0.05 * SECONDS, padding=0)
-        times = [(-SECONDS, f"−{SECONDS:g}\u2009s"), (-SECONDS / 2, f"−{SECONDS / 2:g}\u2009s"), (0, "now")]
+        self.plot.setXRange(FIRST, LAST, padding=0)
         left, bottom = self.plot.getAxis("left"), self.plot.getAxis("bottom")
-        bottom.setTicks([times])
+        bottom.setTicks([list(TIMES)])
         bottom.setStyle(hideOverlappingLabels=False, tickLength=3)
         left.setStyle(tickLength=3)
         left.setWidth(34)
@@ -69,10 +76,24 @@ class TracePlot(QWidget):
         words = f'<span style="color:{QColor(theme.quiet).name()}">{title or self._title}{after_title}</span>'
         if words != self._heading.text():
             self._heading.setText(words)
+        self._mark_pen = pg.mkPen(QColor(theme.quiet), width=1, style=Qt.PenStyle.DotLine)
+        for line in self._marks:
+            line.setPen(self._mark_pen)
         for side in ("left", "bottom"):
             axis = self.plot.getAxis(side)
             axis.setPen(pg.mkPen(QColor(theme.line)))
             axis.setTextPen(pg.mkPen(QColor(theme.quiet)))
+
+    def mark(self, ages: Sequence[float]) -> None:
+        """Draw a thin line at each of these ages [s], and none elsewhere."""
+        while len(self._marks) < len(ages):
+            self._marks.append(pg.InfiniteLine(angle=90, movable=False, pen=self._mark_pen))
+            self._marks[-1].setZValue(-1)
+            self.plot.addItem(self._marks[-1], ignoreBounds=True)
+        for number, line in enumerate(self._marks):
+            line.setVisible(number < len(ages))
+            if number < len(ages):
+                line.setValue(ages[number])
 
     def reach(self, highest: float) -> None:
         """Make room for values up to ``highest``."""
@@ -85,7 +106,9 @@ class TracePlot(QWidget):
 def legend_entry(mark: str, ink: str, words: str, *, strong: bool = False) -> str:
     """Rich text of one entry of a legend: a mark in its colour, then words that stay together."""
     said = escape(words).replace(" ", "&nbsp;")
-    return f' &nbsp;<span style="color:{QColor(ink).name()}">{mark}</span>&nbsp;{f"<b>{said}</b>" if strong else said}'
+    said = f"<b>{said}</b>" if strong else said
+    joined = mark.replace(" ", "&nbsp;").replace("–", "\u2060–\u2060")  # a line may end after a dash, but for this
+    return f' &nbsp;<span style="color:{QColor(ink).name()}">{joined}</span>&nbsp;{said}'
 
 
 def round_up(value: float) -> float:

@@ -24,6 +24,7 @@ from widgets.robot_view.overlay import Captions, ForceCaption, Overlay
 from widgets.robot_view.robot_scene import RobotScene
 from widgets.robot_view.viewpoint import Viewpoint
 from widgets.skin_picture import SkinPicture
+from widgets.task_shown import NO_TASK, TaskShown
 
 
 class RobotCanvas(QWidget):
@@ -44,6 +45,7 @@ class RobotCanvas(QWidget):
         self._frame: Frame | None = None
         self._mark: SurfacePoint | None = None
         self._captions, self._framed, self._marks = Captions(), True, NO_MARKS
+        self._task, self._task_is_new = NO_TASK, False
         self.canvas = make_canvas(self)
         self.scene = RobotScene(self.canvas.plotter, theme, scale)
         layout = QVBoxLayout(self)
@@ -59,6 +61,7 @@ class RobotCanvas(QWidget):
         self.scene.show_prepared(prepared)
         self.scene.set_marks(self._marks)
         self.prepared, self._frame, self._mark = prepared, None, None
+        self._task, self._task_is_new = NO_TASK, False
         legend = f"Arrow: {1e3 * ARROW_LENGTH:g}\u2009mm per newton"
         self._captions = replace(self._captions, forces=(), legend=legend)
         self.frame_all()
@@ -69,6 +72,17 @@ class RobotCanvas(QWidget):
             self._frame = frame
             if not self.scene.shows(frame):
                 self.request()
+
+    def show_task(self, task: TaskShown) -> None:
+        """Show what a law with a task wants, and what came of it; nothing for the same again."""
+        if task is not self._task:
+            self._task, self._task_is_new = task, True
+            self.request()
+
+    def show_shapes(self, *, shown: bool) -> None:
+        """Draw contacts' ellipses and error circles, or do not."""
+        self.scene.show_shapes(shown=shown)
+        self.request()
 
     def set_hover(self, at: SurfacePoint | None) -> None:
         """Mark a place on the skin, such as the one the pointer is over in another view; None for none."""
@@ -175,14 +189,19 @@ class RobotCanvas(QWidget):
     def _on_drawing_due(self) -> None:
         if self._frame is not None and not self.scene.shows(self._frame):
             self.scene.show_frame(self._frame)
+        if self._task_is_new:
+            self._task_is_new = False
+            self.scene.show_task(self._task)
         self.scene.set_hover(self._mark)
         self.scene.fit_depth()
         view, size = self.scene.viewpoint, (self.width(), self.height())
         forces = tuple(
             ForceCaption(
-                view.pixels(arrow, size), f"{force:.1f}\u2009N", bool((arrow[0] - arrow[1]) @ (view.eye - arrow[1]) < 0)
+                view.pixels(arrow, size),
+                self._task.force_words(region.id, region.force),
+                bool((arrow[0] - arrow[1]) @ (view.eye - arrow[1]) < 0),
             )
-            for arrow, force in self.scene.forces
+            for arrow, region in self.scene.forces
         )
         self._say(replace(self._captions, forces=forces, axes=view.axes))
 

@@ -9,6 +9,7 @@ import numpy as np
 import pyvista as pv
 
 from app.arrays import FloatArray, IntArray
+from app.contacts.region import ContactRegion
 from app.geometry.surface_point import SurfacePoint
 from app.maps.tactile_map import TactileMap
 from app.robots.configuration import Configuration
@@ -22,8 +23,10 @@ from widgets.robot_view.ground import floor_under
 from widgets.robot_view.marks import Marks
 from widgets.robot_view.object_actors import ObjectActors
 from widgets.robot_view.skin_actors import SkinActors
+from widgets.robot_view.task_marks import TaskMarks
 from widgets.robot_view.viewpoint import CameraRay, Viewpoint, framing
 from widgets.skin_picture import SkinPicture
+from widgets.task_shown import TaskShown
 
 _STILL = 2e-5
 """Joints and objects that move less [rad, m] do not change a pixel."""
@@ -51,6 +54,7 @@ class RobotScene:
         self._links: list[tuple[int, Any]] = []
         self._bodies: list[Any] = []
         self._bounds: list[tuple[int, FloatArray]] = []
+        self._shapes = True
         self._light_and_ground()
 
     def show_prepared(self, prepared: Prepared) -> None:
@@ -70,8 +74,9 @@ class RobotScene:
         self._bounds += [(prepared.robot.link_index[p.link], p.surface.bounds) for p in prepared.skin.patches]
         self._objects = ObjectActors(self._plotter, self._theme, prepared.objects)
         self._plane = np.eye(4)
-        self._marks = Marks(self._plotter, self._theme, prepared)
+        self._marks = Marks(self._plotter, self._theme, prepared, shapes=self._shapes)
         self._edit_marks = EditMarks(self._plotter, self._theme, prepared)
+        self._task_marks = TaskMarks(self._plotter, self._theme, prepared)
         self._move()
         self._ground()
         self.frame_all()
@@ -126,6 +131,17 @@ class RobotScene:
         if self._prepared is not None:
             self._edit_marks.show(marks)
 
+    def show_task(self, task: TaskShown) -> None:
+        """Show what a law with a task wants, and what came of it."""
+        if self._prepared is not None:
+            self._task_marks.show(task)
+
+    def show_shapes(self, *, shown: bool) -> None:
+        """Draw contacts' ellipses and error circles, or do not."""
+        self._shapes = shown
+        if self._prepared is not None:
+            self._marks.show_shapes(shown=shown)
+
     def show_map(self, map_: TactileMap) -> None:
         """The same skin on another map."""
         if self._prepared is not None:
@@ -141,7 +157,8 @@ class RobotScene:
         if self._skin.share == 0:
             self._plane = self._facing_plane()
         self._skin.morph(share)
-        self._edit_marks.hide(hidden=share > 0)
+        for marks in (self._edit_marks, self._task_marks):
+            marks.hide(hidden=share > 0)
         for actor in self._bodies:
             actor.prop.opacity = 1.0 - _FADE * share
             actor.prop.culling = "back" if share > 0 else "none"  # a shadow has no inside
@@ -188,6 +205,7 @@ class RobotScene:
             self._marks.set_theme(theme)
             self._objects.set_theme(theme)
             self._edit_marks.set_theme(theme)
+            self._task_marks.set_theme(theme)
             self._ground()
 
     def set_scale(self, scale: PressureScale) -> None:
@@ -207,8 +225,8 @@ class RobotScene:
         return np.concatenate([self.poses, self._objects.poses])
 
     @property
-    def forces(self) -> list[tuple[FloatArray, float]]:
-        """Each force arrow's tail and tip (2, 3) [m], world, and the force it stands for [N]."""
+    def forces(self) -> list[tuple[FloatArray, ContactRegion]]:
+        """Each force arrow's tail and tip (2, 3) [m], world, and the region whose force it stands for."""
         return self._marks.forces if self._prepared is not None else []
 
     @property
@@ -250,7 +268,7 @@ class RobotScene:
         poses = self.poses
         for number, actor in self._links:
             set_matrix(actor, poses[number])
-        for number, actor in self._edit_marks.riders:
+        for number, actor in (*self._edit_marks.riders, *self._task_marks.riders):
             set_matrix(actor, poses[number])
         self._skin.move(poses, self._plane)
 

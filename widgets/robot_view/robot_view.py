@@ -20,6 +20,7 @@ from widgets.robot_view.orbit import face, orbit, pan, zoom
 from widgets.robot_view.orientation_cube import CubeFace
 from widgets.robot_view.robot_display import RobotDisplay
 from widgets.select_hand import Pixel
+from widgets.tool_keys import ToolKeys
 from widgets.tools import Tool
 
 _WHEEL_STEP = 1.15
@@ -53,7 +54,7 @@ class RobotView(RobotDisplay):
         super().__init__(theme, scale, parent)
         self._hand, self._button, self._tool = Hand(), Qt.MouseButton.NoButton, Tool.POKE
         self._hover: SurfacePoint | None = None
-        self._editing, self._on_cube = EditHand(), False
+        self._editing, self._keys, self._on_cube = EditHand(), ToolKeys(self), False
         self.chooser = Chooser(self, self)
         self.chooser.drawn.connect(self._on_rubber_drawn)
         self.canvas.widget.installEventFilter(self)
@@ -84,7 +85,7 @@ class RobotView(RobotDisplay):
         self._end_hold()
         if self._editing.tool is not None:
             self._editing.tool.drawn.disconnect(self._on_tool_drawn)
-        self._editing.tool = self._overlay.tool = tool
+        self._editing.tool = self._overlay.tool = self._keys.tool = tool
         if tool is not None:
             tool.drawn.connect(self._on_tool_drawn)
         self._on_tool_drawn()
@@ -221,7 +222,7 @@ class RobotView(RobotDisplay):
         elif not self.chooser.busy:
             turns = left and not event.modifiers() & Qt.KeyboardModifier.ShiftModifier
             self._button = Qt.MouseButton.LeftButton if turns else Qt.MouseButton.MiddleButton
-            at = at if turns and not self._tool.edits else None
+            at = at if turns and not self._tool.draws else None
             self._act(self._hand.press(event.position().toTuple(), at, button=event.button(), pan=at is None))
 
     def _release(self, event: QMouseEvent) -> None:

@@ -21,12 +21,14 @@ class Reading:
         region: As the contact reader found it.
         pressures: (taxels,) of the whole skin [Pa].
         noise: Standard deviation of a reading [Pa]; 0 where readings are exact.
+        gain: Standard deviation of the taxels' gains around 1.
         wrench: At the region's link, for methods that do not use the skin's readings; None without such a sensor.
     """
 
     region: ContactRegion
     pressures: FloatArray
     noise: float = 0.0
+    gain: float = 0.0
     wrench: Wrench | None = None
 
 
@@ -44,6 +46,10 @@ class ForceEstimate:
         unknowns: How many there are.
         residual: Root mean square of what the answer leaves unexplained of the readings [Pa].
         noise: Standard deviation of a reading that was reckoned with [Pa].
+        peak: Highest pressure of the distribution [Pa]; 0 without one.
+        mean: Its mean pressure, where it presses [Pa].
+        force_error: Standard uncertainty of ``force`` [N], from the sensor alone.
+        place_error: The same of ``at``, radial [m]; 0 where the region's own place is taken over.
         refused: Why there is no distribution or no place, in words; empty where nothing was refused.
     """
 
@@ -56,6 +62,10 @@ class ForceEstimate:
     unknowns: int = 0
     residual: float = 0.0
     noise: float = 0.0
+    peak: float = 0.0
+    mean: float = 0.0
+    force_error: float = 0.0
+    place_error: float = 0.0
     refused: str = ""
 
     def __post_init__(self) -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from typing import NamedTuple
+
 import numpy as np
 
 from app.arrays import FloatArray
@@ -15,6 +18,21 @@ from app.skin.skin import Skin
 
 _LEAST, _UNKNOWNS = 1e-9, 6
 _LARGEST_TILT = 1e-6
+
+
+class _Target(NamedTuple):
+    """One patch to meet: its triangles' outward normals, how far out a line has to begin, and a step past a surface."""
+
+    patch: int
+    caster: RayCaster
+    normals: FloatArray
+    reach: float
+    nudge: float
+
+    @classmethod
+    def of(cls, patch: int, surface: Mesh) -> _Target:
+        reach = 2 * float(np.abs(surface.bounds).max())
+        return cls(patch, RayCaster(surface), surface.face_normals, reach, 1e-5 * surface.size)
 
 
 class Lumped:
@@ -34,10 +52,10 @@ class Lumped:
 
     def __init__(self, skin: Skin) -> None:
         self._skin = skin
-        self._casters: dict[int, RayCaster] = {}
+        self._targets: dict[int, _Target] = {}
 
     def estimate(self, reading: Reading) -> ForceEstimate:
-        """Normal force and place; never a distribution. Cost: 50 µs a patch of the link.
+        """Normal force and place; never a distribution. Cost: 0.1 ms, and 40 µs for each further patch of the link.
 
         Raises:
             MapError: The reading has no wrench.
@@ -56,7 +74,14 @@ class Lumped:
             refused = "" if at else f"The force's line misses the skin of {link}: several contacts, or a twist"
         force = size if at is None else float(-wrench.force @ self._skin.normal(at))
         return ForceEstimate(
-            force, at, condition=wrench.condition, effective_rank=wrench.rank, unknowns=_UNKNOWNS, refused=refused
+            force,
+            at,
+            condition=wrench.condition,
+            effective_rank=wrench.rank,
+            unknowns=_UNKNOWNS,
+            force_error=wrench.force_noise,
+            place_error=0.0 if at is None else _place_error(wrench, self._skin.position(at), force),
+            refused=refused,
         )
 
     def _entry(self, wrench: Wrench, link: str) -> SurfacePoint | None:
@@ -67,21 +92,32 @@ class Lumped:
         found = []
         for number, patch in enumerate(self._skin.patches):
             if patch.link == link:
-                caster = self._casters.get(number)
-                if caster is None:
-                    caster = self._casters[number] = RayCaster(patch.surface)
-                found += _entries(caster, patch.surface, number, foot, along)
+                target = self._targets.get(number)
+                if target is None:
+                    target = self._targets[number] = _Target.of(number, patch.surface)
+                found += _entries(target, foot, along)
         return min(found, key=lambda entry: entry[0])[1] if found else None
 
 
-def _entries(
-    caster: RayCaster, surface: Mesh, patch: int, foot: FloatArray, along: FloatArray
-) -> list[tuple[float, SurfacePoint]]:
+def _place_error(wrench: Wrench, point: FloatArray, force: float) -> float:
+    """Standard uncertainty, radial [m], of where the force's line meets the skin at ``point`` (3,).
+
+    Across the line it moves by  f x (dm - point x df) / |f|²;  on skin that stands askew to it by more, as one over
+    the cosine, which is what the normal ``force`` falls short of |f|.
+    """
+    if force <= 0:
+        return 0.0
+    along = float(point @ wrench.force) / float(np.linalg.norm(wrench.force))
+    variance = 2 * wrench.torque_noise**2 + wrench.force_noise**2 * (float(point @ point) + along**2)
+    return math.sqrt(variance) / force
+
+
+def _entries(target: _Target, foot: FloatArray, along: FloatArray) -> list[tuple[float, SurfacePoint]]:
     """The first place at which a line enters one surface, with how far along it lies [m]; or none."""
-    start = -float(np.linalg.norm(foot)) - float(np.abs(surface.bounds).max()) * 2
-    while (hit := caster.first_hit(foot + start * along, along)) is not None:
+    start = -float(np.linalg.norm(foot)) - target.reach
+    while (hit := target.caster.first_hit(foot + start * along, along)) is not None:
         start += hit.distance
-        if float(surface.face_normals[hit.face] @ along) < -_LARGEST_TILT:
-            return [(start, SurfacePoint(patch, hit.face, hit.weights))]
-        start += 1e-5 * surface.size  # it leaves here; go on behind
+        if float(target.normals[hit.face] @ along) < -_LARGEST_TILT:
+            return [(start, SurfacePoint(target.patch, hit.face, hit.weights))]
+        start += target.nudge  # it leaves here; go on behind
     return []

@@ -5,11 +5,15 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from app.arrays import FloatArray, IntArray
+from app.arrays import IntArray
+from app.contacts.estimators.blur import Blur
 from app.errors import MapError
 from app.skin.skin import Skin
 from app.touch.buried import buried
 from app.touch.points import skin_points
+
+_KEPT = 32
+"""Regions whose equations are kept; the oldest gives way."""
 
 
 class Spread:
@@ -27,7 +31,7 @@ class Spread:
         MapError: The depth is no such number.
         SimulationError: The cover is too deep for so fine a skin.
 
-    Cost: as ``buried``, 1 s for 1000 taxels 2 mm below a tube of 450 cm².
+    Cost: as ``buried``: 0.15 s for 1000 taxels 2 mm below the arm's surface, 2.2 s for 10,000.
     """
 
     def __init__(self, skin: Skin, depth: float) -> None:
@@ -41,14 +45,18 @@ class Spread:
         rows, columns = table.taxels.ravel(), np.repeat(owner, width)
         felt = table.weights.ravel() * np.repeat(areas, width)
         self._felt = csr_matrix((felt, (rows, columns)), shape=(len(skin), len(skin)))
-        self._last: tuple[bytes, FloatArray] = b"", np.zeros((0, 0))
+        self._kept: dict[bytes, Blur] = {}
 
-    def matrix(self, taxels: IntArray) -> FloatArray:
-        """(k, k) readings of ``taxels`` (k,) per pressure on the same.
+    def blur(self, taxels: IntArray) -> Blur:
+        """What ``taxels`` (k,) read of pressures on their own areas.
 
-        Cost: 0.2 ms for 30 taxels; nothing while they stay the same.
+        Cost: 0.5 ms for 30 taxels; nothing for those that were asked for a little earlier.
         """
         key = taxels.tobytes()
-        if key != self._last[0]:
-            self._last = key, np.asarray(self._felt[taxels][:, taxels].toarray(), dtype=np.float64)
-        return self._last[1]
+        found = self._kept.get(key)
+        if found is None:
+            if len(self._kept) >= _KEPT:
+                del self._kept[next(iter(self._kept))]
+            whole = np.asarray(self._felt[taxels][:, taxels].toarray(), dtype=np.float64)
+            found = self._kept[key] = Blur.of(whole)
+        return found

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Literal, get_args
-
 from app.contacts.estimators.area_sum import AreaSum
 from app.contacts.estimators.estimate import ForceEstimator
-from app.contacts.estimators.local_nnls import LocalNnls
+from app.contacts.estimators.local_nnls import nonnegative
 from app.contacts.estimators.lumped import Lumped
-from app.contacts.estimators.tikhonov import Tikhonov
+from app.contacts.estimators.names import EstimatorName
+from app.contacts.estimators.tikhonov import smoothed
+from app.contacts.estimators.unblurred import Unblurred
 from app.skin.skin import Skin
-
-EstimatorName = Literal["area-sum", "local-nnls", "tikhonov", "lumped"]
-ESTIMATORS: tuple[EstimatorName, ...] = get_args(EstimatorName)
 
 
 def make_estimator(name: EstimatorName, skin: Skin, *, depth: float) -> ForceEstimator:
@@ -30,8 +27,8 @@ def make_estimator(name: EstimatorName, skin: Skin, *, depth: float) -> ForceEst
         case "area-sum":
             return AreaSum(skin)
         case "local-nnls":
-            return LocalNnls(skin, depth=depth)
+            return Unblurred(skin, nonnegative, depth=depth)
         case "tikhonov":
-            return Tikhonov(skin, depth=depth)
+            return Unblurred(skin, smoothed, depth=depth)
         case "lumped":
             return Lumped(skin)

@@ -20,12 +20,16 @@ class Wrench:
         torque: (3,) [N m].
         rank: How many of its six numbers are known; a sensor in the link tells all, few joints tell fewer.
         condition: How many times relative errors of what it was found from may have grown.
+        force_noise: Standard deviation of each force [N].
+        torque_noise: Standard deviation of each torque [N m].
     """
 
     force: FloatArray
     torque: FloatArray
     rank: int = 6
     condition: float = 1.0
+    force_noise: float = 0.0
+    torque_noise: float = 0.0
 
     def __post_init__(self) -> None:
         for name in ("force", "torque"):

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from app.editing.document import MapDocument
 from app.editing.reflatten import Reflatten
 from app.errors import MapError
-from app.experiments.stages import cut, flatten, image, simulation, touch
+from app.experiments.stages import control, cut, flatten, image, simulation, touch
 from app.experiments.work_precision import Setting, Stage
 
-_STAGES = (cut.STAGE, flatten.STAGE, image.STAGE, touch.STAGE, simulation.STAGE)
+_STAGES = (cut.STAGE, flatten.STAGE, image.STAGE, touch.STAGE, simulation.STAGE, control.STAGE)
 STAGES: Mapping[str, Stage] = {stage.name: stage for stage in _STAGES}
 
 

@@ -27,6 +27,7 @@ from app.touch.layer import Layer
 from app.touch.load import Load
 from app.touch.models.water_fill import WaterFill
 from app.touch.points import skin_points
+from app.touch.push import Push
 from app.touch.receptive_field import ReceptiveField
 from app.touch.shapes import Shape
 
@@ -77,6 +78,7 @@ class Foundation:
 
     Attributes:
         notes: What it could not do at the last reading.
+        pushes: What it did in the last step.
 
     Cost: 12 µs a meeting that is far, 30 µs one that is near, and 100 µs one in contact, at every step.
     """
@@ -92,6 +94,7 @@ class Foundation:
         self._felt: list[tuple[IntArray, FloatArray]] = []
         self._answers: list[Load] = []
         self.notes: tuple[str, ...] = ()
+        self.pushes: list[Push] = []
 
     def push(self, data: mujoco.MjData) -> None:
         """Add the layer's forces on both bodies of every meeting to ``data.qfrc_applied``.
@@ -102,7 +105,7 @@ class Foundation:
         Raises:
             SimulationError: The layer under a contact is too stiff for the time step, or pressed through.
         """
-        self._felt, self._answers = [], []
+        self._felt, self._answers, self.pushes = [], [], []
         for approach in self._approaches:
             press = self._press(data, approach)
             if press is not None:
@@ -145,6 +148,7 @@ class Foundation:
                                                       arms[0, 1] - arms[1, 0]])  # fmt: skip
         for body, sign in ((bed.body, 1.0), (meeting.body, -1.0)):
             mujoco.mj_applyFT(self._model, data, sign * force, sign * torque, middle, body, data.qfrc_applied)
+        self.pushes.append(Push(bed.body, meeting.body, middle, force, torque))
         self._felt.append((bed.points[press.points], press.felt))
         if meeting.own is not None:
             self._answers.append(_answer(data, approach, middle, force))

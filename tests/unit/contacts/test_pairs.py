@@ -21,6 +21,18 @@ def test_a_grasp_goes_on_while_fingers_change():
     assert end.duration == 0.3
 
 
+def test_a_grasp_waits_for_a_finger_that_may_come_back():
+    pairs = Pairs(-0.5)
+    one, other = region(1), region(2, normal=DOWN)
+    pairs.read(0, 0.0, {1: one, 2: other})
+    assert pairs.read(1, 0.1, {1: one}, awaited={2}) == []
+    assert pairs.read(2, 0.2, {1: one, 2: other}) == []
+    assert pairs.read(3, 0.3, {1: one}, awaited={2}) == []
+    (end,) = pairs.read(4, 0.4, {1: one})
+    assert (end.phase, end.time) == ("ended", 0.4)
+    assert end.duration == 0.3, "until it was gone"
+
+
 def test_links_are_held_on_their_own():
     pairs = Pairs(-0.5)
     regions = [region(1), region(2, normal=DOWN), region(3, link="hand"), region(4, link="hand", normal=DOWN)]

@@ -10,6 +10,8 @@ import pytest
 from app.control.command import ControlSettings
 from app.control.contact_motion import ContactMotionController
 from app.control.settings_check import CHOICES
+from app.control.skin_readings import PLATEAU, SkinReadings
+from app.control.swing_watch import SWINGS
 from app.editing.arrange import move
 from app.editing.document import MapDocument
 from app.errors import SceneError
@@ -106,3 +108,48 @@ def test_another_map_is_taken_and_the_point_to_hold_with_it():
     assert mine.command(prepared.robot.home, np.zeros(7), (), TICK).posture.shape == (7,)
     mine.use(moved)
     assert mine._law.sight.map is moved
+
+
+@pytest.mark.parametrize("law", [law for law in CHOICES["law"] if law != "impedance"])
+def test_a_skin_that_cannot_be_read_stops_every_law_that_reads(law):
+    """Nothing touches any more, it seems: without a word the arm would seek it, and press."""
+    mine = controller(law=law)
+    for _ in range(20):
+        before = mine.command(BENT, STILL, touch(2.0), TICK)
+    for _ in range(50):
+        command = mine.command(BENT, STILL, (), TICK, readable=False)
+        assert np.isfinite(command.torque_at(BENT, STILL)).all()
+        assert "no number" in mine.why_limited[0]
+    assert abs(command.posture[0] - before.posture[0]) < 0.05, "it stands"
+
+
+def test_what_the_skin_cannot_hold_is_said_beside_what_limits_the_law():
+    mine, seldom = controller(law="hybrid", force_gain=0.05), SkinReadings(0.2)
+    mine.command(BENT, STILL, touch(2.0), TICK)
+    assert mine.why_limited == ()
+    mine.readings = seldom
+    assert mine.readings == seldom
+    mine.command(BENT, STILL, touch(2.0), TICK)
+    assert mine.why_limited[0].startswith("force gain above")
+    mine.reset()
+    assert mine.why_limited == ()
+
+
+@pytest.mark.parametrize("law", ["hold_force", "hybrid", "admittance", "qp"])
+def test_a_reading_at_its_end_is_not_pressed_for_more(law):
+    mine = controller(law=law)
+    mine.readings = SkinReadings(TICK, highest=1e4)
+    start = mine.command(BENT, STILL, touch(1.0), TICK).posture[0]
+    for _ in range(20):
+        command = mine.command(BENT, STILL, touch(1.0), TICK)
+    assert PLATEAU in mine.why_limited
+    assert abs(command.posture[0] - start) < 1e-4
+    mine.readings = SkinReadings(TICK)
+    assert mine.command(BENT, STILL, touch(1.0), TICK).posture[0] < start, "outward: the bar's top is above"
+
+
+def test_a_force_that_swings_is_said():
+    mine = controller(law="hybrid")
+    for k in range(400):
+        mine.command(BENT, STILL, touch(3.0 + 2.5 * np.sin(30 * k * TICK)), TICK)
+    assert SWINGS in mine.why_limited

@@ -46,3 +46,24 @@ def test_the_integral_stands_while_the_answer_is_bounded():
 def test_no_integral_at_all():
     servo, endless = ForceServo(1.0), ControlSettings(force_gain=0.01, integral_time=float("inf"))
     assert [push(servo, -1.0, settings=endless) for _ in range(4)] == [-0.01] * 4
+    assert servo.integral(1) == 0.0
+    push(servo, -1.0)
+    push(servo, -1.0, settings=endless)
+    assert servo.integral(1) == pytest.approx(-DT), "what was gathered stands"
+
+
+def test_a_goal_that_is_not_reached_alone_is_integrated_for_after_a_while():
+    """Something holds against it: the proportional part comes no nearer, and would stand for ever."""
+    servo, ticks = ForceServo(1.0), round(SETTINGS.integral_time / DT)
+    nearing = [push(servo, 2.0 * 0.97**k) for k in range(ticks)]
+    assert servo.integral(1) == 0.0, "it still comes nearer"
+    assert nearing[-1] < 0.2 * nearing[0]
+    for _ in range(ticks - 2):
+        push(servo, 0.5)
+    assert servo.integral(1) == 0.0
+    held = [push(servo, 0.5) for _ in range(20)]
+    assert held[-1] > held[0]
+    assert servo.integral(1) > 0
+    servo.keep([])
+    push(servo, 0.5)
+    assert servo.integral(1) == 0.0, "a new contact waits again"

@@ -69,3 +69,13 @@ def test_from_link_to_link_the_way_is_that_in_space():
 def test_the_gluing_is_made_once():
     sight = MapSight(prepared_bar().map)
     assert sight.gluing is sight.gluing
+
+
+def test_how_far_places_and_contacts_are_apart_is_measured_in_space():
+    prepared = arm()
+    sight, skin, configuration = MapSight(prepared.map), prepared.skin, Configuration(prepared.robot)
+    here, there = skin.taxel_point(3), skin.taxel_point(int(skin.first[1]) + 10)
+    places = [configuration.pose(skin.link(at)).points(skin.position(at)) for at in (here, there)]
+    apart = sight.apart(here, there, configuration)
+    assert apart == pytest.approx(np.linalg.norm(places[0] - places[1]))
+    assert sight.away(here, touch_on(prepared.map, int(skin.first[1]) + 10, 1.0), configuration) == pytest.approx(apart)

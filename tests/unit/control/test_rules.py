@@ -113,7 +113,7 @@ def test_two_contacts_are_served_together(name):
 def test_hybrid_keeps_position_out_of_force_and_a_wrong_normal_leaks():
     one = contact(force_error=0.0)
     assert one.outward @ answer(Hybrid(), one)[0] == pytest.approx(0, abs=1e-12)
-    across = one.tangents[0]
+    across = one.map_axes[0]
     wrong = replace(one, normal=np.cos(0.5) * one.normal + np.sin(0.5) * across)
     assert abs(one.normal @ one.move @ answer(Hybrid(), wrong)[0]) > 1e-4
 
@@ -139,7 +139,7 @@ def test_parallel_is_drawn_back_to_where_the_contact_began():
 def test_priority_keeps_the_force_where_the_place_cannot_be_served():
     """Only motion along one direction is left: force and place want different speeds of it."""
     one = contact()
-    poor = replace(one, move=np.outer(one.normal + one.tangents[0], np.eye(7)[0]))
+    poor = replace(one, move=np.outer(one.normal + one.map_axes[0], np.eye(7)[0]))
     speed, _ = answer(Priority(), poor)
     assert poor.outward @ speed == pytest.approx(0.01, rel=1e-6)
 

@@ -36,13 +36,20 @@ def test_every_choice_is_allowed_and_no_other(name):
 
 
 def test_every_setting_is_checked():
-    assert set(asdict(ControlSettings())) == {*RANGES, *CHOICES, "path"}
+    assert set(asdict(ControlSettings())) == {*RANGES, *CHOICES, "path", "starts"}
 
 
 @pytest.mark.parametrize("path", [((0.0,),), ((0.0, float("nan")),), ((0.0, "x"),), ((0.0, 0.0),) * (MOST_POINTS + 1)])
 def test_a_path_is_finite_points_of_two(path):
     with pytest.raises(SceneError, match=r"control\.path"):
         check_settings(ControlSettings(path=path))
+
+
+@pytest.mark.parametrize("starts", [-1, 1.0, True, 10**9 + 1])
+def test_starts_are_counted(starts):
+    assert check_settings(ControlSettings(starts=3)).starts == 3
+    with pytest.raises(SceneError, match=r"control\.starts"):
+        check_settings(ControlSettings(starts=starts))
 
 
 def test_settings_from_a_scene():

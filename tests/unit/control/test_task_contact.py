@@ -13,10 +13,12 @@ def test_outward_is_the_normal_s_share_of_motion():
     assert contact().outward == pytest.approx([8, 9, 10, 11])
 
 
-def test_tangents_are_square_to_the_normal_and_to_each_other():
-    tangents = contact().tangents
-    assert tangents @ tangents.T == pytest.approx(np.eye(2))
-    assert tangents @ contact().normal == pytest.approx([0, 0])
+def test_map_axes_lie_along_the_skin_as_the_map_s_do_and_are_square_to_each_other():
+    axes = contact().map_axes
+    assert axes @ axes.T == pytest.approx(np.eye(2))
+    assert axes @ contact().normal == pytest.approx([0, 0])
+    stretch = TO_MAP @ axes.T
+    assert stretch == pytest.approx(stretch.T), "what is left of the map is stretch without a turn"
 
 
 def test_the_skin_goes_the_other_way_so_that_the_contact_comes_where_it_should():

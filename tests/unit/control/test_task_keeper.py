@@ -12,7 +12,8 @@ from app.control.map_sight import MapSight
 from app.control.task_keeper import MOST_ERROR, SEARCH_TIME, TaskKeeper
 from app.robots.configuration import Configuration
 from tests.touch import prepared_bar
-from tests.unit.control.touched import TICK, touch_on
+from tests.unit.control.plates import two_plates
+from tests.unit.control.touched import TICK, region, touch_on
 
 BAR = prepared_bar()
 MAP, SIGHT, CONFIGURATION = BAR.map, MapSight(BAR.map), Configuration(BAR.robot)
@@ -64,7 +65,7 @@ def walked(keeper, ticks, *, regions=None, **settings):
             place = keeper.target
             point = (replace(at(), at=place, map_point=MAP.to_map(place), point=BAR.skin.position(place)),)
         limits |= set(asked(keeper, point, task="follow_path", **settings)[1])
-        ways.append(keeper.way)
+        ways.append(keeper.report.way)
     return np.array(ways), limits
 
 
@@ -81,6 +82,15 @@ def test_an_open_path_is_walked_to_and_fro():
     assert np.abs(np.diff(ways)).max() <= 0.02 * TICK * (1 + 1e-9)
     assert ways.max() == pytest.approx(0.03, rel=1e-3)
     assert (np.diff(ways) < 0).any()
+
+
+def test_a_path_is_started_again_when_asked():
+    keeper = TaskKeeper()
+    ways, _ = walked(keeper, 100, path_speed=0.02, starts=1)
+    again, _ = walked(keeper, 1, path_speed=0.02, starts=1)
+    afresh, _ = walked(keeper, 1, path_speed=0.02, starts=2)
+    assert again[0] > ways[-1] > 0.009
+    assert afresh[0] == pytest.approx(0.02 * TICK)
 
 
 def test_the_goal_s_velocity_is_told_to_and_fro():
@@ -112,7 +122,7 @@ def test_a_path_that_leaves_the_skin_ends_there_and_one_that_is_nowhere_stands_s
     assert ways[-1] > 0
     nowhere = ((9.0, 9.0), (9.1, 9.0))
     ways, limits = walked(TaskKeeper(), 10, path_kind="polyline", path=nowhere)
-    assert limits == {"the path does not start on the skin"}
+    assert limits == {"the path does not start on the skin, but at (9000, 9000) mm"}
     assert not ways.any()
 
 
@@ -164,9 +174,9 @@ def test_a_hand_that_comes_again_guides_from_where_it_comes():
 def test_another_task_starts_afresh():
     keeper = TaskKeeper()
     walked(keeper, 100)
-    assert keeper.way > 0
+    assert keeper.report.way > 0
     asked(keeper, (at(),), task="hold_point")
-    assert keeper.way == 0
+    assert keeper.report.way == 0
 
 
 def test_another_map_starts_a_path_afresh_and_keeps_a_place_held():
@@ -176,3 +186,71 @@ def test_another_map_starts_a_path_afresh_and_keeps_a_place_held():
         for sight, taxel in ((SIGHT, HERE), (other, NEAR)):
             keeper.wants(ControlSettings(task=task), (at(taxel),), sight, CONFIGURATION, TICK, limits)
         assert MAP.to_map(keeper.target) == pytest.approx(POINTS[held], abs=1e-3)
+
+
+PLATES = MapSight(two_plates())
+
+
+def on_plate(x, y, *, id_=1, force=3.0):
+    place = PLATES.map.to_body(np.array([x, y]))
+    return region(force, place, PLATES.map.skin.position(place), np.array([x, y]), id_=id_)
+
+
+def asked_on_plates(keeper, regions, **settings):
+    limits: list[str] = []
+    return keeper.wants(ControlSettings(**settings), regions, PLATES, CONFIGURATION, TICK, limits), limits
+
+
+def test_a_point_to_hold_on_another_patch_is_said_and_only_the_force_kept():
+    [want], limits = asked_on_plates(TaskKeeper(), (on_plate(0.05, 0.05),), task="hold_point", path=((0.17, 0.05),))
+    assert (want.force, want.error) == (3.0, None)
+    assert limits == ["the point to hold is on the b, the contact on the a"]
+
+
+def test_a_point_to_hold_that_is_moved_is_gone_to_and_the_contact_stays_the_same():
+    keeper = TaskKeeper()
+    asked_on_plates(keeper, (on_plate(0.05, 0.05),), task="hold_point", path=((0.05, 0.05),))
+    both = (on_plate(0.02, 0.02, id_=2, force=9.0), on_plate(0.05, 0.05))
+    [want], _ = asked_on_plates(keeper, both, task="hold_point", path=((0.06, 0.05),))
+    assert want.region.id == 1
+    assert want.error == pytest.approx([0.01, 0])
+
+
+def test_a_far_goal_in_a_patch_drawn_larger_is_gone_to_at_the_same_speed_on_the_body():
+    sight, errors = MapSight(two_plates(scale=2.0)), []
+    for y in (0.05, 0.1):
+        x = 0.03 if y == 0.05 else 0.14
+        place = sight.map.to_body(np.array([x, y]))
+        touched = region(3.0, place, sight.map.skin.position(place), np.array([x, y]))
+        path = ((x + (0.06 if x < 0.12 else 0.12), y),)
+        [want] = TaskKeeper().wants(
+            ControlSettings(task="hold_point", path=path), (touched,), sight, CONFIGURATION, TICK, []
+        )
+        errors.append(want.error[0])
+    assert errors == pytest.approx([MOST_ERROR, 2 * MOST_ERROR])
+
+
+def test_an_object_on_a_border_is_one_contact_on_a_path():
+    near = MapSight(two_plates(gap=0.002))
+    regions = []
+    for id_, x in ((1, 0.096), (2, 0.126)):
+        place = near.map.to_body(np.array([x, 0.05]))
+        regions.append(region(2.0, place, near.map.skin.position(place), np.array([x, 0.05]), id_=id_))
+    path = ((0.09, 0.05), (0.15, 0.05))
+    settings = ControlSettings(task="follow_path", path_kind="polyline", path=path)
+    [want] = TaskKeeper().wants(settings, regions, near, CONFIGURATION, TICK, [])
+    assert (want.region.id, want.region.force) == (1, pytest.approx(4.0))
+
+
+def test_where_nothing_can_carry_it_the_contact_stays_before_the_crossing():
+    keeper, settings = TaskKeeper(), {"task": "follow_path", "path_kind": "polyline", "path_speed": 0.1,
+                                      "path": ((0.09, 0.05), (0.15, 0.05))}  # fmt: skip
+    for _ in range(200):
+        place = PLATES.map.to_map(keeper.target) if keeper.target else (0.09, 0.05)
+        [want], limits = asked_on_plates(keeper, (on_plate(*place),), **settings)
+    assert limits == ["the contact stays where it is: no arm can carry it on"]
+    assert keeper.report.piece == 0
+    assert keeper.report.transfer == ""
+    assert want.error == pytest.approx([0, 0], abs=1e-6)
+    _, limits = asked_on_plates(keeper, (on_plate(0.09, 0.05),), **{**settings, "path": ((0.09, 0.05), (0.05, 0.05))})
+    assert limits == [], "another path"

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from app.geometry.surface_point import SurfacePoint
 from app.maps.layout import MapLayout, Placement
-from app.maps.map_jacobian import MapJacobian, affine_fit
+from app.maps.map_jacobian import MapJacobian, affine_fit, least_motion
 from app.maps.tactile_map import TactileMap
 from tests.touch import arm, prepared_bar
 
@@ -59,12 +61,47 @@ def test_a_fit_keeps_on_its_side_of_a_seam():
     assert torn > 10, "there must be borders"
 
 
-def test_a_skin_of_few_taxels_falls_back_on_its_triangles():
+def test_where_no_taxel_has_neighbours_enough_the_triangle_answers_to_the_last_bit():
     map_ = prepared_bar().map
     jacobian = MapJacobian(map_)
     jacobian.two_rings = lambda taxel: np.array([taxel])
     at = map_.skin.taxel_point(25)
-    np.testing.assert_allclose(jacobian.at(at), jacobian.at(at, kind="raw"), atol=1e-12)
+    assert np.array_equal(jacobian.at(at), jacobian.at(at, kind="raw"))
+
+
+def test_the_answer_does_not_depend_on_what_was_asked_before():
+    map_, asked = arm().map, MapJacobian(arm().map)
+    places = [map_.skin.taxel_point(taxel) for taxel in range(0, len(map_.skin), 17)]
+    for at in places[::-1]:
+        asked.at(at)
+    for at in places:
+        assert np.array_equal(asked.at(at), MapJacobian(map_).at(at))
+
+
+def test_the_nearest_taxels_of_all_its_patch_are_blended():
+    """What is kept by triangle forgets none that could be nearest, wherever in the triangle is asked."""
+    map_, rng = arm().map, np.random.default_rng(0)
+    jacobian = MapJacobian(map_)
+    for taxel in range(0, len(map_.skin), 11):
+        at = replace(map_.skin.taxel_point(taxel), weights=tuple(rng.dirichlet((0.5, 0.5, 0.5)).tolist()))
+        own = np.arange(map_.skin.first[at.patch], map_.skin.first[at.patch + 1])
+        away = np.linalg.norm(map_.taxel_points[own] - map_.to_map(at), axis=1)
+        nearest = np.argsort(away)[:3]
+        weights = 1 / (away[nearest] ** 2 + 1e-12)
+        fits = np.array([jacobian.at(map_.skin.taxel_point(int(one))) for one in own[nearest]])
+        blend = np.einsum("k,kij->ij", weights / weights.sum(), fits)
+        assert jacobian.at(at) == pytest.approx(blend, abs=1e-5), "a taxel's own place is its fit, but for 1e-12 / d²"
+
+
+@pytest.mark.parametrize("flatness", [1.0, 0.1, 2e-3, 5e-4, 1e-6, 0.0])
+def test_the_least_motion_is_the_pseudo_inverse_s(flatness):
+    rng = np.random.default_rng(3)
+    for _ in range(50):
+        turn, square = np.linalg.qr(rng.normal(size=(2, 2)))[0], np.linalg.qr(rng.normal(size=(3, 3)))[0]
+        rows, velocity = turn @ np.diag([1.3, 1.3 * flatness]) @ square[:2], rng.normal(size=2)
+        expected = np.linalg.pinv(rows, rcond=1e-3) @ velocity
+        assert least_motion(rows, velocity) == pytest.approx(expected, rel=1e-8, abs=1e-8 * np.abs(expected).max())
+    assert not least_motion(np.zeros((2, 3)), np.ones(2)).any()
 
 
 def test_a_face_without_area_gives_nothing_and_no_warning():

@@ -156,6 +156,6 @@ def test_objects_of_another_scene_or_damaged_are_refused(data, specs):
 def test_the_effects_in_force_are_known_at_every_tick(recording):
     player = Player(recording)
     ((tick, act),) = [(tick, act) for tick, act in player.inputs if isinstance(act, EffectsChanged)]
-    assert player.effects_at(tick - 1) == player.prepared.scene.effects
-    assert player.effects_at(tick) == player.effects_at(10**6) == act.effects
+    assert player.rules_at(tick - 1).effects == player.prepared.scene.effects
+    assert player.rules_at(tick).effects == player.rules_at(10**6).effects == act.effects
     assert player.failure is None

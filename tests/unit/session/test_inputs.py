@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from typing import get_args
 
+from app.contacts.reading_settings import ReadingSettings
+from app.control.behaviour import Behaviour
 from app.control.command import ControlSettings
 from app.experiments.flat_map import flat_map
-from app.recording.codec import decode_input, encode_input
+from app.recording.input_codec import decode_input, encode_input
 from app.scene.effects import Effects
 from app.session.inputs import (
+    BehavioursChanged,
     ControlChanged,
     EffectsChanged,
     MapEdited,
     PokeMoved,
     PokePressed,
     PokeReleased,
+    ReadingChanged,
     SessionInput,
 )
 from tests.touch import bar_skin
@@ -24,7 +28,9 @@ def test_every_input_can_be_recorded():
     at, map_ = bar_skin().taxel_point(3), flat_map(30)
     edit = MapEdited("Move", map_)
     acts = [PokePressed(1, at), PokeMoved(1, at), PokeReleased(1), ControlChanged(ControlSettings())]
-    acts += [EffectsChanged(Effects(gravity="on")), edit]
+    behaviour = Behaviour("tap", "bar", 2, 1 / 3, then={"task": "retreat", "force_goal": 0.1})
+    acts += [BehavioursChanged((behaviour,)), EffectsChanged(Effects(gravity="on"))]
+    acts += [ReadingChanged(ReadingSettings("tikhonov", threshold=2e3)), edit]
     assert {type(act) for act in acts} == set(get_args(SessionInput))
     back = [decode_input(encode_input(5, act, map_), map_) for act in acts]
     assert back[:-1] == [(5, act) for act in acts[:-1]]

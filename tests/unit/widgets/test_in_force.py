@@ -10,7 +10,7 @@ from app.control.command import ControlChanged, ControlSettings
 from app.session.inputs import EffectsChanged
 from app.session.session import Session
 from tests.touch import prepared_bar
-from widgets.in_force import InForce, Rules
+from widgets.in_force import InForce
 from widgets.session_facts import SessionFacts
 
 BAR = prepared_bar()
@@ -48,7 +48,7 @@ def test_what_something_else_is_shown_by_is_told_even_where_it_is_the_same(sessi
     in_force = InForce(facts)
     in_force.begin(session)
     in_force.forget()
-    in_force.tell(Rules(session.settings, session.effects))
+    in_force.tell(session.rules)
     assert len(facts.heard) == 4
 
 

@@ -1,11 +1,11 @@
-"""Ribbons and diamonds on a surface: as wide, as long and as far above it as asked."""
+"""Ribbons, heads and diamonds on a surface: as wide, as long and as far above it as asked."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from widgets.robot_view.ribbons import diamonds, ribbon
+from widgets.robot_view.ribbons import diamonds, heads, ribbon
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -48,3 +48,38 @@ def test_diamonds_are_around_their_points_and_as_large_as_asked():
     away = np.linalg.norm(made - points[:, None], axis=2)
     np.testing.assert_allclose(away, [[half] * 6 for half in (0.1, 0.2, 0.3)])
     np.testing.assert_allclose((made - points[:, None]) @ normals[0], 0, atol=1e-12)
+
+
+def bent():
+    """A line that turns by a right angle."""
+    points = np.array([[0.0, 0, 0], [1.0, 0, 0], [1.0, 1, 0]])
+    return points, np.tile(UP, (3, 1))
+
+
+def test_at_a_bend_there_is_no_notch():
+    sides = ribbon(*bent(), 0.2, lift=0.0).reshape(2, 6, 3).round(9).tolist()
+    first, second = ({tuple(corner) for corner in side} for side in sides)
+    assert len(first & second) == 2
+
+
+def test_each_side_may_have_a_width_of_its_own():
+    points, normals = line(4)
+    made = ribbon(points, normals, np.array([0.3, 0.2, 0.1]), lift=0.0)
+    np.testing.assert_allclose(area(made).reshape(3, 2).sum(axis=1), np.array([0.3, 0.2, 0.1]) / 3)
+
+
+def test_heads_point_along_the_line_at_even_distances():
+    points, normals = line(50)
+    made = heads(points, normals, 0.05, every=0.3, lift=0.02)
+    assert len(made) == 3
+    np.testing.assert_allclose(made[:, 1] - made[:, [0, 2]].mean(axis=1), [[0.05, 0, 0]] * 3, atol=1e-12)
+    np.testing.assert_allclose(np.diff(made[:, 1, 0]), 0.3)
+    np.testing.assert_allclose(made[..., 2], 0.02)
+    np.testing.assert_allclose(area(made), 0.5 * 0.05**2)
+
+
+def test_a_short_line_has_one_head_and_a_shorter_one_none():
+    points, normals = line(5)
+    (head,) = heads(0.2 * points, normals, 0.05, every=0.9, lift=0.0)
+    assert 0.05 < head[1, 0] < 0.2
+    assert len(heads(0.04 * points, normals, 0.05, every=0.9, lift=0.0)) == 0

@@ -29,7 +29,7 @@ def reading(*, depth: float = 0.0, noise: float = 0.0, force: float = 10.0, wren
     felt = HalfSpace(SKIN, layer=layer) if depth else WaterFill(SKIN, stiffness=layer.foundation)
     pressures = felt.pressures([ball_load("bar", PLACE, UP, force, 0.02)])
     pressures = pressures + np.random.default_rng(0).normal(0, noise, len(pressures)) * (noise > 0)
-    return Reading(ContactReader(MAP).read(pressures)[0], pressures, noise, wrench)
+    return Reading(ContactReader(MAP).read(pressures)[0], pressures, noise, wrench=wrench)
 
 
 def without_region(given: Reading) -> Reading:

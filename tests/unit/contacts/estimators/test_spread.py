@@ -17,7 +17,7 @@ ALL = np.arange(len(SKIN))
 @pytest.mark.parametrize("depth", [0.002, 0.008])
 def test_its_columns_keep_force(depth):
     """What an area bears is felt by all taxels together, whatever the depth."""
-    matrix = Spread(SKIN, depth).matrix(ALL)
+    matrix = Spread(SKIN, depth).blur(ALL).matrix
     np.testing.assert_allclose(SKIN.areas @ matrix, SKIN.areas, rtol=1e-9)
     assert (matrix >= 0).all()
     assert np.diag(matrix).min() > 0.1
@@ -27,13 +27,20 @@ def test_it_says_what_the_half_space_model_feels():
     pressures = np.random.default_rng(0).random(len(SKIN))
     points, felt = skin_points(SKIN), np.zeros(len(SKIN))
     buried(SKIN, 0.004).add(felt, np.arange(len(points.areas)), pressures[points.taxel] * points.areas)
-    np.testing.assert_allclose(Spread(SKIN, 0.004).matrix(ALL) @ pressures, felt, rtol=1e-9)
+    np.testing.assert_allclose(Spread(SKIN, 0.004).blur(ALL).matrix @ pressures, felt, rtol=1e-9)
 
 
 def test_a_part_is_a_part_of_the_whole_and_is_kept():
     spread, part = Spread(SKIN, 0.004), np.array([3, 17, 40])
-    np.testing.assert_array_equal(spread.matrix(part), spread.matrix(ALL)[np.ix_(part, part)])
-    assert spread.matrix(part) is spread.matrix(part)
+    np.testing.assert_array_equal(spread.blur(part).matrix, spread.blur(ALL).matrix[np.ix_(part, part)])
+    assert spread.blur(part) is spread.blur(part)
+
+
+def test_the_newest_parts_are_kept():
+    spread = Spread(SKIN, 0.004)
+    parts = [np.array([k, k + 1, k + 2]) for k in range(40)]
+    kept = [spread.blur(part) for part in parts]
+    assert all(spread.blur(part) is blur for part, blur in zip(parts[-10:], kept[-10:], strict=True))
 
 
 @pytest.mark.parametrize("depth", [0.0, -1.0, float("nan"), float("inf")])

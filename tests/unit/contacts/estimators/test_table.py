@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.contacts.estimators.table import ESTIMATORS, make_estimator
+from app.contacts.estimators.names import ESTIMATORS
+from app.contacts.estimators.table import make_estimator
 from app.contacts.estimators.wrench import Wrench
 from app.errors import MapError
 from tests.unit.contacts.estimators.contacts_by_hand import PLACE, SKIN, UP, reading

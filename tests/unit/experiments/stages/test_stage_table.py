@@ -13,7 +13,7 @@ from app.experiments.work_precision import Setting, diagram, measured
 
 
 def test_stages_are_in_the_order_of_touch():
-    assert list(STAGES) == ["cut", "flatten", "image", "touch", "simulation"]
+    assert list(STAGES) == ["cut", "flatten", "image", "touch", "simulation", "control"]
     assert all(stage.name == name for name, stage in STAGES.items())
 
 
@@ -32,7 +32,7 @@ def test_what_a_stage_measures_can_be_drawn_in_each_of_its_errors(name, tube):
 
 
 def test_only_the_maps_settings_are_edits(bodies):
-    assert [edits_map(Setting(name, "any")) for name in STAGES] == [True, True, False, False, False]
+    assert [edits_map(Setting(name, "any")) for name in STAGES] == [True, True, False, False, False, False]
     assert wanted(bodies, Setting("flatten", "tutte", {}, (0,))).jobs
     with pytest.raises(MapError, match="none of the map's"):
         wanted(bodies, Setting("image", "nearest", {"pixels": 64}))

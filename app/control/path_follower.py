@@ -1,0 +1,161 @@
+"""Leads a target along a path on the skin: at a set speed, waiting for the contact, over crossings to other places."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from app.arrays import FloatArray
+from app.contacts.region import ContactRegion
+from app.control.border_contact import WIDE
+from app.control.command import ControlSettings
+from app.control.laid_path import Crossing, LaidPath, lay_path
+from app.control.map_path import MapPath
+from app.control.map_sight import MapSight
+from app.control.path_walk import NEAR
+from app.errors import MapError
+from app.geometry.surface_point import SurfacePoint
+from app.robots.configuration import Configuration
+
+LAG = 0.01
+"""A path waits for a contact that is farther behind, on the body [m]."""
+_SLOWS = 0.25
+"""It slows down over this last share of that."""
+_JUST = 1e-9
+"""Before a crossing [m]."""
+
+
+class PathFollower:
+    """How far along the path the target is. Mutable; ``reset`` forgets the path.
+
+    The speed is that on the map: in a patch drawn twice as large the contact goes half as fast on the body.
+
+    Attributes:
+        way: Walked along the path [m].
+        piece: Number of the part, between two crossings, where the target is.
+        laid_at: (2,) the place on the map about which a path lies that nobody drew [m]; None for no such path.
+        target: Where the contact is wanted; None until there is a path.
+        behind: How far the contact is from there, on the body [m].
+        problem: What is wrong with the path, in words; empty where nothing is.
+        leads_over: Whether the contact is on its way over a crossing to a place that is near.
+        blocked: Why the contact cannot be taken over the next crossing; empty while it can.
+    """
+
+    def __init__(self) -> None:
+        self.reset()
+
+    def reset(self) -> None:
+        """No path."""
+        self.way, self.piece, self.behind = 0.0, 0, 0.0
+        self.laid_at: tuple[float, float] | None = None
+        self.target: SurfacePoint | None = None
+        self.problem = self.blocked = ""
+        self._key: object = None
+        self._path: LaidPath | None = None
+        self._back = self.leads_over = False
+
+    def lay(self, settings: ControlSettings, region: ContactRegion, sight: MapSight) -> bool:
+        """Lay the path if it is new, or the map is; true then.
+
+        What was drawn stays where it was drawn on the map when patches under it are moved. A path that was being
+        followed goes on where it is nearest; one that nobody drew is laid about the contact again.
+        """
+        key = (settings.path, settings.path_kind, settings.path_size, sight)
+        if key == self._key:
+            return False
+        again, self._key, self.blocked, self._back = self._path is not None, key, "", False
+        self.laid_at = None if settings.path else (float(region.map_point[0]), float(region.map_point[1]))
+        try:
+            laid = lay_path(settings, region.map_point, sight.gluing)
+            self.problem = "" if laid.whole else "the path leaves the skin"
+        except MapError as error:
+            laid, self.problem = LaidPath(MapPath(sight.map.to_map(region.at)), sight.gluing), error.problem
+        self._path = laid
+        self.go_to(laid.nearest(region.at) or 0.0 if again and settings.path else 0.0)
+        return True
+
+    def join(self, region: ContactRegion, sight: MapSight, configuration: Configuration) -> None:
+        """Go on with a new contact; in another patch, far away, where the path is nearest if it is there at all."""
+        self.blocked = ""
+        if self._path is None or self.target is None or self.target.patch == region.at.patch:
+            return
+        if sight.away(self.target, region, configuration) < WIDE * sight.pitch:
+            return  # the same over a border
+        nearest = self._path.nearest(region.at)
+        self.go_to(self.way if nearest is None else nearest)
+
+    def walk(
+        self, settings: ControlSettings, region: ContactRegion, sight: MapSight, configuration: Configuration, dt: float
+    ) -> tuple[FloatArray, Crossing | None]:
+        """Take the target on: round and round where the path is closed, else to and fro.
+
+        Args:
+            settings: How fast.
+            region: The contact.
+            sight: Of the map.
+            configuration: At the present posture.
+            dt: Since the last tick [s].
+
+        Returns:
+            Its velocity (2,) on the map [m/s], and where the contact has to be taken over elsewhere before it goes on:
+            from where to where, and the way from which it then goes on.
+        """
+        path = self._path
+        assert path is not None
+        still = np.zeros(2)
+        if self.blocked:
+            return still, None
+        self.target, direction = path.at(self.way)
+        self.behind = sight.away(self.target, region, configuration)
+        self.leads_over &= self.behind > (1 - _SLOWS) * LAG
+        if self.behind > LAG:
+            far = self.target.patch != region.at.patch and self.behind > NEAR * sight.pitch
+            return still, Crossing(self.way, region.at, self.target) if far else None
+        if path.length < 1e-6:
+            return still, None
+        speed = settings.path_speed * min((LAG - self.behind) / (_SLOWS * LAG), 1.0)
+        way, crossing = self._next(path, speed * dt)
+        if crossing is not None and sight.apart(crossing.leaves, crossing.enters, configuration) > NEAR * sight.pitch:
+            return still, crossing
+        self.leads_over |= crossing is not None
+        self.way, self.piece = way, path.piece(way)
+        return direction * (-speed if self._back else speed), None
+
+    @property
+    def waits(self) -> bool:
+        """Whether the path waits for the contact, or all but."""
+        return not self.blocked and self.behind > (1 - _SLOWS / 2) * LAG
+
+    def stay(self, reason: str, at: SurfacePoint) -> None:
+        """The contact cannot be taken over, so it is held ``at`` a place until another comes, or another path."""
+        self.blocked, self.target = f"the contact stays where it is: {reason}", at
+
+    def there(self, regions: Sequence[ContactRegion]) -> ContactRegion | None:
+        """The strongest contact on the patch to which the path leads."""
+        return next((r for r in regions if self.target is not None and r.at.patch == self.target.patch), None)
+
+    def go_to(self, way: float) -> None:
+        """Go on from ``way`` metres along the path."""
+        self.leads_over = False
+        assert self._path is not None
+        self.way, self.piece = way, self._path.piece(way)
+        self.target, _ = self._path.at(way)
+
+    def _next(self, path: LaidPath, step: float) -> tuple[float, Crossing | None]:
+        """The way after a step, and the crossing on it, in the direction in which it is walked."""
+        way = self.way + (-step if self._back else step)
+        if path.closed:
+            round_ = way % path.length
+            if round_ != way:
+                return round_, None
+        elif not 0 <= way < path.length:
+            self._back = way > 0
+            return min(max(way, 0.0), path.length * (1 - 1e-9)), None
+        before, after = path.piece(self.way), path.piece(way)
+        if before == after:
+            return way, None
+        crossing = path.crossings[before - 1 if self._back else before]
+        if self._back:
+            crossing = Crossing(crossing.way - _JUST, crossing.enters, crossing.leaves)
+        return crossing.way, crossing

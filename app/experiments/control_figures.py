@@ -1,0 +1,157 @@
+"""How the answers of ``control-cost`` are drawn: seconds against each factor, with what theory says beside them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from app.experiments.bars import Bars
+from app.experiments.control_factors import NOMINAL
+from app.experiments.plot import Figure, Panel
+from app.experiments.sweep import Row
+
+BOUND = "theory, speed not told"
+_DRAWS, _SURE = 2000, (2.5, 97.5)
+_ALONG = {
+    "tolerance": (
+        "Time against the tolerance on the body",
+        "mm, 95 % of the errors within",
+        "A law that is told the path's speed lags by far less than theory's l T / (L* e), which is for one that is "
+        "not; what is left comes from the posture loop's lag of 50 ms and from reading the place between taxels.",
+    ),
+    "rate": (
+        "Time against the rate at which the skin is read",
+        "readings a second",
+        "Theory's line is for a law that is not told the path's speed, and for a posture that is reached at once. Ours "
+        "are told, and are below it where readings are slow; where readings are fast, the posture loop's lag of 50 ms "
+        "sets the time, and more readings buy nothing.",
+    ),
+    "delay": (
+        "Time against the delay of the readings",
+        "readings late, and a half",
+        "The path's speed is told ahead, so delay costs only what the gain has to give up for it: less than theory's "
+        "(d + 1/2) for laws that have to wait for the error.",
+    ),
+    "noise": (
+        "Time against noise on every taxel",
+        "Pa (none at 10)",
+        "Noise moves the centre of pressure and the force that is read; gains are not lowered for it, so it takes from "
+        "the tolerance what is then missing for speed.",
+    ),
+    "misplaced": (
+        "Time against the error of the calibration",
+        "mm along each axis (none at 0.25)",
+        "Theory lets the raw Jacobian fail between 2 and 3 mm, where single triangles turn over. A contact spans "
+        "several triangles and goes through a wrong one quickly, and a path on the map is where its taxels are: so the "
+        "difference shows later here, and the normal, which is as wrong as the triangle, loses the force first.",
+    ),
+}
+_NOTHING = {"noise": 10.0, "misplaced": 0.25}
+_NAMED = {"map": "how the map is made", "estimator": "how readings become a force"}
+
+
+def figures(rows: Sequence[Row]) -> list[Figure | Bars]:
+    """Seconds against each factor, a panel a robot; bars where levels are names."""
+    made: list[Figure | Bars] = []
+    for factor, (title, x, note) in _ALONG.items():
+        of = _with_nominal(rows, factor)
+        if of:
+            made.append(Figure(title, x, "seconds for the path", _panels(of, factor), note=note))
+    for factor, words in _NAMED.items():
+        of = _with_nominal(rows, factor)
+        made += [
+            Bars(
+                f"Time by {words}, {robot}",
+                "seconds for the path, median over seeds",
+                {f"{row_law}, {level}": middle for (row_law, level), middle in _by_name(of, robot).items()},
+                note=_impossible(of, robot),
+            )
+            for robot in _each(of, "robot")
+        ]
+    return made
+
+
+def _with_nominal(rows: Sequence[Row], factor: str) -> list[Row]:
+    """The rows of a factor, levels rising, with those of the nominal as one of its levels."""
+    of = [row for row in rows if row["factor"] == factor and row["level"] != NOMINAL[factor]]
+    # What is misplaced by nothing is so by taxel and by module; the raw Jacobian's nominal stands with the misplaced.
+    nominal = [row for row in rows if row["level"] in ("", 0.0) and row["factor"] in ("nominal", "misplaced")]
+    for by, jacobian in dict.fromkeys((row["by"], row["jacobian"]) for row in of):
+        same = {"factor": factor, "level": NOMINAL[factor], "by": by}
+        of += [{**row, **same} for row in nominal if row["jacobian"] == jacobian]
+    return of if isinstance(NOMINAL[factor], str) else sorted(of, key=lambda row: _number(row["level"]))
+
+
+def _panels(rows: Sequence[Row], factor: str) -> list[Panel]:
+    panels = []
+    for kind in dict.fromkeys((row["robot"], row["by"], row["jacobian"]) for row in rows):
+        robot, by, jacobian = kind
+        of = [row for row in rows if (row["robot"], row["by"], row["jacobian"]) == kind]
+        said = f"{robot}, by {by}, {jacobian} Jacobian" if factor == "misplaced" else str(robot)
+        panels.append(_panel(said, of, factor))
+    return panels
+
+
+def _panel(title: str, rows: Sequence[Row], factor: str) -> Panel:
+    curves, spreads = {}, {}
+    for law in _each(rows, "law"):
+        of = [row for row in rows if row["law"] == law]
+        found = [(_place(factor, level), *sure(_seconds(of, level))) for level in _each(of, "level")]
+        curves[str(law)] = [(x, middle) for x, middle, _, _ in found]
+        spreads[str(law)] = [(x, low, high) for x, _, low, high in found]
+    if factor in ("tolerance", "rate", "delay"):
+        curves[BOUND] = [(_place(factor, level), _bound(rows, level)) for level in _each(rows, "level")]
+    return Panel(title, curves, spreads)
+
+
+def sure(seconds: Sequence[float]) -> tuple[float, float, float]:
+    """Median over seeds, and its 95 % bootstrap interval; infinite where most of them cannot.
+
+    Args:
+        seconds: One a seed; inf where it cannot.
+    """
+    values = np.asarray(seconds, dtype=np.float64)
+    drawn = np.sort(np.random.default_rng(0).choice(values, (_DRAWS, len(values))), axis=1)
+    # Percentiles between inf and a number are no number: the nearest value counts.
+    low, high = np.percentile(drawn[:, len(values) // 2], _SURE, method="nearest")
+    return float(np.sort(values)[len(values) // 2]), float(low), float(high)
+
+
+def _seconds(rows: Sequence[Row], level: object) -> list[float]:
+    return [_number(row["seconds"]) for row in rows if row["level"] == level]
+
+
+def _number(value: object) -> float:
+    return float(value) if isinstance(value, int | float) and math.isfinite(value) else math.inf
+
+
+def _bound(rows: Sequence[Row], level: object) -> float:
+    return next(_number(row["bound_s"]) for row in rows if row["level"] == level)
+
+
+def _place(factor: str, level: object) -> float:
+    """Where a level is drawn: a logarithm knows no zero."""
+    value = _number(level)
+    return value + 0.5 if factor == "delay" else max(value, _NOTHING.get(factor, value))
+
+
+def _each(rows: Sequence[Row], key: str) -> list[str | float | int | bool | None]:
+    return list(dict.fromkeys(row[key] for row in rows))
+
+
+def _by_name(rows: Sequence[Row], robot: object) -> dict[tuple[str, str], float]:
+    """The median over seeds by law and level."""
+    of = [row for row in rows if row["robot"] == robot]
+    kinds = dict.fromkeys((str(row["law"]), str(row["level"])) for row in of)
+    return {
+        (law, level): sure([_number(row["seconds"]) for row in of if (row["law"], row["level"]) == (law, level)])[0]
+        for law, level in kinds
+    }
+
+
+def _impossible(rows: Sequence[Row], robot: object) -> str:
+    """What most seeds cannot do at any speed."""
+    names = [f"{law}, {level}" for (law, level), middle in _by_name(rows, robot).items() if math.isinf(middle)]
+    return f"Not possible at any speed: {'; '.join(names)}." if names else ""

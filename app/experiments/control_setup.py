@@ -1,0 +1,229 @@
+"""A robot in its skin beside a ball that stands still, pressed into one taxel: where controllers are compared."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+
+import mujoco
+import numpy as np
+from scipy.spatial import cKDTree
+
+from app.arrays import FloatArray, IntArray
+from app.contacts.reading_settings import ReadingSettings
+from app.control.command import ControlSettings
+from app.errors import SkinError
+from app.geometry.closest import ClosestPoint
+from app.maps.tactile_map import TactileMap
+from app.robots.configuration import Configuration
+from app.scene.bodies import make_bodies
+from app.scene.effects import Effects, SkinModel
+from app.scene.objects import ObjectSpec
+from app.scene.scene_file import scene_for
+from app.session.prepare import Prepared, prepare
+from app.session.session import Session
+from app.simulation.assemble import assemble
+from app.simulation.object_geoms import body_name
+from app.skin.skin import Patch, Skin
+from app.touch.sensor.effects import SensorEffects
+
+SLEEVES = {"arm": "forearm", "ur5e": "forearm_link", "icub": "l_forearm"}
+"""The link of a robot that wears the skin."""
+BALL = 0.03
+"""Radius [m]."""
+DEPTH = 0.001
+"""How deep the ball is in the skin at the start [m]."""
+ROOM = 0.02
+"""The least way from the ball to the skin's border or to a seam [m], if there is such a place."""
+REACH = 0.6
+"""Share of the best reach that a place needs."""
+
+
+@dataclass(frozen=True, eq=False)
+class ControlSetup:
+    """All that a course starts from but for the controller's settings. A plain value: it crosses processes.
+
+    Attributes:
+        prepared: The truth: robot, skin, map, and a scene with something that touches.
+        believed: The map that contacts are read and the arm is controlled by; the true one if None.
+        sensor: What the sensor makes of pressures.
+        reading: How contacts are read.
+    """
+
+    prepared: Prepared
+    believed: TactileMap | None = None
+    sensor: SensorEffects = field(default_factory=SensorEffects)
+    reading: ReadingSettings = field(default_factory=ReadingSettings)
+
+    @property
+    def map(self) -> TactileMap:
+        """The map that is believed."""
+        return self.believed or self.prepared.map
+
+    @property
+    def effects(self) -> Effects:
+        """The scene's, with this sensor."""
+        return replace(self.prepared.scene.effects, sensor=self.sensor)
+
+    def session(self, settings: ControlSettings) -> Session:
+        """One that simulates the truth, and reads and controls by what is believed."""
+        return Session(
+            self.prepared,
+            scripted=False,
+            settings=settings,
+            map_=self.believed,
+            effects=self.effects,
+            reading=self.reading,
+        )
+
+
+@lru_cache(maxsize=4)
+def sleeved(robot: str, taxels: int, seed: int = 0) -> Prepared:
+    """A robot of ``SLEEVES`` with skin on its forearm alone. Cost: 4 s at 1500 taxels, kept.
+
+    Raises:
+        RobotError: It is not installed.
+    """
+    scene = scene_for(robot)
+    spec = replace(scene.cover, links=(SLEEVES[robot],), taxels=taxels, seed=seed)
+    return prepare(replace(scene, cover=spec, stimuli=(), seed=seed))
+
+
+def beside_ball(
+    prepared: Prepared,
+    *,
+    taxel: int | None = None,
+    radius: float = BALL,
+    depth: float = DEPTH,
+    friction: float = 0.5,
+    stiffness: float | None = None,
+    model: SkinModel = "foundation",
+    tick: float | None = None,
+    seed: int | None = None,
+) -> Prepared:
+    """The same robot with a fixed ball pressed into a taxel's place at home, and nothing else around.
+
+    Args:
+        prepared: Robot, skin and map; its scene's hand and motion are left out.
+        taxel: Where; by default ``place_to_press``.
+        radius: Of the ball [m].
+        depth: How deep it is pressed in at the start [m].
+        friction: Of the contact.
+        stiffness: Of the cover [N/m]; the scene's by default.
+        model: How contact becomes pressure. The foundation touches the skin itself; the solver's contacts touch the
+            convex hull of the link, which on real robots lies some millimetres beside. It knows no friction.
+        tick: Of control [s]; the scene's by default.
+        seed: Of what is random in the sensor; the scene's by default.
+
+    Raises:
+        SkinError: There is no skin to press.
+    """
+    scene = prepared.scene
+    where = place_to_press(prepared, radius=radius) if taxel is None else taxel
+    x, y, z = over(prepared, np.array([where]), radius - depth)[0].tolist()
+    layer = replace(scene.layer, friction=friction, stiffness=stiffness or scene.layer.stiffness)
+    ball = ObjectSpec("ball", "sphere", (radius,), at=(x, y, z), friction=friction)
+    pressed = replace(
+        scene,
+        objects=(ball,),
+        task="slide",
+        outputs=("force", "pressure"),
+        layer=layer,
+        stimuli=(),
+        motion=(),
+        wishes={**scene.wishes, "skin": model},
+        tick=tick or scene.tick,
+        seed=scene.seed if seed is None else seed,
+    )
+    return replace(prepared, scene=pressed, objects=make_bodies(pressed))
+
+
+def over(prepared: Prepared, taxels: IntArray, height: float) -> FloatArray:
+    """(k, 3) the points at a height [m] over ``taxels`` (k,) when the robot is at home [m], world frame."""
+    configuration, places = Configuration(prepared.robot), []
+    for patch in prepared.skin.patches:
+        pose = configuration.pose(patch.link)
+        places.append(pose.points(patch.taxels.positions + height * patch.taxels.normals))
+    return np.asarray(np.concatenate(places)[taxels])
+
+
+def place_to_press(prepared: Prepared, *, radius: float = BALL) -> int:
+    """The taxel that a path is best led around: the flattest that the joints move well, with room around it.
+
+    There is room where border and seams are ``ROOM`` away on the map, and where a ball is as far from whatever else
+    it may touch; where no taxel has as much, those with most are taken. Joints move it well where the least singular
+    value of the Jacobian at home is ``REACH`` of the greatest at any of them.
+
+    Args:
+        prepared: Robot, skin and map.
+        radius: Of the ball [m].
+
+    Raises:
+        SkinError: There is no taxel.
+
+    Cost: 0.3 s at 2000 taxels.
+    """
+    skin, configuration = prepared.skin, Configuration(prepared.robot)
+    if not len(skin):
+        raise SkinError("there is no skin to press", remedy="Cover a link")
+    room = np.concatenate([_room(prepared.map, number) for number in range(len(skin.patches))])
+    room = np.minimum(room, _apart(skin, configuration, radius))
+    bend = np.concatenate([_bend(patch) for patch in skin.patches])
+    reach = np.array([_reach(skin, configuration, taxel) for taxel in range(len(skin))])
+    roomy = room >= min(ROOM, float(room.max()))
+    good = np.flatnonzero(roomy & (reach >= REACH * float(reach[roomy].max())))
+    clear = _clear(prepared, good, radius)
+    good = good[clear >= min(ROOM, float(clear.max()))]
+    return int(good[bend[good].argmin()])
+
+
+def _room(map_: TactileMap, patch: int) -> FloatArray:
+    """(n,) how far a patch's taxels are from its borders and seams on the map [m]."""
+    first, last = map_.skin.first[patch : patch + 2]
+    edges = np.concatenate([map_.outlines[patch], map_.seams[patch].reshape(-1, 2)])
+    return np.asarray(cKDTree(edges).query(map_.taxel_points[first:last])[0], dtype=np.float64)
+
+
+def _clear(prepared: Prepared, taxels: IntArray, radius: float) -> FloatArray:
+    """(k,) how far a ball over each of ``taxels`` is at home from all shapes that it would touch but skin [m]."""
+    beside = beside_ball(prepared, taxel=0, radius=radius)
+    model = assemble(beside.robot, beside.skin, beside.scene.effects, objects=beside.objects, layer=beside.scene.layer)
+    data, ball = mujoco.MjData(model), model.body(body_name(beside.objects[0].spec))
+    data.qpos[:] = beside.robot.home
+    touching = (model.geom_contype | model.geom_conaffinity) > 0
+    others = np.flatnonzero(touching & (model.geom_bodyid != ball.id)).tolist()
+    clear = np.full(len(taxels), ROOM)
+    for number, place in enumerate(over(prepared, taxels, radius)):
+        model.body_pos[ball.id] = place
+        mujoco.mj_kinematics(model, data)
+        away = [mujoco.mj_geomDistance(model, data, int(ball.geomadr[0]), geom, ROOM, None) for geom in others]
+        clear[number] = min(away, default=ROOM)
+    return clear
+
+
+def _apart(skin: Skin, configuration: Configuration, radius: float) -> FloatArray:
+    """(n,) how far a ball over each taxel is at home from the skin of other links [m]."""
+    apart = []
+    for patch in skin.patches:
+        balls = configuration.pose(patch.link).points(patch.taxels.positions + radius * patch.taxels.normals)
+        away = np.full(len(balls), np.inf)
+        for other in (other for other in skin.patches if other.link != patch.link):
+            places = configuration.pose(other.link).inverse.points(balls)
+            away = np.minimum(away, ClosestPoint(other.surface).query(places)[2] - radius)
+        apart.append(away)
+    return np.concatenate(apart)
+
+
+def _bend(patch: Patch) -> FloatArray:
+    """(n,) the greatest angle between a taxel's normal and those around it, within ``ROOM`` [rad]."""
+    positions, normals = patch.taxels.positions, patch.taxels.normals
+    around = cKDTree(positions).query_ball_point(positions, ROOM)
+    least = [float((normals[near] @ normal).min()) for near, normal in zip(around, normals, strict=True)]
+    return np.arccos(np.clip(least, -1.0, 1.0))
+
+
+def _reach(skin: Skin, configuration: Configuration, taxel: int) -> float:
+    """How far the joints move a taxel at least, in the direction in which they move it least [m/rad]."""
+    at = skin.taxel_point(taxel)
+    moves = configuration.jacobian(skin.link(at), skin.position(at))
+    return float(np.linalg.svd(moves, compute_uv=False)[-1]) if moves.shape[1] >= 3 else 0.0

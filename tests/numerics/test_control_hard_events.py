@@ -1,0 +1,18 @@
+"""Control in hard cases: law switches, hands, second contacts. ``hard_control`` has what must come of each."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.numerics.hard_control import check, check_repeats, runs
+from tests.numerics.hard_control_events import CASES
+
+
+@pytest.mark.parametrize(("name", "law"), runs(CASES))
+def test_the_stated_outcome_comes(name, law):
+    check(CASES[name], law)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_same_again_gives_the_same_numbers(name):
+    check_repeats(CASES[name])

@@ -1,0 +1,277 @@
+"""Paths drawn on the map, on the whole arm: over seams, from patch to patch, from link to link, and where it cannot."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from app.control.command import ControlChanged, ControlSettings
+from app.control.laws import RULES
+from app.control.reference import MAX_JOINT_SPEED
+from app.geometry.mesh import Mesh
+from app.maps.build import build_map
+from app.maps.layout import MapLayout
+from app.maps.tactile_map import TactileMap
+from app.scene.scene_file import load_scene
+from app.session.inputs import MapEdited
+from app.session.prepare import Prepared, prepare
+from app.session.session import Session
+from app.skin.place import place_taxels
+from app.skin.skin import Patch, Skin
+from tests.numerics.pressed_arm import Course, beside_ball, forearm
+
+LINE = ControlSettings(law="hybrid", task="follow_path", path_kind="polyline", path_speed=0.03)
+
+
+class Trip(Course):
+    """A course that also tells, tick by tick, how the path goes.
+
+    Attributes:
+        piece: (k,) of the path.
+        transfer: (k,) what it does.
+        link: (k,) touched; empty where none is.
+    """
+
+    def __init__(self, session: Session, seconds: float, **more) -> None:
+        self.piece: list[int] = []
+        self.transfer: list[str] = []
+        self.link: list[str] = []
+        super().__init__(session, seconds, **more)
+
+    def _see(self, k: int, session: Session) -> None:
+        super()._see(k, session)
+        frame = session.frame
+        self.piece.append(frame.task.piece)
+        self.transfer.append(frame.task.transfer)
+        self.link.append(frame.regions[0].link if frame.regions else "")
+
+    @property
+    def states(self) -> list[str]:
+        """What transfers did, one after the other."""
+        return [now for before, now in zip(["", *self.transfer], self.transfer, strict=False) if now and now != before]
+
+
+@cache
+def two_links() -> Prepared:
+    """Our arm with 500 taxels on forearm and hand, and the scene that ships with a path over both."""
+    return prepare(load_scene("follow_path"))
+
+
+@cache
+def halves() -> Prepared:
+    """The forearm's skin in two patches with a gap of some millimetres between, beside each other on the map."""
+    prepared = forearm()
+    whole = prepared.skin.patches[0].surface
+    middle = whole.vertices[whole.faces].mean(axis=1)[:, 2]
+    cut = float(np.median(prepared.skin.patches[0].taxels.positions[:, 2]))
+    patches = []
+    for name, keep in (("near", middle < cut - 0.002), ("far", middle > cut + 0.002)):
+        used, faces = np.unique(whole.faces[keep], return_inverse=True)
+        surface = Mesh(whole.vertices[used], faces.reshape(-1, 3))
+        patches.append(Patch(name, "forearm", surface, place_taxels(surface, 200, seed=0)))
+    map_ = build_map(Skin(tuple(patches)))
+    return replace(prepared, skin=map_.skin, map=map_)
+
+
+def near(prepared: Prepared, patch: int, point) -> int:
+    """The taxel of a patch nearest to a point of its link."""
+    away = np.linalg.norm(prepared.skin.patches[patch].taxels.positions - np.asarray(point), axis=1)
+    return int(prepared.skin.first[patch] + away.argmin())
+
+
+def on_map(prepared: Prepared, *places) -> tuple[tuple[float, float], ...]:
+    """Points of the map: of taxels, or as they are."""
+    points = [prepared.map.taxel_points[place] if isinstance(place, int | np.integer) else place for place in places]
+    return tuple((float(x), float(y)) for x, y in points)
+
+
+def bounded(trip: Trip, *, force=20.0) -> None:
+    assert np.isfinite(trip.force).all()
+    assert trip.pressed.max() < force
+    assert trip.speed.max() < MAX_JOINT_SPEED
+
+
+def over_a_seam(prepared: Prepared) -> tuple[int, tuple[tuple[float, float], ...]]:
+    """A taxel beside the seam of the forearm, and a line from it 25 mm beyond the seam, drawn off the patch."""
+    map_ = prepared.map
+    seam = map_.seams[0]
+    middles = seam.mean(axis=1)
+    height = np.abs(middles[:, 1] - np.median(map_.taxel_points[:, 1])).argmin()
+    middle, along = middles[height], seam[height][1] - seam[height][0]
+    across = np.array([along[1], -along[0]]) / np.linalg.norm(along)
+    across *= 1.0 if map_.to_body(middle + 1e-3 * across) is not None else -1.0
+    taxel = int(np.linalg.norm(map_.taxel_points - (middle + 0.015 * across), axis=1).argmin())
+    start = map_.taxel_points[taxel]
+    return taxel, on_map(prepared, taxel, start - 0.04 * across)
+
+
+def test_over_a_seam_the_contact_goes_on_behind_it():
+    prepared = forearm()
+    taxel, path = over_a_seam(prepared)
+    assert prepared.map.to_body(np.array(path[1])) is None, "it is drawn off the patch"
+    session = beside_ball(replace(LINE, path=path, path_speed=0.01), taxel=taxel)
+    trip = Trip(session, 4.5)
+    bounded(trip)
+    assert trip.states == []
+    assert trip.way[-1] > 0.03
+    jumped = np.linalg.norm(session.frame.regions[0].map_point - path[0])
+    assert jumped > 0.1, "it is on the other side of the map"
+    assert np.nanmedian(trip.body_error[200:]) < 0.005
+    assert trip.force[200:] == pytest.approx(3.0, abs=0.8)
+    assert trip.force[200:].mean() == pytest.approx(3.0, abs=0.1)
+
+
+def borders(prepared: Prepared, patch: int) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Middles of the sides of a patch's border, outward directions (2,) there [m], and the places on the body (3,)."""
+    map_ = prepared.map
+    outline, after = map_.outlines[patch], np.roll(map_.outlines[patch], -1, axis=0)
+    found = []
+    for middle, along in zip((outline + after) / 2, after - outline, strict=True):
+        out = np.array([along[1], -along[0]]) / np.linalg.norm(along)
+        for sign in (1, -1):
+            inner = map_.to_body(middle - 1e-4 * sign * out)
+            if inner is not None and map_.to_body(middle + 1e-3 * sign * out) is None:
+                found.append((middle, sign * out, prepared.skin.position(inner)))
+    return found
+
+
+def over_the_gap(prepared: Prepared) -> tuple[int, tuple[tuple[float, float], ...]]:
+    """A taxel of the first half beside the gap, and a path from it over the gap into the other half."""
+    near_end = prepared.skin.patches[0].taxels.positions[:, 2].max()
+    side = np.array([*forearm().skin.patches[0].taxels.positions[150, :2], near_end])
+    first = min(borders(prepared, 0), key=lambda row: np.linalg.norm(row[2] - side))
+    second = min(borders(prepared, 1), key=lambda row: np.linalg.norm(row[2] - first[2]))
+    assert np.linalg.norm(second[2] - first[2]) < 0.01
+    path = [
+        first[0] - 0.02 * first[1],
+        first[0] + 1e-3 * first[1],
+        second[0] + 1e-3 * second[1],
+        second[0] - 0.03 * second[1],
+    ]
+    place = prepared.skin.position(prepared.map.to_body(path[0]))
+    return near(prepared, 0, place), on_map(prepared, *path)
+
+
+@pytest.mark.parametrize("law", RULES)
+def test_from_patch_to_patch_on_one_link_the_contact_is_led_straight_over(law):
+    """The ball is felt by both patches at once, as two contacts: together they keep the force."""
+    prepared = halves()
+    taxel, path = over_the_gap(prepared)
+    session = beside_ball(replace(LINE, law=law, path=path, path_speed=0.01), prepared=prepared, taxel=taxel)
+    trip = Trip(session, 5.0)
+    bounded(trip)
+    assert trip.states == []
+    assert [trip.piece[k] for k in (0, -1)] == [0, 1]
+    assert {region.at.patch for region in session.frame.regions} == {1}
+    assert trip.pressed[200:] == pytest.approx(3.0, abs=1.0)
+    assert trip.last(trip.pressed).mean() == pytest.approx(3.0, abs=0.1)
+    assert trip.last(trip.body_error).max() < 0.006
+
+
+@pytest.mark.parametrize("law", RULES)
+def test_from_forearm_to_hand_the_contact_is_carried(law):
+    """The last of the forearm and the first of the hand."""
+    path = ((0.205, 0.195), (0.20, 0.10))
+    session = Session(two_links(), settings=replace(LINE, law=law, path=path))
+    trip = Trip(session, 6.5)
+    bounded(trip)
+    assert trip.states == ["look", "lift", "carry", "press"]
+    assert "carrying the contact to the hand" in trip.why
+    assert trip.piece[-1] == 1
+    assert trip.link[-1] == "hand"
+    assert trip.last(trip.force).mean() == pytest.approx(3.0, abs=0.25)
+
+
+def test_a_place_that_cannot_come_is_refused_and_the_contact_held():
+    """Touched on the hand, with a path drawn on the forearm: no posture brings the forearm there."""
+    prepared = two_links()
+    hand = near(prepared, 1, [0.03, 0.0, 0.06])
+    far = near(prepared, 0, [-0.05, 0.0, 0.02])
+    start = prepared.map.taxel_points[far]
+    session = beside_ball(replace(LINE, path=on_map(prepared, far, start + [0.0, 0.02])), prepared=prepared, taxel=hand)
+    trip = Trip(session, 7.0)
+    bounded(trip)
+    assert trip.states == ["look"]
+    assert "the contact stays where it is: the forearm cannot come to what it touches" in session.frame.why_limited
+    assert set(trip.link) == {"hand"}
+    assert trip.last(trip.force) == pytest.approx(3.0, abs=0.2)
+    assert np.ptp(trip.last(trip.posture), axis=0).max() < 0.01, "it stays"
+
+
+def test_what_goes_away_on_the_way_is_not_pressed_for_and_the_arm_comes_home():
+    path = ((0.205, 0.195), (0.20, 0.10))
+    taxel = int(np.linalg.norm(two_links().map.taxel_points - path[0], axis=1).argmin())
+    way = ((0.0, 0.0), (1.5, 0.0), (2.0, 0.15), (60.0, 0.15))
+    trip = Trip(beside_ball(replace(LINE, path=path), prepared=two_links(), taxel=taxel, way=way), 18.0)
+    bounded(trip)
+    assert trip.states == ["look", "lift", "carry", "press", "return", "failed"]
+    assert "nothing is there to touch: going back" in trip.why
+    home = trip.session.prepared.robot.home
+    assert trip.posture[-1] == pytest.approx(home, abs=0.05)
+
+
+def test_a_path_changed_on_the_way_goes_on_from_where_the_contact_is():
+    prepared = forearm()
+    start = prepared.map.taxel_points[150]
+    lines = [on_map(prepared, start, start + np.array([0.03, up])) for up in (0.0, 0.008)]
+    session = beside_ball(replace(LINE, path=lines[0], path_speed=0.01))
+    first = Trip(session, 2.0)
+    session.submit(ControlChanged(replace(session.settings, path=lines[1])))
+    second = Trip(session, 3.0)
+    bounded(first)
+    bounded(second)
+    assert second.way[0] == pytest.approx(first.way[-1], abs=0.006)
+    assert np.abs(second.force[:40] - 3.0).max() < 1.0, "without a jump in force"
+    assert np.nanmedian(second.body_error) < 0.005
+
+
+def test_patches_moved_under_a_path_that_was_drawn():
+    """The path stays where it was drawn on the map; the contact is led to where that is on the skin now."""
+    prepared = forearm()
+    start = prepared.map.taxel_points[150]
+    session = beside_ball(replace(LINE, path=on_map(prepared, start, start + [0.03, 0.0]), path_speed=0.01))
+    Trip(session, 1.5)
+    [placement] = prepared.map.layout.placements
+    offset = (placement.offset[0], placement.offset[1] + 0.01)
+    moved = TactileMap(prepared.skin, prepared.map.charts, MapLayout((replace(placement, offset=offset),)))
+    session.submit(MapEdited("Move the patch", moved))
+    trip = Trip(session, 3.0)
+    bounded(trip)
+    assert np.abs(trip.force[:40] - 3.0).max() < 1.5
+    assert trip.way[0] == pytest.approx(0.015, abs=0.008)
+    assert session.frame.regions[0].map_point[1] == pytest.approx(start[1], abs=0.008)
+
+
+def test_a_patch_drawn_larger_is_followed_slower_on_the_body():
+    prepared = forearm()
+    [placement] = prepared.map.layout.placements
+    doubled = TactileMap(
+        prepared.skin, prepared.map.charts, MapLayout((replace(placement, scale=2 * placement.scale),))
+    )
+    start = doubled.taxel_points[150]
+    larger = replace(prepared, map=doubled)
+    settings = replace(LINE, path=on_map(larger, start, start + [0.08, 0.0]), path_speed=0.02)
+    trip = Trip(beside_ball(settings, prepared=larger), 3.0)
+    bounded(trip)
+    moved = trip.session.frame.regions[0].point - larger.skin.position(larger.skin.taxel_point(150))
+    assert trip.way[-1] == pytest.approx(0.06, abs=0.01)
+    assert np.linalg.norm(moved) == pytest.approx(0.03, abs=0.008)
+
+
+def test_a_point_to_hold_on_another_link_is_refused_and_the_contact_held():
+    prepared = two_links()
+    point = on_map(prepared, int(prepared.skin.first[1]) + 5)
+    trip = Trip(Session(prepared, settings=ControlSettings(law="hybrid", task="hold_point", path=point)), 3.0)
+    bounded(trip)
+    assert "the point to hold is on the hand, the contact on the forearm" in trip.why
+    assert trip.last(trip.force) == pytest.approx(3.0, abs=0.2)
+    assert trip.last(trip.speed).max() < 0.1
+
+
+def test_the_same_trip_gives_the_same_numbers():
+    path = ((0.205, 0.195), (0.20, 0.10))
+    runs = [Trip(Session(two_links(), settings=replace(LINE, path=path)), 3.0).posture for _ in range(2)]
+    assert np.array_equal(*runs)

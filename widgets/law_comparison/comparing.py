@@ -1,0 +1,164 @@
+"""Opens the comparison of laws, gives it what the session has, and puts what was chosen in force."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QDialog, QFileDialog, QVBoxLayout, QWidget
+
+from app.control.command import ControlSettings
+from app.control.laws import RULES
+from app.errors import RecordingError, TactileMapsError
+from app.session.law_figures import trace_csv
+from app.session.law_trace import LawTrace
+from app.session.side_by_side import with_settings
+from app.whole_file import write_whole
+from widgets.colours import Theme
+from widgets.law_comparison.board import ComparisonBoard
+from widgets.law_comparison.comparer import Comparer, Match
+from widgets.panels.gain_memory import GAINS
+
+if TYPE_CHECKING:
+    from widgets.main_window import MainWindow
+
+CSV_FILTER = "Table (*.csv)"
+
+
+class Comparing(QObject):
+    """The comparison's window, made when it is first wanted.
+
+    Args:
+        window: With its session, effects, column and message bar made.
+        make_comparer: What runs the laws.
+    """
+
+    def __init__(self, window: MainWindow, make_comparer: Callable[[QObject], Comparer]) -> None:
+        super().__init__(window)
+        self._window, self._live = window, window.live
+        self.comparer = make_comparer(self)
+        self.comparer.failed.connect(self._on_failed)
+        self.comparer.progressed.connect(self._on_progressed)
+        self.comparer.compared.connect(self._on_compared)
+        self.dialog: ComparisonDialog | None = None
+        window.column.controller.compare_asked.connect(self.open)
+        window.action("compare_laws").triggered.connect(self.open)
+
+    @property
+    def board(self) -> ComparisonBoard | None:
+        """What the window holds; None before it was first opened."""
+        return self.dialog.board if self.dialog is not None else None
+
+    def open(self) -> None:
+        """Show the window, with what the session has by now."""
+        first = self.dialog is None
+        if self.dialog is None:
+            self.dialog = ComparisonDialog(self._window.theme, self._window)
+            board = self.dialog.board
+            board.asked.connect(self.run)
+            board.cancelled.connect(self._on_cancelled)
+            board.used.connect(self.use)
+            board.export_asked.connect(self.choose_export)
+            board.begin(_first_two(self._window.column.controller.settings))
+        self._refresh()
+        if first:
+            self.dialog.board.stimulus.begin()
+        self.dialog.show()
+        self.dialog.activateWindow()
+
+    def run(self) -> None:
+        """Run the contenders on the stimulus, as it is by now."""
+        board = self.board
+        if board is None:
+            return
+        self._refresh()
+        occasion = board.stimulus.occasion
+        if occasion is None:
+            board.show_failed("There is nothing to compare laws on: open a robot, or choose a recording.")
+            return
+        task = self._window.column.controller.settings
+        contenders = tuple(replace(one, settings=with_law(task, one.settings)) for one in board.contenders)
+        self.comparer.run(Match(occasion, contenders, board.stimulus.seconds.value(), board.stimulus.own_task))
+
+    def use(self, settings: ControlSettings) -> None:
+        """Put a contender's law and gains in force; what is to be done stays."""
+        self._window.column.controller.take(with_law(self._window.column.controller.settings, settings))
+
+    def choose_export(self) -> None:
+        """Ask where to write the traces."""
+        path, _ = QFileDialog.getSaveFileName(self.dialog, "Export traces", "laws.csv", CSV_FILTER)
+        if path:
+            self.export(path)
+
+    def export(self, path: str) -> None:
+        """Write all traces as a table."""
+        board = self.board
+        if board is None:
+            return
+        try:
+            write_whole(Path(path), trace_csv(board.traces), error=RecordingError)
+        except TactileMapsError as error:
+            board.show_failed(str(error))
+        else:
+            self._window.message_bar.say(f"Saved {path}")
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        if self.board is not None:
+            self.board.set_theme(theme)
+
+    def close(self) -> None:
+        """End what is being run, and close the window."""
+        self.comparer.close()
+        if self.dialog is not None:
+            self.dialog.close()
+
+    def _refresh(self) -> None:
+        if self.board is not None:
+            scene = self._window.effects.scene
+            self.board.stimulus.show_live(self._live.done(), self._live.scripted(scene) if scene else None)
+
+    def _on_progressed(self, text: str, fraction: float) -> None:
+        if self.board is not None:
+            self.board.show_progress(text, fraction)
+
+    def _on_compared(self, traces: tuple[LawTrace, ...]) -> None:
+        if self.board is not None:
+            self.board.show_compared(traces)
+
+    def _on_failed(self, text: str) -> None:
+        if self.board is not None:
+            self.board.show_failed(text)
+
+    def _on_cancelled(self) -> None:
+        self.comparer.close()
+        if self.board is not None:
+            self.board.rest()
+
+
+class ComparisonDialog(QDialog):
+    """A window beside the main one."""
+
+    def __init__(self, theme: Theme, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setObjectName("law-comparison")
+        self.setWindowTitle("Compare laws")
+        self.resize(1120, 720)
+        self.board = ComparisonBoard(theme, self)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(self.board)
+
+
+def with_law(settings: ControlSettings, law: ControlSettings) -> ControlSettings:
+    """Settings with the law and the gains of others."""
+    return with_settings(settings, law, ("law", *GAINS))
+
+
+def _first_two(settings: ControlSettings) -> tuple[ControlSettings, ControlSettings]:
+    """What is in force, and another law to compare it with."""
+    first = settings if settings.law in RULES else replace(settings, law="hybrid")
+    return first, replace(first, law="qp" if first.law != "qp" else "hybrid")
