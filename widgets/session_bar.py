@@ -16,8 +16,8 @@ _TOOLS = ("select_box", "select_lasso", "select_brush")
 _EDITS = ("arrange", "pins", "seams", "interest")
 _LEADS = ("draw_path", "set_target")
 _BACK_AND_FORTH = ("undo", "redo")
-_WIDTHS = {"pause": 92, "step": 84, "reset": 88, "record": 148}
-_SELECT_WIDTH = 152
+_WIDTHS = {"pause": 88, "step": 78, "reset": 85, "record": 144}
+_SELECT_WIDTH = 150
 """Widths of the buttons [px]: enough for the longest word each may show."""
 
 

@@ -18,34 +18,35 @@ _ALONG = {
     "tolerance": (
         "Time against the tolerance on the body",
         "mm, 95 % of the errors within",
-        "A law that is told the path's speed lags by far less than theory's l T / (L* e), which is for one that is "
-        "not; what is left comes from the posture loop's lag of 50 ms and from reading the place between taxels.",
+        "Theory's l T / (L* e) counts the skin's readings alone. Here the posture loop lags by 50 ms besides, which "
+        "the path's speed, told ahead, does not make good: so it takes several times longer, and less so for more "
+        "tolerance, until it is the force that limits.",
     ),
     "rate": (
         "Time against the rate at which the skin is read",
         "readings a second",
-        "Theory's line is for a law that is not told the path's speed, and for a posture that is reached at once. Ours "
-        "are told, and are below it where readings are slow; where readings are fast, the posture loop's lag of 50 ms "
-        "sets the time, and more readings buy nothing.",
+        "Where readings are slow it takes about as long as theory says; where they are fast, the posture loop's lag of "
+        "50 ms, which theory's ideal servo has not, sets the time, and more readings buy nothing.",
     ),
     "delay": (
         "Time against the delay of the readings",
         "readings late, and a half",
-        "The path's speed is told ahead, so delay costs only what the gain has to give up for it: less than theory's "
-        "(d + 1/2) for laws that have to wait for the error.",
+        "Readings that come at once are waited for less long than the posture loop's lag of 50 ms, which theory's "
+        "ideal servo has not. With more delay theory's wait is the longer one; what is then faster than theory is so "
+        "since laws are told the path's speed.",
     ),
     "noise": (
         "Time against noise on every taxel",
         "Pa (none at 10)",
-        "Noise moves the centre of pressure and the force that is read; gains are not lowered for it, so it takes from "
-        "the tolerance what is then missing for speed.",
+        "Theory has no time for noise, only ripple: it moves the centre of pressure and the force that is read, and "
+        "takes from the tolerance what is then missing for speed.",
     ),
     "misplaced": (
         "Time against the error of the calibration",
         "mm along each axis (none at 0.25)",
-        "Theory lets the raw Jacobian fail between 2 and 3 mm, where single triangles turn over. A contact spans "
-        "several triangles and goes through a wrong one quickly, and a path on the map is where its taxels are: so the "
-        "difference shows later here, and the normal, which is as wrong as the triangle, loses the force first.",
+        "Theory has the map's Jacobian alone in mind, which single triangles turn over from 2 mm on and two rings of "
+        "taxels survive. Here the skin's normal is as wrong as its triangle: a push along it slides and a slide "
+        "presses, so that the force limits the speed before the Jacobian does.",
     ),
 }
 _NOTHING = {"noise": 10.0, "misplaced": 0.25}

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from app.control.command import ControlSettings, LawName
 from app.control.laws import RULES
 from app.control.map_path import path_about
 from app.experiments.arm_loop import ArmLoop, arm_loop, predicted_gain
+from app.experiments.bars import Bars
 from app.experiments.control_course import Course, run_course
 from app.experiments.control_setup import SLEEVES, ControlSetup, beside_ball, over, sleeved
 from app.experiments.experiment import Experiment
@@ -26,7 +28,7 @@ from app.session.prepare import Prepared
 from app.touch.sensor.effects import SensorEffects
 from app.touch.sensor.noise import Noise
 
-PATHS: Mapping[str, Mapping[str, object]] = {
+PATHS: Mapping[str, Mapping[str, Any]] = {
     "figure of eight": {"task": "follow_path", "path_kind": "lemniscate", "path_size": 0.03},
     "line": {"task": "follow_path", "path_kind": "polyline", "path_size": 0.03},
     "raster": {"task": "follow_path", "path_kind": "raster", "path_size": 0.02},
@@ -54,6 +56,10 @@ SHARE = 0.5
 """Of the force gain from which on the force would swing, that a law is given; and never more than it has by itself."""
 _TAXELS, _HELD, _LONGEST, _CALM = 1000, 3.0, 3.0, 0.002
 _FINGER_RADIUS, _BEYOND = 0.012, 0.03
+_SENSORS_NOTE = (
+    "Of a single contact the wrench knows the place better than taxels do; of two it knows but their sum, which "
+    "acts somewhere between them or nowhere on the skin, and the arm leads the wrong point along the path."
+)
 
 
 def cases(quick: bool, seed: int) -> list[Case]:
@@ -95,7 +101,7 @@ def measure(case: Case) -> list[Row]:
 
 def settings_for(law: LawName, path: str) -> ControlSettings:
     """The same for all laws, as they are by default."""
-    return ControlSettings(law=law, force_goal=GOAL, **PATHS[path])  # type: ignore[arg-type]
+    return ControlSettings(law=law, force_goal=GOAL, **PATHS[path])
 
 
 def setup_for(robot: str, sensor: str, seed: int, *, touched: bool = False) -> ControlSetup:
@@ -135,7 +141,7 @@ def _touched(robot: str, seed: int) -> Prepared:
         mass=0.1,
         friction=0.0,
         max_force=FINGER,
-        path=path,  # type: ignore[arg-type]
+        path=path,
     )
     with_finger = replace(scene, objects=(ball, finger))
     return replace(prepared, scene=with_finger, objects=make_bodies(with_finger))
@@ -201,40 +207,48 @@ def _known(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def figures(rows: Sequence[Row]) -> list[Figure]:
-    """Error on the body against the force's, and against the time taken; a panel a robot and path, a point a seed."""
-    asked = {
-        "force_rms_N": ("Place and force", "error of the force, rms [N]"),
-        "finished_s": ("Place and time", "time to finish a round [s]"),
-        "control_ms": ("Place and the cost of control", "reading and control of one tick, median [ms]"),
+def figures(rows: Sequence[Row]) -> list[Figure | Bars]:
+    """Place against force by the skin, a point a seed; then the sensors, and the laws' cost."""
+    shown = [row for row in rows if row["law"] != HOLDS and row["path"] != "held"]
+    panels = [
+        Panel(f"{robot}, {path}", _curves([row for row in shown if _of(row, robot, path, "skin")]))
+        for robot, path in dict.fromkeys((row["robot"], row["path"]) for row in shown)
+        if path != TOUCHED
+    ]
+    sensors = [
+        (robot, path, sensor)
+        for robot, path, sensor in dict.fromkeys((row["robot"], row["path"], row["sensor"]) for row in shown)
+        if path in ("figure of eight", TOUCHED)
+    ]
+    by = {f"{r}, {path}, {by}": _median(shown, "body_p95_mm", r, path, by) for r, path, by in sensors}
+    skin = [row for row in rows if row["sensor"] == "skin"]
+    cost = {
+        str(law): float(np.median([_number(row["control_ms"]) for row in skin if row["law"] == law]))
+        for law in dict.fromkeys(row["law"] for row in skin)
     }
     return [
-        Figure(title, x, "error on the body, p95 [mm]", _panels(rows, key), least=1e-2)
-        for key, (title, x) in asked.items()
+        Figure("Place and force", "error of the force, rms [N]", "on the body, p95 [mm]", panels, least=1e-2),
+        Bars("What the skin buys", "error on the body, p95, median over laws and seeds [mm]", by, note=_SENSORS_NOTE),
+        Bars("What a law costs by the skin", "reading and control of one tick, median [ms]", cost),
     ]
 
 
-def _panels(rows: Sequence[Row], key: str) -> list[Panel]:
-    shown = [row for row in rows if row["law"] != HOLDS]
-    return [
-        Panel(
-            f"{robot}, {path}, by {sensor}",
-            _curves([row for row in shown if _where(row) == (robot, path, sensor)], key),
-        )
-        for robot, path, sensor in dict.fromkeys(map(_where, shown))
-        if path != "held"
-    ]
-
-
-def _curves(rows: Sequence[Row], key: str) -> dict[str, list[tuple[float, float]]]:
+def _curves(rows: Sequence[Row]) -> dict[str, list[tuple[float, float]]]:
     return {
-        str(law): [(_number(row.get(key)), _number(row["body_p95_mm"])) for row in rows if row["law"] == law]
+        str(law): [(_number(row["force_rms_N"]), _number(row["body_p95_mm"])) for row in rows if row["law"] == law]
         for law in dict.fromkeys(row["law"] for row in rows)
     }
 
 
-def _where(row: Row) -> tuple[object, object, object]:
-    return row["robot"], row["path"], row["sensor"]
+def _of(row: Row, robot: object, path: object, sensor: object) -> bool:
+    return (row["robot"], row["path"], row["sensor"]) == (robot, path, sensor)
+
+
+def _median(rows: Sequence[Row], key: str, robot: object, path: object, sensor: object) -> float:
+    """Of what is known; nan where nothing is."""
+    values = [_number(row[key]) for row in rows if _of(row, robot, path, sensor)]
+    known = [value for value in values if math.isfinite(value)]
+    return float(np.median(known)) if known else math.nan
 
 
 def _number(value: object) -> float:

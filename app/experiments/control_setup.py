@@ -25,6 +25,7 @@ from app.session.session import Session
 from app.simulation.assemble import assemble
 from app.simulation.object_geoms import body_name
 from app.skin.skin import Patch, Skin
+from app.touch.layer import Layer
 from app.touch.sensor.effects import SensorEffects
 
 SLEEVES = {"arm": "forearm", "ur5e": "forearm_link", "icub": "l_forearm"}
@@ -95,8 +96,7 @@ def beside_ball(
     taxel: int | None = None,
     radius: float = BALL,
     depth: float = DEPTH,
-    friction: float = 0.5,
-    stiffness: float | None = None,
+    layer: Layer | None = None,
     model: SkinModel = "foundation",
     tick: float | None = None,
     seed: int | None = None,
@@ -108,29 +108,24 @@ def beside_ball(
         taxel: Where; by default ``place_to_press``.
         radius: Of the ball [m].
         depth: How deep it is pressed in at the start [m].
-        friction: Of the contact.
-        stiffness: Of the cover [N/m]; the scene's by default.
-        model: How contact becomes pressure. The foundation touches the skin itself; the solver's contacts touch the
-            convex hull of the link, which on real robots lies some millimetres beside. It knows no friction.
-        tick: Of control [s]; the scene's by default.
-        seed: Of what is random in the sensor; the scene's by default.
+        layer: The cover; the scene's by default.
+        model: How contact becomes pressure. The foundation, which knows no friction, touches the skin itself; the
+            solver's contacts touch the convex hull of the link, on real robots some millimetres beside.
+        tick: Of control [s]; the scene's by default, as is ``seed``.
+        seed: Of what is random in the sensor.
 
     Raises:
         SkinError: There is no skin to press.
     """
-    scene = prepared.scene
-    where = place_to_press(prepared, radius=radius) if taxel is None else taxel
+    scene, where = prepared.scene, place_to_press(prepared, radius=radius) if taxel is None else taxel
     x, y, z = over(prepared, np.array([where]), radius - depth)[0].tolist()
-    layer = replace(scene.layer, friction=friction, stiffness=stiffness or scene.layer.stiffness)
-    ball = ObjectSpec("ball", "sphere", (radius,), at=(x, y, z), friction=friction)
+    cover = layer or scene.layer
+    ball = ObjectSpec("ball", "sphere", (radius,), at=(x, y, z), friction=cover.friction)
+    alone = replace(scene, objects=(ball,), layer=cover, stimuli=(), motion=())
     pressed = replace(
-        scene,
-        objects=(ball,),
+        alone,
         task="slide",
         outputs=("force", "pressure"),
-        layer=layer,
-        stimuli=(),
-        motion=(),
         wishes={**scene.wishes, "skin": model},
         tick=tick or scene.tick,
         seed=scene.seed if seed is None else seed,

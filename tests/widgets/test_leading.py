@@ -56,6 +56,9 @@ def test_a_path_drawn_on_the_map_is_what_the_session_follows(window):
     shown = window.map_view._task
     assert shown is window.robot_view._task
     np.testing.assert_allclose(shown.path.lines[0].on_map[0], led.path[0], atol=1e-5)
+    window.robot_view.draw_now()
+    ribbons = window.robot_view.scene._task_marks._kinds["path"]
+    assert [bool(ribbon.actor.visibility) for ribbon in ribbons] == [True, False, False]
 
 
 def test_the_target_held_on_the_body_is_that_of_the_map(window, prepared):

@@ -182,6 +182,19 @@ def test_prices_measured_beside_reach_the_panel(window, panel):
     assert panel.lines["friction"].words[2] == "–"
 
 
+def test_a_law_chosen_by_its_accuracy_controls(window):
+    """Law and speed are taken, the gains stay, and the point is the one in force from then on."""
+    before = window.live.runner.session.settings
+    chosen = Setting("control", "parallel", {"path_speed_mm_s": 30.0})
+    window.column.accuracy.chosen.emit(chosen)
+    run(window, 0.02)
+    settings = window.live.runner.session.settings
+    assert (settings.law, settings.task, settings.path_speed) == ("parallel", "follow_path", 0.03)
+    assert settings.force_goal == before.force_goal
+    assert window.column.accuracy._told["control"] == chosen
+    assert window.column.controller.settings == settings
+
+
 def test_a_model_chosen_by_its_accuracy_is_simulated(window, panel):
     window.column.accuracy.chosen.emit(Setting("touch", "punch"))
     run(window, 0.02)

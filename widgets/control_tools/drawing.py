@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen
 
@@ -10,6 +11,8 @@ from widgets.colours import Theme
 from widgets.edit_tools.drawing import polygon
 
 HANDLE_PX, LARGE_HANDLE_PX = 9.0, 12.0
+_LEAST_ROOM = 14.0
+"""Between a corner and a middle [px]: nearer, the middle would be hidden by the corner's handle."""
 _HALO = QColor(255, 255, 255, 210)
 _RIM = QColor(29, 33, 38, 170)
 
@@ -28,9 +31,13 @@ def draw_handles(
     painter.setBrush(Qt.BrushStyle.NoBrush)
 
 
-def draw_middles(painter: QPainter, middles: FloatArray, theme: Theme, *, hovered: int | None) -> None:
-    """A small disc with a plus at each middle (s, 2) [px]."""
-    for number, at in enumerate(middles.tolist()):
+def draw_middles(
+    painter: QPainter, middles: FloatArray, corners: FloatArray, theme: Theme, *, hovered: int | None
+) -> None:
+    """A small disc with a plus at each middle (s, 2) [px] that has room between the corners (h, 2) [px]."""
+    room = np.linalg.norm(middles[:, None] - corners, axis=2).min(axis=1, initial=np.inf)
+    for number in np.flatnonzero(room > _LEAST_ROOM).tolist():
+        at = middles[number].tolist()
         centre, radius = QPointF(*at), 6.5 if number == hovered else 4.5
         painter.setPen(QPen(_RIM, 1.0))
         painter.setBrush(_HALO)

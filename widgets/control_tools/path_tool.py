@@ -237,7 +237,7 @@ class PathTool(LeadTool):
             draw_sketch(painter, to_pixels(shape.line), theme)
         elif hovered is not None:
             number = hovered.number if hovered.grip is Grip.MIDDLE else None
-            draw_middles(painter, to_pixels(shape.middles), theme, hovered=number)
+            draw_middles(painter, to_pixels(shape.middles), to_pixels(shape.handles), theme, hovered=number)
         corner = hovered.number if hovered is not None and hovered.grip is Grip.CORNER else None
         draw_handles(painter, to_pixels(shape.handles), theme, hovered=corner, chosen=self._chosen)
         if self.drawing or self._dragged is not None:

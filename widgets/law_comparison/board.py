@@ -28,7 +28,7 @@ from widgets.law_comparison.stimulus_choice import StimulusChoice
 from widgets.law_comparison.strokes import LETTERS
 from widgets.panels.panel import SLIM
 
-_LEFT = 300
+_LEFT = 330
 _EMPTY = (
     "Each law runs from the same start on the same touches, beside the simulation.\n"
     "Choose the laws and press Run: their traces are drawn over each other here, with a table of figures."
@@ -141,6 +141,7 @@ class ComparisonBoard(QWidget):
         self._left.setWidget(content)
         self._left.setWidgetResizable(True)
         self._left.setFixedWidth(_LEFT)
+        self._left.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._left.verticalScrollBar().setStyleSheet(SLIM)
 
     def _run_row(self) -> QHBoxLayout:

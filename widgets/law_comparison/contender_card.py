@@ -16,6 +16,9 @@ from widgets.panels.controller_choices import LAWS, SLIDERS
 from widgets.panels.gain_memory import GAINS
 from widgets.panels.setting_sliders import SettingSliders
 
+_SHORTEST = 8
+"""Letters of a law's name that are always seen; the tool tip has all."""
+
 
 class ContenderCard(QWidget):
     """Shows settings and emits others; the task among them is not the card's to change."""
@@ -63,7 +66,9 @@ class ContenderCard(QWidget):
         """Show a law and its gains."""
         self._settings = settings
         self._law.setCurrentIndex(self._law.findData(settings.law))
-        self._law.say(LAWS[settings.law][0])
+        words, tip = LAWS[settings.law]
+        self._law.say(words)
+        self._law.setToolTip(f"{words}: {tip}")
         self.sliders.show_settings(settings)
         self._gains.setEnabled(any(name in heeded(settings) for name in self.sliders.by_name))
 
@@ -73,6 +78,8 @@ class ContenderCard(QWidget):
             self._law.setItemData(self._law.count() - 1, tip, Qt.ItemDataRole.ToolTipRole)
         self._law.setObjectName(f"contender-law-{self.letter}")
         self._law.setAccessibleName(f"Law of {self.letter}")
+        self._law.setSizeAdjustPolicy(ChoiceBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        self._law.setMinimumContentsLength(_SHORTEST)
         self._gains.setObjectName(f"contender-gains-{self.letter}")
         self._gains.setCheckable(True)
         self._gains.setToolTip(f"Show the gains of {self.letter}")

@@ -18,6 +18,8 @@ from widgets.colours import Theme
 from widgets.law_comparison.strokes import LETTERS, stroke
 
 _AXIS = 44
+_ROW, _BELOW = 16, 48
+"""Of a contender's limits, and of the time axis below them [px]."""
 
 
 class Quantity(NamedTuple):
@@ -157,6 +159,7 @@ class OverlaidTraces(QWidget):
             rows.append((row, trace.name))
         self._limits.getAxis("left").setTicks([rows])
         self._limits.setYRange(-max(len(rows), 1), 0, padding=0.05)
+        self._limits.setFixedHeight(_BELOW + _ROW * max(len(rows), 1))
 
 
 class _TimeBox(pg.ViewBox):

@@ -98,6 +98,7 @@ class StimulusChoice(QWidget):
     def _choice(self, name: str, words: dict[str, tuple[str, str]]) -> ChoiceBox:
         box = ChoiceBox(self)
         box.setObjectName(name)
+        box.setSizeAdjustPolicy(ChoiceBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         box.setAccessibleName({"stimulus": "Stimulus", "stimulus-task": "Task"}[name])
         for value, (text, tip) in words.items():
             box.addItem(text, value)

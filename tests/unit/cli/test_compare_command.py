@@ -106,7 +106,7 @@ def test_a_table_for_a_person_has_a_row_a_law(capsys, scene):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--laws", "hybird"], "hybrid"),
+        (["--laws", "hybri"], "hybrid"),
         (["--laws", "qp,qp"], "once each"),
         (["--laws", ","], "once each"),
         (["--laws", "qp", "--task", "dance"], "no such task"),

@@ -53,7 +53,7 @@ def test_what_is_believed_goes_into_the_session():
     session = setup.session(ControlSettings(law="hybrid"))
     assert session.map is believed is setup.map
     assert session.effects.sensor.noise == Noise(50.0)
-    assert session.reading.estimator == "tikhonov"
+    assert session.rules.reading.estimator == "tikhonov"
     assert session.settings.law == "hybrid"
     assert ControlSetup(beside).map is beside.map
 

@@ -74,3 +74,19 @@ def test_panels_do_not_lie_on_each_other_nor_outside():
     assert len(set(places)) == 7
     assert max(x for x, _ in places) < float(root.get("width")) - 300
     assert max(y for _, y in places) <= float(root.get("height")) - 250
+
+
+def test_how_sure_a_point_is_stands_upright_through_it_in_its_colour():
+    curves, spreads = {"ours": [(0.1, 1.0), (1.0, 0.5)]}, {"ours": [(0.1, 0.7, 2.0), (1.0, 0.5, float("inf"))]}
+    (panel,) = panels(drawn(Panel("one", curves, spreads)))
+    (line,) = [path for path in panel.findall(f"{SVG}path") if path.get("opacity")]
+    x, low, high = (float(number) for number in line.get("d").strip("M").replace("V", ",").split(","))
+    dot = dots(panel)["ours"][0]
+    assert x == pytest.approx(dot[0], abs=0.1)
+    assert high < dot[1] < low, "more is higher, and an endless one is not drawn"
+    assert line.get("stroke") == panel.find(f"{SVG}g").get("fill")
+
+
+def test_a_spread_of_no_curve_is_left_out():
+    (panel,) = panels(drawn(Panel("one", {"ours": [(0.1, 1.0)]}, {"theirs": [(0.1, 0.7, 2.0)]})))
+    assert not [path for path in panel.findall(f"{SVG}path") if path.get("opacity")]

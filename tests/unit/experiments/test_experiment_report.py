@@ -9,6 +9,7 @@ from html.parser import HTMLParser
 import pytest
 
 from app.errors import UsageError
+from app.experiments.bars import Bars
 from app.experiments.experiment import Experiment
 from app.experiments.plot import Figure, Panel
 from app.experiments.report import Outcome, write_report
@@ -90,3 +91,15 @@ def test_a_folder_that_is_a_file_is_a_named_error(tmp_path):
     (tmp_path / "taken").write_text("")
     with pytest.raises(UsageError, match="taken"):
         write_report(outcome(), tmp_path / "taken")
+
+
+def test_a_note_stands_beside_its_figure(tmp_path):
+    noted = [
+        Figure("Error", "s", "e", [Panel("p", {})], note="It is <not> so."),
+        Bars("Price", "ms", {}, note="Nor this."),
+    ]
+    experiment = Experiment("toy", "What?", "By trying.", lambda quick, seed: [], lambda case: [], lambda rows: noted)
+    *_, page = write_report(Outcome(experiment, ROWS, {}, 1.0, 0, 1, False), tmp_path)
+    text = page.read_text(encoding="utf8")
+    first, second = text.index("It is &lt;not&gt; so."), text.index("Nor this.")
+    assert text.index("</svg>") < first < text.index("Price") < second
