@@ -71,7 +71,7 @@ class ControlSettings:
     stiffness: float = 8.0
     damping_ratio: float = 1.0
     force_goal: float = 3.0
-    force_gain: float = 0.015
+    force_gain: float = 0.005
     integral_time: float = 0.3
     task: TaskName = "keep_force"
     position_gain: float = 4.0

@@ -47,11 +47,11 @@ def heeded(settings: ControlSettings) -> frozenset[str]:
     names = set(_GAINS[settings.law])
     if settings.law not in RULES:
         return frozenset(names)
-    names |= {"task", "max_force"}
+    names |= {"task", "max_force", "jacobian"}  # the normal, too, is taken by the Jacobian's word
     if settings.task != "retreat":
         names.add("force_goal")
     if settings.task in _AT_A_PLACE:
-        names |= {"position_gain", "jacobian"}
+        names.add("position_gain")
     if settings.task in ("hold_point", "follow_path"):
         names.add("path")
     if settings.task == "follow_path":

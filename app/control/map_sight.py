@@ -44,6 +44,11 @@ class MapSight:
         turn = configuration.pose(self.map.skin.link(at)).rotation
         return self._jacobian.at(at, kind=kind).dot(turn.T)
 
+    def normal(self, region: ContactRegion, kind: JacobianKind) -> FloatArray:
+        """(3,) outward unit normal at a contact, link frame: by the same word as the Jacobian's."""
+        smooth = self._jacobian.normal(region.at) if kind == "smoothed" else None
+        return region.normal if smooth is None else smooth
+
     def error(
         self, target: SurfacePoint, region: ContactRegion, jacobian: FloatArray, configuration: Configuration
     ) -> FloatArray:

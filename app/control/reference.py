@@ -65,9 +65,9 @@ class PostureReference:
         """Whatever moved it home has stopped."""
         self._homing[:] = 0.0
 
-    def home_speed(self, start: FloatArray, rest: FloatArray, dt: float) -> FloatArray:
-        """(n,) towards rest, exponentially, speed-limited, starting gently (first-order lag of 0.2 s)."""
-        aim = np.clip(HOME_RATE * (rest - start), -HOME_SPEED, HOME_SPEED)
+    def home_speed(self, start: FloatArray, rest: FloatArray, dt: float, *, most: float = HOME_SPEED) -> FloatArray:
+        """(n,) towards rest, exponentially, no faster than ``most``, starting gently (first-order lag of 0.2 s)."""
+        aim = np.clip(HOME_RATE * (rest - start), -most, most)
         self._homing = self._homing + min(dt / 0.2, 1.0) * (aim - self._homing)
         return self._homing
 

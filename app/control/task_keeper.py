@@ -59,6 +59,7 @@ class TaskKeeper:
         follower: Of the path.
         carrier: Of a contact to another place.
         target, error, force_goal: As ``TaskReport`` has them.
+        lost: Whether a contact that was wanted has gone for good, and nothing has touched since.
     """
 
     def __init__(self, robot: Robot | None = None) -> None:
@@ -75,7 +76,7 @@ class TaskKeeper:
         self._task: object = None
         self._place: object = None
         self._last: ContactRegion | None = None
-        self._searching = 0.0
+        self._searching, self.lost = 0.0, False
         self._problem = ""
 
     @property
@@ -128,7 +129,7 @@ class TaskKeeper:
         if region is None:
             return self._search(now)
         new = self._last is None or self._last.id != region.id
-        self._last, self._searching = region, 0.0
+        self._last, self._searching, self.lost = region, 0.0, False
         if now.settings.task == "balance":
             return _balanced(now.settings, now.regions)
         if now.settings.task == "retreat":
@@ -180,6 +181,7 @@ class TaskKeeper:
         task, goal = now.settings.task, now.settings.force_goal
         self._searching += now.dt
         if task in ("retreat", "guide", "balance") or self._searching > SEARCH_TIME or not goal:
+            self.lost = task not in ("retreat", "guide", "balance")
             self._last = None
             self.carrier.reset()
             self.target = None if task in ("hold_point", "guide") else self.target

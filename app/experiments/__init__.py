@@ -7,7 +7,7 @@ reads the models that make their own force). ``names`` and ``table`` list them. 
 parallel, with progress and cancel) on bodies from ``meshes``, and told by ``report`` (CSV, JSON and one HTML page) with
 the curves of ``plot`` on a ``machine`` that is named.
 
-``control_laws`` compares the laws on the same paths, robots and sensors, each with the gain that ``arm_loop`` allows it.
+``control_laws`` compares the laws on the same paths, robots and sensors, each with a gain that ``arm_loop`` allows.
 ``control_theory`` holds them to the theory of sampled loops: ``sampled_loop`` predicts, ``control_loops`` measures on a
 plate of skin (``gantry``, ``gantry_loop``), ``theory_rows`` and ``theory_figures`` put both side by side.
 

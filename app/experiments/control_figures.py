@@ -45,8 +45,9 @@ _ALONG = {
         "Time against the error of the calibration",
         "mm along each axis (none at 0.25)",
         "Theory has the map's Jacobian alone in mind, which single triangles turn over from 2 mm on and two rings of "
-        "taxels survive. Here the skin's normal is as wrong as its triangle: a push along it slides and a slide "
-        "presses, so that the force limits the speed before the Jacobian does.",
+        "taxels survive. The normal departs sooner: along a wrong one a push slides and a slide presses, so that the "
+        "force limits the speed before the Jacobian does; two rings keep some degrees of the error where a triangle "
+        "keeps tens.",
     ),
 }
 _NOTHING = {"noise": 10.0, "misplaced": 0.25}

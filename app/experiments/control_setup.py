@@ -121,13 +121,12 @@ def beside_ball(
     x, y, z = over(prepared, np.array([where]), radius - depth)[0].tolist()
     cover = layer or scene.layer
     ball = ObjectSpec("ball", "sphere", (radius,), at=(x, y, z), friction=cover.friction)
-    alone = replace(scene, objects=(ball,), layer=cover, stimuli=(), motion=())
+    alone = replace(scene, objects=(ball,), layer=cover, stimuli=(), motion=(), tick=tick or scene.tick)
     pressed = replace(
         alone,
         task="slide",
         outputs=("force", "pressure"),
         wishes={**scene.wishes, "skin": model},
-        tick=tick or scene.tick,
         seed=scene.seed if seed is None else seed,
     )
     return replace(prepared, scene=pressed, objects=make_bodies(pressed))

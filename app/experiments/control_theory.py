@@ -56,7 +56,7 @@ def _of_one_delay(plant: str, quick: bool) -> list[Point]:
     ]
     shaped += [{"figure": "turn", "what": "place", "x": x} for x in turns]
     often = _periods(quick) if plant != FAST else ()
-    return shaped + [{"figure": "lag", "what": "posture loop", "x": period} for period in often]
+    return shaped + [{"figure": "lag", "what": "posture loop, d = 1", "x": period} for period in often]
 
 
 def _of_laws(delays: Sequence[int]) -> list[Point]:

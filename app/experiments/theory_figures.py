@@ -83,10 +83,11 @@ FIGURES: Mapping[str, Told] = {
         "The posture loop's lag of 50 ms; at 400 rad/s it is gone.",
     ),
     "lag": Told(
-        "Greatest stable gain of the force with joints that lag, d = 1",
+        "Greatest stable gain of the force with joints that lag",
         "period of the skin T [s]",
         "gain k_f k_e [1/s]",
-        "A lag is a delay that no faster skin shortens, be it 30 ms or the posture loop's on a contact of 2 kN/m.",
+        "A lag of 30 ms, or the posture loop's on a contact of 2 kN/m, is a delay that no faster skin shortens; "
+        "without delay it also smooths what would alternate.",
     ),
     "arms": Told(
         "Whole arms beside a ball, read every 5 ms: greatest stable force gain, measured against the arm's own theory",

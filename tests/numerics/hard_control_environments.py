@@ -125,6 +125,14 @@ CASES: dict[str, HardCase] = {
         laws=SOME,
     ),
     "foam of 1e6 Pa, usual gain": HardCase(
+        "the usual gain is within that limit too",
+        foam(1e6, 3e-4),
+        kept(),
+        {"force_gain": ControlSettings().force_gain},
+        force=8.0,
+        laws=OTHERS,
+    ),
+    "foam of 1e6 Pa, high gain": HardCase(
         "k_f k = 85/s is above 2 w = 80/s: the force swings, within bounds, and it is said",
         foam(1e6, 3e-4),
         bounded_only,

@@ -158,7 +158,7 @@ CASES: dict[str, HardCase] = {
         "in a wide bow", wrong_frame(60.0), both(kept(within=0.3), arrives(0.004)), _ASIDE, seconds=6.0, force=8.0
     ),
     "the map's frame turned by 75 degrees": HardCase(
-        "cos 75 of every step is on the way: at the usual gain it may circle or be let go, bounded",
+        "cos 75 of every step is on the way: at a high gain it may circle or be let go, bounded",
         wrong_frame(75.0),
         bounded_only,
         _ASIDE,

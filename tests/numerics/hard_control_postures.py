@@ -74,8 +74,8 @@ CASES: dict[str, HardCase] = {
         {"force_gain": 0.004},
         seconds=4.0,
     ),
-    "straight elbow, pressed sideways, usual gain": HardCase(
-        "with the usual gain the force may swing, but not without bounds",
+    "straight elbow, pressed sideways, high gain": HardCase(
+        "with a high gain the force may swing, but not without bounds",
         lambda settings: stretched_arm(settings, 300),
         bounded_only,
         {"task": "hold_point", "path": beside(300, 0.02, 0.0)},

@@ -36,7 +36,7 @@ def _scaled(rate: float, delay: int, seconds: float, laws: tuple[str, ...] = SOM
 def _unscaled(rate: float, delay: int, seconds: float, laws: tuple[str, ...] = OTHERS) -> HardCase:
     readings = SkinReadings(1 / rate, delay / rate)
     return HardCase(
-        "the usual gain is beyond the limit of so slow a skin: it hammers no harder than it comes back, and it is said",
+        "a high gain is beyond the limit of so slow a skin: it hammers no harder than it comes back, and it is said",
         read_at(rate, delay), bounded_only, seconds=seconds, force=max(hammering(readings), 41.0),
         says=(TOO_MUCH,), laws=laws,
     )  # fmt: skip
@@ -86,9 +86,9 @@ CASES: dict[str, HardCase] = {
     "20 Hz, 5 samples late": _scaled(20.0, 5, 5.0),
     "100 Hz, 3 samples late": _scaled(100.0, 3, 3.0, OTHERS),
     "1000 Hz, 5 samples late": _scaled(1000.0, 5, 2.0),
-    "5 Hz, usual gain": _unscaled(5.0, 0, 4.0),
-    "20 Hz, 1 sample late, usual gain": _unscaled(20.0, 1, 4.0, SOME),
-    "50 Hz, 4 samples late, usual gain": _unscaled(50.0, 4, 3.0),
+    "5 Hz, high gain": _unscaled(5.0, 0, 4.0),
+    "20 Hz, 1 sample late, high gain": _unscaled(20.0, 1, 4.0, SOME),
+    "50 Hz, 4 samples late, high gain": _unscaled(50.0, 4, 3.0),
     "0.6 of the limit at 20 Hz, 1 sample late": HardCase(
         "k_f k T of 0.6, where 1 is the limit: it rings, and comes to rest",
         read_at(20.0, 1),

@@ -23,7 +23,7 @@ from app.skin.place import place_taxels
 from app.skin.skin import Patch, Skin
 from tests.numerics.pressed_arm import Course, beside_ball, forearm
 
-LINE = ControlSettings(law="hybrid", task="follow_path", path_kind="polyline", path_speed=0.03)
+LINE = ControlSettings(law="hybrid", task="follow_path", path_kind="polyline", path_speed=0.03, force_gain=0.015)
 
 
 class Trip(Course):

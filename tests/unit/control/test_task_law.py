@@ -10,7 +10,7 @@ from app.control.hybrid import Hybrid
 from app.control.map_sight import MapSight
 from app.control.quadratic_program import QuadraticProgram
 from app.control.task_keeper import TaskKeeper
-from app.control.task_law import TaskLaw
+from app.control.task_law import LOST_SPEED, TaskLaw
 from tests.touch import arm, prepared_bar
 from tests.unit.control.touched import TICK, touch, touch_on
 
@@ -43,9 +43,22 @@ def test_after_the_touch_it_goes_home_or_stays(task, stays):
     assert (abs(posture[0]) > 0.4) == stays
 
 
+def test_after_a_contact_was_lost_for_good_it_comes_home_slowly_and_says_so():
+    """What it lost may stand in the way."""
+    law, settings, posture = law_on(), ControlSettings(law="hybrid"), BENT
+    law.command(settings, posture, STILL, touch(3.0), TICK)
+    steps = []
+    for _ in range(1600):
+        before, posture = posture, law.command(settings, posture, STILL, (), TICK).posture
+        steps.append(abs(posture[0] - before[0]) / TICK)
+        slow = any("coming home slowly" in why for why in law.why_limited)
+        assert slow or "contact lost" in law.why_limited or abs(posture[0]) < 0.011
+    assert max(steps[100:]) == pytest.approx(LOST_SPEED, rel=0.01)
+
+
 def test_giving_energy_for_long_is_slowed_to_nothing_and_said():
     """Something gives way for ever under the goal force."""
-    law, settings = law_on(), ControlSettings(law="hybrid", force_goal=20.0)
+    law, settings = law_on(), ControlSettings(law="hybrid", force_goal=20.0, force_gain=0.015)
     posture, speeds = STILL, []
     velocity = np.array([-0.25 / 0.3])  # outward
     for _ in range(200):
