@@ -12,6 +12,7 @@ LawName: TypeAlias = Literal[
     "impedance", "hold_force", "admittance", "hybrid", "parallel", "projection", "priority", "qp"
 ]
 TaskName: TypeAlias = Literal["keep_force", "hold_point", "follow_path", "balance", "retreat", "guide"]
+GainsKind: TypeAlias = Literal["calm", "as_set"]
 PathKind: TypeAlias = Literal["polyline", "spline", "lemniscate", "raster"]
 
 
@@ -56,6 +57,7 @@ class ControlSettings:
         integral_time: Time in which a constant error doubles the answer [s]; inf for none.
         task: What a law with a task does, see ``task_keeper``.
         position_gain: Speed on the map per error on the map [1/s].
+        gains: Whether gains that the skin is read too seldom or too late for are held lower, see ``loop_watch``.
         inertia_time: How slowly the admittance and the parallel law take up a speed [s].
         jacobian: Whose word is taken for how the map lies on the body.
         path_kind: How ``path`` is meant, or what is laid about the place first touched when it is empty.
@@ -75,6 +77,7 @@ class ControlSettings:
     integral_time: float = 0.3
     task: TaskName = "keep_force"
     position_gain: float = 4.0
+    gains: GainsKind = "calm"
     inertia_time: float = 0.05
     jacobian: JacobianKind = "smoothed"
     path_kind: PathKind = "lemniscate"

@@ -114,6 +114,7 @@ class ContactMotionController:
         """Forget the past; keep the settings."""
         self._keeper.reset()
         self._swing.reset()
+        self._loop.reset()
         self._last, self._fading, self._switched, self._beyond = None, None, False, ()
         for law in self._laws.values():
             law.reset()
@@ -141,8 +142,8 @@ class ContactMotionController:
         if before is not None:
             self._law.start(posture, before)
         self._switched = False
-        read = self._heed(posture, regions, dt) if readable else (_UNREAD,)
-        command = self._law.command(self._settings, posture, velocity, read, dt)
+        settings, read = self._heed(posture, regions, dt) if readable else (self._settings, (_UNREAD,))
+        command = self._law.command(settings, posture, velocity, read, dt)
         if before is not None:
             self._fading = before - command.torque_at(posture, velocity)
         if self._fading is not None:
@@ -152,19 +153,21 @@ class ContactMotionController:
         self._last = command
         return command
 
-    def _heed(self, posture: FloatArray, regions: Sequence[ContactRegion], dt: float) -> tuple[ContactRegion, ...]:
-        """The regions as laws may take them; what is to be said of the skin's limits is kept."""
-        settings, said = self._settings, list[str]()
-        read, plateau = tuple(regions), False
+    def _heed(
+        self, posture: FloatArray, regions: Sequence[ContactRegion], dt: float
+    ) -> tuple[ControlSettings, tuple[ContactRegion, ...]]:
+        """Settings and regions as laws may take them; what is to be said of the skin's limits is kept."""
+        settings, read, said = self._settings, tuple(regions), list[str]()
         if settings.law != "impedance":
             goal = settings.force_goal
             if self.readings is not None:
                 read, plateau = at_least(regions, goal, self.readings.highest)
-            said += [PLATEAU] if plateau else []
-            said += self._loop.look(settings, posture, regions)
+                said += [PLATEAU] if plateau else []
+            settings, limits = self._loop.heed(settings, posture, regions)
+            said += limits
             said += [SWINGS] if self._swing.look(goal, regions[0].force if regions else 0.0, dt) else []
         self._beyond = tuple(said)
-        return read
+        return settings, read
 
     @property
     def _law(self) -> Law:

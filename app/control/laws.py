@@ -44,7 +44,7 @@ _AT_A_PLACE = ("hold_point", "follow_path", "guide")
 
 def heeded(settings: ControlSettings) -> frozenset[str]:
     """Names of the settings that make a difference to the law and task chosen, besides ``law``."""
-    names = set(_GAINS[settings.law])
+    names = set(_GAINS[settings.law]) | ({"gains"} if settings.law != "impedance" else set())
     if settings.law not in RULES:
         return frozenset(names)
     names |= {"task", "max_force", "jacobian"}  # the normal, too, is taken by the Jacobian's word

@@ -8,7 +8,7 @@ from difflib import get_close_matches
 from math import isfinite
 from typing import get_args
 
-from app.control.command import ControlSettings, LawName, PathKind, TaskName
+from app.control.command import ControlSettings, GainsKind, LawName, PathKind, TaskName
 from app.errors import SceneError
 from app.maps.map_jacobian import JacobianKind
 
@@ -29,6 +29,7 @@ CHOICES: dict[str, tuple[str, ...]] = {
     "law": get_args(LawName),
     "task": get_args(TaskName),
     "jacobian": get_args(JacobianKind),
+    "gains": get_args(GainsKind),
     "path_kind": get_args(PathKind),
 }
 """What a person may choose."""

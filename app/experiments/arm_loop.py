@@ -132,11 +132,11 @@ def measured_gain(setup: ControlSetup, settings: ControlSettings, guess: float, 
         guess: Of the answer [m/s/N].
         steps: More are finer.
     """
-    calm = replace(settings, force_gain=0.3 * guess)
+    calm = replace(settings, gains="as_set", force_gain=0.3 * guess)
 
     def stable(gain: float) -> bool:
         session, forces = rested(setup, calm), []
-        after = replace(settings, force_gain=gain, force_goal=settings.force_goal + _STEP)
+        after = replace(settings, gains="as_set", force_gain=gain, force_goal=settings.force_goal + _STEP)
         session.submit(ControlChanged(after))
         for _ in range(round(WATCH / setup.prepared.scene.tick)):
             session.tick()

@@ -34,6 +34,7 @@ def tuned(settings: ControlSettings, period: float, delay: int) -> ControlSettin
     slower = 1.0 + settings.force_gain * STIFFNESS * wait / _FORCE_SHARE
     return replace(
         settings,
+        gains="as_set",
         position_gain=position,
         force_gain=settings.force_gain / slower,
         integral_time=settings.integral_time * slower,

@@ -101,7 +101,7 @@ def measure(case: Case) -> list[Row]:
 
 def settings_for(law: LawName, path: str) -> ControlSettings:
     """The same for all laws, as they are by default."""
-    return ControlSettings(law=law, force_goal=GOAL, **PATHS[path])
+    return ControlSettings(law=law, gains="as_set", force_goal=GOAL, **PATHS[path])
 
 
 def setup_for(robot: str, sensor: str, seed: int, *, touched: bool = False) -> ControlSetup:

@@ -35,7 +35,9 @@ def plant_stiffness(loop: Loop) -> float:
 
 def proportional(law: LawName, force_gain: float, **said: float) -> ControlSettings:
     """Settings of a law without integral and inertia."""
-    wanted = ControlSettings(law=law, force_gain=force_gain, force_goal=GOAL, integral_time=math.inf, inertia_time=0.0)
+    wanted = ControlSettings(
+        law=law, gains="as_set", force_gain=force_gain, force_goal=GOAL, integral_time=math.inf, inertia_time=0.0
+    )
     return replace(wanted, **said)  # type: ignore[arg-type]
 
 

@@ -44,7 +44,9 @@ def run_cases(measure: Measure, cases: Sequence[Case], *, jobs: int = 1, progres
     Cost: about 2 s to start the processes.
     """
     rows: list[Row] = []
-    with closing(_results(measure, cases, jobs)) as results:
+    with warnings.catch_warnings(), closing(_results(measure, cases, jobs)) as results:
+        # A process that has loaded much, such as three robots, is replaced by a fresh one, which is no surprise either.
+        warnings.filterwarnings("ignore", "A worker stopped while some jobs", UserWarning)
         for number, found in enumerate(results):
             rows += found
             progress(_name(cases[number]), (number + 1) / len(cases))

@@ -174,7 +174,7 @@ def with_lag(case: Case) -> Three:
 
 def whole_arm(case: Case) -> Three:
     """Greatest stable force gain of a pressed robot [m/s/N]: 2 / (k T) of ideal joints, and by all its joints."""
-    settings = ControlSettings(law=case["law"], task="hold_point", force_goal=GOAL)
+    settings = ControlSettings(law=case["law"], task="hold_point", gains="as_set", force_goal=GOAL)
     setup, loop = _arm(case["robot"], case["seed"])
     explained = predicted_gain(loop, settings)
     ideal = stable_gain(0) / (loop.stiffness * loop.tick)

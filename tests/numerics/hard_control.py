@@ -157,10 +157,11 @@ def beside(taxel: int, along: float, across: float) -> tuple[tuple[float, float]
     return ((float(point[0]) + along, float(point[1]) + across),)
 
 
-def scaled(readings: SkinReadings, *, share: float = 0.3) -> dict[str, float]:
+def scaled(readings: SkinReadings, *, share: float = 0.3) -> dict[str, Any]:
     """Gains that a skin so read can hold: a share of the limit, and an integral slow enough not to matter for it."""
     delay = readings.delay + readings.period
     return {
+        "gains": "as_set",
         "force_gain": min(share * most_gain(SERIES, readings), GAIN),
         "integral_time": max(0.3, 12 * delay),
         "position_gain": min(4.0, share / delay),

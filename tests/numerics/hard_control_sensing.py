@@ -37,8 +37,16 @@ def _unscaled(rate: float, delay: int, seconds: float, laws: tuple[str, ...] = O
     readings = SkinReadings(1 / rate, delay / rate)
     return HardCase(
         "a high gain is beyond the limit of so slow a skin: it hammers no harder than it comes back, and it is said",
-        read_at(rate, delay), bounded_only, seconds=seconds, force=max(hammering(readings), 41.0),
+        read_at(rate, delay), bounded_only, {"gains": "as_set"}, seconds=seconds, force=max(hammering(readings), 41.0),
         says=(TOO_MUCH,), laws=laws,
+    )  # fmt: skip
+
+
+def _held(rate: float, delay: int, seconds: float, laws: tuple[str, ...] = SOME) -> HardCase:
+    return HardCase(
+        "the same high gain, not meant as set, is held to what such a skin can hold: the goal is kept, and it is said",
+        read_at(rate, delay), kept(within=0.3, ripple=0.3), seconds=seconds, force=8.0, says=("gain held to",),
+        laws=laws,
     )  # fmt: skip
 
 
@@ -89,6 +97,9 @@ CASES: dict[str, HardCase] = {
     "5 Hz, high gain": _unscaled(5.0, 0, 4.0),
     "20 Hz, 1 sample late, high gain": _unscaled(20.0, 1, 4.0, SOME),
     "50 Hz, 4 samples late, high gain": _unscaled(50.0, 4, 3.0),
+    "5 Hz, gain held": _held(5.0, 0, 7.0),
+    "20 Hz, 1 sample late, gain held": _held(20.0, 1, 4.0, OTHERS),
+    "50 Hz, 4 samples late, gain held": _held(50.0, 4, 4.0),
     "0.6 of the limit at 20 Hz, 1 sample late": HardCase(
         "k_f k T of 0.6, where 1 is the limit: it rings, and comes to rest",
         read_at(20.0, 1),

@@ -51,7 +51,7 @@ def test_without_it_the_same_finger_presses_harder():
 
 def test_proportional_alone_lags_by_the_speed_over_the_gain():
     """In balance the arm retreats as fast as the finger comes: gain e = speed."""
-    force, _ = pressed(forearm_taxels()[2], seconds=3.0, force_gain=0.015, integral_time=float("inf"))
+    force, _ = pressed(forearm_taxels()[2], seconds=3.0, force_gain=0.015, gains="as_set", integral_time=float("inf"))
     assert force[-1] - 3.0 == pytest.approx(0.006 / 0.015, rel=0.05)
 
 

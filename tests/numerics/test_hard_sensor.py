@@ -27,7 +27,7 @@ from tests.touch import prepared_bar, taxel_near
 BAR = prepared_bar()
 MIDDLE = taxel_near(BAR.skin, 0, (0.3, 0.0, 0.02))
 PRESS = PokePressed(1, BAR.skin.taxel_point(MIDDLE), Finger(max_force=5.0, speed=0.1))
-FOLLOW = ControlChanged(ControlSettings(law="hold_force", force_goal=2.0))
+FOLLOW = ControlChanged(ControlSettings(law="hold_force", force_goal=2.0, force_gain=0.015))
 
 
 def sensing(**stages) -> EffectsChanged:

@@ -169,7 +169,7 @@ def test_what_it_does_and_the_energy_it_gave_are_said(panel, prepared):
     panel.show_settings(ControlSettings(law="hybrid", task="hold_point"))
     report = TaskReport(error=0.0021, force_goal=3.0, energy=-0.126, tank=0.99)
     panel.show_frame(moving(prepared, 1.0, task=report))
-    assert text(panel, "task-state") == "Holding the point, 2.1\u2009mm off"
+    assert text(panel, "task-state") == "Holding the point, 2.1\u202fmm off"
     assert text(panel, "energy") == "-0.13\u2009J, 0.99\u2009J left"
     assert panel.findChild(QLabel, "energy").isVisible()
     panel.show_settings(ControlSettings())

@@ -31,6 +31,10 @@ CHOICES = {
         "The path's shape",
         {"polyline": "Polyline", "spline": "Spline", "lemniscate": "Figure of eight", "raster": "Raster"},
     ),
+    "gains": (
+        "Gains that a slow or late skin could not hold",
+        {"calm": "Gains held to the skin's rate", "as_set": "Gains as they are set"},
+    ),
     "jacobian": (
         "How the map is taken to lie on the body",
         {"smoothed": "Map smoothed over two rings", "raw": "Map as each triangle says"},

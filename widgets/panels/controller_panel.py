@@ -95,7 +95,7 @@ class ControllerPanel(Panel):
             self._why.say_no_joints()
         _say(self._state, task_words(self._settings, frame))
         if frame.task is not None:
-            _say(self._energy, f"{frame.task.energy:.2f}\u2009J, {frame.task.tank:.2f}\u2009J left")
+            _say(self._energy, f"{round(frame.task.energy, 2) + 0.0:.2f}\u2009J, {frame.task.tank:.2f}\u2009J left")
         goal = frame.task.force_goal if frame.task else None
         force = max((region.force for region in frame.regions), default=0.0)
         self._step.take(frame.time, force, goal)

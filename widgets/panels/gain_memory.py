@@ -7,7 +7,9 @@ from typing import Any, cast
 
 from app.control.command import ControlSettings, LawName
 
-GAINS = ("stiffness", "damping_ratio", "force_gain", "integral_time", "position_gain", "inertia_time", "jacobian")
+GAINS = (
+    "stiffness", "damping_ratio", "force_gain", "integral_time", "position_gain", "gains", "inertia_time", "jacobian",
+)  # fmt: skip
 """Settings that say how a law works; the others say what it is to do."""
 
 

@@ -46,21 +46,21 @@ def task_words(settings: ControlSettings, frame: Frame) -> str:
 def _plain_words(settings: ControlSettings, frame: Frame) -> str:
     if settings.law != "hold_force":
         return "Holding the rest posture"
-    return f"Keeping {settings.force_goal:.1f}\u2009N" if frame.regions else "Waiting for a contact"
+    return f"Keeping {settings.force_goal:.1f}\u202fN" if frame.regions else "Waiting for a contact"
 
 
 def _working_words(settings: ControlSettings, frame: Frame) -> str:
     task = frame.task
-    off = "" if task is None or task.error is None else f", {1e3 * task.error:.1f}\u2009mm off"
+    off = "" if task is None or task.error is None else f", {1e3 * task.error:.1f}\u202fmm off"
     count = len(frame.regions)
     if settings.task == "follow_path":
         waits = "the path waits for the contact" in frame.why_limited
         way = 0.0 if task is None else 1e3 * task.way
-        return f"Waiting for the contact{off}" if waits else f"Following the path, {way:.0f}\u2009mm along it{off}"
+        return f"Waiting for the contact{off}" if waits else f"Following the path, {way:.0f}\u202fmm along it{off}"
     if settings.task == "balance" and count > 1:
         return f"Balancing {count} contacts"
     return {
         "hold_point": f"Holding the point{off}",
         "guide": f"Following the hand{off}",
         "retreat": f"Retreating from {count} contact{'s' * (count > 1)}",
-    }.get(settings.task, f"Keeping {settings.force_goal:.1f}\u2009N")
+    }.get(settings.task, f"Keeping {settings.force_goal:.1f}\u202fN")

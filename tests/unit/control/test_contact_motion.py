@@ -130,9 +130,24 @@ def test_what_the_skin_cannot_hold_is_said_beside_what_limits_the_law():
     mine.readings = seldom
     assert mine.readings == seldom
     mine.command(BENT, STILL, touch(2.0), TICK)
+    assert mine.why_limited[0].startswith("force gain held to")
+    mine.settings = replace(mine.settings, gains="as_set")
+    mine.command(BENT, STILL, touch(2.0), TICK)
     assert mine.why_limited[0].startswith("force gain above")
     mine.reset()
     assert mine.why_limited == ()
+
+
+def test_a_law_moves_by_the_gain_that_the_skin_can_hold():
+    """What is said to be held is what the joint's speed goes by."""
+    speeds, said = [], ""
+    for kind in ("as_set", "calm"):
+        mine = controller(law="hybrid", force_gain=0.05, gains=kind, integral_time=float("inf"))
+        mine.readings = SkinReadings(0.2)
+        before, after = (mine.command(BENT, STILL, touch(2.0), TICK).posture[0] for _ in range(2))
+        speeds.append(abs(after - before) / TICK)
+        said = mine.why_limited[0]
+    assert speeds[1] / speeds[0] == pytest.approx(float(said.split()[4]) / 50.0, rel=0.05), said
 
 
 @pytest.mark.parametrize("law", ["hold_force", "hybrid", "admittance", "qp"])

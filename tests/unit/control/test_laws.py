@@ -39,7 +39,7 @@ def answers(settings: ControlSettings) -> np.ndarray:
 @pytest.mark.parametrize("law", CHOICES["law"])
 def test_what_is_heeded_makes_a_difference_and_nothing_else_does(law, task):
     settings = ControlSettings(law=law, task=task)
-    assert {*OTHER, "law", "task", "path", "starts"} == set(asdict(settings))
+    assert {*OTHER, "law", "task", "path", "starts", "gains"} == set(asdict(settings))  # gains: the controller's matter
     usual = answers(settings)
     for name, value in OTHER.items():
         same = np.array_equal(answers(replace(settings, **{name: value})), usual)

@@ -32,14 +32,14 @@ def test_every_task_waits_and_works_in_its_own_words(task):
 @pytest.mark.parametrize(
     ("task", "frame", "words"),
     [
-        ("keep_force", ONE, "Keeping 3.0\u2009N"),
-        ("balance", ONE, "Keeping 3.0\u2009N"),
+        ("keep_force", ONE, "Keeping 3.0\u202fN"),
+        ("balance", ONE, "Keeping 3.0\u202fN"),
         ("balance", TWO, "Balancing 2 contacts"),
         ("retreat", ONE, "Retreating from 1 contact"),
         ("retreat", TWO, "Retreating from 2 contacts"),
-        ("hold_point", ONE, "Holding the point, 1.2\u2009mm off"),
-        ("guide", ONE, "Following the hand, 1.2\u2009mm off"),
-        ("follow_path", ONE, "Following the path, 34\u2009mm along it, 1.2\u2009mm off"),
+        ("hold_point", ONE, "Holding the point, 1.2\u202fmm off"),
+        ("guide", ONE, "Following the hand, 1.2\u202fmm off"),
+        ("follow_path", ONE, "Following the path, 34\u202fmm along it, 1.2\u202fmm off"),
     ],
 )
 def test_work_is_told_with_its_numbers(task, frame, words):
@@ -49,7 +49,7 @@ def test_work_is_told_with_its_numbers(task, frame, words):
 
 def test_a_path_that_waits_says_so():
     words = said("follow_path", ONE, "the path waits for the contact", error=0.0104)
-    assert words == "Waiting for the contact, 10.4\u2009mm off"
+    assert words == "Waiting for the contact, 10.4\u202fmm off"
 
 
 def test_what_went_wrong_comes_first():
@@ -67,4 +67,4 @@ def test_a_contact_that_is_carried_over_a_crossing_is_told(state, word):
 def test_laws_without_a_task_say_what_they_do():
     assert said("guide", ONE, law="impedance", report=False) == "Holding the rest posture"
     assert said("guide", NOBODY, law="hold_force", report=False) == "Waiting for a contact"
-    assert said("guide", ONE, law="hold_force", report=False, force_goal=4.0) == "Keeping 4.0\u2009N"
+    assert said("guide", ONE, law="hold_force", report=False, force_goal=4.0) == "Keeping 4.0\u202fN"
