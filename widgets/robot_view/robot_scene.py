@@ -19,6 +19,7 @@ from widgets.body_marks import BodyMarks
 from widgets.colours import PressureScale, Theme, mixed
 from widgets.robot_view.drawn import MATTE, polydata, set_matrix
 from widgets.robot_view.edit_marks import EditMarks
+from widgets.robot_view.first_side import first_side
 from widgets.robot_view.ground import floor_under
 from widgets.robot_view.marks import Marks
 from widgets.robot_view.object_actors import ObjectActors
@@ -34,8 +35,6 @@ _FADE = 0.94
 """How much of the bare links goes when the skin lies flat; a shadow of the robot stays."""
 _FLAT_FILL = 0.8
 """Share of the picture that the flat skin takes."""
-_AWAY = np.array([0.45, 0.95, 0.42])
-"""From the robot to the eye: its front is +x, z is up, and the side is that of a left arm."""
 
 
 class RobotScene:
@@ -79,6 +78,7 @@ class RobotScene:
         self._task_marks = TaskMarks(self._plotter, self._theme, prepared)
         self._move()
         self._ground()
+        self._away = first_side(prepared, self.poses)
         self.frame_all()
         self.fit_depth()
 
@@ -249,7 +249,7 @@ class RobotScene:
             width, height = self._plotter.window_size
             robot = self._corners()
             points = np.concatenate([robot, self._objects.near(robot)])
-            self.look(framing(points, _AWAY, aspect or width / height, view_angle=30.0, fill=0.86))
+            self.look(framing(points, self._away, aspect or width / height, view_angle=30.0, fill=0.86))
 
     def fit_depth(self) -> None:
         """Let the camera's depth hold all that is drawn; before each picture, since the robot moves."""
