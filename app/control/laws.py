@@ -39,7 +39,8 @@ _GAINS: dict[str, tuple[str, ...]] = {
     "priority": ("force_gain", "integral_time"),
     "qp": ("force_gain", "integral_time"),
 }
-_AT_A_PLACE = ("hold_point", "follow_path", "guide")
+AT_A_PLACE = ("hold_point", "follow_path", "guide")
+"""Tasks that want the contact at a place of the map."""
 
 
 def heeded(settings: ControlSettings) -> frozenset[str]:
@@ -50,7 +51,7 @@ def heeded(settings: ControlSettings) -> frozenset[str]:
     names |= {"task", "max_force", "jacobian"}  # the normal, too, is taken by the Jacobian's word
     if settings.task != "retreat":
         names.add("force_goal")
-    if settings.task in _AT_A_PLACE:
+    if settings.task in AT_A_PLACE:
         names.add("position_gain")
     if settings.task in ("hold_point", "follow_path"):
         names.add("path")

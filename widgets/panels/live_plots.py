@@ -13,7 +13,7 @@ from PySide6.QtGui import QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QBoxLayout, QWidget
 
 from app.control.command import ControlSettings
-from app.control.laws import RULES, heeded
+from app.control.laws import AT_A_PLACE, RULES, heeded
 from app.session.frame import Frame
 from widgets.colours import Theme
 from widgets.panels.change_marks import ChangeMarks
@@ -106,7 +106,7 @@ class LivePlots(QWidget):
         settings, selected = self._settings, self._selection is not None and bool(len(self._selection.taxels))
         wanted = ["force"]
         if settings.law in RULES:
-            at_a_place = "jacobian" in heeded(settings)  # what only a place on the map needs
+            at_a_place = settings.task in AT_A_PLACE
             wanted += ["error", "speed", "limits"] if at_a_place else ["speed", "limits"]
             wanted += ["pressure"] if selected or not at_a_place else []
         else:
