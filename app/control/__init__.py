@@ -14,6 +14,7 @@ goes. A path is drawn (``map_path``), cut at the patches' borders (``path_cut``)
 and ``quadratic_program`` what is wanted first; by means of ``force_servo`` and ``levels``. All move a ``reference``, a
 wanted posture that a stiff impedance (``gains``) holds.
 
-For every law the controller minds the skin's limits (``skin_readings``): ``loop_watch`` says when the force gain is
-too much for how seldom and late it is read, ``swing_watch`` when the force swings.
+For every law the controller minds the skin's limits (``skin_readings``): ``loop_watch`` holds gains to what a skin can
+hold that is read so seldom and so late, ``swing_watch`` says when the force swings. Contact events may change the
+settings: a ``behaviour`` says which, ``behaviour_watch`` waits for them.
 """
