@@ -13,7 +13,8 @@ from app.session.prepare import Prepared
 from widgets.body_marks import NO_MARKS, BodyLine, BodyMarks, BodySpot, BodyStroke, Role
 from widgets.colours import Theme
 from widgets.edit_tools.areas import area_triangles
-from widgets.robot_view.flat_shapes import Piece, add, fill, line_width, nothing
+from widgets.robot_view.flat_shapes import Piece, add, fill, nothing
+from widgets.robot_view.link_marks import LinkMarks
 from widgets.robot_view.ribbons import diamonds, ribbon
 
 _RIM = "#1d2126"
@@ -22,7 +23,7 @@ _SMALL, _LARGE = 2.6, 3.6
 """Half a diamond's diagonal, in widths of a line."""
 
 
-class EditMarks:
+class EditMarks(LinkMarks):
     """Two actors a patch, in the frame of its link: solid marks and tints. Mutable; ``show`` replaces all of them.
 
     Args:
@@ -35,31 +36,19 @@ class EditMarks:
     """
 
     def __init__(self, plotter: Any, theme: Theme, prepared: Prepared) -> None:
-        self._theme, self._skin, self._marks, self._hidden = theme, prepared.skin, NO_MARKS, False
-        self._width = line_width(prepared.skin)
+        super().__init__(theme, prepared)
+        self._marks = NO_MARKS
         self._solids = [nothing() for _ in prepared.skin.patches]
         self._tints = [nothing() for _ in prepared.skin.patches]
         self._solid_actors = [add(plotter, mesh) for mesh in self._solids]
         self._tint_actors = [add(plotter, mesh, opacity=_TINT_OPACITY) for mesh in self._tints]
-        links = [prepared.robot.link_index[patch.link] for patch in prepared.skin.patches]
-        pairs = (self._solid_actors, self._tint_actors)
-        self.riders: list[tuple[int, Any]] = [pair for kind in pairs for pair in zip(links, kind, strict=True)]
+        self._ride((self._solid_actors, self._tint_actors))
 
     def show(self, marks: BodyMarks) -> None:
         """Show these and no others. Cost: 1 ms for a hundred edges; nothing for the same again."""
         if marks is not self._marks:
             self._marks = marks
             self._draw()
-
-    def hide(self, *, hidden: bool) -> None:
-        """Hide everything while the skin is off the body, or show it again."""
-        self._hidden = hidden
-        self._draw()
-
-    def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
-        self._theme = theme
-        self._draw()
 
     def _draw(self) -> None:
         marks = NO_MARKS if self._hidden else self._marks

@@ -12,7 +12,8 @@ from app.arrays import FloatArray
 from app.geometry.surface_point import SurfacePoint
 from app.session.prepare import Prepared
 from widgets.colours import Theme
-from widgets.robot_view.flat_shapes import Piece, add, fill, line_width, nothing
+from widgets.robot_view.flat_shapes import Piece, add, fill, nothing
+from widgets.robot_view.link_marks import LinkMarks
 from widgets.robot_view.ribbons import heads, quads, ribbon
 from widgets.robot_view.taxel_rings import axes_across
 from widgets.task_shown import NO_TASK, SkinLine, Tail, TaskShown
@@ -23,7 +24,7 @@ _RING = 6.0
 _TURN = np.linspace(0, 2 * np.pi, 33)
 
 
-class TaskMarks:
+class TaskMarks(LinkMarks):
     """Three actors a patch, in the frame of its link: path, way of the contact, target. Mutable.
 
     Args:
@@ -36,14 +37,10 @@ class TaskMarks:
     """
 
     def __init__(self, plotter: Any, theme: Theme, prepared: Prepared) -> None:
-        self._theme, self._skin, self._width = theme, prepared.skin, line_width(prepared.skin)
-        self._task, self._hidden = NO_TASK, False
-        patches = prepared.skin.patches
+        super().__init__(theme, prepared)
+        self._task, patches = NO_TASK, prepared.skin.patches
         self._kinds = {name: [_Flat(plotter) for _ in patches] for name in ("path", "tail", "target")}
-        links = [prepared.robot.link_index[patch.link] for patch in patches]
-        self.riders: list[tuple[int, Any]] = [
-            (link, flat.actor) for kind in self._kinds.values() for link, flat in zip(links, kind, strict=True)
-        ]
+        self._ride([flat.actor for flat in kind] for kind in self._kinds.values())
 
     def show(self, task: TaskShown) -> None:
         """Show this one. Cost: 1 ms for what has changed of it."""
@@ -56,16 +53,6 @@ class TaskMarks:
             self._draw_tail()
         if task.target != shown.target:
             self._draw_target()
-
-    def hide(self, *, hidden: bool) -> None:
-        """Hide everything while the skin is off the body, or show it again."""
-        self._hidden = hidden
-        self._draw()
-
-    def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
-        self._theme = theme
-        self._draw()
 
     def _draw(self) -> None:
         self._draw_path()
