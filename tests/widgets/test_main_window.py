@@ -164,7 +164,7 @@ def test_the_picture_of_the_whole_window(window):
     check_picture(window, "window_dark", share=0.97)
 
 
-def test_the_picture_of_the_window_in_which_the_map_is_edited(window):
+def test_the_picture_of_the_window_in_which_the_map_is_edited(window, qtbot):
     """A patch moved and selected, pins in another, the stretch of areas under it all; the light theme."""
     window.set_theme("light")
     window.editor.do("Move", lambda document: move(document, [2], (0.05, -0.02)))
@@ -177,6 +177,8 @@ def test_the_picture_of_the_window_in_which_the_map_is_edited(window):
     window.session_bar.show_factor(1.0)
     window.column.timing.hide()
     window.plots.hide()
+    qtbot.waitUntil(lambda: window.bottom.height() < 100)  # what is below gives its room to the views, in its own time
+    window.views.frame_all()
     QApplication.processEvents()
     window.robot_view.draw_now()
     check_picture(window, "window_editing_light", share=0.97)
