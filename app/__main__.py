@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 
 from app.cli.main import run_command
-from app.cli.output import answer, facts, progress_line
+from app.cli.output import print_fields, print_json, progress_line
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -22,19 +22,19 @@ def main_gui() -> int:
 
 
 def _gui(arguments: argparse.Namespace) -> int:
-    from app.cli.scenes import scene_of
-    from widgets.launch import launch
+    from app.cli.scenes import scene_from_arguments
+    from widgets.window.application import launch
 
-    return launch(scene_of(arguments))
+    return launch(scene_from_arguments(arguments))
 
 
 def _screenshot(arguments: argparse.Namespace) -> int:
-    from app.cli.scenes import scene_of
-    from widgets.launch import screenshot
+    from app.cli.scenes import scene_from_arguments
+    from widgets.window.application import screenshot
 
     report = progress_line()
     screenshot(
-        scene_of(arguments),
+        scene_from_arguments(arguments),
         arguments.output,
         at=arguments.at,
         theme=arguments.theme,
@@ -44,9 +44,9 @@ def _screenshot(arguments: argparse.Namespace) -> int:
     report("", 1.0)
     width, height = arguments.size
     if arguments.json:
-        answer({"file": arguments.output, "width": width, "height": height, "at_s": arguments.at})
+        print_json({"file": arguments.output, "width": width, "height": height, "at_s": arguments.at})
     else:
-        facts({"Written to": arguments.output, "Size": f"{width} x {height}"})
+        print_fields({"Written to": arguments.output, "Size": f"{width} x {height}"})
     return 0
 
 

@@ -7,48 +7,47 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from app.cli.output import answer, facts, progress_line, say
-from app.errors import Finding, TactileMapsError
-from app.maps.map_file import load_map
+from app.cli.output import print_fields, print_json, print_line, progress_line
+from app.core.errors import Finding, TactileMapsError
+from app.maps.formats.map_file import load_map
 from app.maps.quality import measure
-from app.recording.player import Player
+from app.recording.player import RecordingPlayer
 from app.robots.library import find_robot
 from app.robots.robot import Robot
 from app.scene.scene import Scene
 from app.scene.scene_file import scene_names
-from app.session.open_scene import open_scene
-from app.session.prepare import prepare
-from app.session.price import price
-from app.skin.exchange.icub_layout import read_icub_layout
-from app.skin.exchange.read import read_taxel_sets
+from app.session.prepare import open_scene, prepare
+from app.skin.formats.icub_layout import read_icub_layout
+from app.skin.formats.taxel_files import read_taxel_sets
 from app.skin.skin import Skin
 from app.skin.skin_file import load_skin
+from app.studies.ablation import ablation_cost
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Open whatever it is and describe it."""
     found = describe(arguments.input)
     if arguments.json:
-        answer(found)
+        print_json(found)
         return 0
     plain = {key.capitalize(): _text(value) for key, value in found.items() if key not in ("effects", "problems")}
-    facts({key: value for key, value in plain.items() if value})
-    _tell_effects(found.get("effects", ()))
+    print_fields({key: value for key, value in plain.items() if value})
+    _print_effects(found.get("effects", ()))
     for problem in found["problems"]:
-        say(f"  {problem['kind']} ({problem['count']}) {problem['where']}: {problem['remedy']}")
+        print_line(f"  {problem['kind']} ({problem['count']}) {problem['where']}: {problem['remedy']}")
     return 0
 
 
-def _tell_effects(effects: Sequence[dict[str, Any]]) -> None:
+def _print_effects(effects: Sequence[dict[str, Any]]) -> None:
     """What is on with its cost and reason, then what is off, each a line."""
     for word, on in (("On", True), ("Off", False)):
         rows = [row for row in effects if row["on"] == on]
         if rows:
-            say(f"{word}:")
+            print_line(f"{word}:")
         for row in rows:
             cost = f"{row['ms']:8.3f} ms" if row["ms"] is not None else " " * 11
             value = row["value"] if row["value"] not in ("on", "off") else ""
-            say(f"  {row['title']:<24}{value:<14}{cost}  {row['why']}")
+            print_line(f"  {row['title']:<24}{value:<14}{cost}  {row['why']}")
 
 
 def describe(name: str) -> dict[str, Any]:
@@ -94,7 +93,7 @@ def _skin(skin: Skin) -> dict[str, Any]:
 
 def _scene(scene: Scene) -> dict[str, Any]:
     prepared = prepare(scene, progress=progress_line())
-    costs = price(prepared)
+    costs = ablation_cost(prepared)
     effects = [
         {
             "name": row.name,
@@ -102,7 +101,7 @@ def _scene(scene: Scene) -> dict[str, Any]:
             "on": row.on,
             "value": row.value,
             "why": row.why,
-            "wished": row.wished,
+            "overridden": row.overridden,
             "ms": costs.get(row.name),
         }
         for row in scene.decision.rows
@@ -127,7 +126,7 @@ def _scene(scene: Scene) -> dict[str, Any]:
 
 
 def _recording(name: str) -> dict[str, Any]:
-    player = Player(name)
+    player = RecordingPlayer(name)
     problems = (
         []
         if player.complete

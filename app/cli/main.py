@@ -8,12 +8,11 @@ import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
 
-from app.cli.output import answer, fail
+from app.cli.output import print_error, print_json
 from app.cli.parser import build_parser
-from app.crash_log import explain
-from app.errors import TactileMapsError, UsageError
+from app.core.errors import TactileMapsError, UsageError, describe_unexpected_error
 
-COMMANDS = ("map", "inspect", "run", "weigh", "replay", "recover", "compare", "experiment", "gui", "screenshot")
+COMMANDS = ("map", "inspect", "run", "weigh", "replay", "recover", "compare", "study", "gui", "screenshot")
 OpenWindow = Callable[[argparse.Namespace], int]
 
 
@@ -38,21 +37,21 @@ def run_command(argv: Sequence[str], *, windows: dict[str, OpenWindow]) -> int:
             return windows[command](arguments)
         return int(import_module(f"app.cli.{command}_command").execute(arguments))
     except TactileMapsError as error:
-        _report(str(error), as_json, kind=type(error).__name__)
+        _print_failure(str(error), as_json, kind=type(error).__name__)
         return 2 if isinstance(error, UsageError) else 1
     except KeyboardInterrupt:
-        _report("interrupted", as_json, kind="Interrupted")
+        _print_failure("interrupted", as_json, kind="Interrupted")
         return 130
     except BrokenPipeError:
         # Whoever read our output has gone; nothing more can be said.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except Exception as error:  # the last door: a person gets a sentence, the details go to a file
-        _report(explain(error), as_json, kind="Unexpected")
+        _print_failure(describe_unexpected_error(error), as_json, kind="Unexpected")
         return 1
 
 
-def _report(text: str, as_json: bool, *, kind: str) -> None:
-    fail(text)
+def _print_failure(text: str, as_json: bool, *, kind: str) -> None:
+    print_error(text)
     if as_json:
-        answer({"error": {"kind": kind, "message": text}})
+        print_json({"error": {"kind": kind, "message": text}})

@@ -1,70 +1,171 @@
-"""``map``: make a tactile map from whatever there is, write it, and say how good it is."""
+"""``map``: make a tactile map from whatever there is, write it, and say how good it is.
+
+With ``--learn`` the map is learned from touch: from babbling on the skin, or from what a recording felt.
+"""
 
 from __future__ import annotations
 
 import argparse
 import time
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from app.cli.learn import learned_map, recorded_touch
-from app.cli.map_words import tell
-from app.cli.output import Progress, answer, progress_line
-from app.errors import Finding, MapError, UsageError
-from app.maps.body_distances import BodyDistances
+import numpy as np
+
+from app.cli.output import Progress, print_fields, print_json, print_line, progress_line
+from app.core.arrays import FloatArray
+from app.core.errors import Finding, MapError, RecordingError, UsageError
+from app.flattening.cut import SeamPlan
+from app.flattening.methods import METHODS
 from app.maps.build import build_map
-from app.maps.compare import TaxelLayout, compare
-from app.maps.exchange.obj_uv import read_map_obj
-from app.maps.exchange.write import ENDINGS, write_map
-from app.maps.hand_made import hand_made
-from app.maps.map_file import load_map
-from app.maps.methods.table import METHODS
+from app.maps.comparison import TaxelLayout, compare_maps, drawn_layout
+from app.maps.formats.export import ENDINGS, write_map
+from app.maps.formats.map_file import load_map
+from app.maps.formats.obj import read_map_obj
+from app.maps.learned.as_tactile_map import learned_tactile_map
+from app.maps.learned.methods import LEARNING_METHODS
 from app.maps.quality import measure
-from app.maps.seams import SeamPlan
-from app.maps.sources import Wanted, open_skin
 from app.maps.tactile_map import TactileMap
-from app.skin.exchange.icub_layout import read_icub_layout, with_layout
-from app.skin.exchange.module_candidates import propose_modules
-from app.skin.exchange.read import read_taxels
-from app.skin.placement_spec import BorderStrip, PlacementSpec
+from app.maps.topography import BodyDistances
+from app.recording.player import RecordingPlayer
+from app.skin.formats.icub_layout import apply_layout, read_icub_layout
+from app.skin.formats.icub_module_orientation import propose_orientations
+from app.skin.formats.taxel_files import read_taxels
+from app.skin.open import SkinOptions, open_skin
+from app.skin.placement import BoundaryZone, PlacementSpec
 from app.skin.skin import Skin
+from app.tactile.babbling import BabbleSpec, babble
+
+
+def recorded_touch(path: str | Path) -> tuple[Skin, FloatArray]:
+    """The skin of a recording, and what its taxels read (frames, taxels) [Pa].
+
+    Raises:
+        RecordingError: It cannot be read, or nothing was touched in it.
+    """
+    player = RecordingPlayer(path)
+    readings = np.stack([player.frame(number).pressures for number in range(len(player))])
+    if not readings.any():
+        raise RecordingError("nothing is touched in the recording", file=path, remedy="Record strokes over the skin")
+    return player.prepared.skin, readings
+
+
+def learned_map(arguments: argparse.Namespace, skin: Skin, readings: FloatArray | None, report: Progress) -> TactileMap:
+    """The map of ``skin`` by the builder asked for, from ``readings`` or from babbling.
+
+    Raises:
+        UsageError: There is no such builder.
+    """
+    if arguments.learn not in LEARNING_METHODS:
+        raise UsageError(
+            "there is no such builder", value=arguments.learn, remedy=f"Choose one of: {', '.join(LEARNING_METHODS)}"
+        )
+    if readings is None:
+        report("Babbling", 0.0)
+        strokes = arguments.learn in ("temporal-correlation", "human-touch")
+        spec = BabbleSpec(
+            arguments.babble,
+            arguments.touches,
+            samples=8 if strokes else 1,
+            rest=2 if strokes else 0,
+            seed=arguments.seed,
+        )
+        readings = babble(skin, spec)
+    learned = LEARNING_METHODS[arguments.learn](readings, seed=arguments.seed, progress=report)
+    return learned_tactile_map(skin, learned)
+
+
+def print_quality(result: Mapping[str, Any]) -> None:
+    """What ``map`` found, the numbers that matter first; then its findings, and the comparison if there is one."""
+    print_fields(
+        {
+            "Patches": result["patches"],
+            "Taxels": result["taxels"],
+            "Faces": result["faces"],
+            "One-to-one": "yes"
+            if result["bijective"]
+            else f"no ({result['flips']} flipped triangles, {result['overlaps']} overlaps)",
+            "Distortion": f"{result['symmetric_dirichlet']:.4f} (4 is none)",
+            "Angles, s1 / s2": _spread_text(result["angle"]),
+            "Areas": _spread_text(result["area"]),
+            "Neighbour distances": f"{_percent_text(result['edge_error'])} off (rms)",
+            "Neighbours torn apart": f"{_percent_text(result['torn'])} by {result['seam_mm']:.0f} mm of seams",
+            "Stress": _number_text(result["stress"]),
+            "Rank correlation": _number_text(result["spearman"]),
+            "Trustworthiness": _number_text(result["trustworthiness"]),
+            "Continuity": _number_text(result["continuity"]),
+            "Round trip": f"{_number_text(result['round_trip_mm'])} mm through a pixel",
+            "Force in the image": f"{_number_text(result['force_error'])} off (relative)",
+            "Time": f"{result['seconds']:.2f} s",
+            "Written to": result["file"] or "nothing",
+        }
+    )
+    for finding in result["findings"]:
+        print_fields({f"  {finding['kind']} ({finding['count']}) {finding['where']}": finding["action"]})
+    if "comparison" in result:
+        _print_comparison(result["comparison"])
+
+
+def _print_comparison(comparison: Mapping[str, Any]) -> None:
+    print_line("")
+    print_line(f"{'':<34}{'this map':>12}{'the other':>12}")
+    marks = {"first": "  this is better", "second": "  the other is better", "neither": ""}
+    for row in comparison["measures"]:
+        name = row["name"].replace("_", " ")
+        print_line(f"{name:<34}{_number_text(row['first']):>12}{_number_text(row['second']):>12}{marks[row['better']]}")
+    print_line(f"{'taxels apart at best fit, rms':<34}{_number_text(comparison['procrustes_mm']):>12} mm")
+    for finding in comparison["findings"]:
+        print_line(f"  {finding['kind']} ({finding['count']}) {finding['where']}: {finding['action']}")
+
+
+def _spread_text(values: Mapping[str, float]) -> str:
+    return f"{values['median']:.3f} median, {values['p95']:.3f} p95, {values['max']:.3f} max"
+
+
+def _percent_text(value: float | None) -> str:
+    return "unknown" if value is None else f"{100 * value:.2f} %"
+
+
+def _number_text(value: float | None) -> str:
+    return "unknown" if value is None else f"{value:.4g}"
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Make the map, write it where asked, report its quality."""
-    target = _target(arguments)
+    target = _output_path(arguments)
     if arguments.method not in METHODS:
         raise UsageError(
             "there is no such method", value=arguments.method, remedy=f"Choose one of: {', '.join(METHODS)}"
         )
     report, start = progress_line(), time.perf_counter()
-    skin, map_ = _made(arguments, report)
+    skin, map_ = _make_map(arguments, report)
     seconds = time.perf_counter() - start
     body = BodyDistances(skin)
     result = measure(map_, distances=body).to_json() | {"seconds": seconds, "file": str(target) if target else None}
     if arguments.compare:
-        result["comparison"] = _compared(arguments, map_, body)
+        result["comparison"] = _comparison(arguments, map_, body)
     if target is not None:
         write_map(map_, target)
     if arguments.json:
-        answer(result)
+        print_json(result)
     else:
-        tell(result)
+        print_quality(result)
     return 0
 
 
-def _made(arguments: argparse.Namespace, report: Progress) -> tuple[Skin, TactileMap]:
+def _make_map(arguments: argparse.Namespace, report: Progress) -> tuple[Skin, TactileMap]:
     """The skin and its map."""
     recorded = Path(arguments.input).suffix.lower() == ".mcap"
     skin, readings = recorded_touch(arguments.input) if recorded else (None, None)
     if skin is None:
-        skin = open_skin(arguments.input, _wanted(arguments), progress=report)
+        skin = open_skin(arguments.input, _skin_options(arguments), progress=report)
     if arguments.learn:
         return skin, learned_map(arguments, skin, readings, report)
-    return skin, _map(arguments, skin, report)
+    return skin, _flattened_map(arguments, skin, report)
 
 
-def _target(arguments: argparse.Namespace) -> Path | None:
+def _output_path(arguments: argparse.Namespace) -> Path | None:
     """Where to write; refused before any work is done."""
     if not arguments.output:
         return None
@@ -82,15 +183,15 @@ def _target(arguments: argparse.Namespace) -> Path | None:
     return target
 
 
-def _wanted(arguments: argparse.Namespace) -> Wanted:
-    zones = () if arguments.keep_border is None else (BorderStrip(1e-3 * arguments.keep_border),)
+def _skin_options(arguments: argparse.Namespace) -> SkinOptions:
+    zones = () if arguments.keep_border is None else (BoundaryZone(1e-3 * arguments.keep_border),)
     taxels = None if arguments.pitch is not None or arguments.pattern == "modules" else arguments.taxels
     pitch = None if arguments.pitch is None else 1e-3 * arguments.pitch
     placement = PlacementSpec(pitch, taxels, arguments.pattern, arguments.density, zones, arguments.seed)
-    return Wanted(placement, tuple(arguments.links), arguments.robot, arguments.surface)
+    return SkinOptions(placement, tuple(arguments.links), arguments.robot, arguments.surface)
 
 
-def _map(arguments: argparse.Namespace, skin: Skin, report: Progress) -> TactileMap:
+def _flattened_map(arguments: argparse.Namespace, skin: Skin, report: Progress) -> TactileMap:
     """Flattened as asked, or as another program has unwrapped it."""
     if arguments.uv:
         return read_map_obj(arguments.uv, skin)
@@ -99,7 +200,7 @@ def _map(arguments: argparse.Namespace, skin: Skin, report: Progress) -> Tactile
     return build_map(skin, method=arguments.method, lengths=arguments.lengths, seams=seams, progress=report)
 
 
-def _compared(arguments: argparse.Namespace, map_: TactileMap, body: BodyDistances) -> dict[str, Any]:
+def _comparison(arguments: argparse.Namespace, map_: TactileMap, body: BodyDistances) -> dict[str, Any]:
     """The map beside another of the same skin or one drawn by hand, and what is wrong with the drawing's modules."""
     path, findings = Path(arguments.compare), list[Finding]()
     other: TactileMap | TaxelLayout
@@ -107,12 +208,12 @@ def _compared(arguments: argparse.Namespace, map_: TactileMap, body: BodyDistanc
         other = load_map(path)
     elif path.suffix.lower() == ".ini":
         taxels, layout = read_taxels(arguments.input), read_icub_layout(path)
-        candidates = propose_modules(taxels, layout, seed=arguments.seed)
+        candidates = propose_orientations(taxels, layout, seed=arguments.seed)
         findings += [found] if (found := candidates.finding(path.name)) else []
-        other = hand_made(
-            with_layout(taxels, candidates.apply(layout) if arguments.mend_modules else layout), map_.skin
+        other = drawn_layout(
+            apply_layout(taxels, candidates.apply(layout) if arguments.mend_modules else layout), map_.skin
         )
     else:
-        other = hand_made(read_taxels(path), map_.skin)
-    result = compare(map_, other, distances=body).to_json()
+        other = drawn_layout(read_taxels(path), map_.skin)
+    result = compare_maps(map_, other, distances=body).to_json()
     return result | {"findings": [vars(finding) for finding in findings]}

@@ -12,29 +12,29 @@ from typing import Any
 Progress = Callable[[str, float], None]
 
 
-def say(text: str) -> None:
+def print_line(text: str) -> None:
     """One line for a person."""
     sys.stdout.write(text + "\n")
 
 
-def facts(rows: Mapping[str, object]) -> None:
+def print_fields(rows: Mapping[str, object]) -> None:
     """Aligned facts for a person."""
     width = max((len(name) for name in rows), default=0)
     for name, value in rows.items():
-        say(f"{name:<{width}}  {value}")
+        print_line(f"{name:<{width}}  {value}")
 
 
-def answer(result: Mapping[str, Any]) -> None:
+def print_json(result: Mapping[str, Any]) -> None:
     """One object on one line, for a program; what JSON cannot say (NaN, infinity) becomes null."""
-    sys.stdout.write(json.dumps(_plain(result), allow_nan=False) + "\n")
+    sys.stdout.write(json.dumps(_json_value(result), allow_nan=False) + "\n")
 
 
-def fail(text: str) -> None:
+def print_error(text: str) -> None:
     """A failure, on standard error."""
     sys.stderr.write(f"tactile-maps: {text}\n")
 
 
-def warn(text: str) -> None:
+def print_warning(text: str) -> None:
     """Something a person should know although the work goes on, on standard error."""
     sys.stderr.write(f"tactile-maps: warning: {text}\n")
 
@@ -53,15 +53,15 @@ def progress_line() -> Progress:
     return report
 
 
-def _plain(value: Any) -> Any:
+def _json_value(value: Any) -> Any:
     if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
+        return {str(key): _json_value(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
+        return [_json_value(item) for item in value]
     if is_dataclass(value) and not isinstance(value, type):
-        return _plain(vars(value))
+        return _json_value(vars(value))
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if hasattr(value, "item"):
-        return _plain(value.item())
+        return _json_value(value.item())
     return value

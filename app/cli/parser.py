@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from importlib.metadata import version
 
-from app.experiments.names import NAMES
+from app.studies.catalogue import STUDY_NAMES
 
 EPILOG = """exit codes: 0 done, 1 the work failed and says why, 2 bad usage
 robots: arm (our own), ur5e, icub (pip install 'tactile-maps[robots]'), a file, or a model in MENAGERIE_ROOT"""
@@ -25,7 +25,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_window_commands(commands)
     _add_file_commands(commands)
     _add_compare(commands)
-    _add_experiment(commands)
+    _add_study(commands)
     return parser
 
 
@@ -75,35 +75,37 @@ def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: i
 
 
 def _add_compare(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]
-    compare = commands.add_parser("compare", help="run several laws on the same stimulus, and tell how each did")
+    compare = commands.add_parser("compare", help="run several controllers on the same stimulus, and tell how each did")
     compare.add_argument("input", metavar="SCENE|FILE.mcap", help="a scene's script, or what was done in a recording")
-    compare.add_argument("--laws", required=True, metavar="LAW,LAW", help="impedance, hold_force, hybrid, qp, ...")
+    compare.add_argument(
+        "--controllers", required=True, metavar="NAME,NAME", help="impedance, hold_force, hybrid, qp, ..."
+    )
     compare.add_argument("--task", metavar="NAME", help="instead of the scene's or the recording's: follow_path, ...")
     compare.add_argument("--for", dest="seconds", type=_positive, metavar="SECONDS", help="simulated seconds each")
-    compare.add_argument("-o", "--output", metavar="DIR", help="write every tick of every law there, as CSV")
+    compare.add_argument("-o", "--output", metavar="DIR", help="write every tick of every controller there, as CSV")
     _json(compare)
 
 
-def _add_experiment(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]
-    experiment = commands.add_parser("experiment", help="measure what accuracy costs in time, with a table and a page")
-    experiment.add_argument("name", metavar="NAME", help=" or ".join(NAMES))
-    experiment.add_argument(
+def _add_study(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]
+    study = commands.add_parser("study", help="measure what accuracy costs in time, with a table and a page")
+    study.add_argument("name", metavar="NAME", help=" or ".join(STUDY_NAMES))
+    study.add_argument(
         "-o",
         "--output",
-        default="experiments",
+        default="studies",
         metavar="DIR",
-        help="write CSV, JSON and HTML there (default experiments)",
+        help="write CSV, JSON and HTML there (default studies)",
     )
-    experiment.add_argument(
+    study.add_argument(
         "--jobs",
         type=int,
         default=1,
         metavar="N",
         help="cases at once, 0 for one a core; they disturb each other's times",
     )
-    experiment.add_argument("--quick", action="store_true", help="a few small cases only")
-    experiment.add_argument("--seed", type=int, default=0)
-    _json(experiment)
+    study.add_argument("--quick", action="store_true", help="a few small cases only")
+    study.add_argument("--seed", type=int, default=0)
+    _json(study)
 
 
 def _add_map(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from app.cli.output import answer, facts
+from app.cli.output import print_fields, print_json
 from app.recording.recover import recover
 
 
@@ -12,7 +12,7 @@ def execute(arguments: argparse.Namespace) -> int:
     """Write what is whole to a new file."""
     saved = recover(arguments.input, arguments.output, overwrite=arguments.overwrite)
     if arguments.json:
-        answer(
+        print_json(
             {
                 "frames": saved.frames,
                 "lost_frames": saved.lost_frames,
@@ -21,7 +21,7 @@ def execute(arguments: argparse.Namespace) -> int:
             }
         )
     else:
-        facts(
+        print_fields(
             {
                 "Frames": saved.frames,
                 "Missing between them": saved.lost_frames,

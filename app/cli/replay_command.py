@@ -5,17 +5,17 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from app.cli.output import answer, facts, fail, progress_line
-from app.errors import RecordingError, UsageError
-from app.recording.player import Player
+from app.cli.output import print_error, print_fields, print_json, progress_line
+from app.core.errors import RecordingError, UsageError
+from app.recording.player import RecordingPlayer
 from app.recording.verify import verify
-from app.stimuli.from_hand import from_hand
+from app.stimuli.stimuli_from_pokes import stimuli_from_pokes
 from app.stimuli.stimulus_file import save_stimuli
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Read every frame, or verify every frame; 1 when a verification finds a difference."""
-    player = Player(arguments.input)
+    player = RecordingPlayer(arguments.input)
     result: dict[str, object] = {
         "frames": len(player),
         "complete": player.complete,
@@ -35,22 +35,24 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.stimuli:
         _save_stimuli(player, arguments.stimuli, rows)
     (_verify if arguments.verify else _read)(player, result, rows)
-    (answer(result) if arguments.json else facts(rows))
+    (print_json(result) if arguments.json else print_fields(rows))
     return 1 if result["identical"] is False else 0
 
 
-def _save_stimuli(player: Player, file: str, rows: dict[str, object]) -> None:
+def _save_stimuli(player: RecordingPlayer, file: str, rows: dict[str, object]) -> None:
     if Path(file).exists():
         raise UsageError("there is such a file already", file=file, remedy="Choose another name")
     scene = player.prepared.scene
-    stimuli = from_hand(player.prepared.skin, player.inputs, tick=scene.tick, last=player.frame(len(player) - 1).tick)
+    stimuli = stimuli_from_pokes(
+        player.prepared.skin, player.inputs, tick=scene.tick, last=player.frame(len(player) - 1).tick
+    )
     if not stimuli:
         raise RecordingError("nobody touched the skin in this recording", file=player.path)
     save_stimuli(stimuli, file)
     rows["Touches"] = f"{len(stimuli)}, written to {file}"
 
 
-def _verify(player: Player, result: dict[str, object], rows: dict[str, object]) -> None:
+def _verify(player: RecordingPlayer, result: dict[str, object], rows: dict[str, object]) -> None:
     report = progress_line()
     outcome = verify(player, progress=report)
     report("", 1.0)
@@ -69,10 +71,12 @@ def _verify(player: Player, result: dict[str, object], rows: dict[str, object]) 
         else f"no: from tick {outcome.first_difference} on, by up to {outcome.max_difference:.3g}"
     )
     if outcome.other_versions:
-        fail("recorded with other versions, so small differences are expected: " + ", ".join(outcome.other_versions))
+        print_error(
+            "recorded with other versions, so small differences are expected: " + ", ".join(outcome.other_versions)
+        )
 
 
-def _read(player: Player, result: dict[str, object], rows: dict[str, object]) -> None:
+def _read(player: RecordingPlayer, result: dict[str, object], rows: dict[str, object]) -> None:
     report, strongest = progress_line(), 0.0
     for number in range(len(player)):
         strongest = max([strongest, *(region.force for region in player.frame(number).regions)])

@@ -7,9 +7,9 @@ import time
 from contextlib import nullcontext
 from typing import Any
 
-from app.cli.output import answer, facts, progress_line, warn
-from app.cli.scenes import scene_of
-from app.errors import SimulationError
+from app.cli.output import print_fields, print_json, print_warning, progress_line
+from app.cli.scenes import scene_from_arguments
+from app.core.errors import SimulationError
 from app.recording.recorder import Recorder
 from app.session.frame import Frame
 from app.session.prepare import prepare
@@ -18,9 +18,9 @@ from app.session.session import Session
 
 def execute(arguments: argparse.Namespace) -> int:
     """Run the scene for its seconds."""
-    scene = scene_of(arguments)
+    scene = scene_from_arguments(arguments)
     for lack in scene.decision.warnings:
-        warn(f"{lack.where}: {lack.action}")
+        print_warning(f"{lack.where}: {lack.action}")
     prepared = prepare(scene, progress=progress_line())
     recorder = Recorder(arguments.output, prepared, overwrite=arguments.overwrite) if arguments.output else None
     with recorder or nullcontext():
@@ -28,9 +28,9 @@ def execute(arguments: argparse.Namespace) -> int:
     problems = [{"kind": lack.kind, "where": lack.where, "remedy": lack.action} for lack in scene.decision.warnings]
     result |= {"taxels": len(prepared.skin), "file": arguments.output, "problems": problems}
     if arguments.json:
-        answer(result)
+        print_json(result)
     else:
-        facts(
+        print_fields(
             {
                 "Simulated": "{simulated_s:.2f} s in {wall_s:.2f} s ({real_time_factor:.1f}× real time)".format(
                     **result

@@ -5,14 +5,14 @@ from __future__ import annotations
 import argparse
 from dataclasses import replace
 
-from app.errors import UsageError
+from app.core.errors import UsageError
 from app.scene.scene import Scene
 from app.scene.scene_file import scene_for
-from app.session.open_scene import open_scene
+from app.session.prepare import open_scene
 from app.stimuli.stimulus_file import load_stimuli
 
 
-def scene_of(arguments: argparse.Namespace) -> Scene:
+def scene_from_arguments(arguments: argparse.Namespace) -> Scene:
     """The scene named by ``SCENE``, ``--scene`` or ``--robot``; the arm's by default.
 
     With both, the scene is played by the other robot, on links chosen by themselves. With ``--stimuli``, that script
@@ -22,11 +22,11 @@ def scene_of(arguments: argparse.Namespace) -> Scene:
         UsageError: Two scenes are named.
         SceneError: There is no such scene or script.
     """
-    scene, script = _scene_of(arguments), getattr(arguments, "stimuli", None)
+    scene, script = _named_scene(arguments), getattr(arguments, "stimuli", None)
     return replace(scene, stimuli=load_stimuli(script)) if script else scene
 
 
-def _scene_of(arguments: argparse.Namespace) -> Scene:
+def _named_scene(arguments: argparse.Namespace) -> Scene:
     first, second = getattr(arguments, "scene_file", None), getattr(arguments, "scene", None)
     if first and second:
         raise UsageError("two scenes are named", value=f"{first}, {second}", remedy="Name one")

@@ -6,14 +6,12 @@ import argparse
 from pathlib import Path
 from typing import get_args
 
-from app.cli.output import answer, facts, progress_line
-from app.errors import UsageError
+from app.cli.output import print_fields, print_json, progress_line
+from app.core.errors import UsageError, did_you_mean
 from app.scene.effects import SkinModel
 from app.scene.scene_file import scene_for, scene_names
-from app.session.open_scene import open_scene
-from app.session.prepare import robot_in_skin
-from app.simulation.weigh import Weighed, weigh
-from app.toml.nearest import nearest
+from app.session.prepare import load_robot_and_skin, open_scene
+from app.simulation.known_load_check import WeighingResult, weigh
 
 TOLERANCE = 0.02
 """Relative; a reading farther off is a failure."""
@@ -25,25 +23,25 @@ def execute(arguments: argparse.Namespace) -> int:
     name = arguments.input
     if arguments.model is not None and arguments.model not in _MODELS:
         raise UsageError(
-            "there is no such contact model", value=arguments.model, remedy=nearest(arguments.model, _MODELS)
+            "there is no such contact model", value=arguments.model, remedy=did_you_mean(arguments.model, _MODELS)
         )
     scene = open_scene(name) if Path(name).suffix.lower() == ".toml" or name in scene_names() else scene_for(name)
     usual: SkinModel = "water-fill" if scene.effects.skin == "off" else scene.effects.skin
     progress = progress_line()
-    robot, skin = robot_in_skin(scene, progress=progress)
+    robot, skin = load_robot_and_skin(scene, progress=progress)
     progress("Weighing", 0.5)
     weighed = weigh(robot, skin, scene.layer, arguments.model or usual, mass=arguments.mass)
     progress("", 1.0)
     good = abs(weighed.error) <= TOLERANCE
-    _tell(arguments, weighed, good)
+    _print_result(arguments, weighed, good)
     return 0 if good else 1
 
 
-def _tell(arguments: argparse.Namespace, weighed: Weighed, good: bool) -> None:
+def _print_result(arguments: argparse.Namespace, weighed: WeighingResult, good: bool) -> None:
     if arguments.json:
-        answer({**vars(weighed), "mass": arguments.mass, "good": good})
+        print_json({**vars(weighed), "mass": arguments.mass, "good": good})
         return
-    facts(
+    print_fields(
         {
             "Weight": f"{arguments.mass:g} kg, {weighed.wanted_N:.3f} N",
             "Reads": f"{weighed.read_N:.3f} N with {weighed.model}",

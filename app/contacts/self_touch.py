@@ -9,13 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from app.arrays import FloatArray
-from app.contacts.region import ContactRegion
+from app.contacts.regions import ContactRegion
+from app.core.arrays import FloatArray
 from app.geometry.pose import Pose
 
 
 @dataclass(frozen=True)
-class SelfTouchRule:
+class SelfTouchThresholds:
     """When two regions on different links are one contact.
 
     Their centres lie close together in the world, closer than ``gap`` and twice their places' uncertainty; their skins
@@ -39,7 +39,7 @@ class SelfTouchRule:
     loose: float = 0.6
 
 
-_RULE = SelfTouchRule()
+_RULE = SelfTouchThresholds()
 _SURE = 2.0
 """Standard uncertainties that differences may have."""
 
@@ -50,14 +50,14 @@ class _Side(NamedTuple):
     normal: FloatArray
 
 
-class SelfTouch:
+class SelfTouchMatcher:
     """Links regions to their partners frame by frame. Mutable: it remembers the pairs; ``reset`` forgets them.
 
     Args:
         rule: When two are one.
     """
 
-    def __init__(self, *, rule: SelfTouchRule = _RULE) -> None:
+    def __init__(self, *, rule: SelfTouchThresholds = _RULE) -> None:
         self._rule = rule
         self.reset()
 

@@ -1,19 +1,28 @@
-"""What a controller asks of the joints, and the settings a person turns."""
+"""What goes into a controller and comes out of it: settings and their ranges, the joint command, the report of its
+task.
+
+Settings are checked where they come in: from a scene, a recording or a person.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from difflib import get_close_matches
+from math import isfinite
+from typing import Literal, TypeAlias, get_args
 
-from app.arrays import FloatArray, readonly
-from app.maps.map_jacobian import JacobianKind
+from app.core.arrays import FloatArray, readonly
+from app.core.errors import SceneError
+from app.geometry.mesh import SurfacePoint
+from app.maps.jacobian import JacobianKind
+from app.maps.paths import PathKind
 
-LawName: TypeAlias = Literal[
+ControllerName: TypeAlias = Literal[
     "impedance", "hold_force", "admittance", "hybrid", "parallel", "projection", "priority", "qp"
 ]
 TaskName: TypeAlias = Literal["keep_force", "hold_point", "follow_path", "balance", "retreat", "guide"]
-GainsKind: TypeAlias = Literal["calm", "as_set"]
-PathKind: TypeAlias = Literal["polyline", "spline", "lemniscate", "raster"]
+GainsMode: TypeAlias = Literal["limited", "as_given"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,19 +55,19 @@ class ControlSettings:
     """What the controller panel sets.
 
     Attributes:
-        law: ``impedance`` holds the rest posture like a spring; ``hold_force`` retreats from or follows a touch so
-            that the contact force stays at ``force_goal``, and returns to rest when the touch ends. The others do a
-            task: see ``task_law``.
-        stiffness: Of the joints in the impedance law, as natural frequency [rad/s]: each joint's torque stiffness is
-            its inertia at home times the square, so that one slider suits a shoulder and a wrist.
+        controller: ``impedance`` holds the rest posture like a spring; ``hold_force`` retreats from or follows a touch
+            so that the contact force stays at ``force_goal``, and returns to rest when the touch ends. The others do a
+            task: see ``controllers``.
+        stiffness: Of the joints in the impedance controller, as natural frequency [rad/s]: each joint's torque
+            stiffness is its inertia at home times the square, so that one slider suits a shoulder and a wrist.
         damping_ratio: 1 is critical.
         force_goal: Wanted contact force [N].
         force_gain: Approach or retreat speed per newton of force error [m/s/N].
         integral_time: Time in which a constant error doubles the answer [s]; inf for none.
-        task: What a law with a task does, see ``task_keeper``.
+        task: What a controller with a task does, see ``tasks``.
         position_gain: Speed on the map per error on the map [1/s].
-        gains: Whether gains that the skin is read too seldom or too late for are held lower, see ``loop_watch``.
-        inertia_time: How slowly the admittance and the parallel law take up a speed [s].
+        gains: Whether gains that the skin is read too seldom or too late for are held lower, see ``loop_stability``.
+        inertia_time: How slowly the admittance and the parallel controller take up a speed [s].
         jacobian: Whose word is taken for how the map lies on the body.
         path_kind: How ``path`` is meant, or what is laid about the place first touched when it is empty.
         path: Points on the map [m]: the corners of a polyline or spline, two ends of a lemniscate, two corners of a
@@ -69,7 +78,7 @@ class ControlSettings:
         max_force: A contact with more [N] stops the arm; the QP keeps every contact under 80 % of it.
     """
 
-    law: LawName = "impedance"
+    controller: ControllerName = "impedance"
     stiffness: float = 8.0
     damping_ratio: float = 1.0
     force_goal: float = 3.0
@@ -77,7 +86,7 @@ class ControlSettings:
     integral_time: float = 0.3
     task: TaskName = "keep_force"
     position_gain: float = 4.0
-    gains: GainsKind = "calm"
+    gains: GainsMode = "limited"
     inertia_time: float = 0.05
     jacobian: JacobianKind = "smoothed"
     path_kind: PathKind = "lemniscate"
@@ -104,3 +113,128 @@ class ControlChanged:
 
     settings: ControlSettings
     by: str = ""
+
+
+RANGES: dict[str, tuple[float, float]] = {
+    "stiffness": (0.5, 40.0),
+    "damping_ratio": (0.1, 3.0),
+    "force_goal": (0.0, 20.0),
+    "force_gain": (0.0, 0.05),
+    "integral_time": (0.05, float("inf")),
+    "position_gain": (0.0, 20.0),
+    "inertia_time": (0.0, 0.5),
+    "path_size": (0.005, 0.2),
+    "path_speed": (0.0, 0.2),
+    "max_force": (1.0, 200.0),
+}
+"""What a person may set, lowest and highest; the panel's sliders end here."""
+CHOICES: dict[str, tuple[str, ...]] = {
+    "controller": get_args(ControllerName),
+    "task": get_args(TaskName),
+    "jacobian": get_args(JacobianKind),
+    "gains": get_args(GainsMode),
+    "path_kind": get_args(PathKind),
+}
+"""What a person may choose."""
+MOST_POINTS = 2000
+"""Of a path."""
+MOST_STARTS = 10**9
+"""Of a task."""
+
+
+def check_settings(settings: ControlSettings) -> ControlSettings:
+    """Return the settings, or refuse them.
+
+    Raises:
+        SceneError: Naming the setting, its value and its range.
+    """
+    for name, known in CHOICES.items():
+        if getattr(settings, name) not in known:
+            remedy = f"Choose {', '.join(known[:-1])} or {known[-1]}"
+            raise SceneError(
+                "the controller does not know that choice",
+                place=f"control.{name}",
+                value=getattr(settings, name),
+                remedy=remedy,
+            )
+    for name, (low, high) in RANGES.items():
+        value = getattr(settings, name)
+        if not (isinstance(value, int | float) and low <= value <= high):  # NaN is in no range
+            raise SceneError(
+                "that setting is out of range",
+                place=f"control.{name}",
+                value=value,
+                remedy=f"Choose {low:g} to {high:g}",
+            )
+    if type(settings.starts) is not int or not 0 <= settings.starts <= MOST_STARTS:
+        raise SceneError(
+            "starts are counted", place="control.starts", value=settings.starts, remedy=f"Choose 0 to {MOST_STARTS}"
+        )
+    _check_path(settings)
+    return settings
+
+
+def _check_path(settings: ControlSettings) -> None:
+    path = settings.path
+    good = all(len(point) == 2 and all(isinstance(x, int | float) and isfinite(x) for x in point) for point in path)
+    if not good or len(path) > MOST_POINTS:
+        raise SceneError(
+            "that is no path on the map",
+            place="control.path",
+            value=path[:3],
+            remedy=f"Give up to {MOST_POINTS} points of two finite numbers in metres",
+        )
+
+
+def settings_from(values: Mapping[str, object]) -> ControlSettings:
+    """Settings from a scene's table.
+
+    Raises:
+        SceneError: An unknown key, or a value out of range.
+    """
+    known = {f.name for f in fields(ControlSettings)}
+    unknown = [key for key in values if key not in known]
+    if unknown:
+        close = get_close_matches(unknown[0], known, n=1)
+        hint = f"Did you mean {close[0]}? " if close else ""
+        raise SceneError(
+            "there is no such controller setting",
+            place=f"control.{unknown[0]}",
+            value=unknown[0],
+            remedy=f"{hint}Choose one of: {', '.join(sorted(known))}",
+        )
+    try:
+        settings = ControlSettings(**values)  # type: ignore[arg-type]
+    except TypeError as error:
+        remedy = "Give a list of points of two numbers in metres"
+        raise SceneError(
+            "that is no path on the map", place="control.path", value=values["path"], remedy=remedy
+        ) from error
+    return check_settings(settings)
+
+
+@dataclass(frozen=True)
+class TaskReport:
+    """How the task goes.
+
+    Attributes:
+        target: Where on the body the contact is wanted; None where it may be anywhere.
+        error: From the contact to the target, on the map [m]; None without a contact or target.
+        force_goal: Wanted of the contact that the task is about [N]; None where none is wanted.
+        laid_at: (2,) the place on the map about which a path lies that nobody drew [m]; None for no such path.
+        way: Walked along the path [m].
+        energy: Net energy given to contacts since the first of them touched [J]; below zero the arm took it.
+        tank: What may still be given [J].
+        piece: Number of the path's part, between two crossings, where the target is.
+        transfer: How a contact is taken over a crossing, see ``Regrasp.state``; empty while none is.
+    """
+
+    target: SurfacePoint | None = None
+    error: float | None = None
+    force_goal: float | None = None
+    laid_at: tuple[float, float] | None = None
+    way: float = 0.0
+    energy: float = 0.0
+    tank: float = 0.0
+    piece: int = 0
+    transfer: str = ""

@@ -2,21 +2,23 @@
 
 Every edit is one placement put after those that were there, so that it can be undone, repeated and mixed freely. All
 take the numbers of the patches to be edited, and give the same document back where there is nothing to do.
+
+Snapping brings a gesture's move or turn to what it nearly met.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
-from app.arrays import FloatArray
+from app.core.arrays import FloatArray
+from app.core.errors import MapError
 from app.editing.document import MapDocument
-from app.errors import MapError
-from app.maps.layout import MapLayout, Placement
-from app.maps.packing import MARGIN, pack
+from app.maps.layout import PACKING_MARGIN, MapLayout, Placement, pack_charts
 
 Edge = Literal["left", "centre", "right", "top", "middle", "bottom"]
 _EDGES: dict[Edge, Callable[[FloatArray], FloatArray]] = {
@@ -58,7 +60,7 @@ def scale(
     """The patches drawn ``factor`` times larger, away from ``about``, by default their box's middle.
 
     Raises:
-        MapError: As ``move``; or one would be drawn outside ``layout.SMALLEST`` to ``layout.LARGEST``.
+        MapError: As ``move``; or one would be drawn outside ``SMALLEST_SCALE`` to ``LARGEST_SCALE``.
     """
     return _about(document, numbers, Placement(scale=factor), about)
 
@@ -103,12 +105,12 @@ def repack(document: MapDocument, numbers: Iterable[int] | None = None) -> MapDo
         replace(document.charts[k], plane=points - corner)
         for k, points, corner in zip(chosen, drawn, corners, strict=True)
     ]
-    packed = pack(charts, links=[document.skin.patches[k].link for k in chosen])
+    packed = pack_charts(charts, links=[document.skin.patches[k].link for k in chosen])
     steps = np.array([p.offset for p in packed.placements]).reshape(-1, 2) - np.reshape(corners, (-1, 2))
     others = np.setdiff1d(np.arange(len(document.patches)), chosen)
     if chosen and others.size:
         before, boxes = _around(document.map.boxes[chosen]), document.map.boxes[chosen] + steps[:, None]
-        margin = MARGIN * float(np.median(np.ptp(document.map.boxes, axis=1).max(axis=1)))
+        margin = PACKING_MARGIN * float(np.median(np.ptp(document.map.boxes, axis=1).max(axis=1)))
         steps += _nearest_free(_around(boxes), document.map.boxes[others], before.mean(axis=0), margin)
     for number, step in zip(chosen, steps, strict=True):
         document = move(document, [number], step)
@@ -159,3 +161,62 @@ def _exactly_true(document: MapDocument, number: int) -> MapDocument:
     placements = list(document.layout.placements)
     placements[number] = replace(placements[number], scale=1.0)
     return document.with_layout(MapLayout(tuple(placements)))
+
+
+SNAP_ANGLE = math.radians(15)
+
+
+@dataclass(frozen=True)
+class Snap:
+    """A move that lines up with something.
+
+    Attributes:
+        by: (x, y) to move [m].
+        x: The upright lines met, by their x on the map [m], to be drawn as guides.
+        y: The level lines met.
+    """
+
+    by: tuple[float, float]
+    x: tuple[float, ...] = ()
+    y: tuple[float, ...] = ()
+
+
+def snap_move(
+    document: MapDocument, numbers: Iterable[int], by: FloatArray | tuple[float, float], *, reach: float
+) -> Snap:
+    """A move of the patches ``by`` (x, y), changed by less than ``reach`` so that edges or middles line up [m].
+
+    What lines up are the sides and the middle of the moved patches' common box with those of every other visible
+    patch, in x and in y each for itself.
+
+    Args:
+        document: As it was before the gesture.
+        numbers: The patches that are moved.
+        by: The move as the hand makes it [m].
+        reach: How near counts, usually some pixels in metres; 0 for no snapping.
+    """
+    chosen = document.chosen(numbers)
+    others = [k for k, patch in enumerate(document.patches) if patch.visible and k not in chosen]
+    if not chosen or not others:
+        return Snap((float(by[0]), float(by[1])))
+    boxes = document.map.boxes
+    own = np.stack([boxes[chosen, 0].min(axis=0), boxes[chosen, 1].max(axis=0)])
+    steps, lines = zip(*(_snapped(own[:, k], boxes[others, :, k], float(by[k]), reach) for k in (0, 1)), strict=True)
+    return Snap((steps[0], steps[1]), *lines)
+
+
+def _snapped(own: FloatArray, others: FloatArray, by: float, reach: float) -> tuple[float, tuple[float, ...]]:
+    """One coordinate's step, and where the line is that was met."""
+    marks = np.array([own[0], own.mean(), own[1]]) + by
+    lines = np.concatenate([others, others.mean(axis=1, keepdims=True)], axis=1).ravel()
+    gaps = lines[None] - marks[:, None]
+    mark, line = np.unravel_index(np.abs(gaps).argmin(), gaps.shape)
+    if not abs(gaps[mark, line]) < reach:
+        return by, ()
+    return by + float(gaps[mark, line]), (float(lines[line]),)
+
+
+def snap_angle(document: MapDocument, number: int, angle: float, *, step: float = SNAP_ANGLE) -> float:
+    """A turn by ``angle``, changed so that patch ``number`` ends at a multiple of ``step`` from upright [rad]."""
+    start = document.layout.placements[document.chosen([number])[0]].angle
+    return step * round((start + angle) / step) - start

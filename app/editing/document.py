@@ -1,4 +1,7 @@
-"""A map as a person edits it: the map, how each patch of it came about, and how the patch tree shows it."""
+"""A map as a person edits it: the map, how each patch of it came about, and how the patch tree shows it.
+
+The edits of the patch tree are here too: names, what is shown, and in which order. The map itself stays as it is.
+"""
 
 from __future__ import annotations
 
@@ -8,11 +11,10 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from app.errors import MapError
-from app.maps.chart import Chart
+from app.core.errors import MapError
+from app.flattening.chart import Chart, Pin
+from app.flattening.cut import SeamPlan
 from app.maps.layout import MapLayout
-from app.maps.pin import Pin
-from app.maps.seams import SeamPlan
 from app.maps.tactile_map import TactileMap
 from app.skin.skin import Skin
 
@@ -22,7 +24,7 @@ class PatchEdit:
     """What a person wants of one patch. The first four make its chart, the others are for the patch tree.
 
     Attributes:
-        method: A name in ``methods.table``, or how a chart that came from elsewhere was made.
+        method: A name in ``flattening.methods``, or how a chart that came from elsewhere was made.
         lengths: From 1, keep lengths, to 0, keep angles.
         seams: Drawn and further seams, and areas of interest.
         pins: Places of the body held at places of the plane, in the chart's own frame, so that they move with it.
@@ -108,7 +110,7 @@ class MapDocument:
             if patch.seams.importance is not None:
                 yield patch.seams.importance
 
-    def rest(self, present: MapDocument) -> None:
+    def release_caches(self, present: MapDocument) -> None:
         """Let go of what was computed from map and charts that ``present`` does not share.
 
         Whoever asks again has it computed again.
@@ -118,3 +120,45 @@ class MapDocument:
             if not any(value is shared for shared in (present.map, *present.charts)):
                 for name in set(vars(value)) - {part.name for part in fields(value)}:
                     del vars(value)[name]
+
+
+LONGEST_NAME = 100
+"""Characters of a name."""
+
+
+def rename_patch(document: MapDocument, number: int, name: str) -> MapDocument:
+    """Patch ``number`` called ``name``; spaces at the ends do not count.
+
+    Raises:
+        MapError: No such patch, or a name that is empty, too long, of more than one line, or another patch's.
+    """
+    (number,), wanted = document.chosen([number]), name.strip()
+    if not wanted or len(wanted) > LONGEST_NAME or not wanted.isprintable():
+        raise MapError("that is no name for a patch", value=name, remedy=f"Write 1 to {LONGEST_NAME} characters")
+    if any(patch.name == wanted for k, patch in enumerate(document.patches) if k != number):
+        raise MapError("another patch has this name", value=wanted, remedy="Choose another name")
+    if wanted == document.patches[number].name:
+        return document
+    return document.with_patch(number, replace(document.patches[number], name=wanted))
+
+
+def show_patches(document: MapDocument, numbers: Iterable[int], *, visible: bool = True) -> MapDocument:
+    """The patches shown, or hidden: they feel and are controlled all the same."""
+    for number in document.chosen(numbers):
+        if document.patches[number].visible != visible:
+            document = document.with_patch(number, replace(document.patches[number], visible=visible))
+    return document
+
+
+def reorder_patch(document: MapDocument, number: int, to: int) -> MapDocument:
+    """Patch ``number`` at place ``to`` of the tree, 0 first; the others keep their order.
+
+    Raises:
+        MapError: No such patch or no such place.
+    """
+    (number,) = document.chosen([number])
+    if not 0 <= to < len(document.order):
+        raise MapError("there is no such place in the tree", value=to, remedy=f"0 to {len(document.order) - 1}")
+    rest = [k for k in document.order if k != number]
+    order = (*rest[:to], number, *rest[to:])
+    return document if order == document.order else replace(document, order=order)

@@ -1,26 +1,30 @@
-"""Documents as files: the map's own file inside, and what the person wants of each patch; checked at the door."""
+"""Documents as files: the map's own file inside, and what the person wants of each patch; checked at the door.
+
+``DocumentFile`` knows where a document is kept and what has not been saved, and keeps a copy beside the file that
+outlives a crash.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.array_file import MAX_BYTES, pack_arrays, unpack_arrays
+from app.core.errors import MapError
+from app.core.files import MAX_UNPACKED_BYTES, pack_arrays, read_bounded_file, unpack_arrays, write_atomically
 from app.editing.document import MapDocument, PatchEdit
-from app.errors import MapError
-from app.geometry.surface_point import SurfacePoint
-from app.maps.layout import FARTHEST
-from app.maps.map_file import FORMAT as MAP_FORMAT
-from app.maps.map_file import map_from_bytes, map_to_bytes
-from app.maps.pin import Pin
-from app.maps.seams import SeamPlan
+from app.flattening.chart import Pin
+from app.flattening.cut import SeamPlan
+from app.geometry.mesh import SurfacePoint
+from app.maps.formats.map_file import map_from_bytes, map_to_bytes
+from app.maps.layout import FARTHEST_OFFSET
 from app.maps.tactile_map import TactileMap
 from app.skin.skin import Patch
-from app.whole_file import read_whole, write_whole
+from app.skin.skin_file import MAP_FORMAT
 
 FORMAT, VERSION = "tactile-maps-document", 1
 _ROUNDING = 1e-6
@@ -34,7 +38,7 @@ def save_document(document: MapDocument, path: str | Path) -> None:
 
     Cost: 0.2 s for 1000 taxels on 27,000 faces, nearly all of it compression, which lets other threads run.
     """
-    write_whole(Path(path), document_to_bytes(document), error=MapError)
+    write_atomically(Path(path), document_to_bytes(document), error=MapError)
 
 
 def load_document(path: str | Path) -> MapDocument:
@@ -44,7 +48,7 @@ def load_document(path: str | Path) -> MapDocument:
         MapError: There is no such file, or it is not a sound document or map.
         SkinError: The skin in it is not sound.
     """
-    return document_from_bytes(read_whole(Path(path), error=MapError, most=MAX_BYTES), file=path)
+    return document_from_bytes(read_bounded_file(Path(path), error=MapError, most=MAX_UNPACKED_BYTES), file=path)
 
 
 def document_to_bytes(document: MapDocument) -> bytes:
@@ -105,10 +109,10 @@ def _patches(
     entries, patches = header.get("patches"), map_.skin.patches
     if not isinstance(entries, list) or len(entries) != len(patches):
         raise MapError("the list of patches is broken", file=file, place="patches", value=entries)
-    return tuple(_Door(entries[i], arrays, i, patch, file).edit() for i, patch in enumerate(patches))
+    return tuple(_PatchReader(entries[i], arrays, i, patch, file).edit() for i, patch in enumerate(patches))
 
 
-class _Door:
+class _PatchReader:
     """Takes what is wanted of one patch out of the file and lets only what is sound in."""
 
     def __init__(
@@ -142,7 +146,7 @@ class _Door:
             0 <= face < len(self._patch.surface.faces)
             and all(0 <= w <= 1 for w in weights)
             and abs(sum(weights) - 1) <= _ROUNDING
-            and all(abs(x) < FARTHEST for x in place)
+            and all(abs(x) < FARTHEST_OFFSET for x in place)
         )
 
     def _seams(self) -> SeamPlan:
@@ -163,3 +167,127 @@ class _Door:
 
     def _refuse(self, key: str, value: object) -> MapError:
         return MapError("the file is broken", file=self._file, place=f"patch {self._patch.name}, {key}", value=value)
+
+
+AUTOSAVE_ENDING = ".autosave"
+
+
+@dataclass(frozen=True)
+class Recovery:
+    """An autosave that is newer than what was saved: the program ended without a goodbye.
+
+    Attributes:
+        file: The autosave; ``load_document`` reads it.
+        newer: By how much [s]; inf if nothing was ever saved.
+    """
+
+    file: Path
+    newer: float
+
+
+class DocumentFile:
+    """The file of one document. Mutable: knows which document is on the disk.
+
+    Args:
+        path: Where ``save`` writes; None for a document that has no file yet, then with ``folder``.
+        saved: The document that is on the disk; None if there is none.
+        folder: Where a document without a file is autosaved.
+
+    Attributes:
+        path: As above.
+    """
+
+    def __init__(self, path: Path | None, saved: MapDocument | None, *, folder: Path | None = None) -> None:
+        self.path, self._saved, self._folder = path, saved, folder
+        self._autosaved: MapDocument | None = None
+
+    @classmethod
+    def open(cls, path: str | Path) -> tuple[DocumentFile, MapDocument]:
+        """A document and its file. Ask ``recovery`` before working on.
+
+        Raises:
+            MapError: As ``load_document``.
+        """
+        document = load_document(path)
+        return cls(Path(path), document), document
+
+    def unsaved(self, document: MapDocument) -> bool:
+        """Whether closing now would lose something: ``document`` is not the one on the disk. Undone to it, it is."""
+        return document is not self._saved
+
+    def save(self, document: MapDocument) -> None:
+        """Write to ``path``; the autosave is then no longer needed.
+
+        Raises:
+            MapError: There is no path yet, or it cannot be written; nothing is lost then.
+        """
+        if self.path is None:
+            raise MapError("the map has no file yet", remedy="Save it under a name")
+        save_document(document, self.path)
+        self._saved = document
+        self.drop_autosave()
+
+    def save_as(self, document: MapDocument, path: str | Path) -> None:
+        """Write to ``path``, which is the document's file from now on.
+
+        Raises:
+            MapError: It cannot be written; the document keeps its old file.
+        """
+        save_document(document, path)
+        self.drop_autosave()
+        self.path, self._saved = Path(path), document
+
+    @property
+    def autosave_file(self) -> Path | None:
+        """Beside the file, or in the folder for documents without one; None if there is neither."""
+        if self.path is not None:
+            return self.path.with_name(self.path.name + AUTOSAVE_ENDING)
+        return None if self._folder is None else self._folder / f"untitled.npz{AUTOSAVE_ENDING}"
+
+    def autosave(self, document: MapDocument) -> bool:
+        """Keep ``document`` beside the file if that is worth it; whether it was written.
+
+        May run in another thread, in order with ``save``: compressing lets the window go on.
+
+        Raises:
+            MapError: It cannot be written.
+        """
+        file = self.autosave_file
+        if not self.unsaved(document):
+            self.drop_autosave()
+            return False
+        if file is None or document is self._autosaved:
+            return False
+        save_document(document, file)
+        self._autosaved = document
+        return True
+
+    def recovery(self) -> Recovery | None:
+        """What an earlier run left; None if it ended well, or saved later than it autosaved.
+
+        Raises:
+            MapError: The folder cannot be read.
+        """
+        file = self.autosave_file
+        try:
+            if file is None or not file.exists():
+                return None
+            if self.path is None or not self.path.exists():
+                return Recovery(file, float("inf"))
+            newer = file.stat().st_mtime - self.path.stat().st_mtime
+        except OSError as error:
+            raise MapError("the autosave cannot be read", file=file, value=error) from error
+        return Recovery(file, newer) if newer > 0 else None
+
+    def drop_autosave(self) -> None:
+        """Forget the autosave, as a person does who does not want it back.
+
+        Raises:
+            MapError: It cannot be removed.
+        """
+        file, self._autosaved = self.autosave_file, None
+        try:
+            if file is not None:
+                file.unlink(missing_ok=True)
+        except OSError as error:
+            raise MapError("the autosave cannot be removed", file=file, value=error) from error

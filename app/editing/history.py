@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass
 
+from app.core.errors import MapError
 from app.editing.document import MapDocument
-from app.errors import MapError
 
 MOST_STEPS = 1000
 MOST_BYTES = 2**28
@@ -158,7 +158,7 @@ class History:
         return self.present
 
     def _show(self, document: MapDocument) -> None:
-        self.present.rest(document)
+        self.present.release_caches(document)
         self.present = document
 
     def _count(self, step: _Step) -> _Step:

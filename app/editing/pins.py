@@ -1,8 +1,8 @@
 """Pins: put in, dragged, typed and taken out. The map between them is solved anew.
 
-A drag goes so: ``grip`` at the press, ``PinnedPatch.move`` and ``frame`` at each move of the hand, ``hold`` for the
-document to be shown (always from the document that was gripped), and at the release ``settle``, whose exact result
-``History.refine`` puts in place of what the hand left.
+A drag goes so: ``begin_pin_drag`` at the press, ``PinnedPatch.move`` and ``frame`` at each move of the hand,
+``with_dragged_patch`` for the document to be shown (always from the document in which the drag began), and at the
+release ``finish_pin_drag``, whose exact result ``History.refine`` puts in place of what the hand left.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from app.arrays import FloatArray
+from app.core.arrays import FloatArray
+from app.core.errors import MapError
 from app.editing.document import MapDocument, PatchEdit
-from app.editing.reflatten import Reflatten, in_frame, kept_lengths, request
-from app.errors import MapError
-from app.geometry.surface_point import SurfacePoint
-from app.maps.pin import Pin
-from app.maps.pins import PinnedPatch
+from app.editing.reflatten import ReflattenRequest, kept_lengths, request_reflatten, with_chart_in_frame
+from app.flattening.chart import Pin
+from app.flattening.pinned_patch import PinnedPatch
+from app.geometry.mesh import SurfacePoint
 
 _SAME = 1e-9
 _ROUNDING = 1e-6
@@ -49,40 +49,42 @@ def add_pin(document: MapDocument, at: SurfacePoint) -> MapDocument:
     sound = np.isfinite(weights).all() and (weights >= 0).all() and abs(weights.sum() - 1) <= _ROUNDING
     if not (sound and 0 <= at.face < len(document.charts[number].faces)):
         raise MapError("a pin is not on the patch", place=patch.name, value=f"face {at.face}, weights {at.weights}")
-    here = _lies(document, at)
-    if any(np.abs(_lies(document, pin.at) - here).max() < _SAME for pin in patch.pins):
+    here = _chart_point(document, at)
+    if any(np.abs(_chart_point(document, pin.at) - here).max() < _SAME for pin in patch.pins):
         raise MapError("there is a pin already", place=patch.name, remedy="Drag that one")
     a, b, c = map(float, weights)
     pin = Pin(SurfacePoint(number, int(at.face), (a, b, c)), (float(here[0]), float(here[1])))
     return document.with_patch(number, replace(patch, pins=(*patch.pins, pin)))
 
 
-def grip(document: MapDocument, number: int) -> PinnedPatch:
+def begin_pin_drag(document: MapDocument, number: int) -> PinnedPatch:
     """A patch under the hand, with its pins numbered from 0 in their order. Cost: 30 ms for 10,000 faces."""
     document.chosen([number])
     patch, surface = document.patches[number], document.skin.patches[number].surface
     return PinnedPatch(surface, document.charts[number], lengths=kept_lengths(patch), pins=patch.pins, name=patch.name)
 
 
-def hold(document: MapDocument, number: int, gripped: PinnedPatch) -> MapDocument:
+def with_dragged_patch(document: MapDocument, number: int, gripped: PinnedPatch) -> MapDocument:
     """The document with the patch as the hand has it now.
 
     Args:
-        document: The one that was gripped; not what ``hold`` gave before, whose frame moved along.
+        document: The one that was gripped; not what ``with_dragged_patch`` gave before, whose frame moved along.
         number: Of the patch.
-        gripped: From ``grip``, moved since.
+        gripped: From ``begin_pin_drag``, moved since.
     """
     chart = replace(document.charts[number], plane=gripped.plane)
-    return in_frame(document, number, chart, replace(document.patches[number], pins=tuple(gripped.pins.values())))
+    return with_chart_in_frame(
+        document, number, chart, replace(document.patches[number], pins=tuple(gripped.pins.values()))
+    )
 
 
-def settle(document: MapDocument, number: int) -> Reflatten:
-    """The exact map for the pins of a patch, after ``hold`` left one that the eye takes for it."""
+def finish_pin_drag(document: MapDocument, number: int) -> ReflattenRequest:
+    """The exact map for the pins of a patch, after ``with_dragged_patch`` left one that the eye takes for it."""
     document.chosen([number])
-    return request(document, "Drag a pin", [(number, document.patches[number])], anyway=True)
+    return request_reflatten(document, "Drag a pin", [(number, document.patches[number])], anyway=True)
 
 
-def move_pin(document: MapDocument, number: int, pin: int, point: FloatArray | tuple[float, float]) -> Reflatten:
+def move_pin(document: MapDocument, number: int, pin: int, point: FloatArray | tuple[float, float]) -> ReflattenRequest:
     """Pin number ``pin`` of a patch wanted at a map point (x, y) [m], as a person types it.
 
     Raises:
@@ -96,7 +98,7 @@ def move_pin(document: MapDocument, number: int, pin: int, point: FloatArray | t
     return _with_pins(document, number, "Move a pin", pins)
 
 
-def remove_pins(document: MapDocument, number: int, pins: Iterable[int]) -> Reflatten:
+def remove_pins(document: MapDocument, number: int, pins: Iterable[int]) -> ReflattenRequest:
     """Pins taken out by their numbers; without the last the map is what its method makes of it.
 
     Raises:
@@ -110,7 +112,7 @@ def remove_pins(document: MapDocument, number: int, pins: Iterable[int]) -> Refl
 
 def nudge_pins(
     document: MapDocument, wanted: Mapping[int, Iterable[int]], by: FloatArray | tuple[float, float]
-) -> Reflatten:
+) -> ReflattenRequest:
     """Pins, their numbers by patch, wanted (x, y) [m] farther on the map.
 
     Raises:
@@ -128,17 +130,17 @@ def nudge_pins(
             for k, pin in enumerate(document.patches[number].pins)
         ]
         edits.append((number, replace(document.patches[number], pins=tuple(pins))))
-    return request(document, "Move pins", edits)
+    return request_reflatten(document, "Move pins", edits)
 
 
-def unpin(document: MapDocument, wanted: Mapping[int, Iterable[int]]) -> Reflatten:
+def unpin(document: MapDocument, wanted: Mapping[int, Iterable[int]]) -> ReflattenRequest:
     """Pins, their numbers by patch, taken out in one step.
 
     Raises:
         MapError: No such patch or pin.
     """
     asked = [remove_pins(document, number, pins) for number, pins in wanted.items()]
-    return Reflatten("Remove pins", tuple(job for part in asked for job in part.jobs))
+    return ReflattenRequest("Remove pins", tuple(job for part in asked for job in part.jobs))
 
 
 def _pins(document: MapDocument, number: int, wanted: Iterable[int]) -> list[Pin]:
@@ -150,12 +152,12 @@ def _pins(document: MapDocument, number: int, wanted: Iterable[int]) -> list[Pin
     return [pins[pin] for pin in wanted]
 
 
-def _with_pins(document: MapDocument, number: int, name: str, pins: Iterable[Pin]) -> Reflatten:
+def _with_pins(document: MapDocument, number: int, name: str, pins: Iterable[Pin]) -> ReflattenRequest:
     wanted: PatchEdit = replace(document.patches[number], pins=tuple(pins))
-    return request(document, name, [(number, wanted)])
+    return request_reflatten(document, name, [(number, wanted)])
 
 
-def _lies(document: MapDocument, at: SurfacePoint) -> FloatArray:
+def _chart_point(document: MapDocument, at: SurfacePoint) -> FloatArray:
     """(2,) where a place of the body lies in its chart's own frame [m]."""
     chart = document.charts[at.patch]
     return np.asarray(at.weights) @ chart.plane[chart.faces[at.face]]

@@ -13,15 +13,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from app.arrays import refreeze
+from app.core.arrays import refreeze
+from app.core.errors import Finding, MapError
 from app.editing.document import MapDocument, PatchEdit
-from app.errors import Finding, MapError
+from app.flattening.chart import Chart
+from app.flattening.methods import METHODS, find_method
+from app.flattening.newton import Iterate
+from app.flattening.pinned_patch import PinnedPatch
 from app.maps.build import flatten_patch, with_chart
-from app.maps.chart import Chart
 from app.maps.layout import MapLayout, Placement
-from app.maps.methods.table import METHODS, find_method
-from app.maps.newton import Iterate
-from app.maps.pins import PinnedPatch
 from app.maps.tactile_map import TactileMap
 from app.skin.skin import Patch
 
@@ -33,7 +33,7 @@ class StaleEdit(MapError):
 
 
 @dataclass(frozen=True, eq=False)
-class Job:
+class FlattenJob:
     """One patch to be laid flat.
 
     Attributes:
@@ -42,7 +42,7 @@ class Job:
         wanted: How.
         before: Its chart now.
         recut: Whether more is wanted otherwise than pins.
-        stamp: What the patch is like now; see ``stamp``.
+        stamp: What the patch is like now; see ``chart_fingerprint``.
     """
 
     number: int
@@ -54,7 +54,7 @@ class Job:
 
 
 @dataclass(frozen=True, eq=False)
-class Reflatten:
+class ReflattenRequest:
     """An edit that has to be computed: give it to ``reflatten``, in any process.
 
     Attributes:
@@ -63,19 +63,19 @@ class Reflatten:
     """
 
     name: str
-    jobs: tuple[Job, ...]
+    jobs: tuple[FlattenJob, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Reflattened:
-    """A request's result: ``apply`` puts it into the document.
+class ReflattenResult:
+    """A request's result: ``apply_result`` puts it into the document.
 
     Attributes:
         request: What was asked for.
         charts: One for each job.
     """
 
-    request: Reflatten
+    request: ReflattenRequest
     charts: tuple[Chart, ...]
 
     @property
@@ -88,9 +88,9 @@ class Reflattened:
         )
 
 
-def request(
+def request_reflatten(
     document: MapDocument, name: str, wanted: Iterable[tuple[int, PatchEdit]], *, anyway: bool = False
-) -> Reflatten:
+) -> ReflattenRequest:
     """What must be computed for the patches to be as wanted; those that are already need nothing, unless ``anyway``."""
     jobs = []
     for number, edit in wanted:
@@ -98,11 +98,11 @@ def request(
         if anyway or _recipe(edit) != _recipe(old):
             recut = _recipe(replace(edit, pins=())) != _recipe(replace(old, pins=()))
             patch, chart = document.skin.patches[number], document.charts[number]
-            jobs.append(Job(number, patch, edit, chart, recut, stamp(document, number)))
-    return Reflatten(name, tuple(jobs))
+            jobs.append(FlattenJob(number, patch, edit, chart, recut, chart_fingerprint(document, number)))
+    return ReflattenRequest(name, tuple(jobs))
 
 
-def set_method(document: MapDocument, numbers: Iterable[int], method: str) -> Reflatten:
+def set_method(document: MapDocument, numbers: Iterable[int], method: str) -> ReflattenRequest:
     """The patches laid flat by another method; the slider goes back to lengths where the method has none.
 
     Raises:
@@ -111,10 +111,10 @@ def set_method(document: MapDocument, numbers: Iterable[int], method: str) -> Re
     slides = find_method(method).slides
     wanted = {k: document.patches[k].lengths if slides else 1.0 for k in document.chosen(numbers)}
     edits = [(k, replace(document.patches[k], method=method, lengths=lengths)) for k, lengths in wanted.items()]
-    return request(document, "Method", edits)
+    return request_reflatten(document, "Method", edits)
 
 
-def set_lengths(document: MapDocument, numbers: Iterable[int], lengths: float) -> Reflatten:
+def set_lengths(document: MapDocument, numbers: Iterable[int], lengths: float) -> ReflattenRequest:
     """The patches' slider between angles (0) and lengths (1).
 
     Raises:
@@ -128,14 +128,14 @@ def set_lengths(document: MapDocument, numbers: Iterable[int], lengths: float) -
             remedy = "Choose the method symmetric-dirichlet"
             raise MapError("this method has no slider", place=patch.name, value=patch.method, remedy=remedy)
     edits = [(k, replace(document.patches[k], lengths=float(lengths))) for k in chosen]
-    return request(document, "Angles and lengths", edits)
+    return request_reflatten(document, "Angles and lengths", edits)
 
 
 def _silent(_text: str, _fraction: float) -> None:
     """No progress wanted."""
 
 
-def reflatten(wanted: Reflatten, *, progress: Progress = _silent) -> Reflattened:
+def reflatten(wanted: ReflattenRequest, *, progress: Progress = _silent) -> ReflattenResult:
     """Do the work.
 
     Args:
@@ -156,10 +156,10 @@ def reflatten(wanted: Reflatten, *, progress: Progress = _silent) -> Reflattened
 
         progress(text, share)
         charts.append(_chart(job, told))
-    return Reflattened(wanted, tuple(charts))
+    return ReflattenResult(wanted, tuple(charts))
 
 
-def _chart(job: Job, told: Callable[[Iterate], None]) -> Chart:
+def _chart(job: FlattenJob, told: Callable[[Iterate], None]) -> Chart:
     how = job.wanted
     chart = job.before
     if job.recut or (not how.pins and how.method in METHODS):
@@ -169,7 +169,7 @@ def _chart(job: Job, told: Callable[[Iterate], None]) -> Chart:
         return chart
     start = _laid_over(chart, job.before)
     pinned = PinnedPatch(job.patch.surface, start, lengths=kept_lengths(how), pins=how.pins, name=how.name)
-    return pinned.settle(progress=told)
+    return pinned.converge(progress=told)
 
 
 def kept_lengths(edit: PatchEdit) -> float:
@@ -189,7 +189,7 @@ def _laid_over(chart: Chart, other: Chart) -> Chart:
     return replace(chart, plane=turn.apply(chart.plane - here) + there)
 
 
-def _unwanted(job: Job, chart: Chart) -> list[Finding]:
+def _unwanted(job: FlattenJob, chart: Chart) -> list[Finding]:
     """What the patch's topology took although a person would rather not."""
     plan, found = job.wanted.seams, []
     if plan.extra == 0:
@@ -204,7 +204,7 @@ def _unwanted(job: Job, chart: Chart) -> list[Finding]:
     return found
 
 
-def apply(document: MapDocument, result: Reflattened) -> MapDocument:
+def apply_result(document: MapDocument, result: ReflattenResult) -> MapDocument:
     """The document with the result in it: charts where the old ones lay; names and visibility as they are now.
 
     Raises:
@@ -212,19 +212,19 @@ def apply(document: MapDocument, result: Reflattened) -> MapDocument:
     """
     refreeze(result)
     for job, chart in zip(result.request.jobs, result.charts, strict=True):
-        if stamp(document, job.number) != job.stamp:
+        if chart_fingerprint(document, job.number) != job.stamp:
             name = document.patches[job.number].name
             raise StaleEdit("the patch was changed meanwhile", place=name, remedy="Do the edit again")
         now = document.patches[job.number]
         edit = replace(job.wanted, name=now.name, visible=now.visible)
         if edit.pins:
-            document = in_frame(document, job.number, chart, edit)
+            document = with_chart_in_frame(document, job.number, chart, edit)
         else:
             document = replace(document, map=with_chart(document.map, job.number, chart)).with_patch(job.number, edit)
     return document
 
 
-def in_frame(document: MapDocument, number: int, chart: Chart, edit: PatchEdit) -> MapDocument:
+def with_chart_in_frame(document: MapDocument, number: int, chart: Chart, edit: PatchEdit) -> MapDocument:
     """The document with a chart and its pins in the old chart's frame, so that both stay where they are on the map.
 
     The chart's box comes to the origin, as every chart's; pins and placement make up for it.
@@ -239,7 +239,7 @@ def in_frame(document: MapDocument, number: int, chart: Chart, edit: PatchEdit) 
     return replace(document, map=map_).with_patch(number, replace(edit, pins=pins))
 
 
-def stamp(document: MapDocument, number: int) -> str:
+def chart_fingerprint(document: MapDocument, number: int) -> str:
     """What a patch's chart is and how it came about, in few letters: the same for the same, in every process.
 
     Where the patch lies, its name and whether it is shown do not count. Cost: 0.2 ms for 10,000 faces.

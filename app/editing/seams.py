@@ -14,15 +14,15 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from app.arrays import BoolArray, IntArray
+from app.core.arrays import BoolArray, IntArray
+from app.core.errors import MapError
 from app.editing.document import MapDocument
-from app.editing.reflatten import Reflatten, request
-from app.errors import MapError
+from app.editing.reflatten import ReflattenRequest, request_reflatten
+from app.flattening.cut import SeamPlan, shortest_edge_path
+from app.geometry.connectivity import edge_table
 from app.geometry.mesh import Mesh
-from app.geometry.topology import edge_table
-from app.maps.seams import SeamPlan, path_along_edges
 
-INTEREST = 100.0
+INTEREST_WEIGHT = 100.0
 """How many times longer a seam may be to go around an area of interest."""
 
 
@@ -34,7 +34,7 @@ class SeamInInterest(MapError):
     """The seam would go through an area of interest."""
 
 
-def draw_seam(document: MapDocument, number: int, through: Sequence[int]) -> Reflatten:
+def draw_seam(document: MapDocument, number: int, through: Sequence[int]) -> ReflattenRequest:
     """A seam along edges through vertices of the patch's surface, around areas of interest where there is a way.
 
     Seams that were there stay, but those that nobody asked for are chosen anew.
@@ -46,12 +46,12 @@ def draw_seam(document: MapDocument, number: int, through: Sequence[int]) -> Ref
 
     Cost: a Dijkstra a piece and two sorts of the edges; 10 ms for 10,000 faces.
     """
-    surface, plan = _place(document, number)
+    surface, plan = _surface_and_plan(document, number)
     bad = [vertex for vertex in through if not 0 <= vertex < len(surface.vertices)]
     if bad:
         raise MapError("the patch has no such vertex", place=document.patches[number].name, value=bad[0])
     places = [vertex for vertex, _ in groupby(through)]  # a hand that stays marks a place twice
-    path = path_along_edges(surface, places, importance=plan.importance)
+    path = shortest_edge_path(surface, places, importance=plan.importance)
     name = document.patches[number].name
     if plan.importance is not None and (plan.importance[path] > 0).all(axis=1).any():
         raise SeamInInterest(
@@ -65,7 +65,7 @@ def draw_seam(document: MapDocument, number: int, through: Sequence[int]) -> Ref
     return _with_seams(document, number, "Draw a seam", replace(plan, drawn=drawn))
 
 
-def erase_seams(document: MapDocument, number: int, edges: IntArray) -> Reflatten:
+def erase_seams(document: MapDocument, number: int, edges: IntArray) -> ReflattenRequest:
     """Seams closed: ``edges`` (s, 2) of the patch's present seams, as vertex pairs of its surface.
 
     The other present seams become drawn ones, and none is added but what the patch's topology asks for: a tube is cut
@@ -74,7 +74,7 @@ def erase_seams(document: MapDocument, number: int, edges: IntArray) -> Reflatte
     Raises:
         MapError: No such patch, or an edge that is no seam.
     """
-    surface, plan = _place(document, number)
+    surface, plan = _surface_and_plan(document, number)
     present = np.sort(np.concatenate([document.charts[number].seams, plan.drawn]), axis=1)
     erased = _among(present, edges, len(surface.vertices))
     if erased.sum() == 0 or not _among(np.asarray(edges).reshape(-1, 2), present, len(surface.vertices)).all():
@@ -83,31 +83,31 @@ def erase_seams(document: MapDocument, number: int, edges: IntArray) -> Reflatte
     return _with_seams(document, number, "Erase a seam", replace(plan, drawn=drawn, extra=0))
 
 
-def propose_seam(document: MapDocument, number: int, *, more: int = 1) -> Reflatten:
+def propose_seam(document: MapDocument, number: int, *, more: int = 1) -> ReflattenRequest:
     """``more`` seams than the patch has, each to the place farthest from the border and the seams before.
 
-    Its ``Reflattened.gains`` says what it would gain; ``apply`` accepts it as it was shown.
+    Its ``ReflattenResult.gains`` says what it would gain; ``apply_result`` accepts it as it was shown.
 
     Raises:
         MapError: No such patch, or not at least one seam more.
     """
     if more < 1:
         raise MapError("a proposal is for at least one seam", value=more)
-    _, plan = _place(document, number)
+    _, plan = _surface_and_plan(document, number)
     return _with_seams(document, number, "Propose a seam", replace(plan, extra=extra_seams(document, number) + more))
 
 
 def extra_seams(document: MapDocument, number: int) -> int:
     """How many seams the patch has besides the drawn ones and those that its topology asks for."""
-    _, plan = _place(document, number)
+    _, plan = _surface_and_plan(document, number)
     if plan.extra is not None:
         return plan.extra
     return sum(found.count for found in document.charts[number].findings if found.kind == "seam-added")
 
 
 def paint_interest(
-    document: MapDocument, number: int, vertices: Sequence[int] | IntArray, *, importance: float = INTEREST
-) -> Reflatten:
+    document: MapDocument, number: int, vertices: Sequence[int] | IntArray, *, importance: float = INTEREST_WEIGHT
+) -> ReflattenRequest:
     """Vertices of the patch's surface made an area of interest, or with ``importance`` 0 an ordinary one again.
 
     Seams already drawn through it stay; it is for a person to erase what a person drew.
@@ -115,7 +115,7 @@ def paint_interest(
     Raises:
         MapError: No such patch or vertex, or an importance that is not a number from 0 up.
     """
-    surface, plan = _place(document, number)
+    surface, plan = _surface_and_plan(document, number)
     painted, count = np.asarray(vertices, dtype=np.int64), len(surface.vertices)
     if ((painted < 0) | (painted >= count)).any():
         raise MapError("the patch has no such vertex", place=document.patches[number].name, value=painted.max())
@@ -126,24 +126,24 @@ def paint_interest(
 
 
 def paint_areas(
-    document: MapDocument, painted: Mapping[int, Sequence[int] | IntArray], *, importance: float = INTEREST
-) -> Reflatten:
+    document: MapDocument, painted: Mapping[int, Sequence[int] | IntArray], *, importance: float = INTEREST_WEIGHT
+) -> ReflattenRequest:
     """``paint_interest`` for vertices of several patches, by patch number, in one step.
 
     Raises:
         MapError: As ``paint_interest``.
     """
     asked = [paint_interest(document, number, own, importance=importance) for number, own in painted.items()]
-    return Reflatten(asked[0].name if asked else "", tuple(job for part in asked for job in part.jobs))
+    return ReflattenRequest(asked[0].name if asked else "", tuple(job for part in asked for job in part.jobs))
 
 
-def _place(document: MapDocument, number: int) -> tuple[Mesh, SeamPlan]:
+def _surface_and_plan(document: MapDocument, number: int) -> tuple[Mesh, SeamPlan]:
     document.chosen([number])
     return document.skin.patches[number].surface, document.patches[number].seams
 
 
-def _with_seams(document: MapDocument, number: int, name: str, plan: SeamPlan) -> Reflatten:
-    return request(document, name, [(number, replace(document.patches[number], seams=plan))])
+def _with_seams(document: MapDocument, number: int, name: str, plan: SeamPlan) -> ReflattenRequest:
+    return request_reflatten(document, name, [(number, replace(document.patches[number], seams=plan))])
 
 
 def _in_one_piece(surface: Mesh, drawn: IntArray) -> bool:

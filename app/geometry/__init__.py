@@ -1,10 +1,14 @@
 """Meshes, poses and points on a surface: what every later folder speaks of.
 
-Values first: ``mesh``, ``pose``, ``surface_point``. Then questions about a mesh: ``topology`` (who touches whom),
-``clean`` (what a file's mesh needs before anything native may see it), ``closest`` and ``raycast`` (built once, asked
-often). ``wrap`` makes one clean outer surface of any mesh.
-
-A mesh that is to be laid flat as it is goes through ``repair``, which uses ``orient`` (neighbours agree about the
-outside), ``split`` (no more than a surface anywhere) and ``flat_faces`` (none without area). ``outer`` says which of
-its faces can be seen, ``subdivide`` makes it finer.
+``mesh``            a triangle mesh, and a point on a surface
+``pose``            a rigid transform
+``connectivity``    who touches whom: edges, boundaries, components, orientation, manifold parts
+``repair``          a file's mesh cleaned for native code, or repaired to be laid flat
+``wrap``            one clean outer surface of any mesh, at a distance from it
+``refine``          more vertices on the same surface: subdivision, vertices at given points
+``closest_point``   the point of a mesh nearest to another; barycentric weights
+``raycast``         the first hit of a ray; the faces seen from outside
+``geodesics``       distances over a surface
+``point_location``  which triangle of the plane holds a point, among many
+``triangle_walk``   the same, from a triangle near by
 """

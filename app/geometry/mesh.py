@@ -1,4 +1,8 @@
-"""Triangle meshes as frozen values, checked once at birth so that native libraries may be called without fear."""
+"""Triangle meshes and points on them, as frozen values.
+
+A ``Mesh`` is checked once at birth so that native libraries may be called without fear. A ``SurfacePoint`` is a point
+on the skin: the one currency in which body and map speak of a place.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +11,8 @@ from functools import cached_property
 
 import numpy as np
 
-from app.arrays import FloatArray, IntArray, readonly
-from app.errors import MeshError
+from app.core.arrays import FloatArray, IntArray, readonly
+from app.core.errors import MeshError
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,3 +102,18 @@ class Mesh:
         blended = np.asarray(weights) @ self.vertex_normals[self.faces[face]]
         length = float(np.linalg.norm(blended))
         return blended / length if length > 0 else self.face_normals[face]
+
+
+@dataclass(frozen=True)
+class SurfacePoint:
+    """A place on the skin that moves with it.
+
+    Attributes:
+        patch: Index of the patch in the skin.
+        face: Index of the triangle in the patch's surface.
+        weights: Barycentric weights of the triangle's three corners; they sum to one and are not negative.
+    """
+
+    patch: int
+    face: int
+    weights: tuple[float, float, float]

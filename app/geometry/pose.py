@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.arrays import FloatArray, readonly
+from app.core.arrays import FloatArray, readonly
 
 
 @dataclass(frozen=True, eq=False)

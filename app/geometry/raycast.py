@@ -1,15 +1,23 @@
-"""Where a ray first meets a mesh: a search tree built once, asked at every move of the mouse."""
+"""Rays against a mesh: where one first meets it, and which faces can be seen from outside.
+
+``RayCaster`` is a search tree built once, asked at every move of the mouse.
+
+``outer_faces`` finds the outer surface of a mesh: the faces that a straight line from far away comes to first. Inner
+shells, parts inside other parts and the inner walls of hollow ones are seen from nowhere. A sheet is seen from either
+side, so it does not matter how a file turned it.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from igl.embree import EmbreeIntersector
+from igl.embree import EmbreeIntersector, line_mesh_intersection
 
-from app.arrays import FloatArray
-from app.errors import MeshError
-from app.geometry.closest import barycentric
+from app.core.arrays import BoolArray, FloatArray, IntArray
+from app.core.errors import MeshError
+from app.geometry.closest_point import barycentric
+from app.geometry.connectivity import face_components
 from app.geometry.mesh import Mesh
 
 
@@ -78,3 +86,83 @@ def raise_if_bad(origin: FloatArray, direction: FloatArray) -> None:
     """Refuse a ray that native code would choke on."""
     if not (np.isfinite(origin).all() and np.isfinite(direction).all() and np.linalg.norm(direction) > 0):
         raise MeshError("a ray needs a finite origin and a direction", value=(list(origin), list(direction)))
+
+
+DIRECTIONS = 60
+_STRIDE = 23  # taken in this stride, the first few directions already look from all around
+_SEEN_FROM = 2
+_GRAZING = 0.1
+_SAME_DEPTH = 1e-5
+"""Share of the mesh's size within which a hit is the face's own: rays are traced in single precision."""
+
+
+def outer_faces(mesh: Mesh) -> BoolArray:
+    """(m,) faces whose centres are seen from at least two of 60 directions.
+
+    Args:
+        mesh: At least one face, some extent.
+
+    Raises:
+        MeshError: The mesh has no faces or no extent, which native code could not bear.
+
+    Cost: about 2 µs a face and direction, and most faces are settled by the first few; 2 s for 200,000 faces.
+    """
+    if not len(mesh.faces) or mesh.size == 0:
+        raise MeshError("the mesh has no faces to look at")
+    # Unit size about the origin, so that single precision sees a far or tiny mesh as well as any.
+    vertices = np.ascontiguousarray((mesh.vertices - mesh.bounds.mean(axis=0)) / mesh.size)
+    centres, normals = vertices[mesh.faces].mean(axis=1), mesh.face_normals
+    seen = np.zeros(len(centres), dtype=np.int64)
+    for direction in fibonacci_sphere(DIRECTIONS)[_STRIDE * np.arange(DIRECTIONS) % DIRECTIONS]:
+        asked = np.flatnonzero((seen < _SEEN_FROM) & (np.abs(normals @ direction) > _GRAZING))
+        if len(asked):
+            seen[asked[_hit_first(vertices, mesh.faces, centres, asked, direction)]] += 1
+    return seen >= _SEEN_FROM
+
+
+def without_islands(mesh: Mesh, chosen: BoolArray, smallest: float) -> BoolArray:
+    """(m,) the choice with holes and islands smaller than ``smallest`` [m²] filled and dropped.
+
+    Args:
+        mesh: Manifold. Pieces chosen as a whole, or not at all, stay so, however small they are.
+        chosen: (m,) faces.
+        smallest: Area [m²].
+    """
+    component = face_components(mesh.faces)
+    share = np.bincount(component, chosen) / np.bincount(component)
+    mixed = ((share > 0) & (share < 1))[component]
+    filled = chosen | (_islands(mesh, ~chosen, smallest) & mixed)
+    return np.asarray(filled & ~(_islands(mesh, filled, smallest) & mixed))
+
+
+def fibonacci_sphere(count: int) -> FloatArray:
+    """(count, 3) evenly spread unit vectors."""
+    k = np.arange(count) + 0.5
+    z, turn = 1 - 2 * k / count, np.pi * (1 + 5**0.5) * k
+    radius = np.sqrt(1 - z**2)
+    return np.stack([radius * np.cos(turn), radius * np.sin(turn), z], axis=1)
+
+
+def _hit_first(
+    vertices: FloatArray, faces: IntArray, centres: FloatArray, asked: IntArray, direction: FloatArray
+) -> BoolArray:
+    """(k,) which of the faces ``asked`` (k,) a ray from far along ``direction`` to their centre meets first."""
+    # The native ray runs both ways; from two sizes away nothing lies behind its start.
+    depth = centres[asked] @ direction
+    start = centres[asked] + (2.0 - depth)[:, None] * direction
+    rays = np.ascontiguousarray(np.broadcast_to(-direction, start.shape))
+    hits = line_mesh_intersection(start, rays, vertices, faces)
+    hit, b, c = hits[:, 0].astype(np.int64), hits[:, 1], hits[:, 2]
+    corners = vertices[faces[np.maximum(hit, 0)]] @ direction
+    nearest = (1 - b - c) * corners[:, 0] + b * corners[:, 1] + c * corners[:, 2]
+    # A miss is a ray through a crack between faces: nothing stands in the way.
+    return np.asarray((hit == asked) | (hit < 0) | (nearest <= depth + _SAME_DEPTH))
+
+
+def _islands(mesh: Mesh, chosen: BoolArray, smallest: float) -> BoolArray:
+    """(m,) chosen faces in connected groups of less area than ``smallest``."""
+    result = np.zeros(len(chosen), dtype=bool)
+    if chosen.any():
+        group = face_components(mesh.faces[chosen])
+        result[chosen] = (np.bincount(group, mesh.face_areas[chosen]) < smallest)[group]
+    return result

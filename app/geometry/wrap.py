@@ -18,11 +18,17 @@ import igl
 import numpy as np
 from scipy import ndimage
 
-from app.arrays import FloatArray, IntArray
-from app.errors import Finding, MeshError
-from app.geometry.closest import ClosestPoint
+from app.core.arrays import FloatArray, IntArray
+from app.core.errors import Finding, MeshError
+from app.geometry.closest_point import ClosestPoint
+from app.geometry.connectivity import (
+    averaging_matrix,
+    edge_table,
+    face_components,
+    is_closed_manifold,
+    remove_unreferenced,
+)
 from app.geometry.mesh import Mesh
-from app.geometry.topology import averaging, compact, edge_table, face_components, is_closed_manifold
 
 MAX_NODES = 6_000_000
 """Of the voxel grid; about 50 MB of distances."""
@@ -31,7 +37,7 @@ _ROUNDS = 4
 
 
 @dataclass(frozen=True, eq=False)
-class Wrap:
+class WrappedMesh:
     """A wrapped mesh.
 
     Attributes:
@@ -47,7 +53,7 @@ class Wrap:
     findings: tuple[Finding, ...]
 
 
-def wrap(mesh: Mesh, *, thickness: float, voxel: float, closing: float = 0.0, where: str = "mesh") -> Wrap:
+def wrap_mesh(mesh: Mesh, *, thickness: float, voxel: float, closing: float = 0.0, where: str = "mesh") -> WrappedMesh:
     """Wrap ``mesh`` (cleaned: see ``clean``) at a distance.
 
     Args:
@@ -65,21 +71,21 @@ def wrap(mesh: Mesh, *, thickness: float, voxel: float, closing: float = 0.0, wh
     """
     if not (thickness > 0 and voxel > 0 and closing >= 0 and np.isfinite(thickness + voxel + closing)):
         raise MeshError("thickness and voxel must be positive", file=where, value=(thickness, voxel, closing))
-    thickness, voxel, findings = _affordable(mesh, thickness, closing, min(voxel, 1.9 * thickness), where)
-    grid = _Grid.around(mesh, thickness + closing, voxel)
+    thickness, voxel, findings = _within_memory(mesh, thickness, closing, min(voxel, 1.9 * thickness), where)
+    grid = _VoxelGrid.around(mesh, thickness + closing, voxel)
     closest = ClosestPoint(mesh)
     field = _outside_distance(closest, mesh, grid, thickness + closing)
     if closing > 0:
-        mesh, loose = _shell(grid, field, thickness + closing, where)
+        mesh, loose = _isosurface(grid, field, thickness + closing, where)
         closest = ClosestPoint(mesh)
-        field = _rolled(closest, field, grid, thickness, closing)
-    surface, loose = _shell(grid, _snapped(field, thickness, voxel), thickness, where)
-    surface = _even_out(surface, closest, mesh, -closing if closing > 0 else thickness)
-    return Wrap(surface, voxel, thickness, findings + loose)
+        field = _closed_field(closest, field, grid, thickness, closing)
+    surface, loose = _isosurface(grid, _snapped_field(field, thickness, voxel), thickness, where)
+    surface = _smoothed(surface, closest, mesh, -closing if closing > 0 else thickness)
+    return WrappedMesh(surface, voxel, thickness, findings + loose)
 
 
 @dataclass(frozen=True, eq=False)
-class _Grid:
+class _VoxelGrid:
     """Nodes (n, 3), x running fastest, with two free layers around the surface at ``reach`` from the mesh."""
 
     nodes: FloatArray
@@ -87,15 +93,15 @@ class _Grid:
     voxel: float
 
     @staticmethod
-    def around(mesh: Mesh, reach: float, voxel: float) -> _Grid:
+    def around(mesh: Mesh, reach: float, voxel: float) -> _VoxelGrid:
         low, high = mesh.bounds[0] - reach - 2 * voxel, mesh.bounds[1] + reach + 2 * voxel
         x_count, y_count, z_count = (int(n) for n in np.ceil((high - low) / voxel) + 1)
         axes = [low[k] + voxel * np.arange(n) for k, n in enumerate((x_count, y_count, z_count))]
         z, y, x = np.meshgrid(axes[2], axes[1], axes[0], indexing="ij")
-        return _Grid(np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1), (x_count, y_count, z_count), voxel)
+        return _VoxelGrid(np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1), (x_count, y_count, z_count), voxel)
 
 
-def _affordable(
+def _within_memory(
     mesh: Mesh, thickness: float, closing: float, voxel: float, where: str
 ) -> tuple[float, float, tuple[Finding, ...]]:
     """Coarsen until the grid fits in memory, and thicken with it so that the grid still sees the sheet."""
@@ -110,13 +116,13 @@ def _affordable(
     return thickness, voxel, (Finding("coarse-wrap", where, action),)
 
 
-def _outside_distance(closest: ClosestPoint, mesh: Mesh, grid: _Grid, level: float) -> FloatArray:
+def _outside_distance(closest: ClosestPoint, mesh: Mesh, grid: _VoxelGrid, level: float) -> FloatArray:
     """(n,) distance to the mesh where the outside reaches, less than ``level`` everywhere else.
 
     Exact only within a band around the surface; further away a constant will do.
     """
     band = level + 3 * grid.voxel
-    near = _near(mesh, grid.nodes, grid.shape, band, grid.voxel)
+    near = _nodes_near(mesh, grid.nodes, grid.shape, band, grid.voxel)
     field = np.full(len(grid.nodes), band)
     field[near] = closest.query(grid.nodes[near])[2]
     labels, _ = ndimage.label(field.reshape(grid.shape[::-1]) > level)
@@ -124,7 +130,9 @@ def _outside_distance(closest: ClosestPoint, mesh: Mesh, grid: _Grid, level: flo
     return np.where(outside, field, np.minimum(field, level - 1e-6 * grid.voxel))
 
 
-def _rolled(closest: ClosestPoint, field: FloatArray, grid: _Grid, thickness: float, closing: float) -> FloatArray:
+def _closed_field(
+    closest: ClosestPoint, field: FloatArray, grid: _VoxelGrid, thickness: float, closing: float
+) -> FloatArray:
     """(n,) the same field with the gaps filled: level ``thickness`` lies ``closing`` inside the outer surface."""
     level = thickness + closing
     asked = np.flatnonzero((field < level) & (field > thickness - 3 * grid.voxel))
@@ -133,14 +141,14 @@ def _rolled(closest: ClosestPoint, field: FloatArray, grid: _Grid, thickness: fl
     return rolled
 
 
-def _snapped(field: FloatArray, level: float, voxel: float) -> FloatArray:
+def _snapped_field(field: FloatArray, level: float, voxel: float) -> FloatArray:
     """A node almost on the surface makes slivers: move the level away from it; the vertices are put back later."""
     offset = field - level
     near = np.abs(offset) < _SNAP * voxel
     return np.where(near, level + np.where(offset < 0, -_SNAP, _SNAP) * voxel, field)
 
 
-def _near(mesh: Mesh, nodes: FloatArray, shape: tuple[int, int, int], band: float, voxel: float) -> IntArray:
+def _nodes_near(mesh: Mesh, nodes: FloatArray, shape: tuple[int, int, int], band: float, voxel: float) -> IntArray:
     """Numbers of nodes that may be within ``band`` of the mesh: voxels of dense samples, dilated."""
     low = nodes[0]
     occupied = np.zeros(shape[::-1], dtype=bool)
@@ -159,14 +167,14 @@ def _near(mesh: Mesh, nodes: FloatArray, shape: tuple[int, int, int], band: floa
     return np.flatnonzero(reach.ravel() <= band + voxel)
 
 
-def _shell(grid: _Grid, field: FloatArray, level: float, where: str) -> tuple[Mesh, tuple[Finding, ...]]:
+def _isosurface(grid: _VoxelGrid, field: FloatArray, level: float, where: str) -> tuple[Mesh, tuple[Finding, ...]]:
     """The surface at ``level``: of its pieces the one that encloses most; the others float beside or inside it."""
     vertices, all_faces, _ = igl.marching_cubes(field, grid.nodes, *grid.shape, level)
     surface = Mesh(vertices, np.asarray(all_faces))
     labels = face_components(surface.faces)
     corners = surface.vertices[surface.faces] - surface.bounds.mean(axis=0)
     volumes = np.bincount(labels, weights=np.linalg.det(corners) / 6)
-    faces, used = compact(surface.faces[labels == volumes.argmax()])
+    faces, used = remove_unreferenced(surface.faces[labels == volumes.argmax()])
     outer = Mesh(surface.vertices[used], faces)
     if volumes.max() <= 0 or not is_closed_manifold(outer.faces):
         raise MeshError(
@@ -181,13 +189,13 @@ def _shell(grid: _Grid, field: FloatArray, level: float, where: str) -> tuple[Me
     return outer, (Finding("loose-part", where, "left bare: it does not touch the largest part", loose),)
 
 
-def _even_out(surface: Mesh, closest: ClosestPoint, mesh: Mesh, offset: float) -> Mesh:
+def _smoothed(surface: Mesh, closest: ClosestPoint, mesh: Mesh, offset: float) -> Mesh:
     """Slide vertices along the surface towards their neighbours' mean, and back to the exact distance.
 
     The distance is ``offset`` outside ``mesh``, or inside it where negative.
     """
     far = abs(offset)
-    average = averaging(edge_table(surface.faces).edges, len(surface.vertices))
+    average = averaging_matrix(edge_table(surface.faces).edges, len(surface.vertices))
     vertices = surface.vertices
     for _ in range(_ROUNDS):
         normals = Mesh(vertices, surface.faces).vertex_normals

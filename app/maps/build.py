@@ -7,14 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from app.errors import MapError, MeshError
-from app.maps.chart import Chart
-from app.maps.flatten import flatten
-from app.maps.layout import MapLayout
-from app.maps.methods.table import find_method
-from app.maps.newton import Iterate
-from app.maps.packing import pack
-from app.maps.seams import SeamPlan
+from app.core.errors import MapError, MeshError
+from app.flattening.chart import Chart
+from app.flattening.cut import SeamPlan
+from app.flattening.flatten import flatten
+from app.flattening.methods import find_method
+from app.flattening.newton import Iterate
+from app.maps.layout import MapLayout, pack_charts
 from app.maps.tactile_map import TactileMap
 from app.skin.skin import Patch, Skin
 
@@ -37,7 +36,7 @@ def build_map(
 
     Args:
         skin: At least one patch.
-        method: A name in ``methods.table``.
+        method: A name in ``flattening.methods``.
         lengths: From 1, keep lengths, to 0, keep angles; for methods that can.
         seams: What is wanted of the seams of patches, by the patch's name.
         progress: Told what is being done and how far it is, 0 to 1, at least once a round; may raise to cancel.
@@ -60,7 +59,7 @@ def build_map(
         charts.append(flatten_patch(patch, method=method, lengths=lengths, seams=plans.get(patch.name), told=report))
         done += len(patch.surface.faces)
     progress("Arranging the map", 1.0)
-    return TactileMap(skin, tuple(charts), pack(charts, links=[patch.link for patch in skin.patches]))
+    return TactileMap(skin, tuple(charts), pack_charts(charts, links=[patch.link for patch in skin.patches]))
 
 
 def _checked(skin: Skin, method: str, seams: Mapping[str, SeamPlan]) -> Mapping[str, SeamPlan]:
@@ -94,7 +93,7 @@ def with_chart(map_: TactileMap, number: int, chart: Chart) -> TactileMap:
     """``map_`` with another chart for patch ``number``, put where the old one lay; nothing else is touched.
 
     The new chart's middle comes where the old one's was, turned alike. It may then overlap a neighbour, which
-    ``measure`` tells and ``pack`` mends.
+    ``measure`` tells and ``pack_charts`` mends.
 
     Raises:
         MapError: The chart is of another surface.

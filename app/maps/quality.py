@@ -7,16 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.arrays import FloatArray, IntArray
-from app.errors import Finding
-from app.geometry.topology import boundary_loops
-from app.maps.bijective import crossings
-from app.maps.body_distances import BodyDistances
-from app.maps.distortion import Spread, distortion
-from app.maps.image_quality import force_error, round_trip_mm
-from app.maps.tactile_image import TactileImage
+from app.core.arrays import FloatArray, IntArray
+from app.core.errors import Finding
+from app.flattening.bijectivity import crossings
+from app.geometry.connectivity import boundary_loops
+from app.maps.distortion import DistortionSummary, distortion
+from app.maps.tactile_image import TactileImage, force_error, round_trip_mm
 from app.maps.tactile_map import TactileMap
-from app.maps.topography import Topography, topography
+from app.maps.topography import BodyDistances, Topography, measure_topography
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,10 +47,10 @@ class MapQuality(Topography):
     overlaps: int
     bijective: bool
     symmetric_dirichlet: float
-    energy: Spread
-    angle: Spread
-    area: Spread
-    isometry: Spread
+    energy: DistortionSummary
+    angle: DistortionSummary
+    area: DistortionSummary
+    isometry: DistortionSummary
     round_trip_mm: float
     force_error: float
     seam_mm: float
@@ -92,7 +90,7 @@ def _measured(
     faces, over = distortion(map_), overlaps(map_)
     flips = int(faces.flipped.sum())
     return MapQuality(
-        **vars(topography(map_.taxel_points, body, modules=modules)),
+        **vars(measure_topography(map_.taxel_points, body, modules=modules)),
         patches=len(map_.skin.patches),
         taxels=len(map_.skin),
         faces=len(faces.areas),

@@ -7,10 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
-from app.arrays import FloatArray, IntArray, readonly
-from app.errors import MapError
-from app.geometry.surface_point import SurfacePoint
-from app.maps.chart import Chart
+from app.core.arrays import FloatArray, IntArray, readonly
+from app.core.errors import MapError
+from app.flattening.chart import Chart
+from app.geometry.mesh import SurfacePoint
 from app.maps.layout import MapLayout
 from app.skin.skin import Skin
 
@@ -75,7 +75,7 @@ class TactileMap:
     @cached_property
     def seams(self) -> tuple[FloatArray, ...]:
         """For each patch the border segments (s, 2, 2) [m] that are joined to another border segment on the body."""
-        return tuple(readonly(uv[chart.torn]) for chart, uv in zip(self.charts, self.uv, strict=True))
+        return tuple(readonly(uv[chart.seam_edges]) for chart, uv in zip(self.charts, self.uv, strict=True))
 
     def to_map(self, at: SurfacePoint) -> FloatArray:
         """The map point (2,) [m] of a place on the body; on a seam, that of the copy its face belongs to."""

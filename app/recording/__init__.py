@@ -1,7 +1,11 @@
 """Sessions in files: MCAP, self-contained, readable after a crash, replayable and verifiable.
 
-``bundle`` turns a prepared scene into attachments; ``frame_codec`` (with ``estimate_codec``), ``input_codec`` (with
-``effects_codec``), ``event_codec`` and ``failure_codec`` make messages, which ``topics`` lists. ``recorder`` writes,
-``reading`` reads without trust whatever is left of a file; ``player``, ``recover`` and ``verify`` stand on it.
-``report`` keeps what stopped a session, to see it stop again.
+- ``recorder``: writes a session while it runs, or what stopped it.
+- ``mcap_reader``: reads without trust whatever is left of a file.
+- ``player``: a recording opened for replay.
+- ``verify``: simulates it again and compares every state.
+- ``recover``: salvages a recording that was cut off.
+- ``bundle``: a prepared scene as attachments.
+- ``frame_codec``: frames as bytes.
+- ``message_codecs``: inputs, events and failures as JSON; the list of topics.
 """

@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.array_file import pack_arrays, unpack_arrays
-from app.errors import Finding, RecordingError, TactileMapsError
+from app.core.errors import Finding, RecordingError, TactileMapsError
+from app.core.files import pack_arrays, unpack_arrays
 from app.geometry.mesh import Mesh
-from app.maps.map_file import map_from_bytes, map_to_bytes
+from app.maps.formats.map_file import map_from_bytes, map_to_bytes
 from app.robots.robot import Joint, Link, Robot
-from app.scene.objects import Body, ObjectSpec
-from app.scene.scene_text import scene_from_toml, scene_to_toml
-from app.session.prepare import Prepared
+from app.scene.objects import ObjectSpec, SceneObject
+from app.scene.scene_file import scene_from_toml, scene_to_toml
+from app.session.prepare import PreparedScene
 
 SCENE, ROBOT, MAP, OBJECTS = "scene.toml", "robot.zip", "map.npz", "objects.npz"
 MEDIA_TYPES = {
@@ -34,7 +34,7 @@ _MAX_UNPACKED = 1_000_000_000
 _MAX_MEMBERS = 5000
 
 
-def pack(prepared: Prepared) -> dict[str, bytes]:
+def pack_scene(prepared: PreparedScene) -> dict[str, bytes]:
     """Attachments by name: the scene as TOML, the robot as MJCF with its meshes, skin, map and objects as arrays."""
     return {
         SCENE: scene_to_toml(prepared.scene).encode(),
@@ -44,7 +44,7 @@ def pack(prepared: Prepared) -> dict[str, bytes]:
     }
 
 
-def unpack(attachments: dict[str, bytes], *, file: str) -> Prepared:
+def unpack_scene(attachments: dict[str, bytes], *, file: str) -> PreparedScene:
     """The prepared scene of a recording's attachments.
 
     Raises:
@@ -79,10 +79,10 @@ def unpack(attachments: dict[str, bytes], *, file: str) -> Prepared:
         raise RecordingError(
             "the recording's skin is worn by a link its robot does not have", file=file, value=foreign[0]
         )
-    return Prepared(scene, robot, map_.skin, map_, objects)
+    return PreparedScene(scene, robot, map_.skin, map_, objects)
 
 
-def objects_to_bytes(objects: Sequence[Body]) -> bytes:
+def objects_to_bytes(objects: Sequence[SceneObject]) -> bytes:
     """The surfaces of a scene's objects, in its order: no file of a mesh is needed to have them again."""
     arrays: dict[str, NDArray[Any]] = {}
     for number, body in enumerate(objects):
@@ -90,7 +90,7 @@ def objects_to_bytes(objects: Sequence[Body]) -> bytes:
     return pack_arrays({"names": [body.spec.name for body in objects]}, arrays)
 
 
-def objects_from_bytes(data: bytes, specs: Sequence[ObjectSpec]) -> tuple[Body, ...]:
+def objects_from_bytes(data: bytes, specs: Sequence[ObjectSpec]) -> tuple[SceneObject, ...]:
     """The objects of a scene with their surfaces of ``objects_to_bytes``.
 
     Raises:
@@ -104,7 +104,7 @@ def objects_from_bytes(data: bytes, specs: Sequence[ObjectSpec]) -> tuple[Body, 
         meshes = [Mesh(arrays[f"vertices {number}"], arrays[f"faces {number}"]) for number in range(len(specs))]
     except (KeyError, ValueError) as error:
         raise RecordingError("an object's surface is damaged", value=error) from error
-    return tuple(Body(spec, mesh) for spec, mesh in zip(specs, meshes, strict=True))
+    return tuple(SceneObject(spec, mesh) for spec, mesh in zip(specs, meshes, strict=True))
 
 
 def robot_to_zip(robot: Robot) -> bytes:

@@ -14,29 +14,70 @@ A message is little-endian, without padding:
              none)
     int32    taxel numbers of all regions, one after the other
     UTF-8 JSON  {"why_limited": [...], "notes": [...], "ms": {stage: milliseconds}, "merged": {id: [ids that became
-             part of it at this tick]}, "task": {field: value of TaskReport}; null under a law without a task,
+             part of it at this tick]}, "task": {field: value of TaskReport}; null under a controller without a task,
              "estimates": {id: {field: value of ForceEstimate}}; where there are none, nothing}
+
+Floats in JSON are written so that they read back equal.
 """
 
 from __future__ import annotations
 
 import json
 import struct
-from dataclasses import asdict
+from collections.abc import Mapping
+from dataclasses import asdict, fields
 from typing import Any
 
 import numpy as np
 
-from app.contacts.region import ContactRegion
-from app.control.command import JointCommand
-from app.control.report import TaskReport
-from app.errors import RecordingError
-from app.geometry.surface_point import SurfacePoint
-from app.recording.estimate_codec import estimates_from_json, estimates_to_json
+from app.contacts.force_estimation.estimate import ForceEstimate
+from app.contacts.regions import ContactRegion
+from app.control.command import JointCommand, TaskReport
+from app.core.errors import RecordingError
+from app.core.timing import Timings
+from app.geometry.mesh import SurfacePoint
 from app.session.frame import Frame
 from app.skin.skin import Skin
-from app.timing import Timings
-from app.touch.poke import PokeState
+from app.tactile.poke import PokeState
+
+_ESTIMATE_FIELDS = tuple(field.name for field in fields(ForceEstimate))
+
+
+def estimates_to_json(estimates: Mapping[int, ForceEstimate]) -> dict[str, Any]:
+    """Every field by its name, by region. Cost: 5 µs each."""
+    return {
+        str(region): {name: _json_value(getattr(one, name)) for name in _ESTIMATE_FIELDS}
+        for region, one in estimates.items()
+    }
+
+
+def estimates_from_json(raw: Mapping[str, Any]) -> dict[int, ForceEstimate]:
+    """The estimates of ``estimates_to_json``, equal to the last bit.
+
+    Raises:
+        ValueError: A number is none, or a field is missing (KeyError) or of another kind (TypeError).
+    """
+    return {int(region): _estimate(one) for region, one in raw.items()}
+
+
+def _json_value(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    return [value.patch, value.face, *value.weights] if isinstance(value, SurfacePoint) else value
+
+
+def _estimate(raw: Mapping[str, Any]) -> ForceEstimate:
+    at, whole = raw["at"], ("effective_rank", "unknowns")
+    known: dict[str, Any] = {
+        "at": None if at is None else SurfacePoint(int(at[0]), int(at[1]), (float(at[2]), float(at[3]), float(at[4]))),
+        "taxels": np.array(raw["taxels"], dtype=np.int64),
+        "forces": np.array(raw["forces"], dtype=np.float64),
+        "refused": str(raw["refused"]),
+    }
+    known |= {name: int(raw[name]) for name in whole}
+    known |= {name: float(raw[name]) for name in _ESTIMATE_FIELDS if name not in known}
+    return ForceEstimate(**known)
+
 
 _HEAD = struct.Struct("<qd7i")
 _OBJECT, _POKE, _REGION = 16, 14, 34
@@ -79,18 +120,18 @@ def encode_frame(frame: Frame) -> bytes:
         command.torque,
         frame.objects.ravel(),
     ]
-    numbers += [[p.id, *_place(p.at), p.force, *p.point, *p.normal, p.radius] for p in frame.pokes]
+    numbers += [[p.id, *_place_row(p.at), p.force, *p.point, *p.normal, p.radius] for p in frame.pokes]
     numbers += [_region_row(region) for region in frame.regions]
     body = np.concatenate([np.asarray(part, dtype="<f8") for part in numbers]).astype("<f8").tobytes()
     return head + body + np.concatenate([*taxels, []]).astype("<i4").tobytes() + words
 
 
 def _region_row(r: ContactRegion) -> list[float]:
-    row = [r.id, *_place(r.at), r.force, r.area, r.peak, *r.map_point, *r.point, *r.normal, len(r.taxels), r.torn]
+    row = [r.id, *_place_row(r.at), r.force, r.area, r.peak, *r.map_point, *r.point, *r.normal, len(r.taxels), r.torn]
     return [*row, r.mean, *r.axes.flat, *r.map_axes.flat, r.place_error, r.force_error, r.partner, r.split_from]
 
 
-def _place(at: SurfacePoint) -> tuple[float, ...]:
+def _place_row(at: SurfacePoint) -> tuple[float, ...]:
     return (at.patch, at.face, *at.weights)
 
 
@@ -142,16 +183,16 @@ def _task(raw: dict[str, Any] | None) -> TaskReport | None:
     if raw is None:
         return None
     target, laid_at = raw["target"], raw["laid_at"]
-    place = None if target is None else _at([target["patch"], target["face"], *target["weights"]])
+    place = None if target is None else _place_from_row([target["patch"], target["face"], *target["weights"]])
     return TaskReport(**{**raw, "target": place, "laid_at": None if laid_at is None else (laid_at[0], laid_at[1])})
 
 
 def _poke(row: Any) -> PokeState:
-    return PokeState(int(row[0]), _at(row[1:6]), float(row[6]), row[7:10], row[10:13], float(row[13]))
+    return PokeState(int(row[0]), _place_from_row(row[1:6]), float(row[6]), row[7:10], row[10:13], float(row[13]))
 
 
 def _region(row: Any, taxels: Any, skin: Skin, merged: dict[str, list[int]]) -> ContactRegion:
-    at, id_ = _at(row[1:6]), int(row[0])
+    at, id_ = _place_from_row(row[1:6]), int(row[0])
     return ContactRegion(
         id_,
         taxels,
@@ -175,5 +216,5 @@ def _region(row: Any, taxels: Any, skin: Skin, merged: dict[str, list[int]]) -> 
     )
 
 
-def _at(row: Any) -> SurfacePoint:
+def _place_from_row(row: Any) -> SurfacePoint:
     return SurfacePoint(int(row[0]), int(row[1]), (float(row[2]), float(row[3]), float(row[4])))

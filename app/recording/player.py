@@ -10,25 +10,18 @@ from pathlib import Path
 import numpy as np
 from mcap.records import Message
 
-from app.contacts.event import ContactEvent
-from app.contacts.events import KEPT
-from app.errors import RecordingError, SimulationError
-from app.recording import bundle, reading
-from app.recording.event_codec import decode_event
-from app.recording.failure_codec import decode_failure
+from app.contacts.events import RECENT_EVENTS, ContactEvent
+from app.core.errors import RecordingError, SimulationError
+from app.recording import bundle, mcap_reader
 from app.recording.frame_codec import decode_frame
-from app.recording.input_codec import decode_input
+from app.recording.message_codecs import decode_event, decode_failure, decode_input
 from app.session.frame import Frame
-from app.session.inputs import (
-    MapEdited,
-    PokePressed,
-    PokeReleased,
-    SessionInput,
-)
-from app.session.rules import Rules, rules_at
+from app.session.inputs import MapEdited, SessionInput
+from app.session.runtime_settings import RuntimeSettings, runtime_settings_at
+from app.tactile.poke import PokePressed, PokeReleased
 
 
-class Player:
+class RecordingPlayer:
     """A recording, indexed. Frames are unpacked when asked for, so an hour of them needs no more memory than its file.
 
     Args:
@@ -51,18 +44,18 @@ class Player:
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
-        contents = reading.read(path)
+        contents = mcap_reader.read_recording(path)
         self._contents = contents
         self.versions, self.complete = contents.metadata, contents.complete
-        self.prepared = bundle.unpack(contents.attachments, file=str(path))
-        self._start = Rules.of_scene(self.prepared)
+        self.prepared = bundle.unpack_scene(contents.attachments, file=str(path))
+        self._start = RuntimeSettings.of_scene(self.prepared)
         self.inputs: list[tuple[int, SessionInput]] = []
         self.failure: tuple[int, SimulationError] | None = None
         self.events: list[ContactEvent] = []
         self._places: list[tuple[int, int]] = []
         times = []
         for number, chunk in enumerate(contents.chunks):
-            for place, (topic, message) in enumerate(reading.messages(chunk, contents.channels)):
+            for place, (topic, message) in enumerate(mcap_reader.chunk_messages(chunk, contents.channels)):
                 if topic == "/frame":
                     self._places.append((number, place))
                     times.append(1e-9 * message.log_time)
@@ -90,7 +83,9 @@ class Player:
         chunk, place = self._places[number]
         frame = decode_frame(self._unpacked(chunk)[place].data, self.prepared.skin)
         known = bisect_right(self.events, frame.tick, key=lambda event: event.tick)
-        return replace(frame, recent=tuple(self.events[max(known - KEPT, 0) : known][::-1])) if known else frame
+        return (
+            replace(frame, recent=tuple(self.events[max(known - RECENT_EVENTS, 0) : known][::-1])) if known else frame
+        )
 
     def number_at(self, seconds: float) -> int:
         """The frame shown ``seconds`` after the first, clamped to the ends."""
@@ -98,14 +93,18 @@ class Player:
             np.clip(np.searchsorted(self.times, self.times[0] + seconds + 1e-9, side="right") - 1, 0, len(self) - 1)
         )
 
-    def rules_at(self, tick: int) -> Rules:
+    def runtime_settings_at(self, tick: int) -> RuntimeSettings:
         """By what the session ran at one of its ticks: as its scene says, and as it had been changed by then."""
-        return rules_at(self._start, self.inputs, tick)
+        return runtime_settings_at(self._start, self.inputs, tick)
 
     def edits(self) -> list[tuple[float, str]]:
         """When the map was edited [s since the first frame] and the edits' names, for marks on a timeline."""
         tick, first = self.prepared.scene.tick, float(self.times[0])
-        found = [(at * tick - first, act.name) for at, act in self.inputs if isinstance(act, MapEdited)]
+        found = [
+            (at * tick - first, session_input.name)
+            for at, session_input in self.inputs
+            if isinstance(session_input, MapEdited)
+        ]
         return [(seconds, name) for seconds, name in found if 0 <= seconds <= self.duration]
 
     def poke_spans(self) -> list[tuple[float, float]]:
@@ -113,11 +112,11 @@ class Player:
         tick = self.prepared.scene.tick
         down: dict[int, int] = {}
         spans: list[tuple[int, int]] = []
-        for at, act in self.inputs:
-            if isinstance(act, PokePressed):
-                down.setdefault(act.id, at)
-            elif isinstance(act, PokeReleased) and act.id in down:
-                spans.append((down.pop(act.id), at))
+        for at, session_input in self.inputs:
+            if isinstance(session_input, PokePressed):
+                down.setdefault(session_input.id, at)
+            elif isinstance(session_input, PokeReleased) and session_input.id in down:
+                spans.append((down.pop(session_input.id), at))
         last = round(float(self.times[-1]) / tick)
         spans += [(start, last) for start in down.values()]
         first = float(self.times[0])
@@ -125,4 +124,6 @@ class Player:
         return [(max(start, 0.0), min(end, self.duration)) for start, end in shown if end > 0 and start < self.duration]
 
     def _unpack(self, chunk: int) -> list[Message]:
-        return [message for _, message in reading.messages(self._contents.chunks[chunk], self._contents.channels)]
+        return [
+            message for _, message in mcap_reader.chunk_messages(self._contents.chunks[chunk], self._contents.channels)
+        ]

@@ -1,4 +1,7 @@
-"""Writes a session to a file while it runs, so that what was recorded survives whatever happens next."""
+"""Writes a session to a file while it runs, so that what was recorded survives whatever happens next.
+
+``save_failure_report`` keeps what stopped a session, as a recording that stops again when it is replayed.
+"""
 
 from __future__ import annotations
 
@@ -12,17 +15,14 @@ from typing import BinaryIO
 
 from mcap.writer import CompressionType, Writer
 
-from app.errors import RecordingError
+from app.core.errors import RecordingError
 from app.recording import bundle
-from app.recording.event_codec import encode_event
-from app.recording.failure_codec import encode_failure
 from app.recording.frame_codec import encode_frame
-from app.recording.input_codec import encode_input
-from app.recording.topics import TOPICS
-from app.session.failure import Failure
-from app.session.frame import Frame
+from app.recording.message_codecs import TOPICS, encode_event, encode_failure, encode_input
+from app.session.frame import Failure, Frame
 from app.session.inputs import SessionInput
-from app.session.prepare import Prepared
+from app.session.prepare import PreparedScene
+from app.session.session import Session
 
 FORMAT = "5"
 FRAMES_A_CHUNK = 6
@@ -46,7 +46,7 @@ class Recorder:
     Cost: about 0.1 ms a frame of 1000 taxels.
     """
 
-    def __init__(self, path: str | Path, prepared: Prepared, *, overwrite: bool = False) -> None:
+    def __init__(self, path: str | Path, prepared: PreparedScene, *, overwrite: bool = False) -> None:
         self.path, self.frames = Path(path), 0
         self.tick, self._inputs, self._map, self._told = prepared.scene.tick, 0, prepared.map, -1
         self._stream = _open(self.path, overwrite=overwrite)
@@ -60,14 +60,14 @@ class Recorder:
                 "the recording cannot be written", file=self.path, value=error, remedy=_WRITE_REMEDY
             ) from error
 
-    def _begin(self, prepared: Prepared) -> None:
+    def _begin(self, prepared: PreparedScene) -> None:
         writer = self._writer
         writer.start(profile="", library="tactile-maps")
         writer.add_metadata(
             "tactile-maps",
             versions() | {"format": FORMAT, "seed": str(prepared.scene.seed), "tick_s": repr(prepared.scene.tick)},
         )
-        for name, data in bundle.pack(prepared).items():
+        for name, data in bundle.pack_scene(prepared).items():
             writer.add_attachment(0, 0, name, bundle.MEDIA_TYPES[name], data)
         self._channels = {}
         for topic, (name, text, encoding) in TOPICS.items():
@@ -105,7 +105,10 @@ class Recorder:
 
     def _add(self, inputs: Sequence[tuple[int, SessionInput]], *more: tuple[str, int, bytes]) -> None:
         """The inputs that are not in the file yet, and more messages, each of a topic and tick."""
-        news = [("/input", tick, encode_input(tick, act, self._map)) for tick, act in inputs[self._inputs :]]
+        news = [
+            ("/input", tick, encode_input(tick, session_input, self._map))
+            for tick, session_input in inputs[self._inputs :]
+        ]
         try:
             for topic, tick, data in [*news, *more]:
                 at = round(1e9 * tick * self.tick)
@@ -173,3 +176,24 @@ def _open(path: Path, *, overwrite: bool) -> BinaryIO:
             value=error.strerror,
             remedy="Choose a folder you may write to",
         ) from error
+
+
+def save_failure_report(session: Session, path: str | Path, *, overwrite: bool = False) -> Path:
+    """Write why ``session`` stopped: its scene, all inputs, the last good frame and the error; the file's path.
+
+    Anyone may replay and verify it: the inputs are simulated again, and must end at the same tick with the same words.
+
+    Args:
+        session: One whose ``failure`` is set.
+        path: The file; it must not exist.
+        overwrite: Replace an existing file.
+
+    Raises:
+        RecordingError: Nothing stopped the session, or the file cannot be written.
+    """
+    failure = session.failure
+    if failure is None:
+        raise RecordingError("there is nothing to report: the session did not stop by itself", file=path)
+    with Recorder(path, session.prepared, overwrite=overwrite) as recorder:
+        recorder.fail(failure)
+    return Path(path)

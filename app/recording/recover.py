@@ -8,14 +8,14 @@ from pathlib import Path
 from mcap.records import Message
 from mcap.writer import CompressionType, Writer
 
-from app.errors import RecordingError
-from app.recording import reading
+from app.core.errors import RecordingError
+from app.recording import mcap_reader
 from app.recording.bundle import MEDIA_TYPES
-from app.recording.topics import TOPICS
+from app.recording.message_codecs import TOPICS
 
 
 @dataclass(frozen=True)
-class Recovered:
+class RecoveryResult:
     """What was saved.
 
     Attributes:
@@ -31,7 +31,7 @@ class Recovered:
     file: str
 
 
-def recover(source: str | Path, target: str | Path, *, overwrite: bool = False) -> Recovered:
+def recover(source: str | Path, target: str | Path, *, overwrite: bool = False) -> RecoveryResult:
     """Copy what is whole in ``source`` to a complete recording ``target``.
 
     Raises:
@@ -40,9 +40,9 @@ def recover(source: str | Path, target: str | Path, *, overwrite: bool = False) 
     source, target = Path(source), Path(target)
     if source.resolve() == target.resolve():
         raise RecordingError("a recording cannot be recovered into itself", file=target, remedy="Name another file")
-    contents = reading.read(source)
+    contents = mcap_reader.read_recording(source)
     ticks = []
-    chunks = [reading.messages(chunk, contents.channels) for chunk in contents.chunks]
+    chunks = [mcap_reader.chunk_messages(chunk, contents.channels) for chunk in contents.chunks]
     ticks = [message.sequence for chunk in chunks for topic, message in chunk if topic == "/frame"]
     if not ticks:
         raise RecordingError("nothing can be recovered: no whole frame is left", file=source)
@@ -54,10 +54,10 @@ def recover(source: str | Path, target: str | Path, *, overwrite: bool = False) 
         raise RecordingError("the file exists already", file=target, remedy="Choose another name") from error
     except OSError as error:
         raise RecordingError("the recovered recording cannot be written", file=target, value=error.strerror) from error
-    return Recovered(len(ticks), ticks[-1] - ticks[0] + 1 - len(ticks), contents.complete, str(target))
+    return RecoveryResult(len(ticks), ticks[-1] - ticks[0] + 1 - len(ticks), contents.complete, str(target))
 
 
-def _write(writer: Writer, contents: reading.Contents, chunks: list[list[tuple[str, Message]]]) -> None:
+def _write(writer: Writer, contents: mcap_reader.RecordingContents, chunks: list[list[tuple[str, Message]]]) -> None:
     writer.start(profile="", library="tactile-maps")
     if contents.metadata:
         writer.add_metadata("tactile-maps", contents.metadata)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.arrays import FloatArray
-from app.errors import SimulationError
-from app.recording.player import Player
+from app.core.arrays import FloatArray
+from app.core.errors import SimulationError
+from app.recording.player import RecordingPlayer
 from app.recording.recorder import versions
 from app.session.frame import Frame
 from app.session.session import Session
@@ -42,7 +42,7 @@ def _silent(_text: str, _fraction: float) -> None:
     """No progress wanted."""
 
 
-def verify(player: Player, *, progress: Callable[[str, float], None] = _silent) -> Verification:
+def verify(player: RecordingPlayer, *, progress: Callable[[str, float], None] = _silent) -> Verification:
     """Run the recorded inputs again, from the session's start, and compare with the recorded frames.
 
     Args:
@@ -54,7 +54,7 @@ def verify(player: Player, *, progress: Callable[[str, float], None] = _silent) 
 
     Cost: as long as simulating it, about a tenth of real time.
     """
-    again = _Again(player)
+    again = _Resimulation(player)
     largest, first, compared = 0.0, None, 0
     for number in range(len(player)):
         recorded = player.frame(number)
@@ -71,11 +71,11 @@ def verify(player: Player, *, progress: Callable[[str, float], None] = _silent) 
     return Verification(compared, first is None, largest, first, _changed_versions(player), stopped)
 
 
-class _Again:
+class _Resimulation:
     """A fresh session given the recorded inputs at their ticks. Mutable."""
 
-    def __init__(self, player: Player) -> None:
-        start = player.rules_at(0)
+    def __init__(self, player: RecordingPlayer) -> None:
+        start = player.runtime_settings_at(0)
         self._session = Session(
             player.prepared,
             scripted=False,
@@ -116,7 +116,7 @@ class _Again:
         return failure.problem, None
 
 
-def _changed_versions(player: Player) -> tuple[str, ...]:
+def _changed_versions(player: RecordingPlayer) -> tuple[str, ...]:
     now = versions()
     return tuple(
         f"{key} {value} (now {now[key]})" for key, value in player.versions.items() if key in now and now[key] != value

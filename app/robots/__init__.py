@@ -1,9 +1,14 @@
 """Robots: from any file to one self-contained value, and the kinematics of a posture.
 
-Reading order: ``robot`` (the value), ``load`` (which reader for which file) and ``library`` (robots by name); then the
-readers ``mjcf``, ``urdf``, ``bare_mesh`` and ``icub``, which lean on ``safe_files`` (nothing climbs out of its folder),
-``mjcf_cut``, ``packages`` (package:// addresses), ``mesh_file`` and ``asset_store`` (only checked triangles reach
-MuJoCo). All of them end in ``build``: ``strip`` the scene, make do with ``thin_meshes``, exclude touching neighbours
-(``exclusions``), draw the links (``tessellate``), ``prove`` that it runs. ``compile`` turns a Robot back into a MuJoCo
-spec; ``configuration`` answers where its links are.
+``robot``        the value: links, joints, home, its MJCF and its meshes
+``load``         which reader for which file; a mesh alone as a robot
+``library``      robots by name; iCub
+``mjcf``         the reader of MJCF files
+``urdf``         the reader of URDF files, package:// addresses
+``mesh_files``   checked triangles from any mesh file; the meshes of a robot in MuJoCo's format
+``safe_files``   bounded reads, XML without tricks, nothing climbs out of its folder
+``sanitize``     a spec stripped to the robot, degenerate meshes, collision exclusions
+``build``        where every reader ends: spec to robot, tessellated links, smoke test
+``mujoco_spec``  MJCF text, spec and compiled model, there and back
+``kinematics``   where the links are at a posture, and how they move with the joints
 """

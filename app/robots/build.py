@@ -1,21 +1,132 @@
-"""The last stretch of every import: a spec of anything becomes a robot alone that is known to run."""
+"""The last stretch of every import: a spec of anything becomes a robot alone that is known to run.
+
+``build_robot`` strips the spec, checks its numbers, compiles it, draws its links and tries it out. ``link_mesh`` says
+what a link looks like: its visual geoms, meshes and primitives alike, as one triangle mesh in the link frame.
+``check_magnitudes`` and ``smoke_test`` prove that a robot is fit to simulate, before anybody sees it.
+"""
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 
 import mujoco
 import numpy as np
+import trimesh
 
-from app.arrays import FloatArray
-from app.errors import Finding, RobotError
-from app.robots.compile import compile_spec, parse_spec, spec_text
-from app.robots.exclusions import pairs_to_exclude
-from app.robots.prove import prove_alive, refuse_absurd_numbers
+from app.core.arrays import FloatArray, IntArray
+from app.core.errors import Finding, RobotError
+from app.geometry.mesh import Mesh
+from app.robots.mujoco_spec import compile_spec, parse_spec, spec_text
 from app.robots.robot import Joint, Link, Robot
-from app.robots.strip import home_of_keyframe, name_everything, strip_scene
-from app.robots.tessellate import link_mesh
-from app.robots.thin_meshes import keep_inertias_valid, settle_thin_meshes
+from app.robots.sanitize import (
+    collision_exclusions,
+    enforce_inertia_inequality,
+    keyframe_home,
+    name_unnamed_elements,
+    prepare_degenerate_meshes,
+    strip_scene,
+)
+
+_SPHERE_SUBDIVISIONS = 3
+_CIRCLE_SECTIONS = 48
+_LAST_VISIBLE_GROUP = 2  # MuJoCo's viewers hide groups from 3 on; robots keep their collision geoms there
+
+
+def link_mesh(model: mujoco.MjModel, body: int) -> Mesh | None:
+    """The union of a body's visual geoms in the body frame [m]; of its collision geoms where none is visual.
+
+    Args:
+        model: A compiled model.
+        body: The body's number.
+
+    Returns:
+        The mesh, or None for a body without any shape.
+    """
+    parts = [geom_triangles(model, geom) for geom in _shown_geoms(model, body)]
+    parts = [(vertices, faces) for vertices, faces in parts if len(faces)]
+    if not parts:
+        return None
+    starts = np.cumsum([0] + [len(vertices) for vertices, _ in parts])
+    faces = np.concatenate([f + start for (_, f), start in zip(parts, starts[:-1], strict=True)])
+    return Mesh(np.concatenate([vertices for vertices, _ in parts]), faces)
+
+
+def _shown_geoms(model: mujoco.MjModel, body: int) -> list[int]:
+    first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
+    every = list(range(first, first + count))
+    shown = [geom for geom in every if model.geom_group[geom] <= _LAST_VISIBLE_GROUP and model.geom_rgba[geom, 3] > 0]
+    visual = [geom for geom in shown if not (model.geom_contype[geom] or model.geom_conaffinity[geom])]
+    return visual or shown or every
+
+
+def geom_triangles(model: mujoco.MjModel, geom: int) -> tuple[FloatArray, IntArray]:
+    """Vertices (n, 3) [m] in the body frame and faces (m, 3) of one geom; none of a plane or a height field."""
+    vertices, faces = _local_triangles(model, geom)
+    rotation = np.empty(9)
+    mujoco.mju_quat2Mat(rotation, model.geom_quat[geom])
+    return vertices @ rotation.reshape(3, 3).T + model.geom_pos[geom], faces
+
+
+def _local_triangles(model: mujoco.MjModel, geom: int) -> tuple[FloatArray, IntArray]:
+    shape = mujoco.mjtGeom
+    kind, size = shape(int(model.geom_type[geom])), model.geom_size[geom]
+    if kind == shape.mjGEOM_MESH:
+        return _mesh_triangles(model, int(model.geom_dataid[geom]))
+    if kind == shape.mjGEOM_BOX:
+        solid = trimesh.creation.box(2 * size)
+    elif kind == shape.mjGEOM_CYLINDER:
+        solid = trimesh.creation.cylinder(size[0], 2 * size[1], sections=_CIRCLE_SECTIONS)
+    elif kind == shape.mjGEOM_CAPSULE:
+        solid = trimesh.creation.capsule(2 * size[1], size[0], count=[_CIRCLE_SECTIONS, _CIRCLE_SECTIONS])
+        solid.apply_translation([0, 0, -solid.bounds.mean(axis=0)[2]])
+    elif kind in (shape.mjGEOM_SPHERE, shape.mjGEOM_ELLIPSOID):
+        solid = trimesh.creation.icosphere(_SPHERE_SUBDIVISIONS)
+        solid.apply_scale(size if kind == shape.mjGEOM_ELLIPSOID else size[0])
+    else:  # planes and height fields are scenery
+        return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
+    return np.asarray(solid.vertices), np.asarray(solid.faces, dtype=np.int64)
+
+
+def _mesh_triangles(model: mujoco.MjModel, mesh: int) -> tuple[FloatArray, IntArray]:
+    vertices = model.mesh_vert[model.mesh_vertadr[mesh] :][: model.mesh_vertnum[mesh]]
+    faces = model.mesh_face[model.mesh_faceadr[mesh] :][: model.mesh_facenum[mesh]]
+    return vertices.astype(np.float64), faces.astype(np.int64)
+
+
+SMOKE_TEST_STEPS = 20
+LARGEST_MAGNITUDE = 1e6  # m, or the same number of anything else; beyond it float32 shapes lose their form
+_TROUBLES = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
+_REMEDY = "Check masses, inertias and joint damping in the file"
+
+
+def check_magnitudes(model: mujoco.MjModel, source: str) -> None:
+    """Raise RobotError, naming the body, where a place or a size is not finite or beyond ``LARGEST_MAGNITUDE``."""
+    sizes = np.zeros((model.nbody, 3))
+    np.maximum.at(sizes, model.geom_bodyid, np.abs(model.geom_size))
+    np.maximum.at(sizes, model.geom_bodyid, np.abs(model.geom_pos))
+    numbers = np.hstack([sizes, model.body_pos, model.body_quat, model.body_mass[:, None], model.body_inertia])
+    bad = np.flatnonzero(~(np.abs(numbers) < LARGEST_MAGNITUDE).all(axis=1))
+    if bad.size:
+        row = numbers[bad[0]]
+        worst = float(row[np.argmin(np.abs(row) < LARGEST_MAGNITUDE)])
+        place = f"body {model.body(int(bad[0])).name}"
+        raise RobotError("a place, size, mass or inertia is absurdly large", file=source, place=place, value=worst)
+
+
+def smoke_test(model: mujoco.MjModel, home: FloatArray, source: str) -> None:
+    """Step the robot from rest; raise RobotError if it cannot take 20 steps of 1 ms. Changes the model's options."""
+    data = mujoco.MjData(model)
+    data.qpos[:] = home
+    model.opt.timestep, model.opt.integrator = 1e-3, mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    with warnings.catch_warnings(record=True) as complaints:
+        warnings.simplefilter("always")
+        mujoco.mj_step(model, data, SMOKE_TEST_STEPS)
+    blown = not np.isfinite(data.qpos).all() or any(data.warning[int(trouble)].number for trouble in _TROUBLES)
+    if blown or complaints:
+        said = str(complaints[0].message) if complaints else None
+        raise RobotError("the robot does not survive its first steps", file=source, value=said, remedy=_REMEDY)
+
 
 MAX_BODIES = 2000
 
@@ -44,27 +155,32 @@ def build_robot(
     """
     if len(spec.bodies) > MAX_BODIES:
         raise RobotError(f"the robot has more than {MAX_BODIES} bodies", file=source, value=len(spec.bodies))
-    wished = {**home_of_keyframe(spec), **(home or {})}
-    notes = [*findings, *strip_scene(spec, source), *name_everything(spec), *settle_thin_meshes(spec, assets)]
+    requested = {**keyframe_home(spec), **(home or {})}
+    notes = [
+        *findings,
+        *strip_scene(spec, source),
+        *name_unnamed_elements(spec),
+        *prepare_degenerate_meshes(spec, assets),
+    ]
     used = {mesh.file for mesh in spec.meshes}
     files = {file: content for file, content in assets.items() if file in used}
     first = compile_spec(spec, source=source)
-    refuse_absurd_numbers(first, source)
-    keep_inertias_valid(spec, first)
-    notes += _exclude_touching(spec, first, _home(first, wished)[0])
+    check_magnitudes(first, source)
+    enforce_inertia_inequality(spec, first)
+    notes += _exclude_touching(spec, first, _home(first, requested)[0])
     text = spec_text(spec, source=source)
     model = compile_spec(parse_spec(text, files, source=source), source=source)
-    rest, clipped = _home(model, wished)
+    rest, clipped = _home(model, requested)
     if clipped:
         notes.append(Finding("home-outside-limits", ", ".join(clipped), "moved inside the limits", len(clipped)))
-    prove_alive(model, rest, source)
+    smoke_test(model, rest, source)
     links = tuple(Link(model.body(i).name, link_mesh(model, i)) for i in range(1, model.nbody))
     return Robot(name, source, text, files, links, _joints(model), rest, tuple(notes))
 
 
 def _exclude_touching(spec: mujoco.MjSpec, model: mujoco.MjModel, home: FloatArray) -> list[Finding]:
     known = {frozenset((exclude.bodyname1, exclude.bodyname2)) for exclude in spec.excludes}
-    pairs = [pair for pair in pairs_to_exclude(model, home) if frozenset(pair) not in known]
+    pairs = [pair for pair in collision_exclusions(model, home) if frozenset(pair) not in known]
     for first, second in pairs:
         spec.add_exclude(bodyname1=first, bodyname2=second)
     if not pairs:
@@ -87,15 +203,15 @@ def _limits(model: mujoco.MjModel) -> tuple[FloatArray, FloatArray]:
     return np.where(limited, model.jnt_range[:, 0], -np.inf), np.where(limited, model.jnt_range[:, 1], np.inf)
 
 
-def _home(model: mujoco.MjModel, wished: Mapping[str, float]) -> tuple[FloatArray, list[str]]:
+def _home(model: mujoco.MjModel, requested: Mapping[str, float]) -> tuple[FloatArray, list[str]]:
     """The posture at rest, and the joints whose wish lay outside their limits."""
     lower, upper = _limits(model)
     names = [model.joint(i).name for i in range(model.njnt)]
     home = model.qpos0.copy()
     outside = (home < lower) | (home > upper)
     home[outside] = 0.5 * (lower[outside] + upper[outside])
-    wishes = np.array([wished.get(name, rest) for name, rest in zip(names, home, strict=True)])
-    finite = np.isfinite(wishes)
-    inside = np.where(finite, np.clip(wishes, lower, upper), home)
-    moved = ~finite | ~np.isclose(inside, wishes, rtol=0, atol=1e-5)
+    targets = np.array([requested.get(name, rest) for name, rest in zip(names, home, strict=True)])
+    finite = np.isfinite(targets)
+    inside = np.where(finite, np.clip(targets, lower, upper), home)
+    moved = ~finite | ~np.isclose(inside, targets, rtol=0, atol=1e-5)
     return inside, [names[i] for i in np.flatnonzero(moved)]

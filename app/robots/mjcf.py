@@ -1,18 +1,86 @@
-"""Robots from MJCF files: includes unfolded, meshes gathered, everything MuJoCo need not see taken out first."""
+"""Robots from MJCF files: includes unfolded, meshes gathered, everything MuJoCo need not see taken out first.
+
+What it need not see: scenery, decoration, and orders for absurd amounts of anything (``strip_mjcf``).
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path, PurePosixPath
 from xml.etree.ElementTree import Element, tostring
 
-from app.errors import RobotError
-from app.robots.asset_store import AssetStore
+from app.core.errors import RobotError
 from app.robots.build import build_robot
-from app.robots.compile import parse_spec
-from app.robots.mjcf_cut import cut_mjcf
+from app.robots.mesh_files import AssetStore
+from app.robots.mujoco_spec import parse_spec
 from app.robots.robot import Robot
-from app.robots.safe_files import contained, parse_xml, read_bytes
+from app.robots.safe_files import parse_xml, read_bytes, resolve_inside
+
+MAX_COPIES = 2000
+MAX_MESH_PARAMETER = 256.0  # MuJoCo's own shapes are grids of at most this many cells a side
+
+_IGNORED_SECTIONS = frozenset(
+    ("actuator", "sensor", "tendon", "option", "size", "visual", "statistic", "custom", "extension", "deformable")
+)
+_UNSUPPORTED = ("composite", "flexcomp", "attach", "model")
+_FILE_ASSETS = frozenset(("texture", "hfield", "skin"))
+
+
+def strip_mjcf(root: Element, path: Path) -> None:
+    """Remove from the tree what is not the robot or is only for show.
+
+    Args:
+        root: The tree with its includes unfolded; it is changed.
+        path: The file, for errors.
+
+    Raises:
+        RobotError: The model is not made of rigid links, or asks for absurd amounts.
+    """
+    for tag in _UNSUPPORTED:
+        if root.find(f".//{tag}") is not None:
+            remedy = "A robot is made of rigid links: export it as one plain MJCF file"
+            raise RobotError(f"<{tag}> is not supported", file=path, remedy=remedy)
+    _check_limits(root, path)
+    root[:] = [section for section in root if section.tag not in _IGNORED_SECTIONS]
+    for parent in list(root.iter()):
+        files = _FILE_ASSETS if parent.tag == "asset" else frozenset()
+        parent[:] = [child for child in parent if child.tag not in files and not _is_plugin_or_relief(child)]
+        if parent.tag == "material":
+            parent.attrib.pop("texture", None)
+            parent[:] = []
+
+
+def _is_plugin_or_relief(element: Element) -> bool:
+    relief = element.get("hfield") is not None or element.get("type") == "hfield"
+    return element.tag == "plugin" or (element.tag == "geom" and relief)
+
+
+def _check_limits(root: Element, path: Path) -> None:
+    copies = sum(_copies(replicate, path) for replicate in root.iter("replicate"))
+    if copies > MAX_COPIES:
+        raise RobotError("<replicate> asks for too many copies", file=path, value=copies)
+    for mesh in root.iter("mesh"):
+        finest = max((_number(word, path) for word in mesh.get("params", "").split()), default=0.0)
+        if not finest <= MAX_MESH_PARAMETER:
+            raise RobotError("a built-in mesh is too fine", file=path, place=mesh.get("name"), value=mesh.get("params"))
+
+
+def _copies(replicate: Element, path: Path) -> float:
+    """Copies asked for by a ``<replicate>`` and those nested in it."""
+    copies = max(1.0, _number(replicate.get("count", "1"), path))
+    for inner in replicate.findall(".//replicate"):
+        copies *= max(1.0, _number(inner.get("count", "1"), path))
+    return copies
+
+
+def _number(text: str, path: Path) -> float:
+    try:
+        value = float(text)
+    except ValueError as error:
+        raise RobotError("a count is not a number", file=path, value=text) from error
+    return value if math.isfinite(value) else math.inf
+
 
 _MAX_INCLUDES = 100
 
@@ -32,7 +100,7 @@ def load_mjcf(path: Path, *, package_roots: Sequence[Path] = (), name: str | Non
         RobotError: The file cannot be read, names files elsewhere, or holds no robot that simulates.
         MeshError: One of its meshes is not usable.
     """
-    reader = _Reader(path, (path.resolve().parent, *package_roots))
+    reader = _FileFinder(path, (path.resolve().parent, *package_roots))
     root = reader.unfold(parse_xml(read_bytes(path), file=path))
     if root.tag != "mujoco":
         raise RobotError(
@@ -42,7 +110,7 @@ def load_mjcf(path: Path, *, package_roots: Sequence[Path] = (), name: str | Non
             remedy="Open an MJCF file (<mujoco>) or a URDF file (<robot>)",
         )
     folder = _mesh_folder(root)
-    cut_mjcf(root, path)
+    strip_mjcf(root, path)
     store = AssetStore()
     for mesh in root.iter("mesh"):
         if mesh.get("file") is not None:
@@ -58,7 +126,7 @@ def load_mjcf(path: Path, *, package_roots: Sequence[Path] = (), name: str | Non
     )
 
 
-class _Reader:
+class _FileFinder:
     """Finds the files that one MJCF file names. Mutable: counts includes."""
 
     def __init__(self, path: Path, roots: Sequence[Path]) -> None:
@@ -69,7 +137,7 @@ class _Reader:
     def place(self, named: str, *folders: str) -> Path:
         """The file called ``named``, inside the allowed folders."""
         plain = str(PurePosixPath(*folders, named.replace("\\", "/")))
-        return contained(self.folder / plain, self.roots, file=self.path, named=named)
+        return resolve_inside(self.folder / plain, self.roots, file=self.path, named=named)
 
     def unfold(self, element: Element) -> Element:
         """Replace each ``<include>`` below ``element`` by what the file's root holds; returns ``element``."""
@@ -103,7 +171,7 @@ def _mesh_folder(root: Element) -> tuple[str, bool]:
     return folder, strip
 
 
-def _gather(mesh: Element, folder: tuple[str, bool], reader: _Reader, store: AssetStore) -> None:
+def _gather(mesh: Element, folder: tuple[str, bool], reader: _FileFinder, store: AssetStore) -> None:
     """Read one ``<mesh file=...>`` into ``store`` and let the element name the copy."""
     named = mesh.get("file", "")
     pure = PurePosixPath(named.replace("\\", "/"))

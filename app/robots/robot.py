@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from app.arrays import FloatArray, readonly
-from app.errors import Finding, RobotError
+from app.core.arrays import FloatArray, readonly
+from app.core.errors import Finding, RobotError
 from app.geometry.mesh import Mesh
 
 

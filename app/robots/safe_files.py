@@ -9,7 +9,7 @@ from xml.etree.ElementTree import Element, ParseError
 from defusedxml import ElementTree as SafeXml
 from defusedxml.common import DefusedXmlException
 
-from app.errors import RobotError
+from app.core.errors import RobotError
 
 MAX_BYTES = 64 * 2**20
 MAX_ELEMENTS = 200_000
@@ -71,7 +71,7 @@ def parse_xml(data: bytes, *, file: Path) -> Element:
     return root
 
 
-def contained(path: Path, roots: Sequence[Path], *, file: Path, named: str) -> Path:
+def resolve_inside(path: Path, roots: Sequence[Path], *, file: Path, named: str) -> Path:
     """``path`` without links and ``..``, which must lie inside one of ``roots``.
 
     Args:

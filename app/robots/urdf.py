@@ -1,21 +1,82 @@
-"""Robots from URDF files, with the repairs they usually need before MuJoCo can simulate them."""
+"""Robots from URDF files, with the repairs they usually need before MuJoCo can simulate them.
+
+``PackageResolver`` turns ``package://`` addresses and relative paths into places a robot may read.
+"""
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Sequence
-from pathlib import Path
+from pathlib import Path, PurePosixPath
+from urllib.parse import unquote
 from xml.etree.ElementTree import Element, SubElement, tostring
 
 import mujoco
 import numpy as np
 
-from app.errors import Finding, RobotError
-from app.robots.asset_store import AssetStore
+from app.core.errors import Finding, RobotError
 from app.robots.build import build_robot
-from app.robots.compile import parse_spec
-from app.robots.packages import Packages
+from app.robots.mesh_files import AssetStore
+from app.robots.mujoco_spec import parse_spec
 from app.robots.robot import Robot
-from app.robots.safe_files import parse_xml, read_bytes
+from app.robots.safe_files import parse_xml, read_bytes, resolve_inside
+
+
+class PackageResolver:
+    """Finds the files that one URDF file names.
+
+    A package is looked for in the given roots, in ``ROS_PACKAGE_PATH``, in the folders above the file and in the
+    interpreter's ``share``. A relative path may not leave the file's folder, the package around it (the nearest folder
+    above with a package.xml), or a given root.
+
+    Args:
+        file: The URDF file.
+        roots: Folders that hold packages, or are packages themselves.
+    """
+
+    def __init__(self, file: Path, roots: Sequence[Path] = ()) -> None:
+        self._file = file
+        self._folder = file.resolve().parent
+        above = (self._folder, *self._folder.parents)
+        around = next((folder for folder in above if (folder / "package.xml").is_file()), self._folder)
+        self._allowed = (self._folder, around, *roots)
+        ros = [Path(part) for part in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if part]
+        self._search = (*roots, *ros, *above, Path(sys.prefix, "share"))
+
+    def resolve(self, address: str) -> Path:
+        """Where ``address`` points; the file need not exist.
+
+        Raises:
+            RobotError: It climbs out of its package or folder, or uses a scheme that is not a file.
+        """
+        text = unquote(address.strip()).replace("\\", "/")
+        scheme, found, rest = text.partition("://")
+        if found and scheme in ("package", "model"):
+            return self._in_package(rest, address)
+        if found and scheme != "file":
+            raise RobotError(
+                "meshes are read from files only",
+                file=self._file,
+                value=address,
+                remedy="Download it beside the robot and name it by its path",
+            )
+        path = self._folder / (rest if found else text)
+        return resolve_inside(path, self._allowed, file=self._file, named=address)
+
+    def _in_package(self, rest: str, address: str) -> Path:
+        parts = PurePosixPath(rest).parts
+        if len(parts) < 2 or parts[0] in ("..", "/"):
+            raise RobotError(
+                "this is not a package address",
+                file=self._file,
+                value=address,
+                remedy="It reads package://name/path/to/file",
+            )
+        homes = [root if root.name == parts[0] else root / parts[0] for root in self._search]
+        paths = [resolve_inside(home.joinpath(*parts[1:]), [home], file=self._file, named=address) for home in homes]
+        return next((path for path in paths if path.is_file()), paths[0])
+
 
 ARMATURE = 0.01  # kg m²
 DAMPING = 0.3  # N m s/rad
@@ -33,7 +94,7 @@ _COMPILER = {
 
 
 def load_urdf(path: Path, *, package_roots: Sequence[Path] = (), name: str | None = None) -> Robot:
-    """The robot in a URDF file; see ``urdf_tree`` and ``robot_of_urdf``.
+    """The robot in a URDF file; see ``read_urdf`` and ``robot_from_urdf``.
 
     Args:
         path: The file.
@@ -44,10 +105,10 @@ def load_urdf(path: Path, *, package_roots: Sequence[Path] = (), name: str | Non
         RobotError: The file cannot be read, names files elsewhere, or holds no robot that simulates.
         MeshError: One of its meshes is not usable.
     """
-    return robot_of_urdf(urdf_tree(path), path, package_roots=package_roots, name=name)
+    return robot_from_urdf(read_urdf(path), path, package_roots=package_roots, name=name)
 
 
-def urdf_tree(path: Path) -> Element:
+def read_urdf(path: Path) -> Element:
     """The checked XML tree of a URDF file: links, joints and materials only."""
     root = parse_xml(read_bytes(path), file=path)
     if root.tag != "robot":
@@ -58,7 +119,7 @@ def urdf_tree(path: Path) -> Element:
     return root
 
 
-def robot_of_urdf(
+def robot_from_urdf(
     root: Element,
     path: Path,
     *,
@@ -80,7 +141,7 @@ def robot_of_urdf(
         base_yaw: Turn of the root link about the vertical [rad].
     """
     store = AssetStore()
-    _gather_meshes(root, Packages(path, package_roots), store)
+    _gather_meshes(root, PackageResolver(path, package_roots), store)
     findings = _check_mimics(root, path)
     settings = SubElement(root, "mujoco")
     SubElement(settings, "compiler", _COMPILER)
@@ -106,7 +167,7 @@ def _place_base(spec: mujoco.MjSpec, height: float, yaw: float) -> None:
         body.pos, body.quat = position, quaternion
 
 
-def _gather_meshes(root: Element, packages: Packages, store: AssetStore) -> None:
+def _gather_meshes(root: Element, packages: PackageResolver, store: AssetStore) -> None:
     for mesh in root.iter("mesh"):
         address = mesh.get("filename")
         if not address:

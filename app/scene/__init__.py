@@ -1,8 +1,11 @@
-"""What a scene is: robot, skin, things, task and wanted outputs, and the effects that follow from these.
+"""What a scene is: robot, skin, objects, task and wanted outputs, and the effects that follow from these.
 
-``scene`` holds it all; ``objects`` are the things in it and ``bodies`` what they are made of, ``motion`` the robot's
-own way. ``needs`` is what the scene is for; ``effect_table`` lists every effect there is, ``rules`` says which of them
-the needs call for and why, ``decide`` puts rules and a person's wishes together into ``effects``, and ``lacks`` tells
-what is missing then. ``stability`` knows which time steps hold which contacts. ``scene_text`` and ``scene_file`` read
-and write it all as TOML.
+- ``scene``: everything a session starts from.
+- ``scene_file``: scenes as TOML, by name or file.
+- ``objects``: the objects in it; ``object_meshes``: their surfaces.
+- ``motion``: the robot's own motion through waypoints.
+- ``tasks``: what a scene is for: tasks, outputs, needs.
+- ``effects``: every effect there is, and what is simulated.
+- ``effect_decision``: which effects the needs call for and why, and what is missing then.
+- ``stability``: which time steps hold which contacts, as measured.
 """

@@ -1,14 +1,24 @@
-"""What a scene simulates, decided. What is off here is not in the model, not in the loop, and costs nothing."""
+"""What a scene may simulate: the decided effects as a value, and the table of all of them.
+
+``Effects`` holds what is simulated. What is off there is not in the model, not in the loop, and costs nothing.
+``EFFECTS`` lists every effect: what people call it, what it may be set to, what it is when it is just on. Its order is
+that of deciding: an effect may depend on those above it.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Literal, TypeAlias
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, fields
+from types import MappingProxyType
+from typing import Any, Literal, TypeAlias, get_args, get_type_hints
 
-from app.touch.sensor.effects import SensorEffects
+from app.core.errors import SceneError, SimulationError, did_you_mean
+from app.core.toml import as_float, number_remedy
+from app.tactile.sensor_effects import SensorEffects
 
 Gravity: TypeAlias = Literal["off", "on", "compensated"]
-Contact: TypeAlias = Literal["off", "probe", "environment", "self", "all"]
+ContactScope: TypeAlias = Literal["off", "probe", "environment", "self", "all"]
 SkinModel: TypeAlias = Literal["off", "point", "water-fill", "punch", "half-space", "foundation", "depth"]
 Integrator: TypeAlias = Literal["implicitfast", "discrete", "euler", "implicit", "rk4"]
 
@@ -33,7 +43,7 @@ class Effects:
     """
 
     gravity: Gravity = "compensated"
-    contact: Contact = "off"
+    contact: ContactScope = "off"
     joint_limits: bool = True
     timestep: float = 0.001
     dynamics: bool = True
@@ -43,3 +53,149 @@ class Effects:
     skin: SkinModel = "water-fill"
     integrator: Integrator = "implicitfast"
     sensor: SensorEffects = field(default_factory=SensorEffects)
+
+
+Override: TypeAlias = str | float | Mapping[str, float]
+"""What a person says of an effect: a word, a number, or a table of numbers for an effect of the sensor."""
+
+_SWITCH = ("off", "on")
+_SENSORS: Mapping[str, type] = {
+    name: next(kind for kind in get_args(hint) if kind is not type(None))
+    for name, hint in get_type_hints(SensorEffects).items()
+}
+
+
+@dataclass(frozen=True)
+class EffectEntry:
+    """One effect.
+
+    Attributes:
+        key: In scene files and in ``Effects`` or ``SensorEffects``.
+        title: For people.
+        tip: What it does, in a sentence.
+        choices: Words it may be set to besides ``auto``; none for a number.
+        when_on: The word that switches it on; empty for what cannot be off.
+        range: Lowest and highest, of a number.
+        unit: Of a number.
+    """
+
+    key: str
+    title: str
+    tip: str
+    choices: tuple[str, ...] = _SWITCH
+    when_on: str = "on"
+    range: tuple[float, float] = (-math.inf, math.inf)
+    unit: str = ""
+
+    @property
+    def sensor(self) -> type | None:
+        """The type of its options, of an effect of the sensor."""
+        return _SENSORS.get(self.key)
+
+    @property
+    def options(self) -> dict[str, float]:
+        """Names and usual values of what a table may set; empty but for effects of the sensor."""
+        return asdict(self.sensor()) if self.sensor is not None else {}
+
+    def checked(self, override: Override | bool) -> Override:
+        """The override in its usual form: ``true`` is ``on``, an integer a float.
+
+        Raises:
+            SceneError: It cannot be set to that; place, choices and the nearest spelling are named.
+        """
+        if isinstance(override, bool):
+            override = "on" if override else "off"
+        if override == "auto" or (isinstance(override, str) and override in self.choices):
+            return override
+        if isinstance(override, Mapping) and self.sensor is not None:
+            return self._checked_options(override)
+        if isinstance(override, int | float) and not self.choices and self.range[0] <= override <= self.range[1]:
+            return float(override)
+        raise SceneError(
+            "there is no such choice", place=f"effects.{self.key}", value=override, remedy=self._allowed(override)
+        )
+
+    def value(self, override: Override) -> Any:
+        """What stands in ``Effects`` or ``SensorEffects`` for a checked override other than ``auto``."""
+        if self.sensor is not None:
+            return (
+                self.sensor(**override)
+                if isinstance(override, Mapping)
+                else (self.sensor() if override == "on" else None)
+            )
+        return override == "on" if self.choices == _SWITCH else override
+
+    def word(self, value: Any) -> str:
+        """The choice that stands for a value of ``Effects``, or its number in words."""
+        if self.sensor is not None:
+            return "off" if value is None else "on"
+        if self.choices == _SWITCH:
+            return "on" if value else "off"
+        return str(value) if self.choices else f"{value:g} {self.unit}"
+
+    def _checked_options(self, override: Mapping[str, float]) -> Mapping[str, float]:
+        for key, value in override.items():
+            place = f"effects.{self.key}.{key}"
+            if key not in self.options:
+                remedy = did_you_mean(key, tuple(self.options))
+                raise SceneError("there is no such option", place=place, value=key, remedy=remedy)
+            if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(as_float(value)):
+                instead = number_remedy(value) if isinstance(value, str) else None
+                raise SceneError("this must be a number", place=place, value=value, remedy=instead)
+        numbers = {key: float(value) for key, value in override.items()}
+        try:
+            self.value(numbers)
+        except SimulationError as error:  # the options know their ranges
+            option = next((key for key in numbers if key in str(error.place).split(".")), "")
+            place = ".".join(filter(None, ("effects", self.key, option)))
+            raise SceneError(error.problem, place=place, value=error.value, remedy=error.remedy) from error
+        return numbers
+
+    def _allowed(self, override: object) -> str:
+        if not self.choices:
+            instead = f"{number_remedy(override)}. " if isinstance(override, str) else ""
+            return f"{instead}Choose auto, or {self.range[0]:g} to {self.range[1]:g} {self.unit}"
+        table = f", or a table of {', '.join(self.options)}" if self.options else ""
+        return did_you_mean(str(override), ("auto", *self.choices)) + table
+
+
+def effect_entry(key: str) -> EffectEntry:
+    """The effect of that key.
+
+    Raises:
+        SceneError: There is none; the nearest spelling is named.
+    """
+    if key not in EFFECTS:
+        raise SceneError(
+            "there is no such effect", place=f"effects.{key}", value=key, remedy=did_you_mean(key, tuple(EFFECTS))
+        )
+    return EFFECTS[key]
+
+
+_ENTRIES = (
+    EffectEntry("dynamics", "Dynamics", "Bodies have inertia: they yield to a push and swing"),
+    EffectEntry("fingers", "Fingers", "Hands and scripts may poke the skin"),
+    EffectEntry("contact", "Contact", "Which bodies touch: probes, objects, the robot's own links",
+                get_args(ContactScope), "all"),
+    EffectEntry("gravity", "Gravity", "Weight; compensated, the robot's motors carry the robot's own",
+                get_args(Gravity), "compensated"),
+    EffectEntry("friction", "Friction", "Contacts resist sliding"),
+    EffectEntry("joint_limits", "Joint limits", "Joints stop at their limits"),
+    EffectEntry("joint_friction", "Joint friction", "Joints have the dry friction that the robot's file gives them"),
+    EffectEntry("skin", "Skin", "How contact becomes pressure on the taxels", get_args(SkinModel), "water-fill"),
+    EffectEntry("timestep", "Time step", "Of the physics", (), "", (1e-5, 0.02), "s"),
+    EffectEntry("integrator", "Integrator", "How the physics steps in time", get_args(Integrator), ""),
+    EffectEntry("area_averaging", "Area averaging", "A taxel feels the mean over its pad, not at a point"),
+    EffectEntry("crosstalk", "Crosstalk", "A share of each reading leaks to the neighbours"),
+    EffectEntry("hysteresis", "Hysteresis", "The cover creeps: readings lag when pressed and when released"),
+    EffectEntry("gain_spread", "Gain spread", "No two taxels are equally sensitive"),
+    EffectEntry("offset_drift", "Offset drift", "Zero is not quite zero, and wanders"),
+    EffectEntry("noise", "Noise", "Each reading is a little off, at random"),
+    EffectEntry("saturation", "Saturation", "Readings end at a highest pressure"),
+    EffectEntry("threshold", "Threshold", "What is too faint reads zero"),
+    EffectEntry("quantisation", "Quantisation", "Readings come in steps, as a converter counts them"),
+    EffectEntry("dead_taxels", "Dead taxels", "Some taxels read nothing, or always the same"),
+    EffectEntry("sampling", "Sampling", "Readings come at a lower rate than control, and late"),
+)  # fmt: skip
+EFFECTS: Mapping[str, EffectEntry] = MappingProxyType({entry.key: entry for entry in _ENTRIES})
+SENSOR_KEYS: tuple[str, ...] = tuple(field.name for field in fields(SensorEffects))

@@ -1,4 +1,4 @@
-"""Where the robot wants to be: waypoints, joined by the smoothest way there is from rest to rest."""
+"""The robot's own motion: waypoints, joined by minimum-jerk polynomials from rest to rest."""
 
 from __future__ import annotations
 
@@ -9,10 +9,9 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from app.arrays import FloatArray
-from app.errors import SceneError
+from app.core.arrays import FloatArray
+from app.core.errors import SceneError, did_you_mean
 from app.robots.robot import Joint, Robot
-from app.toml.nearest import nearest
 
 Unit: TypeAlias = Literal["rad", "deg"]
 
@@ -94,7 +93,7 @@ def _posture(robot: Robot, waypoint: Waypoint, before: FloatArray, place: str) -
     if isinstance(waypoint.posture, Mapping):
         unknown = [name for name in waypoint.posture if name not in names]
         if unknown:
-            remedy = nearest(unknown[0], tuple(names))
+            remedy = did_you_mean(unknown[0], tuple(names))
             raise SceneError(
                 "the robot has no such joint", place=f"{place}.{unknown[0]}", value=unknown[0], remedy=remedy
             )

@@ -1,4 +1,4 @@
-"""Things in a scene that are not the robot: what a scene file says of one, and the body made of it."""
+"""Objects in a scene besides the robot: what a scene file says of one, and the object with its surface."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from app.errors import Finding, SceneError
+from app.core.errors import Finding, SceneError
 from app.geometry.mesh import Mesh
 from app.geometry.pose import Pose
 
@@ -26,7 +26,7 @@ _SIZES: dict[str, tuple[tuple[str, ...], ...]] = {
     "mesh": ((), ("scale",)),
 }
 """What the numbers of a size mean, by kind; where two are given, the size may be left out."""
-LIGHTEST = 0.05
+MIN_MOVING_MASS = 0.05
 """Of a probe or a plate [kg]: lighter ones would need a smaller time step than anything else in a scene."""
 _FARTHEST, _LARGEST, _SMALLEST = 1e3, 100.0, 1e-4
 _RANGES = (("mass", 0.0, 1e5), ("friction", 0.0, 5.0), ("stiffness", 1.0, 1e8), ("damping", 0.0, 10.0),
@@ -120,7 +120,7 @@ class ObjectSpec:
     def moving_mass(self) -> float:
         """What weighs in a contact [kg]; infinite where it cannot be moved."""
         if self.kind in ("probe", "plate"):
-            return max(self.mass, LIGHTEST)
+            return max(self.mass, MIN_MOVING_MASS)
         return self.mass if self.mass and self.kind != "plane" else math.inf
 
     @property
@@ -130,7 +130,7 @@ class ObjectSpec:
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class SceneObject:
     """An object made real.
 
     Attributes:

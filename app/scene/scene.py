@@ -7,17 +7,15 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, TypeAlias
 
-from app.errors import SceneError
-from app.scene.decide import Decision, decide
-from app.scene.effect_table import Wish, effect_entry
-from app.scene.effects import Effects
+from app.core.errors import SceneError, did_you_mean
+from app.scene.effect_decision import EffectDecision, decide_effects
+from app.scene.effects import Effects, Override, effect_entry
 from app.scene.motion import Waypoint
-from app.scene.needs import OUTPUTS, TASKS, Needs
 from app.scene.objects import ObjectSpec
-from app.skin.cover_spec import CoverSpec
+from app.scene.tasks import OUTPUTS, TASKS, Needs
+from app.skin.cover import CoverSpec
 from app.stimuli.stimulus import Stimulus
-from app.toml.nearest import nearest
-from app.touch.layer import Layer
+from app.tactile.elastic_layer import ElasticLayer
 
 Setting: TypeAlias = str | float | tuple[tuple[float, float], ...]
 """Of the controller: a word, a number, or points on the map [m]."""
@@ -37,7 +35,7 @@ class Scene:
         layer: What the cover is made of.
         taxel_file: An iCub positions file whose taxels are worn instead of a cover; empty for none.
         objects: What there is besides the robot; their names differ.
-        wishes: Effects that do not follow from the needs, by key of ``effect_table``.
+        overrides: Effects that do not follow from the needs, by key of ``EFFECTS``.
         control: Settings of the controller that differ from its defaults, by name.
         behaviours: What contact events change of the controller's settings, see ``app.control.behaviour``.
         reading: How contacts are read, where that differs from the usual, by name.
@@ -56,10 +54,10 @@ class Scene:
     task: str = "touch"
     outputs: tuple[str, ...] = ()
     cover: CoverSpec = field(default_factory=CoverSpec)
-    layer: Layer = field(default_factory=Layer)
+    layer: ElasticLayer = field(default_factory=ElasticLayer)
     taxel_file: str = ""
     objects: tuple[ObjectSpec, ...] = ()
-    wishes: Mapping[str, Wish] = field(default_factory=dict)
+    overrides: Mapping[str, Override] = field(default_factory=dict)
     control: Mapping[str, Setting] = field(default_factory=dict)
     behaviours: tuple[Mapping[str, Any], ...] = ()
     reading: Mapping[str, str | float] = field(default_factory=dict)
@@ -69,8 +67,10 @@ class Scene:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        checked = {key: effect_entry(key).checked(wish) for key, wish in self.wishes.items()}
-        object.__setattr__(self, "wishes", {key: wish for key, wish in checked.items() if wish != "auto"})
+        checked = {key: effect_entry(key).checked(override) for key, override in self.overrides.items()}
+        object.__setattr__(
+            self, "overrides", {key: override for key, override in checked.items() if override != "auto"}
+        )
         self._check_words()
         self._check_names()
         if not 1e-4 <= self.tick <= 1.0:
@@ -94,7 +94,7 @@ class Scene:
         return self.outputs or TASKS[self.task].outputs
 
     @cached_property
-    def decision(self) -> Decision:
+    def decision(self) -> EffectDecision:
         """What is simulated, why, and what is lacking."""
         needs = Needs(
             task=self.task,
@@ -102,10 +102,10 @@ class Scene:
             objects=self.objects,
             layer=self.layer,
             tick=self.tick,
-            law=str(self.control.get("law", "impedance")),
+            controller=str(self.control.get("controller", "impedance")),
             scripted=bool(self.stimuli),
         )
-        return decide(needs, self.wishes)
+        return decide_effects(needs, self.overrides)
 
     @property
     def effects(self) -> Effects:
@@ -114,10 +114,10 @@ class Scene:
 
     def _check_words(self) -> None:
         if self.task not in TASKS:
-            raise self._refusal("there is no such task", "task", self.task, nearest(self.task, tuple(TASKS)))
+            raise self._refusal("there is no such task", "task", self.task, did_you_mean(self.task, tuple(TASKS)))
         for output in self.outputs:
             if output not in OUTPUTS:
-                raise self._refusal("there is no such output", "outputs", output, nearest(output, tuple(OUTPUTS)))
+                raise self._refusal("there is no such output", "outputs", output, did_you_mean(output, tuple(OUTPUTS)))
 
     def _check_names(self) -> None:
         names = [spec.name for spec in self.objects]
@@ -130,10 +130,10 @@ class Scene:
         return SceneError(problem, file=self.name, place=place, value=value, remedy=remedy)
 
 
-def with_wish(scene: Scene, key: str, wish: Wish) -> Scene:
-    """The same scene with one effect as a person wants it; ``auto`` takes the wish back.
+def with_override(scene: Scene, key: str, override: Override) -> Scene:
+    """The same scene with one effect as a person wants it; ``auto`` takes the override back.
 
     Raises:
         SceneError: There is no such effect, or it cannot be set to that.
     """
-    return replace(scene, wishes={**scene.wishes, key: wish})
+    return replace(scene, overrides={**scene.overrides, key: override})

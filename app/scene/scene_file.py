@@ -1,18 +1,103 @@
-"""Scenes by name or file: those that ship with the app, a person's own, and one for any robot."""
+"""Scenes as TOML: text and back, by name or file.
+
+What is written reads as an equal scene, so that a recording holds its own. Scenes are those that ship with the app, a
+person's own files, and one for any robot.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
-from app.errors import SceneError
-from app.scene.scene import Scene
-from app.scene.scene_text import scene_from_toml
-from app.stimuli.stroke import Stroke
-from app.toml.nearest import nearest
-from app.toml.reader import TomlReader
+from app.core.errors import SceneError, did_you_mean
+from app.core.toml import TomlReader, as_float, toml_lines
+from app.scene.motion import Waypoint
+from app.scene.objects import ObjectSpec
+from app.scene.scene import Scene, Setting
+from app.skin.cover import CoverSpec
+from app.stimuli.stimulus_file import read_stimulus, stimulus_to_table
+from app.stimuli.stimulus_kinds import Stroke
+from app.tactile.elastic_layer import ElasticLayer
 from assets import asset
+
+_POINTS = ("path",)
+"""Settings of the controller that are lists of points."""
+_PLAIN = ("name", "title", "robot", "task", "outputs", "taxel_file", "tick", "seed")
+_TABLES = ("cover", "layer", "objects", "effects", "control", "contacts", "behaviours", "motion", "stimuli")
+
+
+def scene_from_toml(text: str, *, name: str, file: str | None = None) -> Scene:
+    """Read a scene.
+
+    Args:
+        text: TOML.
+        name: Of the scene, where the text does not say.
+        file: Where the text came from, for messages.
+
+    Raises:
+        SceneError: Naming the line and the key, the value, what is allowed there and the nearest spelling.
+    """
+    reader = TomlReader(text, file=file or name, top=_PLAIN)
+    known = {key: value for key, value in reader.raw.items() if key not in _TABLES}
+    values = reader.fields(Scene, {"name": name, **known}, ())
+    values |= {
+        "cover": reader.build(CoverSpec, reader.table("cover"), ("cover",)),
+        "layer": reader.build(ElasticLayer, reader.table("layer"), ("layer",)),
+        "objects": tuple(reader.build(ObjectSpec, *place) for place in reader.tables("objects")),
+        "overrides": reader.table("effects"),
+        "control": _control(reader),
+        "reading": _contacts(reader),
+        "behaviours": tuple(table for table, _ in reader.tables("behaviours")),
+        "motion": tuple(reader.build(Waypoint, *place) for place in reader.tables("motion")),
+        "stimuli": tuple(read_stimulus(reader, *place) for place in reader.tables("stimuli")),
+    }
+    with reader.locating_errors(reader.raw, ()):
+        return Scene(**values)
+
+
+def scene_to_toml(scene: Scene) -> str:
+    """The same scene as text; reading it gives an equal scene."""
+    parts = [toml_lines({key: getattr(scene, key) for key in _PLAIN})]
+    tables = {"cover": asdict(scene.cover), "layer": asdict(scene.layer), "effects": scene.overrides}
+    for key, table in (tables | {"control": scene.control, "contacts": scene.reading}).items():
+        parts += [f"[{key}]", toml_lines(table)]
+    lists = {
+        "objects": map(asdict, scene.objects),
+        "behaviours": scene.behaviours,
+        "motion": map(asdict, scene.motion),
+        "stimuli": map(stimulus_to_table, scene.stimuli),
+    }
+    for key, items in lists.items():
+        for item in items:
+            parts += [f"[[{key}]]", toml_lines(item)]
+    return "\n".join(parts) + "\n"
+
+
+def _control(reader: TomlReader) -> dict[str, Setting]:
+    """Words, numbers, infinity among them, and points; the controller knows which names there are."""
+    result: dict[str, Setting] = {}
+    for key, value in reader.table("control").items():
+        if key in _POINTS:
+            result[key] = reader.value(value, tuple[tuple[float, float], ...], ("control", key))
+            continue
+        number = as_float(value) if type(value) in (int, float) else math.nan
+        if math.isnan(number) and not isinstance(value, str):
+            problem = "a controller setting must be a number or a word"
+            raise reader.error_at(problem, ("control", key), value=value)
+        result[key] = value if isinstance(value, str) else number
+    return result
+
+
+def _contacts(reader: TomlReader) -> dict[str, str | float]:
+    """Words and numbers; who reads contacts knows which names there are."""
+    table = reader.table("contacts")
+    for key, value in table.items():
+        if type(value) not in (int, float, str):
+            raise reader.error_at("this must be a number or a word", ("contacts", key), value=value)
+    return table
+
 
 _MAX_BYTES = 1_000_000
 
@@ -22,11 +107,11 @@ def scene_names() -> tuple[str, ...]:
     return tuple(sorted(path.stem for path in asset("scenes").glob("*.toml")))
 
 
-def _trusting(_scene: Scene) -> None:
+def _accept(_scene: Scene) -> None:
     """Nothing more is checked."""
 
 
-def load_scene(name: str, *, check: Callable[[Scene], None] = _trusting) -> Scene:
+def load_scene(name: str, *, check: Callable[[Scene], None] = _accept) -> Scene:
     """The scene of that name or file. In a file, robot, taxels and meshes may be named relative to its folder.
 
     Args:
@@ -38,7 +123,7 @@ def load_scene(name: str, *, check: Callable[[Scene], None] = _trusting) -> Scen
     """
     path = asset("scenes", f"{name}.toml") if name in scene_names() else Path(name)
     if not path.is_file():
-        remedy = f"{nearest(name, scene_names())}, or give the path of a file"
+        remedy = f"{did_you_mean(name, scene_names())}, or give the path of a file"
         raise SceneError("there is no such scene", value=name, remedy=remedy)
     if path.stat().st_size > _MAX_BYTES:
         raise SceneError("the file is too large for a scene", file=path, value=f"{path.stat().st_size} bytes")
@@ -54,7 +139,7 @@ def load_scene(name: str, *, check: Callable[[Scene], None] = _trusting) -> Scen
         objects=tuple(replace(spec, file=_beside(path, spec.file)) for spec in scene.objects),
     )
     reader = TomlReader(text, file=str(path))
-    with reader.locating(reader.raw, ()):
+    with reader.locating_errors(reader.raw, ()):
         check(scene)
     return scene
 

@@ -1,7 +1,7 @@
-"""Which time steps hold which contacts, as it was measured; whoever is about to leave that ground is told before.
+"""Which time steps hold which contacts, as it was measured; whoever is about to leave that range is told before.
 
-The table is that of the experiment ``step-cost``: our own arm pressed by a probe, every integrator at every time step
-and stiffness. Between its rows the next worse one counts.
+The table is that of the study ``step-cost``: our own arm pressed by a probe, every integrator at every time step and
+stiffness. Between its rows the next worse one counts.
 """
 
 from __future__ import annotations
@@ -12,20 +12,20 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal, TypeAlias
 
-from app.errors import Finding
+from app.core.errors import Finding
 from app.scene.effects import Effects, Integrator
 from app.scene.objects import ObjectSpec
-from app.touch.layer import Layer
+from app.tactile.elastic_layer import ElasticLayer
 from assets import asset
 
 Verdict: TypeAlias = Literal["steady", "bounces", "diverges"]
-PROBE = 0.1
+PROBE_MASS = 0.1
 """What pressed the arm when the table was made [kg]."""
 _ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
-class Corner:
+class StabilityResult:
     """One combination, measured.
 
     Attributes:
@@ -47,11 +47,11 @@ class Corner:
 
 
 @lru_cache(maxsize=1)
-def corners() -> tuple[Corner, ...]:
+def stability_table() -> tuple[StabilityResult, ...]:
     """All that was measured; ``assets/stability.json`` is the table that ``experiment step-cost`` writes."""
     rows = json.loads(asset("stability.json").read_text(encoding="utf8"))["rows"]
     return tuple(
-        Corner(
+        StabilityResult(
             row["integrator"],
             1e-3 * row["timestep_ms"],
             row["stiffness"],
@@ -63,7 +63,7 @@ def corners() -> tuple[Corner, ...]:
     )
 
 
-def corner(effects: Effects, layer: Layer, *, objects: Sequence[ObjectSpec] = ()) -> Finding | None:
+def stability_warning(effects: Effects, layer: ElasticLayer, *, objects: Sequence[ObjectSpec] = ()) -> Finding | None:
     """What is known to go wrong with these effects and this cover, and the nearest way out; None where nothing is.
 
     Args:
@@ -73,30 +73,30 @@ def corner(effects: Effects, layer: Layer, *, objects: Sequence[ObjectSpec] = ()
     """
     if effects.contact == "off" or not effects.dynamics or effects.skin == "foundation":
         return None  # the foundation refuses by itself what it cannot hold
-    stiffness = as_stiff(layer, objects)
-    found = measured(effects.integrator, effects.timestep, stiffness)
+    stiffness = equivalent_stiffness(layer, objects)
+    found = measured_stability(effects.integrator, effects.timestep, stiffness)
     if found is not None and found.verdict == "steady":
         return None
     fate = "was never tried" if found is None else found.verdict
     where = f"{effects.integrator} at {1e3 * effects.timestep:g} ms, contacts of {layer.stiffness:.3g} N/m"
-    return Finding("unstable-corner", where, f"Contact {fate} there: {_way_out(effects, stiffness)}")
+    return Finding("unstable-time-step", where, f"Contact {fate} there: {_way_out(effects, stiffness)}")
 
 
-def as_stiff(layer: Layer, objects: Sequence[ObjectSpec]) -> float:
+def equivalent_stiffness(layer: ElasticLayer, objects: Sequence[ObjectSpec]) -> float:
     """The stiffness [N/m] at which the table's probe is as unsteady as the lightest of ``objects`` on this cover.
 
     What counts is stiffness over mass times the step squared. Heavier things are as unsteady as the probe is: the arm
     that bears them is not heavier.
     """
-    lightest = min((thing.moving_mass for thing in objects), default=PROBE)
-    return layer.stiffness * max(PROBE / lightest, 1.0)
+    lightest = min((thing.moving_mass for thing in objects), default=PROBE_MASS)
+    return layer.stiffness * max(PROBE_MASS / lightest, 1.0)
 
 
-def measured(integrator: Integrator, timestep: float, stiffness: float) -> Corner | None:
+def measured_stability(integrator: Integrator, timestep: float, stiffness: float) -> StabilityResult | None:
     """The row that answers for a combination: the next longer step and the next stiffer contact; None beyond them."""
     worse = [
         row
-        for row in corners()
+        for row in stability_table()
         if row.integrator == integrator
         and row.timestep >= timestep * (1 - _ROUNDING)
         and row.stiffness >= stiffness * (1 - _ROUNDING)
@@ -106,9 +106,9 @@ def measured(integrator: Integrator, timestep: float, stiffness: float) -> Corne
 
 def _way_out(effects: Effects, stiffness: float) -> str:
     """The longest steady step of this integrator, and the integrators that are steady at this step."""
-    steps = sorted({row.timestep for row in corners() if row.timestep < effects.timestep})
+    steps = sorted({row.timestep for row in stability_table() if row.timestep < effects.timestep})
     shorter = [step for step in steps if _steady(effects.integrator, step, stiffness)]
-    integrators = {row.integrator: None for row in corners()}
+    integrators = {row.integrator: None for row in stability_table()}
     others = [name for name in integrators if _steady(name, effects.timestep, stiffness)]
     ways = [f"a time step of {1e3 * shorter[-1]:g} ms"] if shorter else []
     ways += [f"the integrator {' or '.join(others)}"] if others else []
@@ -116,5 +116,5 @@ def _way_out(effects: Effects, stiffness: float) -> str:
 
 
 def _steady(integrator: Integrator, timestep: float, stiffness: float) -> bool:
-    row = measured(integrator, timestep, stiffness)
+    row = measured_stability(integrator, timestep, stiffness)
     return row is not None and row.verdict == "steady"

@@ -1,4 +1,7 @@
-"""A frame: one frozen instant of a session, all that a view or a recorder may know."""
+"""What a tick answers: a frame, one frozen instant of a session and all that a view or a recorder may know.
+
+Where the physics gives up there is a ``Failure`` instead, with all that is needed to see it happen again.
+"""
 
 from __future__ import annotations
 
@@ -8,14 +11,15 @@ from itertools import takewhile
 
 import numpy as np
 
-from app.arrays import FloatArray, readonly
-from app.contacts.estimators.estimate import ForceEstimate
-from app.contacts.event import ContactEvent
-from app.contacts.region import ContactRegion
-from app.control.command import JointCommand
-from app.control.report import TaskReport
-from app.timing import Timings
-from app.touch.poke import PokeState
+from app.contacts.events import ContactEvent
+from app.contacts.force_estimation.estimate import ForceEstimate
+from app.contacts.regions import ContactRegion
+from app.control.command import JointCommand, TaskReport
+from app.core.arrays import FloatArray, readonly
+from app.core.errors import SimulationError
+from app.core.timing import Timings
+from app.session.inputs import SessionInput
+from app.tactile.poke import PokeState
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +41,7 @@ class Frame:
         notes: What the skin's model could not do as asked at this tick, in words; empty when nothing.
         recent: The newest contact events up to this tick, newest first: a view that shows only some of the frames
             misses none.
-        task: How the controller's task goes; None under a law without one.
+        task: How the controller's task goes; None under a controller without one.
         estimates: What the force estimator in force answered, by region; empty with the area sum. A region whose
             estimate refused has the area sum.
     """
@@ -66,3 +70,25 @@ class Frame:
     def events(self) -> tuple[ContactEvent, ...]:
         """What contacts began or ended to do at this very tick, in the order in which it was noticed."""
         return tuple(takewhile(lambda event: event.tick == self.tick, self.recent))[::-1]
+
+
+@dataclass(frozen=True, eq=False)
+class Failure:
+    """A tick that could not be finished: the physics left the numbers that mean something.
+
+    Attributes:
+        tick: The one that was not finished.
+        error: What was wrong, where and when.
+        inputs: (tick, input) since the reset, those of ``tick`` included; with the scene they repeat the failure.
+        frame: The last good one, of the tick before.
+    """
+
+    tick: int
+    error: SimulationError
+    inputs: tuple[tuple[int, SessionInput], ...]
+    frame: Frame
+
+    @property
+    def problem(self) -> str:
+        """The message, for people and for comparing."""
+        return str(self.error)

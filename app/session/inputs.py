@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from app.contacts.reading_settings import ReadingSettings
-from app.control.behaviour import Behaviour
+from app.contacts.pipeline import ReadingSettings
+from app.control.behaviours import Behaviour
 from app.control.command import ControlChanged
 from app.maps.tactile_map import TactileMap
 from app.scene.effects import Effects
-from app.touch.poke import PokeInput, PokeMoved, PokePressed, PokeReleased
+from app.tactile.poke import PokeInput, PokeMoved, PokePressed, PokeReleased
 
 
 @dataclass(frozen=True, eq=False)

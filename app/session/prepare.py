@@ -1,26 +1,37 @@
-"""Everything a scene needs, made once: the slow work before a session can start."""
+"""Everything a scene needs, made once: the slow work before a session can start.
+
+``open_scene`` opens a person's own scene file: what only robot, controller and other files can tell is checked with its
+line. ``prepare`` loads the robot, puts on its skin and makes the map.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
+from app.contacts.pipeline import reading_from
+from app.control.behaviours import behaviours_from
+from app.control.command import settings_from
+from app.core.errors import SceneError, TactileMapsError
 from app.maps.build import build_map
 from app.maps.tactile_map import TactileMap
 from app.robots.library import find_robot
 from app.robots.robot import Robot
-from app.scene.bodies import make_bodies
-from app.scene.objects import Body
+from app.scene.motion import Motion
+from app.scene.object_meshes import make_objects
+from app.scene.objects import SceneObject
 from app.scene.scene import Scene
-from app.skin.cover import cover
-from app.skin.exchange.icub import import_icub
+from app.scene.scene_file import load_scene, scene_names
+from app.skin.cover import cover_robot
+from app.skin.formats.icub_positions import import_icub_skin
 from app.skin.skin import Skin
 
 Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True, eq=False)
-class Prepared:
+class PreparedScene:
     """A scene made real. A plain value: it crosses processes and is kept in recordings.
 
     Attributes:
@@ -35,14 +46,14 @@ class Prepared:
     robot: Robot
     skin: Skin
     map: TactileMap
-    objects: tuple[Body, ...] = ()
+    objects: tuple[SceneObject, ...] = ()
 
 
 def _silent(_text: str, _fraction: float) -> None:
     """No progress wanted."""
 
 
-def prepare(scene: Scene, *, progress: Progress = _silent) -> Prepared:
+def prepare(scene: Scene, *, progress: Progress = _silent) -> PreparedScene:
     """Make the objects, load the robot, put on its skin, make the map.
 
     Args:
@@ -54,13 +65,13 @@ def prepare(scene: Scene, *, progress: Progress = _silent) -> Prepared:
 
     Cost: 2 to 5 s for 1000 taxels.
     """
-    objects = make_bodies(scene)  # first, since it costs nothing and may fail
-    robot, skin = robot_in_skin(scene, progress=progress)
+    objects = make_objects(scene)  # first, since it costs nothing and may fail
+    robot, skin = load_robot_and_skin(scene, progress=progress)
     map_ = build_map(skin, progress=lambda text, done: progress(text, 0.4 + 0.6 * done))
-    return Prepared(scene, robot, skin, map_, objects)
+    return PreparedScene(scene, robot, skin, map_, objects)
 
 
-def robot_in_skin(scene: Scene, *, progress: Progress = _silent) -> tuple[Robot, Skin]:
+def load_robot_and_skin(scene: Scene, *, progress: Progress = _silent) -> tuple[Robot, Skin]:
     """The scene's robot and what it wears, without a map.
 
     Args:
@@ -74,7 +85,40 @@ def robot_in_skin(scene: Scene, *, progress: Progress = _silent) -> tuple[Robot,
     robot = find_robot(scene.robot)
     if scene.taxel_file:
         progress("Importing taxels", 0.1)
-        skin = import_icub(robot, scene.taxel_file, thickness=scene.cover.thickness)
+        skin = import_icub_skin(robot, scene.taxel_file, thickness=scene.cover.thickness)
     else:
-        skin = cover(robot, scene.cover, progress=lambda text, done: progress(text, 0.1 + 0.3 * done))
+        skin = cover_robot(robot, scene.cover, progress=lambda text, done: progress(text, 0.1 + 0.3 * done))
     return robot, skin
+
+
+def open_scene(name: str) -> Scene:
+    """The scene of that name or file, as ``load_scene``; in a file, also names of joints, settings and files are right.
+
+    Raises:
+        SceneError: There is none, or it has a mistake; the message names the line and the key.
+
+    Cost: that of loading the robot, for a file; none for a scene that ships with the app.
+    """
+    return load_scene(name) if name in scene_names() else load_scene(name, check=_check)
+
+
+def _check(scene: Scene) -> None:
+    """Refuse what a session of the scene would refuse, with its place in the scene."""
+    try:
+        robot = find_robot(scene.robot)
+    except TactileMapsError as error:
+        raise SceneError(error.problem, place="robot", value=error.value or scene.robot, remedy=error.remedy) from error
+    if scene.taxel_file and not Path(scene.taxel_file).is_file():
+        remedy = "Name a file relative to the scene's folder"
+        raise SceneError("there is no such file", place="taxel_file", value=scene.taxel_file, remedy=remedy)
+    for number, link in enumerate(scene.cover.links):
+        try:
+            robot.link(link)
+        except TactileMapsError as error:
+            place = f"cover.links.{number}"
+            raise SceneError(error.problem, place=place, value=error.value, remedy=error.remedy) from error
+    settings_from(dict(scene.control))
+    behaviours_from(scene.behaviours)
+    reading_from(scene.reading)
+    Motion(robot, scene.motion)
+    make_objects(scene)

@@ -1,34 +1,62 @@
-"""A session: one run of a prepared scene, advanced tick by tick, answering with frozen frames."""
+"""A session: one run of a prepared scene, advanced tick by tick, answering with frozen frames.
+
+A control tick is a whole number of physics steps (``substeps``), and the controller is told how often, how late and up
+to which pressure the scene's sensor reads (``skin_readings``).
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from app.arrays import FloatArray
-from app.contacts.reading_settings import ReadingSettings
-from app.contacts.region import ContactRegion
-from app.contacts.sense import ContactSense
-from app.control.behaviour import Behaviour
-from app.control.behaviour_watch import BehaviourWatch
+from app.contacts.pipeline import ContactPipeline, ReadingSettings
+from app.contacts.regions import ContactRegion
+from app.control.behaviours import Behaviour, BehaviourTrigger
 from app.control.command import ControlChanged, ControlSettings
-from app.control.contact_motion import ContactMotionController
-from app.errors import SimulationError, TactileMapsError
+from app.control.controller_manager import ControllerManager
+from app.control.loop_stability import SensorTiming
+from app.core.arrays import FloatArray
+from app.core.errors import SimulationError, TactileMapsError
+from app.core.timing import Stopwatch
 from app.maps.tactile_map import TactileMap
 from app.scene.effects import Effects
 from app.scene.motion import Motion
-from app.session.failure import Failure
-from app.session.frame import Frame
+from app.session.frame import Failure, Frame
 from app.session.inputs import BehavioursChanged, EffectsChanged, MapEdited, ReadingChanged, SessionInput
-from app.session.prepare import Prepared
-from app.session.rules import Rules
-from app.session.sensor_facts import skin_readings
-from app.session.steps import whole_steps
+from app.session.prepare import PreparedScene
+from app.session.runtime_settings import RuntimeSettings
 from app.simulation.simulation import Simulation
-from app.stimuli.player import StimulusPlayer
-from app.timing import Stopwatch
-from app.touch.poke import PokePressed, PokeReleased
+from app.stimuli.stimulus_player import StimulusPlayer
+from app.tactile.poke import PokePressed, PokeReleased
+
+
+def substeps(tick: float, timestep: float) -> int:
+    """Physics steps in one control tick.
+
+    Raises:
+        SimulationError: The tick is not a whole number of them.
+    """
+    steps = round(tick / timestep) if 1e-5 <= timestep <= tick else 0  # NaN compares false
+    if not steps or abs(tick / timestep - steps) > 1e-6:
+        raise SimulationError(
+            "a tick must be a whole number of time steps",
+            place="effects.timestep",
+            value=f"{timestep} s",
+            remedy=f"Choose a part of {tick} s, of at least 0.00001 s",
+        )
+    return steps
+
+
+def skin_readings(effects: Effects, tick: float) -> SensorTiming:
+    """At every ``tick`` [s], at once and without an end; but for the effects ``sampling`` and ``saturation``."""
+    bus, amplifier = effects.sensor.sampling, effects.sensor.saturation
+    highest = math.inf if amplifier is None else amplifier.at
+    if bus is None:
+        return SensorTiming(tick, highest=highest)
+    return SensorTiming(max(1 / bus.rate, tick), bus.delay, highest)
+
 
 MAX_TICKS = 20
 """Of one ``advance``: the rest of the wall time is dropped, so that a slow machine runs slower instead of choking."""
@@ -64,7 +92,7 @@ class Session:
 
     def __init__(
         self,
-        prepared: Prepared,
+        prepared: PreparedScene,
         *,
         scripted: bool = True,
         settings: ControlSettings | None = None,
@@ -75,14 +103,14 @@ class Session:
     ) -> None:
         self.prepared, self._wants_script = prepared, scripted
         scene, robot, skin = prepared.scene, prepared.robot, prepared.skin
-        self._start = Rules.of_scene(prepared)
+        self._start = RuntimeSettings.of_scene(prepared)
         effects = effects or self._start.effects
-        self._steps = whole_steps(scene.tick, effects.timestep)
+        self._steps = substeps(scene.tick, effects.timestep)
         self._simulation = Simulation(
             robot, skin, effects, objects=prepared.objects, layer=scene.layer, tick=scene.tick, seed=scene.seed
         )
         self.map = map_ or self._start.map
-        self._contacts = ContactSense(
+        self._contacts = ContactPipeline(
             robot,
             self.map,
             effects.sensor,
@@ -90,9 +118,9 @@ class Session:
             depth=scene.layer.depth,
             seed=scene.seed,
         )
-        self._controller = ContactMotionController(robot, settings or self._start.settings, self.map)
+        self._controller = ControllerManager(robot, settings or self._start.settings, self.map)
         self._controller.readings = skin_readings(effects, scene.tick)
-        self._behaviours = BehaviourWatch(self._start.behaviours if behaviours is None else behaviours, skin)
+        self._behaviours = BehaviourTrigger(self._start.behaviours if behaviours is None else behaviours, skin)
         self._motion = Motion(robot, scene.motion) if scene.motion else None
         self._stimulus = StimulusPlayer(skin, scene.stimuli, tick=scene.tick)
         self._watch = Stopwatch()
@@ -109,9 +137,15 @@ class Session:
         self._behaviours.reset()
         self._waiting: list[SessionInput] = []
         # What is in force is part of what a replay needs, the settings even where they are the scene's.
-        rules = self.rules
-        others = [act for act in rules.since(self._start) if not isinstance(act, ControlChanged)]
-        self.inputs: list[tuple[int, SessionInput]] = [(0, act) for act in (ControlChanged(rules.settings), *others)]
+        runtime_settings = self.runtime_settings
+        others = [
+            session_input
+            for session_input in runtime_settings.since(self._start)
+            if not isinstance(session_input, ControlChanged)
+        ]
+        self.inputs: list[tuple[int, SessionInput]] = [
+            (0, session_input) for session_input in (ControlChanged(runtime_settings.settings), *others)
+        ]
         self._ticks, self._remainder = 0, 0.0
         self.failure: Failure | None = None
         self.scripted = self._wants_script and bool(self.prepared.scene.stimuli)
@@ -128,25 +162,27 @@ class Session:
         return self._simulation.effects
 
     @property
-    def rules(self) -> Rules:
+    def runtime_settings(self) -> RuntimeSettings:
         """All that a person may change, as it is in force."""
-        return Rules(self.settings, self.effects, self._behaviours.behaviours, self._contacts.settings, self.map)
+        return RuntimeSettings(
+            self.settings, self.effects, self._behaviours.behaviours, self._contacts.settings, self.map
+        )
 
     @property
-    def pressing(self) -> float:
+    def total_normal_force(self) -> float:
         """How hard all that touches truly presses the skin at this tick [N], whatever the sensor makes of it."""
-        return self._simulation.pressing
+        return self._simulation.total_normal_force
 
-    def submit(self, act: SessionInput) -> None:
-        """Let a person act at the start of the next tick. The first press ends the scripted hand's show.
+    def submit(self, session_input: SessionInput) -> None:
+        """Let a person do something at the start of the next tick. The first press ends the scripted hand's show.
 
         What a behaviour did in a recorded session is not taken: it is derived again.
         """
-        if isinstance(act, ControlChanged) and act.by:
+        if isinstance(session_input, ControlChanged) and session_input.by:
             return
-        if isinstance(act, PokePressed) and self.scripted:
+        if isinstance(session_input, PokePressed) and self.scripted:
             self._end_script()
-        self._waiting.append(act)
+        self._waiting.append(session_input)
 
     def advance(self, elapsed: float, *, each: Callable[[Frame], None] | None = None) -> Frame:
         """Simulate ``elapsed`` seconds in whole ticks, keeping the remainder; the frame of the last tick.
@@ -191,12 +227,12 @@ class Session:
         return self.frame
 
     def _take_effect(self) -> None:
-        self._act()
+        self._apply_waiting()
         # Without the effect, hands cannot reach the skin: the script goes on unseen.
         if self.scripted and self.effects.fingers:
             self._waiting += self._stimulus.inputs(self._ticks)
             try:
-                self._act()
+                self._apply_waiting()
             except TactileMapsError:
                 self._end_script()  # it would be refused again at this tick, for ever
                 raise
@@ -205,26 +241,26 @@ class Session:
         self.scripted = False
         self._waiting += [PokeReleased(finger) for finger in self._stimulus.fingers]
 
-    def _act(self) -> None:
+    def _apply_waiting(self) -> None:
         while self._waiting:
-            act = self._waiting.pop(0)
-            if isinstance(act, ControlChanged):
-                self._controller.settings = act.settings
-                if not act.by:
+            session_input = self._waiting.pop(0)
+            if isinstance(session_input, ControlChanged):
+                self._controller.settings = session_input.settings
+                if not session_input.by:
                     self._behaviours.settled()
-            elif isinstance(act, BehavioursChanged):
-                self._behaviours.use(act.behaviours)
-            elif isinstance(act, MapEdited):
-                self.map = act.map
+            elif isinstance(session_input, BehavioursChanged):
+                self._behaviours.use(session_input.behaviours)
+            elif isinstance(session_input, MapEdited):
+                self.map = session_input.map
                 self._contacts.use(self.map)
                 self._controller.use(self.map)
-            elif isinstance(act, EffectsChanged):
-                self._use(act.effects)
-            elif isinstance(act, ReadingChanged):
-                self._contacts.settings = act.settings
+            elif isinstance(session_input, EffectsChanged):
+                self._use(session_input.effects)
+            elif isinstance(session_input, ReadingChanged):
+                self._contacts.settings = session_input.settings
             else:
-                self._simulation.apply(act)
-            self.inputs.append((self._ticks + 1, act))
+                self._simulation.apply(session_input)
+            self.inputs.append((self._ticks + 1, session_input))
 
     def _trigger(self) -> None:
         """Let what has happened at this tick change the controller at the next."""
@@ -234,9 +270,9 @@ class Session:
             self._waiting.append(ControlChanged(changed[0], by=changed[1]))
 
     def _use(self, effects: Effects) -> None:
-        steps = whole_steps(self.prepared.scene.tick, effects.timestep)
+        steps = substeps(self.prepared.scene.tick, effects.timestep)
         self._simulation.use(effects)
-        self._contacts.trust(effects.sensor)
+        self._contacts.set_sensor_model(effects.sensor)
         self._controller.readings = skin_readings(effects, self.prepared.scene.tick)
         self._steps = steps
 
@@ -270,12 +306,12 @@ class Session:
     def _touch(self, time: float) -> tuple[FloatArray, tuple[ContactRegion, ...]]:
         """What the skin reads, stage by stage, and the contacts in it; neither where no skin is simulated."""
         pressures, stages = np.zeros(len(self.prepared.skin)), self._simulation.readings
-        for name, act in stages:
+        for name, stage in stages:
             with self._watch.stage(name):
-                pressures = act(pressures)
+                pressures = stage(pressures)
         posture = self._simulation.posture
         if not stages:
             return pressures, self._contacts.read(self._ticks, time, posture, None)
         with self._watch.stage("contacts"):
-            wrenches = self._simulation.wrenches() if self._contacts.feels_wrenches else {}
+            wrenches = self._simulation.wrenches() if self._contacts.needs_wrenches else {}
             return pressures, self._contacts.read(self._ticks, time, posture, pressures, wrenches=wrenches)

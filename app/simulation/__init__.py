@@ -1,9 +1,13 @@
-"""Physics of the robot, of the things around it and of the fingers that press it, and what its skin reads of that.
+"""Physics of the robot, of the objects around it and of the fingers that press it, and what its skin reads of that.
 
-``assemble`` compiles a model of exactly the effects that are on: ``object_geoms`` adds things, ``contact_pairs`` says
-who may touch whom, ``real_stiffness`` how hard. ``physics`` steps it, ``simulation`` adds ``fingers`` and the sensor,
-and ``carry_state`` takes the state along when effects change. ``contact_loads`` are what presses the skin at one
-instant, by ``geom_shapes``, and ``link_wrenches`` what all of it does to a link; ``meetings`` are who may press a layer
-that makes its own force. ``guard`` is the watchman. ``weigh`` lays a known weight on the skin, where ``level_place``
-finds one.
+- ``simulation``: the whole, with fingers, sensor and effects that change while it runs.
+- ``physics``: one compiled model at work: its steps and what acts between them.
+- ``model_assembly``: a MuJoCo model of exactly the effects that are on.
+- ``object_geoms``: the scene's objects in it.
+- ``contact_pairs``: who may touch whom; ``contact_stiffness``: how stiff that is.
+- ``fingers``: springs that press the skin.
+- ``pressing_shapes``: the solid shapes that may press.
+- ``contact_loads``: what contacts do to skin and links.
+- ``step_checks``: divergence, tunnelling, commands.
+- ``known_load_check``: a known weight laid on the skin.
 """

@@ -1,8 +1,8 @@
-"""Who may touch whom, and how stiff that is: hulls for skinned links, explicit pairs with real stiffness for skin.
+"""Who may touch whom: convex hulls for skinned links, and explicit contact pairs for everything skin may touch.
 
-Skinned links touch as the convex hull of link and skin, so that what touches is what feels. Each hull meets each thing
-it may touch in one explicit pair with one contact point (several would be several times as stiff). Links without skin
-and objects meet each other as MuJoCo finds them, by bits.
+Skinned links touch as the convex hull of link and skin, so that what touches is what senses. Each hull meets each
+object it may touch in one explicit pair with one contact point (several would be several times as stiff). Links without
+skin and objects meet each other as MuJoCo finds them, by bits.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ from itertools import combinations
 import mujoco
 import numpy as np
 
-from app.arrays import FloatArray
-from app.robots.compile import compile_spec, robot_spec
-from app.robots.exclusions import pairs_to_exclude
+from app.core.arrays import FloatArray
+from app.robots.mujoco_spec import compile_spec, robot_spec
 from app.robots.robot import Robot
+from app.robots.sanitize import collision_exclusions
 from app.scene.effects import Effects
-from app.scene.objects import Body
-from app.simulation.object_geoms import body_name, slab_name, takes_part
-from app.simulation.real_stiffness import IMPEDANCE
+from app.scene.objects import SceneObject
+from app.simulation.contact_stiffness import SOLVER_IMPEDANCE
+from app.simulation.object_geoms import body_name, is_simulated, slab_name
 from app.skin.skin import Skin
-from app.touch.layer import Layer
+from app.tactile.elastic_layer import ElasticLayer
 
 _ROBOT, _OUTSIDE = 1, 2
 
@@ -33,18 +33,18 @@ def hull_name(link: str) -> str:
     return f"skin {link}"
 
 
-def feeling_links(skin: Skin) -> tuple[str, ...]:
+def skinned_links(skin: Skin) -> tuple[str, ...]:
     """Names of the links that wear skin, each once."""
     return tuple({patch.link: None for patch in skin.patches})
 
 
-def touches_itself(effects: Effects) -> bool:
+def allows_self_contact(effects: Effects) -> bool:
     """Whether the robot's links may touch each other."""
     return effects.dynamics and effects.contact in ("self", "all")
 
 
-def let_touch(
-    spec: mujoco.MjSpec, robot: Robot, skin: Skin, objects: Sequence[Body], effects: Effects, layer: Layer
+def add_contact_pairs(
+    spec: mujoco.MjSpec, robot: Robot, skin: Skin, objects: Sequence[SceneObject], effects: Effects, layer: ElasticLayer
 ) -> None:
     """Let everything in the model touch what the contact effect says; shapes that touch nothing are deleted.
 
@@ -59,8 +59,8 @@ def let_touch(
     Raises:
         RobotError: MuJoCo refuses the robot.
     """
-    outside = [thing for thing in objects if takes_part(thing.spec.kind, effects)]
-    itself, links = touches_itself(effects), feeling_links(skin)
+    outside = [scene_object for scene_object in objects if is_simulated(scene_object.spec.kind, effects)]
+    itself, links = allows_self_contact(effects), skinned_links(skin)
     _drop_own_pairs(spec)
     bare = _bare_shapes(spec, links, wanted=itself or (bool(outside) and effects.contact != "probe"))
     _set_bits(spec, bare, outside, effects)
@@ -72,7 +72,7 @@ def let_touch(
     partners = [(slab_name(t.spec) if t.spec.kind == "plane" else body_name(t.spec), t.spec.friction) for t in outside]
     meetings = [(hull_name(link), other, friction) for link in links for other, friction in partners]
     if itself:
-        apart = never_touching(robot, skin)
+        apart = excluded_pairs(robot, skin)
         _exclude(spec, apart)
         meetings += _self_meetings(links, bare, apart, layer)
     if paired:
@@ -80,19 +80,21 @@ def let_touch(
             _pair(spec, first, second, max(friction, layer.friction), effects)
 
 
-def _set_bits(spec: mujoco.MjSpec, bare: Iterable[mujoco.MjsGeom], outside: Iterable[Body], effects: Effects) -> None:
+def _set_bits(
+    spec: mujoco.MjSpec, bare: Iterable[mujoco.MjsGeom], outside: Iterable[SceneObject], effects: Effects
+) -> None:
     """Let links without skin and objects meet each other as MuJoCo finds them."""
-    own = _ROBOT if touches_itself(effects) else 0
+    own = _ROBOT if allows_self_contact(effects) else 0
     for geom in bare:
         geom.contype, geom.conaffinity, geom.condim = own, own | _OUTSIDE, 3 if effects.friction else 1
-    for thing in outside:
+    for scene_object in outside:
         if effects.contact != "probe":
-            geom = spec.geom(body_name(thing.spec))
+            geom = spec.geom(body_name(scene_object.spec))
             geom.contype, geom.conaffinity = _OUTSIDE, _OUTSIDE
 
 
 @lru_cache(maxsize=8)
-def never_touching(robot: Robot, skin: Skin) -> frozenset[frozenset[str]]:
+def excluded_pairs(robot: Robot, skin: Skin) -> frozenset[frozenset[str]]:
     """Pairs of links that never collide: neighbours, and those whose shapes overlap at home or mostly.
 
     Raises:
@@ -101,14 +103,14 @@ def never_touching(robot: Robot, skin: Skin) -> frozenset[frozenset[str]]:
     Cost: a compilation and 31 collision passes, once for a robot and its skin.
     """
     spec = robot_spec(robot)
-    for link in feeling_links(skin):
+    for link in skinned_links(skin):
         for geom in spec.body(link).geoms:
             geom.contype = geom.conaffinity = 0
         hull = _add_hull(spec, robot, skin, link)
         hull.contype = hull.conaffinity = 1
     stated = {frozenset((exclude.bodyname1, exclude.bodyname2)) for exclude in spec.excludes}
     model = compile_spec(spec, source=robot.source)
-    overlapping = {frozenset(pair) for pair in pairs_to_exclude(model, robot.home)}
+    overlapping = {frozenset(pair) for pair in collision_exclusions(model, robot.home)}
     return frozenset(stated | overlapping | _neighbours(model))
 
 
@@ -169,7 +171,7 @@ def _add_hull(spec: mujoco.MjSpec, robot: Robot, skin: Skin, link: str) -> mujoc
 
 
 def _self_meetings(
-    links: Sequence[str], bare: Iterable[mujoco.MjsGeom], apart: frozenset[frozenset[str]], layer: Layer
+    links: Sequence[str], bare: Iterable[mujoco.MjsGeom], apart: frozenset[frozenset[str]], layer: ElasticLayer
 ) -> list[tuple[str, str, float]]:
     """(first geom, second geom, friction) of links that feel, with each other and with links that do not."""
     both = [
@@ -198,5 +200,5 @@ def _pair(spec: mujoco.MjSpec, first: str, second: str, friction: float, effects
         geomname2=second,
         condim=3 if effects.friction else 1,
         friction=[friction, friction, 0.005, 0.0001, 0.0001],
-        solimp=[IMPEDANCE, IMPEDANCE, 0.001, 0.5, 2],
+        solimp=[SOLVER_IMPEDANCE, SOLVER_IMPEDANCE, 0.001, 0.5, 2],
     )

@@ -5,15 +5,15 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from app.arrays import FloatArray, readonly
-from app.errors import SimulationError
-from app.geometry.surface_point import SurfacePoint
+from app.core.arrays import FloatArray, readonly
+from app.core.errors import SimulationError
+from app.geometry.mesh import SurfacePoint
 from app.skin.skin import Skin
-from app.touch.layer import Layer
-from app.touch.load import Load, ball_load
-from app.touch.poke import Finger, PokeInput, PokePressed, PokeReleased, PokeState
+from app.tactile.elastic_layer import ElasticLayer
+from app.tactile.loads import Load, sphere_load
+from app.tactile.poke import Finger, PokeInput, PokePressed, PokeReleased, PokeState
 
-_STABLE = 0.6
+_STABLE_DT = 0.6
 """An explicit spring stays stable while dt < 0.6 sqrt(m / k); measured, for a mass without damping."""
 _NO_TORQUE = np.zeros(3)
 
@@ -37,7 +37,7 @@ class Fingers:
         yields: Whether the robot can be pushed; without dynamics it cannot.
     """
 
-    def __init__(self, model: mujoco.MjModel, skin: Skin, layer: Layer, *, yields: bool = True) -> None:
+    def __init__(self, model: mujoco.MjModel, skin: Skin, layer: ElasticLayer, *, yields: bool = True) -> None:
         self._model, self._skin, self._layer, self._yields = model, skin, layer, yields and model.nv > 0
         self._body = {patch.link: int(model.body(patch.link).id) for patch in skin.patches}
         self._down: dict[int, _Touch] = {}
@@ -107,7 +107,9 @@ class Fingers:
         A ball is as deep in the skin as any body that presses as hard: the spring's way is mostly the finger's own.
         """
         return [
-            ball_load(t.link, t.local, t.local_normal, t.force, t.finger.radius, depth=t.force / self._layer.stiffness)
+            sphere_load(
+                t.link, t.local, t.local_normal, t.force, t.finger.radius, depth=t.force / self._layer.stiffness
+            )
             for t in self._down.values()
             if t.force
         ]
@@ -133,12 +135,12 @@ class Fingers:
 
     def _refuse_stiff(self, data: mujoco.MjData, touch: _Touch) -> None:
         mass, stiffness, step = self._mass(data, touch), touch.finger.stiffness, self._model.opt.timestep
-        if step > _STABLE * np.sqrt(mass / stiffness):
+        if step > _STABLE_DT * np.sqrt(mass / stiffness):
             raise SimulationError(
                 "the finger is too stiff for the time step",
                 place=f"on {touch.link}",
                 value=f"{stiffness:g} N/m",
-                remedy=f"The arm weighs {mass:.3g} kg there: use at most {mass * (_STABLE / step) ** 2:.3g} N/m",
+                remedy=f"The arm weighs {mass:.3g} kg there: use at most {mass * (_STABLE_DT / step) ** 2:.3g} N/m",
             )
 
     def _mass(self, data: mujoco.MjData, touch: _Touch) -> float:

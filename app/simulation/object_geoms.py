@@ -1,4 +1,4 @@
-"""A scene's objects in the physics: shape, freedom and motors of each, and where it starts."""
+"""A scene's objects in the physics: shape, freedom and motors of each, where it starts, and what drives probes."""
 
 from __future__ import annotations
 
@@ -11,35 +11,35 @@ import mujoco
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from app.arrays import FloatArray
+from app.core.arrays import FloatArray
 from app.scene.effects import Effects
-from app.scene.objects import LIGHTEST, Body, ObjectKind, ObjectSpec
+from app.scene.objects import MIN_MOVING_MASS, ObjectKind, ObjectSpec, SceneObject
 
 PROBE_STIFFNESS = 1000.0
 """Of the spring by which a probe's motors hold it to its path [N/m]; their damping is critical."""
-SLAB = 10.0
+SLAB_HALF_WIDTH = 10.0
 """Half the width of the block that stands in for a plane [m]."""
 _AXES = "xyz"
 
 
-def takes_part(kind: ObjectKind, effects: Effects) -> bool:
+def is_simulated(kind: ObjectKind, effects: Effects) -> bool:
     """Whether an object of that kind can touch anything under these effects; if not, the physics leaves it out."""
     if not effects.dynamics:
         return False
     return effects.contact in ("environment", "all") or (effects.contact == "probe" and kind == "probe")
 
 
-def body_name(said: ObjectSpec) -> str:
+def body_name(object_spec: ObjectSpec) -> str:
     """Of the object in the model; no link is called so."""
-    return f"object {said.name}"
+    return f"object {object_spec.name}"
 
 
-def slab_name(said: ObjectSpec) -> str:
+def slab_name(object_spec: ObjectSpec) -> str:
     """Of the block that skin meets where the object is a plane."""
-    return f"slab {said.name}"
+    return f"slab {object_spec.name}"
 
 
-def add_object(spec: mujoco.MjSpec, thing: Body, effects: Effects) -> None:
+def add_object(spec: mujoco.MjSpec, scene_object: SceneObject, effects: Effects) -> None:
     """Add one object to the model: a body, its shape (which touches nothing yet), its joints and motors.
 
     A mesh touches as its convex hull. A plane gets a second shape, a block 20 m wide under it: MuJoCo makes up to four
@@ -47,47 +47,55 @@ def add_object(spec: mujoco.MjSpec, thing: Body, effects: Effects) -> None:
 
     Args:
         spec: The robot's model so far; changed.
-        thing: The object.
+        scene_object: The object.
         effects: With friction or without.
     """
-    said = thing.spec
-    rest = rest_pose(said)
-    body = spec.worldbody.add_body(name=body_name(said), pos=rest[:3, 3], quat=_quaternion(rest[:3, :3]))
-    geom = body.add_geom(name=body_name(said), contype=0, conaffinity=0, group=1)
-    geom.friction, geom.condim = [said.friction, 0.005, 0.0001], 3 if effects.friction else 1
-    _shape(spec, geom, thing)
-    geom.mass = max(said.mass, LIGHTEST) if said.kind in ("probe", "plate") else said.mass
-    if said.kind == "probe":
-        _drive(spec, body, said)
-    elif said.kind == "plate":
-        _spring(body, said)
-    elif said.kind == "plane":
-        body.add_geom(name=slab_name(said), type=mujoco.mjtGeom.mjGEOM_BOX, size=[SLAB, SLAB, 1.0], pos=[0, 0, -1.0],
-                      contype=0, conaffinity=0, group=3, mass=0.0)  # fmt: skip
-    elif said.guided:
-        body.add_joint(name=body_name(said), type=mujoco.mjtJoint.mjJNT_SLIDE, axis=rest[2, :3])
-    elif said.mass > 0:
-        body.add_freejoint(name=body_name(said))
+    object_spec = scene_object.spec
+    rest = initial_pose(object_spec)
+    body = spec.worldbody.add_body(name=body_name(object_spec), pos=rest[:3, 3], quat=_quaternion(rest[:3, :3]))
+    geom = body.add_geom(name=body_name(object_spec), contype=0, conaffinity=0, group=1)
+    geom.friction, geom.condim = [object_spec.friction, 0.005, 0.0001], 3 if effects.friction else 1
+    _shape(spec, geom, scene_object)
+    geom.mass = max(object_spec.mass, MIN_MOVING_MASS) if object_spec.kind in ("probe", "plate") else object_spec.mass
+    if object_spec.kind == "probe":
+        _drive(spec, body, object_spec)
+    elif object_spec.kind == "plate":
+        _spring(body, object_spec)
+    elif object_spec.kind == "plane":
+        body.add_geom(
+            name=slab_name(object_spec),
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            size=[SLAB_HALF_WIDTH, SLAB_HALF_WIDTH, 1.0],
+            pos=[0, 0, -1.0],
+            contype=0,
+            conaffinity=0,
+            group=3,
+            mass=0.0,
+        )
+    elif object_spec.guided:
+        body.add_joint(name=body_name(object_spec), type=mujoco.mjtJoint.mjJNT_SLIDE, axis=rest[2, :3])
+    elif object_spec.mass > 0:
+        body.add_freejoint(name=body_name(object_spec))
 
 
-def rest_pose(said: ObjectSpec) -> FloatArray:
+def initial_pose(object_spec: ObjectSpec) -> FloatArray:
     """(4, 4) ``T_world_object`` as the scene says it; a probe at the start of its path."""
-    pose = said.pose.matrix
-    if said.kind == "probe":  # a ball, whose motors pull along the world's axes
+    pose = object_spec.pose.matrix
+    if object_spec.kind == "probe":  # a ball, whose motors pull along the world's axes
         pose[:3, :3] = np.eye(3)
-        pose[:3, 3] = said.path[0][1:] if said.path else said.at
+        pose[:3, 3] = object_spec.path[0][1:] if object_spec.path else object_spec.at
     return pose
 
 
-class Path:
+class ProbePath:
     """A probe's way through the world, walked again and again.
 
     Args:
-        said: The probe.
+        object_spec: The probe.
     """
 
-    def __init__(self, said: ObjectSpec) -> None:
-        rows = said.path or ((0.0, *said.at),)
+    def __init__(self, object_spec: ObjectSpec) -> None:
+        rows = object_spec.path or ((0.0, *object_spec.at),)
         self._times = [row[0] for row in rows]
         self._places = [np.array(row[1:]) for row in rows]
 
@@ -104,7 +112,7 @@ class Path:
         return np.asarray((1 - share) * places[after - 1] + share * places[after])
 
 
-class Drives:
+class ProbeDrives:
     """What moves the probes of one model along their paths: a target for their motors at every step.
 
     Args:
@@ -112,13 +120,15 @@ class Drives:
         objects: All of the scene's.
     """
 
-    def __init__(self, model: mujoco.MjModel, objects: Sequence[Body]) -> None:
+    def __init__(self, model: mujoco.MjModel, objects: Sequence[SceneObject]) -> None:
         self._drives = []
-        for thing in objects:
-            if thing.spec.kind == "probe" and has_body(model, thing.spec):
-                first = int(model.actuator(f"{body_name(thing.spec)} x").id)
-                self._drives.append((slice(first, first + 3), rest_pose(thing.spec)[:3, 3], Path(thing.spec)))
-        self.moving = any(thing.spec.path for thing in objects if has_body(model, thing.spec))
+        for scene_object in objects:
+            if scene_object.spec.kind == "probe" and has_body(model, scene_object.spec):
+                first = int(model.actuator(f"{body_name(scene_object.spec)} x").id)
+                self._drives.append(
+                    (slice(first, first + 3), initial_pose(scene_object.spec)[:3, 3], ProbePath(scene_object.spec))
+                )
+        self.moving = any(scene_object.spec.path for scene_object in objects if has_body(model, scene_object.spec))
 
     def push(self, data: mujoco.MjData) -> None:
         """Set the motors' targets for the present time."""
@@ -126,13 +136,13 @@ class Drives:
             data.ctrl[motors] = path.place(data.time) - start
 
 
-def has_body(model: mujoco.MjModel, said: ObjectSpec) -> bool:
+def has_body(model: mujoco.MjModel, object_spec: ObjectSpec) -> bool:
     """Whether the physics has the object."""
-    return bool(mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, body_name(said)) >= 0)
+    return bool(mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, body_name(object_spec)) >= 0)
 
 
-def _shape(spec: mujoco.MjSpec, geom: mujoco.MjsGeom, thing: Body) -> None:
-    kind, size = thing.spec.kind, thing.spec.size
+def _shape(spec: mujoco.MjSpec, geom: mujoco.MjsGeom, scene_object: SceneObject) -> None:
+    kind, size = scene_object.spec.kind, scene_object.spec.size
     match kind:
         case "sphere" | "probe":
             geom.type, geom.size = mujoco.mjtGeom.mjGEOM_SPHERE, [size[0], 0, 0]
@@ -144,33 +154,38 @@ def _shape(spec: mujoco.MjSpec, geom: mujoco.MjsGeom, thing: Body) -> None:
             geom.type, geom.size = mujoco.mjtGeom.mjGEOM_PLANE, [*(0.5 * edge for edge in size or (0, 0)), 1.0]
         case "mesh":
             spec.add_mesh(
-                name=body_name(thing.spec),
-                uservert=thing.mesh.vertices.ravel().tolist(),
-                userface=thing.mesh.faces.ravel().tolist(),
+                name=body_name(scene_object.spec),
+                uservert=scene_object.mesh.vertices.ravel().tolist(),
+                userface=scene_object.mesh.faces.ravel().tolist(),
                 inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX,
             )
-            geom.type, geom.meshname = mujoco.mjtGeom.mjGEOM_MESH, body_name(thing.spec)
+            geom.type, geom.meshname = mujoco.mjtGeom.mjGEOM_MESH, body_name(scene_object.spec)
         case _:
             assert_never(kind)
 
 
-def _drive(spec: mujoco.MjSpec, body: mujoco.MjsBody, said: ObjectSpec) -> None:
+def _drive(spec: mujoco.MjSpec, body: mujoco.MjsBody, object_spec: ObjectSpec) -> None:
     body.gravcomp = 1.0  # its motors carry it
-    damping = 2 * math.sqrt(PROBE_STIFFNESS * max(said.mass, LIGHTEST))
+    damping = 2 * math.sqrt(PROBE_STIFFNESS * max(object_spec.mass, MIN_MOVING_MASS))
     for axis, letter in zip(np.eye(3), _AXES, strict=True):
-        name = f"{body_name(said)} {letter}"
+        name = f"{body_name(object_spec)} {letter}"
         body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
         motor = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         motor.gaintype, motor.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
         motor.gainprm[0], motor.biasprm[:3] = PROBE_STIFFNESS, [0.0, -PROBE_STIFFNESS, -damping]
-        motor.forcelimited, motor.forcerange = mujoco.mjtLimited.mjLIMITED_TRUE, [-said.max_force, said.max_force]
+        motor.forcelimited, motor.forcerange = (
+            mujoco.mjtLimited.mjLIMITED_TRUE,
+            [-object_spec.max_force, object_spec.max_force],
+        )
 
 
-def _spring(body: mujoco.MjsBody, said: ObjectSpec) -> None:
+def _spring(body: mujoco.MjsBody, object_spec: ObjectSpec) -> None:
     body.gravcomp = 1.0  # the scene says where it rests, not where it would hang
-    joint = body.add_joint(name=body_name(said), type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[0, 0, 1])
-    joint.stiffness[0] = said.stiffness
-    joint.damping[0] = 2 * said.damping * math.sqrt(said.stiffness * max(said.mass, LIGHTEST))
+    joint = body.add_joint(name=body_name(object_spec), type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[0, 0, 1])
+    joint.stiffness[0] = object_spec.stiffness
+    joint.damping[0] = (
+        2 * object_spec.damping * math.sqrt(object_spec.stiffness * max(object_spec.mass, MIN_MOVING_MASS))
+    )
 
 
 def _quaternion(rotation: FloatArray) -> FloatArray:

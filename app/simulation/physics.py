@@ -8,27 +8,23 @@ from typing import TypeAlias
 import mujoco
 import numpy as np
 
-from app.arrays import FloatArray
+from app.core.arrays import FloatArray
 from app.robots.robot import Robot
 from app.scene.effects import Effects
-from app.scene.objects import Body
-from app.simulation.assemble import assemble
-from app.simulation.contact_loads import ContactLoads
-from app.simulation.geom_shapes import Solids
-from app.simulation.guard import Guard
-from app.simulation.impedance import Impedance
-from app.simulation.link_wrenches import LinkWrenches
-from app.simulation.meetings import meetings
-from app.simulation.object_geoms import Drives, body_name, has_body
-from app.simulation.passing import Passing
-from app.simulation.real_stiffness import RealStiffness, unstable_contacts
+from app.scene.objects import SceneObject
+from app.simulation.contact_loads import ContactLoads, LinkWrenches
+from app.simulation.contact_stiffness import ContactStiffness, unstable_contacts
+from app.simulation.model_assembly import assemble
+from app.simulation.object_geoms import ProbeDrives, body_name, has_body
+from app.simulation.pressing_shapes import Solids, contact_candidates
+from app.simulation.step_checks import DivergenceGuard, ImpedanceCommand, TunnellingCheck
 from app.skin.skin import Skin
-from app.touch.layer import Layer
-from app.touch.load import Load
-from app.touch.models.depth import Depth
-from app.touch.models.foundation import Foundation
-from app.touch.models.model import ContactModel
-from app.touch.receptive_field import discs, whole_cells
+from app.tactile.elastic_layer import ElasticLayer
+from app.tactile.loads import Load
+from app.tactile.models.contact_model import ContactModel
+from app.tactile.models.depth import DepthModel
+from app.tactile.models.foundation import FoundationModel
+from app.tactile.receptive_field import cell_field, disc_field
 
 Hook: TypeAlias = Callable[[mujoco.MjData], None]
 _GUARDED = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
@@ -58,26 +54,30 @@ class Physics:
         notes: What people should know: how meshes touch, which contacts are too stiff.
     """
 
-    def __init__(self, robot: Robot, skin: Skin, effects: Effects, objects: Sequence[Body], layer: Layer) -> None:
+    def __init__(
+        self, robot: Robot, skin: Skin, effects: Effects, objects: Sequence[SceneObject], layer: ElasticLayer
+    ) -> None:
         self.model = assemble(robot, skin, effects, objects=objects, layer=layer)
         self.data = mujoco.MjData(self.model)
         self._dynamic, self._by_stages = effects.dynamics, effects.integrator != "rk4"
         self._joints = len(robot.joints)
-        self._guard = Guard(self.model, self.data)
+        self._guard = DivergenceGuard(self.model, self.data)
         self._torque = np.zeros(self.model.nv)
-        self._stiffness = RealStiffness(self.model, layer)
+        self._stiffness = ContactStiffness(self.model, layer)
         self._follows = effects.integrator == "discrete" and self.model.npair > 0
-        present = [thing for thing in objects if has_body(self.model, thing.spec)]
-        self._bodies = {thing.spec.name: int(self.model.body(body_name(thing.spec)).id) for thing in present}
+        present = [scene_object for scene_object in objects if has_body(self.model, scene_object.spec)]
+        self._bodies = {
+            scene_object.spec.name: int(self.model.body(body_name(scene_object.spec)).id) for scene_object in present
+        }
         hulls = (f"{t.spec.name} touches as its convex hull" for t in present if t.spec.kind == "mesh")
         self.notes = (*hulls, *unstable_contacts(self.model, layer))
-        self._drives, passing = Drives(self.model, present), Passing(self.model, present)
+        self._drives, passing = ProbeDrives(self.model, present), TunnellingCheck(self.model, present)
         self._passing = passing if passing.needed else None
         self._hooks: tuple[Hook, ...] = (self._drives.push,) if self._drives.moving else ()
         self.touch: ContactModel | None = None
         self._contacts: ContactLoads | None = None
         if effects.skin == "depth":
-            self.touch = Depth(self.model, self.data, skin, layer)
+            self.touch = DepthModel(self.model, self.data, skin, layer)
         elif effects.skin == "foundation":
             self._lay_foundation(robot, skin, effects, layer, present)
         elif effects.skin != "off" and self.model.npair:
@@ -94,9 +94,9 @@ class Physics:
         self.data.qpos[: self._joints] = home
         self._torque[:] = 0
         self._stiffness.reset()
-        self.settle()
+        self.forward()
 
-    def take(self, command: Impedance) -> None:
+    def apply_command(self, command: ImpedanceCommand) -> None:
         """Ask the joints for ``command`` from the next step on."""
         count, model = self._joints, self.model
         if self._dynamic:
@@ -148,7 +148,7 @@ class Physics:
         """(k,) what the future depends on besides MuJoCo's state, for comparing runs."""
         return self._stiffness.numbers()
 
-    def settle(self) -> None:
+    def forward(self) -> None:
         """Bring all that follows from positions, velocities and command up to date, without a step."""
         self._drives.push(self.data)
         mujoco.mj_forward(self.model, self.data)
@@ -177,7 +177,7 @@ class Physics:
     def wrenches(self) -> dict[str, FloatArray]:
         """What all contacts in the physics did to each link with skin at the last step, see ``LinkWrenches.read``."""
         self.refresh()
-        return self._sums.read(self.data, self.touch.pushes if isinstance(self.touch, Foundation) else ())
+        return self._sums.read(self.data, self.touch.wrenches if isinstance(self.touch, FoundationModel) else ())
 
     def pose(self, name: str) -> FloatArray | None:
         """(4, 4) ``T_world_object`` of the object called ``name``; None of one that the physics does not have."""
@@ -189,12 +189,12 @@ class Physics:
         return pose
 
     def _lay_foundation(
-        self, robot: Robot, skin: Skin, effects: Effects, layer: Layer, present: Sequence[Body]
+        self, robot: Robot, skin: Skin, effects: Effects, layer: ElasticLayer, present: Sequence[SceneObject]
     ) -> None:
         averaging = effects.sensor.area_averaging
-        field = whole_cells(skin) if averaging is None else discs(skin, averaging.radius)
-        pressing = meetings(self.model, robot, skin, effects, present)
-        foundation = Foundation(self.model, skin, layer, pressing, field)
+        field = cell_field(skin) if averaging is None else disc_field(skin, averaging.radius)
+        pressing = contact_candidates(self.model, robot, skin, effects, present)
+        foundation = FoundationModel(self.model, skin, layer, pressing, field)
         self.touch = foundation
         if pressing:
             self._hooks = (*self._hooks, foundation.push)

@@ -1,38 +1,103 @@
-"""One scene simulated: an arm under impedance commands, things around it, hands on it, and what its skin reports."""
+"""One scene simulated: an arm under impedance commands, objects around it, fingers on it, and what its skin reports.
+
+When effects change while it runs, the state is carried to the new model by joint name, for the robot and for objects
+that come and go.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import mujoco
 import numpy as np
 
-from app.arrays import FloatArray
-from app.errors import SimulationError
+from app.core.arrays import FloatArray, readonly
+from app.core.errors import SimulationError
 from app.robots.robot import Robot
 from app.scene.effects import Effects
-from app.scene.objects import Body
-from app.simulation.carry_state import JointState, joint_states, restore
+from app.scene.objects import SceneObject
+from app.simulation.contact_loads import add_loads
 from app.simulation.fingers import Fingers
-from app.simulation.guard import check_command
-from app.simulation.impedance import Impedance
-from app.simulation.link_wrenches import add_loads
-from app.simulation.object_geoms import rest_pose
+from app.simulation.object_geoms import initial_pose
 from app.simulation.physics import Physics
+from app.simulation.step_checks import ImpedanceCommand, check_command
 from app.skin.skin import Skin
-from app.touch.layer import Layer
-from app.touch.load import Load
-from app.touch.models.foundation import Foundation
-from app.touch.models.model import ContactModel
-from app.touch.models.table import MODELS
-from app.touch.poke import PokeInput, PokePressed, PokeState
-from app.touch.sensor.chain import SensorChain
-from app.touch.sensor.effects import SensorEffects
+from app.tactile.elastic_layer import ElasticLayer
+from app.tactile.loads import Load
+from app.tactile.models.contact_model import CONTACT_MODELS, ContactModel
+from app.tactile.models.foundation import FoundationModel
+from app.tactile.poke import PokeInput, PokePressed, PokeState
+from app.tactile.sensor_chain import SensorChain
+from app.tactile.sensor_effects import SensorEffects
 
-Reading: TypeAlias = Callable[[FloatArray], FloatArray]
-_COVER = Layer()
+_POSITIONS = {mujoco.mjtJoint.mjJNT_FREE: 7, mujoco.mjtJoint.mjJNT_BALL: 4}
+_VELOCITIES = {mujoco.mjtJoint.mjJNT_FREE: 6, mujoco.mjtJoint.mjJNT_BALL: 3}
+
+
+@dataclass(frozen=True, eq=False)
+class JointState:
+    """One joint at one instant.
+
+    Attributes:
+        position: Its coordinates [rad, m].
+        velocity: [rad/s, m/s].
+        acceleration: Of the last step, from which the solver starts.
+    """
+
+    position: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+
+    def __post_init__(self) -> None:
+        for name in ("position", "velocity", "acceleration"):
+            object.__setattr__(self, name, readonly(getattr(self, name)))
+
+    @property
+    def at_rest(self) -> JointState:
+        """The same, without motion."""
+        return JointState(self.position, 0 * self.velocity, 0 * self.acceleration)
+
+
+def joint_states(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, JointState]:
+    """All joints of ``data`` by name."""
+    states = {}
+    for joint in range(model.njnt):
+        at, way = _slices(model, joint)
+        states[model.joint(joint).name] = JointState(data.qpos[at], data.qvel[way], data.qacc_warmstart[way])
+    return states
+
+
+def restore_joint_states(physics: Physics, states: Mapping[str, JointState], time: float) -> None:
+    """Bring ``physics`` to these states and that time; joints without one stay where they are.
+
+    Args:
+        physics: Fresh, or at any state.
+        states: By joint name.
+        time: [s].
+    """
+    model, data = physics.model, physics.data
+    data.time = time
+    warm = np.zeros(model.nv)
+    for joint in range(model.njnt):
+        state = states.get(model.joint(joint).name)
+        if state is not None:
+            at, way = _slices(model, joint)
+            data.qpos[at], data.qvel[way], warm[way] = state.position, state.velocity, state.acceleration
+    physics.forward()
+    data.qacc_warmstart[:] = warm
+
+
+def _slices(model: mujoco.MjModel, joint: int) -> tuple[slice, slice]:
+    """Of the joint's coordinates in ``qpos`` and ``qvel``."""
+    kind = mujoco.mjtJoint(int(model.jnt_type[joint]))
+    at, way = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
+    return slice(at, at + _POSITIONS.get(kind, 1)), slice(way, way + _VELOCITIES.get(kind, 1))
+
+
+SensorStage: TypeAlias = Callable[[FloatArray], FloatArray]
+_COVER = ElasticLayer()
 _STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 
 
@@ -59,8 +124,8 @@ class Simulation:
         skin: Skin,
         effects: Effects,
         *,
-        objects: Sequence[Body] = (),
-        layer: Layer = _COVER,
+        objects: Sequence[SceneObject] = (),
+        layer: ElasticLayer = _COVER,
         tick: float = 0.005,
         seed: int = 0,
     ) -> None:
@@ -75,7 +140,7 @@ class Simulation:
 
     def reset(self) -> None:
         """The robot at home and at rest, objects where the scene has them, no fingers, time zero, a fresh sensor."""
-        self._command: Impedance | None = None
+        self._command: ImpedanceCommand | None = None
         self._left: dict[str, JointState] = {}
         self._left_poses: dict[str, FloatArray] = {}
         self._fingers.reset()
@@ -96,7 +161,7 @@ class Simulation:
             remedy = "Switch the effect fingers on"
             raise SimulationError("nobody can poke here", value=f"finger {poke.id}", remedy=remedy)
 
-    def step(self, count: int, command: Impedance) -> None:
+    def step(self, count: int, command: ImpedanceCommand) -> None:
         """Advance ``count`` time steps under one command.
 
         Args:
@@ -109,7 +174,7 @@ class Simulation:
         """
         if command is not self._command:
             check_command(self._robot, command)
-            self._physics.take(command)
+            self._physics.apply_command(command)
             self._command = command
         hand = self._fingers.push if len(self._fingers) else None
         if self._effects.dynamics:
@@ -128,9 +193,9 @@ class Simulation:
             SimulationError: A finger is too stiff for the new time step.
         """
         old, physics, touch = self._physics, self._physics, self._touch
-        if _of_physics(effects) != _of_physics(self._effects):
+        if _physics_effects(effects) != _physics_effects(self._effects):
             physics = self._carried(effects)
-        if physics is not old or _of_touch(effects) != _of_touch(self._effects):
+        if physics is not old or _contact_model_effects(effects) != _contact_model_effects(self._effects):
             touch = self._build_touch(physics, effects)
         if physics is not old:
             self._fingers.use(physics.model, physics.data, yields=effects.dynamics)
@@ -148,7 +213,7 @@ class Simulation:
         return pressures
 
     @property
-    def readings(self) -> tuple[tuple[str, Reading], ...]:
+    def readings(self) -> tuple[tuple[str, SensorStage], ...]:
         """The stages of one reading by name, each from the pressures (taxels,) [Pa] of the one before.
 
         The first, ``touch``, asks the physics and takes no notice of what it is given. To be called in turn, once a
@@ -172,9 +237,11 @@ class Simulation:
     def object_poses(self) -> FloatArray:
         """(k, 4, 4) ``T_world_object`` of every object; one that the physics leaves out stands still."""
         poses = np.zeros((len(self._objects), 4, 4))
-        for row, thing in zip(poses, self._objects, strict=True):
-            pose = self._physics.pose(thing.spec.name)
-            row[:] = self._left_poses.get(thing.spec.name, rest_pose(thing.spec)) if pose is None else pose
+        for row, scene_object in zip(poses, self._objects, strict=True):
+            pose = self._physics.pose(scene_object.spec.name)
+            row[:] = (
+                self._left_poses.get(scene_object.spec.name, initial_pose(scene_object.spec)) if pose is None else pose
+            )
         return poses
 
     @property
@@ -189,18 +256,18 @@ class Simulation:
         return (*self._fingers.loads(), *self._physics.loads())
 
     @property
-    def pressing(self) -> float:
+    def total_normal_force(self) -> float:
         """How hard all of it presses the skin at the last step [N], each by the force along its own normal.
 
         Where the contact model makes the forces itself, the whole force of each: it knows no friction.
         """
-        pushes = self._touch.pushes if isinstance(self._touch, Foundation) else ()
+        pushes = self._touch.wrenches if isinstance(self._touch, FoundationModel) else ()
         return sum(load.force for load in self.loads) + sum(float(np.linalg.norm(push.force)) for push in pushes)
 
     def wrenches(self) -> dict[str, FloatArray]:
         """By link with skin, (6,) what all that touches it does to it at the last step, fingers included.
 
-        Force [N] and torque [N m] about the link's origin, link frame; see ``link_wrenches``.
+        Force [N] and torque [N m] about the link's origin, link frame; see ``contact_loads``.
         """
         wrenches = self._physics.wrenches()
         add_loads(wrenches, self._fingers.loads())
@@ -250,9 +317,9 @@ class Simulation:
         """The physics of other effects in the present state; objects that come back do so at rest."""
         physics = Physics(self._robot, self._skin, effects, self._objects, self._layer)
         if self._command is not None:
-            physics.take(self._command)
+            physics.apply_command(self._command)
         states = {**self._left, **joint_states(self._model, self._data)}
-        restore(physics, states, self.time)
+        restore_joint_states(physics, states, self.time)
         return physics
 
     def _leave_behind(self, physics: Physics) -> None:
@@ -262,15 +329,15 @@ class Simulation:
         left = {**self._left, **{name: state.at_rest for name, state in here.items()}}
         self._left = {name: state for name, state in left.items() if name not in there}
         self._left_poses = {
-            thing.spec.name: pose
-            for thing, pose in zip(self._objects, poses, strict=True)
-            if physics.pose(thing.spec.name) is None
+            scene_object.spec.name: pose
+            for scene_object, pose in zip(self._objects, poses, strict=True)
+            if physics.pose(scene_object.spec.name) is None
         }
 
     def _build_touch(self, physics: Physics, effects: Effects) -> ContactModel | None:
         if effects.skin == "off":
             return None
-        return physics.touch or MODELS[effects.skin].build(self._skin, self._layer, effects.sensor)
+        return physics.touch or CONTACT_MODELS[effects.skin].build(self._skin, self._layer, effects.sensor)
 
     def _use_sensor(self, effects: Effects) -> None:
         """Keep what an effect that stays on remembers; without a stage there is no chain."""
@@ -283,13 +350,13 @@ class Simulation:
             self._chain.use(stages)
 
 
-def _of_physics(effects: Effects) -> Effects:
+def _physics_effects(effects: Effects) -> Effects:
     """The part of the effects that needs another model."""
     inside = effects.skin in ("foundation", "depth")
     sensor = replace(SensorEffects(), area_averaging=effects.sensor.area_averaging if inside else None)
     return replace(effects, sensor=sensor, fingers=True, skin=effects.skin if inside else "off")
 
 
-def _of_touch(effects: Effects) -> tuple[object, ...]:
+def _contact_model_effects(effects: Effects) -> tuple[object, ...]:
     """The part of the effects that needs another contact model."""
     return effects.skin, effects.sensor.area_averaging

@@ -1,24 +1,68 @@
-"""A skin that places itself on a robot: the links chosen, wrapped, freed of their joints, and set with taxels."""
+"""A skin that places itself on a robot: links chosen, wrapped, kept clear of their joints, and set with taxels.
+
+``CoverSpec`` says what is wanted. Each link's mesh, in whatever state it is, gets a wrap; what lies too close to other
+links or is not visible from outside is left bare (``usable_surface``); the rest gets its share of taxels by area. Where
+no links are named, ``choose_links`` takes the three that show the most of themselves and move.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
+from scipy.spatial import ConvexHull, QhullError
 
-from app.errors import Finding, SkinError
-from app.geometry.clean import clean
+from app.core.arrays import FloatArray
+from app.core.errors import Finding, SkinError
 from app.geometry.mesh import Mesh
-from app.geometry.wrap import wrap
-from app.robots.configuration import Configuration
+from app.geometry.pose import Pose
+from app.geometry.repair import clean_mesh
+from app.geometry.wrap import wrap_mesh
+from app.robots.kinematics import Configuration
 from app.robots.robot import Robot
-from app.skin.choose import choose_links, hull_area
-from app.skin.cover_spec import BRIDGED, CoverSpec
-from app.skin.pieces import clear_of, piece_name, tidy_pieces
-from app.skin.place import place_taxels
+from app.skin.sampling import place_evenly
 from app.skin.skin import Patch, Skin
-from app.skin.visible import visible_from_outside
+from app.skin.usable_surface import patch_name, usable_components, vertices_clear_of, visible_from_outside
+
+MAX_COVER_TAXELS = 20_000
+CLOSING_FACTOR = 3.0
+"""A cover spans what a ball with a radius of this many thicknesses cannot roll into."""
+
+
+@dataclass(frozen=True)
+class CoverSpec:
+    """A wanted cover.
+
+    Attributes:
+        links: Names of the links to cover; empty to choose the largest ones.
+        taxels: How many in all, shared out by area.
+        thickness: Of the cover over the link's mesh [m].
+        seed: Of the one random choice: where each patch's first taxel lies.
+    """
+
+    links: tuple[str, ...] = ()
+    taxels: int = 1000
+    thickness: float = 0.003
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if not 4 <= self.taxels <= MAX_COVER_TAXELS:
+            raise SkinError(
+                "that number of taxels cannot be placed",
+                place="taxels",
+                value=self.taxels,
+                remedy=f"Choose 4 to {MAX_COVER_TAXELS}",
+            )
+        if not 1e-4 <= self.thickness <= 0.1:
+            raise SkinError(
+                "that cover thickness cannot be made",
+                place="thickness",
+                value=f"{self.thickness} m",
+                remedy="Choose 0.0001 to 0.1 m",
+            )
+
 
 Progress = Callable[[str, float], None]
 
@@ -40,7 +84,7 @@ def _silent(_text: str, _fraction: float) -> None:
     """No progress wanted."""
 
 
-def cover(robot: Robot, spec: CoverSpec, *, progress: Progress = _silent) -> Skin:
+def cover_robot(robot: Robot, spec: CoverSpec, *, progress: Progress = _silent) -> Skin:
     """Cover ``robot`` as ``spec`` says.
 
     Args:
@@ -62,7 +106,7 @@ def cover(robot: Robot, spec: CoverSpec, *, progress: Progress = _silent) -> Ski
     pieces: list[_Piece] = []
     for i, name in enumerate(links):
         progress(f"Covering {name}", 0.7 * i / len(links))
-        found, notes = _pieces(configuration, meshes, name, spec.thickness, voxel)
+        found, notes = _usable_pieces(configuration, meshes, name, spec.thickness, voxel)
         pieces += found
         findings += notes
     if not pieces:
@@ -92,7 +136,7 @@ def _cleaned_links(robot: Robot) -> tuple[dict[str, Mesh], list[Finding]]:
     findings: list[Finding] = []
     for link in robot.links:
         if link.mesh is not None and len(link.mesh.faces):
-            meshes[link.name], notes = clean(link.mesh, where=link.name)
+            meshes[link.name], notes = clean_mesh(link.mesh, where=link.name)
             findings += notes
     return meshes, findings
 
@@ -103,21 +147,21 @@ def _voxel(meshes: dict[str, Mesh], taxels: int) -> float:
     return float(np.sqrt(3.0 * area / (taxels * FACES_PER_TAXEL)))
 
 
-def _pieces(
+def _usable_pieces(
     configuration: Configuration, meshes: dict[str, Mesh], name: str, thickness: float, voxel: float
 ) -> tuple[list[_Piece], list[Finding]]:
-    wrapped = wrap(meshes[name], thickness=thickness, voxel=voxel, closing=BRIDGED * thickness, where=name)
+    wrapped = wrap_mesh(meshes[name], thickness=thickness, voxel=voxel, closing=CLOSING_FACTOR * thickness, where=name)
     here = configuration.pose(name).inverse
     others = []
     for other, mesh in meshes.items():
         if other != name:
             relative = here @ configuration.pose(other)
             others.append(Mesh(relative.points(mesh.vertices), mesh.faces))
-    usable = clear_of(wrapped.surface, others, distance=JOINT_CLEARANCE)
+    usable = vertices_clear_of(wrapped.surface, others, distance=JOINT_CLEARANCE)
     usable &= visible_from_outside(wrapped.surface, others, voxel=wrapped.voxel)
     taxel_area = FACES_PER_TAXEL * voxel**2 / 3
     smallest = max(_MIN_SHARE * wrapped.surface.area, _MIN_TAXELS * taxel_area)
-    found = tidy_pieces(wrapped.surface, usable, smallest=smallest, largest_hole=_MAX_HOLE_TAXELS * taxel_area)
+    found = usable_components(wrapped.surface, usable, smallest=smallest, largest_hole=_MAX_HOLE_TAXELS * taxel_area)
     notes = list(wrapped.findings)
     if not found:
         notes.append(Finding("no-room", name, "left bare: neighbouring links are too close everywhere"))
@@ -134,6 +178,79 @@ def _patches(pieces: list[_Piece], spec: CoverSpec) -> tuple[Patch, ...]:
     patches = []
     for i, piece in enumerate(pieces):
         before = sum(other.link == piece.link for other in pieces[:i])
-        taxels = place_taxels(piece.surface, int(counts[i]), seed=spec.seed)
-        patches.append(Patch(piece_name(piece.link, before), piece.link, piece.surface, taxels))
+        taxels = place_evenly(piece.surface, int(counts[i]), seed=spec.seed)
+        patches.append(Patch(patch_name(piece.link, before), piece.link, piece.surface, taxels))
     return tuple(patches)
+
+
+AUTOMATIC_LINKS = 3
+_SAMPLES = 200
+_Hull: TypeAlias = tuple[FloatArray, ConvexHull | None]
+
+
+def choose_links(robot: Robot) -> tuple[str, ...]:
+    """The three links a joint moves (any, on a robot without joints) with the largest exposed hulls, in robot order.
+
+    A hull's area counts where it does not lie inside the hull of another link at home: a thick hub buried in its
+    neighbours is no place for skin.
+
+    Raises:
+        SkinError: No link has geometry.
+    """
+    configuration = Configuration(robot)
+    hulls = {
+        link.name: _convex_hull(link.mesh) for link in robot.links if link.mesh is not None and len(link.mesh.faces)
+    }
+    moved = _moved_links(robot, configuration)
+    candidates = [name for name in hulls if name in moved] or list(hulls)
+    if not candidates:
+        raise SkinError("no link of the robot has geometry", file=robot.source, remedy="Open a robot with meshes")
+    poses = {name: configuration.pose(name) for name in hulls}
+    exposed = {name: _exposed_area(name, hulls, poses) for name in candidates}
+    largest = sorted(candidates, key=lambda name: -exposed[name])[:AUTOMATIC_LINKS]
+    return tuple(name for name in hulls if name in largest)
+
+
+def _exposed_area(name: str, hulls: dict[str, _Hull], poses: dict[str, Pose]) -> float:
+    """Area of the link's hull outside the hulls of the others [m²], from some of its triangles."""
+    vertices, hull = hulls[name]
+    corners = vertices if hull is None else hull.points[hull.simplices]
+    every = -(-len(corners) // _SAMPLES)
+    corners = corners[::every]
+    points = poses[name].points(corners.mean(axis=1))
+    buried = np.zeros(len(points), dtype=bool)
+    for other, (_, around) in hulls.items():
+        if other != name and around is not None:
+            local = poses[other].inverse.points(points)
+            buried |= (local @ around.equations[:, :3].T + around.equations[:, 3] < 0).all(axis=1)
+    return every * float(_triangle_areas(corners)[~buried].sum())
+
+
+def hull_area(mesh: Mesh) -> float:
+    """Area of the convex hull [m²]: the outer area as far as it can be told from a mesh in any state."""
+    _, hull = _convex_hull(mesh)
+    return mesh.area if hull is None else float(hull.area)
+
+
+def _convex_hull(mesh: Mesh) -> _Hull:
+    """The mesh's triangles (m, 3, 3), and its hull; a flat mesh has none."""
+    try:
+        return mesh.vertices[mesh.faces], ConvexHull(mesh.vertices)
+    except QhullError:
+        return mesh.vertices[mesh.faces], None
+
+
+def _triangle_areas(corners: FloatArray) -> FloatArray:
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return np.asarray(0.5 * np.linalg.norm(cross, axis=1))
+
+
+def _moved_links(robot: Robot, configuration: Configuration) -> set[str]:
+    """Names of links that move when the joints do; the configuration is back at home afterwards."""
+    if not robot.joints:
+        return set()
+    at_home = configuration.poses()
+    configuration.update(robot.home + 0.1)
+    moved = np.abs(configuration.poses() - at_home).max(axis=(1, 2)) > 1e-9
+    configuration.reset()
+    return {link.name for link, does in zip(robot.links, moved, strict=True) if does}

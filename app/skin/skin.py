@@ -1,4 +1,8 @@
-"""The skin: patches on links, and their taxels numbered through."""
+"""The skin: patches on links, the taxels of each patch, and all taxels numbered through.
+
+A taxel sits on its patch's surface and answers for an area; the area is carried by quadrature points, where pressure is
+evaluated before it is summed by taxel.
+"""
 
 from __future__ import annotations
 
@@ -7,11 +11,65 @@ from functools import cached_property
 
 import numpy as np
 
-from app.arrays import FloatArray, IntArray, readonly
-from app.errors import Finding
-from app.geometry.mesh import Mesh
-from app.geometry.surface_point import SurfacePoint
-from app.skin.taxels import Taxels
+from app.core.arrays import FloatArray, IntArray, readonly
+from app.core.errors import Finding
+from app.geometry.mesh import Mesh, SurfacePoint
+
+
+@dataclass(frozen=True, eq=False)
+class Quadrature:
+    """Evenly spread points that carry the patch's area; contact pressure is evaluated here, then summed by taxel.
+
+    About ten a taxel: fewer miss contacts smaller than the pitch, more bring nothing.
+
+    Attributes:
+        positions: (q, 3) [m], link frame.
+        normals: (q, 3) outward unit normals, link frame.
+        areas: (q,) [m²]; they sum to the area that the taxels answer for.
+        taxel: (q,) index of the taxel that each point belongs to, within the patch.
+    """
+
+    positions: FloatArray
+    normals: FloatArray
+    areas: FloatArray
+    taxel: IntArray
+
+    def __post_init__(self) -> None:
+        for name in ("positions", "normals", "areas"):
+            object.__setattr__(self, name, readonly(getattr(self, name)))
+        object.__setattr__(self, "taxel", readonly(self.taxel, int))
+
+
+@dataclass(frozen=True, eq=False)
+class Taxels:
+    """The taxels of one patch.
+
+    Attributes:
+        positions: (n, 3) [m], link frame, on the patch's surface.
+        normals: (n, 3) outward unit normals.
+        faces: (n,) triangle of the patch's surface that holds each taxel.
+        weights: (n, 3) barycentric weights in that triangle.
+        areas: (n,) [m²], each > 0; the sum of its quadrature points' areas.
+        neighbours: (e, 2) pairs of taxels whose areas touch on the body (a seam does not separate them), i < j.
+        quadrature: Where pressure is evaluated.
+    """
+
+    positions: FloatArray
+    normals: FloatArray
+    faces: IntArray
+    weights: FloatArray
+    areas: FloatArray
+    neighbours: IntArray
+    quadrature: Quadrature
+
+    def __post_init__(self) -> None:
+        for name in ("positions", "normals", "weights", "areas"):
+            object.__setattr__(self, name, readonly(getattr(self, name)))
+        for name in ("faces", "neighbours"):
+            object.__setattr__(self, name, readonly(getattr(self, name), int))
+
+    def __len__(self) -> int:
+        return len(self.positions)
 
 
 @dataclass(frozen=True, eq=False)

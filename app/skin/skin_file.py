@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.array_file import MAX_BYTES, pack_arrays, unpack_arrays
-from app.errors import Finding, MeshError, SkinError
+from app.core.errors import Finding, MeshError, SkinError
+from app.core.files import MAX_UNPACKED_BYTES, pack_arrays, read_bounded_file, unpack_arrays, write_atomically
 from app.geometry.mesh import Mesh
-from app.skin.skin import Patch, Skin
-from app.skin.taxels import Quadrature, Taxels
-from app.whole_file import read_whole, write_whole
+from app.skin.skin import Patch, Quadrature, Skin, Taxels
 
 FORMAT, VERSION = "tactile-maps-skin", 1
+MAP_FORMAT = "tactile-maps-map"
+"""Of the files of maps, which keep their skin as the bytes of a skin file."""
 MAX_TAXELS = 1_000_000
 
 # Columns, and what the integers index (None: any number); checked in this order.
@@ -33,16 +33,16 @@ def save_skin(skin: Skin, path: str | Path) -> None:
     Raises:
         SkinError: The file cannot be written.
     """
-    write_whole(Path(path), skin_to_bytes(skin), error=SkinError)
+    write_atomically(Path(path), skin_to_bytes(skin), error=SkinError)
 
 
 def load_skin(path: str | Path) -> Skin:
-    """The skin that ``save_skin`` wrote to ``path``.
+    """The skin that ``save_skin`` wrote to ``path``, or that a map file keeps beside its charts, which are not read.
 
     Raises:
         SkinError: There is no such file, or it is not a sound skin.
     """
-    return skin_from_bytes(read_whole(Path(path), error=SkinError, most=MAX_BYTES), file=path)
+    return skin_from_bytes(read_bounded_file(Path(path), error=SkinError, most=MAX_UNPACKED_BYTES), file=path)
 
 
 def skin_to_bytes(skin: Skin) -> bytes:
@@ -76,6 +76,8 @@ def skin_from_bytes(data: bytes, *, file: str | Path | None = None) -> Skin:
         SkinError: Damaged, hostile, of another format or a later version, or not a sound skin.
     """
     header, arrays = unpack_arrays(data, file=file, error=SkinError)
+    if header.get("format") == MAP_FORMAT and "skin" in arrays and arrays["skin"].dtype == np.uint8:
+        return skin_from_bytes(arrays["skin"].tobytes(), file=file)
     if header.get("format") != FORMAT:
         raise SkinError(
             "this is not a skin file", file=file, value=header.get("format"), remedy="Choose a file saved by Save skin"

@@ -1,4 +1,7 @@
-"""What every kind of stimulus says, whatever its fingers do."""
+"""What every kind of stimulus shares: its finger, its begin and repetition, and the tracks of its fingers.
+
+A track is one finger's path over the skin in time, from its press to its lift; every kind becomes a few tracks.
+"""
 
 from __future__ import annotations
 
@@ -7,10 +10,54 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-from app.errors import SceneError
-from app.stimuli.place import Ground, Place
-from app.stimuli.track import Track
-from app.touch.poke import Finger
+import numpy as np
+
+from app.core.arrays import FloatArray, IntArray, readonly
+from app.core.errors import SceneError
+from app.stimuli.skin_locations import SkinLocation, SkinLocator
+from app.tactile.poke import Finger
+
+
+@dataclass(frozen=True, eq=False)
+class FingerTrack:
+    """Where one finger is, from the press at ``times[0]`` to the lift at ``times[-1]``.
+
+    Attributes:
+        finger: Which finger of the stimulus, from 0; tracks of one finger do not overlap in time.
+        tip: The finger itself.
+        times: (k,) [s] since the stimulus began, not decreasing, k >= 2.
+        patches: (k,) index of the patch under it; where two differ, the finger steps over at the later time.
+        points: (k, 3) on the patch's surface, link frame [m]; straight between two.
+    """
+
+    finger: int
+    tip: Finger
+    times: FloatArray
+    patches: IntArray
+    points: FloatArray
+
+    def __post_init__(self) -> None:
+        for name in ("times", "points"):
+            object.__setattr__(self, name, readonly(getattr(self, name)))
+        object.__setattr__(self, "patches", readonly(self.patches, np.int64))
+
+    def at(self, seconds: float) -> tuple[int, FloatArray]:
+        """Patch and point (3,) [m] under the finger; before the press and after the lift those of press and lift."""
+        last = len(self.times) - 1
+        now = int(np.clip(np.searchsorted(self.times, seconds, side="right") - 1, 0, last))
+        here, patch = self.points[now], int(self.patches[now])
+        if now == last or patch != self.patches[now + 1]:
+            return patch, here
+        share = (seconds - self.times[now]) / (self.times[now + 1] - self.times[now])
+        return patch, here + max(share, 0.0) * (self.points[now + 1] - here)
+
+
+def stationary_track(
+    finger: int, tip: Finger, patch: int, point: FloatArray, *, press: float, lift: float
+) -> FingerTrack:
+    """A finger that stays where it is, from ``press`` to ``lift`` [s]."""
+    return FingerTrack(finger, tip, np.array([press, lift]), np.array([patch, patch]), np.stack([point, point]))
+
 
 _LONG = 3600.0
 _FAR = 100.0
@@ -68,7 +115,7 @@ class Stimulus(ABC):
         return Finger(self.stiffness, self.radius, self.force, self.press)
 
     @abstractmethod
-    def tracks(self, ground: Ground) -> tuple[Track, ...]:
+    def tracks(self, locator: SkinLocator) -> tuple[FingerTrack, ...]:
         """What its fingers do, each from its press to its lift.
 
         Raises:
@@ -79,7 +126,7 @@ class Stimulus(ABC):
         """The error that says that a field cannot be so."""
         return SceneError(f"a {self.kind} cannot be so", place=f"{self.kind}.{name}", value=value, remedy=remedy)
 
-    def check_place(self, name: str, place: Place) -> None:
+    def check_place(self, name: str, place: SkinLocation) -> None:
         """Refuse what is neither two fractions nor three coordinates.
 
         Raises:

@@ -8,23 +8,14 @@ from pathlib import Path as FilePath
 from types import MappingProxyType
 from typing import Any
 
-from app.errors import SceneError
-from app.stimuli.babble import Babble
-from app.stimuli.grasp import Grasp
-from app.stimuli.path import Path
-from app.stimuli.poke import Poke
-from app.stimuli.roll import Roll
+from app.core.errors import SceneError, did_you_mean
+from app.core.files import read_bounded_file, write_atomically
+from app.core.toml import KeyPath, TomlReader, toml_lines, toml_value
 from app.stimuli.stimulus import Stimulus
-from app.stimuli.stroke import Stroke
-from app.stimuli.tap import Tap
-from app.toml.line_numbers import Path as KeyPath
-from app.toml.lines import toml_lines, toml_value
-from app.toml.nearest import nearest
-from app.toml.reader import TomlReader
-from app.whole_file import read_whole, write_whole
+from app.stimuli.stimulus_kinds import Babble, FingerPath, Grasp, Poke, Roll, Stroke, Tap
 
-KINDS: Mapping[str, type[Stimulus]] = MappingProxyType(
-    {kind.kind: kind for kind in (Poke, Stroke, Tap, Roll, Grasp, Babble, Path)}
+STIMULUS_KINDS: Mapping[str, type[Stimulus]] = MappingProxyType(
+    {kind.kind: kind for kind in (Poke, Stroke, Tap, Roll, Grasp, Babble, FingerPath)}
 )
 """All kinds of stimuli, by what a file calls them."""
 _MAX_BYTES = 10_000_000
@@ -36,7 +27,7 @@ def load_stimuli(path: str | FilePath) -> tuple[Stimulus, ...]:
     Raises:
         SceneError: The file cannot be read, or has a mistake; the message names the line and the key.
     """
-    data = read_whole(FilePath(path), error=SceneError, most=_MAX_BYTES)
+    data = read_bounded_file(FilePath(path), error=SceneError, most=_MAX_BYTES)
     try:
         text = data.decode("utf8")
     except UnicodeDecodeError as error:
@@ -50,7 +41,7 @@ def save_stimuli(stimuli: Sequence[Stimulus], path: str | FilePath) -> None:
     Raises:
         SceneError: It cannot be written.
     """
-    write_whole(FilePath(path), to_toml(stimuli).encode("utf8"), error=SceneError)
+    write_atomically(FilePath(path), stimuli_to_toml(stimuli).encode("utf8"), error=SceneError)
 
 
 def stimuli_from_toml(text: str, *, file: str) -> tuple[Stimulus, ...]:
@@ -67,11 +58,11 @@ def stimuli_from_toml(text: str, *, file: str) -> tuple[Stimulus, ...]:
     for key in reader.raw:
         if key != "stimuli":
             remedy = "Write [[stimuli]] above each one's lines"
-            raise reader.mistake("a stimulus file holds stimuli alone", (key,), value=key, remedy=remedy)
+            raise reader.error_at("a stimulus file holds stimuli alone", (key,), value=key, remedy=remedy)
     return tuple(read_stimulus(reader, *place) for place in reader.tables("stimuli"))
 
 
-def to_toml(stimuli: Sequence[Stimulus]) -> str:
+def stimuli_to_toml(stimuli: Sequence[Stimulus]) -> str:
     """The same script as text; reading it gives equal stimuli."""
     return "\n".join("[[stimuli]]\n" + _lines(stimulus_to_table(stimulus)) for stimulus in stimuli)
 
@@ -83,11 +74,11 @@ def read_stimulus(reader: TomlReader, table: Mapping[str, Any], path: KeyPath) -
         SceneError: Naming line and key, the value, what is allowed there and the nearest spelling.
     """
     kind = table.get("kind")
-    if not isinstance(kind, str) or kind not in KINDS:
+    if not isinstance(kind, str) or kind not in STIMULUS_KINDS:
         problem = "there is no such kind of stimulus" if kind is not None else "a stimulus must say its kind"
-        remedy = nearest(kind if isinstance(kind, str) else "", tuple(KINDS))
-        raise reader.mistake(problem, (*path, "kind"), value=kind, remedy=remedy)
-    return reader.build(KINDS[kind], {key: value for key, value in table.items() if key != "kind"}, path)
+        remedy = did_you_mean(kind if isinstance(kind, str) else "", tuple(STIMULUS_KINDS))
+        raise reader.error_at(problem, (*path, "kind"), value=kind, remedy=remedy)
+    return reader.build(STIMULUS_KINDS[kind], {key: value for key, value in table.items() if key != "kind"}, path)
 
 
 def stimulus_to_table(stimulus: Stimulus) -> dict[str, Any]:

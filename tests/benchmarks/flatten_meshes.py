@@ -6,13 +6,13 @@ from collections.abc import Callable
 
 import numpy as np
 
+from app.flattening.cut import cut_to_disk, far_points, farthest_from_border
+from app.flattening.initial_map import Disk
+from app.geometry.connectivity import boundary_loops
 from app.geometry.mesh import Mesh
-from app.geometry.topology import boundary_loops
-from app.geometry.wrap import wrap
-from app.maps.cut import cut_to_disk, far_points, farthest_from_border
-from app.maps.methods.disk import Disk
+from app.geometry.wrap import wrap_mesh
 from app.robots.library import find_robot
-from tests.numerics.map_surfaces import cap, frustum, sheet, torus
+from tests.support.surfaces import cap, frustum, sheet, torus
 
 
 def _side(faces: int) -> int:
@@ -55,7 +55,7 @@ def _link(robot: str, link: str, faces: int) -> Mesh:
     """The closed cover of a robot's link."""
     mesh = find_robot(robot).link(link).mesh
     voxel = float(np.sqrt(mesh.area / faces * 2.6))
-    return wrap(mesh, thickness=0.004, voxel=voxel, closing=0.012).surface
+    return wrap_mesh(mesh, thickness=0.004, voxel=voxel, closing=0.012).surface
 
 
 def _limb(v: np.ndarray) -> np.ndarray:

@@ -15,17 +15,17 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from app.editing.arrange import rotate
-from app.editing.reflatten import apply, reflatten, set_lengths
-from app.experiments.meshes import closed_link
+from app.editing.reflatten import apply_result, reflatten, set_lengths
 from app.scene.scene_file import load_scene, scene_for
 from app.session.prepare import prepare
-from app.touch.poke import PokePressed
-from widgets.colours import DARK, apply_theme
-from widgets.engines import INLINE
-from widgets.main_window import MainWindow
-from widgets.measurer import Measurer
-from widgets.runner import ThreadRunner
-from widgets.settings import Settings
+from app.studies.testbeds.reference_bodies import closed_link
+from app.tactile.poke import PokePressed
+from widgets.common.colours import DARK, apply_theme
+from widgets.common.settings import Settings
+from widgets.session.backends import INLINE
+from widgets.session.session_runner import ThreadRunner
+from widgets.window.main_window import MainWindow
+from widgets.workers.map_quality_worker import MapQualityWorker
 
 SECONDS = 5.0
 
@@ -38,12 +38,14 @@ def prepared():
 @pytest.fixture
 def open_window(qtbot, tmp_path, monkeypatch):
     """Opens windows, and closes them in the end."""
-    monkeypatch.setattr("widgets.map_files.user_state_path", lambda *_args, **_kwargs: tmp_path / "state")
+    monkeypatch.setattr(
+        "widgets.presenters.map_file_presenter.user_state_path", lambda *_args, **_kwargs: tmp_path / "state"
+    )
     apply_theme(QApplication.instance(), DARK)
     opened = []
 
-    def opening(prepared, engines=INLINE):
-        window = MainWindow(Settings(tmp_path / "window.ini"), engines=engines)
+    def opening(prepared, backends=INLINE):
+        window = MainWindow(Settings(tmp_path / "window.ini"), backends=backends)
         window.resize(1400, 900)
         window.show()
         qtbot.waitExposed(window)
@@ -53,7 +55,7 @@ def open_window(qtbot, tmp_path, monkeypatch):
 
     yield opening
     for window in opened:
-        window.editing.files.give_up()
+        window.map_edit_presenter.files.give_up()
         window.close()
         window.deleteLater()
 
@@ -78,11 +80,14 @@ def test_undo_until_painted(benchmark, prepared, open_window, kind):
 @pytest.mark.parametrize("kind", ["layout", "chart"])
 def test_quality_after_an_edit(benchmark, prepared, open_window, qtbot, kind):
     """From the edit to the new numbers on the card, over the process that measures."""
-    window = open_window(prepared, replace(INLINE, measurer=Measurer))
+    window = open_window(prepared, replace(INLINE, map_quality_worker=MapQualityWorker))
     with qtbot.waitSignal(window.live.measured, timeout=60_000):
         pass
     result = reflatten(set_lengths(window.editor.document, [1], 0.5))
-    edits = {"layout": lambda document: rotate(document, [1], 0.1), "chart": lambda document: apply(document, result)}
+    edits = {
+        "layout": lambda document: rotate(document, [1], 0.1),
+        "chart": lambda document: apply_result(document, result),
+    }
     window.editor.do("Edit", edits[kind])
     with qtbot.waitSignal(window.live.measured, timeout=60_000):
         pass

@@ -17,13 +17,12 @@ import igl
 import numpy as np
 import pytest
 
-from app.arrays import FloatArray
-from app.geometry.topology import boundary_loops, face_components
-from app.maps.bijective import crossings, flipped
-from app.maps.border import ApartBorder
-from app.maps.methods.disk import Disk
-from app.maps.newton import minimise
-from app.maps.symmetric_dirichlet import SymmetricDirichlet
+from app.core.arrays import FloatArray
+from app.flattening.bijectivity import BoundaryBarrier, crossings, flipped
+from app.flattening.initial_map import Disk
+from app.flattening.newton import minimise
+from app.flattening.symmetric_dirichlet import SymmetricDirichlet
+from app.geometry.connectivity import boundary_loops, face_components
 from tests.benchmarks.flatten_meshes import MESHES, disk_of
 from tests.benchmarks.flatten_table import FLATTENING, Run
 
@@ -40,7 +39,7 @@ def ours(surface_disk: Disk) -> Run:
     disk = Disk(surface_disk.positions, surface_disk.faces)
     rounds = [(r.plane, time.perf_counter() - begin) for r in minimise(disk.energy, disk.start)]
     if crossings(rounds[-1][0][disk.loop]):
-        apart = ApartBorder(disk.energy, disk.loop, rounds[-1][0])
+        apart = BoundaryBarrier(disk.energy, disk.loop, rounds[-1][0])
         rounds = [(r.plane, time.perf_counter() - begin) for r in minimise(apart, disk.start)]
     return judged("ours", disk, rounds)
 

@@ -10,18 +10,17 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from app.control.command import ControlSettings
-from app.control.report import TaskReport
+from app.control.command import ControlSettings, TaskReport
 from app.editing.arrange import move, rotate
 from app.editing.document import MapDocument
 from app.scene.scene_file import load_scene
 from app.session.prepare import prepare
 from app.session.session import Session
-from app.touch.poke import PokePressed, PokeReleased
-from widgets.colours import DARK, PressureScale
+from app.tactile.poke import PokePressed, PokeReleased
+from widgets.common.colours import DARK, PressureScale
 from widgets.map_view.map_view import MapView
-from widgets.task_shown import Tail
-from widgets.task_sight import TaskSight
+from widgets.overlays.task_overlay import ContactTrail
+from widgets.overlays.task_overlay_builder import TaskOverlayBuilder
 
 
 @pytest.fixture(scope="module")
@@ -66,15 +65,15 @@ def test_map_frame_shown_and_painted(benchmark, view, prepared, pressed, zoom):
 @pytest.mark.parametrize("zoom", [1.0, 6.0], ids=["framed", "zoomed in on the taxels"])
 def test_map_frame_with_a_task_shown_and_painted(benchmark, view, prepared, pressed, zoom):
     """As above, with a wanted path of 90 mm, a target and the contact's way of four seconds."""
-    frame, sight = pressed.frame, TaskSight()
+    frame, sight = pressed.frame, TaskOverlayBuilder()
     sight.show_map(prepared.map)
-    sight.show_settings(ControlSettings(law="hybrid", task="follow_path"))
+    sight.show_settings(ControlSettings(controller="hybrid", task="follow_path"))
     place = tuple(frame.regions[0].map_point.tolist())
     sight.show_frame(replace(frame, task=TaskReport(target=frame.regions[0].at, force_goal=3.0, laid_at=place)))
     line = sight.shown.path.lines[0]
     count = len(line.on_map)
     way = line.on_map, line.on_body, line.normals
-    tail = Tail(np.full(count, line.patch), *way, np.linspace(1, 0, count), np.zeros(count, bool))
+    tail = ContactTrail(np.full(count, line.patch), *way, np.linspace(1, 0, count), np.zeros(count, bool))
     task = replace(sight.shown, tail=tail)
     view.zoom(zoom, view.pixel_of(frame.regions[0].at))
     benchmark.extra_info["corners of the path"] = count

@@ -10,7 +10,7 @@ from app.recording.recorder import Recorder
 from app.scene.scene_file import load_scene
 from app.session.prepare import prepare
 from app.session.session import Session
-from app.touch.poke import PokePressed
+from app.tactile.poke import PokePressed
 
 
 def test_recording_one_frame(benchmark, tmp_path):

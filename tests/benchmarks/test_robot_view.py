@@ -9,8 +9,8 @@ from PySide6.QtTest import QTest
 from app.scene.scene_file import load_scene
 from app.session.prepare import prepare
 from app.session.session import Session
-from app.touch.poke import PokePressed
-from widgets.colours import DARK, PressureScale
+from app.tactile.poke import PokePressed
+from widgets.common.colours import DARK, PressureScale
 from widgets.robot_view.robot_view import RobotView
 
 

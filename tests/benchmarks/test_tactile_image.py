@@ -9,10 +9,10 @@ import pytest
 from scipy.interpolate import LinearNDInterpolator, griddata
 from scipy.spatial import Delaunay
 
-from app.experiments.flat_map import flat_map
-from app.experiments.image_cost import smooth
-from app.maps.interpolation.weights import INTERPOLATIONS
+from app.maps.interpolation import INTERPOLATIONS
 from app.maps.tactile_image import TactileImage
+from app.studies.sweeps.image_cost import smooth
+from app.studies.testbeds.reference_bodies import flat_map
 
 WIDTH = 256
 

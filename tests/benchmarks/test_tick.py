@@ -1,16 +1,5 @@
-"""One control tick, its stages apart and together, as multiples of a bare ``mj_step`` measured in alternation with it.
-
-A tick is what a session does from one command to the next. Its stages, from each frame's own timings:
-
-* ``regions``: contacts and their forces, from the taxels' readings: ``contacts`` in the timings;
-* ``law``: joint commands from the regions: ``control``;
-* ``skin``: what a real skin would do, pressures from contacts: ``touch`` and the sensor's stages;
-* ``physics``: what a real arm would do.
-
-What has to be done on a robot is the first two: **the tick of control**. It needs no pixels: regions are found among
-the taxels and placed by the map itself. The image is for people; what one costs is measured beside, once a tick as if
-it were shown at every one. A "bare step" is ``mj_step`` of the scene's model without fingers, five steps at a time
-between every two ticks.
+"""One control tick, its stages apart and together, and with every effect off, as multiples of a bare ``mj_step`` of the
+same run.
 """
 
 from __future__ import annotations
@@ -24,42 +13,44 @@ import mujoco
 import numpy as np
 import pytest
 
-from app.contacts.estimators.names import ESTIMATORS
-from app.contacts.reading_settings import ReadingSettings
-from app.control.command import ControlSettings
-from app.control.settings_check import CHOICES
+from app.contacts.force_estimation.estimate import ESTIMATORS
+from app.contacts.pipeline import ReadingSettings
+from app.control.command import CHOICES, ControlSettings
 from app.maps.tactile_image import TactileImage
+from app.scene.effects import Effects
 from app.scene.scene_file import load_scene
-from app.session.prepare import Prepared, prepare
+from app.session.prepare import PreparedScene, prepare
 from app.session.session import Session
-from app.simulation.assemble import assemble
-from app.touch.poke import Finger, PokePressed
+from app.simulation.model_assembly import assemble
+from app.simulation.simulation import Simulation
+from app.tactile.poke import Finger, PokePressed
+from tests.support.touch import arm, hold
 
-LAWS = CHOICES["law"]
+LAWS = CHOICES["controller"]
 AT_ONCE = 5
 """Bare steps between two ticks: the first finds the caches full of something else."""
 PLACES = (0.50, 0.27, 0.70)
 """Of the fingers, as shares of all taxels."""
 STEADY = Finger(max_force=ControlSettings().force_goal)
-"""Presses as hard as the laws want, so that no law loses it."""
+"""Presses as hard as the controllers want, so that no controller loses it."""
 
 
 @cache
-def covered(taxels: int) -> Prepared:
+def covered(taxels: int) -> PreparedScene:
     scene = load_scene("arm")
     made = prepare(replace(scene, cover=replace(scene.cover, taxels=taxels), stimuli=()))
     assert len(made.skin) >= 0.9 * taxels
     return made
 
 
-def at_rate(taxels: int, rate: int) -> Prepared:
+def at_rate(taxels: int, rate: int) -> PreparedScene:
     made = covered(taxels)
     return replace(made, scene=replace(made.scene, tick=1 / rate))
 
 
-def touched(made: Prepared, law: str, contacts: int, *, task="hold_point", estimator="area-sum") -> Session:
+def touched(made: PreparedScene, controller: str, contacts: int, *, task="hold_point", estimator="area-sum") -> Session:
     """A session that has been touched for a quarter of a second."""
-    settings = ControlSettings(law=law, task=task, path_speed=0.02)
+    settings = ControlSettings(controller=controller, task=task, path_speed=0.02)
     session = Session(made, settings=settings, reading=ReadingSettings(estimator=estimator))
     for finger, share in enumerate(PLACES[:contacts], 1):
         session.submit(PokePressed(finger, made.skin.taxel_point(int(share * len(made.skin))), STEADY))
@@ -90,7 +81,7 @@ class Alternation:
     def note(self) -> None:
         """Take down the last tick's stages, and time bare steps."""
         for name, ms in self._session.frame.timings.ms.items():
-            known = {"contacts": "regions", "control": "law", "physics": "physics"}
+            known = {"contacts": "regions", "control": "controller", "physics": "physics"}
             self.stages[known.get(name, "skin")].append(ms)
         self.contacts.append(len(self._session.frame.regions))
         start = time.perf_counter()
@@ -102,10 +93,10 @@ class Alternation:
         if benchmark.stats is None:
             return
         bare = float(np.median(self.bare))
-        control = np.add(self.stages["regions"], self.stages["law"])
+        control = np.add(self.stages["regions"], self.stages["controller"])
         benchmark.extra_info["contacts"] = f"{np.mean(self.contacts):.1f}"
         benchmark.extra_info["bare step"] = f"{1e3 * bare:.1f} µs"
-        for name in ("regions", "law"):
+        for name in ("regions", "controller"):
             benchmark.extra_info[name] = f"{np.median(self.stages[name]) / bare:.0f}"
         middle, high = np.percentile(control, (50, 95)) / bare
         benchmark.extra_info["tick of control"] = f"{middle:.0f} bare steps, p95 {high:.0f}"
@@ -120,10 +111,10 @@ def measure(benchmark, session: Session, rounds=300) -> None:
 
 
 @pytest.mark.parametrize("contacts", [1, 3])
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("controller", LAWS)
 @pytest.mark.parametrize("taxels", [1000, 10_000])
-def test_a_tick_in_contact(benchmark, taxels, law, contacts):
-    measure(benchmark, touched(covered(taxels), law, contacts))
+def test_a_tick_in_contact(benchmark, taxels, controller, contacts):
+    measure(benchmark, touched(covered(taxels), controller, contacts))
 
 
 @pytest.mark.parametrize("task", CHOICES["task"])
@@ -156,14 +147,14 @@ def test_a_tick_with_an_image_of_256_pixels_across(benchmark, taxels):
     alternation.tell(benchmark)
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("controller", LAWS)
 @pytest.mark.parametrize(("taxels", "rate"), [(1000, 1000), (10_000, 200)])
-def test_the_rate_that_one_core_sustains(benchmark, taxels, rate, law):
+def test_the_rate_that_one_core_sustains(benchmark, taxels, rate, controller):
     """All of a second in contact, physics and skin included, at the rate wanted: how many times as fast it goes.
 
     By the processor's time, so that what else the machine does meanwhile does not count; late ticks are so by the wall.
     """
-    session = touched(at_rate(taxels, rate), law, 1)
+    session = touched(at_rate(taxels, rate), controller, 1)
     ticks: list[float] = []
     busy: list[float] = []
 
@@ -181,3 +172,36 @@ def test_the_rate_that_one_core_sustains(benchmark, taxels, rate, law):
     benchmark.extra_info["real time"] = f"{1 / took:.1f} times"
     benchmark.extra_info["ticks a second"] = f"{rate / took:.0f}"
     benchmark.extra_info["late"] = f"{100 * np.mean(np.array(ticks) > 1 / rate):.2f} % of {rate} Hz ticks"
+
+
+OFF = Effects(gravity="off", contact="off", joint_limits=False, fingers=False, skin="off")
+STEPS = 5
+
+
+def test_a_tick_with_everything_off(benchmark):
+    prepared = arm()
+    simulation, command = Simulation(prepared.robot, prepared.skin, OFF), hold(prepared.robot, 3.0, 0.5)
+    simulation.step(STEPS, command)
+    benchmark.pedantic(simulation.step, args=(STEPS, command), rounds=2000, warmup_rounds=100)
+    assert np.isfinite(simulation.posture).all()
+    if benchmark.stats is not None:
+        ours, bare = _side_by_side(simulation, command)
+        benchmark.extra_info["tick of 5 steps"] = f"{1e6 * ours:.2f} µs"
+        benchmark.extra_info["5 bare mj_step"] = f"{1e6 * bare:.2f} µs"
+        benchmark.extra_info["ratio"] = f"{ours / bare:.3f}"
+
+
+def _side_by_side(simulation: Simulation, command) -> tuple[float, float]:
+    """Median seconds of a tick and of as many bare steps, taken in turn, so that a busy machine slows both."""
+    model, data, took = simulation._model, mujoco.MjData(simulation._model), ([], [])
+    data.qpos[:], data.ctrl[:] = simulation.posture, command.posture
+    for _ in range(4000):
+        start = time.perf_counter()
+        simulation.step(STEPS, command)
+        between = time.perf_counter()
+        for _ in range(STEPS):
+            mujoco.mj_step(model, data)
+        end = time.perf_counter()
+        took[0].append(between - start)
+        took[1].append(end - between)
+    return float(np.median(took[0])), float(np.median(took[1]))

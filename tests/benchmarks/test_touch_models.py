@@ -1,4 +1,6 @@
-"""A reading of each contact model in contact, as a multiple of a bare ``mj_step`` of the same arm in the same run."""
+"""A reading of each contact model, and what each effect of the sensor adds, as multiples of a bare ``mj_step`` of the
+same arm in the same run.
+"""
 
 from __future__ import annotations
 
@@ -9,17 +11,19 @@ import numpy as np
 import pytest
 
 from app.control.command import JointCommand
-from app.robots.compile import robot_spec
 from app.robots.library import find_robot
+from app.robots.mujoco_spec import robot_spec
 from app.scene.effects import Effects
 from app.simulation.simulation import Simulation
-from app.skin.cover import cover
-from app.skin.cover_spec import CoverSpec
-from app.touch.layer import Layer
-from app.touch.load import Load, ball_load
-from app.touch.models.table import MODELS
-from app.touch.poke import PokePressed
-from app.touch.sensor.effects import SensorEffects
+from app.skin.cover import CoverSpec, cover_robot
+from app.tactile.elastic_layer import ElasticLayer
+from app.tactile.loads import Load, sphere_load
+from app.tactile.models.contact_model import CONTACT_MODELS
+from app.tactile.poke import PokePressed
+from app.tactile.sensor_chain import SensorChain
+from app.tactile.sensor_effects import SensorEffects
+from tests.support.sensors import ALL_ON, only
+from tests.support.touch import bar_skin
 
 FORCE, RADIUS, SPEED, STEP = 10.0, 0.008, 0.05, 0.001
 
@@ -31,7 +35,7 @@ def robot():
 
 @pytest.fixture(scope="module", params=[100, 1000, 10_000])
 def skin(request, robot):
-    return cover(robot, CoverSpec(taxels=request.param))
+    return cover_robot(robot, CoverSpec(taxels=request.param))
 
 
 def _loads(skin, count: int) -> list[Load]:
@@ -39,7 +43,7 @@ def _loads(skin, count: int) -> list[Load]:
     at = skin.taxel_point(len(skin) // 2)
     point, normal = skin.position(at), skin.normal(at)
     along = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
-    return [ball_load(skin.link(at), point + k * SPEED * STEP * along, normal, FORCE, RADIUS) for k in range(count)]
+    return [sphere_load(skin.link(at), point + k * SPEED * STEP * along, normal, FORCE, RADIUS) for k in range(count)]
 
 
 def _bare_step(robot) -> float:
@@ -60,18 +64,18 @@ def _tell(benchmark, robot) -> None:
         benchmark.extra_info["multiple of one bare step"] = f"{median / bare:.1f}"
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", CONTACT_MODELS)
 def test_a_reading_under_a_ball_that_stands(benchmark, robot, skin, name):
-    model, (load,) = MODELS[name].build(skin, Layer(), SensorEffects()), _loads(skin, 1)
+    model, (load,) = CONTACT_MODELS[name].build(skin, ElasticLayer(), SensorEffects()), _loads(skin, 1)
     pressures = benchmark.pedantic(model.pressures, args=([load],), rounds=200, iterations=10, warmup_rounds=20)
     assert pressures @ skin.areas == pytest.approx(FORCE, rel=1e-6), "the reading must be measured in contact"
     _tell(benchmark, robot)
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", CONTACT_MODELS)
 def test_a_reading_under_a_ball_that_slides(benchmark, robot, skin, name):
     """At 5 cm/s: now and then the points near the ball are searched for again."""
-    model, loads = MODELS[name].build(skin, Layer(), SensorEffects()), _loads(skin, 200)
+    model, loads = CONTACT_MODELS[name].build(skin, ElasticLayer(), SensorEffects()), _loads(skin, 200)
     state = {"step": 0}
 
     def read() -> None:
@@ -99,3 +103,23 @@ def test_a_whole_step_with_a_reading(benchmark, robot, skin):
     assert simulation.pokes[0].force > 1, "the step must be measured in contact"
     benchmark.pedantic(step, rounds=500, warmup_rounds=20)
     _tell(benchmark, robot)
+
+
+def _pressed(taxels):
+    """A contact on 5 % of the taxels, some beyond the highest reading."""
+    rng = np.random.default_rng(0)
+    return rng.uniform(0, 250e3, taxels) * (rng.random(taxels) < 0.05)
+
+
+@pytest.mark.parametrize(
+    "effects", [*only(ALL_ON).values(), ALL_ON, SensorEffects()], ids=[*only(ALL_ON), "all", "none"]
+)
+def test_a_reading_of_1000_taxels(benchmark, effects):
+    skin = bar_skin(1000, finer=4)
+    assert len(skin) == 1000
+    assert 5 < 2 * len(skin.neighbours) / len(skin) < 6, "neighbours as on a body"
+    chain, pressures = SensorChain(skin, effects, tick=0.005, seed=0), _pressed(1000)
+    read = benchmark.pedantic(chain.read, args=(pressures,), rounds=200, iterations=20, warmup_rounds=20)
+    assert read.shape == (1000,)
+    if benchmark.stats is not None:
+        benchmark.extra_info["median"] = f"{1e6 * benchmark.stats.stats.median:.1f} µs"

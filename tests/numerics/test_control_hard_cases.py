@@ -4,17 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from tests.numerics import (
-    hard_control_environments,
-    hard_control_events,
-    hard_control_maps,
-    hard_control_postures,
-    hard_control_sensing,
-)
-from tests.numerics.hard_control import check, check_repeats, runs
+from tests.hard_cases import control_environments, control_events, control_maps, control_postures, control_sensing
+from tests.hard_cases.control import check, check_repeats, runs
 
 GROUPS = (
-    hard_control_postures, hard_control_environments, hard_control_sensing, hard_control_maps, hard_control_events,
+    control_postures, control_environments, control_sensing, control_maps, control_events,
 )  # fmt: skip
 CASES = {name: case for group in GROUPS for name, case in group.CASES.items()}
 
@@ -23,9 +17,9 @@ def test_every_case_has_a_name_of_its_own():
     assert len(CASES) == sum(len(group.CASES) for group in GROUPS)
 
 
-@pytest.mark.parametrize(("name", "law"), runs(CASES))
-def test_the_stated_outcome_comes(name, law):
-    check(CASES[name], law)
+@pytest.mark.parametrize(("name", "controller"), runs(CASES))
+def test_the_stated_outcome_comes(name, controller):
+    check(CASES[name], controller)
 
 
 @pytest.mark.parametrize("name", CASES)

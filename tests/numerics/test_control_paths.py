@@ -9,21 +9,21 @@ import numpy as np
 import pytest
 
 from app.control.command import ControlChanged, ControlSettings
-from app.control.laws import RULES
-from app.control.reference import MAX_JOINT_SPEED
+from app.control.controllers import CONTROL_SCHEMES
+from app.control.joint_impedance import MAX_JOINT_SPEED
 from app.geometry.mesh import Mesh
 from app.maps.build import build_map
 from app.maps.layout import MapLayout
 from app.maps.tactile_map import TactileMap
 from app.scene.scene_file import load_scene
 from app.session.inputs import MapEdited
-from app.session.prepare import Prepared, prepare
+from app.session.prepare import PreparedScene, prepare
 from app.session.session import Session
-from app.skin.place import place_taxels
+from app.skin.sampling import place_evenly
 from app.skin.skin import Patch, Skin
-from tests.numerics.pressed_arm import Course, beside_ball, forearm
+from tests.support.pressed_arm import Course, beside_ball, forearm
 
-LINE = ControlSettings(law="hybrid", task="follow_path", path_kind="polyline", path_speed=0.03, force_gain=0.015)
+LINE = ControlSettings(controller="hybrid", task="follow_path", path_kind="polyline", path_speed=0.03, force_gain=0.015)
 
 
 class Trip(Course):
@@ -55,13 +55,13 @@ class Trip(Course):
 
 
 @cache
-def two_links() -> Prepared:
+def two_links() -> PreparedScene:
     """Our arm with 500 taxels on forearm and hand, and the scene that ships with a path over both."""
     return prepare(load_scene("follow_path"))
 
 
 @cache
-def halves() -> Prepared:
+def halves() -> PreparedScene:
     """The forearm's skin in two patches with a gap of some millimetres between, beside each other on the map."""
     prepared = forearm()
     whole = prepared.skin.patches[0].surface
@@ -71,18 +71,18 @@ def halves() -> Prepared:
     for name, keep in (("near", middle < cut - 0.002), ("far", middle > cut + 0.002)):
         used, faces = np.unique(whole.faces[keep], return_inverse=True)
         surface = Mesh(whole.vertices[used], faces.reshape(-1, 3))
-        patches.append(Patch(name, "forearm", surface, place_taxels(surface, 200, seed=0)))
+        patches.append(Patch(name, "forearm", surface, place_evenly(surface, 200, seed=0)))
     map_ = build_map(Skin(tuple(patches)))
     return replace(prepared, skin=map_.skin, map=map_)
 
 
-def near(prepared: Prepared, patch: int, point) -> int:
+def near(prepared: PreparedScene, patch: int, point) -> int:
     """The taxel of a patch nearest to a point of its link."""
     away = np.linalg.norm(prepared.skin.patches[patch].taxels.positions - np.asarray(point), axis=1)
     return int(prepared.skin.first[patch] + away.argmin())
 
 
-def on_map(prepared: Prepared, *places) -> tuple[tuple[float, float], ...]:
+def on_map(prepared: PreparedScene, *places) -> tuple[tuple[float, float], ...]:
     """Points of the map: of taxels, or as they are."""
     points = [prepared.map.taxel_points[place] if isinstance(place, int | np.integer) else place for place in places]
     return tuple((float(x), float(y)) for x, y in points)
@@ -94,7 +94,7 @@ def bounded(trip: Trip, *, force=20.0) -> None:
     assert trip.speed.max() < MAX_JOINT_SPEED
 
 
-def over_a_seam(prepared: Prepared) -> tuple[int, tuple[tuple[float, float], ...]]:
+def over_a_seam(prepared: PreparedScene) -> tuple[int, tuple[tuple[float, float], ...]]:
     """A taxel beside the seam of the forearm, and a line from it 25 mm beyond the seam, drawn off the patch."""
     map_ = prepared.map
     seam = map_.seams[0]
@@ -124,7 +124,7 @@ def test_over_a_seam_the_contact_goes_on_behind_it():
     assert trip.force[200:].mean() == pytest.approx(3.0, abs=0.1)
 
 
-def borders(prepared: Prepared, patch: int) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+def borders(prepared: PreparedScene, patch: int) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Middles of the sides of a patch's border, outward directions (2,) there [m], and the places on the body (3,)."""
     map_ = prepared.map
     outline, after = map_.outlines[patch], np.roll(map_.outlines[patch], -1, axis=0)
@@ -138,7 +138,7 @@ def borders(prepared: Prepared, patch: int) -> list[tuple[np.ndarray, np.ndarray
     return found
 
 
-def over_the_gap(prepared: Prepared) -> tuple[int, tuple[tuple[float, float], ...]]:
+def over_the_gap(prepared: PreparedScene) -> tuple[int, tuple[tuple[float, float], ...]]:
     """A taxel of the first half beside the gap, and a path from it over the gap into the other half."""
     near_end = prepared.skin.patches[0].taxels.positions[:, 2].max()
     side = np.array([*forearm().skin.patches[0].taxels.positions[150, :2], near_end])
@@ -155,12 +155,14 @@ def over_the_gap(prepared: Prepared) -> tuple[int, tuple[tuple[float, float], ..
     return near(prepared, 0, place), on_map(prepared, *path)
 
 
-@pytest.mark.parametrize("law", RULES)
-def test_from_patch_to_patch_on_one_link_the_contact_is_led_straight_over(law):
+@pytest.mark.parametrize("controller", CONTROL_SCHEMES)
+def test_from_patch_to_patch_on_one_link_the_contact_is_led_straight_over(controller):
     """The ball is felt by both patches at once, as two contacts: together they keep the force."""
     prepared = halves()
     taxel, path = over_the_gap(prepared)
-    session = beside_ball(replace(LINE, law=law, path=path, path_speed=0.01), prepared=prepared, taxel=taxel)
+    session = beside_ball(
+        replace(LINE, controller=controller, path=path, path_speed=0.01), prepared=prepared, taxel=taxel
+    )
     trip = Trip(session, 5.0)
     bounded(trip)
     assert trip.states == []
@@ -171,11 +173,11 @@ def test_from_patch_to_patch_on_one_link_the_contact_is_led_straight_over(law):
     assert trip.last(trip.body_error).max() < 0.006
 
 
-@pytest.mark.parametrize("law", RULES)
-def test_from_forearm_to_hand_the_contact_is_carried(law):
+@pytest.mark.parametrize("controller", CONTROL_SCHEMES)
+def test_from_forearm_to_hand_the_contact_is_carried(controller):
     """The last of the forearm and the first of the hand."""
     path = ((0.205, 0.195), (0.20, 0.10))
-    session = Session(two_links(), settings=replace(LINE, law=law, path=path))
+    session = Session(two_links(), settings=replace(LINE, controller=controller, path=path))
     trip = Trip(session, 6.5)
     bounded(trip)
     assert trip.states == ["look", "lift", "carry", "press"]
@@ -264,7 +266,7 @@ def test_a_patch_drawn_larger_is_followed_slower_on_the_body():
 def test_a_point_to_hold_on_another_link_is_refused_and_the_contact_held():
     prepared = two_links()
     point = on_map(prepared, int(prepared.skin.first[1]) + 5)
-    trip = Trip(Session(prepared, settings=ControlSettings(law="hybrid", task="hold_point", path=point)), 3.0)
+    trip = Trip(Session(prepared, settings=ControlSettings(controller="hybrid", task="hold_point", path=point)), 3.0)
     bounded(trip)
     assert "the point to hold is on the hand, the contact on the forearm" in trip.why
     assert trip.last(trip.force) == pytest.approx(3.0, abs=0.2)

@@ -1,14 +1,23 @@
-"""The laws at their tasks on the whole arm beside a ball that stands still; ``hard_control`` has the hard cases."""
+"""The controllers at their tasks on the whole arm: beside a ball that stands still, holding a force, and with a taxel
+that reads no number.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
+from app.contacts.pipeline import ContactPipeline
 from app.control.command import ControlChanged, ControlSettings
-from app.control.laws import RULES
-from app.control.reference import MAX_JOINT_SPEED
-from tests.numerics.pressed_arm import TICK, Course, beside_ball
+from app.control.controller_manager import ControllerManager
+from app.control.controllers import CONTROL_SCHEMES
+from app.control.joint_impedance import HOME_SPEED, MAX_JOINT_SPEED
+from app.session.session import Session
+from app.simulation.simulation import Simulation
+from app.tactile.poke import Finger, PokePressed, PokeReleased
+from tests.hard_cases.control import GOAL
+from tests.support.pressed_arm import TICK, Course, beside_ball
+from tests.support.touch import arm
 
 
 def bounded(course: Course) -> None:
@@ -17,10 +26,10 @@ def bounded(course: Course) -> None:
     assert course.speed.max() < 2 * MAX_JOINT_SPEED
 
 
-@pytest.mark.parametrize("law", RULES)
-def test_a_path_is_followed_at_a_set_force(law):
+@pytest.mark.parametrize("controller", CONTROL_SCHEMES)
+def test_a_path_is_followed_at_a_set_force(controller):
     """A figure of eight of 30 mm at 10 mm/s: the taxels' pitch of 12 mm is most of the error."""
-    course = Course(beside_ball(ControlSettings(law=law, task="follow_path")), 10.0)
+    course = Course(beside_ball(ControlSettings(controller=controller, task="follow_path")), 10.0)
     bounded(course)
     steady = slice(round(2.0 / TICK), None)
     assert course.force[steady].mean() == pytest.approx(3.0, abs=0.1)
@@ -30,24 +39,158 @@ def test_a_path_is_followed_at_a_set_force(law):
     assert "contact lost" not in course.why
 
 
-@pytest.mark.parametrize("law", ["hybrid", "qp"])
-def test_a_faster_path_lags_more_and_stays_bounded(law):
+@pytest.mark.parametrize("controller", ["hybrid", "qp"])
+def test_a_faster_path_lags_more_and_stays_bounded(controller):
     slow, fast = (
-        Course(beside_ball(ControlSettings(law=law, task="follow_path", path_speed=speed)), 10.0)
+        Course(beside_ball(ControlSettings(controller=controller, task="follow_path", path_speed=speed)), 10.0)
         for speed in (0.01, 0.03)
     )
     bounded(fast)
     assert np.nanmedian(fast.error[400:]) > 1.5 * np.nanmedian(slow.error[400:])
 
 
-@pytest.mark.parametrize("law", RULES)
-def test_a_point_drawn_elsewhere_is_reached_and_held(law):
-    session = beside_ball(ControlSettings(law=law, task="hold_point"))
+@pytest.mark.parametrize("controller", CONTROL_SCHEMES)
+def test_a_point_drawn_elsewhere_is_reached_and_held(controller):
+    session = beside_ball(ControlSettings(controller=controller, task="hold_point"))
     here = session.tick().regions[0].map_point
     target = (float(here[0]) + 0.012, float(here[1]) + 0.009)
-    session.submit(ControlChanged(ControlSettings(law=law, task="hold_point", path=(target,))))
+    session.submit(ControlChanged(ControlSettings(controller=controller, task="hold_point", path=(target,))))
     course = Course(session, 6.0)
     bounded(course)
     assert course.error[0] > 0.012
     assert course.error[-1] < 0.002
     assert course.force[-1] == pytest.approx(3.0, abs=0.1)
+
+
+CONTROL_TICK = 0.005
+
+
+def pressed(taxel, *, seconds, goal=3.0, speed=0.006, **settings):
+    """The finger's force at every tick, and the session afterwards."""
+    session = Session(
+        arm(), scripted=False, settings=ControlSettings(controller="hold_force", force_goal=goal, **settings)
+    )
+    session.submit(PokePressed(1, arm().skin.taxel_point(taxel), Finger(speed=speed, max_force=20.0)))
+    return np.array([session.tick().pokes[0].force for _ in range(round(seconds / CONTROL_TICK))]), session
+
+
+def forearm_taxels():
+    return [int(taxel) for taxel in range(arm().skin.first[1] + 5, arm().skin.first[2], 15)]
+
+
+@pytest.mark.parametrize("goal", [1.0, 3.0, 8.0])
+def test_the_force_settles_at_the_goal_and_stays(goal):
+    """A finger that keeps advancing at 6 mm/s and would press with 20 N."""
+    for taxel in forearm_taxels():
+        force, session = pressed(taxel, seconds=5.0, goal=goal)
+        assert np.abs(force[400:] / goal - 1).max() < 0.05, f"taxel {taxel}"
+        assert session.frame.why_limited == (), f"taxel {taxel}"
+
+
+def test_a_faster_finger_is_held_too():
+    force, _ = pressed(forearm_taxels()[2], seconds=4.0, speed=0.012)
+    assert np.abs(force[400:] / 3.0 - 1).max() < 0.05
+
+
+def test_without_it_the_same_finger_presses_harder():
+    taxel = forearm_taxels()[2]
+    held, _ = pressed(taxel, seconds=4.0)
+    session = Session(arm(), scripted=False)
+    session.submit(PokePressed(1, arm().skin.taxel_point(taxel), Finger(speed=0.006, max_force=20.0)))
+    for _ in range(800):
+        frame = session.tick()
+    assert frame.pokes[0].force > 2 * held[-1]
+
+
+def test_proportional_alone_lags_by_the_speed_over_the_gain():
+    """In balance the arm retreats as fast as the finger comes: gain e = speed."""
+    force, _ = pressed(forearm_taxels()[2], seconds=3.0, force_gain=0.015, gains="as_given", integral_time=float("inf"))
+    assert force[-1] - 3.0 == pytest.approx(0.006 / 0.015, rel=0.05)
+
+
+@pytest.mark.parametrize("gain", [0.002, 0.01, 0.05])
+@pytest.mark.parametrize("integral_time", [0.05, 0.3, 2.0])
+def test_any_setting_stays_finite_and_bounded(gain, integral_time):
+    force, session = pressed(forearm_taxels()[1], seconds=2.0, force_gain=gain, integral_time=integral_time)
+    assert np.isfinite(force).all()
+    assert force.max() <= 20.0
+    assert np.abs(session.frame.velocity).max() < 10
+
+
+def test_when_the_finger_leaves_the_arm_goes_home_gently():
+    _, session = pressed(forearm_taxels()[2], seconds=4.0)
+    away = np.abs(session.frame.posture - arm().robot.home).max()
+    assert away > 0.02
+    session.submit(PokeReleased(1))
+    speeds, wanted = [], [session.frame.command.posture]
+    for _ in range(1200):
+        frame = session.tick()
+        speeds.append(np.abs(frame.velocity).max())
+        wanted.append(frame.command.posture)
+    assert np.abs(np.diff(wanted, axis=0)).max() / CONTROL_TICK <= HOME_SPEED * (1 + 1e-9)
+    assert max(speeds) < 1.5 * HOME_SPEED
+    assert frame.posture == pytest.approx(arm().robot.home, abs=1e-3)
+
+
+BAD = {"one taxel": slice(150, 151), "all taxels": slice(None), "one far away": slice(0, 1)}
+FAULT, MENDED, END = 1.0, 2.0, 5.0
+"""When the skin breaks, when it is whole again, and when all is over [s]."""
+
+
+class Run:
+    """A session's loop by hand, with a fault in the wire between the skin and who reads it.
+
+    Attributes:
+        pressed: (k,) what truly presses [N].
+        postures: (k, n).
+        commanded: (k, n).
+        said: (k,) why the manager was limited.
+    """
+
+    def __init__(self, controller: str, where: slice, value: float) -> None:
+        scene = beside_ball(ControlSettings()).prepared
+        simulation = Simulation(scene.robot, scene.skin, scene.scene.effects, objects=scene.objects,
+                                layer=scene.scene.layer, tick=TICK)  # fmt: skip
+        sense = ContactPipeline(scene.robot, scene.map, scene.scene.effects.sensor)
+        manager = ControllerManager(scene.robot, ControlSettings(controller=controller, task="hold_point"), scene.map)
+        rows, self.said = [], []
+        for k in range(round(END / TICK)):
+            pressures = simulation.sense().copy()
+            if FAULT <= k * TICK < MENDED:
+                pressures[where] = value
+            regions = sense.read(k, k * TICK, simulation.posture, pressures)
+            command = manager.command(simulation.posture, simulation.velocity, regions, TICK,
+                                         readable=bool(np.isfinite(pressures).all()))  # fmt: skip
+            rows.append(
+                (simulation.total_normal_force, np.abs(simulation.velocity).max(), simulation.posture, command.posture)
+            )
+            self.said.append(manager.why_limited)
+            simulation.step(scene.scene.steps_per_tick, command)
+        pressed, speed, postures, commanded = zip(*rows, strict=True)
+        self.pressed, self.speed = np.array(pressed), np.array(speed)
+        self.postures, self.commanded = np.array(postures), np.array(commanded)
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf")])
+@pytest.mark.parametrize("where", BAD)
+@pytest.mark.parametrize("controller", ["hybrid", "qp", "hold_force"])
+def test_the_arm_stands_while_the_skin_cannot_be_read(controller, where, value):
+    run = Run(controller, BAD[where], value)
+    broken = slice(round(FAULT / TICK), round(MENDED / TICK))
+    assert np.isfinite(run.commanded).all()
+    assert all(any("no number" in why for why in said) for said in run.said[broken])
+    assert np.abs(run.postures[broken] - run.postures[broken][0]).max() < 0.02
+    assert run.pressed.max() < 8.0
+    assert run.speed.max() < MAX_JOINT_SPEED
+    if controller == "hold_force":  # without a supervisor: it goes on where it stood
+        assert run.pressed[-1] == pytest.approx(GOAL, abs=0.1)
+        assert run.said[-1] == ()
+    else:  # it stopped, softly, and goes on when nothing has touched for a second
+        later = run.said[round((MENDED + 0.5) / TICK)]
+        assert later == ("stopped: the skin reads what is no number; lift what touches to go on",)
+
+
+def test_a_law_that_reads_nothing_goes_on():
+    run = Run("impedance", BAD["all taxels"], float("nan"))
+    assert not any(run.said)
+    assert np.isfinite(run.commanded).all()

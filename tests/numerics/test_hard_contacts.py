@@ -7,9 +7,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from app.touch.poke import Finger, PokeMoved, PokePressed
-from tests.numerics.hard_touch import EXACT, MODELS, PLACES, Place, with_scene
-from tests.numerics.touch_laws import (
+from app.tactile.poke import Finger, PokeMoved, PokePressed
+from tests.hard_cases.touch import EXACT, MODELS, PLACES, Place, with_scene
+from tests.hard_cases.touch_laws import (
     Run,
     centres,
     check_numbers,
@@ -45,7 +45,7 @@ def stroked(name: str, model: str) -> Run:
         acts[ticks + step] = [
             PokeMoved(number, points[step]) for number, points in enumerate(ways) if step < len(points)
         ]
-    prepared = with_scene(here.prepared, wishes={"skin": model})
+    prepared = with_scene(here.prepared, overrides={"skin": model})
     return play(prepared, (max(acts) + 5) * prepared.scene.tick, acts)
 
 

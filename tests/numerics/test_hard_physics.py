@@ -10,14 +10,14 @@ from itertools import product
 import numpy as np
 import pytest
 
-from app.errors import SimulationError
-from app.recording.player import Player
-from app.recording.report import save_report
+from app.core.errors import SimulationError
+from app.recording.player import RecordingPlayer
+from app.recording.recorder import save_failure_report
 from app.recording.verify import verify
 from app.simulation.simulation import Simulation
-from tests.numerics.hard_touch import EXACT, INTEGRATORS, JAM, MODELS, SPRING, dropped, jammed, teleported, whip
-from tests.numerics.touch_laws import Run, check_numbers, check_repeats, play, spring_force
-from tests.touch import hold
+from tests.hard_cases.touch import EXACT, INTEGRATORS, JAM, MODELS, SPRING, dropped, jammed, teleported, whip
+from tests.hard_cases.touch_laws import Run, check_numbers, check_repeats, play, spring_force
+from tests.support.touch import hold
 
 GRAVITY = 9.81
 STEPS = (0.0005, 0.001, 0.002, 0.004, 0.008)
@@ -30,7 +30,7 @@ _FALL = _FAST**2 / (2 * GRAVITY)
 
 def warned(run: Run) -> bool:
     """Whether it was said that contacts may bounce: of the scene, before it ran, or of its bodies."""
-    said = any(finding.kind == "unstable-corner" for finding in run.prepared.scene.decision.warnings)
+    said = any(finding.kind == "unstable-time-step" for finding in run.prepared.scene.decision.warnings)
     return said or any("may bounce" in note for frame in run.frames for note in frame.notes)
 
 
@@ -40,7 +40,7 @@ def stops_again(run: Run, path) -> None:
     assert run.failure.tick == len(run.frames) + 1
     assert " s: " in run.failure.problem, "it says when"
     check_repeats(run, play(run.prepared, len(run.frames) * run.prepared.scene.tick + 1.0))
-    outcome = verify(Player(save_report(run.session, path)))
+    outcome = verify(RecordingPlayer(save_failure_report(run.session, path)))
     assert outcome.identical
     assert outcome.stopped == run.failure.problem
 
@@ -131,8 +131,8 @@ def test_a_body_that_moves_farther_than_it_is_thick_in_one_step_is_stopped_befor
     integrator, timestep, tmp_path
 ):
     """0.08 m and more at once pass the middle of 0.14 m of body and link, and could come out on the far side."""
-    wishes = {"integrator": integrator, "timestep": timestep}
-    run = play(dropped(1.0, above=_FALL, radius=0.05, stiffness=1e6, **wishes), 4.2)
+    overrides = {"integrator": integrator, "timestep": timestep}
+    run = play(dropped(1.0, above=_FALL, radius=0.05, stiffness=1e6, **overrides), 4.2)
     check_numbers(run)
     assert run.heights.min() > 0, "not at the link yet"
     assert run.failure is not None

@@ -5,29 +5,25 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.contacts.reader import ContactReader
+from app.contacts.detection import ContactDetector
 from app.control.command import ControlChanged, ControlSettings
-from app.errors import SimulationError
+from app.core.errors import SimulationError
 from app.session.inputs import EffectsChanged
 from app.session.session import Session
-from app.touch.load import ball_load
-from app.touch.models.table import MODELS
-from app.touch.poke import Finger, PokePressed
-from app.touch.sensor.chain import SensorChain
-from app.touch.sensor.dead_taxels import DeadTaxels
-from app.touch.sensor.effects import SensorEffects
-from app.touch.sensor.sampling import Sampling
-from app.touch.sensor.saturation import Saturation
-from app.touch.sensor.threshold import Threshold
-from tests.numerics.hard_touch import dropped
-from tests.numerics.touch_laws import check_numbers, check_repeats, play
-from tests.sensors import ALL_ON
-from tests.touch import prepared_bar, taxel_near
+from app.tactile.loads import sphere_load
+from app.tactile.models.contact_model import CONTACT_MODELS
+from app.tactile.poke import Finger, PokePressed
+from app.tactile.sensor_chain import SensorChain
+from app.tactile.sensor_effects import DeadTaxels, Sampling, Saturation, SensorEffects, Threshold
+from tests.hard_cases.touch import dropped
+from tests.hard_cases.touch_laws import check_numbers, check_repeats, play
+from tests.support.sensors import ALL_ON
+from tests.support.touch import prepared_bar, taxel_near
 
 BAR = prepared_bar()
 MIDDLE = taxel_near(BAR.skin, 0, (0.3, 0.0, 0.02))
 PRESS = PokePressed(1, BAR.skin.taxel_point(MIDDLE), Finger(max_force=5.0, speed=0.1))
-FOLLOW = ControlChanged(ControlSettings(law="hold_force", force_goal=2.0, force_gain=0.015))
+FOLLOW = ControlChanged(ControlSettings(controller="hold_force", force_goal=2.0, force_gain=0.015))
 
 
 def sensing(**stages) -> EffectsChanged:
@@ -39,7 +35,7 @@ def sensing(**stages) -> EffectsChanged:
 
 
 def test_a_skin_that_is_dead_altogether_feels_nothing_and_control_goes_on():
-    """The law that follows touch has nothing to follow: the arm is pushed as by a hand it does not know of."""
+    """The controller that follows touch has nothing to follow: the arm is pushed as by a hand it does not know of."""
     run = play(BAR, 1.0, {1: [sensing(dead_taxels=DeadTaxels(dead=1.0)), FOLLOW, PRESS]})
     check_numbers(run)
     assert run.failure is None
@@ -108,14 +104,14 @@ def test_a_pressure_that_is_no_number_is_refused_by_taxel_and_leaves_no_trace(ba
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -1.0])
 def test_a_force_that_is_no_number_never_becomes_a_load(bad):
     with pytest.raises(SimulationError, match="no such load"):
-        ball_load("bar", np.zeros(3), np.array([0.0, 0.0, 1.0]), bad, 0.01)
+        sphere_load("bar", np.zeros(3), np.array([0.0, 0.0, 1.0]), bad, 0.01)
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", CONTACT_MODELS)
 def test_huge_and_tiny_forces_stay_numbers(name):
-    model = MODELS[name].build(BAR.skin, BAR.scene.layer, SensorEffects())
+    model = CONTACT_MODELS[name].build(BAR.skin, BAR.scene.layer, SensorEffects())
     for force in (1e-300, 1e-12, 1e6, 1e12):
-        load = ball_load("bar", np.array([0.3, 0.0, 0.02]), np.array([0.0, 0.0, 1.0]), force, 0.01)
+        load = sphere_load("bar", np.array([0.3, 0.0, 0.02]), np.array([0.0, 0.0, 1.0]), force, 0.01)
         pressures = model.pressures([load])
         assert np.isfinite(pressures).all()
         assert float(pressures @ BAR.skin.areas) == pytest.approx(force, rel=1e-9)
@@ -134,7 +130,7 @@ def test_a_session_whose_sensor_breaks_goes_on_from_where_it_was():
 
 
 def test_the_reader_of_contacts_sees_nothing_in_nothing():
-    reader = ContactReader(BAR.map)
+    reader = ContactDetector(BAR.map)
     assert reader.read(np.zeros(len(BAR.skin))) == ()
     (region,) = reader.read(np.full(len(BAR.skin), 1e9))
     assert region.force == pytest.approx(1e9 * BAR.skin.areas.sum())

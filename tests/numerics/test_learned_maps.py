@@ -24,11 +24,11 @@ import pytest
 from scipy.spatial.distance import cdist, pdist, squareform
 
 from app.maps.build import build_map
-from app.maps.learned.readings import felt
-from app.maps.learned.smacof import kruskal_stress
-from app.maps.learned.table import LEARNED
-from app.touch.babbling import BabbleSpec, babble
-from tests.numerics.map_surfaces import cap, frustum, skin_of
+from app.maps.learned.embedding import kruskal_stress
+from app.maps.learned.methods import LEARNING_METHODS
+from app.maps.learned.readings import detect_touch
+from app.tactile.babbling import BabbleSpec, babble
+from tests.support.surfaces import cap, frustum, skin_of
 
 RADIUS, NEAR = 0.1, 6
 FEW, MANY = BabbleSpec(touches=300), BabbleSpec(touches=3000)
@@ -52,7 +52,7 @@ def readings(spec, skin=dome):
 
 @cache
 def learned(method, spec, skin=dome):
-    return LEARNED[method](readings(spec, skin))
+    return LEARNING_METHODS[method](readings(spec, skin))
 
 
 @cache
@@ -110,7 +110,7 @@ def test_three_thousand_touches_come_close_to_geometry(method, share, stress):
     assert kruskal_stress(points, on_dome()) < stress
 
 
-@pytest.mark.parametrize("method", LEARNED)
+@pytest.mark.parametrize("method", LEARNING_METHODS)
 def test_more_touches_make_no_map_worse(method):
     few, many = learned(method, FEW).points, learned(method, MANY).points
     assert kept(few, on_dome()) > 0.65, "already a map"
@@ -118,7 +118,7 @@ def test_more_touches_make_no_map_worse(method):
     assert kruskal_stress(many, on_dome()) < kruskal_stress(few, on_dome()) + 0.005
 
 
-@pytest.mark.parametrize("method", LEARNED)
+@pytest.mark.parametrize("method", LEARNING_METHODS)
 def test_places_always_pressed_together_come_together_on_every_learned_map(method):
     """The paper's own objection to maps from co-activation; a geometric map is made without touch."""
     plain, biased = learned(method, MANY).points, learned(method, BIASED).points
@@ -140,7 +140,7 @@ def _far(points, a, b):
     return np.linalg.norm(points[a] - points[b]) / pdist(points).max()
 
 
-@pytest.mark.parametrize("method", LEARNED)
+@pytest.mark.parametrize("method", LEARNING_METHODS)
 def test_three_touches_at_a_time_harm_only_the_sheet_of_units(method):
     """Where pairs are compared, chance pairs are lost among true ones; one unit must claim all three places at once."""
     points = learned(method, SEVERAL).points
@@ -149,26 +149,26 @@ def test_three_touches_at_a_time_harm_only_the_sheet_of_units(method):
     assert harm < 0.35
 
 
-@pytest.mark.parametrize("method", LEARNED)
+@pytest.mark.parametrize("method", LEARNING_METHODS)
 def test_numbering_the_taxels_differently_numbers_the_map_differently(method):
     order = np.random.default_rng(15).permutation(250)
-    again = LEARNED[method](readings(MANY)[:, order]).points
+    again = LEARNING_METHODS[method](readings(MANY)[:, order]).points
     points = learned(method, MANY).points[order]
     assert np.abs(pdist(again) - pdist(points)).max() < 1e-3 * pdist(points).max()
 
 
-@pytest.mark.parametrize("method", LEARNED)
+@pytest.mark.parametrize("method", LEARNING_METHODS)
 def test_the_same_seed_gives_the_same_map_bit_for_bit(method):
-    again = LEARNED[method](readings(FEW).copy(), seed=0)
+    again = LEARNING_METHODS[method](readings(FEW).copy(), seed=0)
     assert again.points.tobytes() == learned(method, FEW).points.tobytes()
 
 
-@pytest.mark.parametrize("method", LEARNED)
+@pytest.mark.parametrize("method", LEARNING_METHODS)
 def test_a_fifth_of_the_taxels_may_fail(method):
     failed = np.random.default_rng(16).choice(250, 50, replace=False)
     spoiled = readings(MANY).copy()
     spoiled[:, failed] = 0
-    map_ = LEARNED[method](spoiled)
+    map_ = LEARNING_METHODS[method](spoiled)
     assert np.array_equal(np.flatnonzero(~map_.placed), np.sort(failed))
     alive = np.flatnonzero(map_.placed)
     assert kept(map_.points[alive], on_dome()[np.ix_(alive, alive)]) > 0.75
@@ -176,13 +176,13 @@ def test_a_fifth_of_the_taxels_may_fail(method):
 
 def test_more_noise_than_touch_is_not_mistaken_for_touch():
     noise = np.random.default_rng(17).normal(scale=2e4, size=(3000, 250))
-    touch = felt(noise + np.where(readings(MANY) > 3e5, 2e5, 0))
+    touch = detect_touch(noise + np.where(readings(MANY) > 3e5, 2e5, 0))
     wrong = (touch.pressures.toarray() > 0) & ~(readings(MANY)[:, touch.taxels] > 3e5)
     assert wrong.mean() < 1e-5
 
 
 def test_only_the_way_through_space_opens_a_tube():
     some = BabbleSpec(touches=1500)
-    shares = {method: kept(learned(method, some, tube).points, on_tube()) for method in LEARNED}
+    shares = {method: kept(learned(method, some, tube).points, on_tube()) for method in LEARNING_METHODS}
     assert shares.pop("geodesic-information") > 0.75
     assert max(shares.values()) < 0.7

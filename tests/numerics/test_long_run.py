@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 from app.scene.motion import Waypoint
-from app.session.prepare import Prepared
+from app.session.prepare import PreparedScene
 from app.session.session import Session
-from app.touch.layer import Layer
-from tests.numerics.hard_touch import dressed, weight
-from tests.touch import bar, bar_skin
+from app.tactile.elastic_layer import ElasticLayer
+from tests.hard_cases.touch import dressed, weight
+from tests.support.touch import bar, bar_skin
 
 HOUR, TICK, STEP = 3600.0, 0.4, 0.004
 PERIOD = 4.0
@@ -29,12 +29,12 @@ NOISY = {"gain_spread": "on", "noise": "on", "offset_drift": {"sd": 100.0, "walk
          "dead_taxels": "on", "sampling": {"rate": 2.0, "delay": 0.3}}  # fmt: skip
 
 
-def scene(**sensor) -> Prepared:
+def scene(**sensor) -> PreparedScene:
     """The bar rocks by 0.05 rad with a weight on its middle; without ``sensor`` the skin reads what it feels."""
     return dressed(
-        bar(), bar_skin(), objects=(weight(MASS),), layer=Layer(friction=0.0), tick=TICK, seed=7,
+        bar(), bar_skin(), objects=(weight(MASS),), layer=ElasticLayer(friction=0.0), tick=TICK, seed=7,
         motion=(Waypoint((0.05,), seconds=PERIOD / 2), Waypoint((0.0,), seconds=PERIOD / 2)),
-        wishes={"contact": "environment", "integrator": "implicitfast", "timestep": STEP, **sensor},
+        overrides={"contact": "environment", "integrator": "implicitfast", "timestep": STEP, **sensor},
     )  # fmt: skip
 
 

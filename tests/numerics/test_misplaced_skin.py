@@ -9,12 +9,12 @@ import pytest
 
 from app.control.command import ControlSettings
 from app.maps.build import build_map
-from app.maps.map_jacobian import MapJacobian, affine_fit
-from app.skin.exchange.taxel_set import TaxelSet
-from app.skin.from_taxels import skin_from_taxels
-from app.skin.misplace import misplaced
+from app.maps.jacobian import MapJacobian, affine_fit
+from app.skin.calibration_error import with_calibration_error
+from app.skin.formats.taxel_set import TaxelSet
+from app.skin.reconstruct import skin_from_taxels
 from app.skin.skin import Skin
-from tests.numerics.pressed_arm import beside_ball, forearm
+from tests.support.pressed_arm import beside_ball, forearm
 
 PITCH, SIDE, SEEDS = 0.008, 15, range(6)
 UP = np.array([0.0, 0.0, 1.0])
@@ -69,7 +69,7 @@ def believed_over_true(sd: float, *, by: str = "taxel") -> tuple[np.ndarray, np.
     true = lattice().patches[0].taxels.positions
     raw, smooth = [], []
     for seed in SEEDS:
-        said = misplaced(lattice(), sd, seed=seed, by=by).patches[0].taxels.positions
+        said = with_calibration_error(lattice(), sd, seed=seed, by=by).patches[0].taxels.positions
         sides, moved = (x[triangles()][:, 1:, :2] - x[triangles()][:, :1, :2] for x in (true, said))
         raw.append(np.swapaxes(np.linalg.solve(sides, moved), 1, 2))
         for taxel in inner():
@@ -106,7 +106,7 @@ def test_errors_by_module_turn_over_fewer():
 )
 def test_the_map_that_is_built_of_it_is_valid_and_its_smoothed_jacobian_the_truer(by, sd, share):
     """What the map says of a step along the skin, against the lattice in the plane; modules are smooth inside."""
-    map_ = build_map(misplaced(lattice(), sd, seed=1, by=by))
+    map_ = build_map(with_calibration_error(lattice(), sd, seed=1, by=by))
     a, b, c = (map_.uv[0][map_.charts[0].faces[:, k]] for k in range(3))
     assert (np.linalg.det(np.stack([b - a, c - a], axis=1)) > 0).all(), "nothing is turned over on the map"
     jacobian, errors = MapJacobian(map_), {"smoothed": [], "raw": []}
@@ -126,7 +126,7 @@ def test_the_map_that_is_built_of_it_is_valid_and_its_smoothed_jacobian_the_true
 def test_a_session_feels_the_true_skin_and_believes_the_other():
     """Pressures are the true skin's, bit for bit; the contact is put where the calibration says its taxels are."""
     prepared = forearm()
-    believed = build_map(misplaced(prepared.skin, 0.004, seed=5))
+    believed = build_map(with_calibration_error(prepared.skin, 0.004, seed=5))
     true, said = (beside_ball(ControlSettings(law="hybrid"), believed=map_) for map_ in (None, believed))
     frames = [session.frame for session in (true, said)]
     assert np.array_equal(frames[0].pressures, frames[1].pressures)

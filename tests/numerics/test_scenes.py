@@ -1,21 +1,26 @@
-"""The main job on every robot: touched by script and by hand, felt, answered, recorded and verified."""
+"""The main job on every robot, from touch to a verified recording; and each shipped scene does what it says."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from app.control.command import ControlChanged, ControlSettings
-from app.errors import RobotError
-from app.recording.player import Player
+from app.core.errors import RobotError
+from app.recording.player import RecordingPlayer
 from app.recording.recorder import Recorder
 from app.recording.verify import verify
-from app.scene.scene_file import load_scene
-from app.session.prepare import prepare
+from app.robots.kinematics import Configuration
+from app.scene.motion import Motion
+from app.scene.scene_file import load_scene, scene_names
+from app.session.prepare import PreparedScene, prepare
 from app.session.session import Session
-from app.touch.poke import PokePressed, PokeReleased
+from app.tactile.poke import PokePressed, PokeReleased
+from app.tactile.sensor_chain import SensorChain
 
 
 @pytest.fixture(scope="module", params=["arm", "ur5e", "icub"])
@@ -94,16 +99,180 @@ def test_it_is_recorded_and_verified_bit_for_bit(prepared, tmp_path):
             if tick == 50:
                 session.submit(PokePressed(1, prepared.skin.taxel_point(facing_taxel(prepared))))
             recorder.write(session.tick(), session.inputs)
-    outcome = verify(Player(tmp_path / "demo.mcap"))
+    outcome = verify(RecordingPlayer(tmp_path / "demo.mcap"))
     assert outcome.frames == 200
     assert outcome.identical
 
 
 def test_links_that_feel_each_other_stay_quiet_at_home(prepared):
     """With self-contact on, nothing touches at rest and nothing moves: what overlaps by construction is excluded."""
-    scene = replace(prepared.scene, wishes={"contact": "self"}, stimuli=())
+    scene = replace(prepared.scene, overrides={"contact": "self"}, stimuli=())
     session = Session(replace(prepared, scene=scene))
     for _ in range(200):
         frame = session.tick()
     assert not frame.regions
     assert np.abs(frame.posture - prepared.robot.home).max() < 1e-3
+
+
+OURS = ("view", "poke", "many_pokes", "slide", "self_touch", "push_box", "crowded", "noisy", "full")
+
+
+@cache
+def prepared_scene(name: str, taxels: int = 120) -> PreparedScene:
+    scene = load_scene(name)
+    return prepare(replace(scene, cover=replace(scene.cover, taxels=taxels)))
+
+
+@cache
+def frames(name: str, seconds: float, taxels: int = 120):
+    """All frames of a run from the start."""
+    session = Session(prepared_scene(name, taxels))
+    return [session.tick() for _ in range(round(seconds / session.prepared.scene.tick))]
+
+
+def force_on(name: str, patch: str, frame, taxels: int = 120) -> float:
+    """Pressure times area over one patch [N]."""
+    skin = prepared_scene(name, taxels).skin
+    number = [patch.name for patch in skin.patches].index(patch)
+    start = int(skin.first[number])
+    mine = slice(start, start + len(skin.patches[number].taxels))
+    return float(frame.pressures[mine] @ skin.areas[mine])
+
+
+def body(name: str, of: str, frame) -> np.ndarray:
+    """Where an object is [m]."""
+    number = [spec.name for spec in prepared_scene(name).scene.objects].index(of)
+    return frame.objects[number][:3, 3]
+
+
+def test_there_are_nine_that_call_for_different_effects():
+    assert set(OURS) < set(scene_names())
+    effects = [load_scene(name).effects for name in OURS]
+    assert all(one != other for number, one in enumerate(effects) for other in effects[:number])
+
+
+def test_view_goes_exactly_where_it_is_asked_and_simulates_nothing_else():
+    ready = prepared_scene("view")
+    motion, run = Motion(ready.robot, ready.scene.motion), frames("view", 4.0)
+    assert np.ptp([frame.posture for frame in run], axis=0).max() > 0.5, "it must move"
+    for frame in run[::20]:
+        assert frame.posture == pytest.approx(motion.posture(frame.time - ready.scene.tick), abs=1e-9)
+        assert not frame.pressures.any()
+        assert not frame.regions
+        assert not {"touch", "contacts"} & set(frame.timings.ms)
+
+
+def test_poke_is_one_contact_with_its_force_and_then_none():
+    run = frames("poke", 3.0)
+    held = [frame for frame in run if 1.0 < frame.time < 1.9]
+    assert all(len(frame.regions) == len(frame.pokes) == 1 for frame in held)
+    for frame in held:
+        assert force_on("poke", "forearm", frame) == pytest.approx(frame.pokes[0].force, rel=1e-6)
+    assert held[-1].pokes[0].force == pytest.approx(4.0)
+    assert not run[-10].regions
+
+
+def test_many_pokes_are_many_at_once_and_all_over():
+    run = frames("many_pokes", 8.0, 300)
+    assert max(len(frame.pokes) for frame in run) >= 4
+    assert max(len(frame.regions) for frame in run) >= 3
+    assert {region.link for frame in run for region in frame.regions} == {"upper_arm", "forearm", "hand"}
+
+
+def test_slide_keeps_its_force_along_the_plate_and_the_plate_gives_way_by_it():
+    ready = prepared_scene("slide")
+    hand = Configuration(ready.robot)
+    run = [frame for frame in frames("slide", 6.0) if 3.0 < frame.time < 5.6]
+    places, forces = [], []
+    for frame in run:
+        hand.update(frame.posture)
+        places.append(hand.pose("hand").translation)
+        forces.append(force_on("slide", "hand", frame))
+    assert np.ptp(places, axis=0)[1] > 0.2, "it must slide"
+    assert np.mean(forces) > 8.0
+    assert np.std(forces) < 0.03 * np.mean(forces), "a steady hold, without a hop"
+    assert min(forces) > 0.9 * np.mean(forces)
+    rest, spring = ready.scene.objects[0].at[2], ready.scene.objects[0].stiffness
+    given = [spring * (rest - body("slide", "plate", frame)[2]) for frame in run]
+    assert given == pytest.approx(forces, rel=0.05)
+
+
+def test_slide_without_friction_is_warned_of():
+    scene = replace(load_scene("slide"), overrides={"friction": "off"})
+    assert [finding.where for finding in scene.decision.warnings] == ["effects.friction"]
+
+
+def test_self_touch_presses_hand_and_forearm_equally_and_moves_along():
+    run = [frame for frame in frames("self_touch", 6.4, 200) if frame.time > 3.6]
+    along = []
+    for frame in run:
+        hand = force_on("self_touch", "left_hand", frame, 200)
+        forearm = force_on("self_touch", "right_forearm", frame, 200)
+        assert hand == pytest.approx(forearm, rel=1e-6)
+        assert 4.0 < hand < 15.0
+        assert {region.link for region in frame.regions} == {"left_hand", "right_forearm"}
+        along += [region.point[2] for region in frame.regions if region.link == "right_forearm"]
+    assert np.ptp(along) > 0.04
+
+
+def test_push_box_moves_the_box_to_and_fro_and_the_hand_feels_it():
+    run = frames("push_box", 13.0)
+    box = np.array([body("push_box", "box", frame) for frame in run])
+    assert box[:, 1].max() > 0.15
+    assert box[-1, 1] < -0.15
+    assert np.abs(box[:, 2] - 0.1).max() < 0.003, "it slides, and neither tips nor sinks"
+    moving = np.abs(np.gradient(box[:, 1], 0.005)) > 0.02
+    felt = np.array([force_on("push_box", "hand", frame) > 0.1 for frame in run])
+    assert felt[moving].mean() > 0.6
+    assert felt[~moving].mean() < 0.3
+
+
+def test_crowded_has_sixteen_things_and_pushes_some():
+    run = frames("crowded", 7.0)
+    moved = np.linalg.norm((run[-1].objects - run[0].objects)[:, :3, 3], axis=1)
+    masses = np.array([spec.mass for spec in prepared_scene("crowded").scene.objects])
+    assert len(moved) == 16
+    assert (moved[masses == 0] == 0).all()
+    assert (moved > 0.03).sum() >= 4
+    assert any(frame.regions for frame in run)
+
+
+def test_noisy_reads_what_cheap_electronics_tell():
+    ready = prepared_scene("noisy", 300)
+    run = frames("noisy", 4.0, 300)
+    ideal = Session(replace(ready, scene=replace(ready.scene, outputs=("pressure",), overrides={})))
+    true = np.array([ideal.tick().pressures for _ in run])
+    read = np.array([frame.pressures for frame in run])
+    assert (true.max(axis=0) > 3e3).sum() > 5, "taxels must be touched"
+    assert np.abs(read - true).max() > 1e3
+    changed = np.flatnonzero(np.abs(np.diff(read, axis=0)).max(axis=1) > 0)
+    assert np.diff(changed).min() >= 8, "at 25 Hz, every eighth tick"
+    chain = SensorChain(ready.skin, ready.scene.effects.sensor, tick=ready.scene.tick, seed=ready.scene.seed)
+    assert (chain.dead == 1).sum() == pytest.approx(0.04 * len(ready.skin), abs=3)
+    assert not read[:, chain.dead == 1].any()
+
+
+def test_full_has_everything_on_and_touches_itself_and_is_touched():
+    assert all(row.on for row in prepared_scene("full", 600).scene.decision.rows)
+    run = frames("full", 7.0, 600)
+    hand = [force_on("full", "left_hand", frame, 600) for frame in run]
+    assert max(hand) > 4.0
+    probed = [frame for frame in run if sum(region.link == "right_forearm" for region in frame.regions) >= 2]
+    assert len(probed) > 50, "the hand on one side of the forearm, the probe on the other"
+    assert body("full", "box", run[-1])[2] == pytest.approx(0.1, abs=0.003)
+
+
+def test_follow_path_leads_the_knob_over_the_forearm_to_the_hand_and_back():
+    """To and fro along what is drawn; between the two links the contact is carried."""
+    run = frames("follow_path", 29.0, 500)
+    states = [frame.task.transfer for frame in run]
+    steps = [now for before, now in pairwise(states) if now and now != before]
+    assert steps == ["look", "lift", "carry", "press"] * 2
+    assert [run[k].task.piece for k in (0, 3000, -1)] == [0, 1, 0]
+    free = np.convolve([state in ("", "look") for state in states], np.ones(101))[: len(run)] > 100
+    held = [frame for frame, is_held in zip(run, free, strict=True) if is_held]
+    assert {region.link for frame in held for region in frame.regions} == {"forearm", "hand"}
+    forces = np.array([sum(region.force for region in frame.regions) for frame in held])
+    assert forces.mean() == pytest.approx(3.0, abs=0.15)
+    assert max(sum(region.force for region in frame.regions) for frame in run) < 20.0
+    assert np.median([frame.task.error for frame in held]) < 0.005

@@ -9,14 +9,14 @@ import pytest
 from hypothesis import Phase, event, given, settings
 from hypothesis import strategies as st
 
-from app.errors import TactileMapsError
+from app.core.errors import TactileMapsError
 from app.geometry.mesh import Mesh
 from app.maps.build import build_map
-from app.skin.bare import skin_of_mesh
-from app.skin.placement_spec import PlacementSpec
-from tests.numerics.child_process import Child
-from tests.numerics.hard_laws import check_map, check_skin
-from tests.numerics.map_surfaces import cap, eight, frustum, sheet, sphere, torus
+from app.skin.mesh_skin import skin_of_mesh
+from app.skin.placement import PlacementSpec
+from tests.hard_cases.mesh_laws import check_map, check_skin
+from tests.support.child_process import Child
+from tests.support.surfaces import cap, eight, frustum, sheet, sphere, torus
 
 SHAPES = {
     "sheet": lambda: sheet(6, 5, shape=lambda x, y: 4 * x * y),

@@ -14,19 +14,19 @@ from vtkmodules.vtkRenderingCore import vtkRenderWindow
 
 from app.editing.document import MapDocument
 from app.scene.scene_file import load_scene
-from app.session.prepare import Prepared, prepare
-from widgets.colours import DARK, apply_theme
-from widgets.editor import Editor
-from widgets.engines import INLINE
-from widgets.main_window import MainWindow
-from widgets.settings import Settings
-from widgets.worker import InlineWorker
+from app.session.prepare import PreparedScene, prepare
+from widgets.common.colours import DARK, apply_theme
+from widgets.common.settings import Settings
+from widgets.document.map_editor import MapEditor
+from widgets.session.backends import INLINE
+from widgets.window.main_window import MainWindow
+from widgets.workers.scene_worker import InlineSceneWorker
 
 TAXELS = 150
 
 
 @pytest.fixture(scope="session")
-def prepared() -> Prepared:
+def prepared() -> PreparedScene:
     """The arm we ship, in three patches with few taxels; seconds to make, so made once."""
     scene = load_scene("arm")
     prepared = prepare(replace(scene, cover=replace(scene.cover, taxels=TAXELS)))
@@ -37,32 +37,34 @@ def prepared() -> Prepared:
 @pytest.fixture
 def editor(prepared):
     """On the small arm's map, taking edits; what is computed is there at once."""
-    made = Editor(InlineWorker())
+    made = MapEditor(InlineSceneWorker())
     made.open(MapDocument.of(prepared.map))
     made.set_enabled(enabled=True)
     return made
 
 
 @pytest.fixture
-def engines():
+def backends():
     """All of the window's work is done when a test asks for it; one that wants a process says so."""
     return INLINE
 
 
 @pytest.fixture
-def window(qtbot, prepared, engines, tmp_path, monkeypatch):
+def window(qtbot, prepared, backends, tmp_path, monkeypatch):
     """The window on the small arm, without the scripted hand's touch in the way."""
-    monkeypatch.setattr("widgets.commands.recordings_folder", lambda: tmp_path / "recordings")
-    monkeypatch.setattr("widgets.map_files.user_state_path", lambda *_args, **_kwargs: tmp_path / "state")
+    monkeypatch.setattr("widgets.presenters.file_presenter.recordings_folder", lambda: tmp_path / "recordings")
+    monkeypatch.setattr(
+        "widgets.presenters.map_file_presenter.user_state_path", lambda *_args, **_kwargs: tmp_path / "state"
+    )
     apply_theme(QApplication.instance(), DARK)
-    made = MainWindow(Settings(tmp_path / "window.ini"), engines=engines)
+    made = MainWindow(Settings(tmp_path / "window.ini"), backends=backends)
     made.resize(1400, 900)
     made.show()
     qtbot.waitExposed(made)
     made.live.show_prepared(prepared)
     QApplication.processEvents()
     yield made
-    made.editing.files.give_up()
+    made.map_edit_presenter.files.give_up()
     made.close()
     made.deleteLater()
 

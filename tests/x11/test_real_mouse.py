@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from app.errors import RecordingError
-from app.recording.player import Player
-from app.touch.poke import PokePressed, PokeReleased
+from app.core.errors import RecordingError
+from app.recording.player import RecordingPlayer
+from app.tactile.poke import PokePressed, PokeReleased
 
 # The window writes the pixels of a visible taxel in both views to a file, so that the mouse knows where to go.
 SCRIPT = """
@@ -45,7 +45,7 @@ def test_a_poke_on_the_mesh_and_on_the_map_is_felt_at_the_same_place(app):
         app.hand("mouseup", 1)
         app.wait_for(lambda number=number: len(_releases(recording)) == number)
     app.close()
-    player = Player(recording)
+    player = RecordingPlayer(recording)
     (body, flat), skin = _presses(recording), player.prepared.skin
     assert body.at.patch == flat.at.patch
     wanted = skin.position(skin.taxel_point(places["taxel"]))
@@ -59,7 +59,7 @@ def test_a_poke_on_the_mesh_and_on_the_map_is_felt_at_the_same_place(app):
 def _written(path: Path) -> tuple[int, list]:
     """Frames and inputs in the file so far; none while its first chunk is not complete."""
     try:
-        player = Player(path)
+        player = RecordingPlayer(path)
     except RecordingError:
         return 0, []
     return len(player), [act for _, act in player.inputs]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from widgets.select_hand import inside
+from widgets.interaction.select_gesture import points_in_polygon
 
 # The window tells where its taxels are on the screen, and after that what is selected, whenever it changes.
 SCRIPT = """
@@ -23,11 +23,11 @@ def write_selected():
     write("selected.json", {"taxels": selected, "pokes": len(poked), "tool": window.views.tool.value})
 
 def write_corners():
-    outline = window.map_view.chooser.rubber.outline
+    outline = window.map_view.taxel_selector.rubber_band.outline
     write("corners.json", 0 if outline is None else len(outline))
 
 window.views.selection.changed.connect(write_selected)
-window.map_view.chooser.drawn.connect(write_corners)
+window.map_view.taxel_selector.drawn.connect(write_corners)
 live(window, ready)
 """
 
@@ -47,7 +47,9 @@ def test_a_lasso_on_the_map_selects_what_it_encloses_and_escape_lets_go(app):
     turn = np.linspace(0, 2 * np.pi, 24, endpoint=False)
     path = (middle + 45 * np.stack([np.cos(turn), np.sin(turn)], axis=1)).round()
     # A real pixel's middle is not where a taxel's own number ends: within one of the line either is right.
-    sure, wanted = (np.flatnonzero(inside(middle + k * (path - middle), taxels)).tolist() for k in (0.96, 1.04))
+    sure, wanted = (
+        np.flatnonzero(points_in_polygon(middle + k * (path - middle), taxels)).tolist() for k in (0.96, 1.04)
+    )
     assert len(sure) >= 3
 
     app.hand("mousemove", *middle.astype(int), "click", 2)  # the middle button gives the view the focus, and no poke

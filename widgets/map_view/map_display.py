@@ -9,24 +9,24 @@ from PySide6.QtCore import QPointF, QRectF, Signal
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QGraphicsScene, QWidget
 
-from app.arrays import FloatArray, IntArray
+from app.core.arrays import FloatArray, IntArray
+from app.core.errors import MapError
 from app.editing.document import MapDocument
-from app.errors import MapError
-from app.geometry.surface_point import SurfacePoint
+from app.geometry.mesh import SurfacePoint
 from app.session.frame import Frame
-from app.session.prepare import Prepared
-from widgets.chooser import Rubber
-from widgets.colours import PressureScale, Theme
-from widgets.map_view.atlas import Atlas, ImageLook
+from app.session.prepare import PreparedScene
+from widgets.common.colours import PressureScale, Theme
+from widgets.common.placeholder_card import PlaceholderCard
+from widgets.common.settings import OverlayOptions
+from widgets.interaction.select_gesture import RubberBand
+from widgets.map_view.live_image import ImageAtlas, ImageSettings
 from widgets.map_view.map_canvas import MapCanvas
-from widgets.map_view.map_hit import describe
-from widgets.map_view.map_painter import MapPainter, Marks
-from widgets.map_view.map_picture import MapPicture
+from widgets.map_view.map_coordinates import readout_text
+from widgets.map_view.map_painter import MapMarks, MapPainter
+from widgets.map_view.map_scene import MapScene
 from widgets.map_view.taxel_faults import NO_FAULTS, TaxelFaults
-from widgets.overlays import Overlays
-from widgets.skin_picture import SkinPicture
-from widgets.state_card import StateCard
-from widgets.task_shown import NO_TASK, TaskShown
+from widgets.overlays.body_overlays import SkinTexture
+from widgets.overlays.task_overlay import NO_TASK, TaskOverlay
 
 
 class MapDisplay(MapCanvas):
@@ -41,7 +41,7 @@ class MapDisplay(MapCanvas):
     painted = Signal(int)
     """A frame has reached the screen: its tick."""
     picture_changed = Signal()
-    """``skin_picture`` is another one."""
+    """``skin_texture`` is another one."""
     open_requested = Signal()
     """The button of the empty or failed state was pressed."""
     cancel_requested = Signal()
@@ -50,20 +50,20 @@ class MapDisplay(MapCanvas):
     def __init__(self, theme: Theme, scale: PressureScale, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._theme, self._scale = theme, scale
-        self._picture: MapPicture | None = None
+        self._picture: MapScene | None = None
         self._frame: Frame | None = None
         self._hovered_at: SurfacePoint | None = None
         self._stale = self._unseen = self._loading = False
-        self._marks, self._overlays, self._look = Marks(), Overlays(), ImageLook()
+        self._marks, self._overlays, self._look = MapMarks(), OverlayOptions(), ImageSettings()
         self._faults, self._task = NO_FAULTS, NO_TASK
         self._painter = MapPainter(theme, self.font())
         self.setObjectName("map-view")
         self.setAccessibleName("Tactile map")
-        self._card = StateCard(self.viewport())
+        self._card = PlaceholderCard(self.viewport())
         self._card.helped.connect(self._on_card_helped)
         self.set_theme(theme)
 
-    def show_prepared(self, prepared: Prepared, *, atlas: Atlas | None = None) -> None:
+    def show_prepared(self, prepared: PreparedScene, *, atlas: ImageAtlas | None = None) -> None:
         """Show the map of ``prepared``, framed; ``atlas`` saves building its live image here."""
         self._show_first(MapDocument.of(prepared.map), atlas)
 
@@ -82,42 +82,42 @@ class MapDisplay(MapCanvas):
             return
         rebuilt = self._picture.take(document, in_hand=in_hand)
         if not in_hand:
-            self._spread()
-        self._remark()
+            self._update_content_bounds()
+        self._update_marks()
         if rebuilt:
             self.picture_changed.emit()
 
-    def _show_first(self, document: MapDocument, atlas: Atlas | None) -> None:
-        picture = MapPicture(document, self._theme, atlas=atlas or Atlas(document.map, look=self._look))
+    def _show_first(self, document: MapDocument, atlas: ImageAtlas | None) -> None:
+        picture = MapScene(document, self._theme, atlas=atlas or ImageAtlas(document.map, look=self._look))
         picture.overlay(self._overlays, self._scale)
         picture.use_faults(self._faults)
         scene = QGraphicsScene(self)
         picture.add_to(scene)
         self._picture, self._frame, self._hovered_at, self._task = picture, None, None, NO_TASK
-        self._marks = Marks(paused=self._marks.paused, replaying=self._marks.replaying, legend=picture.legend)
+        self._marks = MapMarks(paused=self._marks.paused, replaying=self._marks.replaying, legend=picture.legend)
         self._card.hide()
         self.show_scene(scene, picture.shapes.frame.size)
-        self._spread()
+        self._update_content_bounds()
         self.frame_all()
         self.picture_changed.emit()
 
-    def _spread(self) -> None:
+    def _update_content_bounds(self) -> None:
         """Framing all is framing what is shown now."""
         bounds = None if self._picture is None else self._picture.shapes.bounds
         if bounds is not None:
             self.set_content(bounds)
 
-    def show_frame(self, frame: Frame, *, task: TaskShown = NO_TASK) -> None:
+    def show_frame(self, frame: Frame, *, task: TaskOverlay = NO_TASK) -> None:
         """Show ``frame`` of the prepared scene, and its task; while the view is hidden they are only kept."""
         self._frame, self._task, self._stale = frame, task, True
         if self.isVisible():
             self._refresh()
 
-    def show_task(self, task: TaskShown) -> None:
-        """Show what a law wants while there is no other frame; nothing for the same again."""
+    def show_task(self, task: TaskOverlay) -> None:
+        """Show what a controller wants while there is no other frame; nothing for the same again."""
         if task is not self._task:
             self._task = task
-            self._remark()
+            self._update_marks()
 
     def set_hover(self, at: SurfacePoint | None) -> None:
         """Mark the place that the pointer is over in another view; None for none."""
@@ -131,19 +131,19 @@ class MapDisplay(MapCanvas):
             self._picture.select(taxels, inks)
             self.viewport().update()
 
-    def set_overlays(self, overlays: Overlays) -> None:
+    def set_overlays(self, overlays: OverlayOptions) -> None:
         """Show what View > Overlay asks for."""
         self._overlays = overlays
         if self._picture is not None:
             self._picture.overlay(overlays, self._scale)
-            self._remark()
+            self._update_marks()
 
-    def set_image(self, look: ImageLook) -> None:
+    def set_image(self, look: ImageSettings) -> None:
         """Make the live image otherwise, in this scene and those after it. Cost: as ``MapPicture.make_image``."""
         self._look = look
         if self._picture is not None:
             self._picture.make_image(look)
-            self._remark()
+            self._update_marks()
             self.picture_changed.emit()
 
     def set_faults(self, faults: TaxelFaults) -> None:
@@ -151,12 +151,12 @@ class MapDisplay(MapCanvas):
         self._faults = faults
         if self._picture is not None:
             self._picture.use_faults(faults)
-            self._remark()
+            self._update_marks()
 
     @property
-    def skin_picture(self) -> SkinPicture | None:
+    def skin_texture(self) -> SkinTexture | None:
         """The map's own pixels, for another view; None without a map."""
-        return None if self._picture is None else self._picture.skin_picture
+        return None if self._picture is None else self._picture.skin_texture
 
     def pixel_of(self, at: SurfacePoint) -> QPointF:
         """Where a body point is drawn in the viewport, finer than a pixel; raises MapError without a map."""
@@ -171,7 +171,7 @@ class MapDisplay(MapCanvas):
             return ""
         stretched = "" if picture.ground is None else picture.ground.tell(picture.map, at)
         name = picture.shapes.patches[at.patch].name
-        return "  ·  ".join(filter(None, (describe(picture.map, at, self._pressures, name=name), stretched)))
+        return "  ·  ".join(filter(None, (readout_text(picture.map, at, self._pressures, name=name), stretched)))
 
     def taxel_pixels(self) -> FloatArray:
         """(taxels, 2) where they are drawn in the viewport [px]."""
@@ -205,15 +205,15 @@ class MapDisplay(MapCanvas):
 
     def show_empty(self) -> None:
         """Say what would fill the view."""
-        self._tell("No tactile map yet", "Open a robot to see its skin laid flat.", button="Open robot…")
+        self._show_card("No tactile map yet", "Open a robot to see its skin laid flat.", button="Open robot…")
 
     def show_loading(self, text: str, progress: float) -> None:
         """Say that a map is being made: ``text`` names the stage, ``progress`` runs from 0 to 1."""
-        self._tell("Making the tactile map", text, button="Cancel", progress=progress)
+        self._show_card("Making the tactile map", text, button="Cancel", progress=progress)
 
     def show_failed(self, text: str) -> None:
         """Say why there is no map."""
-        self._tell("There is no tactile map", text, button="Open robot…")
+        self._show_card("There is no tactile map", text, button="Open robot…")
 
     def show_last(self) -> None:
         """Go back to the last good map after loading another one failed or was cancelled."""
@@ -222,7 +222,7 @@ class MapDisplay(MapCanvas):
         else:
             self._card.hide()
 
-    def _tell(self, heading: str, text: str, *, button: str, progress: float | None = None) -> None:
+    def _show_card(self, heading: str, text: str, *, button: str, progress: float | None = None) -> None:
         self._loading = progress is not None
         self._card.setGeometry(self.viewport().rect())
         self._card.say(heading, text, button=button, progress=progress)
@@ -230,7 +230,7 @@ class MapDisplay(MapCanvas):
     def _on_card_helped(self) -> None:
         (self.cancel_requested if self._loading else self.open_requested).emit()
 
-    def _mark(self, marks: Marks) -> None:
+    def _mark(self, marks: MapMarks) -> None:
         self._marks = marks
         self.viewport().update()
 
@@ -240,15 +240,17 @@ class MapDisplay(MapCanvas):
             return
         picture.show(frame, self._scale)
         self._stale, self._unseen = False, True
-        self._remark()
+        self._update_marks()
 
-    def _remark(self) -> None:
+    def _update_marks(self) -> None:
         """Marks of the frame and of the pointer where the map has them now."""
         picture = self._picture
         if picture is None:
             return
         hover = picture.mark_of(self._hovered_at)
-        marks = replace(self._marks, legend=picture.legend, faults=picture.fault_keys, hover=hover, pins=picture.pins())
+        marks = replace(
+            self._marks, legend=picture.legend, faults=picture.fault_legend, hover=hover, pins=picture.pins()
+        )
         marks = replace(marks, task=self._task, target=picture.mark_of(self._task.target))
         self._mark(marks if self._frame is None else marks.of_frame(self._frame, picture))
 
@@ -256,9 +258,9 @@ class MapDisplay(MapCanvas):
     def _pressures(self) -> FloatArray | None:
         return None if self._frame is None else self._frame.pressures
 
-    def rubber(self) -> Rubber:
+    def rubber_band(self) -> RubberBand:
         """What a gesture draws over the map; without a hand there is none."""
-        return Rubber()
+        return RubberBand()
 
     def _paint_over(self, painter: QPainter) -> None:
         """Draw a tool's marks; without a hand there are none."""
@@ -281,7 +283,7 @@ class MapDisplay(MapCanvas):
         room = QRectF(self.viewport().rect())
         painter = QPainter(self.viewport())
         self._painter.paint(painter, self._marks, self._picture.shapes, self.viewportTransform(), room)
-        self._painter.paint_rubber(painter, self.rubber())
+        self._painter.paint_rubber(painter, self.rubber_band())
         self._paint_over(painter)
         painter.end()
         if self._unseen and self._frame is not None:

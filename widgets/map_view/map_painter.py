@@ -7,21 +7,20 @@ from dataclasses import dataclass, field, replace
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QTransform
 
-from app.arrays import FloatArray
+from app.core.arrays import FloatArray
 from app.session.frame import Frame
-from widgets.chooser import Rubber, paint_rubber
-from widgets.colours import Theme
-from widgets.edit_tools.drawing import draw_pin
-from widgets.map_view.contact_shape import SMALLEST_ELLIPSE_PX, SMALLEST_ERROR_PX, paint_shape
-from widgets.map_view.fault_keys import Keys, paint_keys
-from widgets.map_view.map_hit import nice_length
-from widgets.map_view.map_items import cosmetic
-from widgets.map_view.map_legend import Legend, paint_legend
-from widgets.map_view.map_picture import MapPicture
+from widgets.common.colours import Theme
+from widgets.interaction.select_gesture import RubberBand, paint_rubber_band
+from widgets.map_view.background import Legend, paint_legend
+from widgets.map_view.contact_ellipses import SMALLEST_ELLIPSE_PX, SMALLEST_ERROR_PX, paint_ellipse
+from widgets.map_view.map_coordinates import nice_floor
+from widgets.map_view.map_items import cosmetic_pen
+from widgets.map_view.map_scene import MapScene
 from widgets.map_view.map_shapes import MapShapes, PatchShape
-from widgets.map_view.task_keys import TaskKeys, task_keys
-from widgets.map_view.task_painter import TaskPainter
-from widgets.task_shown import NO_TASK, TaskShown
+from widgets.map_view.task_layer import TaskLegend, TaskPainter, task_legend_entries
+from widgets.map_view.taxel_faults import FaultLegend, paint_fault_legend
+from widgets.overlays.painting import draw_pin
+from widgets.overlays.task_overlay import NO_TASK, TaskOverlay
 
 EDGE = 12.0
 """Distance of captions from the viewport's edge [px]."""
@@ -56,7 +55,7 @@ class FingerMark:
 
 
 @dataclass(frozen=True)
-class Marks:
+class MapMarks:
     """Everything drawn over the map at one instant, in scene units.
 
     Attributes:
@@ -70,7 +69,7 @@ class Marks:
         paused: Whether time stands still; said by the word.
         legend: What the overlay's colours mean.
         faults: What marks on single taxels mean.
-        task: What a law with a task wants, and what came of it.
+        task: What a controller with a task wants, and what came of it.
         target: Where that is now.
     """
 
@@ -83,11 +82,11 @@ class Marks:
     replaying: bool = False
     paused: bool = False
     legend: Legend | None = None
-    faults: Keys = ()
-    task: TaskShown = NO_TASK
+    faults: FaultLegend = ()
+    task: TaskOverlay = NO_TASK
     target: QPointF | None = None
 
-    def of_frame(self, frame: Frame, picture: MapPicture) -> Marks:
+    def of_frame(self, frame: Frame, picture: MapScene) -> MapMarks:
         """The same view with the contacts of ``frame`` where the map of ``picture`` has them.
 
         The frame's own map points are those of the map that the session had then.
@@ -115,13 +114,13 @@ class MapPainter:
     """
 
     def __init__(self, theme: Theme, font: QFont) -> None:
-        self.theme, self._task, self._keys = theme, TaskPainter(), TaskKeys()
+        self.theme, self._task, self._keys = theme, TaskPainter(), TaskLegend()
         self._caption, self._figure = QFont(font), QFont(font)
         self._caption.setPixelSize(11)
         self._figure.setPixelSize(13)
         self._figure.setWeight(QFont.Weight.DemiBold)
 
-    def paint(self, painter: QPainter, marks: Marks, shapes: MapShapes, view: QTransform, room: QRectF) -> None:
+    def paint(self, painter: QPainter, marks: MapMarks, shapes: MapShapes, view: QTransform, room: QRectF) -> None:
         """Draw all of ``marks``; ``view`` takes scene units to pixels of the viewport ``room``."""
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         self._paint_contours(painter, marks, view)
@@ -148,24 +147,24 @@ class MapPainter:
         elif marks.paused:
             self._paint_chip(painter, QPointF(EDGE, EDGE), "Paused", self._figure, QColor(self.theme.text))
 
-    def _paint_keys(self, painter: QPainter, marks: Marks, room: QRectF) -> None:
+    def _paint_keys(self, painter: QPainter, marks: MapMarks, room: QRectF) -> None:
         """What colours and marks mean, one below the other."""
         corner = QPointF(room.right() - EDGE, EDGE)
         if marks.legend is not None:
             corner.setY(paint_legend(painter, marks.legend, corner, self._caption, self.theme).bottom() + 8)
-        if keys := task_keys(marks.task):
+        if keys := task_legend_entries(marks.task):
             corner.setY(self._keys.paint(painter, keys, corner, self._caption, self.theme, room).bottom() + 8)
         if marks.faults:
-            paint_keys(painter, marks.faults, corner, self._caption, self.theme)
+            paint_fault_legend(painter, marks.faults, corner, self._caption, self.theme)
 
-    def paint_rubber(self, painter: QPainter, rubber: Rubber) -> None:
+    def paint_rubber(self, painter: QPainter, rubber_band: RubberBand) -> None:
         """Draw what a gesture draws."""
-        paint_rubber(painter, rubber, self.theme)
+        paint_rubber_band(painter, rubber_band, self.theme)
 
-    def _paint_contours(self, painter: QPainter, marks: Marks, view: QTransform) -> None:
+    def _paint_contours(self, painter: QPainter, marks: MapMarks, view: QTransform) -> None:
         painter.save()
         painter.setTransform(view, True)
-        painter.setPen(cosmetic(painter, QColor(29, 33, 38, 190), 1.3))
+        painter.setPen(cosmetic_pen(painter, QColor(29, 33, 38, 190), 1.3))
         painter.drawLines(marks.contours)
         painter.restore()
 
@@ -192,9 +191,9 @@ class MapPainter:
     def _paint_contact(self, painter: QPainter, contact: ContactMark, view: QTransform, room: QRectF) -> None:
         at, text = view.map(contact.at), contact.text
         if contact.ellipse is not None:
-            paint_shape(painter, at, contact.ellipse, view, dotted=False, least=SMALLEST_ELLIPSE_PX)
+            paint_ellipse(painter, at, contact.ellipse, view, dotted=False, least=SMALLEST_ELLIPSE_PX)
         if contact.error is not None:
-            paint_shape(painter, at, contact.error, view, dotted=True, least=SMALLEST_ERROR_PX)
+            paint_ellipse(painter, at, contact.error, view, dotted=True, least=SMALLEST_ERROR_PX)
         painter.setPen(QPen(QColor(29, 33, 38), 1.0))
         painter.setBrush(QColor(255, 255, 255))
         painter.drawEllipse(at, 2.5, 2.5)
@@ -218,7 +217,7 @@ class MapPainter:
     def _paint_scale_bar(self, painter: QPainter, pixels_per_metre: float, room: QRectF) -> QRectF:
         """Draw the scale; returns where, so that nothing else is written there."""
         longest = min(_LONGEST_SCALE, 0.2 * room.width())  # the words beside it need room too
-        millimetres = nice_length(longest / pixels_per_metre * 1e3)
+        millimetres = nice_floor(longest / pixels_per_metre * 1e3)
         length, text = millimetres * 1e-3 * pixels_per_metre, f"{millimetres:g}{THIN}mm"
         metrics = QFontMetricsF(self._caption)
         height = metrics.height() + 4

@@ -9,15 +9,15 @@ from functools import cached_property
 
 import numpy as np
 
-from app.arrays import BoolArray, FloatArray, IntArray
+from app.core.arrays import BoolArray, FloatArray, IntArray
 from app.editing.document import MapDocument
-from app.maps.chart import Chart
+from app.flattening.chart import Chart
 from app.skin.skin import Patch
-from widgets.map_view.map_hit import MapFrame
+from widgets.map_view.map_coordinates import SceneTransform
 
 _LONGEST = 3.0
 """A net has no line longer than so many times the median."""
-Net = tuple[bool, IntArray]
+Wireframe = tuple[bool, IntArray]
 """Lines that stand for a chart: whether their ends are taxels, and (e, 2) taxels or points of the chart."""
 
 
@@ -49,14 +49,14 @@ class ChartShape:
         if known is not None and np.array_equal(known.chart.faces, chart.faces):
             loop, on_seam = known.loop, known.on_seam
         else:
-            loop, on_seam = chart.border, np.isin(chart.border, chart.torn[:, 0])
+            loop, on_seam = chart.border, np.isin(chart.border, chart.seam_edges[:, 0])
         closed = chart.plane[np.append(loop, loop[0])]
         border, seam = split_loop(closed, on_seam)
         corners = chart.plane[chart.faces[patch.taxels.faces]]
         taxels = np.einsum("kc,kcd->kd", patch.taxels.weights, corners)
         return cls(chart, closed, border, seam, taxels, loop, on_seam)
 
-    def lines(self, net: Net) -> FloatArray:
+    def lines(self, net: Wireframe) -> FloatArray:
         """(e, 2, 2) the lines of a net [m]."""
         by_taxels, ends = net
         return (self.taxels if by_taxels else self.chart.plane)[ends]
@@ -99,12 +99,12 @@ class MapShapes:
         pitch: Typical distance of neighbouring taxels [scene units].
     """
 
-    frame: MapFrame
+    frame: SceneTransform
     patches: tuple[PatchShape, ...]
     pitch: float
 
     @classmethod
-    def of(cls, document: MapDocument, frame: MapFrame, *, known: MapShapes | None = None) -> MapShapes:
+    def of(cls, document: MapDocument, frame: SceneTransform, *, known: MapShapes | None = None) -> MapShapes:
         """Prepare the shapes of ``document``; charts that ``known`` has too are taken from there."""
         before: Sequence[ChartShape | None] = [None] * len(document.charts)
         if known is not None:
@@ -168,7 +168,7 @@ def split_loop(closed: FloatArray, marked: BoolArray) -> tuple[tuple[FloatArray,
     return tuple(run for on, run in runs if not on), tuple(run for on, run in runs if on)
 
 
-def net(shape: ChartShape, patch: Patch, *, most: int) -> Net:
+def wireframe(shape: ChartShape, patch: Patch, *, most: int) -> Wireframe:
     """What stands for a chart's mesh where there is no time for all of it.
 
     The taxels joined to their neighbours, or where these are not known the mesh itself; evenly thinned.

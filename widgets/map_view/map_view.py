@@ -1,4 +1,8 @@
-"""The live tactile map under the hand: presses on it become pokes at body points, or choices of taxels."""
+"""The live tactile map under the hand: presses on it become pokes at body points, selections of taxels, or edits.
+
+``EditableMap`` hands presses, wheel and keys to the active edit tool and says what is under the pointer for it;
+``MapView`` routes all gestures: poke, select, edit, pan, zoom, hover.
+"""
 
 from __future__ import annotations
 
@@ -6,21 +10,85 @@ from dataclasses import replace
 
 import numpy as np
 from PySide6.QtCore import QEvent, QPointF, Qt, Signal
-from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent
+from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent, QPainter, QWheelEvent
 from PySide6.QtWidgets import QWidget
 
-from app.arrays import BoolArray, IntArray
-from app.geometry.surface_point import SurfacePoint
-from app.session.prepare import Prepared
-from widgets.chooser import Chooser, Rubber
-from widgets.colours import PressureScale, Theme
-from widgets.edit_tool import EditTool
-from widgets.hand import Act, Hand, Mode, Moved, Panned, Pressed, Released
-from widgets.map_view.atlas import Atlas
-from widgets.map_view.edited_map import EditedMap
-from widgets.map_view.map_hit import nearest_taxel
-from widgets.select_hand import Pixel
-from widgets.tools import Tool
+from app.core.arrays import BoolArray, FloatArray, IntArray
+from app.geometry.mesh import SurfacePoint
+from app.session.prepare import PreparedScene
+from widgets.common.colours import PressureScale, Theme
+from widgets.common.tool_kinds import ToolKind
+from widgets.interaction.poke_gesture import Moved, Panned, PokeEvent, PokeGesture, PokeState, Pressed, Released
+from widgets.interaction.select_gesture import Pixel, RubberBand, TaxelSelector
+from widgets.interaction.view_tool import PointerHit, ShortcutOverrideFilter, ViewTool
+from widgets.map_view.live_image import ImageAtlas
+from widgets.map_view.map_coordinates import nearest_taxel
+from widgets.map_view.map_display import MapDisplay
+
+
+class EditableMap(MapDisplay):
+    """Hands presses, the wheel and keys to a tool; decides nothing.
+
+    Args:
+        theme: Colours of everything that is not skin.
+        scale: Colours of pressure.
+        parent: Qt parent.
+
+    Attributes:
+        view_tool: The one in the hand, or None.
+    """
+
+    def __init__(self, theme: Theme, scale: PressureScale, parent: QWidget | None = None) -> None:
+        super().__init__(theme, scale, parent)
+        self.view_tool: ViewTool | None = None
+        self._editing, self._place, self._keys = False, PointerHit(None, None, 1.0), ShortcutOverrideFilter(self)
+
+    def _at(self, position: QPointF) -> SurfacePoint | None:
+        """The place of the skin under a pixel; None beside the patches, and under a message."""
+        if self._picture is None or self._card.isVisible():
+            return None
+        place = self.scene_point(position)
+        return self._picture.hit(place.x(), place.y())
+
+    def _place_at(self, position: QPointF, at: SurfacePoint | None) -> PointerHit:
+        if self._picture is None or self._card.isVisible():
+            return PointerHit(None, None, 1.0)
+        scene, frame = self.scene_point(position), self._picture.shapes.frame
+        return PointerHit(at, frame.to_map(np.array([scene.x(), scene.y()])), self._pixel())
+
+    def _pixel(self) -> float:
+        """Side of a pixel on the map [m]."""
+        return (
+            1.0 if self._picture is None else 1.0 / (self._picture.shapes.frame.scale * self.viewportTransform().m11())
+        )
+
+    def _press_edit(self, event: QMouseEvent, at: SurfacePoint | None) -> bool:
+        """Whether the edit tool has taken the press."""
+        if self.view_tool is None or event.button() != Qt.MouseButton.LeftButton:
+            return False
+        self._place = self._place_at(event.position(), at)
+        self._editing = self._place.point is not None and self.view_tool.press(self._place, event)
+        return self._editing
+
+    def _paint_over(self, painter: QPainter) -> None:
+        if self.view_tool is not None:
+            self.view_tool.paint(painter, self._to_pixels, self._theme)
+
+    def _to_pixels(self, points: FloatArray) -> FloatArray:
+        """Map points (k, 2) [m] as pixels of the viewport."""
+        if self._picture is None:
+            return np.zeros((0, 2))
+        view = self.viewportTransform()
+        return self._picture.shapes.frame.to_scene(points) * [view.m11(), view.m22()] + [view.dx(), view.dy()]
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Qt: the tool's, where it has something to turn there; else it zooms."""
+        place = self._place_at(event.position(), None)
+        if self.view_tool is not None and self.view_tool.wheel(place, event):
+            event.accept()
+        else:
+            super().wheelEvent(event)
+
 
 _POKES = "Press a patch to poke the robot there. Drag beside the patches to pan."
 _CHOOSES = "Click taxels or draw around them to select them. Escape selects none."
@@ -28,7 +96,7 @@ _EDITS = "Edit the map with the tool in the hand. Drag with the middle button, o
 _LEADS = "Draw where the arm is to lead the contact. Drag with the middle button, or with Space, to pan."
 
 
-class MapView(EditedMap):
+class MapView(EditableMap):
     """Emits what the hand does on the map; decides nothing.
 
     Args:
@@ -52,42 +120,42 @@ class MapView(EditedMap):
 
     def __init__(self, theme: Theme, scale: PressureScale, parent: QWidget | None = None) -> None:
         super().__init__(theme, scale, parent)
-        self._hand, self._tool, self._space = Hand(), Tool.POKE, False
+        self._hand, self._tool, self._space = PokeGesture(), ToolKind.POKE, False
         self._hover: SurfacePoint | None = None
-        self.chooser = Chooser(self, self)
-        self.chooser.drawn.connect(self.viewport().update)
+        self.taxel_selector = TaxelSelector(self, self)
+        self.taxel_selector.drawn.connect(self.viewport().update)
         self.setAccessibleDescription(_POKES)
         self.show_empty()
 
-    def show_prepared(self, prepared: Prepared, *, atlas: Atlas | None = None) -> None:
+    def show_prepared(self, prepared: PreparedScene, *, atlas: ImageAtlas | None = None) -> None:
         """Show the map of ``prepared``, framed; ``atlas`` saves building its live image here."""
-        self._end_hold()
+        self._cancel_gesture()
         super().show_prepared(prepared, atlas=atlas)
         self._hover_at(None)
 
-    def set_tool(self, tool: Tool) -> None:
+    def set_tool(self, tool: ToolKind) -> None:
         """Take another tool; what the hand was doing ends."""
-        self._end_hold()
+        self._cancel_gesture()
         self._tool = tool
-        self.chooser.set_tool(tool)
+        self.taxel_selector.set_tool(tool)
         kinds = ((tool.edits, _EDITS), (tool.leads, _LEADS), (tool.chooses, _CHOOSES), (True, _POKES))
         self.setAccessibleDescription(next(words for holds, words in kinds if holds))
         self._show_cursor()
 
-    def set_edit_tool(self, tool: EditTool | None) -> None:
+    def set_view_tool(self, tool: ViewTool | None) -> None:
         """Give presses of the left button, and keys, to ``tool``; what the one before was doing is given up."""
-        self._end_hold()
-        if self.edit_tool is not None:
-            self.edit_tool.drawn.disconnect(self.viewport().update)
-        self.edit_tool = self._keys.tool = tool
+        self._cancel_gesture()
+        if self.view_tool is not None:
+            self.view_tool.drawn.disconnect(self.viewport().update)
+        self.view_tool = self._keys.tool = tool
         if tool is not None:
             tool.drawn.connect(self.viewport().update)
         self._show_cursor()
         self.viewport().update()
 
-    def _tell(self, heading: str, text: str, *, button: str, progress: float | None = None) -> None:
-        self._end_hold()
-        super()._tell(heading, text, button=button, progress=progress)
+    def _show_card(self, heading: str, text: str, *, button: str, progress: float | None = None) -> None:
+        self._cancel_gesture()
+        super()._show_card(heading, text, button=button, progress=progress)
 
     def _refresh(self) -> None:
         super()._refresh()
@@ -104,13 +172,13 @@ class MapView(EditedMap):
         """Nothing hides anything on a map."""
         return np.zeros(len(taxels), bool)
 
-    def rubber(self) -> Rubber:
+    def rubber_band(self) -> RubberBand:
         """What the gesture draws over the map."""
-        return self.chooser.rubber
+        return self.taxel_selector.rubber_band
 
     # The hand.
 
-    def _act(self, act: Act | None) -> None:
+    def _act(self, act: PokeEvent | None) -> None:
         if isinstance(act, Pressed):
             self.set_hover(None)
             self.poke_pressed.emit(act.at)
@@ -123,21 +191,21 @@ class MapView(EditedMap):
             self.pan(act.dx, act.dy)
         self._show_cursor()
 
-    def _end_hold(self, *, all_of_it: bool = True) -> bool:
-        """Whatever the hand does ends, and ``all_of_it`` what an edit tool keeps between presses; whether it did."""
+    def _cancel_gesture(self, *, discard_drawing: bool = True) -> bool:
+        """End any gesture, and with ``discard_drawing`` what an edit tool keeps between presses; whether it did."""
         editing, self._editing = self._editing, False
-        busy = self._hand.mode is not Mode.IDLE or self.chooser.busy or editing
+        busy = self._hand.mode is not PokeState.IDLE or self.taxel_selector.busy or editing
         self._act(self._hand.cancel())
-        self.chooser.cancel()
-        if self.edit_tool is not None and (all_of_it or editing):
-            busy = self.edit_tool.cancel() or busy
+        self.taxel_selector.cancel()
+        if self.view_tool is not None and (discard_drawing or editing):
+            busy = self.view_tool.cancel() or busy
         return busy
 
     def _hover_at(self, at: SurfacePoint | None) -> None:
         if at == self._hover:
             return
         self._hover = at
-        self.set_hover(None if self._hand.mode is Mode.POKING else at)
+        self.set_hover(None if self._hand.mode is PokeState.POKING else at)
         self._read_out()
         self._show_cursor()
         self.hovered.emit(at)
@@ -150,12 +218,12 @@ class MapView(EditedMap):
 
     def _show_cursor(self) -> None:
         shape = Qt.CursorShape.ArrowCursor
-        if self._hand.mode is Mode.PANNING:
+        if self._hand.mode is PokeState.PANNING:
             shape = Qt.CursorShape.ClosedHandCursor
         elif self._space and not self._editing:
             shape = Qt.CursorShape.OpenHandCursor
-        elif self.edit_tool is not None:
-            shape = self.edit_tool.cursor(self._place)
+        elif self.view_tool is not None:
+            shape = self.view_tool.cursor(self._place)
         elif self._tool.chooses or self._hover is not None:
             shape = Qt.CursorShape.CrossCursor
         self.viewport().setCursor(shape)
@@ -167,11 +235,11 @@ class MapView(EditedMap):
         pan = self._space or event.button() == Qt.MouseButton.MiddleButton
         at = self._at(event.position())
         self._hover_at(at)
-        if self._hand.mode is not Mode.IDLE or self.chooser.busy or self._editing:
+        if self._hand.mode is not PokeState.IDLE or self.taxel_selector.busy or self._editing:
             return
         if self._tool.chooses and not pan:
             if self._picture is not None and not self._card.isVisible():
-                self.chooser.press(event)
+                self.taxel_selector.press(event)
         elif self._tool.draws and not pan and self._press_edit(event, at):
             self._hover_at(None)
         else:
@@ -183,10 +251,10 @@ class MapView(EditedMap):
         at = self._at(event.position())
         self._act(self._hand.move(event.position().toTuple(), at))
         if self._tool.chooses:
-            self.chooser.move(event)
+            self.taxel_selector.move(event)
         self._place = self._place_at(event.position(), at)
-        if self.edit_tool is not None and self._hand.mode is Mode.IDLE:
-            self.edit_tool.move(self._place, event)
+        if self.view_tool is not None and self._hand.mode is PokeState.IDLE:
+            self.view_tool.move(self._place, event)
             self._show_cursor()
         self._hover_at(None if self._editing else at)
 
@@ -194,19 +262,19 @@ class MapView(EditedMap):
         """Qt: the hold ends with the button that began it."""
         self._act(self._hand.release(event.button()))
         if self._tool.chooses:
-            self.chooser.release(event)
-        if self._editing and self.edit_tool is not None and event.button() == Qt.MouseButton.LeftButton:
+            self.taxel_selector.release(event)
+        if self._editing and self.view_tool is not None and event.button() == Qt.MouseButton.LeftButton:
             self._editing = False
             at = self._at(event.position())
             self._place = self._place_at(event.position(), at)
-            self.edit_tool.release(self._place, event)
+            self.view_tool.release(self._place, event)
             self._show_cursor()
             self._hover_at(self._at(event.position()))
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         """Qt: frame all beside the patches; on a patch, or with an edit tool, a second quick press is one more."""
         beside = event.button() == Qt.MouseButton.LeftButton and self._at(event.position()) is None
-        if beside and self.edit_tool is None:
+        if beside and self.view_tool is None:
             self.frame_all()
         else:
             self.mousePressEvent(event)
@@ -214,9 +282,9 @@ class MapView(EditedMap):
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Qt: Escape ends what the hand does, or selects nothing; Space makes the hand pan; a tool has its own keys."""
         escape = event.key() == Qt.Key.Key_Escape
-        if escape and self._end_hold():
+        if escape and self._cancel_gesture():
             return
-        if self.edit_tool is not None and self.edit_tool.key(event):
+        if self.view_tool is not None and self.view_tool.key(event):
             return
         if escape:
             self.cleared.emit()
@@ -235,13 +303,13 @@ class MapView(EditedMap):
     def focusOutEvent(self, event: QFocusEvent) -> None:
         """Qt: a finger never stays pressed where no hand can lift it."""
         self._space = False
-        self._end_hold(all_of_it=False)
+        self._cancel_gesture(discard_drawing=False)
         super().focusOutEvent(event)
 
     def leaveEvent(self, event: QEvent) -> None:
         """Qt: nothing is under the pointer."""
         self._hover_at(None)
-        self.chooser.leave()
-        if self.edit_tool is not None:
-            self.edit_tool.leave()
+        self.taxel_selector.leave()
+        if self.view_tool is not None:
+            self.view_tool.leave()
         super().leaveEvent(event)

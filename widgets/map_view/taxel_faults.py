@@ -1,19 +1,31 @@
-"""Which taxels do not read what touches them: dead, stuck or saturated; and the strokes that mark each. No Qt."""
+"""Taxels that do not read what touches them, marked at every zoom: dead crossed out, stuck boxed, saturated hatched.
+
+Which taxels have which fault and the strokes of each mark (no Qt), the graphics item, and the legend: as many lines as
+there are kinds of faults, none where there are none.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
+from PySide6.QtCore import QPointF, QRectF, QSizeF, Qt
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen
+from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
-from app.arrays import BoolArray, FloatArray
+from app.core.arrays import BoolArray, FloatArray
 from app.scene.effects import Effects
-from app.session.prepare import Prepared
-from app.touch.sensor.chain import SensorChain
-from app.touch.sensor.effects import SensorEffects
+from app.session.prepare import PreparedScene
+from app.tactile.sensor_chain import SensorChain
+from app.tactile.sensor_effects import SensorEffects
+from widgets.common.colours import Theme
+from widgets.map_view.background import paint_legend_box
+from widgets.map_view.map_items import cosmetic_pen, padded_bounds, to_lines
+from widgets.map_view.map_shapes import MapShapes
 
 _ROUNDING = 1e-6
 """A reading this share below the limit is at it."""
@@ -65,7 +77,7 @@ class TaxelFaults:
 NO_FAULTS = TaxelFaults()
 
 
-def faults_of(prepared: Prepared, effects: Effects) -> TaxelFaults:
+def faults_of(prepared: PreparedScene, effects: Effects) -> TaxelFaults:
     """What these effects do to the taxels of a scene. Cost: 0.2 ms for 1000 taxels."""
     sensor, scene = effects.sensor, prepared.scene
     if sensor.dead_taxels is None and sensor.saturation is None:
@@ -76,3 +88,88 @@ def faults_of(prepared: Prepared, effects: Effects) -> TaxelFaults:
         limited = SensorEffects(saturation=sensor.saturation, quantisation=sensor.quantisation)
         most = float(made(limited).read(np.full(len(prepared.skin), sensor.saturation.at))[0])
     return TaxelFaults(made(SensorEffects(dead_taxels=sensor.dead_taxels)).dead, most)
+
+
+_DARK, _LIGHT = QColor(29, 33, 38), QColor(255, 255, 255)
+FAULT_COLOURS = {Fault.DEAD: (_LIGHT, _DARK), Fault.STUCK: (_LIGHT, _DARK), Fault.SATURATED: (_DARK, _LIGHT)}
+"""Rim and ink of each mark: saturated taxels are deep red, the others light."""
+_SMALLEST, _LARGEST = 2.5, 7.0
+"""Half a mark [px]."""
+
+
+class FaultsItem(QGraphicsItem):
+    """Marks on single taxels. Mutable: ``place`` after an edit, ``mark`` with each frame."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._places: FloatArray = np.zeros((0, 2))
+        self._drawn: BoolArray = np.zeros(0, bool)
+        self._pitch = 0.0
+        self._faults: Mapping[Fault, BoolArray] = {}
+        self._bounds = QRectF()
+
+    def place(self, shapes: MapShapes) -> None:
+        """Put them where the map has its taxels now."""
+        self.prepareGeometryChange()
+        self._places, self._pitch, self._drawn = shapes.taxels, shapes.pitch, shapes.on_shown()
+        self._bounds = padded_bounds(shapes.taxels)
+
+    def mark(self, faults: Mapping[Fault, BoolArray]) -> None:
+        """Mark these (taxels,) each."""
+        self._faults = faults
+
+    def boundingRect(self) -> QRectF:
+        """Qt: around all taxels."""
+        return self._bounds
+
+    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
+        """Qt: draw the marks."""
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        pixels_per_unit = option.levelOfDetailFromTransform(painter.worldTransform())
+        half = min(max(0.3 * self._pitch * pixels_per_unit, _SMALLEST), _LARGEST)
+        for fault, those in self._faults.items():
+            places = self._places[those & self._drawn]
+            if len(places):
+                strokes = to_lines(_strokes_at(places, STROKES[fault] * half / pixels_per_unit))
+                for ink, width in zip(FAULT_COLOURS[fault], (3.0, 1.4), strict=True):
+                    painter.setPen(cosmetic_pen(painter, ink, width))
+                    painter.drawLines(strokes)
+
+
+def _strokes_at(places: FloatArray, strokes: FloatArray) -> FloatArray:
+    """(k s, 2, 2) the strokes (s, 2, 2) at each place (k, 2)."""
+    return (places[:, None, None] + strokes).reshape(-1, 2, 2)
+
+
+_PAD, _GLYPH = 8.0, 4.0
+FaultLegend = tuple[tuple[Fault, str], ...]
+"""What each mark means, in words."""
+
+
+def fault_legend(faults: Mapping[Fault, BoolArray]) -> FaultLegend:
+    """A line for each kind that there is."""
+    counts = ((fault, int(those.sum())) for fault, those in faults.items())
+    return tuple(
+        (fault, f"{count} {'taxel' if count == 1 else 'taxels'} {fault.value}") for fault, count in counts if count
+    )
+
+
+def paint_fault_legend(painter: QPainter, keys: FaultLegend, corner: QPointF, font: QFont, theme: Theme) -> None:
+    """Draw them with their upper right corner at ``corner``; ``font`` is the caption's."""
+    metrics = QFontMetricsF(font)
+    line, indent = metrics.height() + 2, 2 * _GLYPH + 8
+    width = max(metrics.horizontalAdvance(text) for _, text in keys) + indent
+    size = QSizeF(width + 2 * _PAD, line * len(keys) + 2 * _PAD - 2)
+    box = QRectF(QPointF(corner.x() - size.width(), corner.y()), size)
+    paint_legend_box(painter, box, theme)
+    painter.setFont(font)
+    row = QRectF(box.left() + _PAD, box.top() + _PAD - 1, width, line)
+    for fault, text in keys:
+        painter.setPen(QPen(QColor(theme.text), 1.4, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
+        middle = (row.left() + _GLYPH, row.center().y())
+        painter.drawLines(to_lines(STROKES[fault] * _GLYPH + middle))
+        painter.setPen(QColor(theme.quiet))
+        painter.drawText(
+            row.adjusted(indent, 0, 0, 0), Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, text
+        )
+        row.translate(0, line)

@@ -1,21 +1,220 @@
-"""The Accuracy/time panel: what each setting of a stage costs and gains on the user's own skin, chosen by a click."""
+"""The accuracy panel: what each setting of a stage costs and gains on the user's own skin, chosen by a click.
+
+``AccuracyView`` is the switch of stages, the work-precision diagram and the button that measures, in the column or in a
+window of its own; ``AccuracyPanel`` keeps the results until the skin changes and runs the measuring process.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QCloseEvent
-from PySide6.QtWidgets import QDialog, QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QButtonGroup,
+    QComboBox,
+    QDialog,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QProgressBar,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
 
 from app.editing.document import MapDocument
-from app.experiments.work_precision import Setting, Stage, Subject, Trial, diagram
-from app.session.prepare import Prepared
+from app.session.prepare import PreparedScene
 from app.skin.skin import Skin
-from widgets.accuracy_process import AccuracyProcess
-from widgets.colours import DARK, Theme
-from widgets.panels.accuracy_board import AccuracyBoard
-from widgets.panels.panel import Panel
+from app.studies.stages.registry import STAGES
+from app.studies.work_precision import Diagram, Setting, Stage, Subject, Trial, diagram
+from widgets.common.colours import DARK, Theme
+from widgets.common.panel import Panel
+from widgets.plots.work_precision_plot import WorkPrecisionPlot
+from widgets.workers.accuracy_worker import AccuracyWorker
+
+_COLUMNS = 2
+"""Stages beside each other: more would not fit the column."""
+
+
+class AccuracyView(QWidget):
+    """Shows what it is told and says what the hand does; decides nothing."""
+
+    selection_changed = Signal()
+    """Another stage or another error is wanted."""
+    measure_requested = Signal()
+    """Measure the stage."""
+    cancelled = Signal()
+    """Stop measuring."""
+    chosen = Signal(object)
+    """Use this Setting."""
+    enlarge_asked = Signal()
+    """A window of its own is wanted, or no longer."""
+
+    def __init__(self, theme: Theme, stages: Mapping[str, Stage] = STAGES, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("accuracy-board")
+        self._stages = stages
+        self._switch, self._errors = QButtonGroup(self), QComboBox(self)
+        self._buttons: list[QPushButton] = []
+        self.plot = WorkPrecisionPlot(theme, self)
+        self.plot.chosen.connect(self.chosen)
+        self._question, self._note = _caption("accuracy-question", self), _caption("accuracy-note", self)
+        self._measure, self._cancel = QPushButton("Measure", self), QPushButton("Cancel", self)
+        self._progress, self._enlarge = QProgressBar(self), QPushButton("Enlarge", self)
+        self._column = QVBoxLayout(self)
+        self._column.setContentsMargins(0, 0, 0, 0)
+        self._column.setSpacing(8)
+        self._column.addLayout(self._make_switch())
+        self._column.addLayout(self._make_error_row())
+        self._column.addWidget(self._question)
+        self._column.addWidget(self.plot, 1)
+        self._column.addWidget(self._note)
+        self._column.addLayout(self._make_measure_row())
+        self._fill_errors()
+
+    @property
+    def stage(self) -> Stage:
+        """The one that is shown."""
+        return next(
+            stage for stage, button in zip(self._stages.values(), self._buttons, strict=True) if button.isChecked()
+        )
+
+    @property
+    def error(self) -> str:
+        """Key of the error that is shown."""
+        return str(self._errors.currentData())
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        self.plot.set_theme(theme)
+
+    def show_empty(self, text: str, *, can_measure: bool) -> None:
+        """There is nothing to draw yet: say what would be."""
+        self._question.setText(text)
+        self._question.show()
+        self.plot.hide()
+        self._errors_shown(False)
+        self._measure.setText("Measure")
+        self._measure.setEnabled(can_measure)
+
+    def show_diagram(self, diagram: Diagram, present: Setting | None, *, can_measure: bool) -> None:
+        """Draw what was measured."""
+        self._question.hide()
+        self.plot.show()
+        self._errors_shown(True)
+        self.plot.show_diagram(diagram, present)
+        self._measure.setText("Measure again")
+        self._measure.setEnabled(can_measure)
+
+    def say(self, text: str) -> None:
+        """A line under the diagram: what it is of, what is missing, what went wrong."""
+        self._note.setText(text)
+        self._note.setVisible(bool(text))
+
+    def show_progress(self, text: str, fraction: float) -> None:
+        """Something is being measured."""
+        self._progress.setValue(round(1000 * fraction))
+        self._progress.setToolTip(text)
+        self.say(text)
+        self._working(True)
+
+    def show_enlarged(self, on: bool) -> None:
+        """Whether it has a window of its own."""
+        self._enlarge.setText("Bring back" if on else "Enlarge")
+
+    def rest(self) -> None:
+        """Nothing is being measured any more."""
+        self._working(False)
+
+    def _working(self, on: bool) -> None:
+        self._progress.setVisible(on)
+        self._cancel.setVisible(on)
+        self._measure.setVisible(not on)
+
+    def _errors_shown(self, on: bool) -> None:
+        self._errors.setVisible(on)
+        self._error_name.setVisible(on)
+
+    def _make_switch(self) -> QGridLayout:
+        grid = QGridLayout()
+        grid.setSpacing(4)
+        for number, (name, stage) in enumerate(self._stages.items()):
+            button = QPushButton(stage.title, self)
+            button.setObjectName(f"accuracy-{name}")
+            button.setCheckable(True)
+            button.setToolTip(stage.question)
+            self._switch.addButton(button)
+            self._buttons.append(button)
+            grid.addWidget(button, number // _COLUMNS, number % _COLUMNS)
+        self._buttons[0].setChecked(True)
+        self._switch.buttonClicked.connect(self._on_stage_clicked)
+        return grid
+
+    def _make_error_row(self) -> QHBoxLayout:
+        self._errors.setObjectName("accuracy-error")
+        self._errors.setAccessibleName("Error")
+        self._errors.activated.connect(self._on_error_chosen)
+        self._error_name = QLabel("Error", self)
+        self._error_name.setBuddy(self._errors)
+        row = QHBoxLayout()
+        row.setSpacing(8)
+        row.addWidget(self._error_name)
+        row.addWidget(self._errors, 1)
+        return row
+
+    def _make_measure_row(self) -> QHBoxLayout:
+        self._measure.setObjectName("accuracy-measure")
+        self._measure.setToolTip("Try every setting on your own skin, in a process beside the simulation")
+        self._measure.clicked.connect(self.measure_requested)
+        self._cancel.setObjectName("accuracy-cancel")
+        self._cancel.setToolTip("Stop, and keep the diagram before")
+        self._cancel.clicked.connect(self.cancelled)
+        self._progress.setRange(0, 1000)
+        self._progress.setTextVisible(False)
+        self._progress.setFixedHeight(6)
+        self._progress.setMinimumWidth(40)  # by itself it would be too wide for the column
+        self._progress.setAccessibleName("Progress")
+        self._enlarge.setObjectName("accuracy-enlarge")
+        self._enlarge.setToolTip("Show the diagrams in a window of their own, or back in the column")
+        self._enlarge.clicked.connect(self.enlarge_asked)
+        row = QHBoxLayout()
+        row.setSpacing(8)
+        row.addWidget(self._progress, 1)
+        row.addWidget(self._cancel)
+        row.addWidget(self._measure)
+        row.addStretch()
+        row.addWidget(self._enlarge)
+        self._working(False)
+        return row
+
+    def _fill_errors(self) -> None:
+        self._errors.clear()
+        for number, kind in enumerate(self.stage.errors):
+            self._errors.addItem(f"{kind.name} ({kind.unit})", kind.key)
+            self._errors.setItemData(number, kind.tip, Qt.ItemDataRole.ToolTipRole)
+        self._on_error_named()
+
+    def _on_stage_clicked(self, _button: QAbstractButton) -> None:
+        self._fill_errors()
+        self.selection_changed.emit()
+
+    def _on_error_chosen(self, _index: int) -> None:
+        self._on_error_named()
+        self.selection_changed.emit()
+
+    def _on_error_named(self) -> None:
+        self._errors.setToolTip(self._errors.currentData(Qt.ItemDataRole.ToolTipRole))
+
+
+def _caption(name: str, parent: QWidget) -> QLabel:
+    label = QLabel(parent)
+    label.setObjectName(name)
+    label.setProperty("role", "caption")
+    label.setWordWrap(True)
+    return label
 
 
 @dataclass(frozen=True)
@@ -40,26 +239,26 @@ class AccuracyPanel(Panel):
         super().__init__("Accuracy and time", "accuracy-panel", parent)
         self._document: MapDocument | None = None
         self._skin: Skin | None = None
-        self._prepared: Prepared | None = None
+        self._prepared: PreparedScene | None = None
         self._selected: tuple[int, ...] = ()
         self._told: dict[str, Setting] = {}
         self._results: dict[str, _Result] = {}
         self._running: tuple[str, _Result] | None = None
         self._trouble = ""
-        self._process = AccuracyProcess(self)
+        self._process = AccuracyWorker(self)
         self._process.progressed.connect(self._on_progressed)
         self._process.tried.connect(self._on_tried)
         self._process.finished.connect(self._on_finished)
         self._process.failed.connect(self._on_failed)
-        self.board = AccuracyBoard(theme, parent=self)
-        self.board.turned.connect(self._show)
-        self.board.asked.connect(self._on_asked)
+        self.board = AccuracyView(theme, parent=self)
+        self.board.selection_changed.connect(self._show)
+        self.board.measure_requested.connect(self._on_asked)
         self.board.cancelled.connect(self._on_cancelled)
         self.board.chosen.connect(self.chosen)
         self.board.enlarge_asked.connect(self._on_enlarge_asked)
         self._away = QLabel("Shown in its own window.", self)
         self._away.setProperty("role", "caption")
-        self._window: _Enlarged | None = None
+        self._window: _DetachedWindow | None = None
         for widget in (self.board, self._away):
             self.column.addWidget(widget)
         self._away.hide()
@@ -69,7 +268,7 @@ class AccuracyPanel(Panel):
         """Take another theme."""
         self.board.set_theme(theme)
 
-    def show_prepared(self, prepared: Prepared) -> None:
+    def show_prepared(self, prepared: PreparedScene) -> None:
         """The scene whose robot moves, for the stages that are about moving; its map comes as a document."""
         self._prepared = prepared
         self._show()
@@ -118,11 +317,11 @@ class AccuracyPanel(Panel):
         stage, subject = self.board.stage, self._subject()
         result = self._result(stage)
         if result is None or self._document is None:
-            self.board.show_empty(_promise(stage, subject), can_measure=subject is not None)
+            self.board.show_empty(_measure_hint(stage, subject), can_measure=subject is not None)
         else:
             drawn = diagram(stage, result.trials, error=self.board.error)
             now = self._now(self._document, result.subject.patches)
-            present = self._told.get(stage.name) or stage.present(now)
+            present = self._told.get(stage.name) or stage.current(now)
             self.board.show_diagram(drawn, present, can_measure=True)
         if self._running is None:
             self.board.rest()
@@ -139,11 +338,11 @@ class AccuracyPanel(Panel):
         if result is None or self._document is None:
             return trouble
         now = self._now(self._document, result.subject.patches)
-        stale = stage.basis(now) != result.basis
+        stale = stage.fingerprint(now) != result.basis
         drawn = diagram(stage, result.trials, error=self.board.error)
         parts = (
             trouble,
-            f"Measured on {result.subject.title}." if stage.wanted else "Measured on the whole map.",
+            f"Measured on {result.subject.title}." if stage.reflatten else "Measured on the whole map.",
             "▲ The map has changed since: measure again." if stale else "",
             f"Not possible here: {'; '.join(drawn.missing)}" if drawn.missing else "",
         )
@@ -154,7 +353,7 @@ class AccuracyPanel(Panel):
         if subject is None:
             return
         stage = self.board.stage
-        self._running = (stage.name, _Result(subject, stage.basis(subject)))
+        self._running = (stage.name, _Result(subject, stage.fingerprint(subject)))
         self._process.measure(stage.name, subject)
 
     def _on_progressed(self, text: str, fraction: float) -> None:
@@ -190,7 +389,7 @@ class AccuracyPanel(Panel):
         if self._window is not None:
             self._window.close()
             return
-        self._window = _Enlarged(self.board, self.window())
+        self._window = _DetachedWindow(self.board, self.window())
         self._window.ended.connect(self._on_window_ended)
         self._away.show()
         self.board.show_enlarged(True)
@@ -206,12 +405,12 @@ class AccuracyPanel(Panel):
             self._window = None
 
 
-class _Enlarged(QDialog):
+class _DetachedWindow(QDialog):
     """The board in a window of its own, until it is closed."""
 
     ended = Signal()
 
-    def __init__(self, board: AccuracyBoard, parent: QWidget) -> None:
+    def __init__(self, board: AccuracyView, parent: QWidget) -> None:
         super().__init__(parent)
         self.setObjectName("accuracy-window")
         self.setWindowTitle("Accuracy and time")
@@ -232,11 +431,11 @@ class _Enlarged(QDialog):
         self.ended.emit()
 
 
-def _promise(stage: Stage, subject: Subject | None) -> str:
+def _measure_hint(stage: Stage, subject: Subject | None) -> str:
     """What measuring would show, and how long it takes."""
     if subject is None:
         return f"{stage.question} Open a robot to measure its skin."
-    what = subject.title if stage.wanted else "the whole map"
+    what = subject.title if stage.reflatten else "the whole map"
     errors = ", ".join(kind.name.lower() for kind in stage.errors)
     took = f"about {max(round(stage.seconds(subject)), 1)}\u2009s"
     return f"{stage.question} Measuring {what} takes {took} and draws each setting: {errors}, against milliseconds."

@@ -1,19 +1,180 @@
-"""Behaviours: what contact events make the controller do, chosen as sentences."""
+"""The behaviours panel: what contact events make the controller do, each chosen as a sentence of combo boxes.
+
+When what happens, where, what follows, for how long.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
+from typing import Any
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QPushButton, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QToolButton, QVBoxLayout, QWidget
 
-from app.control.behaviour import Behaviour
-from app.session.prepare import Prepared
-from widgets.panels.behaviour_row import BehaviourRow
-from widgets.panels.panel import Panel
+from app.control.behaviours import ENDING_EVENTS, Behaviour
+from app.session.prepare import PreparedScene
+from widgets.common.panel import FlatComboBox, Panel
+
+ANYWHERE = "anywhere"
+EVENT_CHOICES = {
+    ("tap", 1): "tap",
+    ("tap", 2): "double tap",
+    ("touch", 1): "touch",
+    ("press", 1): "press",
+    ("stroke", 1): "stroke",
+    ("grasp", 1): "grasp",
+    ("self-touch", 1): "self-touch",
+    ("release", 1): "release",
+}
+"""Words by event and how often it must happen."""
+DURATION_CHOICES = {False: "for good", True: "until released"}
+"""Words by whether the settings from before come back."""
+_TASKS = {
+    "retreat": "retreat",
+    "guide": "be guided",
+    "keep_force": "keep the force",
+    "hold_point": "hold the point",
+    "follow_path": "follow the path",
+    "balance": "balance contacts",
+}
+_CONTROLLERS = {"impedance": "hold posture", "hold_force": "hold force"}
+RESPONSE_CHOICES: list[tuple[dict[str, str], str]] = [
+    *(({"controller": "hybrid", "task": task}, text) for task, text in _TASKS.items()),
+    *(({"controller": controller}, text) for controller, text in _CONTROLLERS.items()),
+]
+"""Settings that change, and their words: the tasks, by a controller that does them all, and the two controllers without
+a task.
+"""
+
+
+def event_text(behaviour: Behaviour) -> str:
+    """What must happen, without where."""
+    known = EVENT_CHOICES.get((behaviour.on, behaviour.times), f"{behaviour.times} times {behaviour.on}")
+    return known + (f" > {behaviour.above:g}\u2009N" if behaviour.above else "")
+
+
+def response_text(then: Mapping[str, float | str]) -> str:
+    """What follows: as the list calls it, else setting by setting."""
+    for known, text in RESPONSE_CHOICES:
+        if known == dict(then):
+            return text
+    return ", ".join(f"{name.replace('_', ' ')} {_value_text(value)}" for name, value in then.items())
+
+
+def _value_text(value: float | str) -> str:
+    return value.replace("_", " ") if isinstance(value, str) else f"{value:g}"
+
+
+_REMOVE_SIGN = "\N{MULTIPLICATION SIGN}"
+_GAP_PX, _LEAST_PX, _SCROLL_PX, _CROSS_PX = 4, 40, 16, 24
+_NAMES = {"when": "What must happen", "where": "Where", "then": "What follows", "lasts": "For how long"}
+
+
+class BehaviourRow(QWidget):
+    """Shows a behaviour and lets each of its parts be chosen anew.
+
+    Args:
+        behaviour: What it shows.
+        places: Names of the links and patches that may be touched.
+        parent: Qt parent.
+    """
+
+    edited = Signal(object)
+    """The Behaviour that it shall be."""
+    removed = Signal()
+    """It shall go."""
+
+    def __init__(self, behaviour: Behaviour, places: Sequence[str], parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        named = [("", ANYWHERE), *((place, place.replace("_", " ")) for place in places)]
+        self._offered: dict[str, list[tuple[Any, str]]] = {
+            "when": list(EVENT_CHOICES.items()),
+            "where": named,
+            "then": RESPONSE_CHOICES,
+            "lasts": list(DURATION_CHOICES.items()),
+        }
+        self._boxes = {part: self._box(part) for part in self._offered}
+        whole = QVBoxLayout(self)
+        whole.setContentsMargins(0, 0, 0, 0)
+        whole.setSpacing(0)
+        when, where, then, lasts = self._boxes.values()
+        whole.addLayout(_row_layout(_caption_label("On", self), when, _caption_label("at", self), where, self._cross()))
+        whole.addLayout(_row_layout(_caption_label("then", self), then, lasts))
+        self.show_behaviour(behaviour)
+
+    def show_behaviour(self, behaviour: Behaviour) -> None:
+        """Show another one; the keys stay where they are."""
+        self.behaviour = behaviour
+        now: dict[str, tuple[Any, str]] = {
+            "when": ((behaviour.on, behaviour.times), event_text(behaviour)),
+            "where": (behaviour.where, behaviour.where.replace("_", " ") or ANYWHERE),
+            "then": (dict(behaviour.then), response_text(behaviour.then)),
+            "lasts": (behaviour.until_released, DURATION_CHOICES[behaviour.until_released]),
+        }
+        for part, (value, words) in now.items():
+            values = [known for known, _ in self._offered[part]]
+            self._boxes[part].setCurrentIndex(values.index(value) if value in values else -1)
+            self._boxes[part].say(words)
+        self._boxes["lasts"].setEnabled(behaviour.on not in ENDING_EVENTS)
+
+    def _box(self, part: str) -> FlatComboBox:
+        box = FlatComboBox(self)
+        box.setObjectName(f"behaviour-{part}")
+        box.setAccessibleName(_NAMES[part])
+        box.setToolTip(_NAMES[part])
+        box.setMinimumWidth(_LEAST_PX)
+        for _, text in self._offered[part]:
+            box.addItem(text)
+        box.view().setMinimumWidth(box.view().sizeHintForColumn(0) + _SCROLL_PX)
+        box.activated.connect(lambda row: self._choose(part, self._offered[part][row][0]))
+        return box
+
+    def _choose(self, part: str, value: Any) -> None:
+        now = self.behaviour
+        match part:
+            case "when":
+                lasts = now.until_released and value[0] not in ENDING_EVENTS
+                wanted = replace(now, on=value[0], times=value[1], until_released=lasts)
+            case "where":
+                wanted = replace(now, where=value)
+            case "then":
+                wanted = replace(now, then=value)
+            case _:
+                wanted = replace(now, until_released=value)
+        if wanted != now:
+            self.edited.emit(wanted)
+
+    def _cross(self) -> QToolButton:
+        button = QToolButton(self)
+        button.setObjectName("behaviour-remove")
+        button.setText(_REMOVE_SIGN)
+        button.setAutoRaise(True)
+        button.setFixedWidth(_CROSS_PX)
+        button.setAccessibleName("Remove this behaviour")
+        button.setToolTip("Remove this behaviour")
+        button.clicked.connect(self.removed)
+        return button
+
+
+def _row_layout(*parts: QWidget) -> QHBoxLayout:
+    """Beside each other; boxes share what room there is, by what they have to say."""
+    line = QHBoxLayout()
+    line.setSpacing(_GAP_PX)
+    for part in parts:
+        line.addWidget(part, 1 if isinstance(part, FlatComboBox) else 0)
+    return line
+
+
+def _caption_label(text: str, parent: QWidget) -> QLabel:
+    label = QLabel(text, parent)
+    label.setProperty("role", "caption")
+    return label
+
 
 _EMPTY = "A tap, press or stroke can change what the arm does: add a behaviour and choose."
-_FIRST = Behaviour("tap", times=2, then={"law": "hybrid", "task": "retreat"})
+_DEFAULT_BEHAVIOUR = Behaviour("tap", times=2, then={"controller": "hybrid", "task": "retreat"})
 """What a new one is until it is chosen otherwise."""
 
 
@@ -41,7 +202,7 @@ class BehavioursPanel(Panel):
         """Those that are shown."""
         return self._behaviours
 
-    def show_prepared(self, prepared: Prepared) -> None:
+    def show_prepared(self, prepared: PreparedScene) -> None:
         """Another skin, with other places to touch."""
         links = dict.fromkeys(patch.link for patch in prepared.skin.patches)
         names = dict.fromkeys(patch.name for patch in prepared.skin.patches)
@@ -79,7 +240,7 @@ class BehavioursPanel(Panel):
         self._note.setVisible(bool(text))
 
     def _on_add_clicked(self) -> None:
-        self._wish((*self._behaviours, _FIRST))
+        self._wish((*self._behaviours, _DEFAULT_BEHAVIOUR))
 
     def _on_edited(self, number: int, behaviour: Behaviour) -> None:
         self._wish((*self._behaviours[:number], behaviour, *self._behaviours[number + 1 :]))

@@ -9,12 +9,19 @@ from pathlib import Path
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QButtonGroup, QFileDialog, QGridLayout, QPushButton, QWidget
 
-from app.editing.adopt import Other, adopt, arrange_as_drawn, pin_as_drawn, read_other, same_skin
+from app.core.errors import TactileMapsError
 from app.editing.document import MapDocument
-from app.errors import TactileMapsError
-from app.maps.compare import Comparison, TaxelLayout
-from widgets.editor import Editor
-from widgets.panels.panel import Panel
+from app.editing.layout_import import (
+    ImportedLayout,
+    adopt_document,
+    arrange_as_drawn,
+    pin_as_drawn,
+    read_other_layout,
+    same_skin,
+)
+from app.maps.comparison import Comparison, TaxelLayout
+from widgets.common.panel import Panel
+from widgets.document.map_editor import MapEditor
 
 FILTER = "Maps and drawings (*.npz *.json *.csv *.tsv *.txt *.ini *.urdf *.xml);;All files (*)"
 _MARK = "▲"
@@ -48,10 +55,10 @@ class ComparePanel(Panel):
     ended = Signal()
     """There is nothing to compare with any more."""
 
-    def __init__(self, editor: Editor, parent: QWidget | None = None) -> None:
+    def __init__(self, editor: MapEditor, parent: QWidget | None = None) -> None:
         super().__init__("Compare", "compare-panel", parent)
         self._editor, self._name = editor, ""
-        self._other: Other | None = None
+        self._other: ImportedLayout | None = None
         self._document = editor.document
         self._note = self.caption(_EMPTY)
         self._note.setObjectName("compare-note")
@@ -72,11 +79,11 @@ class ComparePanel(Panel):
             grid.addWidget(button, *divmod(place, 2))
         editor.shown.connect(self._on_shown)
         editor.settled.connect(self._on_settled)
-        editor.enabled_changed.connect(self._dress)
-        self._dress()
+        editor.enabled_changed.connect(self._update_state)
+        self._update_state()
 
     @property
-    def other(self) -> Other | None:
+    def other(self) -> ImportedLayout | None:
         """B: a MapDocument, a TaxelLayout where only taxels were drawn, or None."""
         return self._other
 
@@ -96,7 +103,7 @@ class ComparePanel(Panel):
         if self._editor.document is None:
             return
         try:
-            other = read_other(paths, self._editor.document)
+            other = read_other_layout(paths, self._editor.document)
         except TactileMapsError as error:
             self.show_failed(str(error))
         else:
@@ -116,7 +123,7 @@ class ComparePanel(Panel):
     def show_comparison(self, comparison: Comparison) -> None:
         """The numbers asked for last."""
         if self._other is not None:
-            self._dress()
+            self._update_state()
             self.compared.emit(comparison)
 
     def show_failed(self, text: str) -> None:
@@ -140,10 +147,10 @@ class ComparePanel(Panel):
         self._sides.addButton(side)
         return side
 
-    def _set_other(self, other: Other | None, name: str = "") -> None:
+    def _set_other(self, other: ImportedLayout | None, name: str = "") -> None:
         self._show_b(shown=False)
         self._other, self._name = other, name
-        self._dress()
+        self._update_state()
         if other is None:
             self.ended.emit()
         else:
@@ -156,7 +163,7 @@ class ComparePanel(Panel):
             self._note.show()
             self.compare_requested.emit(document.map, other.map if isinstance(other, MapDocument) else other)
 
-    def _dress(self) -> None:
+    def _update_state(self) -> None:
         """Empty, comparing, or shut while a recording is replayed."""
         document, other, on = self._editor.document, self._other, self._editor.enabled
         drawn = isinstance(other, TaxelLayout)
@@ -184,7 +191,7 @@ class ComparePanel(Panel):
     def _on_take_clicked(self, _checked: bool = False) -> None:
         other = self._other
         if isinstance(other, MapDocument):
-            self._editor.do(f"Take over {self._name}", partial(adopt, other=other))
+            self._editor.do(f"Take over {self._name}", partial(adopt_document, other=other))
         elif other is not None:
             self._editor.do("Arrange as drawn", partial(arrange_as_drawn, drawing=other))
             self._editor.ask(partial(pin_as_drawn, drawing=other))
@@ -200,7 +207,7 @@ class ComparePanel(Panel):
     def _on_settled(self, document: MapDocument, _step: str) -> None:
         before, self._document = self._document, document
         if self._other is None:
-            self._dress()
+            self._update_state()
         elif before is not None and not same_skin(before.skin, document.skin):
             self._set_other(None)  # another robot was opened
         elif before is None or before.map is not document.map:

@@ -1,23 +1,159 @@
-"""The contact regions now: where, how hard, how large, how well told; a click on one selects it."""
+"""The contacts panel: the contact regions now (where, how hard, how large, how certain), and how they are estimated.
+
+A click on a row selects the region. Below the rows: force and centre with standard uncertainties, how well conditioned
+the force estimate is, and the choice of force estimator and of the pressure from which a taxel counts as touched.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QGridLayout, QLabel, QPushButton, QWidget
+from PySide6.QtWidgets import QGridLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
-from app.contacts.estimators.estimate import ForceEstimate
-from app.contacts.reading_settings import ReadingSettings
-from app.contacts.region import ContactRegion
+from app.contacts.centre_of_pressure import SensorUncertainty
+from app.contacts.force_estimation.estimate import EstimatorName, ForceEstimate
+from app.contacts.pipeline import ReadingSettings
+from app.contacts.regions import ContactRegion
 from app.scene.effects import Effects
 from app.session.frame import Frame
-from widgets.panels.estimate_words import estimate_words
-from widgets.panels.panel import Panel, fact
-from widgets.panels.reading_box import ReadingBox
-from widgets.panels.reading_choices import SHEAR, SHEAR_TIP
-from widgets.selection import Selection, region_ink
+from widgets.common.panel import FlatComboBox, Panel, value_label
+from widgets.document.taxel_selection import TaxelSelection, region_colour
+
+
+def estimate_text(estimate: ForceEstimate) -> str:
+    """Like "12 of 14 told apart, residual 1.1 noise", with condition, peak and mean below; or why it was refused."""
+    told, condition = f"{estimate.effective_rank} of {estimate.unknowns} told apart", _format_number(estimate.condition)
+    if estimate.refused:
+        return f"{told}, condition {condition}\nRefused: {estimate.refused[:1].lower()}{estimate.refused[1:]}"
+    if not len(estimate.forces):  # there is no distribution to explain readings with
+        return f"Force and torque: {told}\nOne force at one place, without a shape"
+    peak, mean = 1e-3 * estimate.peak, 1e-3 * estimate.mean
+    return f"{told}, {_residual_text(estimate)}\nCondition {condition}, peak {peak:.1f} and mean {mean:.1f}\u2009kPa"
+
+
+def _residual_text(estimate: ForceEstimate) -> str:
+    if estimate.noise > 0:
+        return f"residual {_format_number(estimate.misfit)}\u2009noise"
+    return f"residual {1e-3 * estimate.residual:.2g}\u2009kPa"
+
+
+def _format_number(value: float) -> str:
+    if not math.isfinite(value):
+        return "∞"
+    return f"{value:.2g}" if value < 100 else f"{value:.0f}" if value < 1e4 else f"{value:.0e}"
+
+
+ESTIMATORS: dict[EstimatorName, tuple[str, str]] = {
+    "area-sum": (
+        "Force: pressure times area",
+        "Summed over the touched taxels and the ring around them. Costs nothing; totals stay within a few percent.\n"
+        "Loses the shape: below a cover peaks come out too low and too wide.",
+    ),
+    "local-nnls": (
+        "Force: pressures that only push",
+        "Non-negative least squares on the region and its ring, with the cover's blur undone. 0.1 ms a contact.\n"
+        "Tells the shape; noise may make the total some percent too large. Believes in the scene's depth of the cover.",
+    ),
+    "tikhonov": (
+        "Force: as smooth as noise asks",
+        "Tikhonov's least squares, with the price at which the answer explains the readings to within their noise.\n"
+        "0.1 ms a contact. Tells the shape; pressures at the rim may come out negative.",
+    ),
+    "lumped": (
+        "Force: sensor in the link",
+        "What a force and torque sensor in each link would know without a skin, its weight taken off.\n"
+        "0.2 ms a link. Feels friction, but sees several contacts of a link as one, between them, and no shape.",
+    ),
+}
+"""Words and tool tip by name."""
+ESTIMATOR_TIP = "Which way leads from the readings to a contact's force; control sees what it finds"
+THRESHOLD_TIP = (
+    "From which pressure on a taxel counts as touched; it stays so down to half of that.\n"
+    "Automatic is 1\u2009kPa, or three standard deviations of the noise if that is more."
+)
+THRESHOLDS = (None, 500.0, 1000.0, 2000.0, 3000.0, 5000.0, 10000.0)
+"""[Pa]; None is automatic."""
+SHEAR_NOTE = "Net shear cannot be observed"
+SHEAR_TIP = (
+    "These taxels feel normal stress. A sideways force on the cover presses on one side of itself and pulls on the\n"
+    "other: what it makes taxels feel adds up to nothing (Cerruti's field has no mean). Any net shear could be added\n"
+    "to a contact without a trace in the sum, so none is estimated. The true friction is only known to the simulation\n"
+    "and to a force and torque sensor in the link."
+)
+
+
+def threshold_text(threshold: float | None, usual: float) -> str:
+    """Like "Touched from 2 kPa"; ``usual`` is what automatic means now [Pa]."""
+    if threshold is None:
+        return f"Touched from {1e-3 * usual:.3g}\u2009kPa, automatic"
+    return f"Touched from {1e-3 * threshold:.3g}\u2009kPa"
+
+
+class EstimationControls(QWidget):
+    """Two choices; it shows what is in force, and tells what a person wants."""
+
+    reading_edited = Signal(object)
+    """ReadingSettings wanted."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._settings, self._usual = ReadingSettings(), ReadingSettings().threshold_for(SensorUncertainty())
+        self.estimator = self._choice("choice-estimator", ESTIMATOR_TIP)
+        for name, (words, tip) in ESTIMATORS.items():
+            self.estimator.addItem(words, name)
+            self.estimator.setItemData(self.estimator.count() - 1, tip, Qt.ItemDataRole.ToolTipRole)
+        self.threshold = self._choice("choice-threshold", THRESHOLD_TIP)
+        self.threshold.setToolTip(THRESHOLD_TIP)
+        for threshold in THRESHOLDS:
+            self.threshold.addItem("", threshold)
+        self.estimator.activated.connect(self._on_estimator_chosen)
+        self.threshold.activated.connect(self._on_threshold_chosen)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(4)
+        column.addWidget(self.estimator)
+        column.addWidget(self.threshold)
+        self.show_reading(self._settings)
+
+    def show_reading(self, settings: ReadingSettings) -> None:
+        """Show the settings in force."""
+        self._settings = settings
+        words, tip = ESTIMATORS[settings.estimator]
+        self.estimator.setCurrentIndex(self.estimator.findData(settings.estimator))
+        self.estimator.say(words)
+        self.estimator.setToolTip(f"{ESTIMATOR_TIP}.\n\n{tip}")
+        for row, threshold in enumerate(THRESHOLDS):
+            self.threshold.setItemText(row, threshold_text(threshold, self._usual))
+        known = settings.threshold in THRESHOLDS  # a scene may name any
+        self.threshold.setCurrentIndex(THRESHOLDS.index(settings.threshold) if known else -1)
+        self.threshold.say(threshold_text(settings.threshold, self._usual))
+
+    def show_effects(self, effects: Effects) -> None:
+        """The noise in force says what automatic means."""
+        self._usual = ReadingSettings().threshold_for(SensorUncertainty.of_sensor(effects.sensor))
+        self.show_reading(self._settings)
+
+    def _choice(self, name: str, tip: str) -> FlatComboBox:
+        box = FlatComboBox(self)
+        box.setObjectName(name)
+        box.setAccessibleName(tip.split("\n")[0])
+        return box
+
+    def _on_estimator_chosen(self, row: int) -> None:
+        self._edit(replace(self._settings, estimator=self.estimator.itemData(row)))
+
+    def _on_threshold_chosen(self, row: int) -> None:
+        self._edit(replace(self._settings, threshold=THRESHOLDS[row]))
+
+    def _edit(self, settings: ReadingSettings) -> None:
+        if settings != self._settings:
+            self.show_reading(settings)
+            self.reading_edited.emit(settings)
+
 
 _ROWS = 3
 """More than that is rare; the line above counts and sums all of them."""
@@ -65,8 +201,8 @@ class ContactRow:
         self.button.setCheckable(True)
         self.button.setStyleSheet(_ROW_STYLE)
         grid.addWidget(self.button, row, 0, 1, 5)
-        self._mark = fact("", parent)
-        self._cells = [fact("", parent, right=column > 0) for column in range(4)]
+        self._mark = value_label("", parent)
+        self._cells = [value_label("", parent, right=column > 0) for column in range(4)]
         for column, cell in enumerate((self._mark, *self._cells)):
             cell.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
             cell.setFixedHeight(cell.fontMetrics().height() + 2)
@@ -82,18 +218,18 @@ class ContactRow:
             metrics = self._cells[0].fontMetrics()
             name = metrics.elidedText(region.link, Qt.TextElideMode.ElideMiddle, _NAME_PX)
             texts = [name, f"{region.force:.2f}", f"{1e-3 * region.peak:.1f}", f"{1e6 * region.area:.0f}"]
-            ink = f'<span style="color:{region_ink(region.id)}">●</span>'
+            ink = f'<span style="color:{region_colour(region.id)}">●</span>'
         self.region = None if region is None else region.id
         self.button.setEnabled(region is not None)
         self.button.setChecked(selected)
-        self.button.setToolTip(f"{estimate_words(estimate)}\n\n{_ROW_TIP}" if estimate else _ROW_TIP)
+        self.button.setToolTip(f"{estimate_text(estimate)}\n\n{_ROW_TIP}" if estimate else _ROW_TIP)
         self.button.setAccessibleName("" if region is None else f"Contact on {region.link}, {texts[1]} N")
         for cell, text in zip((self._mark, *self._cells), (ink, *texts), strict=True):
             if cell.text() != text:
                 cell.setText(text)
 
 
-def facts(region: ContactRegion, among: Sequence[ContactRegion]) -> str:
+def region_summary(region: ContactRegion, among: Sequence[ContactRegion]) -> str:
     """What is known of a region, in two lines; a third names the one among ``among`` that it touches."""
     long, short = 2e3 * np.linalg.norm(region.axes, axis=1)
     size = f"{long:.0f} × {short:.0f}\u2009mm" if long > 0 else "of unknown shape"
@@ -123,7 +259,7 @@ class ContactsPanel(Panel):
         grid = self.grid()
         grid.setHorizontalSpacing(8)
         for column, text in enumerate(("On", "N", "kPa", "mm²"), start=1):
-            head = fact(text, self, right=column > 1)
+            head = value_label(text, self, right=column > 1)
             head.setProperty("role", "caption")
             head.setToolTip(_FORCE_TIP if text == "N" else "")
             grid.addWidget(head, 0, column)
@@ -138,10 +274,10 @@ class ContactsPanel(Panel):
         self._told.setObjectName("contacts-estimate")
         self._told.setToolTip(_ESTIMATE_TIP)
         self._told.setAlignment(Qt.AlignmentFlag.AlignTop)
-        self.reading = ReadingBox(self)
+        self.reading = EstimationControls(self)
         self.reading.reading_edited.connect(self._on_reading_edited)
         self.column.addWidget(self.reading)
-        shear = self.caption(SHEAR)
+        shear = self.caption(SHEAR_NOTE)
         shear.setObjectName("contacts-shear")
         shear.setToolTip(SHEAR_TIP)
         self.show_reading(ReadingSettings())
@@ -161,7 +297,7 @@ class ContactsPanel(Panel):
         """Let a person change how contacts are read, or not; they may be selected anyhow."""
         self.reading.setEnabled(editable)
 
-    def follow(self, selection: Selection) -> None:
+    def follow(self, selection: TaxelSelection) -> None:
         """Select there, and highlight what is selected there, from now on."""
         self.region_selected.connect(selection.select_region)
         selection.region_changed.connect(self.select_region)
@@ -196,10 +332,10 @@ class ContactsPanel(Panel):
             region = shown[number] if number < len(shown) else None
             known = None if region is None else self._estimates.get(region.id)
             row.show(region, selected=region is not None and region.id == self._selected, estimate=known)
-        self._facts.setText(facts(first[0], self._regions) if first else _NO_FACTS)
+        self._facts.setText(region_summary(first[0], self._regions) if first else _NO_FACTS)
         told = self._estimates.get(first[0].id) if first else None
         self._told.setEnabled(told is not None and not told.refused)
-        self._told.setText(estimate_words(told) if told is not None else "")
+        self._told.setText(estimate_text(told) if told is not None else "")
 
     def _on_reading_edited(self, settings: ReadingSettings) -> None:
         self.show_reading(settings)

@@ -1,47 +1,280 @@
-"""The controller: which law does which task, with which gains, what it is doing, and what limits it now."""
+"""The controller panel: which controller does which task, with which gains, what it is doing, and what limits it.
+
+Beside the buttons, lists and sliders it shows three lines: the state of the task in one sentence
+(``task_status_text``), the limits that act now or ended just before (``LimitStatusLine``: shape and words, never colour
+alone), and the response to the last step of the force goal (``StepResponseMonitor``: overshoot, settling time, ripple).
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
+from enum import Enum
 from functools import partial
+from html import escape
 from typing import Any
 
-from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QButtonGroup, QGridLayout, QLabel, QPushButton, QWidget
+import numpy as np
+from PySide6.QtCore import QPointF, QRectF, Qt, Signal
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPalette, QPen, QPolygonF
+from PySide6.QtWidgets import QButtonGroup, QGridLayout, QHBoxLayout, QLabel, QPushButton, QWidget
 
-from app.control.command import ControlSettings
-from app.control.contact_motion import settings_from
-from app.control.laws import RULES, heeded
+from app.control.command import ControlSettings, settings_from
+from app.control.controllers import CONTROL_SCHEMES, effective_settings
+from app.control.loop_stability import StepResponse, step_response
 from app.session.frame import Frame
-from app.session.prepare import Prepared
-from widgets.panels.choice_box import ChoiceBox
-from widgets.panels.controller_choices import AGAIN, CHOICES, LAWS
-from widgets.panels.gain_memory import GainMemory
-from widgets.panels.goal_step import GoalStep, step_words
-from widgets.panels.limit_memory import LimitMemory
-from widgets.panels.panel import Panel, fact
-from widgets.panels.setting_sliders import SettingSliders
-from widgets.panels.task_words import task_words
-from widgets.panels.why_line import WhyLine
+from app.session.prepare import PreparedScene
+from widgets.common.colours import DARK
+from widgets.common.controller_settings import (
+    CONTROLLERS,
+    RESTART_LABELS,
+    SETTING_CHOICES,
+    ControllerSliders,
+    GainsByController,
+)
+from widgets.common.panel import FlatComboBox, Panel, value_label
+from widgets.plots.history import LimitHistory, ShownLimit
+
+STEP_DURATION = 10.0
+"""A step is watched for so long [s]."""
+_SMALLEST_STEP = 0.05
+"""Of a step [N]: less is no step."""
+_MERGE_STEPS_WITHIN = 0.5
+"""A goal that changes again so soon is a slider on its way [s]: one step, which begins when it rests."""
+
+
+class StepResponseMonitor:
+    """Keeps what followed the last step while it lasted. Mutable: ``take`` and ``clear``."""
+
+    def __init__(self) -> None:
+        self.clear()
+
+    def clear(self) -> None:
+        """Nothing has been seen."""
+        self._goal = self._time = self._began = math.nan
+        self._step: tuple[float, float] | None = None
+        self._samples: list[tuple[float, float]] = []
+        self._held = False
+
+    def hold(self) -> None:
+        """Something else was changed: what follows is no answer to the step any more; what was seen stays."""
+        self._held = True
+
+    def take(self, time: float, force: float, goal: float | None) -> None:
+        """The force at ``time`` [s], and what is wanted [N]; None ends the watch, and keeps what it saw."""
+        if not time >= self._time:
+            self.clear()  # the first, or time ran backwards
+        self._time = time
+        if goal is None:
+            self._goal = math.nan
+            return
+        if abs(goal - self._goal) > _SMALLEST_STEP:
+            going_on = self._step is not None and time - self._began < _MERGE_STEPS_WITHIN
+            self._step = (self._step[0] if going_on and self._step else self._goal, goal)
+            self._began, self._samples, self._held = time, [], False
+        self._goal = goal
+        if self._step is not None and not self._held and time - self._began <= STEP_DURATION:
+            self._samples.append((time - self._began, force))
+
+    @property
+    def response(self) -> StepResponse | None:
+        """Of the last step; None before there was one. Cost: 50 µs."""
+        if self._step is None or abs(self._step[1] - self._step[0]) <= _SMALLEST_STEP:
+            return None
+        times, forces = np.array(self._samples).T
+        return step_response(times, forces, before=self._step[0], goal=self._step[1])
+
+
+def step_response_text(response: StepResponse) -> str:
+    """Like "Goal 3.0 → 6.0 N: 12 % over, settled in 0.42 s, ripple 0.05 N"."""
+    parts = [f"{100 * response.overshoot:.0f}\u2009% over"]
+    if math.isfinite(response.settling):
+        parts += [f"settled in {response.settling:.2f}\u2009s", f"ripple {response.ripple:.2f}\u2009N"]
+    else:
+        parts.append("not settled yet")
+    return f"Goal {response.before:.1f} → {response.goal:.1f}\u2009N: {', '.join(parts)}"
+
+
+_WAITING_TEXTS = {
+    "keep_force": "Waiting for a contact",
+    "hold_point": "Waiting for a contact to hold",
+    "follow_path": "Waiting for a contact to lead along the path",
+    "balance": "Waiting for contacts",
+    "retreat": "Ready to retreat",
+    "guide": "Waiting for a hand",
+}
+
+_REGRASP_TEXTS = {
+    "look": "Looking for a way to carry the contact over",
+    "return": "Bringing the contact back",
+    "failed": "Waiting where the path cannot go on",
+}
+"""By ``Transfer.state``; the others are steps of carrying."""
+
+
+def task_status_text(settings: ControlSettings, frame: Frame) -> str:
+    """One sentence.
+
+    Args:
+        settings: In force.
+        frame: Shown now.
+    """
+    if settings.controller not in CONTROL_SCHEMES or frame.task is None:
+        return _status_without_task(settings, frame)
+    if any(limit.startswith("stopped") for limit in frame.why_limited):
+        return "Standing still"
+    if frame.task.transfer:
+        return _REGRASP_TEXTS.get(frame.task.transfer, "Carrying the contact over")
+    if "contact lost" in frame.why_limited:
+        return "Looking for the contact it just lost"
+    if not frame.regions:
+        return _WAITING_TEXTS[settings.task]
+    return _status_of_task(settings, frame)
+
+
+def _status_without_task(settings: ControlSettings, frame: Frame) -> str:
+    if settings.controller != "hold_force":
+        return "Holding the rest posture"
+    return f"Keeping {settings.force_goal:.1f}\u202fN" if frame.regions else "Waiting for a contact"
+
+
+def _status_of_task(settings: ControlSettings, frame: Frame) -> str:
+    task = frame.task
+    off = "" if task is None or task.error is None else f", {1e3 * task.error:.1f}\u202fmm off"
+    count = len(frame.regions)
+    if settings.task == "follow_path":
+        waits = "the path waits for the contact" in frame.why_limited
+        way = 0.0 if task is None else 1e3 * task.way
+        return f"Waiting for the contact{off}" if waits else f"Following the path, {way:.0f}\u202fmm along it{off}"
+    if settings.task == "balance" and count > 1:
+        return f"Balancing {count} contacts"
+    return {
+        "hold_point": f"Holding the point{off}",
+        "guide": f"Following the hand{off}",
+        "retreat": f"Retreating from {count} contact{'s' * (count > 1)}",
+    }.get(settings.task, f"Keeping {settings.force_goal:.1f}\u202fN")
+
+
+_SIZE = 14
+_LINES = 2
+"""Room that is kept, so that nothing below moves when limits come and go."""
+
+
+class LimitState(Enum):
+    """How free the controller is."""
+
+    FREE = "Not limited"
+    ENDED = "Was limited"
+    LIMITED = "Limited"
+    STOPPED = "Stopped"
+
+
+class LimitStatusLine(QWidget):
+    """Shows limits as ``LimitMemory.told`` has them."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("why-limited")
+        self._sign, self._words = _LimitIcon(self), QLabel(self)
+        self._words.setWordWrap(True)
+        self._words.setTextFormat(Qt.TextFormat.RichText)
+        self._words.setAlignment(Qt.AlignmentFlag.AlignTop)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(8)
+        row.addWidget(self._sign, 0, Qt.AlignmentFlag.AlignTop)
+        row.addWidget(self._words, 1)
+        self._words.setMinimumHeight(_LINES * (self._words.fontMetrics().lineSpacing() + 1))
+        self.show_limits(())
+
+    @property
+    def state(self) -> LimitState:
+        """How free the controller is."""
+        return self._sign.state
+
+    @property
+    def words(self) -> str:
+        """All that is said, as plain text."""
+        return self.accessibleName()
+
+    def show_limits(self, limits: tuple[ShownLimit, ...]) -> None:
+        """Say these."""
+        now = [limit.words for limit in limits if limit.active]
+        ended = [limit.words for limit in limits if not limit.active]
+        self._say(_limit_state(now, ended), now, ended)
+
+    def say_no_joints(self) -> None:
+        """There is nothing to limit."""
+        self._say(LimitState.FREE, [], [], head="This robot has no joints to move")
+
+    def _say(self, state: LimitState, now: list[str], ended: list[str], *, head: str = "") -> None:
+        stopped = state is LimitState.STOPPED
+        head = head or ("" if stopped else state.value + (": " if now or ended else ""))
+        told = [escape(words[:1].upper() + words[1:] if stopped else words) for words in now]
+        quiet = self.palette().color(QPalette.ColorRole.PlaceholderText).name()
+        faded = [f'<span style="color:{quiet}">{escape(words)}</span>' for words in ended]
+        rich = f"{head}{'; '.join(told + faded)}"
+        if rich != self._words.text():
+            self._words.setText(rich)
+            self.setAccessibleName(f"{head}{'; '.join([*now, *ended])}")
+        self._sign.set_state(state)
+
+
+class _LimitIcon(QWidget):
+    """A ring while free, a triangle while limited (hollow where it only was), a square when stopped."""
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.state = LimitState.FREE
+        self.setFixedSize(_SIZE, _SIZE + 4)
+
+    def set_state(self, state: LimitState) -> None:
+        if state is not self.state:
+            self.state = state
+            self.update()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Qt."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        box = QRectF(1.5, 3.5, _SIZE - 3, _SIZE - 3)
+        colour = {
+            LimitState.FREE: self.palette().color(QPalette.ColorRole.PlaceholderText),
+            LimitState.STOPPED: QColor(DARK.fault),
+        }.get(self.state, QColor(DARK.warning))
+        painter.setPen(QPen(colour, 1.6))
+        painter.setBrush(colour if self.state in (LimitState.LIMITED, LimitState.STOPPED) else Qt.BrushStyle.NoBrush)
+        if self.state is LimitState.FREE:
+            painter.drawEllipse(box.adjusted(1, 1, -1, -1))
+        elif self.state is LimitState.STOPPED:
+            painter.drawRect(box)
+        else:
+            painter.drawPolygon(QPolygonF([box.bottomLeft(), QPointF(box.center().x(), box.top()), box.bottomRight()]))
+
+
+def _limit_state(now: list[str], ended: list[str]) -> LimitState:
+    if any(words.startswith("stopped") for words in now):
+        return LimitState.STOPPED
+    return LimitState.LIMITED if now else LimitState.ENDED if ended else LimitState.FREE
 
 
 class ControllerPanel(Panel):
-    """Emits settings as a person changes them; shows what the chosen law and task heed, and what becomes of it."""
+    """Emits settings as a person changes them; shows those that the chosen controller and task use, and the outcome."""
 
     settings_edited = Signal(object)
     """ControlSettings wanted."""
-    compare_asked = Signal()
-    """Laws are to be compared."""
+    comparison_requested = Signal()
+    """Controllers are to be compared."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Controller", "controller-panel", parent)
-        self._settings, self._gains = ControlSettings(), GainMemory()
-        self._limits, self._step = LimitMemory(), GoalStep()
+        self._settings, self._gains = ControlSettings(), GainsByController()
+        self._limits, self._step = LimitHistory(), StepResponseMonitor()
         self._buttons: dict[str, QPushButton] = {}
         self._group = QButtonGroup(self)
         self.column.addLayout(self._law_buttons())
-        self._boxes = {name: self._choice_box(name) for name in CHOICES}
-        self.sliders = SettingSliders(parent=self)
+        self._boxes = {name: self._choice_box(name) for name in SETTING_CHOICES}
+        self.sliders = ControllerSliders(parent=self)
         self.sliders.settings_edited.connect(self._edit)
         self.column.addWidget(self.sliders)
         self.column.addLayout(self._act_buttons())
@@ -58,9 +291,9 @@ class ControllerPanel(Panel):
         """Whether there is a path to start again, or a place to choose again; one that was drawn stays."""
         settings = self._settings
         drawn_point = settings.task == "hold_point" and bool(settings.path)
-        return settings.law in RULES and settings.task in AGAIN and not drawn_point
+        return settings.controller in CONTROL_SCHEMES and settings.task in RESTART_LABELS and not drawn_point
 
-    def show_prepared(self, prepared: Prepared) -> None:
+    def show_prepared(self, prepared: PreparedScene) -> None:
         """Another scene: gains go back to its own from now on."""
         self._gains.begin(settings_from(dict(prepared.scene.control)))
         self.sliders.set_defaults(self._gains.defaults)
@@ -71,19 +304,19 @@ class ControllerPanel(Panel):
         """Show the settings in force."""
         if replace(settings, force_goal=self._settings.force_goal) != self._settings:
             self._step.hold()
-        self._settings, names = settings, heeded(settings)
-        self._buttons[settings.law].setChecked(True)
+        self._settings, names = settings, effective_settings(settings)
+        self._buttons[settings.controller].setChecked(True)
         self.sliders.show_settings(settings)
         for name, box in self._boxes.items():
             value = getattr(settings, name)
             box.setCurrentIndex(box.findData(value))
-            box.say(CHOICES[name][1][value])
+            box.say(SETTING_CHOICES[name][1][value])
             box.setVisible(name in names)
-        has_task = settings.law in RULES
+        has_task = settings.controller in CONTROL_SCHEMES
         for label in (self._energy_name, self._energy):
             label.setVisible(has_task)
         self._again.setVisible(self.can_start_again)
-        self._again.setText(AGAIN.get(settings.task, ""))
+        self._again.setText(RESTART_LABELS.get(settings.task, ""))
         self._reset.setEnabled(self._gains.reset(settings) != settings)
 
     def show_frame(self, frame: Frame) -> None:
@@ -93,26 +326,28 @@ class ControllerPanel(Panel):
             self._why.show_limits(self._limits.told)
         else:
             self._why.say_no_joints()
-        _say(self._state, task_words(self._settings, frame))
+        _set_text(self._state, task_status_text(self._settings, frame))
         if frame.task is not None:
-            _say(self._energy, f"{round(frame.task.energy, 2) + 0.0:.2f}\u2009J, {frame.task.tank:.2f}\u2009J left")
+            _set_text(
+                self._energy, f"{round(frame.task.energy, 2) + 0.0:.2f}\u2009J, {frame.task.tank:.2f}\u2009J left"
+            )
         goal = frame.task.force_goal if frame.task else None
         force = max((region.force for region in frame.regions), default=0.0)
         self._step.take(frame.time, force, goal)
         self._show_step()
 
-    def choose_law(self, law: str, _checked: bool = False) -> None:
-        """Put another law in force, with the gains it had when it last was."""
-        if law != self._settings.law:
-            self._edit(self._gains.switched(self._settings, law))
+    def choose_controller(self, controller: str, _checked: bool = False) -> None:
+        """Put another controller in force, with the gains it had when it last was."""
+        if controller != self._settings.controller:
+            self._edit(self._gains.switched(self._settings, controller))
 
     def take(self, settings: ControlSettings) -> None:
-        """Put these in force; the gains of the law before are remembered."""
-        self._gains.switched(self._settings, settings.law)
+        """Put these in force; the gains of the controller before are remembered."""
+        self._gains.switched(self._settings, settings.controller)
         self._edit(settings)
 
     def choose_task(self, task: str, _checked: bool = False) -> None:
-        """Give the law another task."""
+        """Give the controller another task."""
         self._change("task", task)
 
     def start_again(self) -> None:
@@ -120,7 +355,7 @@ class ControllerPanel(Panel):
         self._edit(replace(self._settings, starts=self._settings.starts + 1))
 
     def reset_gains(self) -> None:
-        """All gains where they began; what the law is to do stays."""
+        """All gains where they began; what the controller is to do stays."""
         self._edit(self._gains.reset(self._settings))
 
     # Inside.
@@ -130,10 +365,10 @@ class ControllerPanel(Panel):
         self._state.setObjectName("task-state")
         self._state.setWordWrap(True)
         self.column.addWidget(self._state)
-        self._why = WhyLine(self)
+        self._why = LimitStatusLine(self)
         self.column.addWidget(self._why)
         grid = self.grid()
-        self._energy_name, self._energy = fact("Energy given", self), fact("", self, right=True)
+        self._energy_name, self._energy = value_label("Energy given", self), value_label("", self, right=True)
         self._energy_name.setToolTip(
             "Net energy the arm gave to what it touches, and what it may still give before it slows down"
         )
@@ -149,21 +384,21 @@ class ControllerPanel(Panel):
         response = self._step.response
         self._response.setVisible(response is not None)
         if response is not None:
-            _say(self._response, step_words(response))
+            _set_text(self._response, step_response_text(response))
 
     def _law_buttons(self) -> QGridLayout:
         grid = QGridLayout()
         grid.setSpacing(4)
         for side in (0, 1):
             grid.setColumnStretch(side, 1)
-        for number, (law, (text, tip)) in enumerate(LAWS.items()):
+        for number, (controller, (text, tip)) in enumerate(CONTROLLERS.items()):
             button = QPushButton(text, self)
-            button.setObjectName(f"law-{law}")
+            button.setObjectName(f"controller-{controller}")
             button.setCheckable(True)
             button.setToolTip(tip)
-            button.clicked.connect(partial(self.choose_law, law))
+            button.clicked.connect(partial(self.choose_controller, controller))
             self._group.addButton(button)
-            self._buttons[law] = button
+            self._buttons[controller] = button
             grid.addWidget(button, *divmod(number, 2))
         return grid
 
@@ -172,7 +407,9 @@ class ControllerPanel(Panel):
         grid.setSpacing(4)
         self._again = self._button("task-again", "", "Start the task afresh", self.start_again)
         self._reset = self._button("reset-gains", "Reset gains", _GAINS_TIP, self.reset_gains)
-        self._compare = self._button("compare-laws", "Compare laws…", _COMPARE_TIP, self.compare_asked)
+        self._compare = self._button(
+            "compare-controllers", "Compare controllers…", _COMPARE_TIP, self.comparison_requested
+        )
         grid.addWidget(self._again, 0, 0, 1, 2)
         grid.addWidget(self._reset, 1, 0)
         grid.addWidget(self._compare, 1, 1)
@@ -185,9 +422,9 @@ class ControllerPanel(Panel):
         button.clicked.connect(act)
         return button
 
-    def _choice_box(self, name: str) -> ChoiceBox:
-        tip, words = CHOICES[name]
-        box = ChoiceBox(self)
+    def _choice_box(self, name: str) -> FlatComboBox:
+        tip, words = SETTING_CHOICES[name]
+        box = FlatComboBox(self)
         box.setObjectName(f"choice-{name}")
         box.setAccessibleName(tip)
         box.setToolTip(tip)
@@ -209,10 +446,10 @@ class ControllerPanel(Panel):
         self.settings_edited.emit(settings)
 
 
-_GAINS_TIP = "All gains of this law go back to where they began; what it is to do stays"
-_COMPARE_TIP = "Run several laws on the same touches, beside the simulation"
+_GAINS_TIP = "All gains of this controller go back to where they began; what it is to do stays"
+_COMPARE_TIP = "Run several controllers on the same touches, beside the simulation"
 
 
-def _say(label: QLabel, words: str) -> None:
+def _set_text(label: QLabel, words: str) -> None:
     if words != label.text():
         label.setText(words)

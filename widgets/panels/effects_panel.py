@@ -1,24 +1,287 @@
-"""What this scene simulates, why, what it costs, and a way to have it otherwise."""
+"""The effects panel: what this scene simulates, why, what each effect costs, and a way to override it.
+
+First what an effect may be set to and its reason in words, then its cost (stages as they run here; the rest as measured
+in another process), both without Qt; then a row, and the panel.
+"""
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+import numpy as np
+from PySide6.QtCore import QEvent, QObject, Qt, Signal
+from PySide6.QtGui import QFocusEvent, QFont, QMouseEvent, QPalette, QResizeEvent
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QPushButton, QSizePolicy, QVBoxLayout, QWidget
 
-from app.errors import Finding
-from app.scene.decide import Decision, EffectRow
-from app.scene.effect_table import EFFECTS, SENSOR_KEYS
+from app.core.errors import Finding
+from app.core.timing import Timings
+from app.scene.effect_decision import EffectDecision, EffectRow
+from app.scene.effects import EFFECTS, SENSOR_KEYS, EffectEntry, Effects, Override
+from app.scene.scene import Scene, with_override
 from app.session.frame import Frame
-from app.session.prepare import Prepared
-from widgets.panels.effect_choices import autos_of, choices_of
-from widgets.panels.effect_costs import EffectCosts
-from widgets.panels.effect_line import EffectLine
-from widgets.panels.fold_heading import FoldHeading
-from widgets.panels.panel import Panel, fact
+from app.session.prepare import PreparedScene
+from widgets.common.panel import CollapsibleHeading, FlatComboBox, Panel, value_label
 
-_EVERY = 15
+AUTO = "auto"
+_TIME_STEPS = (0.0005, 0.001, 0.002, 0.0025, 0.004, 0.005, 0.008, 0.01, 0.02)
+"""Time steps that are offered [s], where a tick is a whole number of them."""
+EffectChoices = tuple[tuple[str, Override], ...]
+
+
+def effect_choices(key: str, *, tick: float) -> EffectChoices:
+    """(words, wish) of all that an effect may be set to, ``auto`` first.
+
+    Args:
+        key: Of ``effect_table``.
+        tick: Of the scene [s].
+    """
+    entry = EFFECTS[key]
+    if entry.choices:
+        return (("Auto", AUTO), *((choice, choice) for choice in entry.choices))
+    return (("Auto", AUTO), *((entry.word(step), step) for step in _time_steps(entry, tick)))
+
+
+def _time_steps(entry: EffectEntry, tick: float) -> list[float]:
+    low, high = entry.range
+    return [step for step in _TIME_STEPS if low <= step <= high and abs(tick / step - round(tick / step)) < 1e-6]
+
+
+def automatic_rows(scene: Scene) -> dict[str, EffectRow]:
+    """Each effect as it would be if it alone followed from what the scene is for. Cost: 0.1 ms a wish."""
+    rows = {row.name: row for row in scene.decision.rows}
+    for key in scene.overrides:
+        auto = with_override(scene, key, AUTO).decision
+        rows[key] = next(row for row in auto.rows if row.name == key)
+    return rows
+
+
+def recorded_decision(scene: Scene, effects: Effects) -> EffectDecision:
+    """What is simulated, where that may differ from what the scene decides: it was changed while it was recorded."""
+    decision = scene.decision
+    if effects == decision.effects:
+        return decision
+    rows = []
+    for row in decision.rows:
+        entry = EFFECTS[row.name]
+        old, new = (getattr(part.sensor if entry.sensor else part, row.name) for part in (decision.effects, effects))
+        word = entry.word(new)
+        changed = replace(row, on=word != "off", value=word, why="changed while it ran", overridden=True)
+        rows.append(row if old == new else changed)
+    return EffectDecision(effects, tuple(rows), ())
+
+
+def credited_decision(decision: EffectDecision, opened: Scene, scene: Scene) -> EffectDecision:
+    """The same decision, with a person named where it was not the scene that was opened who said so."""
+    here = {key for key, wish in scene.overrides.items() if opened.overrides.get(key) != wish}
+    rows = (replace(row, why="you chose so") if row.name in here else row for row in decision.rows)
+    return replace(decision, rows=tuple(rows))
+
+
+def effect_tip(row: EffectRow, auto: EffectRow) -> str:
+    """What the effect does, and why it is as it is; of one that is off also what it would usually be."""
+    entry = EFFECTS[row.name]
+    usual = ", ".join(f"{key.replace('_', ' ')} {value:g}" for key, value in entry.options.items())
+    off = f"\nUsually {usual}." if usual and not row.on else ""
+    return f"{entry.tip}.\n{effect_reason(row, auto)}{off}"
+
+
+def effect_reason(row: EffectRow, auto: EffectRow) -> str:
+    """The reason in a sentence; of what was overridden also what it would be by itself, and why."""
+    why = row.why[:1].upper() + row.why[1:]
+    return f"{why}; auto is {auto.value}: {auto.why}." if row.overridden else f"{why}."
+
+
+_WINDOW = 120
+_SMALLEST_MS = 0.005
+"""Milliseconds below which two digits say nothing; a difference may even be negative, lost in the noise."""
+_STAGES = {"skin": "touch"}
+"""Stages that are called otherwise than their effect."""
+_LIVE = "Median of the last {count} ticks, as it runs now"
+_MEASURED_OFFLINE = "Measured beside, on this scene with and without it"
+
+
+@dataclass(frozen=True)
+class CostText:
+    """Milliseconds a tick in words; ``beside`` if they were not measured in the session that runs."""
+
+    words: str
+    beside: bool
+    tip: str
+
+
+class EffectCosts:
+    """Collects stage times. Mutable: ``add`` ticks, set ``prices``.
+
+    Attributes:
+        prices: Milliseconds a tick by key of an effect, for those that are no stage of their own.
+    """
+
+    def __init__(self) -> None:
+        self.prices: Mapping[str, float] = {}
+        self.clear(0.0)
+
+    def clear(self, tick: float) -> None:
+        """Forget another scene's times; ``tick`` is the new one's [s]."""
+        self._tick, self.prices = tick, {}
+        self._stages: dict[str, deque[float]] = {}
+        self._totals: deque[float] = deque(maxlen=_WINDOW)
+
+    def add(self, timings: Timings) -> None:
+        """Take one tick's stage times."""
+        for stage, milliseconds in timings.ms.items():
+            self._stages.setdefault(stage, deque(maxlen=_WINDOW)).append(milliseconds)
+        for stage in [stage for stage in self._stages if stage not in timings.ms]:
+            del self._stages[stage]  # switched off: what it cost is of another state
+        self._totals.append(timings.total_ms)
+
+    def of(self, row: EffectRow) -> CostText:
+        """What an effect costs now."""
+        if not row.on:
+            return CostText("–", False, "Off: it costs nothing")
+        times = self._stages.get(_STAGES.get(row.name, row.name))
+        if times:
+            return CostText(_format_ms(float(np.median(times))), False, _LIVE.format(count=len(times)))
+        if row.name in self.prices:
+            return CostText(_format_ms(self.prices[row.name]), True, _MEASURED_OFFLINE)
+        if self.prices:
+            return CostText("–", True, "It has no price of its own: nothing runs without it")
+        return CostText("…", True, "Being measured beside")
+
+    @property
+    def total(self) -> str:
+        """All of a tick, beside the time there is for it in real time; empty before the first tick."""
+        if not self._totals:
+            return ""
+        return f"{float(np.median(self._totals)):.2f} of {1e3 * self._tick:g}\u2009ms a tick"
+
+
+def _format_ms(milliseconds: float) -> str:
+    return f"<{2 * _SMALLEST_MS:.2f}" if milliseconds < _SMALLEST_MS else f"{milliseconds:.2f}"
+
+
+_CHOICE_PX, _CHOICE_HIGH_PX, _COST_PX, _MARK_PX, _SCROLL_PX = 110, 23, 44, 12, 16
+_MARK, _DOT_PX = "●", 8
+
+
+class EffectRowWidget(QWidget):
+    """A row: a dot for what does not follow from the scene, the name, a box to choose from, milliseconds a tick.
+
+    Args:
+        key: Of the effect.
+        choices: What it may be set to, ``auto`` first.
+        parent: Qt parent.
+    """
+
+    chosen = Signal(str, object)
+    """Key and wish: what a person asked for."""
+    selected = Signal(str)
+    """The hand or the keys came here."""
+
+    def __init__(self, key: str, choices: EffectChoices, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.key = key
+        self._index, self._title = 0, ""
+        self.setObjectName(f"effect-{key}")
+        self._mark, self._name, self._why = QLabel(self), QLabel(self), QLabel(self)
+        self.box, self._cost = FlatComboBox(self), value_label("–", self, right=True)
+        for words, wish in choices:
+            self.box.addItem(words, wish)
+        self.box.setObjectName(f"effect-{key}-choice")
+        self.box.setFixedSize(_CHOICE_PX, _CHOICE_HIGH_PX)
+        self.box.activated.connect(self._on_activated)
+        self.box.installEventFilter(self)
+        self._cost.setFixedWidth(_COST_PX)
+        self._cost.setObjectName(f"effect-{key}-cost")
+        self._mark.setForegroundRole(QPalette.ColorRole.Link)
+        self._mark.setFixedWidth(_MARK_PX)
+        dot = QFont(self.font())
+        dot.setPixelSize(_DOT_PX)
+        self._mark.setFont(dot)
+        self._name.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self._why.setProperty("role", "caption")
+        self._why.setWordWrap(True)
+        self._why.setMinimumWidth(1)
+        self._why.hide()
+        grid = QGridLayout(self)
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setHorizontalSpacing(0)
+        grid.setVerticalSpacing(2)
+        for column, widget in enumerate((self._mark, self._name, self.box, self._cost)):
+            grid.addWidget(widget, 0, column)
+        grid.addWidget(self._why, 1, 1, 1, 3)
+        grid.setColumnStretch(1, 1)
+
+    @property
+    def words(self) -> tuple[str, str, str]:
+        """Name, value and cost, as they are shown."""
+        return self._title, self.box.words, self._cost.text()
+
+    @property
+    def marked(self) -> bool:
+        """Whether it is marked as set by a person or the scene."""
+        return bool(self._mark.text())
+
+    @property
+    def why(self) -> str:
+        """The reason that is shown; empty while it is not selected."""
+        return "" if self._why.isHidden() else self._why.text()
+
+    def show_row(self, row: EffectRow, auto: EffectRow) -> None:
+        """Show the effect as it is now, and as it would be by itself."""
+        self._title = row.title
+        self._elide()
+        self._index = self.box.findText(row.value) if row.overridden else 0
+        self.box.setItemText(0, f"Auto ({auto.value})")
+        self.box.setCurrentIndex(self._index)
+        self.box.view().setMinimumWidth(self.box.view().sizeHintForColumn(0) + _SCROLL_PX)
+        self.box.say(row.value, quiet=not row.on)
+        self.box.setAccessibleName(row.title)
+        self._mark.setText(_MARK if row.overridden else "")
+        self._why.setText(effect_reason(row, auto))
+        for widget in (self, self._name, self.box):
+            widget.setToolTip(effect_tip(row, auto))
+
+    def show_cost(self, words: str, *, beside: bool, tip: str) -> None:
+        """Show what it costs; ``beside`` for what was measured in another process instead of here and now."""
+        self._cost.setText(words)
+        self._cost.setForegroundRole(QPalette.ColorRole.PlaceholderText if beside else QPalette.ColorRole.WindowText)
+        self._cost.setToolTip(tip)
+
+    def select(self, *, selected: bool) -> None:
+        """Show the reason, or not."""
+        self._why.setVisible(selected)
+
+    def _on_activated(self, index: int) -> None:
+        wish = self.box.itemData(index)
+        self.box.setCurrentIndex(self._index)  # it says what is in force, until that has changed
+        if index != self._index:
+            self.chosen.emit(self.key, wish)
+
+    def _elide(self) -> None:
+        self._name.setText(
+            self._name.fontMetrics().elidedText(self._title, Qt.TextElideMode.ElideRight, self._name.width())
+        )
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Qt: the keys came to the box."""
+        if event.type() == QEvent.Type.FocusIn and isinstance(event, QFocusEvent):
+            self.selected.emit(self.key)
+        return super().eventFilter(watched, event)
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Qt: a press beside the box selects the row."""
+        self.selected.emit(self.key)
+        event.accept()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Qt: names are cut where there is no room."""
+        super().resizeEvent(event)
+        self._elide()
+
+
+_REFRESH_EVERY = 15
 _WARNING = "⚠"
 
 
@@ -30,15 +293,15 @@ class EffectsPanel(Panel):
 
     wished = Signal(str, object)
     """Key and wish: a person wants an effect otherwise; ``auto`` for as the scene needs it."""
-    all_auto_wished = Signal()
+    auto_all_requested = Signal()
     """All of them as the scene needs them."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Effects", "effects-panel", parent)
         self._empty = self.caption("Open a scene to see what it simulates.")
         self._costs = EffectCosts()
-        self._decision: Decision | None = None
-        self._lines: dict[str, EffectLine] = {}
+        self._decision: EffectDecision | None = None
+        self._lines: dict[str, EffectRowWidget] = {}
         self._count, self._open = 0, True
         self._content = QWidget(self)
         self.column.addWidget(self._content)
@@ -50,8 +313,8 @@ class EffectsPanel(Panel):
         self._closed.setText("What the recording was made with.")
         self._rows.addLayout(self._header())
         self._body, self._sensor = QWidget(self._content), QWidget(self._content)
-        self._columns = {group: _column(group) for group in (self._body, self._sensor)}
-        self._fold = FoldHeading("Sensor", self._content)
+        self._columns = {group: _group_layout(group) for group in (self._body, self._sensor)}
+        self._fold = CollapsibleHeading("Sensor", self._content)
         self._fold.setObjectName("effects-sensor-heading")
         self._fold.toggled.connect(self._sensor.setHidden)
         self._fold.setChecked(True)
@@ -59,12 +322,12 @@ class EffectsPanel(Panel):
         self._rows.addSpacing(6)
         for widget in (self._fold, self._sensor):
             self._rows.addWidget(widget)
-        self._total = fact("", self._content, right=True)
+        self._total = value_label("", self._content, right=True)
         self._total.setObjectName("effects-total")
         self._auto = QPushButton("All to auto", self._content)
         self._auto.setObjectName("effects-all-auto")
         self._auto.setToolTip("Simulate what the scene needs, and no more")
-        self._auto.clicked.connect(self.all_auto_wished)
+        self._auto.clicked.connect(self.auto_all_requested)
         self._rows.addSpacing(8)
         self._rows.addLayout(self._footer())
         self._notes = self._note("effects-notes")
@@ -72,7 +335,7 @@ class EffectsPanel(Panel):
             label.setProperty("role", "caption")
         self._content.hide()
 
-    def show_prepared(self, prepared: Prepared) -> None:
+    def show_prepared(self, prepared: PreparedScene) -> None:
         """List the effects of another scene."""
         self._empty.hide()
         self._content.show()
@@ -83,15 +346,15 @@ class EffectsPanel(Panel):
         self._lines = {}
         for key in EFFECTS:
             group = self._sensor if key in SENSOR_KEYS else self._body
-            line = EffectLine(key, choices_of(key, tick=prepared.scene.tick), group)
+            line = EffectRowWidget(key, effect_choices(key, tick=prepared.scene.tick), group)
             line.chosen.connect(self.wished)
             line.selected.connect(self._on_selected)
             self._columns[group].addWidget(line)
             self._lines[key] = line
-        self.show_decision(prepared.scene.decision, autos_of(prepared.scene))
+        self.show_decision(prepared.scene.decision, automatic_rows(prepared.scene))
 
     def show_decision(
-        self, decision: Decision, autos: Mapping[str, EffectRow], *, notes: Sequence[Finding] = ()
+        self, decision: EffectDecision, autos: Mapping[str, EffectRow], *, notes: Sequence[Finding] = ()
     ) -> None:
         """Show what is simulated now, and what is wrong with it.
 
@@ -118,7 +381,7 @@ class EffectsPanel(Panel):
         """Take a frame's stage times; shown a few times a second, so that digits can be read."""
         self._costs.add(frame.timings)
         self._count += 1
-        if self._count % _EVERY == 1 and self.isVisible():
+        if self._count % _REFRESH_EVERY == 1 and self.isVisible():
             self.refresh()
             self._notes.setText("\n".join(frame.notes))
             self._notes.setVisible(bool(frame.notes))
@@ -130,7 +393,7 @@ class EffectsPanel(Panel):
         for line in self._lines.values():
             line.box.setEnabled(enabled)
         rows = () if self._decision is None else self._decision.rows
-        self._auto.setEnabled(enabled and any(row.wished for row in rows))
+        self._auto.setEnabled(enabled and any(row.overridden for row in rows))
 
     def refresh(self) -> None:
         """Show costs now."""
@@ -144,7 +407,7 @@ class EffectsPanel(Panel):
         self._fold.setText(f"Sensor  ·  {on} on" if on else "Sensor  ·  ideal")
 
     @property
-    def lines(self) -> dict[str, EffectLine]:
+    def lines(self) -> dict[str, EffectRowWidget]:
         """The rows by key."""
         return self._lines
 
@@ -176,7 +439,7 @@ class EffectsPanel(Panel):
             line.select(selected=name == key)
 
 
-def _column(group: QWidget) -> QVBoxLayout:
+def _group_layout(group: QWidget) -> QVBoxLayout:
     column = QVBoxLayout(group)
     column.setContentsMargins(0, 0, 0, 0)
     column.setSpacing(2)

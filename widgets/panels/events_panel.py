@@ -9,13 +9,13 @@ from PySide6.QtCore import QAbstractListModel, QModelIndex, QObject, QPersistent
 from PySide6.QtGui import QFont, QPainter, QPalette
 from PySide6.QtWidgets import QAbstractItemView, QListView, QStyledItemDelegate, QStyleOptionViewItem, QWidget
 
-from app.contacts.event import ContactEvent
+from app.contacts.events import ContactEvent
 from app.session.frame import Frame
-from widgets.panels.panel import SLIM, Panel
+from widgets.common.panel import SLIM_SCROLL_BAR, Panel
 
 ROW = 18
 _TEXT_PX = 11
-_MOST_ROWS = 8
+_MAX_ROWS = 8
 _EMPTY = "Touches, presses, strokes and grasps are listed here: press the skin in a view."
 _ONGOING = int(Qt.ItemDataRole.UserRole)
 _TIME = _ONGOING + 1
@@ -23,7 +23,7 @@ _LASTING = ("press", "stroke", "grasp", "self-touch")
 _NOWHERE = QModelIndex()
 
 
-class LogLine(NamedTuple):
+class EventLine(NamedTuple):
     """One line of the log.
 
     Attributes:
@@ -37,7 +37,7 @@ class LogLine(NamedTuple):
     ongoing: bool
 
 
-def log_lines(recent: Sequence[ContactEvent]) -> list[LogLine]:
+def event_lines(recent: Sequence[ContactEvent]) -> list[EventLine]:
     """A line for each event, newest first; what has ended is told once, with its force and duration."""
     lines, ended = [], set()
     for event in recent:
@@ -49,24 +49,24 @@ def log_lines(recent: Sequence[ContactEvent]) -> list[LogLine]:
             continue
         ongoing = event.phase == "began" and event.kind in _LASTING
         text = event.words[:1].upper() + event.words[1:]
-        lines.append(LogLine(f"{event.time:.1f}\u2009s", text, ongoing))
+        lines.append(EventLine(f"{event.time:.1f}\u2009s", text, ongoing))
     return lines
 
 
-class EventsModel(QAbstractListModel):
+class EventListModel(QAbstractListModel):
     """One row a line, newest first."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._recent: tuple[ContactEvent, ...] = ()
-        self._lines: list[LogLine] = []
+        self._lines: list[EventLine] = []
 
     def show(self, recent: tuple[ContactEvent, ...]) -> bool:
         """List these; whether that changed anything."""
         if recent is self._recent or recent == self._recent:
             return False
         self.beginResetModel()
-        self._recent, self._lines = recent, log_lines(recent)
+        self._recent, self._lines = recent, event_lines(recent)
         self.endResetModel()
         return True
 
@@ -87,7 +87,7 @@ class EventsModel(QAbstractListModel):
         return {_ONGOING: line.ongoing, _TIME: line.time}.get(role)
 
 
-class _Lines(QStyledItemDelegate):
+class _EventDelegate(QStyledItemDelegate):
     """Time in a quiet column of its own; a mark beside what goes on."""
 
     def sizeHint(self, _option: QStyleOptionViewItem, _index: QModelIndex | QPersistentModelIndex) -> QSize:
@@ -122,7 +122,7 @@ class EventsPanel(Panel):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Contact events", "events-panel", parent)
         self._note = self.caption(_EMPTY)
-        self.list, self.events = QListView(self), EventsModel(self)
+        self.list, self.events = QListView(self), EventListModel(self)
         self.list.setObjectName("events-list")
         self.list.setAccessibleName("Contact events, the newest first")
         self.list.setFrameShape(QListView.Shape.NoFrame)
@@ -130,10 +130,10 @@ class EventsPanel(Panel):
         self.list.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
         self.list.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.list.verticalScrollBar().setStyleSheet(SLIM)
+        self.list.verticalScrollBar().setStyleSheet(SLIM_SCROLL_BAR)
         self.list.setModel(self.events)
-        self.list.setItemDelegate(_Lines(self.list))
-        self.list.setFixedHeight(ROW * _MOST_ROWS)
+        self.list.setItemDelegate(_EventDelegate(self.list))
+        self.list.setFixedHeight(ROW * _MAX_ROWS)
         self.column.addWidget(self.list)
         self.clear()
 

@@ -6,11 +6,11 @@ from PySide6.QtCore import QAbstractListModel, QModelIndex, QObject, QPersistent
 from PySide6.QtGui import QFont, QKeyEvent, QPainter, QPalette
 from PySide6.QtWidgets import QAbstractItemView, QListView, QStyle, QStyledItemDelegate, QStyleOptionViewItem, QWidget
 
-from widgets.editor import Editor
-from widgets.panels.panel import SLIM, Panel
+from widgets.common.panel import SLIM_SCROLL_BAR, Panel
+from widgets.document.map_editor import MapEditor
 
 ROW = 24
-_MOST_ROWS = 8
+_MAX_ROWS = 8
 _MARGIN = 16
 _EMPTY = "What you do to the map is listed here; click a step to go back to it."
 _UNDONE = int(Qt.ItemDataRole.UserRole)
@@ -21,7 +21,7 @@ _NOWHERE = QModelIndex()
 class HistoryModel(QAbstractListModel):
     """One row a step, oldest first; rows share the history's own list."""
 
-    def __init__(self, editor: Editor, parent: QObject | None = None) -> None:
+    def __init__(self, editor: MapEditor, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._editor = editor
         self._names: tuple[str, ...] = ()
@@ -60,7 +60,7 @@ class HistoryModel(QAbstractListModel):
         return {_UNDONE: row > self.position, _PRESENT: row == self.position}.get(role)
 
 
-class _Steps(QStyledItemDelegate):
+class _StepDelegate(QStyledItemDelegate):
     """The present step bold with a mark, those undone dimmed."""
 
     def sizeHint(self, _option: QStyleOptionViewItem, _index: QModelIndex | QPersistentModelIndex) -> QSize:
@@ -113,7 +113,7 @@ class HistoryPanel(Panel):
         parent: Qt parent.
     """
 
-    def __init__(self, editor: Editor, parent: QWidget | None = None) -> None:
+    def __init__(self, editor: MapEditor, parent: QWidget | None = None) -> None:
         super().__init__("History", "history-panel", parent)
         self._editor = editor
         self._note = self.caption(_EMPTY)
@@ -126,9 +126,9 @@ class HistoryPanel(Panel):
         self.list.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
         self.list.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.list.verticalScrollBar().setStyleSheet(SLIM)
+        self.list.verticalScrollBar().setStyleSheet(SLIM_SCROLL_BAR)
         self.list.setModel(self.steps)
-        self.list.setItemDelegate(_Steps(self.list))
+        self.list.setItemDelegate(_StepDelegate(self.list))
         self.list.clicked.connect(self._on_clicked)
         self.column.addWidget(self.list)
         editor.history_changed.connect(self._on_history_changed)
@@ -141,7 +141,7 @@ class HistoryPanel(Panel):
         count = self.steps.rowCount()
         self._note.setVisible(count < 2)
         self.list.setVisible(count > 1)
-        self.list.setFixedHeight(ROW * min(max(count, 1), _MOST_ROWS))
+        self.list.setFixedHeight(ROW * min(max(count, 1), _MAX_ROWS))
         self.list.setCurrentIndex(self.steps.index(self.steps.position))  # which scrolls there
 
     def _on_clicked(self, index: QModelIndex) -> None:

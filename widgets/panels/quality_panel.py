@@ -9,17 +9,17 @@ from typing import Any
 from PySide6.QtGui import QPalette
 from PySide6.QtWidgets import QHBoxLayout, QWidget
 
-from app.maps.compare import Comparison
+from app.maps.comparison import Comparison
 from app.maps.quality import MapQuality
-from app.session.prepare import Prepared
-from widgets.panels.panel import Panel, fact
+from app.session.prepare import PreparedScene
+from widgets.common.panel import Panel, value_label
 
 _MARK = "▲"
 _UNKNOWN = "–"
 
 
 @dataclass(frozen=True)
-class _Row:
+class _Measure:
     """One measure of the card.
 
     Attributes:
@@ -43,50 +43,50 @@ def _percent(value: float) -> str:
     return f"{100 * value:.1f}\u2009%"
 
 
-def _short(value: float) -> str:
+def _three_digits(value: float) -> str:
     """Three digits, for two columns have to fit."""
     return f"{value:.{2 if value < 10 else 1 if value < 100 else 0}f}"
 
 
-def _spread(value: Mapping[str, float]) -> str:
-    return f"×{_short(value['p95'])}" if value["p95"] is not None else "∞"
+def _stretch_text(value: Mapping[str, float]) -> str:
+    return f"×{_three_digits(value['p95'])}" if value["p95"] is not None else "∞"
 
 
-def _spread_bad(value: Mapping[str, float | None]) -> bool:
+def _stretch_bad(value: Mapping[str, float | None]) -> bool:
     return value["p95"] is None or value["p95"] > 2
 
 
-_ROWS = (
-    _Row("bijective", "One-to-one", lambda v: "yes" if v else "no",
+_MEASURES = (
+    _Measure("bijective", "One-to-one", lambda v: "yes" if v else "no",
          "Every point of the map is one place on the body, and back: no triangle flipped, nothing overlaps.",
          lambda v: not v),
-    _Row("flips", "Flipped triangles", lambda v: f"{v}",
+    _Measure("flips", "Flipped triangles", lambda v: f"{v}",
          "Triangles that lie upside down on the map; must be 0.", lambda v: v > 0),
-    _Row("angle", "Angles", _spread,
+    _Measure("angle", "Angles", _stretch_text,
          "How much longer one direction is shown than the one across, within 95\u2009% of the skin. ×1 keeps shapes.",
-         _spread_bad, "angles"),
-    _Row("area", "Areas", _spread,
+         _stretch_bad, "angles"),
+    _Measure("area", "Areas", _stretch_text,
          "How many times too large or too small an area is shown, within 95\u2009% of the skin. ×1 is true size.",
-         _spread_bad, "areas"),
-    _Row("edge_error", "Near distances", _percent,
+         _stretch_bad, "areas"),
+    _Measure("edge_error", "Near distances", _percent,
          "How far the distances between neighbouring taxels are off, root mean square at the best scale.",
          lambda v: v > 0.15, "near distances"),
-    _Row("torn", "Torn neighbours", _percent,
+    _Measure("torn", "Torn neighbours", _percent,
          "Neighbours on the body that a seam drew more than twice as far apart on the map.",
          lambda v: v > 0.05, "torn neighbours"),
-    _Row("stress", "All distances", _percent,
+    _Measure("stress", "All distances", _percent,
          "Stress: how far the distances between all taxels of a patch differ from those over the body. 0 is none.",
          lambda v: v > 0.5, "all distances"),
-    _Row("trustworthiness", "Trustworthiness", lambda v: f"{v:.4f}",
+    _Measure("trustworthiness", "Trustworthiness", lambda v: f"{v:.4f}",
          "1 if the six nearest taxels on the map are nearest on the body too: no false neighbours.",
          lambda v: v < 0.98, "false neighbours"),
-    _Row("continuity", "Continuity", lambda v: f"{v:.4f}",
+    _Measure("continuity", "Continuity", lambda v: f"{v:.4f}",
          "1 if the six nearest taxels on the body are nearest on the map too: no lost neighbours.",
          lambda v: v < 0.95, "lost neighbours"),
-    _Row("round_trip_mm", "Round trip", lambda v: f"{_short(v)}\u2009mm",
+    _Measure("round_trip_mm", "Round trip", lambda v: f"{_three_digits(v)}\u2009mm",
          "From the body to the map, to a pixel of the image and back: how far off, for 95\u2009% of the taxels.",
          lambda v: v > 3.0, "round trip"),
-    _Row("taxels", "Taxels", lambda v: f"{v}", "Tactile elements on the map.", lambda _: False),
+    _Measure("taxels", "Taxels", lambda v: f"{v}", "Tactile elements on the map.", lambda _: False),
 )  # fmt: skip
 
 
@@ -95,7 +95,7 @@ class _Cell(QWidget):
 
     def __init__(self, name: str, parent: QWidget) -> None:
         super().__init__(parent)
-        self._mark, self._value = fact("", self, right=True), fact("", self, right=True)
+        self._mark, self._value = value_label("", self, right=True), value_label("", self, right=True)
         self._mark.setForegroundRole(QPalette.ColorRole.BrightText)
         self._mark.setObjectName(f"{name}-mark")
         self._value.setObjectName(name)
@@ -127,20 +127,20 @@ class QualityPanel(Panel):
         grid = self.grid()
         grid.setColumnStretch(0, 1)
         grid.setHorizontalSpacing(8)
-        self._heads = [fact("", self, right=True) for _ in range(2)]
+        self._heads = [value_label("", self, right=True) for _ in range(2)]
         for column, head in enumerate(self._heads):
             head.setProperty("role", "caption")
             grid.addWidget(head, 0, column + 1)
         self._cells: dict[str, list[_Cell]] = {}
-        for number, row in enumerate(_ROWS, start=1):
-            name, cells = fact(row.name, self), [_Cell(f"quality-{row.key}{side}", self) for side in ("", "-b")]
+        for number, row in enumerate(_MEASURES, start=1):
+            name, cells = value_label(row.name, self), [_Cell(f"quality-{row.key}{side}", self) for side in ("", "-b")]
             name.setToolTip(row.tip)
             for column, label in enumerate((name, *cells)):
                 grid.addWidget(label, number, column)
             self._cells[row.key] = cells
         self._show_second(False)
 
-    def show_prepared(self, prepared: Prepared) -> None:
+    def show_prepared(self, prepared: PreparedScene) -> None:
         """Another map; its quality comes a moment later."""
         self._note.setText("Measuring…")
         self._quality = None
@@ -193,16 +193,16 @@ class QualityPanel(Panel):
             label.setVisible(shown)
 
     def _fill(self) -> None:
-        for row in _ROWS:
+        for row in _MEASURES:
             for number, (side, cell) in enumerate(zip(("first", "second"), self._cells[row.key], strict=True)):
                 facts = self._facts[number] if number < len(self._facts) else {}
                 value = facts.get(row.key)
                 text = "" if not facts else _UNKNOWN if value is None else row.form(value)
                 cell.write(text, bad=value is not None and row.bad(value), best=self._better.get(row.key) == side)
-                cell.setToolTip(row.tip + _more(row.key, facts))
+                cell.setToolTip(row.tip + _details(row.key, facts))
 
 
-def _more(key: str, facts: Mapping[str, Any]) -> str:
+def _details(key: str, facts: Mapping[str, Any]) -> str:
     """What else is known, for the tool tip."""
     value = facts.get(key)
     if key == "torn" and value is not None:
@@ -217,5 +217,5 @@ def _verdict(facts: Mapping[str, Any]) -> str:
     """One sentence: fit for use, not fit, or what to look at."""
     if not facts["bijective"]:
         return f"Not one-to-one: {facts['flips']} triangles flipped, {facts['overlaps']} overlaps."
-    bad = [row.said for row in _ROWS if row.said and facts[row.key] is not None and row.bad(facts[row.key])]
+    bad = [row.said for row in _MEASURES if row.said and facts[row.key] is not None and row.bad(facts[row.key])]
     return f"Look at: {', '.join(bad)}." if bad else "Nothing to note."

@@ -8,19 +8,19 @@ import numpy as np
 from PySide6.QtWidgets import QLabel, QWidget
 
 from app.session.frame import Frame
-from widgets.panels.panel import Panel, fact
-from widgets.panels.stage_times import SENSOR, stage_times
+from widgets.common.panel import Panel, value_label
+from widgets.plots.history import SENSOR_STAGE, stage_times
 
 _WINDOW = 120
-_EVERY = 15
-VIEW = "3-D view"
+_REFRESH_EVERY = 15
+VIEW_STAGE = "3-D view"
 _STAGES = {
     "physics": "Moves the robot and the fingers, once a tick",
     "touch": "Turns contact into the taxels' pressures, once a tick",
-    SENSOR: "Makes readings of the pressures, once a tick; Effects has each effect",
+    SENSOR_STAGE: "Makes readings of the pressures, once a tick; Effects has each effect",
     "contacts": "Finds contact regions on the map, once a tick",
     "control": "Decides what the joints do, once a tick",
-    VIEW: "Draws the robot, once a picture",
+    VIEW_STAGE: "Draws the robot, once a picture",
 }
 
 
@@ -55,13 +55,13 @@ class TimingPanel(Panel):
     def show_frame(self, frame: Frame) -> None:
         """Take a frame's stage times."""
         times = stage_times(frame.timings)
-        for stage in self._history.keys() - times.keys() - {VIEW}:
+        for stage in self._history.keys() - times.keys() - {VIEW_STAGE}:
             del self._history[stage]  # switched off: what it took is over
             self._values[stage].setText("–")
         for stage, milliseconds in times.items():
             self.add(stage, milliseconds)
         self._count += 1
-        if self._count % _EVERY == 1 and self.isVisible():
+        if self._count % _REFRESH_EVERY == 1 and self.isVisible():
             self.refresh()
 
     def refresh(self) -> None:
@@ -76,7 +76,7 @@ class TimingPanel(Panel):
 
     def _add_row(self, key: str, text: str, tip: str) -> None:
         row = len(self._values)
-        name, value = fact(text, self), fact("–", self, right=True)
+        name, value = value_label(text, self), value_label("–", self, right=True)
         name.setToolTip(tip)
         value.setObjectName(f"timing-{key}")
         for column, label in enumerate((name, value)):

@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from app.arrays import FloatArray
-from app.scene.objects import Body
-from widgets.colours import Theme, mixed
-from widgets.robot_view.drawn import MATTE, polydata, set_matrix
-from widgets.robot_view.ground import plane_grid
+from app.core.arrays import FloatArray
+from app.scene.objects import SceneObject
+from widgets.common.colours import Theme, mixed
+from widgets.robot_view.vtk_meshes import MATTE, plane_grid, polydata, set_matrix
 
 _PROBE_OPACITY = 0.55
 """A probe looks as the finger does, but for this: nothing else shows where it is while it touches nothing."""
@@ -33,7 +32,7 @@ class ObjectActors:
         bodies: The scene's, in the order of ``Frame.objects``.
     """
 
-    def __init__(self, plotter: Any, theme: Theme, bodies: Sequence[Body]) -> None:
+    def __init__(self, plotter: Any, theme: Theme, bodies: Sequence[SceneObject]) -> None:
         self._bodies = tuple(bodies)
         self._solids = [_add_solid(plotter, body) for body in self._bodies]
         self._grids = {
@@ -92,7 +91,7 @@ class ObjectActors:
             grid.prop.color = mixed(theme.window, theme.quiet, 0.45)
 
 
-def _add_solid(plotter: Any, body: Body) -> Any:
+def _add_solid(plotter: Any, body: SceneObject) -> Any:
     mesh = body.mesh
     if body.spec.kind == "plane":
         look: dict[str, Any] = {"lighting": False, "show_scalar_bar": False, "reset_camera": False}
@@ -102,11 +101,11 @@ def _add_solid(plotter: Any, body: Body) -> Any:
     return plotter.add_mesh(surface, opacity=_opacity(body), pickable=False, **look)
 
 
-def _opacity(body: Body) -> float:
+def _opacity(body: SceneObject) -> float:
     return {"probe": _PROBE_OPACITY, "plane": _PLANE_OPACITY}.get(body.spec.kind, 1.0)
 
 
-def _colour(body: Body, theme: Theme) -> str:
+def _colour(body: SceneObject, theme: Theme) -> str:
     if body.spec.kind == "probe":
         return theme.text
     if body.spec.kind == "plane":

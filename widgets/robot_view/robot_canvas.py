@@ -1,30 +1,110 @@
-"""The robot in a widget: newest frame drawn when due, the eye moved and kept, captions over it. Knows no hand."""
+"""The robot in a widget: newest frame drawn when due, the camera moved and kept, captions over it. Knows no gestures.
+
+``RenderScheduler`` decides when to draw: after what waits in the event loop, never so often that the rest starves, and
+once more, sharper, when the picture stays.
+"""
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from PySide6.QtCore import QPointF, Signal
+from PySide6.QtCore import QObject, QPointF, QTimer, Signal
 from PySide6.QtGui import QHideEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
-from app.arrays import FloatArray, IntArray
-from app.errors import RobotError
-from app.geometry.surface_point import SurfacePoint
+from app.core.arrays import FloatArray, IntArray
+from app.core.errors import RobotError
+from app.geometry.mesh import SurfacePoint
 from app.maps.tactile_map import TactileMap
 from app.session.frame import Frame
-from app.session.prepare import Prepared
-from widgets.body_marks import NO_MARKS, BodyMarks
-from widgets.colours import PressureScale, Theme
-from widgets.robot_view.canvas import make_canvas
-from widgets.robot_view.drawing import Drawing
-from widgets.robot_view.marks import ARROW_LENGTH
-from widgets.robot_view.overlay import Captions, ForceCaption, Overlay
+from app.session.prepare import PreparedScene
+from widgets.common.colours import PressureScale, Theme
+from widgets.overlays.body_overlays import NO_MARKS, SkinTexture, ToolMarks
+from widgets.overlays.task_overlay import NO_TASK, TaskOverlay
+from widgets.robot_view.camera import Viewpoint
+from widgets.robot_view.caption_overlay import CaptionOverlay, Captions, ForceCaption
+from widgets.robot_view.contact_marks import ARROW_LENGTH
+from widgets.robot_view.plotter_widget import Canvas, make_canvas
 from widgets.robot_view.robot_scene import RobotScene
-from widgets.robot_view.viewpoint import Viewpoint
-from widgets.skin_picture import SkinPicture
-from widgets.task_shown import NO_TASK, TaskShown
+
+SHORTEST_WAIT_MS = 15.0
+REST_MS = 150
+"""A picture that stays this long is drawn again at twice the resolution, which smooths its edges."""
+HALF_RESOLUTION_FROM_MS = 25.0
+"""While the view is turned, pictures that take longer than this are drawn at half the resolution."""
+REDRAW_UP_TO_MS = 60.0
+"""Pictures that take longer than this are not drawn again at rest."""
+
+
+class RenderScheduler(QObject):
+    """Draws a canvas when asked to, but not at once: many requests become one picture.
+
+    The next picture waits for as long as the last one took, so that at most half the time goes into drawing.
+
+    Args:
+        canvas: What is drawn.
+        parent: Qt parent.
+        clock: Seconds.
+    """
+
+    due = Signal()
+    """A picture is about to be drawn: bring the scene up to date."""
+    drawn = Signal(float)
+    """A picture was drawn: its milliseconds, with bringing the scene up to date."""
+
+    def __init__(self, canvas: Canvas, parent: QObject, *, clock: Callable[[], float] = time.perf_counter) -> None:
+        super().__init__(parent)
+        self._canvas, self._clock = canvas, clock
+        self._last_ms, self._moving = 0.0, False
+        self._soon, self._rest = QTimer(self), QTimer(self)
+        for timer, slot in ((self._soon, self._on_soon), (self._rest, self._on_rest)):
+            timer.setSingleShot(True)
+            timer.timeout.connect(slot)
+
+    @property
+    def waiting(self) -> bool:
+        """Whether a picture is still to come."""
+        return self._soon.isActive() or self._rest.isActive()
+
+    def request(self, *, moving: bool = False) -> None:
+        """Draw soon; ``moving`` while the hand turns the view, where speed matters more than sharpness."""
+        self._moving = moving
+        self._rest.stop()
+        if not self._soon.isActive():
+            self._soon.start(round(max(SHORTEST_WAIT_MS, self._last_ms)))
+
+    def now(self, *, quality: float = 1.0) -> None:
+        """Draw without waiting."""
+        self._soon.stop()
+        self._draw(quality)
+
+    def stop(self) -> None:
+        """Forget what was requested."""
+        self._soon.stop()
+        self._rest.stop()
+
+    def _on_soon(self) -> None:
+        hasty = self._moving and self._last_ms > HALF_RESOLUTION_FROM_MS
+        self._draw(0.5 if hasty else 1.0)
+        if hasty or self._last_ms <= REDRAW_UP_TO_MS:
+            self._rest.start(REST_MS)
+
+    def _on_rest(self) -> None:
+        self._moving = False
+        self._draw(2.0 if self._last_ms <= REDRAW_UP_TO_MS else 1.0)
+
+    def _draw(self, quality: float) -> None:
+        start = self._clock()
+        self.due.emit()
+        self._canvas.draw(quality=quality)
+        elapsed = 1e3 * (self._clock() - start)
+        if quality <= 1.0:
+            # A hasty picture says what a whole one would take, or speed would switch quality back and forth.
+            self._last_ms = elapsed / quality**2
+        self.drawn.emit(elapsed)
 
 
 class RobotCanvas(QWidget):
@@ -41,7 +121,7 @@ class RobotCanvas(QWidget):
 
     def __init__(self, theme: Theme, scale: PressureScale, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.prepared: Prepared | None = None
+        self.prepared: PreparedScene | None = None
         self._frame: Frame | None = None
         self._mark: SurfacePoint | None = None
         self._captions, self._framed, self._marks = Captions(), True, NO_MARKS
@@ -51,12 +131,12 @@ class RobotCanvas(QWidget):
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(self.canvas.widget)
-        self._overlay = Overlay(theme, self)
-        self._drawing = Drawing(self.canvas, self)
+        self._overlay = CaptionOverlay(theme, self)
+        self._drawing = RenderScheduler(self.canvas, self)
         self._drawing.due.connect(self._on_drawing_due)
         self._drawing.drawn.connect(self.drawn)
 
-    def show_robot(self, prepared: Prepared) -> None:
+    def show_robot(self, prepared: PreparedScene) -> None:
         """Show the robot of ``prepared`` at home, framed."""
         self.scene.show_prepared(prepared)
         self.scene.set_marks(self._marks)
@@ -73,8 +153,8 @@ class RobotCanvas(QWidget):
             if not self.scene.shows(frame):
                 self.request()
 
-    def show_task(self, task: TaskShown) -> None:
-        """Show what a law with a task wants, and what came of it; nothing for the same again."""
+    def show_task(self, task: TaskOverlay) -> None:
+        """Show what a controller with a task wants, and what came of it; nothing for the same again."""
         if task is not self._task:
             self._task, self._task_is_new = task, True
             self.request()
@@ -95,9 +175,9 @@ class RobotCanvas(QWidget):
         self.scene.set_selection(taxels, inks)
         self.request()
 
-    def set_overlay(self, picture: SkinPicture | None, *, worn: bool, dotted: bool) -> None:
-        """Take the map's picture, ``worn`` or kept for the way to the map; whole, or in a dot for each taxel."""
-        self.scene.set_overlay(picture, worn=worn, dotted=dotted)
+    def set_overlay(self, picture: SkinTexture | None, *, textured: bool, dotted: bool) -> None:
+        """Take the map's picture, ``textured`` or kept for the way to the map; whole, or in a dot for each taxel."""
+        self.scene.set_overlay(picture, textured=textured, dotted=dotted)
         self.request()
 
     def show_map(self, map_: TactileMap) -> None:
@@ -107,7 +187,7 @@ class RobotCanvas(QWidget):
             self.scene.show_map(map_)
             self.request()
 
-    def set_marks(self, marks: BodyMarks) -> None:
+    def set_marks(self, marks: ToolMarks) -> None:
         """Show what an edit tool marks on the body; nothing for the same again."""
         if marks is not self._marks:
             self._marks = marks

@@ -1,20 +1,73 @@
-"""The robot, and what is said instead of it: empty, loading, failed. Where its taxels are, and its way to the map."""
+"""The robot, and what is said instead of it: empty, loading, failed. Where its taxels are, and its way to the map.
+
+``MorphSlider`` lays the skin flat: body at its left end, map at its right.
+"""
 
 from __future__ import annotations
 
 import numpy as np
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QPropertyAnimation, Qt, Signal
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QSlider, QWidget
 
-from app.arrays import BoolArray, FloatArray, IntArray
-from app.session.prepare import Prepared
-from widgets.colours import PressureScale, Theme
-from widgets.robot_view.body_taxels import BodyTaxels, facing_pixels
-from widgets.robot_view.morph_slider import MorphSlider
-from widgets.robot_view.pick import SkinPicker
+from app.core.arrays import BoolArray, FloatArray, IntArray
+from app.session.prepare import PreparedScene
+from widgets.common.colours import PressureScale, Theme
+from widgets.common.placeholder_card import PlaceholderCard
+from widgets.robot_view.picking import BodyTaxels, SkinPicker, facing_pixels
 from widgets.robot_view.robot_canvas import RobotCanvas
-from widgets.state_card import StateCard
+
+STEPS = 100
+EASE_MS = 150
+_WIDTH, _HEIGHT = 190, 24
+
+
+class MorphSlider(QWidget):
+    """A small slider between two words; ``toggle`` goes from one end to the other so that the eye can follow."""
+
+    moved = Signal(float)
+    """The share of flatness asked for, from 0 to 1."""
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setObjectName("morph")
+        self.slider = QSlider(Qt.Orientation.Horizontal, self)
+        self.slider.setRange(0, STEPS)
+        self.slider.setAccessibleName("From body to map")
+        self.slider.setToolTip("Lay the skin flat, with the touch on it: each place goes straight to the map (M)")
+        self.slider.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.slider.valueChanged.connect(self._on_value_changed)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(6, 0, 6, 0)
+        row.setSpacing(6)
+        for part in (QLabel("Body", self), self.slider, QLabel("Map", self)):
+            part.setProperty("role", "caption")
+            row.addWidget(part)
+        self._ease = QPropertyAnimation(self.slider, b"value", self)
+        self._ease.setDuration(EASE_MS)
+        self.resize(_WIDTH, _HEIGHT)
+        self.hide()
+
+    @property
+    def share(self) -> float:
+        """How flat: 0 on the body, 1 as on the map."""
+        return self.slider.value() / STEPS
+
+    def toggle(self) -> None:
+        """To the other end, from wherever it is."""
+        self._ease.stop()
+        self._ease.setStartValue(self.slider.value())
+        self._ease.setEndValue(STEPS if self.share < 0.5 else 0)
+        self._ease.start()
+
+    def reset(self) -> None:
+        """On the body, at once."""
+        self._ease.stop()
+        self.slider.setValue(0)
+
+    def _on_value_changed(self, _value: int) -> None:
+        self.moved.emit(self.share)
+
 
 _CUBE_ROOM = 78
 """Width that the orientation cube takes in the lower right corner [px]."""
@@ -41,10 +94,10 @@ class RobotDisplay(RobotCanvas):
         self._loading = False
         self.morph = MorphSlider(self)
         self.morph.moved.connect(self._on_morphed)
-        self._card = StateCard(self)
+        self._card = PlaceholderCard(self)
         self._card.helped.connect(self._on_card_helped)
 
-    def show_prepared(self, prepared: Prepared) -> None:
+    def show_prepared(self, prepared: PreparedScene) -> None:
         """Show the robot of ``prepared`` at home, framed; if it cannot be, the last one stays."""
         picker = SkinPicker(prepared)
         self.morph.reset()
@@ -56,15 +109,15 @@ class RobotDisplay(RobotCanvas):
     def show_empty(self) -> None:
         """Say what would fill the view."""
         text = "Open a robot, or drop its file here: MJCF, URDF or a bare mesh."
-        self._tell("No robot yet", text, button="Open robot…")
+        self._show_card("No robot yet", text, button="Open robot…")
 
     def show_loading(self, text: str, progress: float) -> None:
         """Say that a robot is being made: ``text`` names the stage, ``progress`` runs from 0 to 1."""
-        self._tell("Preparing the robot", text, button="Cancel", progress=progress)
+        self._show_card("Preparing the robot", text, button="Cancel", progress=progress)
 
     def show_failed(self, text: str) -> None:
         """Say why there is no robot."""
-        self._tell("The robot could not be opened", text, button="Open robot…")
+        self._show_card("The robot could not be opened", text, button="Open robot…")
 
     def show_last(self) -> None:
         """Go back to the last good robot after loading another one failed or was cancelled."""
@@ -79,7 +132,7 @@ class RobotDisplay(RobotCanvas):
         self._picker = self._taxels = None
         super().close_view()
 
-    def _tell(self, heading: str, text: str, *, button: str, progress: float | None = None) -> None:
+    def _show_card(self, heading: str, text: str, *, button: str, progress: float | None = None) -> None:
         self._loading = progress is not None
         self._card.setGeometry(self.rect())
         self._card.say(heading, text, button=button, progress=progress)

@@ -8,26 +8,22 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 
-from app.arrays import FloatArray, IntArray
-from app.contacts.region import ContactRegion
-from app.geometry.surface_point import SurfacePoint
+from app.contacts.regions import ContactRegion
+from app.core.arrays import FloatArray, IntArray
+from app.geometry.mesh import SurfacePoint
 from app.maps.tactile_map import TactileMap
-from app.robots.configuration import Configuration
+from app.robots.kinematics import Configuration
 from app.session.frame import Frame
-from app.session.prepare import Prepared
-from widgets.body_marks import BodyMarks
-from widgets.colours import PressureScale, Theme, mixed
-from widgets.robot_view.drawn import MATTE, polydata, set_matrix
-from widgets.robot_view.edit_marks import EditMarks
-from widgets.robot_view.first_side import first_side
-from widgets.robot_view.ground import floor_under
-from widgets.robot_view.marks import Marks
+from app.session.prepare import PreparedScene
+from widgets.common.colours import PressureScale, Theme, mixed
+from widgets.overlays.body_overlays import SkinTexture, ToolMarks
+from widgets.overlays.task_overlay import TaskOverlay
+from widgets.robot_view.camera import CameraRay, Viewpoint, framing, initial_direction
+from widgets.robot_view.contact_marks import ContactMarks
 from widgets.robot_view.object_actors import ObjectActors
 from widgets.robot_view.skin_actors import SkinActors
-from widgets.robot_view.task_marks import TaskMarks
-from widgets.robot_view.viewpoint import CameraRay, Viewpoint, framing
-from widgets.skin_picture import SkinPicture
-from widgets.task_shown import TaskShown
+from widgets.robot_view.tool_and_task_marks import EditToolMarks, TaskMarks
+from widgets.robot_view.vtk_meshes import MATTE, floor_grid, polydata, set_matrix
 
 _STILL = 2e-5
 """Joints and objects that move less [rad, m] do not change a pixel."""
@@ -48,7 +44,7 @@ class RobotScene:
 
     def __init__(self, plotter: Any, theme: Theme, scale: PressureScale) -> None:
         self._plotter, self._theme, self._scale = plotter, theme, scale
-        self._prepared: Prepared | None = None
+        self._prepared: PreparedScene | None = None
         self._frame: Frame | None = None
         self._links: list[tuple[int, Any]] = []
         self._bodies: list[Any] = []
@@ -56,7 +52,7 @@ class RobotScene:
         self._shapes = True
         self._light_and_ground()
 
-    def show_prepared(self, prepared: Prepared) -> None:
+    def show_prepared(self, prepared: PreparedScene) -> None:
         """Draw another robot, at home, framed."""
         self._plotter.clear_actors()
         self._prepared, self._frame = prepared, None
@@ -73,12 +69,12 @@ class RobotScene:
         self._bounds += [(prepared.robot.link_index[p.link], p.surface.bounds) for p in prepared.skin.patches]
         self._objects = ObjectActors(self._plotter, self._theme, prepared.objects)
         self._plane = np.eye(4)
-        self._marks = Marks(self._plotter, self._theme, prepared, shapes=self._shapes)
-        self._edit_marks = EditMarks(self._plotter, self._theme, prepared)
+        self._marks = ContactMarks(self._plotter, self._theme, prepared, shapes=self._shapes)
+        self._edit_marks = EditToolMarks(self._plotter, self._theme, prepared)
         self._task_marks = TaskMarks(self._plotter, self._theme, prepared)
         self._move()
         self._ground()
-        self._away = first_side(prepared, self.poses)
+        self._away = initial_direction(prepared, self.poses)
         self.frame_all()
         self.fit_depth()
 
@@ -118,21 +114,21 @@ class RobotScene:
         if self._prepared is not None:
             self._skin.select(taxels, inks)
 
-    def set_overlay(self, picture: SkinPicture | None, *, worn: bool, dotted: bool) -> None:
-        """Take the map's picture, ``worn`` or kept for the way to the map; whole, or in a dot for each taxel."""
+    def set_overlay(self, picture: SkinTexture | None, *, textured: bool, dotted: bool) -> None:
+        """Take the map's picture, ``textured`` or kept for the way to the map; whole, or in a dot for each taxel."""
         if self._prepared is not None:
-            self._skin.wear(picture, always=worn)
+            self._skin.set_texture(picture, always=textured)
             self._skin.dot(dotted=dotted)
             self._move()
             self._colour()
 
-    def set_marks(self, marks: BodyMarks) -> None:
+    def set_marks(self, marks: ToolMarks) -> None:
         """Show what an edit tool marks on the body."""
         if self._prepared is not None:
             self._edit_marks.show(marks)
 
-    def show_task(self, task: TaskShown) -> None:
-        """Show what a law with a task wants, and what came of it."""
+    def show_task(self, task: TaskOverlay) -> None:
+        """Show what a controller with a task wants, and what came of it."""
         if self._prepared is not None:
             self._task_marks.show(task)
 
@@ -268,7 +264,7 @@ class RobotScene:
         poses = self.poses
         for number, actor in self._links:
             set_matrix(actor, poses[number])
-        for number, actor in (*self._edit_marks.riders, *self._task_marks.riders):
+        for number, actor in (*self._edit_marks.link_actors, *self._task_marks.link_actors):
             set_matrix(actor, poses[number])
         self._skin.move(poses, self._plane)
 
@@ -290,6 +286,6 @@ class RobotScene:
             return
         colour = mixed(self._theme.window, self._theme.quiet, 0.28)
         self._plotter.add_mesh(
-            floor_under(self._corners()),
+            floor_grid(self._corners()),
             color=colour, line_width=1, lighting=False, name="ground", pickable=False, reset_camera=False,
         )  # fmt: skip

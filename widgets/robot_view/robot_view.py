@@ -1,4 +1,7 @@
-"""The live robot under the hand: shows frames, and turns presses on the skin into pokes at body points."""
+"""The live robot under the hand: turns presses on the skin into pokes, selections and edits, others into camera moves.
+
+``EditToolRouter`` hands mouse and keys to the active edit tool and says whether it owns the mouse.
+"""
 
 from __future__ import annotations
 
@@ -8,20 +11,65 @@ from PySide6.QtCore import QEvent, QObject, QPointF, Qt, Signal
 from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QWidget
 
-from app.geometry.surface_point import SurfacePoint
-from app.session.prepare import Prepared
-from widgets.body_marks import NO_MARKS
-from widgets.chooser import Chooser
-from widgets.colours import PressureScale, Theme
-from widgets.edit_tool import EditTool, Place
-from widgets.hand import Act, Hand, Mode, Moved, Panned, Pressed, Released
-from widgets.robot_view.edit_hand import EditHand
-from widgets.robot_view.orbit import face, orbit, pan, zoom
-from widgets.robot_view.orientation_cube import CubeFace
+from app.geometry.mesh import SurfacePoint
+from app.session.prepare import PreparedScene
+from widgets.common.colours import PressureScale, Theme
+from widgets.common.tool_kinds import ToolKind
+from widgets.interaction.poke_gesture import Moved, Panned, PokeEvent, PokeGesture, PokeState, Pressed, Released
+from widgets.interaction.select_gesture import Pixel, TaxelSelector
+from widgets.interaction.view_tool import PointerHit, ShortcutOverrideFilter, ViewTool
+from widgets.overlays.body_overlays import NO_MARKS
+from widgets.robot_view.camera import look_from, orbit, pan, zoom
+from widgets.robot_view.caption_overlay import CubeFace
 from widgets.robot_view.robot_display import RobotDisplay
-from widgets.select_hand import Pixel
-from widgets.tool_keys import ToolKeys
-from widgets.tools import Tool
+
+
+class EditToolRouter:
+    """Hands mouse and keys to an edit tool. Mutable; idle without a tool.
+
+    Attributes:
+        tool: The one in the hand, or None.
+        held: Whether a gesture of it owns the mouse.
+    """
+
+    def __init__(self) -> None:
+        self.tool: ViewTool | None = None
+        self.held = False
+
+    def press(self, place: PointerHit, event: QMouseEvent) -> bool:
+        """The left button went down; whether the tool took it."""
+        self.held = self.tool is not None and self.tool.press(place, event)
+        return self.held
+
+    def move(self, place: PointerHit, event: QMouseEvent) -> None:
+        """The pointer moved."""
+        if self.tool is not None:
+            self.tool.move(place, event)
+
+    def release(self, place: PointerHit, event: QMouseEvent) -> bool:
+        """The left button came up; whether that ended a gesture."""
+        held, self.held = self.held, False
+        if held and self.tool is not None:
+            self.tool.release(place, event)
+        return held
+
+    def key(self, event: QKeyEvent) -> bool:
+        """A key was pressed; whether it was for the tool."""
+        return self.tool is not None and self.tool.key(event)
+
+    def leave(self) -> None:
+        """The pointer left the view."""
+        if self.tool is not None and not self.held:
+            self.tool.leave()
+
+    def cancel(self, *, discard_drawing: bool) -> bool:
+        """Whether there was a gesture to give up; if not ``discard_drawing``, only one that holds the mouse is.
+
+        What is drawn click by click goes on in the other view: pressing there takes the focus from this one.
+        """
+        held, self.held = self.held, False
+        return (held or discard_drawing) and self.tool is not None and self.tool.cancel()
+
 
 _WHEEL_STEP = 1.15
 
@@ -52,11 +100,11 @@ class RobotView(RobotDisplay):
 
     def __init__(self, theme: Theme, scale: PressureScale, parent: QWidget | None = None) -> None:
         super().__init__(theme, scale, parent)
-        self._hand, self._button, self._tool = Hand(), Qt.MouseButton.NoButton, Tool.POKE
+        self._hand, self._button, self._tool = PokeGesture(), Qt.MouseButton.NoButton, ToolKind.POKE
         self._hover: SurfacePoint | None = None
-        self._editing, self._keys, self._on_cube = EditHand(), ToolKeys(self), False
-        self.chooser = Chooser(self, self)
-        self.chooser.drawn.connect(self._on_rubber_drawn)
+        self._editing, self._keys, self._on_cube = EditToolRouter(), ShortcutOverrideFilter(self), False
+        self.taxel_selector = TaxelSelector(self, self)
+        self.taxel_selector.drawn.connect(self._on_rubber_drawn)
         self.canvas.widget.installEventFilter(self)
         self.setObjectName("robot-view")
         self.setAccessibleName("Robot")
@@ -67,22 +115,22 @@ class RobotView(RobotDisplay):
 
     # What is shown.
 
-    def show_prepared(self, prepared: Prepared) -> None:
+    def show_prepared(self, prepared: PreparedScene) -> None:
         """Show the robot of ``prepared`` at home, framed; if it cannot be, the last one stays."""
-        self._end_hold()
+        self._cancel_gesture()
         self._hover_at(None)
         super().show_prepared(prepared)
 
-    def set_tool(self, tool: Tool) -> None:
+    def set_tool(self, tool: ToolKind) -> None:
         """Take another tool; what the hand was doing ends."""
-        self._end_hold()
+        self._cancel_gesture()
         self._tool = tool
-        self.chooser.set_tool(tool)
+        self.taxel_selector.set_tool(tool)
         self._show_cursor()
 
-    def set_edit_tool(self, tool: EditTool | None) -> None:
+    def set_view_tool(self, tool: ViewTool | None) -> None:
         """Give left presses on the skin, and keys, to this tool; None for none."""
-        self._end_hold()
+        self._cancel_gesture()
         if self._editing.tool is not None:
             self._editing.tool.drawn.disconnect(self._on_tool_drawn)
         self._editing.tool = self._overlay.tool = self._keys.tool = tool
@@ -92,16 +140,16 @@ class RobotView(RobotDisplay):
 
     def close_view(self) -> None:
         """Give the graphics back; the view draws nothing after this."""
-        self.set_edit_tool(None)
+        self.set_view_tool(None)
         self.canvas.widget.removeEventFilter(self)
         super().close_view()
 
-    def _tell(self, heading: str, text: str, *, button: str, progress: float | None = None) -> None:
-        self._end_hold()
-        super()._tell(heading, text, button=button, progress=progress)
+    def _show_card(self, heading: str, text: str, *, button: str, progress: float | None = None) -> None:
+        self._cancel_gesture()
+        super()._show_card(heading, text, button=button, progress=progress)
 
     def _on_morphed(self, share: float) -> None:
-        self._end_hold()
+        self._cancel_gesture()
         super()._on_morphed(share)
 
     def _on_tool_drawn(self) -> None:
@@ -116,7 +164,7 @@ class RobotView(RobotDisplay):
         return None if at is None or self._taxels is None else self._taxels.nearest(at)
 
     def _on_rubber_drawn(self) -> None:
-        self._say(replace(self._captions, rubber=self.chooser.rubber))
+        self._say(replace(self._captions, rubber_band=self.taxel_selector.rubber_band))
 
     # The hand.
 
@@ -126,7 +174,7 @@ class RobotView(RobotDisplay):
         ray = self.scene.viewpoint.ray((position.x(), position.y()), (self.width(), self.height()))
         return self.scene.pick_flat(ray) if self.scene.morphed else self._picker.pick(ray, self.scene.body_poses)
 
-    def _act(self, act: Act | None) -> None:
+    def _act(self, act: PokeEvent | None) -> None:
         if isinstance(act, Pressed):
             self.set_hover(None)
             self.poke_pressed.emit(act.at)
@@ -140,32 +188,32 @@ class RobotView(RobotDisplay):
             self.look(move(self.scene.viewpoint, act.dx, act.dy, self.height()))
         self._show_cursor()
 
-    def _end_hold(self, *, all_of_it: bool = True) -> bool:
+    def _cancel_gesture(self, *, discard_drawing: bool = True) -> bool:
         """Nothing is in the hand any more; whether an edit was given up. See ``EditHand.cancel``."""
         self._act(self._hand.cancel())
-        self.chooser.cancel()
-        return self._editing.cancel(all_of_it=all_of_it)
+        self.taxel_selector.cancel()
+        return self._editing.cancel(discard_drawing=discard_drawing)
 
     def _hover_at(self, at: SurfacePoint | None) -> None:
         if at != self._hover:
             self._hover = at
-            self.set_hover(None if self._hand.mode is Mode.POKING else at)
+            self.set_hover(None if self._hand.mode is PokeState.POKING else at)
             self._show_cursor()
             self.hovered.emit(at)
 
     def _cube_at(self, position: QPointF) -> CubeFace | None:
         return None if self.prepared is None or self._card.isVisible() else self._overlay.cube_face_at(position)
 
-    def _place(self, at: SurfacePoint | None) -> Place:
-        return Place(at, None, self.pixel_size(at))
+    def _place(self, at: SurfacePoint | None) -> PointerHit:
+        return PointerHit(at, None, self.pixel_size(at))
 
     def _show_cursor(self) -> None:
         shape = Qt.CursorShape.PointingHandCursor if self._on_cube else Qt.CursorShape.OpenHandCursor
-        if self._hand.mode is Mode.PANNING:
+        if self._hand.mode is PokeState.PANNING:
             shape = Qt.CursorShape.ClosedHandCursor
         elif self._editing.tool is not None and (self._hover is not None or self._editing.held):
             shape = self._editing.tool.cursor(self._place(self._hover))
-        elif self._hover is not None or self._hand.mode is Mode.POKING:
+        elif self._hover is not None or self._hand.mode is PokeState.POKING:
             shape = Qt.CursorShape.CrossCursor
         self.canvas.widget.setCursor(shape)
 
@@ -179,7 +227,7 @@ class RobotView(RobotDisplay):
             return True
         if event.type() == QEvent.Type.Leave:
             self._hover_at(None)
-            self.chooser.leave()
+            self.taxel_selector.leave()
             self._editing.leave()
         return False
 
@@ -188,13 +236,13 @@ class RobotView(RobotDisplay):
         if kind == QEvent.Type.MouseButtonPress:
             self._press(event)
         elif kind == QEvent.Type.MouseMove:
-            self._on_cube = self._hand.mode is Mode.IDLE and self._cube_at(event.position()) is not None
-            at = None if self._hand.mode is Mode.PANNING or self._on_cube else self._at(event.position())
+            self._on_cube = self._hand.mode is PokeState.IDLE and self._cube_at(event.position()) is not None
+            at = None if self._hand.mode is PokeState.PANNING or self._on_cube else self._at(event.position())
             self._act(self._hand.move(event.position().toTuple(), at))
-            if self._hand.mode is Mode.IDLE:
+            if self._hand.mode is PokeState.IDLE:
                 self._editing.move(self._place(at), event)
             if self._tool.chooses:
-                self.chooser.move(event)
+                self.taxel_selector.move(event)
             self._hover_at(at)
             self._show_cursor()
         elif kind == QEvent.Type.MouseButtonRelease:
@@ -209,17 +257,17 @@ class RobotView(RobotDisplay):
 
     def _press(self, event: QMouseEvent) -> None:
         self.setFocus(Qt.FocusReason.MouseFocusReason)
-        left, idle = event.button() == Qt.MouseButton.LeftButton, self._hand.mode is Mode.IDLE
+        left, idle = event.button() == Qt.MouseButton.LeftButton, self._hand.mode is PokeState.IDLE
         side = self._cube_at(event.position()) if left and idle and not self._editing.held else None
         if side is not None:
-            self.look(face(self.scene.viewpoint, side.normal))
+            self.look(look_from(self.scene.viewpoint, side.normal))
             return
         at = self._at(event.position()) if left else None
         if self._editing.held or (left and idle and self._editing.press(self._place(at), event)):
             self._show_cursor()
-        elif self._tool.chooses and left and idle and (at is not None or self.chooser.busy):
-            self.chooser.press(event)
-        elif not self.chooser.busy:
+        elif self._tool.chooses and left and idle and (at is not None or self.taxel_selector.busy):
+            self.taxel_selector.press(event)
+        elif not self.taxel_selector.busy:
             turns = left and not event.modifiers() & Qt.KeyboardModifier.ShiftModifier
             self._button = Qt.MouseButton.LeftButton if turns else Qt.MouseButton.MiddleButton
             at = at if turns and not self._tool.draws else None
@@ -232,13 +280,13 @@ class RobotView(RobotDisplay):
             return
         self._act(self._hand.release(event.button()))
         if self._tool.chooses:
-            self.chooser.release(event)
+            self.taxel_selector.release(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Qt: Escape ends what the hand does, or selects nothing; F frames the robot; others may be the tool's."""
         if event.key() == Qt.Key.Key_Escape:
-            busy = self._hand.mode is not Mode.IDLE or self.chooser.busy
-            if not self._end_hold() and not busy:
+            busy = self._hand.mode is not PokeState.IDLE or self.taxel_selector.busy
+            if not self._cancel_gesture() and not busy:
                 self.cleared.emit()
         elif self._editing.key(event):
             event.accept()
@@ -249,5 +297,5 @@ class RobotView(RobotDisplay):
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
         """Qt: a finger never stays pressed where no hand can lift it."""
-        self._end_hold(all_of_it=False)
+        self._cancel_gesture(discard_drawing=False)
         super().focusOutEvent(event)

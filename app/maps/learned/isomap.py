@@ -16,13 +16,12 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from app.arrays import FloatArray, IntArray
-from app.errors import Finding, MapError
+from app.core.arrays import FloatArray, IntArray
+from app.core.errors import Finding, MapError
+from app.geometry.geodesics import Geodesics
 from app.geometry.mesh import Mesh
-from app.maps.geodesics import Geodesics
-from app.maps.learned.classical_mds import classical_mds
+from app.maps.learned.embedding import classical_mds, kruskal_stress
 from app.maps.learned.learned_map import LearnedMap, Progress, silent
-from app.maps.learned.smacof import kruskal_stress
 
 Distances = Literal["edges", "exact"]
 

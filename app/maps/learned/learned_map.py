@@ -8,8 +8,8 @@ from typing import Protocol
 
 import numpy as np
 
-from app.arrays import BoolArray, FloatArray, readonly
-from app.errors import Finding, MapError
+from app.core.arrays import BoolArray, FloatArray, readonly
+from app.core.errors import Finding, MapError
 
 Progress = Callable[[str, float], None]
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from app.arrays import BoolArray, FloatArray, IntArray, readonly
-from app.errors import Finding, MapError
+from app.core.arrays import BoolArray, FloatArray, IntArray, readonly
+from app.core.errors import Finding, MapError
 
 _SIGMAS = 5.0
 """Touch begins so many standard deviations above rest: noise alone gets there 3 times in ten million readings."""
@@ -16,7 +16,7 @@ _NAMED = 12
 
 
 @dataclass(frozen=True, eq=False)
-class Felt:
+class TouchReadings:
     """What was felt.
 
     Attributes:
@@ -52,7 +52,7 @@ class Felt:
         return full, placed
 
 
-def felt(readings: FloatArray) -> Felt:
+def detect_touch(readings: FloatArray) -> TouchReadings:
     """Tell touch from rest.
 
     Pressure is never negative, so what lies below zero is noise alone; its mean square is the noise's. This holds
@@ -79,7 +79,7 @@ def felt(readings: FloatArray) -> Felt:
             value=f"{len(taxels)} of {values.shape[1]}",
             remedy="Record more touches, all over the skin",
         )
-    return Felt(csr_matrix(touch[:, taxels]), taxels, values.shape[1], _findings(np.flatnonzero(~alive)))
+    return TouchReadings(csr_matrix(touch[:, taxels]), taxels, values.shape[1], _findings(np.flatnonzero(~alive)))
 
 
 def _findings(dead: IntArray) -> tuple[Finding, ...]:

@@ -14,11 +14,10 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.sparse import csr_matrix, diags
 
-from app.arrays import FloatArray, IntArray
-from app.maps.learned.knn_graph import islands, knn_graph
+from app.core.arrays import FloatArray, IntArray
+from app.maps.learned.embedding import connected_islands, island_findings, knn_graph, lay_side_by_side
 from app.maps.learned.learned_map import LearnedMap, Progress, silent
-from app.maps.learned.placing import island_findings, side_by_side
-from app.maps.learned.readings import Felt, felt
+from app.maps.learned.readings import TouchReadings, detect_touch
 
 NAME = "self-organising"
 SIDE = 20
@@ -42,21 +41,21 @@ def build(readings: FloatArray, *, seed: int = 0, progress: Progress = silent, s
     Cost: 0.4 s for 3000 touches of 250 taxels.
     """
     started = time.perf_counter()
-    touch = felt(readings)
+    touch = detect_touch(readings)
     parts = _islands(touch)
     points = np.zeros((len(touch.taxels), 2))
     for part in parts:
         own = max(round(side * np.sqrt(len(part) / len(points))), _LEAST_SIDE)
         points[part] = _placed(_normed(touch.pressures[:, part]), own, progress)
-    points, known = touch.everywhere(side_by_side(points, parts, _GAP))
+    points, known = touch.everywhere(lay_side_by_side(points, parts, _GAP))
     findings = touch.findings + island_findings(parts)
     return LearnedMap(points, known, NAME, time.perf_counter() - started, float("nan"), findings)
 
 
-def _islands(touch: Felt) -> list[IntArray]:
+def _islands(touch: TouchReadings) -> list[IntArray]:
     """Taxels that touch joins, each part for a sheet of its own: on one sheet a small part is pushed into a corner."""
     likeness = _likeness(touch.pressures)
-    return islands(knn_graph(np.where(touch.together, 1 - likeness, np.inf)))
+    return connected_islands(knn_graph(np.where(touch.together, 1 - likeness, np.inf)))
 
 
 def _likeness(pressures: csr_matrix) -> FloatArray:
@@ -70,11 +69,11 @@ def _placed(contacts: csr_matrix, side: int, progress: Progress) -> FloatArray:
     count = contacts.shape[1]
     if count < 3:
         return np.stack([np.arange(count), np.zeros(count)], axis=1)
-    share = organise(contacts, side=side, progress=progress) ** _SHARPNESS
+    share = train_batch_som(contacts, side=side, progress=progress) ** _SHARPNESS
     return (share / share.sum(axis=0)).T @ _sheet(side)
 
 
-def organise(contacts: csr_matrix, *, side: int, progress: Progress = silent) -> FloatArray:
+def train_batch_som(contacts: csr_matrix, *, side: int, progress: Progress = silent) -> FloatArray:
     """(side², k) what each unit wants after all rounds, >= 0.
 
     Args:
@@ -84,7 +83,7 @@ def organise(contacts: csr_matrix, *, side: int, progress: Progress = silent) ->
     """
     sheet = _sheet(side)
     squared = ((sheet[:, None] - sheet[None]) ** 2).sum(axis=-1)
-    units = _first_wishes(contacts, sheet)
+    units = _initial_units(contacts, sheet)
     for number, width in enumerate(np.geomspace(_WIDEST * side, _NARROWEST, ROUNDS)):
         progress("Organising the sheet", number / ROUNDS)
         likeness = contacts @ (units / np.maximum(np.linalg.norm(units, axis=1, keepdims=True), 1e-30)).T
@@ -96,7 +95,7 @@ def organise(contacts: csr_matrix, *, side: int, progress: Progress = silent) ->
     return units
 
 
-def _first_wishes(contacts: csr_matrix, sheet: FloatArray) -> FloatArray:
+def _initial_units(contacts: csr_matrix, sheet: FloatArray) -> FloatArray:
     """(side², k) where all want nearly the same, but lean along the two slowest modes of touch spreading over taxels.
 
     From random wishes the sheet often folds for good (of 250 taxels after 3000 touches 0.6 to 0.8 of the neighbours are

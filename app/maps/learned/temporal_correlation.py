@@ -14,10 +14,10 @@ import numpy as np
 from scipy.signal import lfilter
 from scipy.sparse import csr_matrix
 
-from app.arrays import FloatArray
+from app.core.arrays import FloatArray
+from app.maps.learned.embedding import embed
 from app.maps.learned.learned_map import LearnedMap, Progress, silent
-from app.maps.learned.placing import place
-from app.maps.learned.readings import Felt, felt
+from app.maps.learned.readings import TouchReadings, detect_touch
 
 NAME = "temporal-correlation"
 FADING = 3.0
@@ -36,14 +36,14 @@ def build(readings: FloatArray, *, seed: int = 0, progress: Progress = silent, f
     """
     started = time.perf_counter()
     progress("Comparing taxels", 0.0)
-    touch = felt(readings)
-    placed = place(unlikeness(touch, fading=fading), progress=progress)
+    touch = detect_touch(readings)
+    placed = embed(dissimilarity(touch, fading=fading), progress=progress)
     points, known = touch.everywhere(placed.points)
     findings = touch.findings + placed.findings
     return LearnedMap(points, known, NAME, time.perf_counter() - started, placed.stress, findings)
 
 
-def unlikeness(touch: Felt, *, fading: float) -> FloatArray:
+def dissimilarity(touch: TouchReadings, *, fading: float) -> FloatArray:
     """(k, k) root of minus the logarithm of the coupling, normed to 1 with oneself; inf where there is none."""
     pressures = touch.pressures
     coupling = (pressures.T @ traces(pressures, fading=fading)).toarray()

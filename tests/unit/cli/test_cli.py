@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from app.__main__ import main
-from tests.recordings import record, small_arm
+from tests.support.recordings import record, small_arm
 
 ROOT = Path(__file__).resolve().parents[3]
 

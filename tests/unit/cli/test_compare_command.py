@@ -12,8 +12,8 @@ from app.__main__ import main
 from app.control.command import ControlChanged, ControlSettings
 from app.recording.recorder import Recorder
 from app.session.session import Session
-from app.touch.poke import PokePressed
-from tests.recordings import small_arm
+from app.tactile.poke import PokePressed
+from tests.support.recordings import small_arm
 
 SCENE = """robot = "arm"
 [cover]
@@ -62,12 +62,12 @@ def answer(capsys):
 
 
 def test_a_scene_s_script_gives_a_figure_for_each_law(capsys, scene):
-    assert main(["compare", scene, "--laws", "hybrid,qp", "--task", "hold_point", "--json", *SHORT]) == 0
+    assert main(["compare", scene, "--controllers", "hybrid,qp", "--task", "hold_point", "--json", *SHORT]) == 0
     result = answer(capsys)
-    assert list(result["laws"]) == ["hybrid", "qp"]
+    assert list(result["controllers"]) == ["hybrid", "qp"]
     assert result["seconds"] == 0.4
     assert (result["stopped"], result["file"]) == ({}, None)
-    for figures in result["laws"].values():
+    for figures in result["controllers"].values():
         assert figures["seconds"] == pytest.approx(0.4)
         assert figures["force_max_N"] > 0
         assert figures["map_rms_mm"] is not None
@@ -75,28 +75,30 @@ def test_a_scene_s_script_gives_a_figure_for_each_law(capsys, scene):
 
 def test_equal_laws_of_two_runs_give_equal_figures(capsys, scene):
     found = []
-    for laws in ("hybrid,qp", "qp,hybrid"):
-        assert main(["compare", scene, "--laws", laws, "--json", *SHORT]) == 0
-        figures = answer(capsys)["laws"]["hybrid"]
+    for controllers in ("hybrid,qp", "qp,hybrid"):
+        assert main(["compare", scene, "--controllers", controllers, "--json", *SHORT]) == 0
+        figures = answer(capsys)["controllers"]["hybrid"]
         found.append({name: value for name, value in figures.items() if not name.startswith("control")})
     assert found[0] == found[1]
 
 
 def test_a_recording_is_run_as_long_as_it_is_with_its_task(capsys, recording, tmp_path):
     folder = tmp_path / "out" / "here"
-    assert main(["compare", recording, "--laws", "hybrid, parallel", "-o", str(folder)]) == 0
+    assert main(["compare", recording, "--controllers", "hybrid, parallel", "-o", str(folder)]) == 0
     said = capsys.readouterr().out
-    assert "the task, its path and the force goal were kept; law and gains were not" in said
-    assert str(folder / "laws.csv") in said
-    with (folder / "laws.csv").open() as file:
+    assert "the task, its path and the force goal were kept; controller and gains were not" in said
+    assert str(folder / "controllers.csv") in said
+    with (folder / "controllers.csv").open() as file:
         rows = list(csv.DictReader(file))
-    assert [sum(row["law"] == law for row in rows) for law in ("hybrid", "parallel", "impedance")] == [100, 100, 0]
-    goals = [float(row["force_goal_N"]) for row in rows if row["law"] == "hybrid" and row["force_goal_N"]]
+    assert [
+        sum(row["controller"] == controller for row in rows) for controller in ("hybrid", "parallel", "impedance")
+    ] == [100, 100, 0]
+    goals = [float(row["force_goal_N"]) for row in rows if row["controller"] == "hybrid" and row["force_goal_N"]]
     assert {goals[0], goals[-1]} == {3.0, 5.0}
 
 
 def test_a_table_for_a_person_has_a_row_a_law(capsys, scene):
-    assert main(["compare", scene, "--laws", "impedance,hold_force", *SHORT]) == 0
+    assert main(["compare", scene, "--controllers", "impedance,hold_force", *SHORT]) == 0
     head, *rows = capsys.readouterr().out.splitlines()
     assert all(title in head for title in ("map mm", "force N", "lost", "limited most by"))
     assert [row.split()[0] for row in rows] == ["impedance", "hold_force"]
@@ -106,12 +108,12 @@ def test_a_table_for_a_person_has_a_row_a_law(capsys, scene):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--laws", "hybri"], "hybrid"),
-        (["--laws", "qp,qp"], "once each"),
-        (["--laws", ","], "once each"),
-        (["--laws", "qp", "--task", "dance"], "no such task"),
-        ([], "--laws"),
-        (["--laws", "qp", "--for", "-1"], "above 0"),
+        (["--controllers", "hybri"], "hybrid"),
+        (["--controllers", "qp,qp"], "once each"),
+        (["--controllers", ","], "once each"),
+        (["--controllers", "qp", "--task", "dance"], "no such task"),
+        ([], "--controllers"),
+        (["--controllers", "qp", "--for", "-1"], "above 0"),
     ],
 )
 def test_bad_usage_is_2_and_names_what_there_is(capsys, words, said):
@@ -120,20 +122,20 @@ def test_bad_usage_is_2_and_names_what_there_is(capsys, words, said):
 
 
 def test_what_cannot_be_opened_or_written_is_1(capsys, scene, tmp_path):
-    assert main(["compare", "nowhere", "--laws", "qp"]) == 1
+    assert main(["compare", "nowhere", "--controllers", "qp"]) == 1
     assert "nowhere" in capsys.readouterr().err
     torn = tmp_path / "torn.mcap"
     torn.write_bytes(b"nothing")
-    assert main(["compare", str(torn), "--laws", "qp"]) == 1
+    assert main(["compare", str(torn), "--controllers", "qp"]) == 1
     assert "torn.mcap" in capsys.readouterr().err
-    assert main(["compare", scene, "--laws", "qp", *SHORT, "-o", str(torn / "below")]) == 1
+    assert main(["compare", scene, "--controllers", "qp", *SHORT, "-o", str(torn / "below")]) == 1
     assert "cannot be made" in capsys.readouterr().err
 
 
 def test_a_law_that_stops_is_named_and_the_exit_code_says_so(capsys, tmp_path):
     path = tmp_path / "unsteady.toml"
     path.write_text(UNSTEADY)
-    assert main(["compare", str(path), "--laws", "impedance,hold_force", "--for", "2", "--json"]) == 1
+    assert main(["compare", str(path), "--controllers", "impedance,hold_force", "--for", "2", "--json"]) == 1
     assert "diverged" in answer(capsys)["stopped"]["impedance"]
-    assert main(["compare", str(path), "--laws", "impedance", "--for", "2"]) == 1
+    assert main(["compare", str(path), "--controllers", "impedance", "--for", "2"]) == 1
     assert "impedance stopped after 0." in capsys.readouterr().out

@@ -7,7 +7,7 @@ import json
 import pytest
 
 from app.__main__ import main
-from app.scene.effect_table import EFFECTS
+from app.scene.effects import EFFECTS
 
 SCENE = """robot = "arm"
 task = "slide"
@@ -51,10 +51,10 @@ def test_as_json(capsys, scene):
     assert "wall" in effects["contact"]["why"]
     assert effects["skin"]["ms"] > 0
     assert effects["noise"]["ms"] > 0
-    assert effects["noise"]["wished"]
+    assert effects["noise"]["overridden"]
     assert (effects["friction"]["on"], effects["friction"]["ms"]) == (False, None)
     (problem,) = result["problems"]
-    assert problem["kind"] == "scene-lacks"
+    assert problem["kind"] == "scene-warning"
     assert problem["where"] == "effects.friction"
     assert "friction on" in problem["remedy"]
 
@@ -69,7 +69,7 @@ def test_for_a_person(capsys, scene):
     assert " ms " in skin
     assert any(line.strip().startswith("Friction") and "the scene says so" in line for line in lines[off:])
     assert any("wall (box)" in line for line in lines[:on])
-    assert any("scene-lacks" in line for line in lines[off:])
+    assert any("scene-warning" in line for line in lines[off:])
 
 
 def test_a_mistake_is_one_line_with_its_line(capsys, scene):

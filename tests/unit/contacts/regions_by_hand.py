@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from app.contacts.region import ContactRegion
-from app.geometry.surface_point import SurfacePoint
+from app.contacts.regions import ContactRegion
+from app.geometry.mesh import SurfacePoint
 
 
 def region(id_: int, **said) -> ContactRegion:

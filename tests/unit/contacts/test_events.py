@@ -1,20 +1,112 @@
-"""Events from frames of regions: each symbol once, in order, with its place, force and duration."""
+"""What contacts do, in symbols."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from app.contacts.course import EventRule
-from app.contacts.events import KEPT, EventReader
+from app.contacts.events import (
+    EVENT_KINDS,
+    RECENT_EVENTS,
+    ContactEvent,
+    ContactState,
+    EventDetector,
+    EventThresholds,
+    GraspPairs,
+)
+from app.geometry.mesh import SurfacePoint
 from tests.unit.contacts.regions_by_hand import region
+
+AT = SurfacePoint(0, 0, (1.0, 0.0, 0.0))
+
+
+def event(kind, phase, *links):
+    return ContactEvent(5, 0.1, kind, phase, (1,), links, AT, force=4.21, duration=0.82, travelled=0.0624)
+
+
+@pytest.mark.parametrize(
+    ("kind", "phase", "links", "words"),
+    [
+        ("touch", "began", ["forearm"], "touch on forearm"),
+        ("tap", "ended", ["forearm"], "tap on forearm, 4.2 N, 0.8 s"),
+        ("press", "began", ["forearm"], "press on forearm, 4.2 N"),
+        ("press", "ended", ["right_forearm"], "press on right forearm, 4.2 N, 0.8 s"),
+        ("stroke", "ended", ["forearm"], "stroke on forearm, 62 mm, 4.2 N, 0.8 s"),
+        ("grasp", "ended", ["forearm"], "grasp of forearm, 4.2 N, 0.8 s"),
+        ("release", "ended", ["forearm"], "release on forearm, 4.2 N, 0.8 s"),
+        ("merge", "began", ["forearm"], "two contacts become one on forearm"),
+        ("split", "began", ["forearm"], "one contact becomes two on forearm"),
+        ("self-touch", "began", ["left_hand", "right_forearm"], "left hand touches right forearm, 4.2 N"),
+    ],
+)
+def test_each_kind_reads_well(kind, phase, links, words):
+    assert kind in EVENT_KINDS
+    assert event(kind, phase, *links).words.replace("\u2009", " ") == words
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_whatever_it_does_each_phase_begins_where_the_last_one_ended(seed):
+    random, at, rule = np.random.default_rng(seed), np.zeros(3), EventThresholds()
+    course, events = ContactState(0, 0.0, region(1), rule), []
+    for tick in range(1, 2000):
+        if tick % 200 == 0:
+            pace = random.normal(0, 3e-4, 3) * random.integers(2)
+        at = at + (pace if tick >= 200 else 0)
+        events += course.go_on(tick, 0.005 * tick, region(1, point=at, force=float(random.uniform(1, 5))))
+    events += course.end(2000, 10.0, released=True)
+    phases = [event for event in events if event.kind in ("press", "stroke")]
+    assert len(phases) > 4
+    for began, ended in zip(phases[::2], phases[1::2], strict=True):
+        assert (began.phase, ended.phase, began.kind) == ("began", "ended", ended.kind)
+        assert began.time <= ended.time
+        assert ended.force <= 5.0
+    assert events[-1].kind == "release"
+    assert events[-1].duration == 10.0
+
+
+DOWN = np.array([0.0, 0.0, -1.0])
+
+
+def test_a_grasp_goes_on_while_fingers_change():
+    pairs = GraspPairs(-0.5)
+    one, other, third = region(1), region(2, normal=DOWN), region(3, normal=DOWN)
+    assert [event.phase for event in pairs.read(0, 0.0, {1: one, 2: other})] == ["began"]
+    assert pairs.read(1, 0.1, {1: one, 2: other, 3: third}) == []
+    assert pairs.read(2, 0.2, {1: one, 3: third}) == []
+    (end,) = pairs.read(3, 0.3, {1: one})
+    assert (end.phase, end.contacts) == ("ended", (1, 3))
+    assert end.duration == 0.3
+
+
+def test_a_grasp_waits_for_a_finger_that_may_come_back():
+    pairs = GraspPairs(-0.5)
+    one, other = region(1), region(2, normal=DOWN)
+    pairs.read(0, 0.0, {1: one, 2: other})
+    assert pairs.read(1, 0.1, {1: one}, awaited={2}) == []
+    assert pairs.read(2, 0.2, {1: one, 2: other}) == []
+    assert pairs.read(3, 0.3, {1: one}, awaited={2}) == []
+    (end,) = pairs.read(4, 0.4, {1: one})
+    assert (end.phase, end.time) == ("ended", 0.4)
+    assert end.duration == 0.3, "until it was gone"
+
+
+def test_links_are_held_on_their_own():
+    pairs = GraspPairs(-0.5)
+    regions = [region(1), region(2, normal=DOWN), region(3, link="hand"), region(4, link="hand", normal=DOWN)]
+    events = pairs.read(0, 0.0, {found.id: found for found in regions})
+    assert [event.links for event in events] == [("forearm",), ("hand",)]
+
+
+def test_without_two_there_is_nothing_to_tell():
+    assert GraspPairs(-0.5).read(0, 0.0, {1: region(1)}) == []
+
 
 TICK = 0.01
 
 
 def told(frames, *, reader=None):
     """(phase, kind, contacts) of everything that regions frame by frame mean; the events too."""
-    reader, found = reader or EventReader(), []
+    reader, found = reader or EventDetector(), []
     for tick, regions in enumerate(frames):
         found += reader.read(tick, tick * TICK, regions)
     return [(event.phase, event.kind, event.contacts) for event in found], found
@@ -29,7 +121,7 @@ def moving(count, step):
 
 
 def test_nothing_means_nothing():
-    reader = EventReader()
+    reader = EventDetector()
     assert told([()] * 5, reader=reader)[0] == []
     assert reader.recent == ()
 
@@ -145,10 +237,10 @@ def test_a_partner_that_is_not_there_is_no_self_touch():
 
 
 def test_recent_is_newest_first_and_bounded():
-    reader = EventReader()
+    reader = EventDetector()
     _, events = told([held(1)[0], ()] * 60, reader=reader)
     assert len(events) == 180
-    assert reader.recent == tuple(events[::-1][:KEPT])
+    assert reader.recent == tuple(events[::-1][:RECENT_EVENTS])
     before = reader.recent
     reader.read(1000, 10.0, ())
     assert reader.recent is before
@@ -157,5 +249,5 @@ def test_recent_is_newest_first_and_bounded():
 
 
 def test_the_rule_is_in_ones_hands():
-    words, _ = told([*held(10), ()], reader=EventReader(rule=EventRule(tap=0.05)))
+    words, _ = told([*held(10), ()], reader=EventDetector(rule=EventThresholds(tap=0.05)))
     assert [word[1] for word in words] == ["touch", "press", "press", "release"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.contacts.self_touch import SelfTouch
+from app.contacts.self_touch import SelfTouchMatcher
 from app.geometry.pose import Pose
 from tests.unit.contacts.regions_by_hand import region
 
@@ -23,7 +23,7 @@ def pair(**said):
 
 
 def partners(regions, *, touch=None) -> list[int]:
-    return [found.partner for found in (touch or SelfTouch()).link(regions, pose)]
+    return [found.partner for found in (touch or SelfTouchMatcher()).link(regions, pose)]
 
 
 def test_two_that_meet_are_linked():
@@ -54,7 +54,7 @@ def test_forces_known_badly_may_differ():
 
 
 def test_a_pair_stays_one_while_something_else_presses_one_side():
-    touch = SelfTouch()
+    touch = SelfTouchMatcher()
     assert partners(pair(), touch=touch) == [2, 1]
     assert partners(pair(force=1.5), touch=touch) == [2, 1]
     assert partners(pair(force=5.0), touch=touch) == [0, 0]
@@ -62,7 +62,7 @@ def test_a_pair_stays_one_while_something_else_presses_one_side():
 
 
 def test_a_pair_that_let_go_is_forgotten():
-    touch = SelfTouch()
+    touch = SelfTouchMatcher()
     partners(pair(), touch=touch)
     assert partners(pair()[:1], touch=touch) == [0]
     assert partners(pair(force=1.5), touch=touch) == [0, 0]
@@ -78,4 +78,4 @@ def test_nobody_has_two_partners_and_the_closest_is_taken():
 
 
 def test_poses_are_not_asked_for_one_link():
-    assert SelfTouch().link((region(1), region(2)), {}.__getitem__)[0].partner == 0
+    assert SelfTouchMatcher().link((region(1), region(2)), {}.__getitem__)[0].partner == 0

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from app.editing.document import MapDocument
-from app.editing.reflatten import apply, reflatten, set_method
+from app.editing.reflatten import apply_result, reflatten, set_method
 from app.maps.build import build_map
-from tests.numerics.map_surfaces import frustum, named, sheet, skin_of
+from tests.support.surfaces import frustum, named, sheet, skin_of
 
 
 @pytest.fixture(scope="session")
@@ -18,4 +18,4 @@ def document():
 @pytest.fixture(scope="session")
 def reflattened(document):
     """The document with its sheet laid flat by another method."""
-    return apply(document, reflatten(set_method(document, [1], "tutte")))
+    return apply_result(document, reflatten(set_method(document, [1], "tutte")))

@@ -1,4 +1,4 @@
-"""A document shares what an edit did not change."""
+"""Documents share what they did not change; the patch tree's names, visibility and order."""
 
 from __future__ import annotations
 
@@ -6,10 +6,9 @@ from dataclasses import replace
 
 import pytest
 
+from app.core.errors import MapError
 from app.editing.arrange import move
-from app.editing.document import MapDocument
-from app.editing.patches import rename
-from app.errors import MapError
+from app.editing.document import LONGEST_NAME, MapDocument, rename_patch, reorder_patch, show_patches
 
 
 def test_a_first_document_wants_what_the_map_is(document):
@@ -27,7 +26,7 @@ def test_an_edit_of_the_layout_shares_every_chart(document):
 
 
 def test_an_edit_of_the_tree_shares_the_whole_map(document):
-    assert rename(document, 0, "Forearm").map is document.map
+    assert rename_patch(document, 0, "Forearm").map is document.map
 
 
 def test_a_tree_of_other_patches_is_refused(document):
@@ -48,7 +47,7 @@ def test_a_resting_document_keeps_its_fields_and_computes_the_rest_again(documen
     before = other.map.taxel_points
     shared = document.charts[0].border
     assert "taxel_points" in vars(other.map)
-    other.rest(document)
+    other.release_caches(document)
     assert set(vars(other.map)) == {"skin", "charts", "layout"}
     assert document.charts[0].border is shared, "what the present uses stays"
     assert (other.map.taxel_points == before).all()
@@ -56,9 +55,46 @@ def test_a_resting_document_keeps_its_fields_and_computes_the_rest_again(documen
 
 def test_resting_beside_itself_forgets_nothing(document):
     points = document.map.taxel_points
-    document.rest(rename(document, 0, "Forearm"))
+    document.release_caches(rename_patch(document, 0, "Forearm"))
     assert document.map.taxel_points is points
 
 
 def test_documents_compare_by_who_they_are(document):
     assert document != MapDocument.of(document.map)
+
+
+def test_a_name_is_given_without_its_spaces(document):
+    named = rename_patch(document, 1, "  Upper arm ")
+    assert [patch.name for patch in named.patches][1] == "Upper arm"
+    assert named.skin is document.skin
+    assert rename_patch(named, 1, "Upper arm") is named
+
+
+@pytest.mark.parametrize("name", ["", "   ", "two\nlines", "x" * (LONGEST_NAME + 1), "\ud800"])
+def test_what_is_no_name_is_refused(document, name):
+    with pytest.raises(MapError, match="no name"):
+        rename_patch(document, 0, name)
+
+
+def test_no_two_patches_have_one_name(document):
+    with pytest.raises(MapError, match="another patch"):
+        rename_patch(document, 0, document.patches[1].name)
+
+
+def test_hiding_changes_no_map(document):
+    hidden = show_patches(document, [0, 2], visible=False)
+    assert [patch.visible for patch in hidden.patches] == [False, True, False]
+    assert hidden.map is document.map
+    assert show_patches(document, [0, 1]) is document
+
+
+@pytest.mark.parametrize(("number", "to", "order"), [(0, 2, (1, 2, 0)), (2, 0, (2, 0, 1)), (1, 2, (0, 2, 1))])
+def test_a_patch_moves_in_the_tree(document, number, to, order):
+    assert reorder_patch(document, number, to).order == order
+    assert reorder_patch(document, number, number) is document
+
+
+def test_there_is_no_place_outside_the_tree(document):
+    for to in (-1, 3):
+        with pytest.raises(MapError, match="no such place"):
+            reorder_patch(document, 0, to)

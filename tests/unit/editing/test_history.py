@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from app.core.errors import MapError
 from app.editing.arrange import move
+from app.editing.document import rename_patch
 from app.editing.history import History
-from app.editing.patches import rename
-from app.errors import MapError
 
 
 def _steps(document, count):
@@ -55,7 +55,7 @@ def test_the_list_has_all_names_and_leads_to_each(history):
 def test_a_new_edit_forgets_what_was_undone(history):
     documents = _done(history)
     history.go(2)
-    other = rename(history.present, 0, "Other")
+    other = rename_patch(history.present, 0, "Other")
     history.do("Rename", other)
     assert history.names == ("Open", "Move 0", "Move 1", "Rename")
     assert history.undo() is documents[2]
@@ -123,7 +123,7 @@ def test_ending_or_cancelling_nothing_is_nothing(history):
 
 def test_a_better_version_is_no_step_of_its_own(history):
     documents = _done(history, 2)
-    better = rename(documents[2], 0, "Better")
+    better = rename_patch(documents[2], 0, "Better")
     history.refine(better)
     assert history.present is better
     assert history.names == ("Open", "Move 0", "Move 1")

@@ -8,23 +8,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from app.core.errors import MapError
 from app.editing.arrange import mirror, move, rotate
-from app.editing.document import MapDocument
-from app.editing.patches import rename, show
+from app.editing.document import MapDocument, rename_patch, show_patches
 from app.editing.pins import add_pin
 from app.editing.reflatten import (
     StaleEdit,
     _laid_over,
-    apply,
+    apply_result,
+    chart_fingerprint,
     kept_lengths,
     reflatten,
-    request,
+    request_reflatten,
     set_lengths,
     set_method,
-    stamp,
 )
-from app.errors import MapError
-from app.geometry.surface_point import SurfacePoint
+from app.geometry.mesh import SurfacePoint
 from app.maps.build import flatten_patch
 from app.maps.layout import Placement
 
@@ -37,14 +36,14 @@ def test_only_the_edited_patch_is_laid_flat_anew(document, reflattened):
 
 
 def test_a_chart_is_what_its_edit_says_whatever_came_before(document, reflattened):
-    back = apply(reflattened, reflatten(set_method(reflattened, [1], "symmetric-dirichlet")))
+    back = apply_result(reflattened, reflatten(set_method(reflattened, [1], "symmetric-dirichlet")))
     np.testing.assert_array_equal(back.charts[1].plane, document.charts[1].plane)
-    assert stamp(back, 1) == stamp(document, 1)
+    assert chart_fingerprint(back, 1) == chart_fingerprint(document, 1)
 
 
 def test_the_new_chart_lies_where_the_old_one_did(document):
     turned = mirror(rotate(move(document, [1], (0.3, 0.1)), [1], 0.7), [1])
-    new = apply(turned, reflatten(set_method(turned, [1], "harmonic")))
+    new = apply_result(turned, reflatten(set_method(turned, [1], "harmonic")))
     np.testing.assert_allclose(new.map.boxes[1].mean(axis=0), turned.map.boxes[1].mean(axis=0), atol=0.02)
     old = turned.layout.placements[1]
     assert replace(new.layout.placements[1], offset=old.offset) == old
@@ -53,42 +52,46 @@ def test_the_new_chart_lies_where_the_old_one_did(document):
 def test_several_patches_are_one_step(document):
     asked = set_lengths(document, [0, 2], 0.25)
     assert [job.number for job in asked.jobs] == [0, 2]
-    new = apply(document, reflatten(asked))
+    new = apply_result(document, reflatten(asked))
     assert [patch.lengths for patch in new.patches] == [0.25, 1.0, 0.25]
 
 
 def test_what_is_wanted_already_needs_nothing(document):
     asked = set_method(document, [0, 1, 2], "symmetric-dirichlet")
     assert asked.jobs == ()
-    assert apply(document, reflatten(asked)) is document
+    assert apply_result(document, reflatten(asked)) is document
 
 
 def test_a_request_and_its_result_cross_processes(document):
     result = pickle.loads(pickle.dumps(reflatten(pickle.loads(pickle.dumps(set_method(document, [2], "lscm"))))))
-    new = apply(document, result)
+    new = apply_result(document, result)
     assert not new.charts[2].plane.flags.writeable
-    assert stamp(new, 2) == stamp(apply(document, reflatten(set_method(document, [2], "lscm"))), 2)
+    assert chart_fingerprint(new, 2) == chart_fingerprint(
+        apply_result(document, reflatten(set_method(document, [2], "lscm"))), 2
+    )
 
 
 def test_a_result_for_what_has_changed_meanwhile_is_refused(document, reflattened):
     late = reflatten(set_lengths(document, [1], 0.5))
     with pytest.raises(StaleEdit, match="changed meanwhile"):
-        apply(reflattened, late)
+        apply_result(reflattened, late)
     with pytest.raises(StaleEdit):
-        apply(MapDocument.of(apply(document, late).map), late)
+        apply_result(MapDocument.of(apply_result(document, late).map), late)
 
 
 def test_what_does_not_touch_the_chart_makes_no_result_stale(document):
     result = reflatten(set_method(document, [1], "tutte"))
-    meanwhile = show(rename(move(rotate(document, [0, 1], 0.2), [1], (0.1, 0.0)), 1, "Palm"), [1], visible=False)
-    new = apply(meanwhile, result)
+    meanwhile = show_patches(
+        rename_patch(move(rotate(document, [0, 1], 0.2), [1], (0.1, 0.0)), 1, "Palm"), [1], visible=False
+    )
+    new = apply_result(meanwhile, result)
     assert (new.patches[1].name, new.patches[1].visible) == ("Palm", False)
     assert new.layout.placements[1].angle == meanwhile.layout.placements[1].angle
 
 
 def test_undone_and_redone_a_document_is_what_it_was(document):
     result = reflatten(set_method(document, [1], "tutte"))
-    assert apply(MapDocument.of(document.map), result).charts[1].method == "tutte"
+    assert apply_result(MapDocument.of(document.map), result).charts[1].method == "tutte"
 
 
 def test_the_gain_is_told_before_anything_is_accepted(document, reflattened):
@@ -122,7 +125,7 @@ def test_the_slider_has_two_ends(document, lengths):
 def test_a_method_without_slider_refuses_it_and_takes_it_back(document, reflattened):
     with pytest.raises(MapError, match="no slider"):
         set_lengths(reflattened, [1], 0.5)
-    slid = apply(document, reflatten(set_lengths(document, [0], 0.5)))
+    slid = apply_result(document, reflatten(set_lengths(document, [0], 0.5)))
     assert set_method(slid, [0], "tutte").jobs[0].wanted.lengths == 1.0
     with pytest.raises(MapError, match="no such method"):
         set_method(document, [0], "by magic")
@@ -138,9 +141,9 @@ def test_pins_keep_what_the_method_keeps(document):
 def test_a_chart_from_elsewhere_is_kept_until_a_method_is_chosen(document):
     foreign = [replace(chart, method="by hand") for chart in document.charts]
     other = MapDocument.of(replace(document.map, charts=tuple(foreign)))
-    same = apply(other, reflatten(request(other, "Again", [(1, other.patches[1])], anyway=True)))
+    same = apply_result(other, reflatten(request_reflatten(other, "Again", [(1, other.patches[1])], anyway=True)))
     np.testing.assert_array_equal(same.charts[1].plane, other.charts[1].plane)
-    new = apply(other, reflatten(set_method(other, [1], "tutte")))
+    new = apply_result(other, reflatten(set_method(other, [1], "tutte")))
     assert new.charts[1].method == "tutte"
 
 
@@ -148,7 +151,7 @@ def test_a_pinned_patch_cut_otherwise_still_lies_where_it_was(document):
     pinned = add_pin(add_pin(document, SurfacePoint(2, 3, (1.0, 0.0, 0.0))), SurfacePoint(2, 90, (0.2, 0.3, 0.5)))
     turned = rotate(pinned, [2], 0.8)
     held = [turned.map.to_map(pin.at) for pin in turned.patches[2].pins]
-    new = apply(turned, reflatten(set_lengths(turned, [2], 0.0)))
+    new = apply_result(turned, reflatten(set_lengths(turned, [2], 0.0)))
     now = [new.map.to_map(pin.at) for pin in new.patches[2].pins]
     np.testing.assert_allclose(now, held, atol=0.003 * np.ptp(document.map.bounds))
     np.testing.assert_allclose(new.charts[2].plane.min(axis=0), 0, atol=1e-15)

@@ -1,10 +1,14 @@
+"""Meshes are checked frozen values; a surface point can be a key."""
+
 from __future__ import annotations
+
+import dataclasses
 
 import numpy as np
 import pytest
 
-from app.errors import MeshError
-from app.geometry.mesh import Mesh
+from app.core.errors import MeshError
+from app.geometry.mesh import Mesh, SurfacePoint
 
 TRIANGLE = Mesh([[0, 0, 0], [2, 0, 0], [0, 2, 0]], [[0, 1, 2]])
 
@@ -54,3 +58,10 @@ def test_a_vertex_that_is_not_finite_is_named() -> None:
 def test_a_face_out_of_range_is_named(index: int) -> None:
     with pytest.raises(MeshError, match="face 1"):
         Mesh(np.eye(3), [[0, 1, 2], [0, 1, index]])
+
+
+def test_it_is_a_frozen_value_that_can_be_a_key() -> None:
+    at = SurfacePoint(0, 7, (0.2, 0.3, 0.5))
+    assert {at: 1}[SurfacePoint(0, 7, (0.2, 0.3, 0.5))] == 1
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        at.face = 3  # type: ignore[misc]

@@ -1,11 +1,17 @@
+"""The first hit of a ray, and the faces seen from outside."""
+
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from app.errors import MeshError
-from app.geometry.raycast import RayCaster
-from tests.numerics.hard_meshes import HARD_MESHES, HOPELESS_MESHES
+from app.core.errors import MeshError
+from app.geometry.mesh import Mesh
+from app.geometry.raycast import DIRECTIONS, RayCaster, fibonacci_sphere, outer_faces, without_islands
+from app.geometry.repair import repair_mesh
+from tests.hard_cases.meshes import HARD_MESHES, HOPELESS_MESHES, hard_mesh, joined, loose_pieces, moved
+from tests.support.references import first_hit
+from tests.support.surfaces import frustum, sheet, sphere
 
 CUBE = HARD_MESHES["cube"]  # 0.2 × 0.15 × 0.1 m around the origin
 DOWN = np.array([0, 0, -1.0])
@@ -39,3 +45,105 @@ def test_a_ray_without_direction_is_refused(direction: np.ndarray) -> None:
 def test_a_mesh_without_faces_is_refused() -> None:
     with pytest.raises(MeshError, match="no faces"):
         RayCaster(HOPELESS_MESHES["no faces"])
+
+
+def thick_cup(depth: float) -> Mesh:
+    """A tube with two walls, joined at one rim and closed at the other end."""
+    outer, inner = frustum(length=depth), frustum(0.038, 0.038, length=depth)
+    around = 36
+    rim = np.arange(around) + len(outer.vertices) - around
+    other = rim + len(outer.vertices)
+    ring = [np.stack([rim, np.roll(rim, -1), np.roll(other, -1)], 1), np.stack([rim, np.roll(other, -1), other], 1)]
+    walls = joined(outer, Mesh(inner.vertices, inner.faces[:, ::-1]))
+    centre = np.array([[0, 0, 0.0], [0, 0, 0.002]])
+    low = np.arange(around)
+    caps = [
+        np.stack([np.roll(low, -1), low, np.full(around, len(walls.vertices))], axis=1),
+        np.stack([low, np.roll(low, -1), np.full(around, -1)], axis=1) + len(outer.vertices),
+    ]
+    caps[1][:, 2] = len(walls.vertices) + 1
+    return Mesh(np.concatenate([walls.vertices, centre]), np.concatenate([walls.faces, *ring, *caps]))
+
+
+@pytest.mark.parametrize(
+    "name", ["sphere", "torus", "cube", "open tube", "moebius", "one triangle", "huge offset", "tiny"]
+)
+def test_all_of_a_simple_body_is_outside(name: str) -> None:
+    assert outer_faces(HARD_MESHES[name]).all()
+
+
+def test_inner_shells_are_not() -> None:
+    result = repair_mesh(hard_mesh("nested shells"))
+    outer = outer_faces(result.mesh)
+    assert [bool(outer[result.component == component].all()) for component in range(3)] == [False, False, True]
+    assert not outer[result.component < 2].any()
+
+
+def test_overlapping_parts_are_outside_where_they_stick_out() -> None:
+    ball, other = sphere(radius=0.05), moved(sphere(radius=0.05), (0.06, 0, 0))
+    outer = outer_faces(joined(ball, other))
+    middle = np.concatenate([ball.vertices[ball.faces].mean(axis=1), other.vertices[other.faces].mean(axis=1)])
+    inside = np.minimum(np.linalg.norm(middle, axis=1), np.linalg.norm(middle - [0.06, 0, 0], axis=1)) < 0.047
+    clear = np.abs(middle[:, 0] - 0.03) > 0.01
+    assert inside.any()
+    assert not outer[inside].any()
+    assert outer[~inside & clear].all()
+
+
+def test_the_inner_wall_of_a_deep_cup_is_not_outside() -> None:
+    cup = thick_cup(0.4)
+    middle = cup.vertices[cup.faces].mean(axis=1)
+    wall = (middle[:, 2] > 0.01) & (middle[:, 2] < 0.3)
+    inner = np.linalg.norm(middle[:, :2], axis=1) < 0.039
+    outer = outer_faces(cup)
+    assert outer[wall & ~inner].all()
+    assert outer[wall & inner].mean() < 0.2
+
+
+def test_it_does_not_matter_how_the_file_turned_its_faces() -> None:
+    mesh = HARD_MESHES["overlapping parts"]
+    rng = np.random.default_rng(0)
+    turned = np.where(rng.random(len(mesh.faces))[:, None] < 0.5, mesh.faces[:, ::-1], mesh.faces)
+    assert np.array_equal(outer_faces(Mesh(mesh.vertices, turned)), outer_faces(mesh))
+
+
+def test_slow_rays_agree() -> None:
+    mesh = HARD_MESHES["overlapping parts"]
+    outer, middle = outer_faces(mesh), mesh.vertices[mesh.faces].mean(axis=1)
+    for face in np.random.default_rng(1).integers(len(mesh.faces), size=25):
+        seen = 0
+        for direction in fibonacci_sphere(DIRECTIONS):
+            if abs(mesh.face_normals[face] @ direction) > 0.1:
+                seen += first_hit(middle[face] + 2.0 * direction, -direction, mesh) > 2.0 - 1e-6
+        assert outer[face] == (seen >= 2)
+
+
+def test_directions_are_units_spread_evenly() -> None:
+    directions = fibonacci_sphere(500)
+    assert np.linalg.norm(directions, axis=1) == pytest.approx(1.0)
+    assert np.abs(directions.mean(axis=0)).max() < 0.01
+    assert directions.T @ directions / 500 == pytest.approx(np.eye(3) / 3, abs=0.01)
+
+
+@pytest.mark.parametrize("name", ["empty", "no faces", "one point"])
+def test_nothing_to_look_at_is_an_error(name: str) -> None:
+    with pytest.raises(MeshError, match="no faces to look at"):
+        outer_faces(HOPELESS_MESHES[name])
+
+
+def test_small_holes_are_filled_and_small_islands_dropped() -> None:
+    mesh = sheet(20, 20)
+    middle = mesh.vertices[mesh.faces].mean(axis=1)
+    hole = np.linalg.norm(middle[:, :2] - [0.03, 0.04], axis=1) < 0.009
+    half = middle[:, 0] < 0.06
+    island = np.linalg.norm(middle[:, :2] - [0.09, 0.04], axis=1) < 0.009
+    chosen = (half & ~hole) | island
+    assert np.array_equal(without_islands(mesh, chosen, 5e-4), half)
+    assert np.array_equal(without_islands(mesh, chosen, 0.0), chosen)
+
+
+def test_whole_pieces_stay_as_they_were_chosen_however_small() -> None:
+    mesh = loose_pieces(50)
+    chosen = np.zeros(len(mesh.faces), dtype=bool)
+    chosen[-20:] = True
+    assert np.array_equal(without_islands(mesh, chosen, 1e3), chosen)

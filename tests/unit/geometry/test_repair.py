@@ -1,3 +1,5 @@
+"""A file's mesh cleaned or repaired: what leaves can be laid flat, and every change leads back to the file."""
+
 from __future__ import annotations
 
 import time
@@ -5,37 +7,168 @@ import time
 import numpy as np
 import pytest
 
-from app.errors import MeshError
+from app.core.errors import MeshError
+from app.geometry.connectivity import (
+    boundary_loops,
+    bow_tie_vertices,
+    edge_table,
+    euler_characteristic,
+    face_components,
+    is_closed_manifold,
+    orient_faces,
+)
 from app.geometry.mesh import Mesh
-from app.geometry.orient import orient
-from app.geometry.repair import Repaired, repair
-from app.geometry.topology import boundary_loops, bow_tie_vertices, edge_table, face_components, is_closed_manifold
-from tests.numerics.hard_groups import (
+from app.geometry.repair import (
+    RepairedMesh,
+    clean_mesh,
+    flip_degenerate_faces,
+    is_degenerate,
+    repair_mesh,
+    unique_faces,
+    weld_tolerance,
+    weld_vertices,
+)
+from tests.hard_cases.meshes import (
     GROUPS,
+    HARD_MESHES,
     HOPELESS,
     hard_mesh,
     jittered,
     loose,
+    moved,
     scaled,
     turned_at_random,
     with_flat_fans,
 )
-from tests.numerics.hard_meshes import HARD_MESHES, moved
-from tests.numerics.map_surfaces import cap, frustum, sphere
+from tests.support.surfaces import cap, frustum, sphere
+
+
+def test_cleaning_leaves_a_sound_mesh_alone() -> None:
+    cleaned, findings = clean_mesh(HARD_MESHES["sphere"])
+    assert findings == ()
+    assert cleaned.area == pytest.approx(HARD_MESHES["sphere"].area)
+    assert is_closed_manifold(cleaned.faces)
+
+
+def test_each_defect_is_counted_by_cleaning() -> None:
+    _, findings = clean_mesh(HARD_MESHES["duplicates"], where="shell")
+    assert {(f.kind, f.where, f.count) for f in findings} == {
+        ("duplicate-vertex", "shell", 8),
+        ("duplicate-face", "shell", 12),
+    }
+    _, findings = clean_mesh(HARD_MESHES["zero-area faces"])
+    # One of the three bad faces has three distinct corners, on a line or not; two name a corner twice.
+    assert [(f.kind, f.count) for f in findings] == [("zero-area-face", 3)]
+
+
+def test_welding_keeps_the_shape_far_from_the_origin() -> None:
+    cleaned, _ = clean_mesh(HARD_MESHES["huge offset"])
+    assert cleaned.area == pytest.approx(HARD_MESHES["cube"].area, rel=1e-9)
+
+
+def test_unused_vertices_go() -> None:
+    cleaned, _ = clean_mesh(Mesh([[9, 9, 9], [0, 0, 0], [1, 0, 0], [0, 1, 0]], [[1, 2, 3]]))
+    assert len(cleaned.vertices) == 3
+
+
+def test_nothing_with_area_is_an_error_that_names_the_mesh() -> None:
+    with pytest.raises(MeshError, match="wrist: the mesh has no face with an area"):
+        clean_mesh(Mesh(np.zeros((3, 3)), [[0, 1, 2]]), where="wrist")
+
+
+def test_vertices_within_the_tolerance_are_one_wherever_they_lie() -> None:
+    rng = np.random.default_rng(0)
+    points = rng.uniform(size=(200, 3))
+    copies = np.concatenate([points, points + 4e-7 * rng.uniform(-1, 1, size=(200, 3)), points])
+    assert np.array_equal(weld_vertices(copies, 1e-6), np.tile(np.arange(200), 3))
+
+
+def test_a_chain_of_close_vertices_is_one_and_a_wider_one_is_not() -> None:
+    row = np.stack([np.arange(10.0), np.zeros(10), np.zeros(10)], axis=1)
+    assert all((weld_vertices(gap * row, 1.0) == 0).all() for gap in np.linspace(0.05, 1.0, 40))
+    assert len(np.unique(weld_vertices(2.1 * row, 1.0))) == 10
+
+
+def test_the_tolerance_grows_with_size_and_with_distance_from_the_origin() -> None:
+    cube = HARD_MESHES["cube"].vertices
+    here = weld_tolerance(cube)
+    assert weld_tolerance(1e6 * cube) == pytest.approx(1e6 * here)
+    assert weld_tolerance(cube + 1e3) == pytest.approx(here)
+    assert weld_tolerance(cube + 1e12) > 1e-4
+
+
+def test_distinct_faces_are_the_first_of_their_corners() -> None:
+    faces = np.array([[0, 1, 2], [3, 1, 2], [2, 1, 0], [1, 2, 0], [3, 2, 1]])
+    assert unique_faces(faces).tolist() == [0, 1]
+
+
+TOLERANCE = 1e-7
+
+
+def flipped_away(mesh: Mesh):
+    return flip_degenerate_faces(mesh.vertices / mesh.size, mesh.faces, TOLERANCE)
+
+
+def test_flatness_is_the_height_over_the_longest_side() -> None:
+    corners = np.array([[[0, 0, 0], [2, 0, 0], [1, 1e-3, 0]], [[0, 0, 0], [1e-3, 0, 0], [0, 1, 0]]])
+    assert is_degenerate(corners, 1.01e-3).tolist() == [True, True]
+    assert is_degenerate(corners, 0.99e-3).tolist() == [False, False]
+    assert is_degenerate(np.zeros((1, 3, 3)), 1e-9).all()
+
+
+@pytest.mark.parametrize("count", [2, 8, 40])
+def test_a_fan_of_flat_faces_becomes_a_fan_of_the_face_behind_it(count: int) -> None:
+    mesh = with_flat_fans(count)
+    assert is_degenerate(mesh.vertices[mesh.faces] / mesh.size, TOLERANCE).sum() == count
+    faces, owner, flat = flipped_away(mesh)
+    assert not flat.any()
+    assert len(faces) == len(mesh.faces)
+    after = Mesh(mesh.vertices, faces)
+    assert after.area == pytest.approx(mesh.area, rel=1e-12)
+    assert euler_characteristic(faces) == 1
+    assert len(boundary_loops(faces)) == 1, "no slit opens"
+    assert edge_table(faces).face_count.max() == 2
+    assert (after.face_normals[:, 2] > 0.999).all(), "nothing folds over"
+    assert np.bincount(owner, after.face_areas, len(faces)) == pytest.approx(mesh.face_areas, abs=1e-15)
+
+
+def test_a_flat_face_on_the_border_is_left_to_be_dropped() -> None:
+    vertices = [[0, 0, 0], [2, 0, 0], [1, 0, 0], [0.2, 1, 0], [1.8, 1, 0]]
+    mesh = Mesh(vertices, [[0, 1, 2], [0, 2, 3], [2, 1, 4], [2, 4, 3]])
+    faces, owner, flat = flipped_away(mesh)
+    assert flat.tolist() == [True, False, False, False]
+    assert np.array_equal(faces, mesh.faces)
+    assert owner.tolist() == [0, 1, 2, 3]
+
+
+def test_no_flip_makes_an_edge_that_is_there_already() -> None:
+    pocket = Mesh([[0, 0, 0], [2, 0, 0], [1, 0, 0], [1, 1, 0]], [[0, 2, 1], [0, 1, 3], [2, 0, 3], [1, 2, 3]])
+    faces, _, flat = flipped_away(pocket)
+    assert flat.tolist() == [True, False, False, False]
+    assert np.array_equal(faces, pocket.faces)
+
+
+def test_a_mesh_without_flat_faces_is_untouched() -> None:
+    mesh = hard_mesh("torus")
+    faces, owner, flat = flipped_away(mesh)
+    assert np.array_equal(faces, mesh.faces)
+    assert np.array_equal(owner, np.arange(len(faces)))
+    assert not flat.any()
+
 
 EVERY = [name for names in GROUPS.values() for name in names]
 
 
-def told(result: Repaired) -> dict[str, int]:
+def told(result: RepairedMesh) -> dict[str, int]:
     return {finding.kind: finding.count for finding in result.findings}
 
 
 @pytest.mark.parametrize("name", EVERY)
 def test_what_leaves_can_be_laid_flat(name: str) -> None:
-    mesh = repair(hard_mesh(name)).mesh
+    mesh = repair_mesh(hard_mesh(name)).mesh
     assert edge_table(mesh.faces).face_count.max() <= 2
-    assert orient(mesh.faces, mesh.face_areas).clashes == 0
-    assert not orient(mesh.faces, mesh.face_areas).turned.any()
+    assert orient_faces(mesh.faces, mesh.face_areas).clashes == 0
+    assert not orient_faces(mesh.faces, mesh.face_areas).turned.any()
     assert not len(bow_tie_vertices(mesh.faces))
     boundary_loops(mesh.faces)  # raises where the border is not made of simple loops
     assert mesh.face_areas.min() > 0
@@ -45,11 +178,11 @@ def test_what_leaves_can_be_laid_flat(name: str) -> None:
 @pytest.mark.parametrize("name", EVERY)
 def test_every_change_leads_back_to_the_file(name: str) -> None:
     mesh = hard_mesh(name)
-    result = repair(mesh)
+    result = repair_mesh(mesh)
     assert np.array_equal(result.mesh.vertices, mesh.vertices[result.vertex_of])
     assert np.array_equal(np.union1d(result.face_of, result.dropped), np.arange(len(mesh.faces)))
     assert not np.isin(result.dropped, result.face_of).any()
-    assert np.array_equal(result.piece, face_components(result.mesh.faces))
+    assert np.array_equal(result.component, face_components(result.mesh.faces))
     size = np.linalg.norm(np.ptp(mesh.vertices[np.unique(mesh.faces)], axis=0))
     welded = mesh.vertices[result.welded]
     assert np.linalg.norm(welded[:, 0] - welded[:, 1], axis=1).max(initial=0) < 1e-6 * size
@@ -65,7 +198,7 @@ def test_every_change_leads_back_to_the_file(name: str) -> None:
 
 def test_a_sound_mesh_is_left_alone_to_the_last_bit() -> None:
     mesh = frustum(0.05, 0.03, bump=0.2)
-    result = repair(mesh)
+    result = repair_mesh(mesh)
     assert result.findings == ()
     assert result.mesh.vertices.tobytes() == mesh.vertices.tobytes()
     assert np.array_equal(result.mesh.faces, mesh.faces)
@@ -74,25 +207,25 @@ def test_a_sound_mesh_is_left_alone_to_the_last_bit() -> None:
 
 
 def test_each_defect_is_counted() -> None:
-    assert told(repair(HARD_MESHES["zero-area faces"])) == {"zero-area-face": 3}
-    assert told(repair(HARD_MESHES["duplicates"])) == {"duplicate-vertex": 8, "duplicate-face": 12}
-    assert told(repair(HARD_MESHES["inside out"])) == {"turned-face": 12}
-    assert told(repair(HARD_MESHES["fin"])) == {"non-manifold-edge": 1}
-    assert told(repair(hard_mesh("bow-ties"))) == {"duplicate-vertex": 3, "non-manifold-vertex": 3}
-    assert told(repair(with_flat_fans(8))) == {"flat-face": 8}
-    assert set(told(repair(hard_mesh("moebius")))) == {"one-sided", "turned-face"}
+    assert told(repair_mesh(HARD_MESHES["zero-area faces"])) == {"zero-area-face": 3}
+    assert told(repair_mesh(HARD_MESHES["duplicates"])) == {"duplicate-vertex": 8, "duplicate-face": 12}
+    assert told(repair_mesh(HARD_MESHES["inside out"])) == {"turned-face": 12}
+    assert told(repair_mesh(HARD_MESHES["fin"])) == {"non-manifold-edge": 1}
+    assert told(repair_mesh(hard_mesh("bow-ties"))) == {"duplicate-vertex": 3, "non-manifold-vertex": 3}
+    assert told(repair_mesh(with_flat_fans(8))) == {"flat-face": 8}
+    assert set(told(repair_mesh(hard_mesh("moebius")))) == {"one-sided", "turned-face"}
     ball = sphere()
-    assert told(repair(loose(ball))) == {"duplicate-vertex": ball.faces.size - len(ball.vertices)}
+    assert told(repair_mesh(loose(ball))) == {"duplicate-vertex": ball.faces.size - len(ball.vertices)}
 
 
 def test_the_findings_name_the_mesh() -> None:
-    assert {finding.where for finding in repair(HARD_MESHES["soup"], where="wrist").findings} == {"wrist"}
+    assert {finding.where for finding in repair_mesh(HARD_MESHES["soup"], where="wrist").findings} == {"wrist"}
 
 
 @pytest.mark.parametrize("shape", [sphere, frustum], ids=["closed", "open"])
 def test_a_mesh_torn_and_turned_is_whole_again(shape) -> None:
     mesh = shape()
-    back = repair(turned_at_random(jittered(mesh, 1e-9))).mesh
+    back = repair_mesh(turned_at_random(jittered(mesh, 1e-9))).mesh
     assert len(back.vertices) == len(mesh.vertices)
     assert back.area == pytest.approx(mesh.area, rel=1e-5)
     outward = (back.face_normals * (back.vertices[back.faces].mean(axis=1) - mesh.bounds.mean(axis=0))).sum(axis=1)
@@ -105,40 +238,40 @@ def test_vertices_are_welded_across_the_lines_of_any_grid() -> None:
     for _ in range(5):
         turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
         torn = jittered(Mesh(ball.vertices @ turn.T + rng.normal(size=3), ball.faces), 1e-9)
-        assert is_closed_manifold(repair(torn).mesh.faces)
+        assert is_closed_manifold(repair_mesh(torn).mesh.faces)
 
 
 def test_inner_shells_are_turned_outward_too() -> None:
-    result = repair(HARD_MESHES["inner shell"])
+    result = repair_mesh(HARD_MESHES["inner shell"])
     corners = result.mesh.vertices[result.mesh.faces]
-    assert (np.bincount(result.piece, np.linalg.det(corners) / 6) > 0).all()
+    assert (np.bincount(result.component, np.linalg.det(corners) / 6) > 0).all()
 
 
 def test_an_open_piece_keeps_its_clear_side() -> None:
     mesh = cap(1.0)
     inverted = Mesh(mesh.vertices, mesh.faces[:, ::-1])
-    assert repair(inverted).findings == ()
+    assert repair_mesh(inverted).findings == ()
 
 
 @pytest.mark.parametrize("scale", [1e-6, 1e-3, 1e3, 1e6])
 @pytest.mark.parametrize("name", ["soup", "flat fans", "slivers 1e-6", "book", "nearly touching"])
 def test_the_unit_does_not_matter(name: str, scale: float) -> None:
-    mesh, result = hard_mesh(name), repair(hard_mesh(name))
-    there = repair(scaled(mesh, scale))
+    mesh, result = hard_mesh(name), repair_mesh(hard_mesh(name))
+    there = repair_mesh(scaled(mesh, scale))
     assert np.array_equal(there.mesh.faces, result.mesh.faces)
     assert told(there) == told(result)
 
 
 @pytest.mark.parametrize("name", ["soup", "flat fans", "book", "fin"])
 def test_the_offset_does_not_matter(name: str) -> None:
-    there = repair(moved(hard_mesh(name), (1e6, -1e6, 1e6)))
-    assert told(there) == told(repair(hard_mesh(name)))
+    there = repair_mesh(moved(hard_mesh(name), (1e6, -1e6, 1e6)))
+    assert told(there) == told(repair_mesh(hard_mesh(name)))
 
 
 @pytest.mark.parametrize("name", [*HOPELESS])
 def test_what_has_no_area_or_no_size_is_refused_by_name(name: str) -> None:
     with pytest.raises(MeshError, match=f"{name}.*: the mesh (has no face with an area|is absurdly)"):
-        repair(HOPELESS[name], where=name)
+        repair_mesh(HOPELESS[name], where=name)
 
 
 def test_many_pieces_cost_no_more_than_one() -> None:
@@ -146,5 +279,5 @@ def test_many_pieces_cost_no_more_than_one() -> None:
     corners = rng.normal(size=(45_000, 1, 3)) + 1e-3 * rng.normal(size=(45_000, 3, 3))
     soup = Mesh(corners.reshape(-1, 3), np.arange(135_000).reshape(-1, 3))
     start = time.perf_counter()
-    assert repair(soup).piece.max() + 1 == 45_000
+    assert repair_mesh(soup).component.max() + 1 == 45_000
     assert time.perf_counter() - start < 3.0

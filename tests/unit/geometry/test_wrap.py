@@ -3,24 +3,24 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.errors import MeshError
+from app.core.errors import MeshError
 from app.geometry import wrap as wrap_module
-from app.geometry.topology import euler_characteristic
-from app.geometry.wrap import wrap
-from tests.numerics.hard_meshes import HARD_MESHES
+from app.geometry.connectivity import euler_characteristic
+from app.geometry.wrap import wrap_mesh
+from tests.hard_cases.meshes import HARD_MESHES
 
 SPHERE = HARD_MESHES["sphere"]
 
 
 def test_a_wrapped_ball_is_a_larger_ball() -> None:
-    surface = wrap(SPHERE, thickness=0.01, voxel=0.01).surface
+    surface = wrap_mesh(SPHERE, thickness=0.01, voxel=0.01).surface
     radius = np.linalg.norm(surface.vertices, axis=1)
     assert radius == pytest.approx(0.11, abs=1e-3)
     assert surface.area == pytest.approx(4 * np.pi * 0.11**2, rel=0.02)
 
 
 def test_triangles_are_well_shaped() -> None:
-    surface = wrap(HARD_MESHES["cube"], thickness=0.01, voxel=0.01, closing=0.03).surface
+    surface = wrap_mesh(HARD_MESHES["cube"], thickness=0.01, voxel=0.01, closing=0.03).surface
     corners = surface.vertices[surface.faces]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     assert np.percentile(2 * surface.face_areas / longest**2, 1) > 0.3  # height over longest side
@@ -28,26 +28,26 @@ def test_triangles_are_well_shaped() -> None:
 
 def test_closing_spans_a_hole_and_so_cuts_the_handle() -> None:
     torus = HARD_MESHES["torus"]
-    open_ = wrap(torus, thickness=0.003, voxel=0.006).surface
-    spanned = wrap(torus, thickness=0.003, voxel=0.006, closing=0.12).surface
+    open_ = wrap_mesh(torus, thickness=0.003, voxel=0.006).surface
+    spanned = wrap_mesh(torus, thickness=0.003, voxel=0.006, closing=0.12).surface
     assert euler_characteristic(open_.faces) == 0
     assert euler_characteristic(spanned.faces) == 2
 
 
 def test_a_grid_too_large_is_made_coarser_and_said(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(wrap_module, "MAX_NODES", 20_000)
-    result = wrap(SPHERE, thickness=0.002, voxel=0.002, where="ball")
+    result = wrap_mesh(SPHERE, thickness=0.002, voxel=0.002, where="ball")
     assert [f.kind for f in result.findings] == ["coarse-wrap"]
     assert result.voxel > 0.002
     assert result.thickness >= result.voxel / 1.9 - 1e-12
 
 
 def test_loose_parts_are_said() -> None:
-    result = wrap(HARD_MESHES["two components"], thickness=0.005, voxel=0.008)
+    result = wrap_mesh(HARD_MESHES["two components"], thickness=0.005, voxel=0.008)
     assert [(f.kind, f.count) for f in result.findings] == [("loose-part", 1)]
 
 
 @pytest.mark.parametrize("sizes", [(0, 1, 0), (1, 0, 0), (1, 1, -1), (np.nan, 1, 0), (1, np.inf, 0)])
 def test_senseless_sizes_are_refused(sizes: tuple[float, float, float]) -> None:
     with pytest.raises(MeshError, match="positive"):
-        wrap(SPHERE, thickness=sizes[0], voxel=sizes[1], closing=sizes[2])
+        wrap_mesh(SPHERE, thickness=sizes[0], voxel=sizes[1], closing=sizes[2])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from app.maps.build import build_map
-from tests.numerics.map_surfaces import frustum, named, skin_of
+from tests.support.surfaces import frustum, named, skin_of
 
 
 @pytest.fixture(scope="session")

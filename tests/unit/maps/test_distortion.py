@@ -1,4 +1,4 @@
-"""Distortion face by face and taxel by taxel: known stretches give known numbers."""
+"""Distortion of faces is what the map was made with; its textures and flaws show it where it is."""
 
 from __future__ import annotations
 
@@ -7,10 +7,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from app.core.errors import MapError
 from app.maps.build import build_map
-from app.maps.distortion import Distortion, distortion, taxel_cells
+from app.maps.distortion import (
+    Distortion,
+    TissotCircles,
+    checkerboard,
+    distortion,
+    flaws,
+    nested_patches,
+    spaced_subset,
+    stretch,
+    taxel_cells,
+    taxel_stretch,
+)
+from app.maps.quality import measure
 from app.maps.tactile_map import TactileMap
-from tests.numerics.map_surfaces import named, sheet, skin_of
+from tests.support.surfaces import named, sheet, skin_of
 
 
 @pytest.fixture(scope="module")
@@ -100,3 +113,181 @@ def test_a_taxels_distortion_is_the_mean_over_its_cell():
 def test_values_cannot_be_changed(flat):
     with pytest.raises(ValueError, match="read-only"):
         distortion(flat).stretch[0] = 1
+
+
+MEASURES = ("angle", "area", "isometry")
+
+
+def spoiled(map_, change, *, patch=0):
+    """The same map with one chart's points (k, 2) changed by hand."""
+    charts = list(map_.charts)
+    charts[patch] = replace(charts[patch], plane=change(charts[patch].plane))
+    return TactileMap(map_.skin, tuple(charts), map_.layout)
+
+
+def pulled_over(plane):
+    """One inner point pulled across the sheet."""
+    changed = plane.copy()
+    inner = np.linalg.norm(plane - plane.mean(axis=0), axis=1).argmin()
+    changed[inner] += [0.012, 0.0]
+    return changed
+
+
+@pytest.mark.parametrize(("measured", "factor"), [("angle", 2.0), ("area", 2.0), ("isometry", 2.0)])
+def test_a_sheet_pulled_to_twice_its_length_says_two(flat, measured, factor):
+    found = stretch(spoiled(flat, lambda plane: plane * [2.0, 1.0]), measured)
+    assert found.measure == measured
+    np.testing.assert_allclose(found.faces, factor, rtol=1e-4)
+    assert (found.spread.median, found.spread.p95) == pytest.approx((factor, factor), rel=1e-4)
+
+
+def test_areas_shown_too_small_count_as_far_from_kept_as_those_too_large(flat):
+    smaller = stretch(spoiled(flat, lambda plane: 0.5 * plane), "area")
+    np.testing.assert_allclose(smaller.faces, 0.25, rtol=1e-4)
+    assert smaller.spread.median == pytest.approx(4.0, rel=1e-4)
+
+
+def test_the_numbers_are_those_of_the_quality_card(three_patches):
+    quality = measure(three_patches)
+    for kind, card in (("angle", quality.angle), ("area", quality.area)):
+        assert stretch(three_patches, kind).spread == card
+
+
+def test_what_is_known_need_not_be_measured_again(three_patches):
+    known = distortion(three_patches)
+    for kind in MEASURES:
+        again, fresh = stretch(three_patches, kind, known=known), stretch(three_patches, kind)
+        np.testing.assert_array_equal(again.faces, fresh.faces)
+        assert again.spread == fresh.spread
+    assert stretch(three_patches, "angle").faces.shape == (sum(len(chart.faces) for chart in three_patches.charts),)
+
+
+def test_a_taxel_has_the_mean_factor_of_its_cell(three_patches):
+    cells = taxel_cells(three_patches.skin)
+    found = stretch(three_patches, "area")
+    per_taxel = taxel_stretch(three_patches, "area")
+    np.testing.assert_allclose(np.log(per_taxel), cells @ np.log(found.faces), rtol=1e-9, atol=1e-12)
+    assert found.faces.min() <= per_taxel.min() <= per_taxel.max() <= found.faces.max()
+    # A factor and its inverse cancel: that is what the mean of logarithms is for.
+    assert replace(found, faces=np.full_like(found.faces, 2.0)).taxels(cells) == pytest.approx(2.0)
+
+
+def test_a_line_instead_of_a_patch_is_infinitely_stretched_yet_a_number_for_each_taxel(flat):
+    line = spoiled(flat, lambda plane: plane * [1.0, 0.0])
+    assert np.isinf(stretch(line, "angle").spread.max)
+    assert stretch(line, "area").flipped.all()
+    assert np.isfinite(taxel_stretch(line, "angle")).all()
+
+
+def test_a_good_map_has_no_flaws(three_patches):
+    found = flaws(three_patches)
+    assert found.flips.shape == (0, 3, 2)
+    assert found.overlaps.shape == (0, 2)
+
+
+def test_every_flip_is_found_where_it_lies_on_the_placed_map(three_patches):
+    map_ = spoiled(three_patches, pulled_over, patch=1)
+    chart, uv = map_.charts[1], map_.uv[1]
+    moved = int(np.abs(chart.plane - three_patches.charts[1].plane).sum(axis=1).argmax())
+    found = flaws(map_)
+    assert len(found.flips) >= 1
+    assert (np.linalg.norm(found.flips - uv[moved], axis=2).min(axis=1) < 1e-12).all(), "each has the point that moved"
+    assert len(found.flips) == stretch(map_, "angle").flipped.sum()
+    assert not len(found.overlaps)
+
+
+def test_a_mirrored_patch_is_not_flipped(three_patches):
+    layout = three_patches.layout
+    first = replace(layout.placements[0], mirrored=True)
+    mirrored = replace(three_patches, layout=replace(layout, placements=(first, *layout.placements[1:])))
+    assert not len(flaws(mirrored).flips)
+
+
+def moved_onto_the_first(map_, aside):
+    """The second patch laid over the first, so far aside [m]."""
+    first, second, *others = map_.layout.placements
+    onto = replace(second, offset=tuple(np.add(first.offset, aside)))
+    return replace(map_, layout=replace(map_.layout, placements=(first, onto, *others)))
+
+
+def test_overlapping_patches_are_marked_where_their_borders_meet(three_patches):
+    map_ = moved_onto_the_first(three_patches, [0.0, 0.0])
+    found = flaws(map_)
+    assert len(found.overlaps) == measure(map_).overlaps >= 2
+    assert not len(found.flips)
+    for border in map_.outlines[:2]:
+        longest = np.linalg.norm(np.diff(border, axis=0), axis=1).max()
+        away = np.linalg.norm(found.overlaps[:, None] - border, axis=2).min(axis=1)
+        assert (away < 2 * longest).sum() >= 2
+
+
+def test_a_patch_within_another_is_marked_though_no_borders_meet(three_patches):
+    map_ = moved_onto_the_first(three_patches, [0.03, 0.01])
+    found = flaws(map_).overlaps
+    assert len(found) == measure(map_).overlaps == 1
+    low, high = map_.uv[1].min(axis=0), map_.uv[1].max(axis=0)
+    assert ((found > low) & (found < high)).all()
+
+
+def test_a_patch_in_a_hole_of_another_is_not_within_it():
+    turn = np.linspace(0, 2 * np.pi, 60, endpoint=False)
+    circle = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    ring, small = [3 * circle, 2 * circle[::-1]], [0.5 * circle]
+    assert nested_patches([ring, small], [np.array([2.5, 0.0]), np.zeros(2)]).tolist() == []
+    assert nested_patches([ring, [0.1 * circle + [0, 2.5]]], [np.array([2.5, 0.0]), np.array([0, 2.5])]).tolist() == [
+        [0, 2.5]
+    ]
+
+
+def test_a_checker_is_dark_on_every_other_square_and_half_on_the_lines():
+    squares = np.array([[0.5, 0.5], [1.5, 0.5], [1.5, 1.5], [-0.5, 0.5], [-0.5, -0.5]])
+    assert checkerboard(0.02 * squares, side=0.02, blur=1e-4).tolist() == [1, 0, 1, 0, 1]
+    on_lines = np.array([[1.0, 0.3], [0.3, 2.0], [1.0, 1.0]])
+    np.testing.assert_allclose(checkerboard(0.02 * on_lines, side=0.02, blur=1e-3), 0.5, atol=1e-9)
+    faded = checkerboard(np.array([[0.02 + 2e-4, 0.01]]), side=0.02, blur=1e-3)
+    np.testing.assert_allclose(faded, 0.3, atol=1e-9)
+
+
+def test_circles_are_round_on_the_body():
+    wall = sheet(40, 30, width=0.2, height=0.15)
+    skin = skin_of(wall)
+    circles = TissotCircles(skin.patches, radius=0.01, spacing=0.03)
+    face = np.arange(len(wall.faces))
+    weights = np.full((len(face), 3), 1 / 3)
+    covered = circles.cover(np.zeros(len(face), int), face, weights, blur=1e-4)
+    places = wall.points(face, weights)
+    away = np.linalg.norm(places[:, None] - circles.middles[0], axis=2).min(axis=1)
+    np.testing.assert_array_equal(covered == 1, away < 0.01 - 5e-5)
+    np.testing.assert_array_equal(covered == 0, away > 0.01 + 5e-5)
+    assert 0 < covered.mean() < 1
+    assert circles.cover(np.array([-1]), np.array([0]), np.full((1, 3), 1 / 3), blur=1e-4).tolist() == [0.0]
+
+
+def test_circles_do_not_shine_through_a_thin_wall():
+    """The far side of a tube is within reach of a large circle, but looks the other way."""
+    tube = named("tube")
+    circles = TissotCircles(skin_of(tube).patches, radius=0.5, spacing=10.0)
+    assert len(circles.middles[0]) == 1
+    face = np.arange(len(tube.faces))
+    covered = circles.cover(np.zeros(len(face), int), face, np.full((len(face), 3), 1 / 3), blur=1e-3)
+    normal = tube.vertex_normals[np.linalg.norm(tube.vertices - circles.middles[0][0], axis=1).argmin()]
+    np.testing.assert_array_equal(covered > 0, tube.face_normals @ normal > 0)
+    assert 0.4 < (covered > 0).mean() < 0.6
+
+
+def test_spread_points_are_as_many_as_fit():
+    points = np.random.default_rng(5).uniform(0, 1, (500, 2))
+    chosen = points[spaced_subset(points, 0.1)]
+    apart = np.linalg.norm(chosen[:, None] - chosen, axis=2)
+    assert apart[np.triu_indices(len(chosen), 1)].min() > 0.1
+    assert np.linalg.norm(points[:, None] - chosen, axis=2).min(axis=1).max() <= 0.1, "no other would fit"
+
+
+@pytest.mark.parametrize("size", [0.0, -1.0, np.inf, np.nan])
+def test_patterns_without_a_size_are_refused(flat, size):
+    with pytest.raises(MapError, match="size above zero"):
+        checkerboard(np.zeros((1, 2)), side=size, blur=1e-3)
+    with pytest.raises(MapError, match="size above zero"):
+        TissotCircles(flat.skin.patches, radius=size, spacing=0.02)
+    with pytest.raises(MapError, match="size above zero"):
+        spaced_subset(np.zeros((3, 2)), size)

@@ -1,12 +1,16 @@
-"""A placement keeps angles, and lengths too unless a person enlarges a patch."""
+"""Placements are undone and combined exactly; packing keeps charts apart, in the body's order."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from app.errors import MapError
-from app.maps.layout import MapLayout, Placement
+from app.core.errors import MapError
+from app.flattening.bijectivity import crossings
+from app.flattening.chart import Chart
+from app.maps.layout import PACKING_ASPECT, MapLayout, Placement, pack_charts, pair_up
 
 POINTS = np.random.default_rng(0).normal(size=(20, 2))
 
@@ -62,3 +66,114 @@ def test_a_placement_out_of_bounds_is_refused(change, says):
 def test_a_placement_that_is_no_place_is_refused(placement):
     with pytest.raises(MapError, match="not finite"):
         MapLayout((placement,))
+
+
+def _chart(outline):
+    outline = np.asarray(outline, dtype=float)
+    outline = outline - outline.min(axis=0)
+    faces = np.array([[0, k, k + 1] for k in range(1, len(outline) - 1)])
+    return Chart(faces, outline, np.arange(len(outline)), np.zeros((0, 2)), "by hand")
+
+
+def _charts(sizes):
+    return [_chart([[0, 0], [w, 0], [w, h], [0, h]]) for w, h in sizes]
+
+
+def _placed(charts, links=None):
+    places = pack_charts(charts, links=links).placements
+    return [place.apply(chart.plane) for place, chart in zip(places, charts, strict=True)]
+
+
+def _boxes(charts, links=None):
+    return np.array([[p.min(axis=0), p.max(axis=0)] for p in _placed(charts, links)])
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 6, 12, 13, 40])
+def test_no_two_touch_and_all_are_on_the_map(count):
+    boxes = _boxes(_charts(np.random.default_rng(count).uniform(0.02, 0.3, (count, 2))))
+    assert boxes.min() == pytest.approx(0, abs=1e-12)
+    for i in range(count):
+        for j in range(i):
+            gap = np.maximum(boxes[i, 0] - boxes[j, 1], boxes[j, 0] - boxes[i, 1]).max()
+            assert gap > 0.005, (i, j)
+
+
+_NAMES = st.sampled_from(["torso", "l_arm", "r_arm", "left_hand", "right_hand", "LeftFoot", "RightFoot", "head", "arm"])
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.tuples(_NAMES, st.integers(3, 9), st.floats(0.01, 0.5)), min_size=1, max_size=9), st.randoms())
+def test_whatever_the_charts_they_are_only_moved_and_do_not_overlap(parts, random):
+    charts = []
+    for _, corners, size in parts:
+        angle = np.sort([random.uniform(0, 2 * np.pi) for _ in range(corners)]) + np.arange(corners) * 1e-3
+        charts.append(_chart(size * np.stack([np.cos(angle), np.sin(angle)], axis=1)))
+    links = [name for name, _, _ in parts]
+    layout = pack_charts(charts, links=links)
+    assert layout == pack_charts(charts, links=links)
+    assert all(place.angle == 0 and not place.mirrored for place in layout.placements)
+    placed = [place.apply(chart.plane) for place, chart in zip(layout.placements, charts, strict=True)]
+    alone = sum(crossings(outline) for outline in placed)
+    assert crossings(*placed) == alone
+    for unit in pair_up(links):
+        if len(unit) == 2:
+            left, right = (placed[k][:, 0].mean() for k in unit)
+            assert left < right
+
+
+def test_order_is_that_of_reading():
+    middle = _boxes(_charts([(0.1, 0.1)] * 6)).mean(axis=1)
+    order = sorted(range(6), key=lambda k: (-round(middle[k, 1], 3), middle[k, 0]))
+    assert order == list(range(6))
+
+
+def test_twins_lie_like_mirror_images():
+    links = ["torso", "l_upper_arm", "l_forearm", "r_upper_arm", "r_forearm", "l_foot", "r_foot"]
+    sizes = np.array([(0.3, 0.4), (0.1, 0.2), (0.1, 0.2), (0.12, 0.2), (0.1, 0.2), (0.1, 0.2), (0.1, 0.2)])
+    middle = _boxes(_charts(sizes), links).mean(axis=1)
+    axis = middle[0, 0]
+    for left, right in ((1, 3), (2, 4), (5, 6)):
+        np.testing.assert_allclose(middle[left] - [axis, 0], (middle[right] - [axis, 0]) * [-1, 1], atol=1e-12)
+        assert middle[left, 0] < axis
+
+
+def test_on_a_limb_the_hand_is_not_nearer_to_the_middle_or_higher_than_the_arm():
+    links = ["l_arm", "r_arm", "l_hand", "r_hand"]
+    middle = _boxes(_charts([(0.1, 0.3)] * 4), links).mean(axis=1)
+    assert abs(middle[2, 0] - middle[3, 0]) > abs(middle[0, 0] - middle[1, 0]) or middle[2, 1] < middle[0, 1]
+
+
+@pytest.mark.parametrize(
+    ("links", "units"),
+    [
+        (["base", "l_arm", "r_arm"], [(0,), (1, 2)]),
+        (["r_arm", "l_arm"], [(1, 0)]),
+        (["RightFoot", "LeftFoot", "RightToe"], [(1, 0), (2,)]),
+        (["arm_left", "arm_right", "left_arm"], [(0, 1), (2,)]),
+        (["l_arm", "l_arm", "r_arm", "r_arm"], [(0, 2), (1, 3)]),
+        (["l_arm 1", "r_arm 2"], [(0,), (1,)]),
+        (["left_right_plate", "upper", "lower", "ur5"], [(0,), (1,), (2,), (3,)]),
+        ([], []),
+    ],
+)
+def test_left_and_right_are_read_from_names(links, units):
+    assert pair_up(links) == units
+
+
+def test_names_without_sides_change_nothing():
+    charts = _charts(np.random.default_rng(3).uniform(0.02, 0.3, (5, 2)))
+    assert pack_charts(charts, links=["a", "b", "c", "d", "e"]) == pack_charts(charts)
+
+
+def test_each_chart_needs_a_name():
+    with pytest.raises(MapError, match="2 names for 3 charts"):
+        pack_charts(_charts([(0.1, 0.1)] * 3), links=["a", "b"])
+
+
+def test_the_whole_has_a_windows_shape():
+    width, height = _boxes(_charts([(0.1, 0.1)] * 12)).reshape(-1, 2).max(axis=0)
+    assert 0.7 * PACKING_ASPECT < width / height < 1.5 * PACKING_ASPECT
+
+
+def test_nothing_to_pack_is_an_empty_layout():
+    assert pack_charts([]).placements == pack_charts([], links=[]).placements == ()

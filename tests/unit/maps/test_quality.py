@@ -9,17 +9,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from app.flattening.chart import Chart
+from app.geometry.connectivity import boundary_loops
 from app.geometry.mesh import Mesh
-from app.geometry.topology import boundary_loops
-from app.maps.body_distances import BodyDistances
 from app.maps.build import build_map
-from app.maps.chart import Chart
 from app.maps.layout import MapLayout, Placement
 from app.maps.quality import measure, overlaps
 from app.maps.tactile_image import TactileImage
 from app.maps.tactile_map import TactileMap
+from app.maps.topography import BodyDistances
 from app.skin.skin import Skin
-from tests.numerics.map_surfaces import frustum, named, sheet, skin_of
+from tests.support.surfaces import frustum, named, sheet, skin_of
 
 PROMISED = {
     "patches", "taxels", "faces", "flips", "bijective", "symmetric_dirichlet", "edge_error", "stress",

@@ -1,15 +1,75 @@
-"""The tactile image: right side up, true to the map, and back to the body."""
+"""The tactile image: its pixels, the force it keeps, and what it keeps of the map."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.sparse import csr_matrix
 
-from app.errors import MapError
+from app.core.errors import MapError
 from app.maps.build import build_map
-from app.maps.interpolation.weights import INTERPOLATIONS
-from app.maps.tactile_image import TactileImage, vertex_weights
-from tests.numerics.map_surfaces import sheet, skin_of
+from app.maps.interpolation import INTERPOLATIONS
+from app.maps.layout import MapLayout, Placement
+from app.maps.tactile_image import (
+    TactileImage,
+    body_area_of_pixels,
+    force_areas,
+    force_error,
+    round_trip_mm,
+    surface_positions,
+    vertex_weights,
+)
+from app.maps.tactile_map import TactileMap
+from tests.support.surfaces import sheet, skin_of
+
+
+def test_the_areas_behind_the_pixels_are_those_of_their_faces(three_patches):
+    """Many small pixels in one face add up to that face's area on the body."""
+    image = TactileImage(three_patches, resolution=2e-4)
+    patch, face, _ = three_patches.to_body_many(image.centres())
+    areas = body_area_of_pixels(three_patches, patch, face, image.resolution)
+    assert (areas[face < 0] == 0).all()
+    for number, worn in enumerate(three_patches.skin.patches):
+        here = patch == number
+        total = np.bincount(face[here], areas[here], minlength=len(worn.surface.faces))
+        largest = worn.surface.face_areas.argsort()[-20:]
+        np.testing.assert_allclose(total[largest], worn.surface.face_areas[largest], rtol=0.1)
+        assert total.sum() == pytest.approx(worn.surface.area, rel=5e-3)
+
+
+def test_every_taxels_force_is_kept():
+    generator = np.random.default_rng(0)
+    weights = csr_matrix(generator.dirichlet(np.ones(5), 60))
+    areas, wanted = generator.uniform(0.5, 1.5, 60), 60 * generator.dirichlet(np.full(5, 20))
+    np.testing.assert_allclose(weights.T @ force_areas(weights, areas, wanted), wanted, rtol=1e-12)
+
+
+def test_of_all_such_areas_they_are_the_nearest():
+    """Against the weighted least-norm solution by a dense pseudo-inverse."""
+    generator = np.random.default_rng(1)
+    weights = csr_matrix(generator.dirichlet(np.ones(5), 60))
+    areas, wanted = generator.uniform(0.5, 1.5, 60), 60 * generator.dirichlet(np.full(5, 20))
+    root = np.sqrt(areas)
+    missing = wanted - weights.T @ areas
+    expected = areas + root * (np.linalg.pinv(weights.T.toarray() * root) @ missing)
+    np.testing.assert_allclose(force_areas(weights, areas, wanted), expected, rtol=1e-9)
+
+
+def test_areas_that_are_right_stay_as_they_are():
+    weights = csr_matrix(np.kron(np.eye(4), np.ones((3, 1))))
+    areas = np.random.default_rng(0).uniform(0.5, 1.5, 12)
+    np.testing.assert_allclose(force_areas(weights, areas, weights.T @ areas), areas, rtol=1e-12)
+
+
+def test_a_taxel_without_a_pixel_has_no_part_and_spoils_nothing():
+    weights = csr_matrix(np.kron(np.eye(4), np.ones((3, 1))))
+    weights = csr_matrix((weights.data, weights.indices, weights.indptr), shape=(12, 5))
+    areas = force_areas(weights, np.ones(12), np.array([3.0, 6, 3, 3, 7]))
+    np.testing.assert_allclose(weights.T @ areas, [3, 6, 3, 3, 0])
+
+
+def test_an_image_without_skin_has_no_force():
+    assert (force_areas(csr_matrix((4, 2)), np.zeros(4), np.ones(2)) == 0).all()
 
 
 @pytest.fixture(scope="module")
@@ -153,3 +213,64 @@ def test_no_seam_shows_on_the_body(three_patches):
     middle = three_patches.uv[0][:, 0].mean()
     assert (x < middle).any()
     assert (x > middle).any()
+
+
+def test_the_round_trip_is_that_of_the_images_own_table(three_patches):
+    image, skin = TactileImage(three_patches, width=200), three_patches.skin
+    found = round_trip_mm(three_patches, image)
+    for taxel in range(0, len(skin), 7):
+        at = image.back_project(*image.pixel(three_patches.taxel_points[taxel]))
+        if at is None or at.patch != skin.patch_of[taxel]:
+            assert not found[taxel] < 1e9
+        else:
+            away = np.linalg.norm(skin.position(at) - skin.position(skin.taxel_point(taxel)))
+            assert found[taxel] == pytest.approx(1e3 * away, abs=1e-9)
+    assert np.isfinite(found).mean() > 0.9
+
+
+def test_a_taxel_whose_pixel_shows_another_patch_does_not_come_back(three_patches):
+    places = (*three_patches.layout.placements[:2], three_patches.layout.placements[0])
+    covered = TactileMap(three_patches.skin, three_patches.charts, MapLayout(places))
+    image = TactileImage(covered, width=200)
+    shown = [image.back_project(*image.pixel(point)) for point in covered.taxel_points]
+    other = np.array(
+        [at is not None and at.patch != patch for at, patch in zip(shown, covered.skin.patch_of, strict=True)]
+    )
+    assert other.any()
+    assert np.isinf(round_trip_mm(covered, image)[other]).all()
+
+
+def test_finer_pixels_lead_back_closer(three_patches):
+    coarse, fine = (np.nanmedian(round_trip_mm(three_patches, TactileImage(three_patches, width=w))) for w in (40, 300))
+    assert fine < 0.2 * coarse
+
+
+def test_a_mirrored_patch_leads_back_too(three_patches):
+    places = (Placement(offset=(-1.0, 0.0), mirrored=True), *three_patches.layout.placements[1:])
+    mirrored = TactileMap(three_patches.skin, three_patches.charts, MapLayout(places))
+    found = round_trip_mm(mirrored, TactileImage(mirrored, width=600))
+    assert np.nanmedian(found[:40]) < 3
+
+
+def test_the_force_of_every_taxel_is_kept(three_patches):
+    image = TactileImage(three_patches, width=150)
+    errors = force_error(image)
+    assert errors.shape == (len(three_patches.skin),)
+    assert np.abs(errors).max() < 1e-12
+    pressures = np.random.default_rng(0).uniform(0, 1e4, len(three_patches.skin))
+    shown = image.weights.astype(np.float64) @ pressures @ image.pixel_areas.ravel()
+    assert shown == pytest.approx(pressures @ three_patches.skin.areas, rel=1e-12)
+
+
+def test_what_no_pixel_shows_is_lost(three_patches):
+    lost = force_error(TactileImage(three_patches, width=6)) == -1
+    assert lost.any()
+
+
+def test_places_off_the_skin_are_unknown(three_patches):
+    patch, face = np.array([0, -1, 2]), np.array([3, -1, 5])
+    places = surface_positions(three_patches.skin, patch, face, np.full((3, 3), 1 / 3))
+    surfaces = [worn.surface for worn in three_patches.skin.patches]
+    np.testing.assert_allclose(places[0], surfaces[0].vertices[surfaces[0].faces[3]].mean(axis=0))
+    np.testing.assert_allclose(places[2], surfaces[2].vertices[surfaces[2].faces[5]].mean(axis=0))
+    assert np.isnan(places[1]).all()

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.errors import MapError
-from app.geometry.surface_point import SurfacePoint
+from app.core.errors import MapError
+from app.geometry.mesh import SurfacePoint
 from app.maps.layout import MapLayout, Placement
 from app.maps.tactile_map import TactileMap
 

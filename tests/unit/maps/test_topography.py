@@ -1,4 +1,4 @@
-"""Neighbourhood measures: perfect maps score perfectly, spoiled ones as a slow, plain count says."""
+"""Distances over the body, and what a map keeps of them."""
 
 from __future__ import annotations
 
@@ -7,10 +7,126 @@ import pytest
 from scipy.optimize import minimize_scalar
 from scipy.stats import spearmanr
 
-from app.maps.body_distances import BodyDistances
+from app.geometry.geodesics import Geodesics
+from app.geometry.refine import insert_vertices
+from app.maps import topography
 from app.maps.build import build_map
-from app.maps.topography import edge_lengths, neighbourhoods, topography
-from tests.numerics.map_surfaces import frustum, sheet, skin_of
+from app.maps.topography import BodyDistances, edge_lengths, measure_topography, neighbourhoods
+from tests.support.surfaces import frustum, named, sheet, skin_of
+
+
+def test_on_a_sheet_they_are_straight():
+    skin = skin_of(sheet(24, 16), taxels=30)
+    (patch,) = BodyDistances(skin).patches
+    positions = skin.patches[0].taxels.positions
+    expected = np.linalg.norm(positions[:, None] - positions[None], axis=2)
+    np.testing.assert_allclose(patch.exact, expected, atol=2e-5)
+    np.testing.assert_allclose(patch.near, expected, atol=2e-5)
+    assert patch.sources.tolist() == patch.rows.tolist() == list(range(30))
+
+
+@pytest.fixture
+def no_budget(monkeypatch):
+    """As on a large skin."""
+    monkeypatch.setattr(topography, "_ALL_EXACT", 0)
+
+
+@pytest.mark.usefixtures("no_budget")
+def test_on_a_large_skin_near_ones_stay_exact_and_far_ones_come_close():
+    skin = skin_of(named("hemisphere"), taxels=50)
+    (patch,) = BodyDistances(skin, sources=7).patches
+    assert (len(patch.sources), patch.exact.shape, patch.near.shape) == (7, (7, 50), (50, 50))
+    exact = _exact(skin)
+    close = exact <= 1.19 * np.median(np.sort(exact, axis=1)[:, 1])
+    i, j = skin.neighbours.T
+    close[i, j] = close[j, i] = True
+    assert close.sum() > 5 * 50
+    np.testing.assert_allclose(patch.near[close], exact[close], atol=1e-12)
+    far = exact > 0
+    assert np.abs(patch.near[far] / exact[far] - 1).mean() < 0.03
+
+
+@pytest.mark.usefixtures("no_budget")
+def test_every_patch_gets_its_share_of_sources_and_two_at_least():
+    skin = skin_of(sheet(), named("saddle"), taxels=40)
+    assert [len(patch.sources) for patch in BodyDistances(skin, sources=10).patches] == [5, 5]
+    assert [len(patch.sources) for patch in BodyDistances(skin, sources=1).patches] == [2, 2]
+
+
+@pytest.mark.usefixtures("no_budget")
+def test_the_same_seed_asks_the_same_taxels():
+    skin = skin_of(named("saddle"), taxels=40)
+    one, same, other = (BodyDistances(skin, sources=4, seed=seed).patches[0] for seed in (3, 3, 4))
+    np.testing.assert_array_equal(one.exact, same.exact)
+    assert one.sources.tolist() != other.sources.tolist()
+
+
+def test_too_many_taxels_are_asked_in_part(monkeypatch):
+    monkeypatch.setattr(topography, "_ALL_EXACT", 0)
+    monkeypatch.setattr(topography, "_MOST", 400)
+    (patch,) = BodyDistances(skin_of(sheet(), taxels=40)).patches
+    assert patch.near.shape == (10, 40)
+    assert np.take_along_axis(patch.near, patch.rows[:, None], axis=1).max() == 0
+
+
+def _exact(skin):
+    taxels = skin.patches[0].taxels
+    mesh, vertices = insert_vertices(skin.patches[0].surface, taxels.faces, taxels.weights)
+    return np.array([Geodesics(mesh).from_vertex(int(v), vertices) for v in vertices])
+
+
+@pytest.mark.usefixtures("no_budget")
+@pytest.mark.parametrize("name", ["tube", "saddle"])
+def test_neighbours_are_exactly_apart_however_far(name, monkeypatch):
+    monkeypatch.setattr(topography, "_REACH", 0.5)
+    tube = frustum(0.03, 0.03, length=0.06, around=30, along=12)
+    skin = skin_of(tube if name == "tube" else named("saddle"), taxels=40)
+    body = BodyDistances(skin)
+    np.testing.assert_array_equal(body.pairs, skin.neighbours)
+    np.testing.assert_allclose(body.lengths, _exact(skin)[tuple(body.pairs.T)], atol=1e-12)
+
+
+def test_where_distances_are_not_exact_neighbours_are_an_arc_apart():
+    skin = skin_of(named("thin faces"), taxels=40)
+    body = BodyDistances(skin)
+    i, j = body.pairs.T
+    positions = skin.patches[0].taxels.positions
+    straight = np.linalg.norm(positions[i] - positions[j], axis=1)
+    assert (body.lengths >= straight * (1 - 1e-12)).all()
+    assert (body.lengths < 1.05 * straight).all()
+    assert body.lengths.sum() < body.patches[0].exact[i, j].sum()
+
+
+def test_what_cannot_be_exact_is_said():
+    (note,) = BodyDistances(skin_of(named("thin faces"))).findings
+    assert note.kind == "inexact-distance"
+
+
+def test_a_lone_taxel_has_no_neighbours():
+    body = BodyDistances(skin_of(sheet(), taxels=1))
+    assert body.pairs.shape == (0, 2)
+    assert body.patches[0].exact.tolist() == [[0.0]]
+
+
+def test_taxels_alone_are_measured_through_space():
+    positions = np.random.default_rng(0).uniform(0, 0.03, (20, 3))
+    body = BodyDistances.straight(positions, first=[0, 12, 20], pair=0.01)
+    assert [patch.near.shape for patch in body.patches] == [(12, 12), (8, 8)]
+    assert body.patches[1].exact[2, 5] == pytest.approx(np.linalg.norm(positions[14] - positions[17]))
+    expected = {
+        (i, j)
+        for j in range(20)
+        for i in range(j)
+        if (i < 12) == (j < 12) and np.linalg.norm(positions[i] - positions[j]) < 0.01
+    }
+    assert {tuple(pair) for pair in body.pairs.tolist()} == expected
+    assert len(expected) > 3
+    np.testing.assert_allclose(body.lengths, np.linalg.norm(np.diff(positions[body.pairs], axis=1)[:, 0], axis=1))
+
+
+def test_no_taxels_have_no_distances():
+    body = BodyDistances.straight(np.zeros((0, 3)))
+    assert body.pairs.shape == (0, 2)
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +187,7 @@ def test_rank_correlation_and_stress_are_those_of_the_definition(cloud):
     off = ~np.eye(120, dtype=bool)
     on_map = np.linalg.norm(points[:, None] - points[None], axis=2)[off]
     true = distances.patches[0].exact[off]
-    shape = topography(points, distances)
+    shape = measure_topography(points, distances)
     assert shape.spearman == pytest.approx(spearmanr(on_map, true).statistic, abs=1e-12)
     least = minimize_scalar(lambda scale: (((scale * on_map - true) ** 2).sum() / (true**2).sum()) ** 0.5).fun
     assert shape.stress == pytest.approx(least, rel=1e-9)
@@ -86,12 +202,12 @@ def test_pairs_between_modules_are_told_apart(cloud):
             for (i, j), length in zip(distances.pairs, distances.lengths, strict=True)
         ]
     )
-    shape = topography(points, distances, modules=modules)
+    shape = measure_topography(points, distances, modules=modules)
     assert (shape.pairs, shape.torn_pairs) == (len(across), torn.sum())
     assert shape.torn == pytest.approx(torn.mean())
     assert (shape.pairs_between_modules, shape.torn_between_modules) == (across.sum(), torn[across].sum())
     assert 0 < shape.torn_between_modules < shape.torn_pairs or torn[~across].sum() == 0
-    alone = topography(points, distances)
+    alone = measure_topography(points, distances)
     assert alone.torn_between_modules is None
     assert np.isnan(alone.continuity_between_modules)
 
@@ -103,13 +219,13 @@ def test_a_turned_module_shows_between_modules():
     body = BodyDistances.straight(np.column_stack([grid, np.zeros(len(grid))]), pair=1.1)
     turned = grid.copy()
     turned[module == 4] = 2 * grid[module == 4].mean(axis=0) - grid[module == 4]
-    shape = topography(turned, body, modules=module)
+    shape = measure_topography(turned, body, modules=module)
     assert shape.torn_pairs == shape.torn_between_modules > 0
     assert shape.trustworthiness_between_modules < shape.trustworthiness < 1
 
 
 def test_a_flat_patch_keeps_everything(flat, body):
-    shape = topography(flat.taxel_points, body)
+    shape = measure_topography(flat.taxel_points, body)
     assert shape.stress < 2e-5
     assert shape.edge_error < 5e-5, "taxels beside a corner of the mesh are measured from the corner"
     assert (shape.torn, shape.torn_pairs, shape.pairs) == (0, 0, len(flat.skin.neighbours))
@@ -117,23 +233,23 @@ def test_a_flat_patch_keeps_everything(flat, body):
 
 
 def test_scale_does_not_matter(flat, body):
-    assert topography(7 * flat.taxel_points, body).stress < 1e-4
+    assert measure_topography(7 * flat.taxel_points, body).stress < 1e-4
 
 
 def test_a_stretched_map_is_worse(flat, body):
-    shape = topography(flat.taxel_points * [1.5, 1], body)
+    shape = measure_topography(flat.taxel_points * [1.5, 1], body)
     assert 0.05 < shape.edge_error < 0.25
     assert shape.stress > 0.05
 
 
 def test_a_folded_map_has_false_neighbours(flat, body):
     points = flat.taxel_points
-    assert topography(np.abs(points - points.mean(axis=0)), body).trustworthiness < 0.97
+    assert measure_topography(np.abs(points - points.mean(axis=0)), body).trustworthiness < 0.97
 
 
 def test_a_seam_loses_neighbours_but_makes_no_false_ones():
     map_ = build_map(skin_of(frustum(around=40, along=24), taxels=80))
-    shape = topography(map_.taxel_points, BodyDistances(map_.skin))
+    shape = measure_topography(map_.taxel_points, BodyDistances(map_.skin))
     assert shape.torn > 0.02
     assert shape.continuity < shape.trustworthiness - 0.005
     assert shape.edge_error < 0.004, "a tube is laid flat without any stretch; straight lines would give 0.008"
@@ -145,14 +261,14 @@ def test_patches_count_by_their_taxels(flat):
     good = np.concatenate([patch.taxels.positions[:, :2] for patch in skin.patches])
     bad = good.copy()
     bad[30:] = np.random.default_rng(0).permutation(bad[30:])
-    half = topography(bad, body).trustworthiness
+    half = measure_topography(bad, body).trustworthiness
     (worse,) = {round(neighbourhoods(bad[30:], body.patches[1])[0], 12)}
     assert half == pytest.approx(0.5 * (worse + neighbourhoods(good[:30], body.patches[0])[0]))
 
 
 def test_patches_too_small_to_rank_are_unknown_not_perfect():
     map_ = build_map(skin_of(sheet(), taxels=6))
-    assert np.isnan(topography(map_.taxel_points, BodyDistances(map_.skin)).trustworthiness)
+    assert np.isnan(measure_topography(map_.taxel_points, BodyDistances(map_.skin)).trustworthiness)
 
 
 def test_a_single_taxel_has_no_lengths():
@@ -160,11 +276,11 @@ def test_a_single_taxel_has_no_lengths():
     body = BodyDistances(map_.skin)
     error, torn = edge_lengths(map_.taxel_points, body)
     assert (error, len(torn)) == (0.0, 0)
-    shape = topography(map_.taxel_points, body)
+    shape = measure_topography(map_.taxel_points, body)
     assert (shape.stress, shape.torn) == (0.0, 0.0)
     assert np.isnan(shape.spearman)
 
 
 def test_a_map_of_one_point_is_unknown(flat, body):
-    shape = topography(np.zeros_like(flat.taxel_points), body)
+    shape = measure_topography(np.zeros_like(flat.taxel_points), body)
     assert np.isnan([shape.stress, shape.spearman, shape.edge_error]).all()

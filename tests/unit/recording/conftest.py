@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.recordings import record, small_arm
+from tests.support.recordings import record, small_arm
 
 
 @pytest.fixture(scope="package")

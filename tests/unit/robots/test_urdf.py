@@ -1,4 +1,4 @@
-"""URDF in: packages found, COLLADA converted, missing pieces replaced and said, joints made fit to simulate."""
+"""URDF files and the package addresses in them."""
 
 from __future__ import annotations
 
@@ -8,9 +8,42 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.errors import RobotError
-from app.robots.configuration import Configuration
-from app.robots.urdf import load_urdf
+from app.core.errors import RobotError
+from app.robots.kinematics import Configuration
+from app.robots.urdf import PackageResolver, load_urdf
+
+
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    folder = tmp_path / "kit"
+    (folder / "urdf").mkdir(parents=True)
+    (folder / "meshes").mkdir()
+    (folder / "meshes" / "a b.stl").write_bytes(b"")
+    return folder
+
+
+def test_a_neighbouring_folder_of_the_same_package_may_be_named(package: Path) -> None:
+    file = package / "urdf" / "robot.urdf"
+    with pytest.raises(RobotError, match="climbs out"):
+        PackageResolver(file).resolve("../meshes/a b.stl")
+    (package / "package.xml").write_text("<package/>")
+    assert PackageResolver(file).resolve("../meshes/a b.stl") == package / "meshes" / "a b.stl"
+    assert PackageResolver(file).resolve("..\\meshes\\a%20b.stl") == package / "meshes" / "a b.stl"
+
+
+def test_ros_package_path_is_searched(package: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "alone").mkdir()
+    file = tmp_path / "alone" / "robot.urdf"
+    (tmp_path / "alone" / "deep").mkdir()
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "kit"))
+    assert PackageResolver(file).resolve("package://kit/meshes/a b.stl") == package / "meshes" / "a b.stl"
+
+
+@pytest.mark.parametrize("address", ["package://kit", "package:///etc/passwd", "https://example.org/a.stl"])
+def test_addresses_of_other_kinds_are_refused(package: Path, address: str) -> None:
+    with pytest.raises(RobotError):
+        PackageResolver(package / "robot.urdf").resolve(address)
+
 
 Write = Callable[[str], Path]
 

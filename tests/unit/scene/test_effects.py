@@ -1,12 +1,14 @@
-"""Effects: what a scene simulates unless it says otherwise."""
+"""Effects are values, and the table knows each by its key, choices and ranges."""
 
 from __future__ import annotations
 
-from dataclasses import FrozenInstanceError
+from dataclasses import FrozenInstanceError, fields, is_dataclass
 
 import pytest
 
-from app.scene.effects import Effects
+from app.core.errors import SceneError, did_you_mean
+from app.scene.effects import EFFECTS, SENSOR_KEYS, Effects, effect_entry
+from app.tactile.sensor_effects import Noise, SensorEffects
 
 
 def test_defaults_are_the_cheap_ones():
@@ -19,3 +21,77 @@ def test_defaults_are_the_cheap_ones():
     )
     with pytest.raises(FrozenInstanceError):
         effects.contact = "self"
+
+
+def test_every_effect_is_in_the_table_once():
+    plain = [field.name for field in fields(Effects) if field.name != "sensor"]
+    assert sorted(EFFECTS) == sorted([*plain, *SENSOR_KEYS])
+    assert [key for key in EFFECTS if key in SENSOR_KEYS] == [field.name for field in fields(SensorEffects)]
+
+
+@pytest.mark.parametrize("entry", EFFECTS.values(), ids=EFFECTS)
+def test_each_entry_is_whole(entry):
+    assert entry.title
+    assert entry.tip
+    assert bool(entry.choices) == (entry.key != "timestep")
+    assert not entry.when_on or entry.when_on in entry.choices
+    assert (entry.sensor is not None) == (entry.key in SENSOR_KEYS)
+    assert not entry.sensor or is_dataclass(entry.value("on"))
+    for choice in entry.choices:
+        assert entry.checked(choice) == choice
+        assert entry.word(entry.value(choice)) == choice
+
+
+@pytest.mark.parametrize(("key", "wish", "checked"), [
+    ("friction", True, "on"), ("friction", False, "off"), ("noise", "auto", "auto"), ("timestep", 0.002, 0.002),
+    ("noise", {"sd": 150}, {"sd": 150.0}), ("gravity", "on", "on"),
+])  # fmt: skip
+def test_a_wish_takes_its_usual_form(key, wish, checked):
+    result = effect_entry(key).checked(wish)
+    assert result == checked
+    assert type(result) is type(checked)
+
+
+def test_values():
+    assert effect_entry("friction").value("on") is True
+    assert effect_entry("gravity").value("on") == "on"
+    assert effect_entry("noise").value("off") is None
+    assert effect_entry("noise").value("on") == Noise()
+    assert effect_entry("noise").value({"sd": 150.0}) == Noise(sd=150.0)
+    assert effect_entry("timestep").word(0.002) == "0.002 s"
+
+
+@pytest.mark.parametrize(("key", "wish", "place", "told"), [
+    ("gravity", "compensate", "effects.gravity", "Did you mean compensated"),
+    ("contact", 3, "effects.contact", "off, probe, environment, self, all"),
+    ("friction", {"sd": 1.0}, "effects.friction", "auto, off, on"),
+    ("noise", 150.0, "effects.noise", "table of sd"),
+    ("noise", {"ds": 1.0}, "effects.noise.ds", "sd"),
+    ("noise", {"sd": True}, "effects.noise.sd", "must be a number"),
+    ("noise", {"sd": float("nan")}, "effects.noise.sd", "must be a number"),
+    ("noise", {"sd": "150 kPa"}, "effects.noise.sd", "write 150000"),
+    ("noise", {"sd": -1.0}, "effects.noise.sd", "Choose"),
+    ("timestep", "2 ms", "effects.timestep", "write 0.002"),
+    ("timestep", 0.5, "effects.timestep", "0.02"),
+    ("timestep", float("nan"), "effects.timestep", "0.02"),
+    ("timestep", True, "effects.timestep", "0.02"),
+    ("integrator", ["rk4"], "effects.integrator", "rk4"),
+])  # fmt: skip
+def test_a_wish_that_cannot_be(key, wish, place, told):
+    with pytest.raises(SceneError) as caught:
+        effect_entry(key).checked(wish)
+    assert place in str(caught.value.place)
+    assert told in str(caught.value)
+
+
+def test_an_effect_that_is_none():
+    with pytest.raises(SceneError, match=r"gravty.*Did you mean gravity"):
+        effect_entry("gravty")
+
+
+def test_the_nearest_word():
+    assert did_you_mean("Frction", ("friction", "skin")).startswith(
+        "Did you mean friction? Choose one of: friction, skin"
+    )
+    assert did_you_mean("zzz", ("friction",)) == "Choose one of: friction"
+    assert did_you_mean("zzz", ()) == "There are none"

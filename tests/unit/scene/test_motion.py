@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.errors import SceneError
+from app.core.errors import SceneError
 from app.robots.robot import Joint, Robot
 from app.scene.motion import Motion, Waypoint
 

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from app.errors import SceneError
-from app.scene.objects import LIGHTEST, OBJECT_KINDS, ObjectSpec
+from app.core.errors import SceneError
+from app.scene.objects import MIN_MOVING_MASS, OBJECT_KINDS, ObjectSpec
 
 SIZES = {"probe": (0.01,), "sphere": (0.1,), "cylinder": (0.1, 0.2), "box": (0.1, 0.2, 0.3), "plate": (0.1, 0.2, 0.01),
          "plane": (1.0, 2.0), "mesh": (0.5,)}  # fmt: skip
@@ -63,4 +63,4 @@ def test_what_weighs_in_a_contact():
     assert ObjectSpec("box", **box, mass=0.002).moving_mass == 0.002
     assert ObjectSpec("wall", **box).moving_mass == math.inf
     assert ObjectSpec("floor", "plane", mass=1.0).moving_mass == math.inf
-    assert ObjectSpec("probe", "probe", size=(0.01,)).moving_mass == LIGHTEST
+    assert ObjectSpec("probe", "probe", size=(0.01,)).moving_mass == MIN_MOVING_MASS

@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import pytest
 
-from app.errors import SceneError
-from app.scene.needs import TASKS
+from app.core.errors import SceneError
 from app.scene.objects import ObjectSpec
-from app.scene.scene import Scene, with_wish
-from app.skin.cover_spec import CoverSpec
-from app.stimuli.poke import Poke
-from app.touch.sensor.noise import Noise
+from app.scene.scene import Scene, with_override
+from app.scene.tasks import TASKS
+from app.skin.cover import CoverSpec
+from app.stimuli.stimulus_kinds import Poke
+from app.tactile.sensor_effects import Noise
 
 SCENE = Scene(name="s", robot="arm")
 BALL = ObjectSpec("ball", "sphere", size=(0.1,))
@@ -21,7 +21,7 @@ BALL = ObjectSpec("ball", "sphere", size=(0.1,))
 
 def test_steps_in_a_tick():
     assert SCENE.steps_per_tick == 5
-    assert replace(SCENE, wishes={"timestep": 0.0001}).steps_per_tick == 50
+    assert replace(SCENE, overrides={"timestep": 0.0001}).steps_per_tick == 50
 
 
 @pytest.mark.parametrize("tick", [0.0005, 0.001, 0.0012, 0.005, 1 / 60, 0.1, 1.0])
@@ -33,8 +33,8 @@ def test_the_derived_time_step_fits_any_tick(tick, task):
 
 @pytest.mark.parametrize(("bad", "place"), [
     ({"tick": 0.0}, "tick"), ({"tick": 2.0}, "tick"), ({"tick": float("nan")}, "tick"), ({"seed": -1}, "seed"),
-    ({"tick": 0.0012, "wishes": {"timestep": 0.001}}, "tick"), ({"cover": CoverSpec(seed=-1)}, "cover.seed"),
-    ({"wishes": {"timestep": 0.5}}, "effects.timestep"), ({"wishes": {"gravty": "on"}}, "effects.gravty"),
+    ({"tick": 0.0012, "overrides": {"timestep": 0.001}}, "tick"), ({"cover": CoverSpec(seed=-1)}, "cover.seed"),
+    ({"overrides": {"timestep": 0.5}}, "effects.timestep"), ({"overrides": {"gravty": "on"}}, "effects.gravty"),
     ({"task": "slied"}, "task"), ({"outputs": ("pressures",)}, "outputs"),
     ({"objects": (BALL, BALL)}, "objects.1.name"),
 ])  # fmt: skip
@@ -61,7 +61,7 @@ def test_effects_follow_from_task_outputs_objects_and_script():
     assert replace(SCENE, objects=(BALL,)).effects.contact == "environment"
     assert replace(SCENE, task="view").effects.skin == "off"
     assert replace(SCENE, task="view", stimuli=(Poke(),)).effects.fingers
-    assert replace(SCENE, task="view", control={"law": "hold_force"}).effects.skin == "water-fill"
+    assert replace(SCENE, task="view", control={"controller": "hold_force"}).effects.skin == "water-fill"
     assert replace(SCENE, outputs=("readings",)).effects.sensor.noise == Noise()
 
 
@@ -73,17 +73,17 @@ def test_it_is_decided_once_and_crosses_processes():
 
 
 def test_a_person_overrules_and_takes_it_back():
-    scene = with_wish(SCENE, "friction", "on")
+    scene = with_override(SCENE, "friction", "on")
     assert scene.effects.friction
-    assert scene.wishes == {"friction": "on"}
-    again = with_wish(with_wish(scene, "noise", {"sd": 3}), "friction", "auto")
-    assert again.wishes == {"noise": {"sd": 3.0}}
+    assert scene.overrides == {"friction": "on"}
+    again = with_override(with_override(scene, "noise", {"sd": 3}), "friction", "auto")
+    assert again.overrides == {"noise": {"sd": 3.0}}
     assert again.effects.sensor.noise == Noise(sd=3.0)
-    assert with_wish(again, "noise", "auto") == SCENE
+    assert with_override(again, "noise", "auto") == SCENE
     with pytest.raises(SceneError, match="friction"):
-        with_wish(SCENE, "friction", "sticky")
+        with_override(SCENE, "friction", "sticky")
 
 
 def test_warnings_come_with_the_decision():
-    scene = Scene(name="s", robot="arm", task="slide", objects=(BALL,), wishes={"friction": "off"})
+    scene = Scene(name="s", robot="arm", task="slide", objects=(BALL,), overrides={"friction": "off"})
     assert [finding.where for finding in scene.decision.warnings] == ["effects.friction"]

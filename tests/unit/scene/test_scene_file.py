@@ -1,4 +1,4 @@
-"""Scenes by name or file: the shipped ones, a person's own, and one for any robot."""
+"""Scenes as TOML, by name or file: what is written reads as an equal scene, and every mistake is named."""
 
 from __future__ import annotations
 
@@ -6,18 +6,117 @@ from dataclasses import fields, replace
 
 import pytest
 
-from app.errors import SceneError
-from app.scene.effect_table import EFFECTS
+from app.core.errors import SceneError
+from app.scene.effects import EFFECTS
 from app.scene.motion import Waypoint
-from app.scene.needs import OUTPUTS, TASKS
 from app.scene.objects import OBJECT_KINDS, ObjectSpec
 from app.scene.scene import Scene
-from app.scene.scene_file import load_scene, scene_for, scene_names
-from app.scene.scene_text import scene_from_toml, scene_to_toml
-from app.skin.cover_spec import CoverSpec
-from app.stimuli.stimulus_file import KINDS
-from app.touch.layer import Layer
+from app.scene.scene_file import load_scene, scene_for, scene_from_toml, scene_names, scene_to_toml
+from app.scene.tasks import OUTPUTS, TASKS
+from app.skin.cover import CoverSpec
+from app.stimuli.stimulus_file import STIMULUS_KINDS
+from app.stimuli.stimulus_kinds import Babble, Stroke
+from app.tactile.elastic_layer import ElasticLayer
 from assets import asset
+
+FULL = Scene(
+    name='a "quoted"\tname \\ \x7f µ',
+    robot="C:\\robots\\x.urdf",
+    title="Ünï\n",
+    task="self-touch",
+    outputs=("readings", "joint_torque"),
+    cover=CoverSpec(links=("a", "b"), taxels=50, thickness=0.002, seed=3),
+    layer=ElasticLayer(stiffness=1e5 / 3, modulus=2e5, poisson=0.1, thickness=0.005, depth=0.001, friction=1.0),
+    taxel_file="t.txt",
+    objects=(
+        ObjectSpec("box", "box", size=(0.1, 0.2, 0.3), at=(1.0, 2.0, 1 / 3), turn=(10.0, 0.0, -90.0), mass=0.1),
+        ObjectSpec("probe 2", "probe", size=(0.01,), path=((0.0, 1.0, 2.0, 3.0), (1.5, 0.1, 0.2, 0.3)), max_force=3.0),
+        ObjectSpec("mesh", "mesh", size=(2.0,), file="a b.stl", friction=0.1, stiffness=7.0, damping=0.2),
+    ),
+    overrides={"gravity": "on", "timestep": 0.0005, "noise": {"sd": 1 / 3}, "sampling": "off", "friction": "on"},
+    control={
+        "controller": "hold_force",
+        "integral_time": float("inf"),
+        "odd key": 1.0,
+        "path": ((0.1, 1 / 3), (-1.0, 0.0)),
+    },
+    reading={"estimator": "tikhonov", "threshold": 1 / 3},
+    behaviours=(
+        {"on": "tap", "where": "upper_arm", "above": 0.5, "then": {"task": "retreat", "force_goal": 1 / 3}},
+        {"on": "press", "until_released": True, "then": {"controller": "hybrid"}},
+    ),
+    motion=(Waypoint({"elbow 1": 0.1, "x": -2.0}, seconds=1 / 3, rest=0.5, unit="deg"), Waypoint((0.1, 0.2))),
+    stimuli=(Stroke(), Stroke(patch="x", start=(0.0, 1.0), force=1.5), Babble(touches=3, begin=0.5)),
+    tick=0.01,
+    seed=7,
+)
+
+
+def test_every_field_survives_writing():
+    plain = Scene(name="n", robot="arm")
+    same = [field.name for field in fields(Scene) if getattr(FULL, field.name) == getattr(plain, field.name)]
+    assert not same, "each field must differ from its usual value here"
+    assert scene_from_toml(scene_to_toml(FULL), name="n") == FULL
+    assert scene_from_toml(scene_to_toml(plain), name="other") == plain
+
+
+def test_the_text_is_stable():
+    text = scene_to_toml(FULL)
+    assert scene_to_toml(scene_from_toml(text, name="n")) == text
+
+
+@pytest.mark.parametrize(("text", "words"), [
+    ("robot = ", "line 1.*not valid TOML|not valid TOML"),
+    ("", "missing.*robot.*Write robot"),
+    ("robot = 5", "line 1, robot.*word in quotes"),
+    ("robt = 'arm'", "line 1, robt.*Did you mean robot"),
+    ("robot = 'arm'\nrobot = 'arm'", "line 2"),
+    ("robot = 'arm'\ntask = 'slied'", "line 2, task.*Did you mean slide.*view, touch"),
+    ("robot = 'arm'\noutputs = ['pressures']", "line 2, outputs.*Did you mean pressure"),
+    ("robot = 'arm'\noutputs = 'pressure'", "line 2, outputs.*list"),
+    ("robot = 'arm'\n\n[effects]\ngravty = 'on'", "line 4, effects.gravty.*no such effect.*Did you mean gravity"),
+    ("robot = 'arm'\n[effects]\nzzz = 'on'", "line 3, effects.zzz.*Choose one of: dynamics"),
+    ("robot = 'arm'\n[effects]\ngravity = 'sideways'", "line 3, effects.gravity.*sideways.*off, on, compensated"),
+    ("robot = 'arm'\n[effects]\njoint_limits = 1", "line 3, effects.joint_limits.*auto, off, on"),
+    ("robot = 'arm'\n[effects]\ntimestep = true", "line 3, effects.timestep"),
+    ("robot = 'arm'\n[effects]\ntimestep = '1 ms'", "line 3, effects.timestep.*seconds: write 0.001"),
+    ("robot = 'arm'\n[effects.noise]\nds = 1", "line 3, effects.noise.ds.*no such option.*sd"),
+    ("robot = 'arm'\n[effects]\nnoise = { sd = -1 }", "line 3, effects.noise.sd"),
+    ("robot = 'arm'\neffects = 3", "line 2, effects.*must be a table"),
+    ("robot = 'arm'\n[cover]\ntaxels = 10000000", "line 3, cover.taxels.*10000000"),
+    ("robot = 'arm'\n[cover]\ntaxels = 1.5", "line 3, cover.taxels.*whole"),
+    ("robot = 'arm'\n[cover]\nthickness = '3 mm'", "line 3, cover.thickness.*metres: write 0.003"),
+    ("robot = 'arm'\n[cover]\nlinks = [1]", "line 3, cover.links.*word in quotes"),
+    ("robot = 'arm'\n[cover]\ntask = 'view'", "line 3, cover.task.*at the top"),
+    ("robot = 'arm'\n[layer]\npoisson = 0.5", "line 3, layer.poisson.*0 to 0.49"),
+    ("robot = 'arm'\n[control]\nlaw = [1]", "line 3, control.controller"),
+    ("robot = 'arm'\n[control]\npath = 3", "line 3, control.path.*must be a list"),
+    ("robot = 'arm'\n[control]\npath = [[0, 1],\n[0.2]]", "line 4, control.path.*list of 2, but it has 1"),
+    ("robot = 'arm'\n[control]\npath = [[0, 1],\n\n[0.2, '1 mm']]", "line 5, control.path.*metres: write 0.001"),
+    ("robot = 'arm'\n[control]\npath = [[0, inf]]", "line 3, control.path.*finite"),
+    ("robot = 'arm'\n[control]\nstiffness = nan", "line 3, control.stiffness"),
+    ("robot = 'arm'\n[control]\nstiffness = true", "line 3, control.stiffness"),
+    ("robot = 'arm'\nobjects = 5", "line 2, objects.*tables.*objects"),
+    ("robot = 'arm'\n[[objects]]\nkind = 'box'", "line 2, objects.*missing.*name"),
+    ("robot = 'arm'\n[[objects]]\nname = 'b'\nkind = 'bocks'", "line 4, objects.kind.*Did you mean box.*probe, plane"),
+    ("robot = 'arm'\n[[objects]]\nname = 'b'\nkind = 'box'\nsize = [1]", "line 5, objects.size.*x, y, z"),
+    ("robot = 'arm'\n[[objects]]\nname = 'b'\nkind = 'sphere'\nsize = ['5 mm']", "line 5, objects.size.*write 0.005"),
+    ("robot = 'arm'\n[[objects]]\nname = 'b'\nkind = 'sphere'\nsize = [1]\nmass = -1", "line 6, objects.mass.*0 to"),
+    ("robot = 'arm'\n" + "[[objects]]\nname = 'b'\nkind = 'plane'\n" * 2, "line 6, objects.name.*same name.*b"),
+    ("robot = 'arm'\n[[motion]]\nposture = [1, 'x']", "line 3, motion.posture.*number"),
+    ("robot = 'arm'\n[[motion]]\nposture = { elbow = '90 deg' }", "line 3, motion.posture.elbow.*radians: write 1.57"),
+    ("robot = 'arm'\n[[motion]]\nseconds = 0", "line 3, motion.seconds"),
+    ("robot = 'arm'\n[[motion]]\nunit = 'degrees'", "line 3, motion.unit.*Did you mean deg"),
+    ("robot = 'arm'\nstimuli = 5", "line 2, stimuli.*tables"),
+    ("robot = 'arm'\n[[stimuli]]\nkind = 'strok'", "line 3, stimuli.kind.*Did you mean stroke"),
+    ("robot = 'arm'\n[[stimuli]]\nkind = 'stroke'\nspeed = 0", "line 4, stimuli.speed"),
+    ("robot = 'arm'\ntick = 0.00001", "line 2, tick"),
+    ("robot = 'arm'\nseed = -1", "line 2, seed.*negative"),
+])  # fmt: skip
+def test_a_mistake_is_named_with_its_line(text, words):
+    with pytest.raises(SceneError, match=rf"(?s)^my file.*{words}") as caught:
+        scene_from_toml(text, name="s", file="my file")
+    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("name", scene_names())
@@ -71,8 +170,8 @@ def test_any_robot_has_a_scene():
 
 def test_the_page_about_scene_files_names_everything_there_is():
     page = asset("scenes", "README.md").read_text()
-    keys = [field.name for kind in (CoverSpec, Layer, ObjectSpec, Waypoint) for field in fields(kind)]
-    for word in (*keys, *TASKS, *OUTPUTS, *EFFECTS, *OBJECT_KINDS, *KINDS, *scene_names()):
+    keys = [field.name for kind in (CoverSpec, ElasticLayer, ObjectSpec, Waypoint) for field in fields(kind)]
+    for word in (*keys, *TASKS, *OUTPUTS, *EFFECTS, *OBJECT_KINDS, *STIMULUS_KINDS, *scene_names()):
         assert f"`{word}`" in page, word
     for entry in EFFECTS.values():
         assert all(choice in page for choice in entry.choices), entry.key

@@ -10,9 +10,16 @@ from typing import get_args
 import pytest
 
 from app.scene.effects import Effects, Integrator
-from app.scene.objects import LIGHTEST, ObjectSpec
-from app.scene.stability import PROBE, Corner, as_stiff, corner, corners, measured
-from app.touch.layer import Layer
+from app.scene.objects import MIN_MOVING_MASS, ObjectSpec
+from app.scene.stability import (
+    PROBE_MASS,
+    StabilityResult,
+    equivalent_stiffness,
+    measured_stability,
+    stability_table,
+    stability_warning,
+)
+from app.tactile.elastic_layer import ElasticLayer
 
 TOUCHED = Effects(contact="all")
 EULER = replace(TOUCHED, integrator="euler", timestep=0.008)
@@ -24,7 +31,7 @@ def ball(mass: float) -> ObjectSpec:
 
 def test_the_table_is_whole():
     """Every integrator at every step and stiffness, once."""
-    keys = [(row.integrator, row.timestep, row.stiffness) for row in corners()]
+    keys = [(row.integrator, row.timestep, row.stiffness) for row in stability_table()]
     steps, stiffnesses = ({key[k] for key in keys} for k in (1, 2))
     assert len(keys) == len(set(keys)) == len(get_args(Integrator)) * len(steps) * len(stiffnesses)
     assert (min(steps), max(steps)) == pytest.approx((0.0005, 0.008))
@@ -33,7 +40,7 @@ def test_the_table_is_whole():
 
 
 def test_rows_say_what_was_measured():
-    for row in corners():
+    for row in stability_table():
         assert row.verdict in ("steady", "bounces", "diverges")
         if row.verdict == "diverges":
             assert math.isnan(row.force_percent)
@@ -48,83 +55,94 @@ def test_rows_say_what_was_measured():
 def test_what_is_steady_stays_so_with_a_shorter_step_and_a_softer_contact(integrator):
     """What the lookup of the next worse row stands on, and what physics says."""
     steady = {
-        (row.timestep, row.stiffness) for row in corners() if (row.integrator, row.verdict) == (integrator, "steady")
+        (row.timestep, row.stiffness)
+        for row in stability_table()
+        if (row.integrator, row.verdict) == (integrator, "steady")
     }
-    own = [row for row in corners() if row.integrator == integrator]
+    own = [row for row in stability_table() if row.integrator == integrator]
     for step, stiffness in steady:
         assert all((r.timestep, r.stiffness) in steady for r in own if r.timestep <= step and r.stiffness <= stiffness)
 
 
 def test_discrete_is_steady_everywhere_and_nothing_else_is():
-    verdicts = {name: {r.verdict for r in corners() if r.integrator == name} for name in get_args(Integrator)}
+    verdicts = {name: {r.verdict for r in stability_table() if r.integrator == name} for name in get_args(Integrator)}
     assert [name for name, found in verdicts.items() if found == {"steady"}] == ["discrete"]
 
 
 def test_between_rows_the_next_worse_one_counts():
-    found = measured("implicitfast", 0.0011, 1.1e4)
-    assert isinstance(found, Corner)
+    found = measured_stability("implicitfast", 0.0011, 1.1e4)
+    assert isinstance(found, StabilityResult)
     assert (found.timestep, found.stiffness) == (pytest.approx(0.002), 3e4)
-    assert measured("implicitfast", 0.001, 1e4) == measured("implicitfast", 1e-3 * (1 + 1e-12), 1e4 * (1 - 1e-12))
-    assert measured("implicitfast", 1e-5, 1.0) == measured("implicitfast", 0.0005, 1e3)
+    assert measured_stability("implicitfast", 0.001, 1e4) == measured_stability(
+        "implicitfast", 1e-3 * (1 + 1e-12), 1e4 * (1 - 1e-12)
+    )
+    assert measured_stability("implicitfast", 1e-5, 1.0) == measured_stability("implicitfast", 0.0005, 1e3)
 
 
 @pytest.mark.parametrize(("step", "stiffness"), [(0.0081, 1e3), (0.001, 1.1e7)])
 def test_beyond_the_table_nothing_is_known_and_that_is_said(step, stiffness):
-    assert measured("discrete", step, stiffness) is None
-    found = corner(replace(TOUCHED, integrator="discrete", timestep=step), Layer(stiffness=stiffness))
+    assert measured_stability("discrete", step, stiffness) is None
+    found = stability_warning(replace(TOUCHED, integrator="discrete", timestep=step), ElasticLayer(stiffness=stiffness))
     assert found is not None
     assert "never tried" in found.action
 
 
 def test_the_usual_scene_is_no_corner():
-    assert corner(TOUCHED, Layer()) is None
+    assert stability_warning(TOUCHED, ElasticLayer()) is None
 
 
 @pytest.mark.parametrize("changes", [{"contact": "off"}, {"dynamics": False}, {"skin": "foundation"}])
 def test_where_no_solver_makes_contact_there_is_no_corner(changes):
-    assert corner(EULER, Layer()) is not None
-    assert corner(replace(EULER, **changes), Layer()) is None
+    assert stability_warning(EULER, ElasticLayer()) is not None
+    assert stability_warning(replace(EULER, **changes), ElasticLayer()) is None
 
 
 @pytest.mark.parametrize(("effects", "layer", "words"), [
-    (EULER, Layer(), r"diverges there: choose a time step of 2 ms or the integrator discrete"),
-    (replace(TOUCHED, timestep=0.004), Layer(stiffness=1e4), r"bounces there: .* step of 2 ms or .*discrete"),
-    (replace(TOUCHED, timestep=0.0005), Layer(stiffness=1e7), r"diverges there: choose the integrator discrete$"),
-    (replace(TOUCHED, timestep=0.02, integrator="rk4"), Layer(stiffness=1e8), r"never tried there: .* softer cover"),
+    (EULER, ElasticLayer(), r"diverges there: choose a time step of 2 ms or the integrator discrete"),
+    (replace(TOUCHED, timestep=0.004), ElasticLayer(stiffness=1e4), r"bounces there: .* step of 2 ms or .*discrete"),
+    (replace(TOUCHED, timestep=0.0005), ElasticLayer(stiffness=1e7), r"there: choose the integrator discrete$"),
+    (replace(TOUCHED, timestep=0.02, integrator="rk4"), ElasticLayer(stiffness=1e8), r"tried there: .* softer cover"),
 ])  # fmt: skip
 def test_a_corner_names_the_nearest_way_out(effects, layer, words):
-    found = corner(effects, layer)
+    found = stability_warning(effects, layer)
     assert found is not None
-    assert found.kind == "unstable-corner"
+    assert found.kind == "unstable-time-step"
     assert f"{effects.integrator} at {1e3 * effects.timestep:g} ms" in found.where
     assert re.search(words, found.action)
 
 
 def test_the_way_out_is_one():
     """Whatever a corner advises is steady by the same table."""
-    for row in corners():
+    for row in stability_table():
         effects = replace(TOUCHED, integrator=row.integrator, timestep=row.timestep)
-        found = corner(effects, Layer(stiffness=row.stiffness))
+        found = stability_warning(effects, ElasticLayer(stiffness=row.stiffness))
         assert (found is None) == (row.verdict == "steady")
         if found is None:
             continue
         step = re.search(r"step of ([\d.]+) ms", found.action)
         if step:
-            assert corner(replace(effects, timestep=1e-3 * float(step[1])), Layer(stiffness=row.stiffness)) is None
+            assert (
+                stability_warning(
+                    replace(effects, timestep=1e-3 * float(step[1])), ElasticLayer(stiffness=row.stiffness)
+                )
+                is None
+            )
         for other in re.findall(r"discrete|rk4|euler|implicit(?:fast)?", found.action.split("integrator")[-1]):
-            assert corner(replace(effects, integrator=other), Layer(stiffness=row.stiffness)) is None
+            assert stability_warning(replace(effects, integrator=other), ElasticLayer(stiffness=row.stiffness)) is None
 
 
 def test_light_things_need_shorter_steps():
     """Stiffness over mass is what counts: 2 g at 2e4 N/m are as unsteady as the table's probe at 1e6."""
-    assert as_stiff(Layer(stiffness=2e4), [ball(0.002)]) == pytest.approx(1e6)
-    assert corner(TOUCHED, Layer(stiffness=2e4), objects=[ball(0.002)]) is not None
-    assert corner(TOUCHED, Layer(stiffness=2e4), objects=[ball(1.0)]) is None
+    assert equivalent_stiffness(ElasticLayer(stiffness=2e4), [ball(0.002)]) == pytest.approx(1e6)
+    assert stability_warning(TOUCHED, ElasticLayer(stiffness=2e4), objects=[ball(0.002)]) is not None
+    assert stability_warning(TOUCHED, ElasticLayer(stiffness=2e4), objects=[ball(1.0)]) is None
 
 
 def test_heavy_and_fixed_things_and_the_lightest_probe():
     wall = ObjectSpec("wall", "box", size=(1.0, 1.0, 1.0))
     probe = ObjectSpec("probe", "probe", size=(0.01,), mass=0.001)
-    assert as_stiff(Layer(stiffness=1e4), []) == 1e4
-    assert as_stiff(Layer(stiffness=1e4), [wall, ball(50.0)]) == 1e4
-    assert as_stiff(Layer(stiffness=1e4), [wall, probe]) == pytest.approx(1e4 * PROBE / LIGHTEST)
+    assert equivalent_stiffness(ElasticLayer(stiffness=1e4), []) == 1e4
+    assert equivalent_stiffness(ElasticLayer(stiffness=1e4), [wall, ball(50.0)]) == 1e4
+    assert equivalent_stiffness(ElasticLayer(stiffness=1e4), [wall, probe]) == pytest.approx(
+        1e4 * PROBE_MASS / MIN_MOVING_MASS
+    )

@@ -1,11 +1,16 @@
-"""A frame is an instant that nobody can change afterwards."""
+"""Frames and failures as values; a failure repeats."""
 
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
-from app.control.command import JointCommand
-from app.session.frame import Frame
+from app.control.command import ControlSettings, JointCommand
+from app.core.errors import SimulationError
+from app.session.frame import Failure, Frame
+from app.session.session import Session
+from app.tactile.poke import Finger, PokePressed
+from tests.support.touch import prepared_bar
 
 
 def test_it_owns_its_arrays():
@@ -17,3 +22,48 @@ def test_it_owns_its_arrays():
     assert frame.timings.total_ms == 0
     assert frame.why_limited == frame.notes == ()
     assert frame.objects.shape == (0, 4, 4)
+
+
+UNSTEADY = prepared_bar(tick=0.01, overrides={"integrator": "euler", "timestep": 0.01, "gravity": "on"})
+"""With stiff, strongly damped joints: explicit damping of that strength swings up (see ``too_stiff``)."""
+
+
+def test_it_says_what_a_person_read():
+    error = SimulationError("the simulation diverged", place="joint hinge at 0.1 s", remedy="Reset")
+    failure = Failure(21, error, (), Session(UNSTEADY).frame)
+    assert failure.problem == "joint hinge at 0.1 s: the simulation diverged. Reset."
+
+
+def too_stiff() -> Session:
+    """A session that diverges within a second."""
+    session = Session(UNSTEADY, settings=ControlSettings(stiffness=40.0, damping_ratio=3.0))
+    session.submit(PokePressed(1, UNSTEADY.skin.taxel_point(30), Finger(stiffness=10.0)))
+    return session
+
+
+def until_it_stops(session) -> None:
+    for _ in range(400):
+        session.tick()
+
+
+def test_a_session_that_diverges_says_all_that_is_needed_to_see_it_again():
+    session = too_stiff()
+    with pytest.raises(SimulationError, match="diverged") as first:
+        until_it_stops(session)
+    failure = session.failure
+    assert failure is not None
+    assert failure.problem == str(first.value)
+    assert failure.frame is session.frame
+    assert failure.tick == session.frame.tick + 1
+    assert np.isfinite(failure.frame.posture).all()
+    assert [type(act).__name__ for _, act in failure.inputs] == ["ControlChanged", "PokePressed"]
+    with pytest.raises(SimulationError, match="diverged"):
+        session.tick()
+    assert session.frame.tick == failure.tick - 1, "it stays where it stopped"
+    again = too_stiff()
+    with pytest.raises(SimulationError):
+        until_it_stops(again)
+    assert (again.failure.tick, again.failure.problem) == (failure.tick, failure.problem)
+    session.reset()
+    assert session.failure is None
+    assert session.tick().tick == 1

@@ -4,24 +4,15 @@ from __future__ import annotations
 
 from typing import get_args
 
-from app.contacts.reading_settings import ReadingSettings
-from app.control.behaviour import Behaviour
-from app.control.command import ControlSettings
-from app.experiments.flat_map import flat_map
-from app.recording.input_codec import decode_input, encode_input
+from app.contacts.pipeline import ReadingSettings
+from app.control.behaviours import Behaviour
+from app.control.command import ControlChanged, ControlSettings
+from app.recording.message_codecs import decode_input, encode_input
 from app.scene.effects import Effects
-from app.session.inputs import (
-    BehavioursChanged,
-    ControlChanged,
-    EffectsChanged,
-    MapEdited,
-    PokeMoved,
-    PokePressed,
-    PokeReleased,
-    ReadingChanged,
-    SessionInput,
-)
-from tests.touch import bar_skin
+from app.session.inputs import BehavioursChanged, EffectsChanged, MapEdited, ReadingChanged, SessionInput
+from app.studies.testbeds.reference_bodies import flat_map
+from app.tactile.poke import PokeMoved, PokePressed, PokeReleased
+from tests.support.touch import bar_skin
 
 
 def test_every_input_can_be_recorded():

@@ -1,22 +1,47 @@
-"""A session: inputs at ticks in, frames out, the same every time."""
+"""A session tick by tick: scripted, deterministic, and told of its sensor and its substeps."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from app.control.command import ControlChanged, ControlSettings
-from app.errors import SceneError, SimulationError
-from app.geometry.surface_point import SurfacePoint
+from app.control.loop_stability import SensorTiming
+from app.core.errors import SceneError, SimulationError
+from app.geometry.mesh import SurfacePoint
+from app.scene.effects import Effects
 from app.session.inputs import EffectsChanged
-from app.session.session import MAX_TICKS, Session
-from app.stimuli.player import FINGER
-from app.stimuli.poke import Poke
-from app.stimuli.stroke import Stroke
-from app.touch.poke import Finger, PokeMoved, PokePressed, PokeReleased
-from tests.touch import arm, prepared_bar
+from app.session.session import MAX_TICKS, Session, skin_readings, substeps
+from app.stimuli.stimulus_kinds import Poke, Stroke
+from app.stimuli.stimulus_player import FIRST_SCRIPTED_FINGER
+from app.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
+from app.tactile.sensor_effects import Sampling, Saturation, SensorEffects
+from tests.support.touch import arm, prepared_bar
+
+
+def test_a_tick_is_so_many_steps():
+    assert [substeps(0.005, step) for step in (0.005, 0.001, 0.0005)] == [1, 5, 10]
+
+
+@pytest.mark.parametrize("step", [0.003, 0.01, 0.0, -0.001, 1e-6, float("nan"), float("inf")])
+def test_what_is_no_part_of_a_tick_is_refused(step):
+    with pytest.raises(SimulationError, match="whole number"):
+        substeps(0.005, step)
+
+
+def told(**sensor):
+    return skin_readings(Effects(sensor=SensorEffects(**sensor)), 0.005)
+
+
+def test_rate_delay_and_end_come_from_the_effects():
+    assert told() == SensorTiming(0.005, 0.0, math.inf)
+    assert told(sampling=Sampling(20.0, 0.1)) == SensorTiming(0.05, 0.1, math.inf)
+    assert told(sampling=Sampling(1000.0, 0.0)).period == 0.005, "no more often than a tick"
+    assert told(saturation=Saturation(1e5)) == SensorTiming(0.005, 0.0, 1e5)
+
 
 BAR = prepared_bar(stimuli=(Stroke(hold=0.1),))
 AT, THERE = BAR.skin.taxel_point(30), BAR.skin.taxel_point(31)
@@ -61,7 +86,7 @@ def test_the_scripted_hand_plays_until_a_person_presses():
     for _ in range(40):
         frame = session.tick()
     assert session.scripted
-    assert [poke.id for poke in frame.pokes] == [FINGER]
+    assert [poke.id for poke in frame.pokes] == [FIRST_SCRIPTED_FINGER]
     session.submit(PokeReleased(5))
     session.submit(ControlChanged(ControlSettings(stiffness=9.0)))
     session.tick()
@@ -87,7 +112,7 @@ def test_all_scripted_fingers_lift_when_a_person_presses():
 
 def test_same_inputs_same_frames_and_the_inputs_are_enough_to_repeat_it():
     acts = {30: [PokePressed(1, arm().skin.taxel_point(20))], 60: [PokeMoved(1, arm().skin.taxel_point(21))],
-            80: [ControlChanged(ControlSettings(law="hold_force"))], 150: [PokeReleased(1)]}  # fmt: skip
+            80: [ControlChanged(ControlSettings(controller="hold_force"))], 150: [PokeReleased(1)]}  # fmt: skip
 
     def run(session):
         frames = []
@@ -188,16 +213,16 @@ def test_a_refused_input_leaves_the_session_as_it_was(act, error, words):
 
 def test_why_limited_reaches_the_frame():
     prepared = prepared_bar()
-    session = Session(prepared, scripted=False, settings=ControlSettings(law="hold_force", force_goal=0.0))
+    session = Session(prepared, scripted=False, settings=ControlSettings(controller="hold_force", force_goal=0.0))
     session.submit(PokePressed(1, prepared.skin.taxel_point(0), Finger(speed=0.1)))
     words = {word for _ in range(1500) for word in session.tick().why_limited}
     assert words
 
 
 def test_a_robot_without_joints_runs_under_both_laws():
-    for law in ("impedance", "hold_force"):
+    for controller in ("impedance", "hold_force"):
         prepared = prepared_bar(hinged=False)
-        session = Session(prepared, scripted=False, settings=ControlSettings(law=law))
+        session = Session(prepared, scripted=False, settings=ControlSettings(controller=controller))
         session.submit(PokePressed(1, AT))
         for _ in range(100):
             frame = session.tick()

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from app.scene.effects import Effects
-from app.simulation.assemble import assemble
-from app.simulation.contact_pairs import feeling_links, hull_points, never_touching, touches_itself
-from app.touch.layer import Layer
-from tests.things import every_kind, thing
-from tests.touch import arm, bar, bar_skin, pair
+from app.simulation.contact_pairs import allows_self_contact, excluded_pairs, hull_points, skinned_links
+from app.simulation.model_assembly import assemble
+from app.tactile.elastic_layer import ElasticLayer
+from tests.support.scene_objects import every_kind, thing
+from tests.support.touch import arm, bar, bar_skin, pair
 
 BOX = thing("box", at=(5.0, 0.0, 5.0), mass=1.0)
 
@@ -57,7 +57,7 @@ def test_hull_points_are_links_and_skins():
 def test_in_the_environment_skin_meets_objects_in_pairs_and_the_rest_by_bits():
     robot, skin = arm().robot, arm().skin
     model = assemble(robot, skin, Effects(contact="environment"), objects=every_kind())
-    links, things = feeling_links(skin), [t.spec.name for t in every_kind()]
+    links, things = skinned_links(skin), [t.spec.name for t in every_kind()]
     partners = {f"slab {name}" if name == "plane" else f"object {name}" for name in things}
     assert pairs(model) == {frozenset((f"skin {link}", other)) for link in links for other in partners}
     bare = [model.geom(i).name for i in np.flatnonzero(model.geom_conaffinity) if "object" not in model.geom(i).name]
@@ -72,7 +72,7 @@ def test_in_the_environment_skin_meets_objects_in_pairs_and_the_rest_by_bits():
 def test_by_itself_the_robot_meets_no_object():
     robot, skin = arm().robot, arm().skin
     model = assemble(robot, skin, Effects(contact="self"), objects=every_kind())
-    apart, names = never_touching(robot, skin), {model.body(i).name for i in range(model.nbody)}
+    apart, names = excluded_pairs(robot, skin), {model.body(i).name for i in range(model.nbody)}
     assert not any(name.startswith("object") for name in names)
     bodies = [
         frozenset((model.body(model.geom_bodyid[a]).name, model.body(model.geom_bodyid[b]).name))
@@ -96,21 +96,21 @@ def test_everything_meets_everything():
 def test_neighbours_never_touch():
     robot, skin = arm().robot, arm().skin
     names = [link.name for link in robot.links]
-    apart = never_touching(robot, skin)
+    apart = excluded_pairs(robot, skin)
     assert all(frozenset(two) in apart for two in pairwise(names))
     assert frozenset((names[0], names[-1])) not in apart
-    assert never_touching(robot, skin) is apart, "asked once"
+    assert excluded_pairs(robot, skin) is apart, "asked once"
 
 
 def test_touching_itself_needs_dynamics():
-    assert touches_itself(Effects(contact="all"))
-    assert not touches_itself(Effects(contact="all", dynamics=False))
-    assert not touches_itself(Effects(contact="environment"))
+    assert allows_self_contact(Effects(contact="all"))
+    assert not allows_self_contact(Effects(contact="all", dynamics=False))
+    assert not allows_self_contact(Effects(contact="environment"))
 
 
 @pytest.mark.parametrize(("friction", "dimensions"), [(False, 1), (True, 3)])
 def test_friction_is_the_larger_of_both_or_none(friction, dimensions):
-    layer = Layer(friction=0.4)
+    layer = ElasticLayer(friction=0.4)
     for of_box, felt in ((0.1, 0.4), (0.9, 0.9)):
         box = thing("box", at=(5.0, 0.0, 5.0), mass=1.0, friction=of_box)
         model = assemble(

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.errors import SimulationError
-from app.geometry.surface_point import SurfacePoint
-from app.robots.configuration import Configuration
+from app.core.errors import SimulationError
+from app.geometry.mesh import SurfacePoint
+from app.robots.kinematics import Configuration
 from app.scene.effects import Effects
 from app.simulation.simulation import Simulation
-from app.touch.poke import Finger, PokeMoved, PokePressed, PokeReleased
-from tests.touch import BAR_INERTIA, arm, bar, bar_skin, hold, no_command, taxel_near
+from app.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
+from tests.support.touch import BAR_INERTIA, arm, bar, bar_skin, hold, no_command, taxel_near
 
 SKIN = bar_skin()
 AT = SKIN.taxel_point(taxel_near(SKIN, 0, (0.3, 0, 0.02)))

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from app.scene.effects import Effects
-from app.scene.objects import OBJECT_KINDS
-from app.simulation.assemble import assemble
-from app.simulation.object_geoms import LIGHTEST, PROBE_STIFFNESS, Drives, Path, has_body, rest_pose, takes_part
+from app.scene.objects import MIN_MOVING_MASS, OBJECT_KINDS
+from app.simulation.model_assembly import assemble
+from app.simulation.object_geoms import PROBE_STIFFNESS, ProbeDrives, ProbePath, has_body, initial_pose, is_simulated
 from app.simulation.simulation import Simulation
-from tests.things import thing
-from tests.touch import bar, bar_skin, no_command
+from tests.support.scene_objects import thing
+from tests.support.touch import bar, bar_skin, no_command
 
 WORLD = Effects(contact="environment")
 FAR = (5.0, 1.0, 2.0)
@@ -93,7 +93,7 @@ def test_a_plate_swings_with_the_stated_damping():
 
 def test_probes_and_plates_have_a_least_mass():
     model = model_with(thing("probe", at=FAR), thing("plate", at=FAR, mass=0.001))
-    assert model.body("object probe").mass[0] == model.body("object plate").mass[0] == LIGHTEST
+    assert model.body("object probe").mass[0] == model.body("object plate").mass[0] == MIN_MOVING_MASS
 
 
 def test_a_probe_follows_its_path_again_and_again():
@@ -101,7 +101,7 @@ def test_a_probe_follows_its_path_again_and_again():
     probe = thing("probe", at=(9.0, 9.0, 9.0), path=path)
     simulation = Simulation(bar(), bar_skin(), WORLD, objects=(probe,))
     assert simulation.object_poses[0, :3, 3] == pytest.approx(FAR), "it starts on its path"
-    lag = 2 * np.sqrt(LIGHTEST / PROBE_STIFFNESS)
+    lag = 2 * np.sqrt(MIN_MOVING_MASS / PROBE_STIFFNESS)
     for seconds in (0.5, 2.5):
         simulation.step(round((seconds - simulation.time) / 0.001), no_command(bar()))
         assert simulation.object_poses[0, 0, 3] == pytest.approx(5.1 - 0.2 * lag, abs=2e-4)
@@ -121,33 +121,33 @@ def test_a_probe_does_not_sag():
 
 
 def test_places_on_a_path():
-    path = Path(thing("probe", path=((0.5, 0.0, 0.0, 0.0), (1.0, 1.0, 0.0, 0.0), (2.0, 1.0, 2.0, 0.0))).spec)
+    path = ProbePath(thing("probe", path=((0.5, 0.0, 0.0, 0.0), (1.0, 1.0, 0.0, 0.0), (2.0, 1.0, 2.0, 0.0))).spec)
     for time, place in ((0.0, (0, 0, 0)), (0.5, (0, 0, 0)), (0.75, (0.5, 0, 0)), (1.5, (1, 1, 0)), (2.75, (0.5, 0, 0))):
         assert path.place(time) == pytest.approx(place), time
-    assert Path(thing("probe", at=FAR).spec).place(7.0) == pytest.approx(FAR)
-    assert Path(thing("probe", path=((0.0, *FAR),)).spec).place(7.0) == pytest.approx(FAR)
+    assert ProbePath(thing("probe", at=FAR).spec).place(7.0) == pytest.approx(FAR)
+    assert ProbePath(thing("probe", path=((0.0, *FAR),)).spec).place(7.0) == pytest.approx(FAR)
 
 
 def test_only_probes_with_a_way_to_go_are_driven():
     probe, walker = thing("probe", at=FAR), thing("probe", name="walker", path=((0.0, *FAR), (1.0, 9.0, 9.0, 9.0)))
-    assert not Drives(model_with(probe), (probe,)).moving
-    assert Drives(model_with(probe, walker), (probe, walker)).moving
-    assert not Drives(model_with(effects=Effects()), (probe, walker)).moving, "they are not in that model"
+    assert not ProbeDrives(model_with(probe), (probe,)).moving
+    assert ProbeDrives(model_with(probe, walker), (probe, walker)).moving
+    assert not ProbeDrives(model_with(effects=Effects()), (probe, walker)).moving, "they are not in that model"
 
 
 def test_who_takes_part():
     takers = {
-        mode: {kind for kind in OBJECT_KINDS if takes_part(kind, Effects(contact=mode))}
+        mode: {kind for kind in OBJECT_KINDS if is_simulated(kind, Effects(contact=mode))}
         for mode in ("off", "probe", "environment", "self", "all")
     }
     assert takers["off"] == takers["self"] == set()
     assert takers["probe"] == {"probe"}
     assert takers["environment"] == takers["all"] == set(OBJECT_KINDS)
-    assert not any(takes_part(kind, Effects(contact="all", dynamics=False)) for kind in OBJECT_KINDS)
+    assert not any(is_simulated(kind, Effects(contact="all", dynamics=False)) for kind in OBJECT_KINDS)
     assert not has_body(model_with(effects=Effects()), thing("box").spec)
 
 
 def test_the_pose_at_rest_is_the_scenes_but_a_probe_is_never_turned():
     box, probe = thing("box", at=FAR, turn=(10.0, 20.0, 30.0)), thing("probe", at=FAR, turn=(10.0, 20.0, 30.0))
-    assert rest_pose(box.spec) == pytest.approx(box.spec.pose.matrix)
-    assert rest_pose(probe.spec)[:3, :3] == pytest.approx(np.eye(3))
+    assert initial_pose(box.spec) == pytest.approx(box.spec.pose.matrix)
+    assert initial_pose(probe.spec)[:3, :3] == pytest.approx(np.eye(3))

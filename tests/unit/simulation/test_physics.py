@@ -7,27 +7,27 @@ import numpy as np
 import pytest
 
 from app.scene.effects import Effects
-from app.simulation.impedance import Impedance
 from app.simulation.physics import Physics
-from app.touch.layer import Layer
-from app.touch.models.depth import Depth
-from app.touch.models.foundation import Foundation
-from tests.things import thing
-from tests.touch import bar, bar_skin, hold, no_command
+from app.simulation.step_checks import ImpedanceCommand
+from app.tactile.elastic_layer import ElasticLayer
+from app.tactile.models.depth import DepthModel
+from app.tactile.models.foundation import FoundationModel
+from tests.support.scene_objects import thing
+from tests.support.touch import bar, bar_skin, hold, no_command
 
 FAR = thing("box", at=(5.0, 0.0, 5.0))
 
 
 def physics(*objects, **effects) -> Physics:
-    made = Physics(bar(), bar_skin(), Effects(**effects), objects, Layer())
+    made = Physics(bar(), bar_skin(), Effects(**effects), objects, ElasticLayer())
     made.start(bar().home)
     return made
 
 
 def test_a_model_that_makes_its_own_pressures_says_so():
     assert physics().touch is None
-    assert isinstance(physics(skin="depth").touch, Depth)
-    assert isinstance(physics(skin="foundation").touch, Foundation)
+    assert isinstance(physics(skin="depth").touch, DepthModel)
+    assert isinstance(physics(skin="foundation").touch, FoundationModel)
 
 
 def test_only_what_acts_is_a_hook():
@@ -40,9 +40,9 @@ def test_only_what_acts_is_a_hook():
 
 
 def test_a_command_of_the_controller_is_what_the_physics_takes():
-    command: Impedance = hold(bar(), 3.0, 0.5)
+    command: ImpedanceCommand = hold(bar(), 3.0, 0.5)
     made = physics()
-    made.take(command)
+    made.apply_command(command)
     assert made.model.actuator_gainprm[0, 0] == -made.model.actuator_biasprm[0, 1] == 3.0
     assert made.model.actuator_biasprm[0, 2] == -0.5
 
@@ -55,7 +55,7 @@ def test_a_hand_acts_in_every_step_at_that_steps_places(integrator):
         data.qfrc_applied[0] += 1.0
         seen.append((data.time, data.qpos[0], float(np.arctan2(-data.xmat[1, 6], data.xmat[1, 0]))))
 
-    made.take(no_command(bar()))
+    made.apply_command(no_command(bar()))
     made.step(50, hand)
     assert [round(time / 0.001) for time, *_ in seen] == list(range(50))
     assert all(position == pytest.approx(angle, abs=1e-12) for _, position, angle in seen), "kinematics of that step"
@@ -80,7 +80,7 @@ def test_contacts_are_read_at_the_places_they_were_found_at():
     """In a frame that the last step has moved on, a load would lie beside its shape."""
     ball = thing("sphere", at=(0.3, 0.0, 0.0405), mass=1.0)
     made = physics(ball, contact="environment", gravity="on")
-    made.take(hold(bar(), 20.0, 0.1))
+    made.apply_command(hold(bar(), 20.0, 0.1))
     made.data.qvel[3] = -1.0
     for _ in range(40):
         made.step(1, None)

@@ -1,17 +1,62 @@
+"""A skin that places itself: what may be asked for, which links are chosen, and what comes of it."""
+
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from app.errors import MeshError, RobotError, SkinError
-from app.skin.cover import JOINT_CLEARANCE, cover
-from app.skin.cover_spec import CoverSpec
-from tests.numerics.hard_meshes import HARD_MESHES, HOPELESS_MESHES, one_link
-from tests.unit.skin.robots_by_hand import two_rods
+from app.core.errors import MeshError, RobotError, SkinError
+from app.geometry.mesh import Mesh
+from app.robots.robot import Robot
+from app.skin.cover import JOINT_CLEARANCE, MAX_COVER_TAXELS, CoverSpec, choose_links, cover_robot, hull_area
+from tests.hard_cases.meshes import HARD_MESHES, HOPELESS_MESHES, one_link
+from tests.unit.skin.example_robots import two_rods
+
+
+def test_the_usual_cover() -> None:
+    assert CoverSpec() == CoverSpec((), 1000, 0.003, 0)
+
+
+@pytest.mark.parametrize("taxels", [-1, 3, MAX_COVER_TAXELS + 1])
+def test_absurd_counts_are_refused(taxels: int) -> None:
+    with pytest.raises(SkinError, match=f"found: {taxels}"):
+        CoverSpec(taxels=taxels)
+
+
+@pytest.mark.parametrize("thickness", [0.0, -1.0, 1.0, float("nan")])
+def test_absurd_thicknesses_are_refused(thickness: float) -> None:
+    with pytest.raises(SkinError, match="thickness"):
+        CoverSpec(thickness=thickness)
+
+
+def test_only_links_that_move_are_chosen() -> None:
+    assert choose_links(two_rods()) == ("upper",)
+
+
+def test_a_robot_without_joints_wears_it_on_any_link() -> None:
+    assert choose_links(one_link(HARD_MESHES["cube"])) == ("part",)
+
+
+def test_a_flat_link_can_be_chosen_too() -> None:
+    assert choose_links(one_link(HARD_MESHES["flat plate"])) == ("part",)
+
+
+def test_a_robot_without_geometry_is_refused() -> None:
+    bare = Robot(
+        "bare", "bare.xml", '<mujoco><worldbody><body name="b"/></worldbody></mujoco>', {}, (), (), np.zeros(0)
+    )
+    with pytest.raises(SkinError, match="geometry"):
+        choose_links(bare)
+
+
+def test_hull_area_of_a_cube_is_its_area_and_of_a_plate_one_side() -> None:
+    assert hull_area(HARD_MESHES["cube"]) == pytest.approx(HARD_MESHES["cube"].area)
+    assert hull_area(HARD_MESHES["flat plate"]) == pytest.approx(0.06)
+    assert hull_area(Mesh(np.eye(3), [[0, 1, 2]])) == pytest.approx(np.sqrt(3) / 2)
 
 
 def test_the_joint_is_kept_clear_and_the_total_is_as_asked() -> None:
-    skin = cover(two_rods(buried=0.05), CoverSpec(("base", "upper"), taxels=101))
+    skin = cover_robot(two_rods(buried=0.05), CoverSpec(("base", "upper"), taxels=101))
     assert len(skin) == 101
     assert [(patch.name, patch.link) for patch in skin.patches] == [("base", "base"), ("upper", "upper")]
     upper = skin.patches[1].surface.vertices
@@ -19,13 +64,13 @@ def test_the_joint_is_kept_clear_and_the_total_is_as_asked() -> None:
 
 
 def test_taxels_are_shared_out_by_area() -> None:
-    skin = cover(two_rods(), CoverSpec(("base", "upper"), taxels=200))
+    skin = cover_robot(two_rods(), CoverSpec(("base", "upper"), taxels=200))
     density = [len(patch.taxels) / patch.surface.area for patch in skin.patches]
     assert density[0] == pytest.approx(density[1], rel=0.03)
 
 
 def test_no_links_named_chooses_by_itself() -> None:
-    assert {patch.link for patch in cover(two_rods(), CoverSpec(taxels=50)).patches} == {"upper"}
+    assert {patch.link for patch in cover_robot(two_rods(), CoverSpec(taxels=50)).patches} == {"upper"}
 
 
 def test_progress_is_told_and_may_cancel() -> None:
@@ -33,7 +78,7 @@ def test_progress_is_told_and_may_cancel() -> None:
         pass
 
     told: list[tuple[str, float]] = []
-    cover(two_rods(), CoverSpec(taxels=50), progress=lambda text, done: told.append((text, done)))
+    cover_robot(two_rods(), CoverSpec(taxels=50), progress=lambda text, done: told.append((text, done)))
     assert told[0] == ("Covering upper", 0.0)
     assert [done for _, done in told] == sorted(done for _, done in told)
 
@@ -41,28 +86,28 @@ def test_progress_is_told_and_may_cancel() -> None:
         raise Cancelled
 
     with pytest.raises(Cancelled):
-        cover(two_rods(), CoverSpec(taxels=50), progress=cancel)
+        cover_robot(two_rods(), CoverSpec(taxels=50), progress=cancel)
 
 
 def test_an_unknown_link_and_one_without_geometry_are_named() -> None:
     with pytest.raises(RobotError, match="elbow"):
-        cover(two_rods(), CoverSpec(("elbow",)))
+        cover_robot(two_rods(), CoverSpec(("elbow",)))
     with pytest.raises(SkinError, match="found: frame"):
-        cover(two_rods(), CoverSpec(("frame",)))
+        cover_robot(two_rods(), CoverSpec(("frame",)))
 
 
 @pytest.mark.parametrize("name", HOPELESS_MESHES)
 def test_a_link_without_area_is_a_named_error(name: str) -> None:
     with pytest.raises((SkinError, MeshError), match=r"part.*area|geometry.*part"):
-        cover(one_link(HOPELESS_MESHES[name]), CoverSpec(("part",), taxels=20))
+        cover_robot(one_link(HOPELESS_MESHES[name]), CoverSpec(("part",), taxels=20))
 
 
 def test_a_link_buried_in_its_neighbour_stays_bare() -> None:
     with pytest.raises(SkinError, match="no surface is left"):
-        cover(two_rods(buried=0.15, length=0.1), CoverSpec(("upper",), taxels=20))
+        cover_robot(two_rods(buried=0.15, length=0.1), CoverSpec(("upper",), taxels=20))
 
 
 def test_repairs_are_told() -> None:
-    skin = cover(one_link(HARD_MESHES["duplicates"]), CoverSpec(taxels=20))
+    skin = cover_robot(one_link(HARD_MESHES["duplicates"]), CoverSpec(taxels=20))
     assert {finding.kind for finding in skin.findings} == {"duplicate-vertex", "duplicate-face"}
     assert np.isfinite(skin.areas).all()

@@ -1,16 +1,30 @@
+"""The values of a skin: read-only taxels, numbered through the patches."""
+
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from app.skin.place import place_taxels
-from app.skin.skin import Patch, Skin
-from tests.numerics.hard_meshes import HARD_MESHES
+from app.skin.sampling import place_evenly
+from app.skin.skin import Patch, Quadrature, Skin, Taxels
+from tests.hard_cases.meshes import HARD_MESHES
+
+
+def test_arrays_are_read_only_and_counted() -> None:
+    one = np.array([[0.0, 0, 1]])
+    quadrature = Quadrature(one, one, np.ones(1), np.zeros(1))
+    taxels = Taxels(one, one, np.zeros(1), one, np.ones(1), np.zeros((0, 2)), quadrature)
+    assert len(taxels) == 1
+    assert taxels.faces.dtype == np.int64
+    with pytest.raises(ValueError, match="read-only"):
+        taxels.areas[0] = 2
+    with pytest.raises(ValueError, match="read-only"):
+        quadrature.areas[0] = 2
 
 
 def two_patches() -> Skin:
     ball, tube = HARD_MESHES["sphere"], HARD_MESHES["open tube"]
-    return Skin((Patch("ball", "a", ball, place_taxels(ball, 5)), Patch("tube", "b", tube, place_taxels(tube, 7))))
+    return Skin((Patch("ball", "a", ball, place_evenly(ball, 5)), Patch("tube", "b", tube, place_evenly(tube, 7))))
 
 
 def test_taxels_are_numbered_through_the_patches() -> None:

@@ -6,20 +6,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.array_file import pack_arrays, unpack_arrays
-from app.errors import Finding, SkinError
+from app.core.errors import Finding, SkinError
+from app.core.files import pack_arrays, unpack_arrays
 from app.skin import skin_file
-from app.skin.place import place_taxels
+from app.skin.sampling import place_evenly
 from app.skin.skin import Patch, Skin
 from app.skin.skin_file import load_skin, save_skin, skin_from_bytes, skin_to_bytes
-from tests.numerics.hard_meshes import HARD_MESHES
+from tests.hard_cases.meshes import HARD_MESHES
 
 Header, Arrays = dict[str, object], dict[str, np.ndarray]
 
 
 def skin() -> Skin:
     ball, tube = HARD_MESHES["sphere"], HARD_MESHES["open tube"]
-    patches = (Patch("ball", "a", ball, place_taxels(ball, 5)), Patch("Röhre", "b", tube, place_taxels(tube, 7)))
+    patches = (Patch("ball", "a", ball, place_evenly(ball, 5)), Patch("Röhre", "b", tube, place_evenly(tube, 7)))
     return Skin(patches, (Finding("duplicate-face", "a", "dropped", 3),))
 
 
@@ -58,7 +58,7 @@ def test_a_missing_file_and_an_unwritable_place_are_named(tmp_path: Path) -> Non
 
 def test_a_file_too_large_is_not_even_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     save_skin(skin(), tmp_path / "skin.npz")
-    monkeypatch.setattr(skin_file, "MAX_BYTES", 10)
+    monkeypatch.setattr(skin_file, "MAX_UNPACKED_BYTES", 10)
     with pytest.raises(SkinError, match="too large"):
         load_skin(tmp_path / "skin.npz")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.widgets.body_hand import Heard, open_view, skin_pixel
+from tests.widgets.support.robot_view_driver import Heard, open_view, skin_pixel
 
 
 @pytest.fixture

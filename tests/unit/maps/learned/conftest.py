@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.touch.babbling import BabbleSpec, babble
-from tests.numerics.map_surfaces import sheet, skin_of
+from app.tactile.babbling import BabbleSpec, babble
+from tests.support.surfaces import sheet, skin_of
 
 
 @pytest.fixture(scope="session")

@@ -1,4 +1,4 @@
-"""In space first, then in the plane."""
+"""A cloud of points laid flat, and the geodesic information map that goes by way of it."""
 
 from __future__ import annotations
 
@@ -6,10 +6,96 @@ import numpy as np
 import pytest
 from scipy.spatial.distance import pdist, squareform
 
-from app.maps.learned.geodesic_information import build, in_space, in_units_of_near, through_space
+from app.core.errors import MapError
+from app.geometry.connectivity import boundary_loops, edge_table, euler_characteristic
+from app.maps.learned.geodesic_information import (
+    build,
+    embed_in_space,
+    embed_through_space,
+    flatten_point_cloud,
+    locally_scaled,
+    without_small_holes,
+)
 from app.maps.learned.learned_map import silent
-from app.touch.babbling import BabbleSpec, babble
-from tests.numerics.map_surfaces import frustum, skin_of
+from app.tactile.babbling import BabbleSpec, babble
+from tests.support.surfaces import frustum, sheet, skin_of, taxels_on
+
+
+def _near_stretch(cloud, points):
+    """Lengths in the plane over lengths in space between points close to each other."""
+    near = squareform(pdist(cloud)) + np.diag(np.full(len(cloud), np.inf))
+    i, j = np.nonzero(near < 1.5 * np.median(near.min(axis=1)))
+    return np.linalg.norm(points[i] - points[j], axis=1) / near[i, j]
+
+
+def test_a_bent_sheet_comes_out_flat_and_true():
+    bent = sheet(40, 30, shape=lambda x, y: 0.02 * np.cos(x / 0.03))
+    cloud = taxels_on(bent, 120).positions
+    opened = flatten_point_cloud(cloud)
+    assert opened.findings == ()
+    assert np.ptp(_near_stretch(cloud, opened.points)) < 0.1
+
+
+def test_a_tube_is_cut_and_unrolled():
+    cloud = taxels_on(frustum(), 200).positions
+    opened = flatten_point_cloud(cloud)
+    assert [finding.kind for finding in opened.findings] == ["opened"]
+    stretch = _near_stretch(cloud, opened.points)
+    torn = stretch > 2
+    assert 0 < torn.mean() < 0.15
+    assert np.abs(stretch[~torn] - 1).max() < 0.15
+
+
+def test_the_few_beside_the_surface_are_told_and_put_near():
+    cloud = taxels_on(sheet(30, 20), 100).positions.copy()
+    cloud = np.concatenate([cloud, cloud[50:51] + [0.001, 0.001, 0.3]])
+    opened = flatten_point_cloud(cloud)
+    (note,) = [finding for finding in opened.findings if finding.kind == "taxels-beside-surface"]
+    assert note.count == 1
+    low, high = opened.points[:100].min(axis=0), opened.points[:100].max(axis=0)
+    assert (low < opened.points[100]).all()
+    assert (opened.points[100] < high).all()
+
+
+@pytest.mark.parametrize(
+    "cloud", [np.zeros((4, 3)), np.eye(3) * [1, 0, 0], np.random.default_rng(13).normal(size=(60, 3))]
+)
+def test_where_no_surface_is_it_says_so(cloud):
+    with pytest.raises(MapError):
+        flatten_point_cloud(cloud)
+
+
+def test_small_holes_are_closed_and_large_ones_are_ends():
+    surface = sheet(12, 12, width=0.12, height=0.12)
+    middle = surface.vertices[surface.faces].mean(axis=1)[:, :2]
+    small = np.abs(middle - [0.025, 0.025]).max(axis=1) < 0.005
+    large = np.abs(middle - [0.08, 0.08]).max(axis=1) < 0.02
+    faces = surface.faces[~small & ~large]
+    assert sorted(len(loop) for loop in boundary_loops(faces)) == [4, 16, 48]
+    closed = without_small_holes(faces)
+    assert sorted(len(loop) for loop in boundary_loops(closed)) == [16, 48]
+    assert euler_characteristic(closed) == 0
+    added = closed[len(faces) :]
+    normals = np.cross(*(surface.vertices[added[:, k]] - surface.vertices[added[:, 0]] for k in (1, 2)))
+    assert (normals[:, 2] != 0).all()
+    assert (np.sign(normals[:, 2]) == np.sign(_up(surface, faces))).all(), "closed with the right side out"
+
+
+@pytest.mark.parametrize("turn", range(10))
+def test_a_hole_is_not_closed_over_a_side_that_exists(turn):
+    """Corners 0 and 2 of the hole 0-3-2-1 are joined already, whichever of its corners the fan would start from."""
+    inner = [(0, 1, 2), (0, 2, 4), (2, 5, 4), (2, 3, 5), (3, 6, 5), (3, 0, 6), (0, 4, 6)]
+    faces = np.array([*inner, (4, 5, 7), (5, 6, 8), (6, 4, 9)])
+    faces = np.roll(faces, turn, axis=0)
+    assert [len(loop) for loop in boundary_loops(faces)] == [6, 4]
+    closed = without_small_holes(faces)
+    assert edge_table(closed).face_count.max() == 2
+    assert [len(loop) for loop in boundary_loops(closed)] == [6]
+
+
+def _up(surface, faces):
+    a, b, c = (surface.vertices[faces[0, k]] for k in range(3))
+    return np.cross(b - a, c - a)[2]
 
 
 @pytest.fixture(scope="module")
@@ -26,19 +112,19 @@ def test_taxels_of_a_sheet_lie_where_they_lie(touched_sheet, misfit):
 
 def test_the_unit_is_what_is_near_for_both_ends():
     unlike = np.array([[0.0, 2, 4], [2, 0, np.inf], [4, np.inf, 0]])
-    scaled = in_units_of_near(unlike, neighbours=2)
+    scaled = locally_scaled(unlike, neighbours=2)
     # Near is 4 for the first and third, and for the second, which knows one neighbour only, 2.
     assert np.allclose(scaled, [[0, 2 / np.sqrt(8), 1], [2 / np.sqrt(8), 0, np.inf], [1, np.inf, 0]])
 
 
 def test_a_coarse_part_is_not_pushed_away():
     unlike = np.array([[0.0, 1, 2], [1, 0, 2], [2, 2, 0]])
-    assert np.allclose(in_units_of_near(unlike), in_units_of_near(5 * unlike))
+    assert np.allclose(locally_scaled(unlike), locally_scaled(5 * unlike))
 
 
 def test_points_of_space_are_found_again():
     truth = np.random.default_rng(12).normal(size=(30, 3))
-    assert np.allclose(pdist(in_space(squareform(pdist(truth)))), pdist(truth), atol=1e-6)
+    assert np.allclose(pdist(embed_in_space(squareform(pdist(truth)))), pdist(truth), atol=1e-6)
 
 
 def test_a_tube_is_opened(tube):
@@ -52,6 +138,6 @@ def test_a_tube_is_opened(tube):
 
 def test_without_a_surface_it_goes_straight_to_the_plane():
     line = squareform(pdist(np.arange(12.0)[:, None]))
-    points, (note,) = through_space(line, silent)
+    points, (note,) = embed_through_space(line, silent)
     assert note.kind == "no-learned-surface"
     assert np.allclose(pdist(points), pdist(np.arange(12.0)[:, None]), atol=1e-6)

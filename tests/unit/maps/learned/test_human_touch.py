@@ -1,12 +1,38 @@
-"""Correlation over strokes."""
+"""Correlation between taxels, and the map made from it."""
 
 from __future__ import annotations
 
 import numpy as np
+import pytest
+from scipy.sparse import csr_matrix
 
-from app.maps.learned.human_touch import build, unlikeness
-from app.maps.learned.readings import felt
-from app.touch.babbling import BabbleSpec, babble
+from app.maps.learned.human_touch import build, cross_correlation, dissimilarity
+from app.maps.learned.readings import detect_touch
+from app.tactile.babbling import BabbleSpec, babble
+
+
+@pytest.fixture(scope="module")
+def signals():
+    generator = np.random.default_rng(8)
+    return generator.exponential(size=(400, 5)) * (generator.random((400, 5)) < 0.3)
+
+
+def test_at_once_it_is_pearsons(signals):
+    sparse = csr_matrix(signals)
+    assert np.allclose(cross_correlation(sparse, sparse), np.corrcoef(signals.T))
+
+
+def test_a_delayed_copy_correlates_at_its_lag_and_in_its_direction(signals):
+    delayed = np.roll(signals[:, :1], 3, axis=0)
+    first, second = csr_matrix(signals[:, :1]), csr_matrix(delayed)
+    assert cross_correlation(first, second, lag=3)[0, 0] == pytest.approx(1, abs=0.03)
+    assert abs(cross_correlation(first, second)[0, 0]) < 0.2
+    assert abs(cross_correlation(second, first, lag=3)[0, 0]) < 0.2
+
+
+def test_what_never_changes_correlates_with_nothing(signals):
+    constant = csr_matrix(np.ones((400, 1)))
+    assert not cross_correlation(constant, csr_matrix(signals)).any()
 
 
 def test_strokes_over_a_sheet_place_its_taxels(touched_sheet, misfit):
@@ -21,14 +47,14 @@ def test_a_neighbour_reached_later_is_as_near_as_one_at_once():
     strokes = np.repeat(generator.random(200) < 0.3, 3)
     source = generator.random(600) * strokes
     readings = np.stack([source, np.roll(source, 2), generator.random(600)], axis=1)
-    touch = felt(readings)
+    touch = detect_touch(readings)
     assert touch.together[0, 1]
-    unlike = unlikeness(touch, lags=2)
+    unlike = dissimilarity(touch, lags=2)
     assert unlike[0, 1] < 0.2
     assert unlike[1, 0] == unlike[0, 1], "whichever came first"
-    assert unlikeness(touch, lags=1)[0, 1] > 1
+    assert dissimilarity(touch, lags=1)[0, 1] > 1
 
 
 def test_pairs_never_touched_together_are_unknown(touched_sheet):
-    touch = felt(touched_sheet[1])
-    assert np.array_equal(np.isinf(unlikeness(touch, lags=2)), ~touch.together)
+    touch = detect_touch(touched_sheet[1])
+    assert np.array_equal(np.isinf(dissimilarity(touch, lags=2)), ~touch.together)

@@ -1,11 +1,67 @@
-"""Information distance finds a flat sheet."""
+"""The information distance, and the map made from it."""
 
 from __future__ import annotations
 
 import numpy as np
+import pytest
+from scipy.sparse import csr_matrix
 
-from app.maps.learned.information_distance import build, unlikeness
-from app.maps.learned.readings import felt
+from app.maps.learned.information_distance import adaptive_levels, build, dissimilarity, information_distance
+from app.maps.learned.readings import detect_touch
+
+BINS = 4
+
+
+@pytest.fixture(scope="module")
+def levels():
+    drawn = np.random.default_rng(1).integers(0, BINS, size=(200, 7))
+    drawn[:, 3] = (drawn[:, 2] * 3) % BINS  # a renaming of column 2
+    drawn[:, 4] = 0
+    drawn[:, 5] = np.minimum(drawn[:, 6], 1)  # less than column 6
+    return drawn
+
+
+def _entropy(*columns):
+    _, counts = np.unique(np.stack(columns), axis=1, return_counts=True)
+    share = counts / counts.sum()
+    return -(share * np.log2(share)).sum()
+
+
+def test_it_is_what_the_definition_says(levels):
+    found = information_distance(csr_matrix(levels, dtype=float), bins=BINS)
+    for i, x in enumerate(levels.T):
+        for j, y in enumerate(levels.T):
+            joint = _entropy(x, y)
+            wanted = 0 if i == j or joint == 0 else (2 * joint - _entropy(x) - _entropy(y)) / joint
+            assert found[i, j] == pytest.approx(wanted, abs=1e-12)
+
+
+def test_it_is_a_metric_from_0_to_1(levels):
+    found = information_distance(csr_matrix(levels, dtype=float), bins=BINS)
+    assert found.min() == 0
+    assert found.max() <= 1 + 1e-12
+    assert (found[:, :, None] + found[None] >= found[:, None, :] - 1e-12).all()
+    assert found[2, 3] == pytest.approx(0, abs=1e-12), "a renamed signal tells everything"
+    assert found[0, 1] > 0.9, "independent ones tell nothing"
+    assert found[4, 0] == pytest.approx(1, abs=1e-12), "a silent one tells nothing"
+
+
+def test_levels_of_touch_are_equally_frequent_and_rest_is_apart():
+    pressures = np.random.default_rng(2).exponential(size=(3000, 3)) * (
+        np.random.default_rng(3).random((3000, 3)) < 0.2
+    )
+    levels = adaptive_levels(csr_matrix(pressures), bins=5).toarray()
+    assert np.array_equal(levels == 0, pressures == 0)
+    for column, values in zip(levels.T, pressures.T, strict=True):
+        counts = np.bincount(column.astype(int))[1:]
+        assert len(counts) == 4
+        assert np.ptp(counts) <= 1
+        assert values[column == 1].max() < values[column == 2].min()
+
+
+def test_equal_pressures_share_a_level():
+    levels = adaptive_levels(csr_matrix(np.array([[7.0], [7], [0], [7], [9]])), bins=3).toarray().ravel()
+    assert len(set(levels[[0, 1, 3]])) == 1
 
 
 def test_taxels_of_a_sheet_lie_where_they_lie(touched_sheet, misfit):
@@ -19,11 +75,11 @@ def test_taxels_of_a_sheet_lie_where_they_lie(touched_sheet, misfit):
 
 def test_how_hard_touches_are_does_not_matter(touched_sheet):
     """Any growing function of the pressure has the same levels."""
-    touch = felt(np.where(touched_sheet[1] > 5e4, touched_sheet[1], 0.0))
-    assert np.allclose(unlikeness(touch), unlikeness(felt(touch.pressures.toarray() ** 3)))
+    touch = detect_touch(np.where(touched_sheet[1] > 5e4, touched_sheet[1], 0.0))
+    assert np.allclose(dissimilarity(touch), dissimilarity(detect_touch(touch.pressures.toarray() ** 3)))
 
 
 def test_pairs_never_touched_together_are_unknown(touched_sheet):
-    touch = felt(touched_sheet[1])
-    assert np.array_equal(np.isinf(unlikeness(touch)), ~touch.together)
-    assert np.isinf(unlikeness(touch)).any()
+    touch = detect_touch(touched_sheet[1])
+    assert np.array_equal(np.isinf(dissimilarity(touch)), ~touch.together)
+    assert np.isinf(dissimilarity(touch)).any()

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.errors import MapError
+from app.core.errors import MapError
 from app.geometry.mesh import Mesh
 from app.maps.learned.isomap import isomap
-from tests.numerics.map_surfaces import sheet, with_thin_faces
+from tests.support.surfaces import sheet, with_thin_faces
 
 
 def _lattice(shape, columns=14, rows=15, side=0.01) -> Mesh:

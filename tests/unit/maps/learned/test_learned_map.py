@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.errors import MapError
+from app.core.errors import MapError
 from app.maps.learned.learned_map import LearnedMap, silent
 
 

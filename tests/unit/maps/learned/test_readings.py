@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.errors import MapError
-from app.maps.learned.readings import felt
+from app.core.errors import MapError
+from app.maps.learned.readings import detect_touch
 
 
 def _noisy(touches):
@@ -16,7 +16,7 @@ def _noisy(touches):
 
 def test_exact_readings_are_kept_as_they_are():
     readings = np.array([[0.0, 3, 0, 1], [2, 0, 5, 0], [0, 1e-9, 0, 7]])
-    touch = felt(readings)
+    touch = detect_touch(readings)
     assert np.array_equal(touch.pressures.toarray(), readings)
     assert touch.findings == ()
 
@@ -24,7 +24,7 @@ def test_exact_readings_are_kept_as_they_are():
 def test_noise_is_no_touch_however_often_a_taxel_is_touched():
     touches = np.zeros((2000, 6))
     touches[:1500, 0], touches[::2, 1], touches[5:8, 2] = 2000.0, 3000.0, 1000.0
-    touch = felt(_noisy(touches))
+    touch = detect_touch(_noisy(touches))
     assert touch.taxels.tolist() == [0, 1, 2]
     assert np.array_equal(touch.pressures.toarray() > 0, touches[:, :3] > 0)
 
@@ -32,7 +32,7 @@ def test_noise_is_no_touch_however_often_a_taxel_is_touched():
 def test_silent_taxels_are_named_and_put_in_the_middle_of_the_others():
     touches = np.zeros((2000, 6))
     touches[3:9, [0, 2, 3, 5]] = 1000.0
-    touch = felt(_noisy(touches))
+    touch = detect_touch(_noisy(touches))
     (note,) = touch.findings
     assert (note.kind, note.where, note.count) == ("taxels-never-touched", "taxels 1, 4", 2)
     points, placed = touch.everywhere(np.array([[0.0, 0], [4, 0], [0, 4], [4, 4]]))
@@ -42,14 +42,14 @@ def test_silent_taxels_are_named_and_put_in_the_middle_of_the_others():
 
 
 def test_together_is_at_the_same_moment():
-    touch = felt(np.array([[1.0, 2, 0, 0], [0, 0, 3, 0], [0, 0, 0, 1]]))
+    touch = detect_touch(np.array([[1.0, 2, 0, 0], [0, 0, 3, 0], [0, 0, 0, 1]]))
     assert touch.together.tolist() == [[1, 1, 0, 0], [1, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
 
 
 def test_what_keeps_out_of_each_others_way_is_not_together():
     """Half of the time the first two, else the last two; by chance once, the outer ones."""
     moments = np.array([[1.0, 1, 0, 0], [0, 0, 1, 1]] * 10 + [[1, 0, 0, 1]])
-    assert felt(moments).together.tolist() == [[1, 1, 0, 0], [1, 1, 0, 0], [0, 0, 1, 1], [0, 0, 1, 1]]
+    assert detect_touch(moments).together.tolist() == [[1, 1, 0, 0], [1, 1, 0, 0], [0, 0, 1, 1], [0, 0, 1, 1]]
 
 
 @pytest.mark.parametrize(
@@ -57,4 +57,4 @@ def test_what_keeps_out_of_each_others_way_is_not_together():
 )
 def test_readings_that_say_nothing_are_refused(readings):
     with pytest.raises(MapError):
-        felt(readings)
+        detect_touch(readings)

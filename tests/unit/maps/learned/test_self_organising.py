@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from app.maps.learned.self_organising import build, organise
+from app.maps.learned.self_organising import build, train_batch_som
 
 
 def test_taxels_of_a_sheet_lie_where_they_lie(touched_sheet, misfit):
@@ -20,7 +20,7 @@ def test_units_side_by_side_want_alike():
     places = np.linspace(0, 1, 400)[:, None]
     contacts = np.exp(-0.5 * ((places - np.linspace(0, 1, 9)) / 0.1) ** 2)
     contacts /= np.linalg.norm(contacts, axis=1, keepdims=True)
-    units = organise(csr_matrix(contacts), side=6)
+    units = train_batch_som(csr_matrix(contacts), side=6)
     units /= np.linalg.norm(units, axis=1, keepdims=True)
     grid = units.reshape(6, 6, 9)
     beside = (grid[1:] * grid[:-1]).sum(axis=-1).mean()

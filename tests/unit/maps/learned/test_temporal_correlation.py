@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_matrix
 
-from app.maps.learned.readings import felt
-from app.maps.learned.temporal_correlation import build, traces, unlikeness
+from app.maps.learned.readings import detect_touch
+from app.maps.learned.temporal_correlation import build, dissimilarity, traces
 
 
 def test_a_trace_fades_by_e_in_its_time():
@@ -24,7 +24,7 @@ def test_without_memory_it_is_the_cosine():
     signals = np.random.default_rng(9).random((50, 4))
     norms = np.linalg.norm(signals, axis=0)
     wanted = np.sqrt(-np.log(np.minimum(signals.T @ signals / np.outer(norms, norms), 1)))
-    assert np.allclose(unlikeness(felt(signals), fading=1), wanted, atol=1e-7)
+    assert np.allclose(dissimilarity(detect_touch(signals), fading=1), wanted, atol=1e-7)
 
 
 def test_what_fires_shortly_after_is_near():
@@ -32,9 +32,9 @@ def test_what_fires_shortly_after_is_near():
     order[::4] *= 1.0
     gaps = np.zeros((120 * 5, 4))
     gaps[np.arange(120) // 4 * 20 + np.arange(120) % 4] = order
-    unlike = unlikeness(felt(gaps), fading=2)
+    unlike = dissimilarity(detect_touch(gaps), fading=2)
     assert unlike[0, 1] < unlike[0, 2] < unlike[0, 3] < np.inf
-    assert np.isinf(unlikeness(felt(gaps), fading=1)[0, 1]), "at the same moment they never fire"
+    assert np.isinf(dissimilarity(detect_touch(gaps), fading=1)[0, 1]), "at the same moment they never fire"
 
 
 def test_taxels_of_a_sheet_lie_where_they_lie(touched_sheet, misfit):

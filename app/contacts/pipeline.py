@@ -1,0 +1,228 @@
+"""The sense of touch as a whole: from one tick's pressures to contact regions, self-touch and events, as the settings
+say.
+
+``ReadingSettings`` say from which pressure on a taxel counts as touched, and which estimator leads to a force.
+``ContactPipeline`` runs detection, force estimation, self-touch and events in that order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from types import MappingProxyType
+
+import numpy as np
+
+from app.contacts.centre_of_pressure import SensorUncertainty
+from app.contacts.detection import TOUCH_THRESHOLD, ContactDetector
+from app.contacts.events import ContactEvent, EventDetector
+from app.contacts.force_estimation.estimate import ESTIMATORS, EstimatorName, ForceEstimate
+from app.contacts.force_estimation.estimation import RegionForceEstimator
+from app.contacts.regions import ContactRegion
+from app.contacts.self_touch import SelfTouchMatcher
+from app.core.arrays import FloatArray
+from app.core.errors import SceneError, did_you_mean
+from app.maps.tactile_map import TactileMap
+from app.robots.kinematics import Configuration
+from app.robots.robot import Robot
+from app.tactile.sensor_effects import SensorEffects
+
+ABOVE_NOISE = 3.0
+"""Standard deviations of a reading's noise that the threshold is at least."""
+THRESHOLDS = (1.0, 1e6)
+"""What a person may set, lowest and highest [Pa]."""
+NOISIEST_SENSOR = 10.0
+"""Of a force-torque sensor [N]."""
+
+
+@dataclass(frozen=True)
+class ReadingSettings:
+    """What a scene, a person or a recording may say of how contacts are read.
+
+    Attributes:
+        estimator: The way from readings to a contact's force.
+        threshold: A taxel is touched from here [Pa]; None for the usual one, or what stands out of the noise if that
+            is more.
+        wrench_noise: Standard deviation of each force that the force-torque sensor of ``lumped`` reports [N], and 2 cm
+            times as much of each torque. 0 is a perfect one; an ATI Mini45 (SI-145-5) resolves 1/16 N and 1/752 N m.
+
+    Raises:
+        SceneError: Naming what is wrong, and what is allowed there.
+    """
+
+    estimator: EstimatorName = "area-sum"
+    threshold: float | None = None
+    wrench_noise: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.estimator not in ESTIMATORS:
+            raise SceneError(
+                "there is no such force estimator",
+                place="contacts.estimator",
+                value=self.estimator,
+                remedy=did_you_mean(str(self.estimator), ESTIMATORS),
+            )
+        if self.threshold is not None:
+            self._check("threshold", *THRESHOLDS, unit="Pa")
+        self._check("wrench_noise", 0.0, NOISIEST_SENSOR, unit="N")
+
+    def _check(self, name: str, low: float, high: float, *, unit: str) -> None:
+        value = getattr(self, name)
+        number = isinstance(value, int | float) and not isinstance(value, bool)
+        if not (number and low <= value <= high):  # NaN is in no range
+            raise SceneError(
+                "contacts cannot be read so",
+                place=f"contacts.{name}",
+                value=value,
+                remedy=f"Choose {low:g} to {high:g} {unit}",
+            )
+        object.__setattr__(self, name, float(value))
+
+    def threshold_for(self, errors: SensorUncertainty) -> float:
+        """The threshold in force [Pa] with readings that are so far off.
+
+        What a person sets stands, whatever the noise. Theory has max(3 sigma, a tenth of the peak); the tenth is left
+        out: it is there to cut one contact out of a whole image, and would let a firm contact erase a light one beside
+        it. What it is good for, keeping the cover's blur out of the inversion, the region with its one ring does.
+        """
+        return self.threshold if self.threshold is not None else max(TOUCH_THRESHOLD, ABOVE_NOISE * errors.noise)
+
+
+def reading_from(values: Mapping[str, object]) -> ReadingSettings:
+    """Settings from a scene's table.
+
+    Raises:
+        SceneError: An unknown key, or a value that is none of those allowed.
+    """
+    known = tuple(field.name for field in fields(ReadingSettings))
+    for key in values:
+        if key not in known:
+            raise SceneError(
+                "there is no such setting of how contacts are read",
+                place=f"contacts.{key}",
+                value=key,
+                remedy=did_you_mean(key, known),
+            )
+    return ReadingSettings(**values)  # type: ignore[arg-type]
+
+
+_USUAL = ReadingSettings()
+_NONE: Mapping[str, FloatArray] = MappingProxyType({})
+
+
+class ContactPipeline:
+    """Reads contacts tick by tick. Mutable; ``reset`` forgets the past.
+
+    Args:
+        robot: Which wears the skin; where its links are tells self-touch.
+        map_: The skin's map. Its skin is the one believed in; the one that feels needs the same taxels, but they may
+            lie elsewhere.
+        sensor: What the sensor does to readings, for the threshold and the regions' error bars.
+        settings: How contacts are read; may be set at any time.
+        depth: Of the taxels below the cover's surface [m], for estimators that undo its blur.
+        seed: Of a force-torque sensor's noise.
+
+    Attributes:
+        estimates: What the estimator in force answered at the last tick, by region; empty with the area sum.
+
+    Raises:
+        MapError: The depth is no such number.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        map_: TactileMap,
+        sensor: SensorEffects,
+        *,
+        settings: ReadingSettings = _USUAL,
+        depth: float = 0.002,
+        seed: int = 0,
+    ) -> None:
+        self._settings, self._reader = settings, ContactDetector(map_)
+        self._forces = RegionForceEstimator(
+            map_, estimator=settings.estimator, depth=depth, wrench_noise=settings.wrench_noise, seed=seed
+        )
+        self._self_touch, self._events = SelfTouchMatcher(), EventDetector()
+        self.set_sensor_model(sensor)
+        # Only a skin on two links can touch itself.
+        several = len({patch.link for patch in map_.skin.patches}) > 1
+        self._configuration = Configuration(robot) if several else None
+        self._nothing = np.zeros(len(map_.skin))
+        self.estimates: Mapping[int, ForceEstimate] = {}
+
+    @property
+    def settings(self) -> ReadingSettings:
+        """How contacts are read. They stay who they are when that changes."""
+        return self._settings
+
+    @settings.setter
+    def settings(self, settings: ReadingSettings) -> None:
+        self._forces.estimator = settings.estimator
+        self._forces.wrench_noise = settings.wrench_noise
+        self._settings = settings
+        self._reader.threshold = settings.threshold_for(self._reader.errors)
+
+    @property
+    def needs_wrenches(self) -> bool:
+        """Whether ``read`` wants to be told what the contacts do to links as a whole."""
+        return self._settings.estimator == "lumped"
+
+    def use(self, map_: TactileMap) -> None:
+        """Place contacts by another map of the same skin from now on. Cost: 0.2 ms."""
+        self._reader.use(map_)
+        self._forces.use(map_)
+
+    def set_sensor_model(self, sensor: SensorEffects) -> None:
+        """Draw error bars for a sensor that does this to readings from now on, and stay above its noise."""
+        self._reader.errors = SensorUncertainty.of_sensor(sensor)
+        self._reader.threshold = self._settings.threshold_for(self._reader.errors)
+        gaps = sensor.area_averaging is not None or sensor.dead_taxels is not None
+        self._reader.wait(period=1 / sensor.sampling.rate if sensor.sampling else 0.0, gaps=gaps)
+
+    def reset(self) -> None:
+        """Forget all contacts and events; ids start at 1 again."""
+        self._reader.reset()
+        self._forces.reset()
+        self._self_touch.reset()
+        self._events.reset()
+        self.estimates = {}
+
+    def read(
+        self,
+        tick: int,
+        time: float,
+        posture: FloatArray,
+        pressures: FloatArray | None,
+        *,
+        wrenches: Mapping[str, FloatArray] = _NONE,
+    ) -> tuple[ContactRegion, ...]:
+        """The regions touched at a tick, the strongest first; what began or ended with them stands in ``recent``.
+
+        Args:
+            tick: Of the frame; rising.
+            time: The same [s].
+            posture: (joints,) of the robot.
+            pressures: (taxels,) [Pa]; None where no skin is simulated, which counts as untouched.
+            wrenches: By link, (6,) force [N] and torque [N m] of all contacts on it, about its origin, in its frame;
+                where ``needs_wrenches``.
+
+        Cost: ``ContactReader``'s and 3 µs a contact, and 30 µs while two links are touched; with another estimator
+        than the area sum, that one's as well.
+        """
+        pressures = self._nothing if pressures is None else pressures
+        regions = self._reader.read(pressures, time=time)
+        regions, self.estimates = self._forces.read(
+            regions, pressures, self._reader.errors, wrenches, awaited=self._reader.may_return(time)
+        )
+        if self._configuration is not None:
+            if len({region.link for region in regions}) > 1:
+                self._configuration.update(posture)
+            regions = self._self_touch.link(regions, self._configuration.pose)
+        self._events.read(tick, time, regions, awaited=self._forces.awaited)
+        return regions
+
+    @property
+    def recent(self) -> tuple[ContactEvent, ...]:
+        """The newest events, newest first; see ``EventReader``."""
+        return self._events.recent

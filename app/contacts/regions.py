@@ -1,0 +1,151 @@
+"""A contact region: one touched area of the skin, read from the tactile map; and the graph of taxels in which such
+areas are connected.
+
+``ContactRegion`` is the value. ``TaxelGraph`` gathers touched taxels that are neighbours on the body into groups, so a
+seam never splits one; ``SeamCrossings`` knows which groups a seam tears apart on the map.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from app.core.arrays import FloatArray, IntArray, readonly
+from app.geometry.mesh import SurfacePoint
+from app.maps.tactile_map import TactileMap
+from app.skin.skin import Skin
+
+_NO_AXES, _NO_MAP_AXES = readonly(np.zeros((2, 3))), readonly(np.zeros((2, 2)))
+
+
+@dataclass(frozen=True, eq=False)
+class ContactRegion:
+    """A connected touched area.
+
+    Attributes:
+        id: Kept while the region lives, from frame to frame; 1 or more.
+        taxels: (k,) taxel numbers, the touched ones and their one-ring, rising.
+        force: Sum of pressure times area over them [N]; normal force only, shear is not observable.
+        area: Of the touched taxels [m²].
+        peak: Highest pressure [Pa].
+        map_point: (2,) centre of pressure on the tactile map [m].
+        at: The centre of pressure back-projected to the body.
+        link: Name of the touched link.
+        point: (3,) the same point, link frame [m].
+        normal: (3,) outward unit normal there, link frame.
+        torn: Whether a seam tears the region apart on the map, so that its centre was taken on the body instead.
+        mean: Mean pressure over the touched taxels [Pa].
+        axes: (2, 3) half-axes of the ellipse with the region's second moments, the longer first, link frame [m].
+        map_axes: (2, 2) the same two on the map [m]; as the map distorts there they need not be at right angles, but
+            ``map_point + cos t map_axes[0] + sin t map_axes[1]`` still draws the ellipse.
+        place_error: Standard uncertainty of the centre, radial [m]; see ``accuracy``.
+        force_error: Standard uncertainty of the force [N].
+        partner: Id of the region on another link that touches this one; 0 for none known.
+        merged: Ids of the regions that have become part of this one at this frame.
+        split_from: Id of the region that this one has come off at this frame; 0 for none.
+    """
+
+    id: int
+    taxels: IntArray
+    force: float
+    area: float
+    peak: float
+    map_point: FloatArray
+    at: SurfacePoint
+    link: str
+    point: FloatArray
+    normal: FloatArray
+    torn: bool = False
+    mean: float = 0.0
+    axes: FloatArray = field(default_factory=lambda: _NO_AXES)
+    map_axes: FloatArray = field(default_factory=lambda: _NO_MAP_AXES)
+    place_error: float = 0.0
+    force_error: float = 0.0
+    partner: int = 0
+    merged: tuple[int, ...] = ()
+    split_from: int = 0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "taxels", readonly(self.taxels, np.int64))
+        for name in ("map_point", "point", "normal", "axes", "map_axes"):
+            object.__setattr__(self, name, readonly(getattr(self, name)))
+
+
+TORN = 2.0
+"""Neighbours farther apart on the map than this many times their distance on the body have a seam between them."""
+
+
+class TaxelGroup(NamedTuple):
+    """Touched taxels that are connected on the body, and the untouched ring around them."""
+
+    core: frozenset[int]
+    ring: frozenset[int]
+
+
+class TaxelGraph:
+    """Gathers touched taxels into groups. Built once for a skin.
+
+    Sets of neighbours, so that only the touched taxels and their ring are ever visited.
+
+    Args:
+        skin: The skin.
+
+    Cost: about 1 ms for 1000 taxels to build; a group of 20 taxels then takes 10 µs.
+    """
+
+    def __init__(self, skin: Skin) -> None:
+        self.near = _neighbour_sets(len(skin), skin.neighbours)
+
+    def groups(self, touched: list[int]) -> list[TaxelGroup]:
+        """The groups of ``touched`` taxels, that of the smallest taxel first.
+
+        A ring taxel between two groups is in both rings.
+        """
+        left = set(touched)
+        return [self._flood(start, left) for start in touched if start in left]
+
+    def _flood(self, start: int, left: set[int]) -> TaxelGroup:
+        """The group of ``start``, taken out of the touched taxels ``left``."""
+        core, front = {start}, {start}
+        reached: set[int] = set()
+        left.discard(start)
+        while front:
+            around: set[int] = set().union(*[self.near[taxel] for taxel in front])
+            reached |= around
+            front = around & left
+            left -= front
+            core |= front
+        return TaxelGroup(frozenset(core), frozenset(reached - core))
+
+
+class SeamCrossings:
+    """Which groups of taxels a seam tears apart on a map. Built for a map. Cost: 0.2 ms for 1000 taxels.
+
+    Args:
+        map_: The map.
+        body: (taxels, 3) positions on the body [m], each in its link's frame.
+    """
+
+    def __init__(self, map_: TactileMap, body: FloatArray) -> None:
+        pairs = map_.skin.neighbours
+        on_body = np.linalg.norm(body[pairs[:, 0]] - body[pairs[:, 1]], axis=1)
+        on_map = np.linalg.norm(map_.taxel_points[pairs[:, 0]] - map_.taxel_points[pairs[:, 1]], axis=1)
+        scales = np.array([placement.scale for placement in map_.layout.placements])
+        self.pairs = pairs[on_map > TORN * scales[map_.skin.patch_of[pairs[:, 0]]] * on_body]
+        self._first = frozenset(self.pairs[:, 0].tolist())
+
+    def tear(self, taxels: frozenset[int]) -> bool:
+        """Whether two neighbours among ``taxels`` are parted."""
+        at_seam = taxels & self._first
+        return bool(at_seam) and any(a in at_seam and b in taxels for a, b in self.pairs.tolist())
+
+
+def _neighbour_sets(count: int, pairs: np.ndarray) -> list[frozenset[int]]:
+    both = np.concatenate([pairs, pairs[:, ::-1]])
+    both = both[np.argsort(both[:, 0], kind="stable")]
+    ends = np.searchsorted(both[:, 0], np.arange(count + 1)).tolist()
+    others = both[:, 1].tolist()
+    return [frozenset(others[start:end]) for start, end in pairwise(ends)]

@@ -1,0 +1,182 @@
+"""The controller manager a session asks: it runs the selected controller, with settings that may change at any time.
+
+Controllers change without a jump; gains are held to what the skin can hold, and what it cannot is said
+(``loop_stability``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from app.contacts.regions import ContactRegion
+from app.control.command import ControlSettings, JointCommand, TaskReport, check_settings
+from app.control.controllers import Controller, TaskController, build_controller
+from app.control.loop_stability import (
+    OSCILLATES,
+    SATURATED,
+    GainLimiter,
+    OscillationDetector,
+    SensorTiming,
+    assume_goal_where_saturated,
+)
+from app.control.map_kinematics import MapKinematics
+from app.control.tasks import TaskManager
+from app.core.arrays import FloatArray
+from app.geometry.mesh import SurfacePoint
+from app.maps.tactile_map import TactileMap
+from app.robots.robot import Robot
+
+_NOWHERE = np.full(3, np.nan)
+_UNREAD = ContactRegion(
+    id=0, taxels=np.zeros(0, dtype=np.int64), force=np.nan, area=0.0, peak=np.nan, map_point=_NOWHERE[:2],
+    at=SurfacePoint(0, 0, (1.0, 0.0, 0.0)), link="", point=_NOWHERE, normal=_NOWHERE,
+)  # fmt: skip
+"""What controllers are given where the skin cannot be read: none goes on with a force that is no number."""
+BLEND_TIME = 0.2
+"""Time constant with which what is left of another controller's torque fades [s]."""
+
+
+class ControllerManager:
+    """Turns posture and contact regions into joint commands. Mutable; ``reset`` forgets the past.
+
+    Controllers change without a jump: the new one starts as near as it can to the torque asked for, and the rest of the
+    difference fades.
+
+    Args:
+        robot: Whose joints.
+        settings: May be replaced at any time.
+        map_: Of the skin; ``use`` takes another.
+
+    Raises:
+        SceneError: A setting is out of range; the last good ones stay.
+    """
+
+    def __init__(self, robot: Robot, settings: ControlSettings, map_: TactileMap) -> None:
+        self._robot, self._rest, self._sight = robot, robot.home, MapKinematics(map_)
+        self._task_manager = TaskManager(robot)
+        self._controllers: dict[str, Controller] = {}
+        self._gain_limiter, self._oscillation = GainLimiter(robot), OscillationDetector()
+        self._beyond: tuple[str, ...] = ()
+        self._settings = check_settings(settings)
+        self._last: JointCommand | None = None
+        self._fading: FloatArray | None = None
+        self._switched = False
+
+    @property
+    def settings(self) -> ControlSettings:
+        """The settings in force."""
+        return self._settings
+
+    @settings.setter
+    def settings(self, settings: ControlSettings) -> None:
+        check_settings(settings)
+        self._switched = self._switched or settings.controller != self._settings.controller
+        self._settings = settings
+
+    @property
+    def rest(self) -> FloatArray:
+        """(n,) the posture kept while nothing touches; the robot's home until it is set. A reset keeps it."""
+        return self._rest
+
+    @rest.setter
+    def rest(self, posture: FloatArray) -> None:
+        self._rest = posture
+        for controller in self._controllers.values():
+            controller.rest = posture
+
+    @property
+    def why_limited(self) -> tuple[str, ...]:
+        """What bounds the answer now, in words, and what of the settings the skin cannot hold; empty for nothing."""
+        return (*self._controller.why_limited, *self._beyond)
+
+    @property
+    def readings(self) -> SensorTiming | None:
+        """What is known of the skin's readings; None for nothing."""
+        return self._gain_limiter.readings
+
+    @readings.setter
+    def readings(self, readings: SensorTiming | None) -> None:
+        self._gain_limiter.readings = readings
+
+    @property
+    def report(self) -> TaskReport | None:
+        """How the task goes; None for a controller without one."""
+        return self._controller.report if isinstance(self._controller, TaskController) else None
+
+    def use(self, map_: TactileMap) -> None:
+        """Take another map of the same skin from now on; a path starts afresh."""
+        self._sight = MapKinematics(map_)
+        for controller in self._controllers.values():
+            if isinstance(controller, TaskController):
+                controller.sight = self._sight
+
+    def reset(self) -> None:
+        """Forget the past; keep the settings."""
+        self._task_manager.reset()
+        self._oscillation.reset()
+        self._gain_limiter.reset()
+        self._last, self._fading, self._switched, self._beyond = None, None, False, ()
+        for controller in self._controllers.values():
+            controller.reset()
+
+    def command(
+        self,
+        posture: FloatArray,
+        velocity: FloatArray,
+        regions: Sequence[ContactRegion],
+        dt: float,
+        *,
+        readable: bool = True,
+    ) -> JointCommand:
+        """What the joints should do for the next ``dt`` seconds.
+
+        Args:
+            posture: (n,) found.
+            velocity: (n,) found.
+            regions: All contacts, the strongest first.
+            dt: [s].
+            readable: Whether all taxels read numbers. If not, what presses there is not known, and might be taken for a
+                contact that was lost: controllers that read contacts stand still.
+        """
+        before = self._last.torque_at(posture, velocity) if self._switched and self._last is not None else None
+        if before is not None:
+            self._controller.start(posture, before)
+        self._switched = False
+        settings, read = self._effective_inputs(posture, regions, dt) if readable else (self._settings, (_UNREAD,))
+        command = self._controller.command(settings, posture, velocity, read, dt)
+        if before is not None:
+            self._fading = before - command.torque_at(posture, velocity)
+        if self._fading is not None:
+            command = replace(command, torque=command.torque + self._fading)
+            self._fading = self._fading * np.exp(-dt / BLEND_TIME)
+            self._fading = self._fading if np.abs(self._fading).max(initial=0.0) > 1e-6 else None
+        self._last = command
+        return command
+
+    def _effective_inputs(
+        self, posture: FloatArray, regions: Sequence[ContactRegion], dt: float
+    ) -> tuple[ControlSettings, tuple[ContactRegion, ...]]:
+        """Settings and regions as controllers may take them; what is to be said of the skin's limits is kept."""
+        settings, read, said = self._settings, tuple(regions), list[str]()
+        if settings.controller != "impedance":
+            goal = settings.force_goal
+            if self.readings is not None:
+                read, plateau = assume_goal_where_saturated(regions, goal, self.readings.highest)
+                said += [SATURATED] if plateau else []
+            settings, limits = self._gain_limiter.effective_settings(settings, posture, regions)
+            said += limits
+            said += [OSCILLATES] if self._oscillation.look(goal, regions[0].force if regions else 0.0, dt) else []
+        self._beyond = tuple(said)
+        return settings, read
+
+    @property
+    def _controller(self) -> Controller:
+        """The controller in force, built when it is first wanted."""
+        name = self._settings.controller
+        if name not in self._controllers:
+            self._controllers[name] = build_controller(name, self._robot, self._task_manager, self._sight)
+            self._controllers[name].rest = self._rest
+        return self._controllers[name]

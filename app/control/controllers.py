@@ -1,0 +1,419 @@
+"""The eight controllers by name: the one question they all answer, what each of them does, and which settings each
+uses.
+
+* impedance: the arm as a spring to its rest posture; it yields to a touch and comes back (Hogan 1985, in joint space).
+* hold force: the arm follows or retreats from a touch so that the contact force stays at a goal, and goes back to rest
+afterwards. An admittance
+  along the contact's normal: force error makes velocity, proportional and integral, so that a finger that keeps
+  advancing is held at the goal without lasting error. (Against a spring k this is second order: natural frequency
+  sqrt(gain k / integral_time), damping ratio half of sqrt(gain k integral_time).) The velocity of the touched point
+  becomes joint velocity by damped least squares; the wanted posture is its integral, held by a stiff joint impedance.
+* six with a task (``TaskController``): contacts in, joint velocities out, integrated to a posture that a stiff
+impedance holds. What is common to all of
+  them is here: the contacts' Jacobians at the present posture, going home when nothing is wanted, the bounds, the
+  energy tank and the safety monitor. How errors become velocities is the ``ControlScheme``'s matter (``schemes``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from math import inf, isfinite
+from typing import Protocol
+
+import numpy as np
+
+from app.contacts.regions import ContactRegion
+from app.control.command import ControlSettings, JointCommand, TaskReport
+from app.control.joint_impedance import MAX_POINT_SPEED, PostureReference, joint_impedance, limit_joint_speed
+from app.control.map_kinematics import MapKinematics
+from app.control.monitors import EnergyTank, SafetyMonitor, StallDetector
+from app.control.schemes import (
+    AdmittanceScheme,
+    ForceServo,
+    HybridScheme,
+    ParallelScheme,
+    PriorityScheme,
+    ProjectionScheme,
+    QuadraticProgramScheme,
+)
+from app.control.task_priority import (
+    ArmState,
+    ContactGoal,
+    ControlScheme,
+    PriorityLevel,
+    TaskContact,
+    solve_within_limits,
+)
+from app.control.tasks import TaskManager
+from app.core.arrays import FloatArray, readonly
+from app.robots.kinematics import Configuration
+from app.robots.robot import Robot
+
+
+class Controller(Protocol):
+    """A controller. Mutable; ``reset`` forgets the past.
+
+    Attributes:
+        rest: (n,) the posture it keeps while nothing touches, and comes back to: home, until a scene moves it.
+        why_limited: What bounds the answer now, in words; empty when nothing does.
+    """
+
+    rest: FloatArray
+    why_limited: tuple[str, ...]
+
+    def reset(self) -> None:
+        """Start without history; ``rest`` stays."""
+
+    def start(self, posture: FloatArray, torque: FloatArray) -> None:
+        """Start without history in the middle of another controller's work, as near as it can to what that one asks
+        for.
+
+        Args:
+            posture: (n,) found.
+            torque: (n,) asked for now, besides damping [N m].
+        """
+
+    def command(
+        self,
+        settings: ControlSettings,
+        posture: FloatArray,
+        velocity: FloatArray,
+        regions: Sequence[ContactRegion],
+        dt: float,
+    ) -> JointCommand:
+        """What the joints should do for the next ``dt`` seconds."""
+
+
+class ImpedanceController:
+    """Holds the rest posture with a stiffness and damping; contacts are not read, they are felt by yielding."""
+
+    why_limited: tuple[str, ...] = ()
+
+    def __init__(self, robot: Robot) -> None:
+        self.rest, self._inertia = robot.home, Configuration(robot).inertia()
+
+    def reset(self) -> None:
+        """Nothing is remembered."""
+
+    def start(self, posture: FloatArray, torque: FloatArray) -> None:
+        """Its answer follows from the rest posture alone, whatever was asked before."""
+
+    def command(
+        self,
+        settings: ControlSettings,
+        posture: FloatArray,
+        velocity: FloatArray,
+        regions: Sequence[ContactRegion],
+        dt: float,
+    ) -> JointCommand:
+        """The same spring always."""
+        return joint_impedance(
+            self._inertia, self.rest, frequency=settings.stiffness, damping_ratio=settings.damping_ratio
+        )
+
+
+class HoldForceController:
+    """Keeps the strongest contact at the goal force. Mutable: integral of the force error, wanted posture.
+
+    Args:
+        robot: Whose joints; it may have none.
+
+    Cost: 50 µs a command in contact.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self.rest, self._configuration = robot.home, Configuration(robot)
+        self._reference = PostureReference(robot, self._configuration.inertia())
+        self.reset()
+
+    def reset(self) -> None:
+        """No contact known; the posture found at the next command is where it starts from."""
+        self.why_limited: tuple[str, ...] = ()
+        self._servo = ForceServo(MAX_POINT_SPEED)
+        self._reference.reset()
+
+    def start(self, posture: FloatArray, torque: FloatArray) -> None:
+        """Without history, from the posture at which this controller asks for ``torque`` (n,) of an arm at rest."""
+        self.reset()
+        self._reference.start(posture, torque)
+
+    def command(
+        self,
+        settings: ControlSettings,
+        posture: FloatArray,
+        velocity: FloatArray,
+        regions: Sequence[ContactRegion],
+        dt: float,
+    ) -> JointCommand:
+        """Retreat along the strongest contact's inward normal when it presses too hard, advance when too little."""
+        limits: list[str] = []
+        start = self._reference.start_posture(posture)
+        self._servo.keep(region.id for region in regions[:1])
+        if regions and not isfinite(regions[0].force):
+            limits.append("the skin reads what is no number")
+            speed = np.zeros_like(start)
+        elif regions:
+            self._reference.stop_homing()
+            speed = self._follow(settings, posture, start, regions[0], dt, limits)
+        else:
+            speed = self._reference.home_speed(start, self.rest, dt)
+        command = self._reference.move(posture, speed, dt, limits)
+        self.why_limited = tuple(limits)
+        return command
+
+    def _follow(
+        self,
+        settings: ControlSettings,
+        posture: FloatArray,
+        start: FloatArray,
+        region: ContactRegion,
+        dt: float,
+        limits: list[str],
+    ) -> FloatArray:
+        push = self._servo.push(settings, region.id, settings.force_goal - region.force, dt, limits)
+        self._configuration.update(posture)
+        normal = self._configuration.pose(region.link).rotation.dot(region.normal)
+        row = normal.dot(self._configuration.jacobian(region.link, region.point))
+        return solve_within_limits([PriorityLevel(row[None], np.array((push,)))], self._reference, start, limits)
+
+
+STOP_FREQUENCY = 8.0
+"""Natural frequency at which a stopped arm holds its place [rad/s]: softly, so that what presses it is relieved."""
+LOST_SPEED = 0.1
+"""Of a joint on the way home after a contact was lost that was wanted [rad/s]: at half a metre from the joint, 5 kg and
+2e5 N/m then meet with 50 N, where ``HOME_SPEED`` meets with 300 (v sqrt(m k), theory page, 5.6)."""
+_AT_HOME = 0.01
+STAY = ("retreat", "guide")
+"""Tasks after which the arm stays where it is."""
+_HOME_SPEED = 0.2
+"""At which joints that a task leaves free go back to rest, at most [rad/s]."""
+_NO_MAP, _NO_VELOCITY = readonly(np.zeros((2, 3))), readonly(np.zeros(2))
+
+
+class TaskController:
+    """One scheme at work. Mutable: wanted posture, and what scheme, tank and supervisor remember.
+
+    The velocity wanted is integrated to a posture that a stiff impedance holds. It is not fed forward as a torque too:
+    against something hard that torque is force at once, and more of it than the error it came from.
+
+    Args:
+        robot: Whose joints; it may have none.
+        scheme: How errors become joint velocities.
+        task_manager: Of the task; shared by all controllers, so that a task goes on when the controller is changed.
+        sight: Of the map.
+
+    Attributes:
+        tank: What contacts were given.
+
+    Cost: 0.08 ms a command with one contact that may slide, 0.14 ms with one that is led to a place.
+    """
+
+    def __init__(self, robot: Robot, scheme: ControlScheme, task_manager: TaskManager, sight: MapKinematics) -> None:
+        self.rest, self.sight, self._scheme, self._task_manager = robot.home, sight, scheme, task_manager
+        self._configuration = Configuration(robot)
+        self._inertia = self._configuration.inertia()
+        self._reference = PostureReference(robot, self._inertia)
+        self._safety, self.tank, self._stall = SafetyMonitor(), EnergyTank(), StallDetector(1.5 * sight.pitch)
+        self.reset()
+
+    def reset(self) -> None:
+        """No contact known; the posture found at the next command is where it starts from."""
+        self.why_limited: tuple[str, ...] = ()
+        self._scheme.reset()
+        self._reference.reset()
+        self._safety.reset()
+        self.tank.reset()
+        self._stall.reset()
+        self._speed = np.zeros_like(self.rest)
+
+    def start(self, posture: FloatArray, torque: FloatArray) -> None:
+        """Without history, from the posture at which this controller asks for ``torque`` (n,) of an arm at rest."""
+        self.reset()
+        self._reference.start(posture, torque)
+
+    def command(
+        self,
+        settings: ControlSettings,
+        posture: FloatArray,
+        velocity: FloatArray,
+        regions: Sequence[ContactRegion],
+        dt: float,
+    ) -> JointCommand:
+        """Do the task for a tick, or stand still and say why."""
+        if not self._safety.check(settings.max_force, posture, velocity, regions, dt):
+            return self._stopped(posture)
+        limits: list[str] = []
+        self._configuration.update(posture)
+        start = self._reference.start_posture(posture)
+        goals = self._task_manager.goals(settings, regions, self.sight, self._configuration, dt, limits)
+        carried = self._task_manager.regrasp.speed(start, self.rest, self._configuration, dt)
+        if carried is not None:
+            self._scheme.reset()
+            self._reference.stop_homing()
+            speed = limit_joint_speed(carried, limits)
+        elif goals:
+            self._reference.stop_homing()
+            speed = self._work(settings, goals, regions, start, velocity, dt, limits)
+        else:
+            speed = self._idle(settings, start, dt, limits)
+        self._speed = speed
+        command = self._reference.move(posture, speed, dt, limits)
+        self.why_limited = tuple(dict.fromkeys(limits))
+        return command
+
+    @property
+    def report(self) -> TaskReport:
+        """How the task goes."""
+        task_manager, tank = self._task_manager, self.tank
+        return replace(task_manager.report, energy=tank.given, tank=tank.level)
+
+    def _stopped(self, posture: FloatArray) -> JointCommand:
+        self.why_limited = (self._safety.reason,)
+        self._scheme.reset()
+        self._task_manager.let_go()
+        self._reference.reset()
+        self._speed = np.zeros_like(self.rest)
+        return joint_impedance(self._inertia, self._safety.posture, frequency=STOP_FREQUENCY, damping_ratio=1.0)
+
+    def _idle(self, settings: ControlSettings, start: FloatArray, dt: float, limits: list[str]) -> FloatArray:
+        self._scheme.reset()
+        self.tank.reset()
+        if settings.task in STAY:
+            return np.zeros_like(start)
+        if not self._task_manager.lost:
+            return self._reference.home_speed(start, self.rest, dt)
+        if np.abs(self.rest - start).max(initial=0.0) > _AT_HOME:
+            limits.append("coming home slowly, since what it lost may stand in the way")
+        return self._reference.home_speed(start, self.rest, dt, most=LOST_SPEED)
+
+    def _work(
+        self,
+        settings: ControlSettings,
+        goals: Sequence[ContactGoal],
+        regions: Sequence[ContactRegion],
+        start: FloatArray,
+        velocity: FloatArray,
+        dt: float,
+        limits: list[str],
+    ) -> FloatArray:
+        contacts = tuple(self._contact(settings, want) for want in goals)
+        wanted = {contact.id for contact in contacts}
+        others = tuple(self._contact(settings, ContactGoal(r, r.force)) for r in regions if r.id not in wanted)
+        home = np.minimum(np.maximum(self.rest - start, -_HOME_SPEED), _HOME_SPEED)
+        arm = ArmState(start, home, self._speed, self._reference, contacts + others, dt)
+        contacts = self._unless_stuck(settings, contacts, goals, dt, limits)
+        # What the tank slows down is no force that an integral could bring.
+        asked = settings if self.tank.share == 1.0 else replace(settings, integral_time=inf)
+        levels = self._scheme.levels(asked, contacts, arm, limits)
+        speed = self._scheme.solve(levels, settings, contacts, arm, limits)
+        return self._within_energy(contacts, speed, velocity, dt, limits)
+
+    def _contact(self, settings: ControlSettings, want: ContactGoal) -> TaskContact:
+        region, pose = want.region, self._configuration.pose(want.region.link)
+        to_map = want.to_map
+        if to_map is None and want.error is not None:
+            to_map = self.sight.jacobian(region.at, settings.jacobian, self._configuration)
+        return TaskContact(
+            id=region.id,
+            force=region.force,
+            force_error=want.force - region.force,
+            normal=pose.rotation.dot(self.sight.normal(region, settings.jacobian)),
+            point=pose.points(region.point),
+            move=self._configuration.jacobian(region.link, region.point),
+            to_map=_NO_MAP if to_map is None else to_map,
+            error=want.error,
+            velocity=_NO_VELOCITY if want.velocity is None else want.velocity,
+        )
+
+    def _unless_stuck(
+        self,
+        settings: ControlSettings,
+        contacts: tuple[TaskContact, ...],
+        goals: Sequence[ContactGoal],
+        dt: float,
+        limits: list[str],
+    ) -> tuple[TaskContact, ...]:
+        """The same contacts; one that does not come is let slide."""
+        first = contacts[0]
+        if first.error is None:
+            return contacts
+        asked = settings.position_gain * first.error + first.velocity
+        tried = -first.to_map @ (first.move @ self._speed)
+        held_up = self._stall.look(
+            first.id, goals[0].region.map_point, first.error, asked, tried, dt, target=self._task_manager.target
+        )
+        if not held_up:
+            return contacts
+        limits.append(held_up)
+        return (replace(first, error=None), *contacts[1:])
+
+    def _within_energy(
+        self, contacts: Sequence[TaskContact], speed: FloatArray, velocity: FloatArray, dt: float, limits: list[str]
+    ) -> FloatArray:
+        """Count what contacts are given, and slow down what would give more than the tank holds."""
+        effort = np.zeros_like(speed)  # joint torques with which the arm presses on its contacts
+        for contact in contacts:
+            effort += contact.force * contact.outward
+        self.tank.flow(float(effort.dot(velocity)), float(self._reference.impedance.damping.dot(velocity**2)), dt)
+        gives = effort.dot(speed) > 0
+        if not gives or self.tank.share == 1.0:
+            return speed
+        limits.append(f"energy given to the contact, {self.tank.given:.1f} J")
+        return speed * self.tank.share
+
+
+CONTROL_SCHEMES: dict[str, Callable[[], ControlScheme]] = {
+    "admittance": AdmittanceScheme,
+    "hybrid": HybridScheme,
+    "parallel": ParallelScheme,
+    "projection": ProjectionScheme,
+    "priority": PriorityScheme,
+    "qp": QuadraticProgramScheme,
+}
+"""Controllers with a task."""
+_GAINS: dict[str, tuple[str, ...]] = {
+    "impedance": ("stiffness", "damping_ratio"),
+    "hold_force": ("force_goal", "force_gain", "integral_time"),
+    "admittance": ("force_gain", "inertia_time"),
+    "hybrid": ("force_gain", "integral_time"),
+    "parallel": ("force_gain", "integral_time", "position_gain", "inertia_time"),
+    "projection": ("force_gain", "integral_time"),
+    "priority": ("force_gain", "integral_time"),
+    "qp": ("force_gain", "integral_time"),
+}
+TASKS_AT_A_PLACE = ("hold_point", "follow_path", "guide")
+"""Tasks that want the contact at a place of the map."""
+
+
+def effective_settings(settings: ControlSettings) -> frozenset[str]:
+    """Names of the settings that make a difference to the controller and task chosen, besides ``controller``."""
+    names = set(_GAINS[settings.controller]) | ({"gains"} if settings.controller != "impedance" else set())
+    if settings.controller not in CONTROL_SCHEMES:
+        return frozenset(names)
+    names |= {"task", "max_force", "jacobian"}  # the normal, too, is taken by the Jacobian's word
+    if settings.task != "retreat":
+        names.add("force_goal")
+    if settings.task in TASKS_AT_A_PLACE:
+        names.add("position_gain")
+    if settings.task in ("hold_point", "follow_path"):
+        names.add("path")
+    if settings.task == "follow_path":
+        names |= {"path_kind", "path_speed"} | ({"path_size"} if len(settings.path) < 2 else set())
+    return frozenset(names)
+
+
+def build_controller(name: str, robot: Robot, task_manager: TaskManager, sight: MapKinematics) -> Controller:
+    """A controller by its name, one of ``command.CHOICES``.
+
+    Args:
+        name: Which.
+        robot: Whose joints.
+        task_manager: Of the task, shared by all controllers.
+        sight: Of the map.
+    """
+    if name == "impedance":
+        return ImpedanceController(robot)
+    if name == "hold_force":
+        return HoldForceController(robot)
+    return TaskController(robot, CONTROL_SCHEMES[name](), task_manager, sight)

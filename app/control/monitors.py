@@ -1,0 +1,216 @@
+"""Monitors of a controller with a task: what is unsafe, what does not come along, and what energy contacts were given.
+
+``SafetyMonitor`` stops when force or speed leave what is safe, and says why. ``StallDetector`` notices that a contact
+does not come along the map as the arm wants it to, and why. ``EnergyTank`` (Franken et al. 2011): what an arm may give
+to what it touches is what it was given, and what its damping took.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import isfinite
+
+import numpy as np
+
+from app.contacts.regions import ContactRegion
+from app.core.arrays import FloatArray
+from app.geometry.mesh import SurfacePoint
+
+STOP_SPEED = 3.0
+"""Of any joint [rad/s]; twice what controllers ask for."""
+QUIET = 1.0
+"""Nothing must have touched for so long before the controller goes on [s]."""
+
+
+class SafetyMonitor:
+    """Decides between going on and standing. Mutable; ``reset`` lets the controller go on.
+
+    Attributes:
+        reason: Why it stopped, in words; empty while the controller goes on.
+        posture: (n,) where it stopped.
+    """
+
+    def __init__(self) -> None:
+        self.reset()
+
+    def reset(self) -> None:
+        """Nothing is wrong."""
+        self.reason, self._quiet = "", 0.0
+        self.posture: FloatArray = np.zeros(0)
+
+    def check(
+        self, max_force: float, posture: FloatArray, velocity: FloatArray, regions: Sequence[ContactRegion], dt: float
+    ) -> bool:
+        """Whether the controller may go on.
+
+        Args:
+            max_force: Of any contact [N].
+            posture: (n,).
+            velocity: (n,).
+            regions: All contacts.
+            dt: Since the last question [s].
+        """
+        reason = _danger(max_force, velocity, regions)
+        if reason and not self.reason:
+            self.reason, self.posture = f"stopped: {reason}; lift what touches to go on", posture.copy()
+        if self.reason:
+            self._quiet = 0.0 if regions or reason else self._quiet + dt
+            if self._quiet >= QUIET:
+                self.reset()
+        return not self.reason
+
+
+def _danger(max_force: float, velocity: FloatArray, regions: Sequence[ContactRegion]) -> str:
+    for region in regions:
+        if not (isfinite(region.force) and np.isfinite(region.normal).all() and np.isfinite(region.point).all()):
+            return "the skin reads what is no number"
+        if region.force > max_force:
+            return f"{region.force:.0f} N of force, more than {max_force:.0f} N"
+    fastest = float(np.abs(velocity).max(initial=0.0))
+    return f"a joint at {fastest:.1f} rad/s" if fastest > STOP_SPEED else ""
+
+
+SHORTEST, LONGEST = 0.3, 2.0
+"""For how long motion is compared [s]: an arm takes a while to follow, and slow errors are no hold."""
+SHARE = 0.1
+"""Share of it that must have come. Whither is not asked, if not back: on a map believed turned it comes sideways."""
+AGAIN = 0.003
+"""It is tried again when the error changed by so much [m]; beyond reach only when it became so much less or the target
+is another, since a contact that is let go slides away by itself."""
+ALONG, BEYOND = "the contact goes along with the skin", "the target is out of reach"
+"""What holds a contact up: the arm moves and it does not slide; or the arm cannot move so."""
+_JUMP = 0.005
+
+
+class StallDetector:
+    """Compares what was asked for on the map with what came. Mutable; ``reset`` trusts again.
+
+    A finger that tracks a place of the skin, a hand that holds it, or friction: then the arm would go on for ever. Or
+    joints at their limits or stretched: then what the arm sets out to do already falls short of what is asked.
+
+    Args:
+        least: What must have been asked for before it is judged [m]; more than the taxels' pitch, since the centre of a
+            contact smaller than that stays on a taxel until the next one feels it.
+
+    Attributes:
+        reason: What holds the contact up, in words; empty while it comes.
+    """
+
+    def __init__(self, least: float) -> None:
+        self._least = least
+        self.reset()
+
+    def reset(self) -> None:
+        """Nothing known."""
+        self.reason, self._contact = "", 0
+        self._start_window()
+        self._error: FloatArray = np.zeros(2)
+        self._point: FloatArray | None = None
+        self._target: SurfacePoint | None = None
+
+    def _start_window(self) -> None:
+        self._time, self._asked, self._tried, self._came = 0.0, np.zeros(2), np.zeros(2), np.zeros(2)
+
+    def look(
+        self,
+        contact: int,
+        point: FloatArray,
+        error: FloatArray,
+        asked: FloatArray,
+        tried: FloatArray,
+        dt: float,
+        *,
+        target: SurfacePoint | None = None,
+    ) -> str:
+        """What holds the contact up; empty while it comes.
+
+        Args:
+            contact: Which; a new one is trusted to slide.
+            point: (2,) where it is on the map [m].
+            error: (2,) how far it has to go [m].
+            asked: (2,) map velocity asked for [m/s].
+            tried: (2,) the one that the arm set out to make, if the contact slides [m/s].
+            dt: [s].
+            target: Where it has to go.
+        """
+        moved = self._moved(contact, point)
+        if self.reason and self._is_worth_another(error, target):
+            self.reason = ""
+            self._start_window()
+        if self.reason:
+            return self.reason
+        self._time += dt
+        self._asked, self._tried = self._asked + asked * dt, self._tried + tried * dt
+        if np.linalg.norm(moved) < _JUMP:  # over a seam the place jumps
+            self._came = self._came + moved
+        if self._time > SHORTEST:
+            self.reason = self._judged()
+            self._error, self._target = error, target
+        return self.reason
+
+    def _moved(self, contact: int, point: FloatArray) -> FloatArray:
+        """How far the contact went on the map (2,) since it was last seen."""
+        if contact != self._contact:
+            if self.reason != BEYOND:  # that is the arm's matter, whatever touches
+                self.reset()
+            self._contact, self._point = contact, None
+        moved = np.zeros(2) if self._point is None else point - self._point
+        self._point = point
+        return moved
+
+    def _judged(self) -> str:
+        """What all that was asked, tried and came so far says."""
+        asked, tried = float(np.linalg.norm(self._asked)), float(np.linalg.norm(self._tried))
+        if asked > self._least and self._tried @ self._asked < SHARE * asked**2:
+            return BEYOND
+        enough, came = tried > self._least, float(np.linalg.norm(self._came))
+        along = enough and (came < SHARE * tried or self._came @ self._tried < -SHARE * tried**2)
+        if enough or self._time > LONGEST:
+            self._start_window()
+        return ALONG if along else ""
+
+    def _is_worth_another(self, error: FloatArray, target: SurfacePoint | None) -> bool:
+        if self.reason == ALONG:
+            return bool(np.linalg.norm(error - self._error) > AGAIN)
+        return target != self._target or bool(np.linalg.norm(error) < np.linalg.norm(self._error) - AGAIN)
+
+
+FULL = 1.0
+"""What a tank holds [J]: a hand followed with 3 N over 33 cm; a collision at 0.25 m/s of 5 kg is 0.16 J."""
+LOW = 0.1
+"""What stays in it [J]."""
+RECOVERED = 0.5
+"""Share of the damped power that may be used again."""
+
+
+class EnergyTank:
+    """Keeps count of the energy that contacts were given (Franken et al. 2011). Mutable; ``reset`` fills it.
+
+    Attributes:
+        level: What may still be given, with what stays [J].
+        given: Net energy given to contacts since the reset [J]: a passivity observer; below zero the arm took.
+    """
+
+    def __init__(self) -> None:
+        self.reset()
+
+    def reset(self) -> None:
+        """Full, and nothing given."""
+        self.level, self.given = FULL, 0.0
+
+    def flow(self, given: float, damped: float, dt: float) -> None:
+        """Count a tick.
+
+        Args:
+            given: Power to contacts, force times outward speed [W].
+            damped: Power lost in the joints' damping [W], >= 0.
+            dt: [s].
+        """
+        self.given += given * dt
+        self.level = min(max(self.level + dt * (RECOVERED * damped - given), 0.0), FULL)
+
+    @property
+    def share(self) -> float:
+        """How much of a motion that gives energy is allowed: 1, and smoothly to 0 as the tank runs low."""
+        part = min(max((self.level - LOW) / LOW, 0.0), 1.0)
+        return part * part * (3 - 2 * part)

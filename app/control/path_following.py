@@ -1,0 +1,212 @@
+"""Leads a target along a path on the skin: at a set speed, waiting for the contact, over crossings to other places.
+
+An object on the border of two patches is felt by both: ``over_borders`` makes the two regions one contact again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from app.contacts.regions import ContactRegion
+from app.control.command import ControlSettings
+from app.control.map_kinematics import MapKinematics
+from app.control.surface_path import PathCrossing, SurfacePath, project_path
+from app.core.arrays import FloatArray
+from app.core.errors import MapError
+from app.geometry.mesh import SurfacePoint
+from app.maps.jacobian import JacobianKind
+from app.maps.paths import NEAR_PITCHES, MapPath
+from app.robots.kinematics import Configuration
+
+WIDE = 3.0
+"""Contacts on two patches no more than so many pitches apart are one."""
+
+
+def over_borders(
+    region: ContactRegion,
+    regions: Sequence[ContactRegion],
+    sight: MapKinematics,
+    configuration: Configuration,
+    jacobian: JacobianKind,
+) -> ContactRegion:
+    """The contact with what touches beside it on other patches: all their force, at the centre of all.
+
+    Kept at a goal on one patch alone, an object would be pressed ever more with the other as it is led across; and the
+    centre on one patch alone is never on the border, so that it would be led back from there.
+
+    Args:
+        region: On one patch.
+        regions: All there are.
+        sight: Of the map.
+        configuration: At the present posture.
+        jacobian: By which the centre is drawn beyond the patch's border, as the map would go on there.
+    """
+    pose = configuration.pose(region.link)
+    here, reach = pose.points(region.point), WIDE * sight.pitch
+    others = [
+        (other, configuration.pose(other.link).points(other.point))
+        for other in regions
+        if other.at.patch != region.at.patch
+    ]
+    beside = [(other, place) for other, place in others if np.linalg.norm(place - here) < reach]
+    if not beside:
+        return region
+    force = region.force + sum(other.force for other, _ in beside)
+    shift = sum((other.force * (place - here) for other, place in beside), np.zeros(3)) / max(force, 1e-9)
+    along = sight.jacobian(region.at, jacobian, configuration) @ shift
+    inverse = pose.rotation.T
+    return replace(region, force=force, map_point=region.map_point + along, point=region.point + inverse @ shift)
+
+
+LAG = 0.01
+"""A path waits for a contact that is farther behind, on the body [m]."""
+_SLOWS = 0.25
+"""It slows down over this last share of that."""
+_JUST = 1e-9
+"""Before a crossing [m]."""
+
+
+class PathFollower:
+    """How far along the path the target is. Mutable; ``reset`` forgets the path.
+
+    The speed is that on the map: in a patch drawn twice as large the contact goes half as fast on the body.
+
+    Attributes:
+        way: Walked along the path [m].
+        piece: Number of the part, between two crossings, where the target is.
+        laid_at: (2,) the place on the map about which a path lies that nobody drew [m]; None for no such path.
+        target: Where the contact is wanted; None until there is a path.
+        behind: How far the contact is from there, on the body [m].
+        problem: What is wrong with the path, in words; empty where nothing is.
+        leads_over: Whether the contact is on its way over a crossing to a place that is near.
+        blocked: Why the contact cannot be taken over the next crossing; empty while it can.
+    """
+
+    def __init__(self) -> None:
+        self.reset()
+
+    def reset(self) -> None:
+        """No path."""
+        self.way, self.piece, self.behind = 0.0, 0, 0.0
+        self.laid_at: tuple[float, float] | None = None
+        self.target: SurfacePoint | None = None
+        self.problem = self.blocked = ""
+        self._key: object = None
+        self._path: SurfacePath | None = None
+        self._back = self.leads_over = False
+
+    def lay(self, settings: ControlSettings, region: ContactRegion, sight: MapKinematics) -> bool:
+        """Lay the path if it is new, or the map is; true then.
+
+        What was drawn stays where it was drawn on the map when patches under it are moved. A path that was being
+        followed goes on where it is nearest; one that nobody drew is laid about the contact again.
+        """
+        key = (settings.path, settings.path_kind, settings.path_size, sight)
+        if key == self._key:
+            return False
+        again, self._key, self.blocked, self._back = self._path is not None, key, "", False
+        self.laid_at = None if settings.path else (float(region.map_point[0]), float(region.map_point[1]))
+        try:
+            laid = project_path(settings, region.map_point, sight.transitions)
+            self.problem = "" if laid.whole else "the path leaves the skin"
+        except MapError as error:
+            laid, self.problem = SurfacePath(MapPath(sight.map.to_map(region.at)), sight.transitions), error.problem
+        self._path = laid
+        self.go_to(laid.nearest(region.at) or 0.0 if again and settings.path else 0.0)
+        return True
+
+    def join(self, region: ContactRegion, sight: MapKinematics, configuration: Configuration) -> None:
+        """Go on with a new contact; in another patch, far away, where the path is nearest if it is there at all."""
+        self.blocked = ""
+        if self._path is None or self.target is None or self.target.patch == region.at.patch:
+            return
+        if sight.away(self.target, region, configuration) < WIDE * sight.pitch:
+            return  # the same over a border
+        nearest = self._path.nearest(region.at)
+        self.go_to(self.way if nearest is None else nearest)
+
+    def walk(
+        self,
+        settings: ControlSettings,
+        region: ContactRegion,
+        sight: MapKinematics,
+        configuration: Configuration,
+        dt: float,
+    ) -> tuple[FloatArray, PathCrossing | None]:
+        """Take the target on: round and round where the path is closed, else to and fro.
+
+        Args:
+            settings: How fast.
+            region: The contact.
+            sight: Of the map.
+            configuration: At the present posture.
+            dt: Since the last tick [s].
+
+        Returns:
+            Its velocity (2,) on the map [m/s], and where the contact has to be taken over elsewhere before it goes on:
+            from where to where, and the way from which it then goes on.
+        """
+        path = self._path
+        assert path is not None
+        still = np.zeros(2)
+        if self.blocked:
+            return still, None
+        self.target, direction = path.at(self.way)
+        self.behind = sight.away(self.target, region, configuration)
+        self.leads_over &= self.behind > (1 - _SLOWS) * LAG
+        if self.behind > LAG:
+            far = self.target.patch != region.at.patch and self.behind > NEAR_PITCHES * sight.pitch
+            return still, PathCrossing(self.way, region.at, self.target) if far else None
+        if path.length < 1e-6:
+            return still, None
+        speed = settings.path_speed * min((LAG - self.behind) / (_SLOWS * LAG), 1.0)
+        way, crossing = self._next(path, speed * dt)
+        if (
+            crossing is not None
+            and sight.apart(crossing.leaves, crossing.enters, configuration) > NEAR_PITCHES * sight.pitch
+        ):
+            return still, crossing
+        self.leads_over |= crossing is not None
+        self.way, self.piece = way, path.piece(way)
+        return direction * (-speed if self._back else speed), None
+
+    @property
+    def waits(self) -> bool:
+        """Whether the path waits for the contact, or all but."""
+        return not self.blocked and self.behind > (1 - _SLOWS / 2) * LAG
+
+    def stay(self, reason: str, at: SurfacePoint) -> None:
+        """The contact cannot be taken over, so it is held ``at`` a place until another comes, or another path."""
+        self.blocked, self.target = f"the contact stays where it is: {reason}", at
+
+    def there(self, regions: Sequence[ContactRegion]) -> ContactRegion | None:
+        """The strongest contact on the patch to which the path leads."""
+        return next((r for r in regions if self.target is not None and r.at.patch == self.target.patch), None)
+
+    def go_to(self, way: float) -> None:
+        """Go on from ``way`` metres along the path."""
+        self.leads_over = False
+        assert self._path is not None
+        self.way, self.piece = way, self._path.piece(way)
+        self.target, _ = self._path.at(way)
+
+    def _next(self, path: SurfacePath, step: float) -> tuple[float, PathCrossing | None]:
+        """The way after a step, and the crossing on it, in the direction in which it is walked."""
+        way = self.way + (-step if self._back else step)
+        if path.closed:
+            round_ = way % path.length
+            if round_ != way:
+                return round_, None
+        elif not 0 <= way < path.length:
+            self._back = way > 0
+            return min(max(way, 0.0), path.length * (1 - 1e-9)), None
+        before, after = path.piece(self.way), path.piece(way)
+        if before == after:
+            return way, None
+        crossing = path.crossings[before - 1 if self._back else before]
+        if self._back:
+            crossing = PathCrossing(crossing.way - _JUST, crossing.enters, crossing.leaves)
+        return crossing.way, crossing

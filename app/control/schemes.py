@@ -1,0 +1,359 @@
+"""The six control schemes of controllers with a task: how errors of place and force at contacts become joint
+velocities.
+
+Four tell for every contact how its point should move in space (``PointVelocityScheme``), with force error to speed by
+``ForceServo``:
+
+* admittance: force and map errors move a mass in a viscous liquid, and the arm goes where it goes;
+* hybrid force-position control (Raibert and Craig 1981): force along the normal, position across it;
+* parallel force-position control (Chiaverini and Sciavicco 1993): both act along all directions, and force wins. In
+acceleration form with
+  k_D = 1 / inertia_time, and the other gains times k_D so that they keep their meaning:
+  v' = k_D (K_P e_x + (k_F e_f + k_I integral of e_f) n - v). Position along the normal gives way to the integral of
+  force. Against a spring k_e it is stable while k_I k_e < k_D (K_P + k_F k_e) (Routh);
+* tactile servoing with a projection matrix (Li, Schürmann, Haschke and Ritter 2013), the simplest: errors in the frame
+of the touch, two of place
+  and one of force, are weighted by gains, chosen by a projection matrix and turned into a velocity of the point. It
+  takes the map for a turned copy of the skin and knows no stretch.
+
+Two say what is wanted first:
+
+* priority (Nakamura 1987; Siciliano and Slotine 1991): force first, then the place, then the rest posture;
+* a quadratic program: force and place as well as bounds on speed, acceleration, joints and forces let it.
+  min over joint velocities of w |outward speed - push|² + |sliding - wanted|² + e |speed - rest|², in a box, with weak
+  directions damped as least squares have it. A contact whose force would pass its cap within a tick, by a nominal
+  stiffness, is pushed less whatever the rest wants: not a box, so it comes as a heavy term, for those contacts only
+  that need it.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Sequence
+
+import mujoco
+import numpy as np
+
+from app.control.command import ControlSettings
+from app.control.joint_impedance import MAX_JOINT_SPEED, MAX_POINT_SPEED
+from app.control.task_priority import (
+    ArmState,
+    PriorityLevel,
+    TaskContact,
+    point_rows,
+    single_level,
+    singular_damping,
+    singular_directions,
+    solve_within_limits,
+)
+from app.core.arrays import FloatArray, length
+
+_LESS = 0.98
+"""Share of an error that a later one has to be below to count as less."""
+
+
+class ForceServo:
+    """A PI force loop for each contact. Mutable: the integrals; a contact that is lost takes its own with it.
+
+    The integral waits until the force has come as near to the goal as it comes without: it was reached once, or the
+    error grew no less for ``integral_time`` (where the wish to be elsewhere holds against it). Integrating while the
+    force first rises would push the arm into what it touches. And it stands while the speed is at its bound.
+
+    Args:
+        max_speed: Bound of the answer [m/s].
+    """
+
+    def __init__(self, max_speed: float) -> None:
+        self._max_speed = max_speed
+        self._integrals: dict[int, float] = {}
+        self._reached: set[int] = set()
+        self._least: dict[int, tuple[float, float]] = {}  # error, and for how long none was less
+
+    def keep(self, contacts: Iterable[int]) -> None:
+        """Forget all contacts but these."""
+        kept = set(contacts)
+        self._integrals = {id_: value for id_, value in self._integrals.items() if id_ in kept}
+        self._reached &= kept
+        self._least = {id_: seen for id_, seen in self._least.items() if id_ in kept}
+
+    def integral(self, contact: int) -> float:
+        """[N s] gathered for a contact."""
+        return self._integrals.get(contact, 0.0)
+
+    def push(self, settings: ControlSettings, contact: int, error: float, dt: float, limits: list[str]) -> float:
+        """Outward speed of the touched point [m/s]: positive presses more.
+
+        Args:
+            settings: Of them ``force_gain`` and ``integral_time``; at inf the integral stands.
+            contact: Which.
+            error: Wanted minus measured force [N].
+            dt: Since the last question [s].
+            limits: Told when the answer is bounded.
+        """
+        self._gather(contact, error, dt, settings.integral_time)
+        gathered = self.integral(contact)
+        wanted = settings.force_gain * (error + gathered / settings.integral_time)
+        bounded = min(max(wanted, -self._max_speed), self._max_speed)
+        if bounded != wanted:
+            self._integrals[contact] = gathered - error * dt if contact in self._reached else 0.0
+            limits.append("speed of the touched point")
+        return bounded
+
+    def _gather(self, contact: int, error: float, dt: float, patience: float) -> None:
+        if contact not in self._reached:
+            least, waited = self._least.get(contact, (error, 0.0))
+            self._least[contact] = (error, 0.0) if error < _LESS * least else (least, waited + dt)
+            if error <= 0 or waited > patience:
+                self._reached.add(contact)
+        if contact in self._reached and math.isfinite(patience):
+            self._integrals[contact] = self.integral(contact) + error * dt
+
+
+class PointVelocityScheme(ABC):
+    """A ``Rule`` that gives each contact's point a velocity, all wanted alike. Mutable; ``reset`` forgets the past.
+
+    It remembers by contact, and forgets with the contact: the force servo's integral and the velocity last wanted.
+    """
+
+    def __init__(self) -> None:
+        self.reset()
+
+    def reset(self) -> None:
+        """At rest, no integral."""
+        self._servo = ForceServo(MAX_POINT_SPEED)
+        self._wanted: dict[int, FloatArray] = {}
+
+    @abstractmethod
+    def velocity(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: list[str]) -> FloatArray:
+        """(3,) wanted of the point of the skin under a contact [m/s], world frame; asked once a tick."""
+
+    def levels(
+        self, settings: ControlSettings, contacts: Sequence[TaskContact], arm: ArmState, limits: list[str]
+    ) -> list[PriorityLevel]:
+        """Velocities of all contacts' points."""
+        self.keep(contacts)
+        self._wanted = {contact.id: self.velocity(settings, contact, arm.dt, limits) for contact in contacts}
+        return single_level([point_rows(contact, self._wanted[contact.id]) for contact in contacts])
+
+    def solve(
+        self,
+        levels: Sequence[PriorityLevel],
+        settings: ControlSettings,
+        contacts: Sequence[TaskContact],
+        arm: ArmState,
+        limits: list[str],
+    ) -> FloatArray:
+        """Damped least squares."""
+        return solve_within_limits(levels, arm.reference, arm.start, limits)
+
+    def keep(self, contacts: Sequence[TaskContact]) -> None:
+        """Forget all contacts but these."""
+        self._servo.keep(contact.id for contact in contacts)
+
+    def push(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: list[str]) -> float:
+        """Outward speed [m/s] for the force error, proportional and integral."""
+        return self._servo.push(settings, contact.id, contact.force_error, dt, limits)
+
+    def lagged(self, contact: TaskContact, aim: FloatArray, time: float, dt: float) -> FloatArray:
+        """The velocity (3,) wanted a tick ago, nearer to ``aim`` with a time constant [s]; at once if a tick is more.
+
+        A contact starts at rest.
+        """
+        before = self._wanted.get(contact.id)
+        before = np.zeros(3) if before is None else before
+        return before + min(dt / time, 1.0) * (aim - before) if time > dt else aim
+
+
+def limit_point_speed(velocity: FloatArray, limits: list[str]) -> FloatArray:
+    """The velocity (3,) of a touched point, slower if it is too fast."""
+    speed = length(velocity)
+    if speed <= MAX_POINT_SPEED:
+        return velocity
+    limits.append("speed of the touched point")
+    return velocity * (MAX_POINT_SPEED / speed)
+
+
+class AdmittanceScheme(PointVelocityScheme):
+    """Mobility ``force_gain`` and time constant ``inertia_time``: M v' + v / gain = force error, M = time / gain.
+
+    Without integral: what comes at a speed v is met with an error v / gain.
+    """
+
+    def velocity(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: list[str]) -> FloatArray:
+        """That of the mass at the contact."""
+        place = contact.along(settings.position_gain, MAX_POINT_SPEED)
+        aim = limit_point_speed(place + settings.force_gain * contact.force_error * contact.normal, limits)
+        return self.lagged(contact, aim, settings.inertia_time, dt)
+
+
+class HybridScheme(PointVelocityScheme):
+    """Selection by the normal that the skin tells; a normal that is wrong lets motion leak into force."""
+
+    def velocity(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: list[str]) -> FloatArray:
+        """What brings the contact on, without its part along the normal, where force is served."""
+        along, normal = contact.along(settings.position_gain, MAX_POINT_SPEED), contact.normal
+        return along + (self.push(settings, contact, dt, limits) - along.dot(normal)) * normal
+
+
+class ParallelScheme(PointVelocityScheme):
+    """No selection: a wrong normal leaks less than in hybrid control, since the integral of force has the last word.
+
+    Where a contact began is its wanted place along the normal.
+    """
+
+    def reset(self) -> None:
+        """At rest, no integral, no place known."""
+        super().reset()
+        self._begun: dict[int, FloatArray] = {}
+
+    def keep(self, contacts: Sequence[TaskContact]) -> None:
+        """Where the others began is forgotten too."""
+        super().keep(contacts)
+        self._begun = {contact.id: self._begun.get(contact.id, contact.point) for contact in contacts}
+
+    def velocity(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: list[str]) -> FloatArray:
+        """Both errors' answers added up, taken up slowly."""
+        normal = contact.normal
+        away = normal.dot(self._begun[contact.id] - contact.point)
+        push = self.push(settings, contact, dt, limits) + settings.position_gain * away
+        aim = limit_point_speed(contact.along(settings.position_gain, MAX_POINT_SPEED) + push * normal, limits)
+        return self.lagged(contact, aim, settings.inertia_time, dt)
+
+
+class ProjectionScheme(PointVelocityScheme):
+    """Which of the three errors count is the task's matter: those of place only where the contact may not slide."""
+
+    def velocity(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: list[str]) -> FloatArray:
+        """The chosen errors, turned from the frame of the touch into space."""
+        push = self.push(settings, contact, dt, limits) * contact.normal
+        if contact.error is None:
+            return limit_point_speed(push, limits)
+        place = settings.position_gain * contact.error + contact.velocity
+        return limit_point_speed(push - place.dot(contact.map_axes), limits)
+
+
+class PriorityScheme:
+    """What the arm cannot do besides keeping the force, it leaves; near a singularity the weak direction is damped."""
+
+    def __init__(self) -> None:
+        self.reset()
+
+    def reset(self) -> None:
+        """No integral."""
+        self._servo = ForceServo(MAX_POINT_SPEED)
+
+    def levels(
+        self, settings: ControlSettings, contacts: Sequence[TaskContact], arm: ArmState, limits: list[str]
+    ) -> list[PriorityLevel]:
+        """Forces of all contacts, then places of those that may not slide."""
+        self._servo.keep(contact.id for contact in contacts)
+        push = [self._servo.push(settings, c.id, c.force_error, arm.dt, limits) for c in contacts]
+        levels = [PriorityLevel(np.stack([c.outward for c in contacts]), np.array(push))]
+        held = [c for c in contacts if c.error is not None]
+        if held:
+            rows = np.concatenate([c.map_axes.dot(c.move) for c in held])
+            speed = np.concatenate([c.map_axes.dot(c.along(settings.position_gain, MAX_POINT_SPEED)) for c in held])
+            levels.append(PriorityLevel(rows, speed))
+        return levels
+
+    def solve(
+        self,
+        levels: Sequence[PriorityLevel],
+        settings: ControlSettings,
+        contacts: Sequence[TaskContact],
+        arm: ArmState,
+        limits: list[str],
+    ) -> FloatArray:
+        """Damped least squares, level after level; what they leave free goes to rest."""
+        return solve_within_limits(levels, arm.reference, arm.start, limits, rest=arm.home)
+
+
+MAX_ACCELERATION = 30.0
+"""Of any joint [rad/s²]."""
+DAMPER = 0.2
+"""Distance from a joint's limit at which its speed towards it is bounded [rad]."""
+CAP_SHARE = 0.8
+"""Share of the greatest force, at which the arm stops, that contacts may reach."""
+_FORCE_WEIGHT, _CAP_WEIGHT, _REST_WEIGHT = 100.0, 1e4, 1e-3
+_STIFFNESS = 2e4
+"""Of a contact [N/m], nominal: the stiffer, the sooner the cap acts."""
+_ROUNDS = 3
+
+
+class QuadraticProgramScheme(PriorityScheme):
+    """The errors of ``Priority``, in one program with bounds."""
+
+    def solve(
+        self,
+        levels: Sequence[PriorityLevel],
+        settings: ControlSettings,
+        contacts: Sequence[TaskContact],
+        arm: ArmState,
+        limits: list[str],
+    ) -> FloatArray:
+        """MuJoCo's box-constrained solver, again with the caps that the first answer would break."""
+        lower, upper = self._box(arm)
+        hessian, gradient = _quadratic(levels, arm.home)
+        cap, held = CAP_SHARE * settings.max_force, set[int]()
+        for _ in range(_ROUNDS):
+            speed = _solve_box(hessian, gradient, lower, upper, arm.speed)
+            over = [c for c in arm.touched if c.id not in held and _next_force(c, speed, arm.dt) > cap]
+            if not over:
+                break
+            for contact in over:
+                held.add(contact.id)
+                row, most = contact.outward, max((cap - contact.force) / (_STIFFNESS * arm.dt), -MAX_POINT_SPEED)
+                hessian = hessian + _CAP_WEIGHT * np.outer(row, row)
+                gradient = gradient - _CAP_WEIGHT * most * row
+        _tell(speed, lower, upper, arm, limits)
+        limits += ["force cap"] if held else []
+        return speed
+
+    def _box(self, arm: ArmState) -> tuple[FloatArray, FloatArray]:
+        """Bounds (n,) of the speed: greatest speed, greatest change, and slower towards a limit that is near."""
+        change, full = MAX_ACCELERATION * arm.dt, MAX_JOINT_SPEED
+        near = full / DAMPER
+        upper = np.minimum(np.minimum(full, arm.speed + change), near * np.maximum(arm.reference.upper - arm.start, 0))
+        lower = np.maximum(np.maximum(-full, arm.speed - change), near * np.minimum(arm.reference.lower - arm.start, 0))
+        return np.minimum(lower, upper), np.maximum(lower, upper)
+
+
+def _quadratic(levels: Sequence[PriorityLevel], rest: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Hessian (n, n) and gradient (n,), with the damping of weak directions; see ``levels``."""
+    hessian, gradient = np.diag(np.full(len(rest), _REST_WEIGHT)), -_REST_WEIGHT * rest
+    for weight, level in zip((_FORCE_WEIGHT, 1.0), levels, strict=False):
+        _, gains, right = singular_directions(level.rows)
+        damped = np.array([gain**2 + singular_damping(gain) for gain in gains.tolist()])
+        hessian += weight * (right.T * damped).dot(right)
+        gradient -= weight * level.speed.dot(level.rows)
+    return hessian, gradient
+
+
+def _solve_box(
+    hessian: FloatArray, gradient: FloatArray, lower: FloatArray, upper: FloatArray, warm: FloatArray
+) -> FloatArray:
+    """(n,) the minimum in the box; without joints it is empty."""
+    n = len(warm)
+    answer = np.minimum(np.maximum(warm, lower), upper)
+    if n:
+        factor = np.zeros((n, n + 7))
+        rank = mujoco.mju_boxQP(answer, factor, None, np.ascontiguousarray(hessian), gradient, lower, upper)
+        answer = answer if rank >= 0 else np.zeros(n)
+    return answer
+
+
+def _next_force(contact: TaskContact, speed: FloatArray, dt: float) -> float:
+    return contact.force + _STIFFNESS * dt * float(contact.outward @ speed)
+
+
+def _tell(speed: FloatArray, lower: FloatArray, upper: FloatArray, arm: ArmState, limits: list[str]) -> None:
+    at = (speed <= lower + 1e-9) | (speed >= upper - 1e-9)
+    if not at.any():
+        return
+    if (np.abs(speed[at]) >= MAX_JOINT_SPEED - 1e-6).any():
+        limits.append("joint speed")
+    slow = at & (np.abs(speed) < MAX_JOINT_SPEED - 1e-6)
+    changing = np.abs(np.abs(speed - arm.speed) - MAX_ACCELERATION * arm.dt) < 1e-6
+    limits += ["joint acceleration"] if (slow & changing).any() else []
+    limits += ["joint limit"] if (slow & ~changing).any() else []

@@ -1,0 +1,251 @@
+"""Contacts with their goals as rows of Jacobians, solved in order of priority: what is less wanted keeps out of what is
+more.
+
+A ``ContactGoal`` is what a task wants of a contact, a ``TaskContact`` that contact as a control scheme meets it. Rows
+wanted equally make a ``PriorityLevel``; ``solve_hierarchy`` gives the least joint velocity for the levels in order
+(Siciliano and Slotine 1991), damped in weak directions (Nakamura and Hanafusa 1986), and ``solve_within_limits`` lets
+joints at a limit leave the work to the others. ``ControlScheme`` is the one question on which controllers with a task
+differ: how errors become joint velocities.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+
+from app.contacts.regions import ContactRegion
+from app.control.command import ControlSettings
+from app.control.joint_impedance import DAMPING, WEAK, PostureReference, at_limit, limit_joint_speed
+from app.core.arrays import FloatArray, length
+from app.maps.jacobian import least_norm_motion
+
+
+@dataclass(frozen=True, eq=False)
+class ContactGoal:
+    """What a task wants of one contact.
+
+    Attributes:
+        region: Which.
+        force: Goal [N].
+        error: (2,) the way to go on the map [m]; None where the contact may slide as it likes.
+        velocity: (2,) at which the goal itself moves on the map [m/s].
+        to_map: (2, 3) the map's Jacobian at the contact, world frame, where it was asked for already.
+    """
+
+    region: ContactRegion
+    force: float
+    error: FloatArray | None = None
+    velocity: FloatArray | None = None
+    to_map: FloatArray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class TaskContact:
+    """A contact with what is wanted of it, at one posture, world frame.
+
+    Attributes:
+        id: Of the region.
+        force: Measured [N].
+        force_error: Wanted minus measured [N].
+        normal: (3,) outward.
+        point: (3,) [m].
+        move: (3, n) velocity of the point of the skin per joint velocity.
+        to_map: (2, 3) map velocity per velocity along the skin; what stands still in the world moves by minus that.
+            Zero where the contact may slide: nobody asks.
+        error: (2,) on the map [m]; None where the contact may slide.
+        velocity: (2,) of the goal on the map [m/s].
+    """
+
+    id: int
+    force: float
+    force_error: float
+    normal: FloatArray
+    point: FloatArray
+    move: FloatArray
+    to_map: FloatArray
+    error: FloatArray | None
+    velocity: FloatArray
+
+    @cached_property
+    def outward(self) -> FloatArray:
+        """(n,) outward speed of the point per joint velocity: it presses more."""
+        return self.normal.dot(self.move)
+
+    @cached_property
+    def map_axes(self) -> FloatArray:
+        """(2, 3) the map's two axes along the skin as nearly as can be: of length one and square to each other."""
+        left, _, right = np.linalg.svd(self.to_map, full_matrices=False)
+        return left.dot(right)
+
+    def along(self, gain: float, most: float) -> FloatArray:
+        """(3,) velocity of the skin [m/s] that brings the contact on: what stands still in the world slides back on it.
+
+        Args:
+            gain: Speed per error [1/s].
+            most: Greatest speed [m/s].
+        """
+        if self.error is None:
+            return np.zeros(3)
+        wanted = -least_norm_motion(self.to_map, gain * self.error + self.velocity)
+        speed = length(wanted)
+        return wanted * (most / speed) if speed > most else wanted
+
+
+_RANK = 1e-6
+"""Singular values below this share of the largest carry nothing."""
+
+
+@dataclass(frozen=True, eq=False)
+class PriorityLevel:
+    """Rows that are wanted equally.
+
+    Attributes:
+        rows: (m, n) in metres per unit of joint velocity.
+        speed: (m,) what they should give [m/s].
+    """
+
+    rows: FloatArray
+    speed: FloatArray
+
+
+def solve_hierarchy(levels: Sequence[PriorityLevel], rest: FloatArray) -> tuple[FloatArray, bool]:
+    """Least joint velocity (n,) for the levels in order, and whether any was damped (Siciliano and Slotine 1991).
+
+    Args:
+        levels: The most wanted first.
+        rest: (n,) joint velocity wanted where the levels leave it free.
+
+    Damping acts on weak directions only, and grows from zero where a direction's gain falls under ``WEAK`` (Nakamura
+    and Hanafusa 1986, one by one); it is chosen so that the greatest speed of a point never asks for more than the
+    greatest speed of a joint. The projector behind which the next level works is not damped: a damped one leaks. Both
+    come from the same singular values.
+
+    Cost: 15 µs a level.
+    """
+    speed, damped = np.zeros(len(rest)), False
+    felt: list[FloatArray] = []  # orthonormal rows of every level, one after the other: what is used up
+    for level in levels:
+        if not level.rows.size:
+            continue
+        left, gains, right = singular_directions(_beside(felt, level.rows))
+        share = (level.speed - level.rows.dot(speed)).dot(left)
+        parts = list(zip(gains.tolist(), share.tolist(), strict=True))
+        speed = speed + np.array([part * gain / (gain**2 + singular_damping(gain)) for gain, part in parts]).dot(right)
+        damped = damped or any(gain < WEAK and abs(part) > 1e-4 for gain, part in parts)
+        felt.append(right[: sum(gain > max(_RANK * parts[0][0], 1e-12) for gain, _ in parts)])
+    return speed + _beside(felt, rest), damped
+
+
+def _beside(felt: Sequence[FloatArray], rows: FloatArray) -> FloatArray:
+    """The part of ``rows`` (n,) or (m, n) that none of the ``felt`` rows (k, n) feels."""
+    for used in felt:
+        rows = rows - rows.dot(used.T).dot(used)
+    return rows
+
+
+def singular_directions(rows: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Left singular vectors (m, k), values (k,) and right vectors (k, n) of ``rows`` (m, n), m > 0.
+
+    A single row has itself.
+    """
+    strength = length(rows[0])
+    if len(rows) > 1 or not strength:
+        return np.linalg.svd(rows, full_matrices=False)
+    return np.ones((1, 1)), np.array((strength,)), rows / strength
+
+
+def singular_damping(gain: float) -> float:
+    """What is added to the square of a gain [m/rad] where least squares divide by it."""
+    return DAMPING**2 * max(1 - (gain / WEAK) ** 2, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class ArmState:
+    """The arm a scheme moves.
+
+    Attributes:
+        start: (n,) the wanted posture until now.
+        home: (n,) joint velocity that would take it back to rest.
+        speed: (n,) joint velocity wanted at the tick before.
+        reference: Its limits.
+        touched: All contacts, wanted or not.
+        dt: To the next tick [s].
+    """
+
+    start: FloatArray
+    home: FloatArray
+    speed: FloatArray
+    reference: PostureReference
+    touched: tuple[TaskContact, ...]
+    dt: float
+
+
+class ControlScheme(Protocol):
+    """How a controller with a task answers. Mutable; ``reset`` forgets the past."""
+
+    def reset(self) -> None:
+        """Forget everything."""
+
+    def levels(
+        self, settings: ControlSettings, contacts: Sequence[TaskContact], arm: ArmState, limits: list[str]
+    ) -> list[PriorityLevel]:
+        """What is wanted of the contacts now, the most wanted first; asked once a tick."""
+
+    def solve(
+        self,
+        levels: Sequence[PriorityLevel],
+        settings: ControlSettings,
+        contacts: Sequence[TaskContact],
+        arm: ArmState,
+        limits: list[str],
+    ) -> FloatArray:
+        """(n,) joint velocity for the levels."""
+
+
+def solve_within_limits(
+    levels: Sequence[PriorityLevel],
+    reference: PostureReference,
+    start: FloatArray,
+    limits: list[str],
+    *,
+    rest: FloatArray | None = None,
+) -> FloatArray:
+    """(n,) joint velocity by damped least squares; joints at a limit leave the work to the others.
+
+    Args:
+        levels: The most wanted first.
+        reference: The arm's limits.
+        start: (n,) the wanted posture until now.
+        limits: Told what bounds the answer.
+        rest: (n,) joint velocity where the levels leave it free; none by default.
+    """
+    rest = np.zeros_like(start) if rest is None else rest
+    moving = np.ones(len(start), dtype=bool)
+    for _ in range(len(start)):
+        speed, weak = solve_hierarchy(levels, rest)
+        stuck = at_limit(reference, start, speed) & moving
+        if not stuck.any():
+            break
+        moving &= ~stuck
+        levels, rest = [PriorityLevel(level.rows * moving, level.speed) for level in levels], rest * moving
+        limits += [] if "joint limit" in limits else ["joint limit"]
+    else:
+        return np.zeros_like(start)
+    limits += ["the arm can hardly move along this contact"] if weak else []
+    return limit_joint_speed(speed, limits)
+
+
+def point_rows(contact: TaskContact, velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Rows (k, n) and speeds (k,) that give a contact's point a ``velocity`` (3,); its normal part if it may slide."""
+    if contact.error is None:
+        return contact.outward[None], np.array([contact.normal @ velocity])
+    return contact.move, velocity
+
+
+def single_level(parts: Sequence[tuple[FloatArray, FloatArray]]) -> list[PriorityLevel]:
+    """All rows wanted alike."""
+    return [PriorityLevel(np.concatenate([rows for rows, _ in parts]), np.concatenate([speed for _, speed in parts]))]

@@ -1,0 +1,9 @@
+"""What every other folder stands on; it imports nothing of ours.
+
+``arrays``      named array types; a value's arrays made its own and read-only
+``errors``      the errors a user may meet, findings, remedies for unknown words, the crash report
+``timing``      stage times by the wall clock
+``files``       bounded reads, atomic writes, named arrays as npz
+``toml``        TOML that people write, with located mistakes
+``sparse_ldl``  sparse symmetric systems solved by LDL' factoring
+"""

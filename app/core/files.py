@@ -1,0 +1,170 @@
+"""Files read whole and bounded, written whole or not at all, and named arrays as bytes (the npz format).
+
+Bytes: ``read_bounded_file`` refuses a file that is too large before reading it; ``write_atomically`` writes beside the
+target and renames, so that a failure leaves what was there. Every error names the file.
+
+Arrays: skins, maps and whatever else is mostly arrays are kept as npz with a JSON header; any tool that reads npz can
+open them. They are read without trust: no pickles, no bombs, no sizes that lie.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+import zipfile
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+from tokenize import TokenError
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.errors import TactileMapsError
+
+
+def read_bounded_file(path: Path, *, error: type[TactileMapsError], most: int) -> bytes:
+    """The whole file.
+
+    Raises:
+        TactileMapsError: Of kind ``error``: it cannot be read, or has more than ``most`` bytes.
+    """
+    try:
+        size = path.stat().st_size
+        if size > most:
+            raise error(
+                "the file is too large", file=path, value=f"{size} bytes", remedy=f"The most is {most // 2**20} MiB"
+            )
+        return path.read_bytes()
+    except (OSError, ValueError) as cause:
+        raise error("the file cannot be read", file=path, value=cause, remedy="Check the path") from cause
+
+
+def write_atomically(path: Path, data: bytes, *, error: type[TactileMapsError]) -> None:
+    """Put ``data`` into the file at ``path``, or leave what was there.
+
+    Raises:
+        TactileMapsError: Of kind ``error``: it cannot be written.
+    """
+    part = path.with_name(path.name + ".part")
+    try:
+        part.write_bytes(data)
+        part.replace(path)
+    except (OSError, ValueError) as cause:
+        raise error(
+            "the file cannot be written",
+            file=path,
+            value=cause,
+            remedy="Choose a folder you may write to, with space left",
+        ) from cause
+
+
+MAX_UNPACKED_BYTES = 2**30
+"""Of all arrays of one file together, unpacked."""
+MAX_MEMBERS = 10_000
+MAX_HEADER_BYTES = 2**24
+_DAMAGE = (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, RuntimeError, TokenError)
+"""What damaged archives raise; a packing method that zipfile does not know is a NotImplementedError, a RuntimeError."""
+_HEADER = "header"
+_READ_HEADER = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
+
+
+def pack_arrays(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> bytes:
+    """One npz of ``arrays`` and a JSON ``header``; the same input gives the same bytes."""
+    text = json.dumps(header, sort_keys=True, ensure_ascii=False).encode()
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, allow_pickle=False, **{_HEADER: np.frombuffer(text, np.uint8)}, **arrays)
+    return buffer.getvalue()
+
+
+def unpack_arrays(
+    data: bytes, *, file: str | Path | None = None, error: type[TactileMapsError], max_bytes: int = MAX_UNPACKED_BYTES
+) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+    """The header and the arrays of ``pack_arrays``.
+
+    Args:
+        data: The file's bytes, from anyone.
+        file: Its name, for errors.
+        error: The kind of error to raise.
+        max_bytes: More than this unpacked is refused before unpacking.
+
+    Raises:
+        TactileMapsError: Of kind ``error``: not an npz, damaged, too large, pickled, or without a header.
+    """
+    arrays = unpack_bare_arrays(data, file=file, error=error, max_bytes=max_bytes)
+    if _HEADER not in arrays:
+        raise error("the file has no header", file=file, remedy="Open a file that this program saved")
+    try:
+        header = json.loads(arrays.pop(_HEADER).astype(np.uint8).tobytes())
+    except (ValueError, RecursionError) as cause:
+        raise error("the file is damaged or of another kind", file=file, value=cause) from cause
+    if not isinstance(header, dict):
+        raise error("the file's header is not an object", file=file, value=header)
+    return header, arrays
+
+
+def array_format(data: bytes) -> str | None:
+    """The ``format`` in the header of what ``pack_arrays`` made; None for other data, damaged or not."""
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            member = archive.getinfo(f"{_HEADER}.npy")
+            if member.file_size > MAX_HEADER_BYTES:
+                return None
+            header = json.loads(_read_member(archive, member, None, TactileMapsError).astype(np.uint8).tobytes())
+    except (TactileMapsError, KeyError, *_DAMAGE):
+        return None
+    name = header.get("format") if isinstance(header, dict) else None
+    return name if isinstance(name, str) else None
+
+
+def unpack_bare_arrays(
+    data: bytes, *, file: str | Path | None = None, error: type[TactileMapsError], max_bytes: int = MAX_UNPACKED_BYTES
+) -> dict[str, NDArray[Any]]:
+    """The arrays of an npz that any program wrote, by name; arguments and errors as ``unpack_arrays``."""
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            members = archive.infolist()
+            _check_sizes(members, file, error, max_bytes)
+            return {
+                member.filename.removesuffix(".npy"): _read_member(archive, member, file, error) for member in members
+            }
+    except _DAMAGE as cause:
+        raise error("the file is damaged or of another kind", file=file, value=cause) from cause
+
+
+def _check_sizes(
+    members: list[zipfile.ZipInfo], file: str | Path | None, error: type[TactileMapsError], max_bytes: int
+) -> None:
+    total = sum(member.file_size for member in members)
+    if len(members) > MAX_MEMBERS or total > max_bytes:
+        raise error(
+            "the file would unpack to an absurd size",
+            file=file,
+            value=f"{len(members)} arrays, {total} bytes",
+            remedy=f"The most is {MAX_MEMBERS} arrays and {max_bytes} bytes",
+        )
+
+
+def _read_member(
+    archive: zipfile.ZipFile, member: zipfile.ZipInfo, file: str | Path | None, error: type[TactileMapsError]
+) -> NDArray[Any]:
+    """One array; its stated shape is compared with the bytes that are there before any memory is taken."""
+    with archive.open(member) as stream:
+        version = np.lib.format.read_magic(stream)
+        if version not in _READ_HEADER:
+            raise error("an array has an unknown format", file=file, place=member.filename, value=version)
+        shape, fortran, dtype = _READ_HEADER[version](stream)
+        if dtype.kind not in "fiub":
+            raise error(
+                "only arrays of numbers are allowed",
+                file=file,
+                place=member.filename,
+                value=dtype,
+                remedy="Pickled objects are never read, since they can run code",
+            )
+        body = stream.read()
+    if any(n < 0 for n in shape) or math.prod(shape) * dtype.itemsize != len(body):
+        raise error("an array's shape does not fit its bytes", file=file, place=member.filename, value=shape)
+    return np.frombuffer(body, dtype).reshape(shape, order="F" if fortran else "C")

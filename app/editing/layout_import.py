@@ -1,0 +1,228 @@
+"""Another layout of the same skin: read from a file to be compared with the document, and taken over as an edit.
+
+A saved map is taken over as it is. A drawing says only where taxels lie, nothing of what lies between them, and may put
+two of them on one place; so the map is brought as near to it as it goes, in two edits that a person can undo and mend:
+``arrange_as_drawn`` lays each patch over its drawing, and ``pin_as_drawn`` then pins taxels to where they were drawn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from app.core.arrays import FloatArray, IntArray
+from app.core.errors import MapError, SkinError
+from app.editing.document import MapDocument
+from app.editing.document_file import load_document
+from app.editing.reflatten import ReflattenRequest, request_reflatten
+from app.flattening.chart import Pin
+from app.maps.comparison import TaxelLayout, drawn_layout
+from app.maps.layout import MapLayout, Placement
+from app.skin.formats.icub_layout import apply_layout, read_icub_layout
+from app.skin.formats.taxel_files import read_taxel_sets, read_taxels
+from app.skin.formats.taxel_set import TaxelSet
+from app.skin.skin import Skin
+
+ImportedLayout = MapDocument | TaxelLayout
+"""Another layout: a whole map, or only where the taxels lie."""
+
+MOST_PINS = 60
+"""On one patch for a drawing; more hold hardly more, and a person who wants to mend it must find her way among them."""
+
+
+def same_skin(first: Skin, second: Skin) -> bool:
+    """Whether both have the same patches on the same links, with the same surfaces and taxels; names do not count."""
+    if first is second:
+        return True
+    if len(first.patches) != len(second.patches):
+        return False
+    pairs = zip(first.patches, second.patches, strict=True)
+    return all(
+        one.link == other.link
+        and np.array_equal(one.surface.faces, other.surface.faces)
+        and np.array_equal(one.surface.vertices, other.surface.vertices)
+        and np.array_equal(one.taxels.faces, other.taxels.faces)
+        and np.array_equal(one.taxels.weights, other.taxels.weights)
+        for one, other in pairs
+    )
+
+
+def adopt_document(document: MapDocument, other: MapDocument) -> MapDocument:
+    """The document with everything of ``other``: charts, layout, wishes and the patch tree; the skin stays its own.
+
+    Raises:
+        MapError: The other is of another skin.
+    """
+    if not same_skin(document.skin, other.skin):
+        raise _another_skin(other.skin, document.skin)
+    if other.map is document.map and other.patches == document.patches and other.order == document.order:
+        return document
+    return replace(other, map=replace(other.map, skin=document.skin))
+
+
+def read_other_layout(paths: Sequence[str | Path], document: MapDocument) -> ImportedLayout:
+    """Another layout of the document's skin: one file, or an iCub layout (.ini) along with its positions file.
+
+    Args:
+        paths: A document or map that this program saved, or a drawing: taxels with map points in any format we read.
+        document: Whose skin it must be.
+
+    Raises:
+        MapError: It cannot be read, is of another skin, or has no map points.
+        SkinError: The taxels in it are not sound.
+    """
+    files = sorted((Path(path) for path in paths), key=lambda path: path.suffix.lower() != ".ini")
+    if len(files) == 2 and files[0].suffix.lower() == ".ini":
+        return drawing_from_taxels([apply_layout(read_taxels(files[1]), read_icub_layout(files[0]))], document.skin)
+    if len(files) != 1:
+        remedy = "Choose one file, or an iCub layout (.ini) and its positions"
+        raise MapError("that is not one layout", value=f"{len(files)} files", remedy=remedy)
+    if files[0].suffix.lower() == ".npz":
+        return _saved_or_drawn(files[0], document)
+    return drawing_from_taxels(read_taxel_sets(files[0]), document.skin)
+
+
+def drawing_from_taxels(sets: Sequence[TaxelSet], skin: Skin) -> TaxelLayout:
+    """The map points of ``sets``, each given to the taxels of the link that it names, or else to the nearest of all.
+
+    Raises:
+        MapError: As ``drawn_layout``.
+    """
+    links = {patch.link for patch in skin.patches}
+    points, numbers = [], []
+    for taxels in [taxels for taxels in sets if taxels.mapped.any()] or sets:
+        worn = [patch.link == taxels.link or taxels.link not in links for patch in skin.patches]
+        own = np.flatnonzero(np.asarray(worn)[skin.patch_of])
+        layout = drawn_layout(taxels, Skin(tuple(p for p, mine in zip(skin.patches, worn, strict=True) if mine)))
+        assert layout.numbers is not None
+        points.append(layout.points)
+        numbers.append(own[layout.numbers])
+    _, first = np.unique(np.concatenate(numbers), return_index=True)
+    return TaxelLayout(np.concatenate(points)[first], np.concatenate(numbers)[first])
+
+
+def arrange_as_drawn(document: MapDocument, drawing: TaxelLayout) -> MapDocument:
+    """Each patch laid over its drawing as well as its chart allows: moved, turned and mirrored, at its true size.
+
+    The drawing is enlarged as a whole until the patch that is drawn smallest has its true size, so that patches that
+    are apart on it come to lie apart. Patches that are not on it stay.
+
+    Raises:
+        MapError: No taxel is drawn, or a patch would come to lie absurdly far out.
+    """
+    fits = _fits(document, drawing)
+    enlarged = 1 / min(fit.scale for fit in fits.values())
+    placements = list(document.layout.placements)
+    for number, fit in fits.items():
+        points, plane = _drawn(document, drawing, number)
+        turn = Placement(fit.angle, mirrored=fit.mirrored)
+        x, y = enlarged * points.mean(axis=0) - turn.apply(plane).mean(axis=0)
+        placements[number] = replace(turn, offset=(float(x), float(y)))
+    layout = MapLayout(tuple(placements))
+    return document if layout == document.layout else document.with_layout(layout)
+
+
+def pin_as_drawn(document: MapDocument, drawing: TaxelLayout, *, most: int = MOST_PINS) -> ReflattenRequest:
+    """Taxels pinned to where they are drawn, evenly chosen, in place of the pins that were there.
+
+    Each patch keeps its cut; where the drawing is cut elsewhere its pins end short of their goals.
+
+    Args:
+        document: To be pinned; where its patches lie does not matter.
+        drawing: Of its taxels.
+        most: Pins on one patch.
+
+    Raises:
+        MapError: No taxel is drawn.
+    """
+    wanted = []
+    for number, fit in _fits(document, drawing).items():
+        points, _ = _drawn(document, drawing, number)
+        goals, taxels = fit.back(points), _taxels(document, drawing, number)
+        chosen = _farthest_point_sample(document.map.taxel_points[taxels], most)
+        pins = tuple(
+            Pin(document.skin.taxel_point(int(taxels[k])), (float(goals[k, 0]), float(goals[k, 1]))) for k in chosen
+        )
+        wanted.append((number, replace(document.patches[number], pins=pins)))
+    return request_reflatten(document, "Pin as drawn", wanted)
+
+
+def _saved_or_drawn(path: Path, document: MapDocument) -> ImportedLayout:
+    """What an npz holds, which may be either."""
+    try:
+        other = load_document(path)
+    except MapError as refused:
+        try:
+            sets = read_taxel_sets(path)
+        except SkinError:
+            raise refused from None
+        return drawing_from_taxels(sets, document.skin)
+    if not same_skin(document.skin, other.skin):
+        raise _another_skin(other.skin, document.skin, file=path)
+    return other
+
+
+def _another_skin(other: Skin, own: Skin, *, file: Path | None = None) -> MapError:
+    sizes = [f"{len(skin)} taxels in {len(skin.patches)} patches" for skin in (other, own)]
+    found = sizes[0] if sizes[0] == sizes[1] else f"{sizes[0]}, here {sizes[1]}"
+    remedy = "Open the robot that it was made for, or choose a map of this one"
+    return MapError("the map is of another skin", file=file, value=found, remedy=remedy)
+
+
+def _taxels(document: MapDocument, drawing: TaxelLayout, number: int) -> IntArray:
+    """(k,) the drawn taxels of a patch."""
+    numbers = np.arange(len(drawing.points)) if drawing.numbers is None else drawing.numbers
+    first, end = document.skin.first[number : number + 2]
+    return numbers[(numbers >= first) & (numbers < end)]
+
+
+def _drawn(document: MapDocument, drawing: TaxelLayout, number: int) -> tuple[FloatArray, FloatArray]:
+    """(k, 2) where a patch's taxels are drawn, and (k, 2) where they are on its chart."""
+    numbers = np.arange(len(drawing.points)) if drawing.numbers is None else drawing.numbers
+    taxels = _taxels(document, drawing, number)
+    row = np.argsort(numbers)[np.searchsorted(np.sort(numbers), taxels)]
+    plane = document.layout.placements[number].back(document.map.taxel_points[taxels])
+    return drawing.points[row], plane
+
+
+def _fits(document: MapDocument, drawing: TaxelLayout) -> dict[int, Placement]:
+    """For each patch with at least two drawn places, the placement that lays its chart over them, drawing's scale."""
+    fits = {}
+    for number in range(len(document.patches)):
+        points, plane = _drawn(document, drawing, number)
+        if len(points) > 1 and np.ptp(points, axis=0).any() and np.ptp(plane, axis=0).any():
+            fits[number] = _fit(plane, points)
+    if not fits:
+        raise MapError("nothing of this skin is drawn", remedy="Choose a drawing of this skin")
+    return fits
+
+
+def _fit(plane: FloatArray, points: FloatArray) -> Placement:
+    """The similarity that lays ``plane`` (k, 2) over ``points`` (k, 2) by least squares, mirrored if that is nearer.
+
+    In closed form, for rotations of the plane (Umeyama 1991).
+    """
+    goals, tried = points - points.mean(axis=0), []
+    for mirrored in (False, True):
+        flat = (plane - plane.mean(axis=0)) * [-1.0 if mirrored else 1.0, 1.0]
+        along = float((flat * goals).sum())
+        across = float((flat[:, 0] * goals[:, 1] - flat[:, 1] * goals[:, 0]).sum())
+        tried.append((np.hypot(along, across), np.arctan2(across, along), mirrored))
+    kept, angle, mirrored = max(tried)
+    scale = float(kept / ((plane - plane.mean(axis=0)) ** 2).sum())
+    turn = Placement(float(angle), mirrored=mirrored, scale=scale)
+    x, y = points.mean(axis=0) - turn.apply(plane).mean(axis=0)
+    return replace(turn, offset=(float(x), float(y)))
+
+
+def _farthest_point_sample(points: FloatArray, most: int) -> list[int]:
+    """Numbers of at most so many of ``points`` (k, 2), each as far as can be from those before; no two on one place."""
+    chosen = [int(np.linalg.norm(points - points.mean(axis=0), axis=1).argmax())]
+    away = np.linalg.norm(points - points[chosen[0]], axis=1)
+    while len(chosen) < most and away.max() > 0:
+        chosen.append(int(away.argmax()))
+        away = np.minimum(away, np.linalg.norm(points - points[chosen[-1]], axis=1))
+    return chosen

@@ -1,0 +1,213 @@
+"""One patch from the body to the plane: cut, laid flat by any method, mended where not one-to-one, and proved.
+
+``seam_curve`` shows how much each further seam would gain: the curve by which a person chooses how many.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from app.core.arrays import FloatArray
+from app.core.errors import Finding, MapError
+from app.flattening import methods
+from app.flattening.bijectivity import BoundaryBarrier, crossings, flipped
+from app.flattening.chart import Chart, canonical_pose
+from app.flattening.cut import CutSurface, SeamPlan, cut_as_planned
+from app.flattening.initial_map import Disk
+from app.flattening.methods import Method, find_method
+from app.flattening.newton import Iterate, minimise
+from app.geometry.mesh import Mesh
+
+WORTH_A_SEAM = 4.6
+"""Mean energy above which one more seam is tried (a hemisphere has 4.14)."""
+UNSOLVABLE_ENERGY = 1e6
+"""Mean energy of a first map from which no good one is reached in reasonable time."""
+_MOST_SEAMS = 3
+_WORTH_KEEPING = 0.1
+
+Progress = Callable[[Iterate], None]
+
+
+def flatten(
+    surface: Mesh,
+    *,
+    method: str = "symmetric-dirichlet",
+    lengths: float = 1.0,
+    seams: SeamPlan | None = None,
+    name: str = "patch",
+    progress: Progress | None = None,
+) -> Chart:
+    """Lay one connected, manifold surface flat, one-to-one.
+
+    Args:
+        surface: With any topology; it is cut to a disk first.
+        method: A name in ``flattening.methods``. Where its map would flip or overlap, our own minimiser makes the one
+            nearest to its intent, and a finding says so.
+        lengths: From 1, keep lengths, to 0, keep angles; for methods that can.
+        seams: What is wanted of seams; by default those that the topology asks for and those that are worth it.
+        name: The patch's name, for findings and errors.
+        progress: Told each round; may raise to cancel.
+
+    Raises:
+        MapError: An unknown method, or a surface that cannot be cut or opened.
+    """
+    how, plan = find_method(method), seams or SeamPlan()
+    if not 0 <= lengths <= 1:
+        raise MapError("the slider between angles and lengths goes from 0 to 1", place="lengths", value=lengths)
+    if not surface.area > 0:
+        raise MapError("the surface has no area to lay flat", place=name, value=f"{len(surface.faces)} faces")
+    job = _FlatteningJob(surface, how, lengths, plan, name, progress)
+    extra = job.openable()
+    notes = [Finding("seam-added", name, "too deep to open without", extra)] if plan.extra is None and extra else []
+    chart, reached = job.flatten(extra)
+    while job.seeks_seams and reached > WORTH_A_SEAM and extra < _MOST_SEAMS:
+        extra += 1
+        better, after = job.flatten(extra)
+        if reached - after < _WORTH_KEEPING * (reached - 4):
+            break
+        notes.append(Finding("seam-added", name, f"distortion {reached:.2f} -> {after:.2f} (4 is none)"))
+        chart, reached = better, after
+    return replace(chart, findings=(*chart.findings, *notes))
+
+
+class _FlatteningJob:
+    """One surface to be laid flat in one way, with as many seams as it takes."""
+
+    def __init__(
+        self, surface: Mesh, how: Method, lengths: float, plan: SeamPlan, name: str, progress: Progress | None
+    ) -> None:
+        self._surface, self._how, self._lengths = surface, how, lengths
+        self._plan, self._name, self._progress = plan, name, progress
+        self._cuts: dict[int, tuple[CutSurface, Disk]] = {}
+
+    @property
+    def seeks_seams(self) -> bool:
+        """Whether seams that nobody asked for may be added; a method to be compared gets the topology's only."""
+        return self._how.name == "symmetric-dirichlet" and self._plan.extra is None
+
+    def openable(self) -> int:
+        """How many extra seams it takes for a first map that is not hopeless.
+
+        On a long, deep cup the first map shrinks the bottom towards the smallest number; a seam into it lets it open.
+        """
+        extra = self._plan.extra or 0
+        most = max(extra, _MOST_SEAMS)
+        while True:
+            _, disk = self._cut(extra)
+            if disk.energy.energy(disk.start) < UNSOLVABLE_ENERGY:
+                return extra
+            if extra == most:
+                raise MapError(
+                    "the surface is too long and thin for a first map",
+                    place=self._name,
+                    value=f"{len(disk.faces)} faces",
+                    remedy="Cover the link with more taxels, or split it",
+                )
+            extra += 1
+
+    def _cut(self, extra: int) -> tuple[CutSurface, Disk]:
+        if extra not in self._cuts:
+            cut = cut_as_planned(self._surface, self._plan, extra)
+            self._cuts[extra] = cut, Disk.of(self._surface, cut)
+        return self._cuts[extra]
+
+    def flatten(self, extra: int) -> tuple[Chart, float]:
+        """The chart with so many extra seams, and the energy that the method or the slider asks to be small."""
+        cut, disk = self._cut(extra)
+        rounds, findings = self._valid(disk)
+        best = rounds[-1].plane
+        plane = canonical_pose(best * np.sqrt(self._surface.area), self._surface.vertices[cut.vertex_of])
+        if flipped(plane, cut.faces).any() or crossings(plane[disk.loop]):
+            raise MapError("no one-to-one map was found", place=self._name, remedy="Split the patch, or draw a seam")
+        if disk.energy.mollified:
+            note = Finding("thin-face", self._name, "given the least area that can be laid flat", disk.energy.mollified)
+            findings.append(note)
+        energies, seconds = tuple(r.energy for r in rounds), tuple(r.seconds for r in rounds)
+        chart = Chart(cut.faces, plane, cut.vertex_of, cut.seams, self._how.name, energies, seconds, tuple(findings))
+        return chart, rounds[-1].energy if self._lengths == 1 else methods.blended_energy(disk, self._lengths).energy(
+            best
+        )
+
+    def _valid(self, disk: Disk) -> tuple[list[Iterate], list[Finding]]:
+        """Rounds that end in a map without flips and overlaps, and what it took."""
+        findings, clock = [], _Clock()
+        rounds: list[Iterate] = []
+        try:
+            rounds += self._told(disk, clock, self._how.run(disk, self._lengths))
+        except RuntimeError as error:  # libigl's only way to say that a system is singular
+            findings.append(Finding("method-failed", self._name, f"{self._how.name}: {error}; made by our own instead"))
+        target = methods.blended_energy(disk, self._lengths if self._how.slides else self._how.lengths)
+        if not rounds or not np.isfinite(rounds[-1].energy):
+            if not findings:
+                findings.append(Finding("flips-mended", self._name, f"{self._how.name} turns triangles over here"))
+            rounds += self._told(disk, clock, (r.plane for r in minimise(target, disk.start)))
+        apart = BoundaryBarrier(target, disk.loop, rounds[-1].plane)
+        if apart.touches(rounds[-1].plane):
+            # The first map does not overlap, and a barrier between the border's parts keeps it so.
+            rounds += self._told(disk, clock, (r.plane for r in minimise(apart, disk.start)))
+            note = f"border kept apart, distortion {rounds[-1].energy:.2f}"
+            findings.append(Finding("overlap-avoided", self._name, note))
+        return rounds, findings
+
+    def _told(self, disk: Disk, clock: Callable[[], float], planes: Iterable[FloatArray]) -> list[Iterate]:
+        """Each plane at unit area, with its energy and the time it came."""
+        rounds = []
+        for plane in planes:
+            scaled = disk.scaled(plane)
+            rounds.append(Iterate(scaled, disk.energy.energy_at_best_scale(scaled), clock(), 1.0))
+            if self._progress is not None:
+                self._progress(rounds[-1])
+        return rounds
+
+
+class _Clock:
+    """Seconds since it was made."""
+
+    def __init__(self) -> None:
+        self._start = time.perf_counter()
+
+    def __call__(self) -> float:
+        return time.perf_counter() - self._start
+
+
+@dataclass(frozen=True, eq=False)
+class SeamStep:
+    """A patch with some number of extra seams.
+
+    Attributes:
+        extra: How many.
+        energy: Mean symmetric Dirichlet energy; 4 is an isometry.
+        length: Of all seams on the body [m].
+        chart: The patch, cut and laid flat so.
+    """
+
+    extra: int
+    energy: float
+    length: float
+    chart: Chart
+
+
+def seam_curve(
+    surface: Mesh, *, most: int = 5, plan: SeamPlan | None = None, method: str = "symmetric-dirichlet"
+) -> Iterator[SeamStep]:
+    """The patch with 0, 1, ... ``most`` extra seams: number of cuts against distortion, told as it is computed.
+
+    Args:
+        surface: As for ``flatten``.
+        most: Extra seams at the end of the curve.
+        plan: Drawn seams and areas of interest that hold throughout; its ``extra`` does not matter.
+        method: See ``flattening.methods``.
+
+    Raises:
+        MapError: The surface cannot be laid flat with any of these.
+    """
+    given = plan or SeamPlan()
+    for extra in range(most + 1):
+        chart = flatten(surface, method=method, seams=SeamPlan(extra, given.drawn, given.importance))
+        ends = surface.vertices[chart.seams]
+        length = float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).sum())
+        yield SeamStep(extra, chart.energies[-1], length, chart)

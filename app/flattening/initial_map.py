@@ -1,0 +1,194 @@
+"""A patch cut to a disk and made ready for any method: unit area, centred, with its first one-to-one map.
+
+The first map is Tutte's (1963): border on a circle, every inner vertex at its neighbours' mean. Uniform weights, never
+cotangents: with positive weights, and only with them, no triangle can flip whatever its shape. Cost: one sparse
+factorisation, 5 ms for 10,000 faces. Loses: a deep body's tip shrinks towards a point, up to where numbers end.
+
+Where Tutte's map is very uneven two more are tried: Tutte's evened out once (Yoshizawa, Belyaev and Seidel 2004), and
+the least squares conformal map (Lévy et al. 2002; libigl), which keeps angles and leaves the border free. Cost of that:
+one factorisation, 26 ms for 10,000 faces. Loses: areas; flips and overlaps on deep bodies, which ``flatten`` then
+mends.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import igl
+import numpy as np
+from scipy.sparse import coo_matrix, csc_matrix
+
+from app.core.arrays import FloatArray, IntArray, readonly
+from app.core.errors import MapError
+from app.core.sparse_ldl import SparseLDL
+from app.flattening.bijectivity import crossings
+from app.flattening.cut import CutSurface
+from app.flattening.symmetric_dirichlet import SymmetricDirichlet
+from app.geometry.connectivity import boundary_loops, edge_table
+from app.geometry.mesh import Mesh
+
+
+def flatten_by_tutte(positions: FloatArray, faces: IntArray) -> Iterator[FloatArray]:
+    """The one round of the method ``tutte``."""
+    yield tutte(positions, faces)
+
+
+def tutte(positions: FloatArray, faces: IntArray) -> FloatArray:
+    """Map a disk to the unit circle.
+
+    Args:
+        positions: (k, 3) of the cut surface's vertices; only border lengths are used.
+        faces: (m, 3), one boundary loop.
+
+    Returns:
+        (k, 2), counter-clockwise faces positive.
+    """
+    edges = edge_table(faces).edges
+    return _solve_interior(boundary_on_circle(positions, faces), edges, np.ones(len(edges)), faces)
+
+
+def stretch_balanced(positions: FloatArray, faces: IntArray, plane: FloatArray) -> FloatArray:
+    """A map with the same border on which edges that were drawn too short are longer: valid as well.
+
+    Each edge pulls in proportion to how much too long it was (Yoshizawa, Belyaev and Seidel 2004, made symmetric).
+    """
+    edges = edge_table(faces).edges
+    on_body, on_map = (np.linalg.norm(np.diff(x[edges], axis=1)[:, 0], axis=1) for x in (positions, plane))
+    tiny = np.finfo(float).tiny
+    pull = np.maximum(on_map, tiny) / np.maximum(on_body, 1e-9 * on_body.max())
+    return _solve_interior(boundary_on_circle(positions, faces), edges, np.maximum(pull / pull.max(), 1e-12), faces)
+
+
+def boundary_on_circle(positions: FloatArray, faces: IntArray) -> FloatArray:
+    """(k, 2) the border on the unit circle, arcs as long as on the body; inner vertices at the origin."""
+    (loop,) = boundary_loops(faces)
+    steps = np.linalg.norm(positions[np.roll(loop, -1)] - positions[loop], axis=1)
+    # Corners at one place would share a point of the circle; a hint of the mean step keeps them apart.
+    steps = np.maximum(steps, 1e-6 * steps.mean())
+    angle = 2 * np.pi * np.concatenate([[0.0], np.cumsum(steps)[:-1]]) / steps.sum()
+    plane = np.zeros((len(positions), 2))
+    plane[loop] = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    return plane
+
+
+def _solve_interior(plane: FloatArray, edges: IntArray, pull: FloatArray, faces: IntArray) -> FloatArray:
+    """Inner vertices where the pulls of their edges are in balance; the border stays."""
+    count = len(plane)
+    inner = np.ones(count, dtype=bool)
+    inner[boundary_loops(faces)[0]] = False
+    if not inner.any():
+        return plane
+    number, size = np.cumsum(inner) - 1, int(inner.sum())
+    low, high = edges.T
+    total = np.bincount(low, pull, count) + np.bincount(high, pull, count)
+    free = inner[low] & inner[high]
+    rows, columns = np.concatenate([number[low[free]], np.arange(size)]), number[high[free]]
+    columns = np.concatenate([columns, np.arange(size)])
+    data = np.concatenate([-pull[free], total[inner]])
+    matrix = csc_matrix(coo_matrix((data, (rows, columns)), shape=(size, size)))
+    matrix.sort_indices()
+    right = np.zeros((count, 2))
+    for here, there in ((low, high), (high, low)):
+        held = inner[here] & ~inner[there]
+        for axis in range(2):
+            right[:, axis] += np.bincount(here[held], pull[held] * plane[there[held], axis], count)
+    factor, result = SparseLDL(), plane.copy()
+    try:
+        factor.update(matrix)
+        result[inner] = factor.solve(right[inner])
+    except ArithmeticError as error:
+        raise MapError("the first map cannot be computed", value=error, remedy="Split the patch") from error
+    return result
+
+
+def flatten_by_lscm(disk: Disk) -> Iterator[FloatArray]:
+    """The one round of the method ``lscm``."""
+    yield lscm(disk.positions, disk.faces, disk.loop)
+
+
+def lscm(positions: FloatArray, faces: IntArray, loop: IntArray) -> FloatArray:
+    """(k, 2) the map; two border vertices far from each other are held, which fixes the scale.
+
+    Raises:
+        RuntimeError: libigl could not solve it.
+    """
+    border = positions[loop]
+    one = int(np.linalg.norm(border - border.mean(axis=0), axis=1).argmax())
+    other = int(np.linalg.norm(border - border[one], axis=1).argmax())
+    distance = float(np.linalg.norm(border[other] - border[one]))
+    ends = np.array([[0.0, 0.0], [distance or 1.0, 0.0]])
+    plane, _ = igl.lscm(positions, faces, loop[[one, other]].copy(), ends)
+    return np.asarray(plane)
+
+
+_STRAINED = 100.0
+"""Mean energy of Tutte's map above which looking for a better start pays."""
+
+
+@dataclass(frozen=True, eq=False)
+class Disk:
+    """A triangulated disk in space.
+
+    Attributes:
+        positions: (k, 3) of the cut's own vertices, scaled to unit area, so that no tolerance depends on the unit of
+            length, and centred.
+        faces: (m, 3), alike oriented, every vertex used.
+    """
+
+    positions: FloatArray
+    faces: IntArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "positions", readonly(self.positions))
+        object.__setattr__(self, "faces", readonly(self.faces, np.int64))
+
+    @staticmethod
+    def of(surface: Mesh, cut: CutSurface) -> Disk:
+        """The disk that ``cut`` makes of ``surface``, which has an area."""
+        positions = surface.vertices[cut.vertex_of]
+        return Disk((positions - positions.mean(axis=0)) / np.sqrt(surface.area), cut.faces)
+
+    @cached_property
+    def loop(self) -> IntArray:
+        """(b,) the border's vertices in order."""
+        (loop,) = boundary_loops(self.faces)
+        return loop
+
+    @cached_property
+    def energy(self) -> SymmetricDirichlet:
+        """What maps of it are judged by."""
+        return SymmetricDirichlet(self.positions, self.faces)
+
+    @cached_property
+    def start(self) -> FloatArray:
+        """(k, 2) a one-to-one map of unit area: Tutte's, or where that is very uneven the best of three.
+
+        Tutte's evened out once helps deep cups; on strips a thousand times longer than wide, which a circle can only
+        press together, the conformal map is nearly the best already. It counts only where it is one-to-one.
+        """
+        first = self.scaled(tutte(self.positions, self.faces))
+        if self.energy.energy(first) < _STRAINED:
+            return first
+        tried = [first, self.scaled(stretch_balanced(self.positions, self.faces, first)), *self._conformal()]
+        return min(tried, key=self.energy.energy)
+
+    def _conformal(self) -> list[FloatArray]:
+        try:
+            plane = self.scaled(lscm(self.positions, self.faces, self.loop))
+        except RuntimeError:  # libigl's only way to say that a system is singular
+            return []
+        return [plane] if np.isfinite(self.energy.energy(plane)) and not crossings(plane[self.loop]) else []
+
+    def scaled(self, plane: FloatArray) -> FloatArray:
+        """``plane`` (k, 2) enlarged to unit area, seen from the front."""
+        area = self.area(plane)
+        seen = plane * [1.0, -1.0] if area < 0 else plane
+        return seen / np.sqrt(abs(area)) if area else plane
+
+    def area(self, plane: FloatArray) -> float:
+        """Signed area inside the border on ``plane`` (k, 2)."""
+        here = plane[self.loop]
+        after = np.roll(here, -1, axis=0)
+        return float(0.5 * (here[:, 0] * after[:, 1] - here[:, 1] * after[:, 0]).sum())

@@ -1,0 +1,113 @@
+"""Distances over a surface, to compare those on the map with."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import igl
+import numpy as np
+from scipy.sparse import coo_matrix, csr_matrix
+from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import cKDTree
+
+from app.core.arrays import FloatArray, IntArray
+from app.geometry.connectivity import bow_tie_vertices, edge_table, remove_unreferenced
+from app.geometry.mesh import Mesh
+
+_THINNEST = 1e-6
+_NONE = np.zeros(0, dtype=np.int64)
+
+
+class Geodesics:
+    """Distances between vertices of one surface. Built once, asked often.
+
+    libigl hangs on faces without area and crashes on loose vertices. The latter are left out; a surface that has the
+    former, or is not manifold, is measured along its edges instead (up to 15 % too long), which ``exact`` says.
+
+    Args:
+        surface: Connected, not cut.
+    """
+
+    def __init__(self, surface: Mesh) -> None:
+        faces, kept = remove_unreferenced(surface.faces)
+        self._mesh = Mesh(surface.vertices[kept], faces)
+        self._number = np.full(len(surface.vertices), -1, dtype=np.int64)
+        self._number[kept] = np.arange(len(kept))
+        sides = self._mesh.vertices[faces] - np.roll(self._mesh.vertices[faces], 1, axis=1)
+        self._sides = np.linalg.norm(sides, axis=2)
+        thin = self._mesh.face_areas <= _THINNEST * (self._sides**2).max(axis=1)
+        manifold = edge_table(faces).face_count.max(initial=0) <= 2 and not len(bow_tie_vertices(faces))
+        self.exact = bool(len(faces) and manifold and not thin.any())
+
+    def from_vertex(self, source: int, targets: IntArray) -> FloatArray:
+        """Exact polyhedral distances [m] from a vertex to ``targets`` (k,) (Mitchell, Mount and Papadimitriou 1987).
+
+        Cost: 30 ms on 3000 faces, 0.2 s on 8000.
+        """
+        goals = self._number[targets]
+        if not self.exact:
+            return dijkstra(self._edges, directed=False, indices=self._number[source])[goals]
+        return _exact(self._mesh.vertices, self._mesh.faces, int(self._number[source]), goals)
+
+    def from_vertex_within(self, source: int, targets: IntArray, reach: float) -> FloatArray:
+        """The same where it is at most ``reach`` [m], and inf beyond; 1 ms for 300 faces within reach.
+
+        A path of that length stays among the faces that meet the ball of that radius, so the others are not asked.
+        """
+        if not self.exact:
+            found = self.from_vertex(source, targets)
+            return np.where(found <= reach, found, np.inf)
+        start, goals = self._number[source], self._number[targets]
+        within = self._face_centres.query_ball_point(self._mesh.vertices[start], reach + self._reach_of_faces)
+        faces, kept = remove_unreferenced(self._mesh.faces[within])
+        place = np.searchsorted(kept, np.append(goals, start))
+        inside = np.append(np.isin(goals, kept), True)
+        result = np.full(len(goals), np.inf)
+        goal = place[:-1][inside[:-1]]
+        found = _exact(self._mesh.vertices[kept], faces, int(place[-1]), goal)
+        # What the ball cut off is told as 0.
+        reached = (found <= reach) & ((found > 0) | (goal == place[-1]))
+        result[inside[:-1]] = np.where(reached, found, np.inf)
+        return result
+
+    def approximate_from_vertex(self, source: int, targets: IntArray) -> FloatArray:
+        """The same within about 1 %, by the heat method (Crane, Weischedel and Wardetzky 2013); 1 ms."""
+        if not self.exact or self._heat is None:
+            return self.from_vertex(source, targets)
+        found = np.asarray(igl.heat_geodesics_solve(self._heat, self._number[[source]])).reshape(-1)
+        return found[self._number[targets]]
+
+    @cached_property
+    def _face_centres(self) -> cKDTree:
+        return cKDTree(self._mesh.vertices[self._mesh.faces].mean(axis=1))
+
+    @cached_property
+    def _reach_of_faces(self) -> float:
+        """No point of a face is farther from its middle than two thirds of its longest side."""
+        return 2 / 3 * float(self._sides.max())
+
+    @cached_property
+    def _heat(self) -> Any:
+        """Factored systems; None where libigl cannot factor them, as for a single triangle."""
+        data = igl.HeatGeodesicsData()
+        data.use_intrinsic_delaunay = True
+        try:
+            igl.heat_geodesics_precompute(self._mesh.vertices, self._mesh.faces, data)
+        except RuntimeError:
+            return None
+        return data
+
+    @cached_property
+    def _edges(self) -> csr_matrix:
+        edges, count = self._mesh.edges, len(self._mesh.vertices)
+        lengths = np.linalg.norm(np.diff(self._mesh.vertices[edges], axis=1)[:, 0], axis=1)
+        return coo_matrix((lengths, (edges[:, 0], edges[:, 1])), shape=(count, count)).tocsr()
+
+
+def _exact(vertices: FloatArray, faces: IntArray, source: int, targets: IntArray) -> FloatArray:
+    unique, back = np.unique(targets, return_inverse=True)
+    if not len(unique):
+        return np.zeros(0)
+    found = igl.exact_geodesic(vertices, faces, np.array([source]), _NONE, unique, _NONE)
+    return np.asarray(found, dtype=np.float64).reshape(-1)[back]

@@ -1,0 +1,99 @@
+"""Where the links of a robot are at a posture, and how they move with its joints."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from app.core.arrays import FloatArray
+from app.core.errors import RobotError
+from app.geometry.pose import Pose
+from app.robots.mujoco_spec import compile_spec, remove_geoms, robot_spec
+from app.robots.robot import Robot
+
+
+class Configuration:
+    """Kinematics of a robot alone at one posture. Mutable: ``update`` moves it, ``reset`` brings it home.
+
+    Built once: shapes are left out, so that building takes milliseconds, not the seconds of convex hulls.
+
+    Args:
+        robot: The robot; the configuration starts at its home.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
+        self._model = _kinematic_model(robot)
+        self._data = mujoco.MjData(self._model)
+        self._bodies = {link.name: int(self._model.body(link.name).id) for link in robot.links}
+        self._order = np.array(list(self._bodies.values()), dtype=np.intp)
+        self._full = np.zeros((self._model.nv, self._model.nv))
+        self._jacobian = np.zeros((3, self._model.nv))
+        self.reset()
+
+    def reset(self) -> None:
+        """Go back to the robot's home."""
+        self.update(self._robot.home)
+
+    def update(self, posture: FloatArray) -> None:
+        """Move to ``posture`` (joints,) [rad, m]; it may lie outside the limits.
+
+        Raises:
+            RobotError: It has the wrong length or is not finite.
+        """
+        posture = np.asarray(posture, dtype=np.float64)
+        if posture.shape != (self._model.nq,) or not np.isfinite(posture).all():
+            raise RobotError(
+                f"a posture of this robot is {self._model.nq} finite numbers",
+                file=self._robot.source,
+                value=posture.tolist(),
+            )
+        self._data.qpos[:] = posture
+        self._poses: dict[str, Pose] = {}  # made when they are asked for
+        mujoco.mj_kinematics(self._model, self._data)
+        mujoco.mj_comPos(self._model, self._data)
+
+    def pose(self, link: str) -> Pose:
+        """``T_world_link``. Raises RobotError for a name the robot does not have."""
+        pose = self._poses.get(link)
+        if pose is None:
+            body = self._body(link)
+            pose = self._poses[link] = Pose(self._data.xmat[body].reshape(3, 3), self._data.xpos[body])
+        return pose
+
+    def poses(self) -> FloatArray:
+        """(links, 4, 4) ``T_world_link`` of every link, in the order of ``robot.links``."""
+        poses = np.zeros((len(self._order), 4, 4))
+        poses[:, :3, :3] = self._data.xmat[self._order].reshape(-1, 3, 3)
+        poses[:, :3, 3] = self._data.xpos[self._order]
+        poses[:, 3, 3] = 1.0
+        return poses
+
+    def jacobian(self, link: str, point: FloatArray) -> FloatArray:
+        """(3, joints) velocity of a point fixed to ``link`` per joint velocity, world frame.
+
+        Args:
+            link: A link's name.
+            point: (3,) [m], link frame.
+        """
+        world = self.pose(link).points(np.asarray(point, dtype=np.float64))
+        mujoco.mj_jac(self._model, self._data, self._jacobian, None, world, self._bodies[link])
+        return self._jacobian.copy()
+
+    def inertia(self) -> FloatArray:
+        """(joints,) the diagonal of the joint-space mass matrix with armature, at this posture [kg m², or kg]."""
+        mujoco.mj_makeM(self._model, self._data)
+        mujoco.mj_fullM(self._model, self._data, self._full)
+        return np.diagonal(self._full).copy()
+
+    def _body(self, link: str) -> int:
+        if link not in self._bodies:
+            self._robot.link(link)  # raises, naming the valid ones
+        return self._bodies[link]
+
+
+def _kinematic_model(robot: Robot) -> mujoco.MjModel:
+    """The robot's model without the shapes of links whose inertia is stated."""
+    spec = robot_spec(robot)
+    remove_geoms(spec)
+    return compile_spec(spec, source=robot.source)

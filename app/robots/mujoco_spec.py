@@ -1,0 +1,83 @@
+"""From text to MuJoCo and back: MuJoCo's complaints become one sentence a user can act on."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+
+import mujoco
+
+from app.core.errors import RobotError
+from app.robots.robot import Robot
+
+
+def robot_spec(robot: Robot) -> mujoco.MjSpec:
+    """A fresh, editable MuJoCo spec of ``robot`` alone, in radians; the caller owns it.
+
+    Raises:
+        RobotError: MuJoCo cannot read the robot's text. Cost: about a millisecond; compiling is what takes time.
+    """
+    spec = parse_spec(robot.mjcf, robot.assets, source=robot.source)
+    spec.compiler.degree = False
+    return spec
+
+
+def parse_spec(text: str, assets: Mapping[str, bytes], *, source: str) -> mujoco.MjSpec:
+    """Parse MJCF or URDF text whose files are all in ``assets``; ``source`` names it in an error.
+
+    Raises:
+        RobotError: MuJoCo cannot read the text.
+    """
+    try:
+        return mujoco.MjSpec.from_string(text, assets=dict(assets))
+    except (ValueError, mujoco.FatalError) as error:
+        raise RobotError("MuJoCo cannot read the robot", file=source, value=_mujoco_message(error)) from error
+
+
+def compile_spec(spec: mujoco.MjSpec, *, source: str) -> mujoco.MjModel:
+    """Compile ``spec``; convex hulls of the colliding meshes take most of the time.
+
+    Raises:
+        RobotError: MuJoCo refuses the model.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # MuJoCo warns here of inertias it cannot invert
+            return spec.compile()
+    except (ValueError, UserWarning, mujoco.FatalError) as error:
+        raise RobotError("MuJoCo cannot build the robot", file=source, value=_mujoco_message(error)) from error
+
+
+def spec_text(spec: mujoco.MjSpec, *, source: str) -> str:
+    """``spec`` as MJCF text in radians; it must have been compiled.
+
+    Raises:
+        RobotError: MuJoCo cannot write it.
+    """
+    try:
+        return spec.to_xml()
+    except (ValueError, mujoco.FatalError) as error:
+        raise RobotError("MuJoCo cannot write the robot", file=source, value=_mujoco_message(error)) from error
+
+
+def _mujoco_message(error: Exception) -> str:
+    """MuJoCo's message on one line, without its prefix."""
+    return " ".join(str(error).split()).removeprefix("Error: ").removeprefix("XML Error: ")
+
+
+def remove_geoms(spec: mujoco.MjSpec) -> None:
+    """Delete the geometry of bodies whose inertia is stated, and the meshes nobody uses then.
+
+    Bodies whose inertia comes from their shapes keep them, but collide with nothing.
+    """
+    for body in spec.bodies:
+        for geom in list(body.geoms):
+            if body.explicitinertial:
+                spec.delete(geom)
+            else:
+                geom.contype = geom.conaffinity = 0
+    used = {geom.meshname for geom in spec.geoms}
+    for mesh in [mesh for mesh in spec.meshes if mesh.name not in used]:
+        spec.delete(mesh)
+    for pair in list(spec.pairs):
+        spec.delete(pair)

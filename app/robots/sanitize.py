@@ -1,0 +1,246 @@
+"""A parsed MuJoCo spec made fit to simulate as a robot.
+
+``strip_scene`` cuts a model file down to the robot alone: no scene, no actuators, no sensors, one fixed base.
+``prepare_degenerate_meshes`` deals with meshes without volume: MuJoCo refuses them unless told how to weigh them and
+not to collide with them. ``collision_exclusions`` says which links may never collide: neighbours whose shapes overlap
+in most postures are joined, not in collision.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from app.core.arrays import FloatArray
+from app.core.errors import Finding, RobotError
+from app.geometry.mesh import Mesh
+from app.robots.mesh_files import parse_mesh
+
+_WIDTH = {
+    mujoco.mjtJoint.mjJNT_FREE: 7,
+    mujoco.mjtJoint.mjJNT_BALL: 4,
+    mujoco.mjtJoint.mjJNT_SLIDE: 1,
+    mujoco.mjtJoint.mjJNT_HINGE: 1,
+}
+_SCALAR = (mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE)
+
+
+def keyframe_home(spec: mujoco.MjSpec) -> dict[str, float]:
+    """Joint values [rad, m] by joint name of the keyframe called ``home``, else of the first; empty without one."""
+    keys = [key for key in spec.keys if key.name == "home"] or list(spec.keys)
+    if not keys:
+        return {}
+    values, start, home = list(keys[0].qpos), 0, {}
+    for joint in _joints_in_order(spec.worldbody):
+        if joint.type in _SCALAR and start < len(values):
+            home[joint.name] = float(values[start])
+        start += _WIDTH[joint.type]
+    return home if start == len(values) else {}
+
+
+def strip_scene(spec: mujoco.MjSpec, source: str) -> list[Finding]:
+    """Delete from ``spec`` everything that is not the robot; fix its base.
+
+    Raises:
+        RobotError: Nothing is left, or a joint is a ball joint.
+    """
+    for elements in ("keys", "cameras", "lights"):
+        _delete_all(spec, list(getattr(spec, elements)))
+    _delete_all(spec, list(spec.worldbody.geoms))
+    findings = _remove_loose_bodies(spec) + _fix_base(spec)
+    if len(spec.bodies) < 2:
+        raise RobotError("the file contains no robot: there is no body with a shape or a joint", file=source)
+    _refuse_ball_joints(spec, source)
+    _delete_all(spec, [equality for equality in spec.equalities if not _joins_links(equality)])
+    _delete_all(spec, list(spec.sites))
+    used = {geom.meshname for geom in spec.geoms}
+    _delete_all(spec, [mesh for mesh in spec.meshes if mesh.name not in used])
+    spec.meshdir = spec.texturedir = ""
+    spec.compiler.saveinertial = True
+    return findings
+
+
+def name_unnamed_elements(spec: mujoco.MjSpec) -> list[Finding]:
+    """Give bodies and joints without a name one of their own."""
+    unnamed = 0
+    for prefix, elements in (("link", spec.bodies), ("joint", spec.joints)):
+        taken = {element.name for element in elements}
+        for i, element in enumerate(elements):
+            if not element.name:
+                element.name = next(name for name in _candidates(prefix, i) if name not in taken)
+                taken.add(element.name)
+                unnamed += 1
+    return [Finding("unnamed", "bodies and joints", "named link_… and joint_…", unnamed)] if unnamed else []
+
+
+def _candidates(prefix: str, index: int) -> Iterator[str]:
+    name = f"{prefix}_{index}"
+    while True:
+        yield name
+        name += "_"
+
+
+def _joints_in_order(body: mujoco.MjsBody) -> Iterator[mujoco.MjsJoint]:
+    yield from body.joints
+    for child in body.bodies:
+        yield from _joints_in_order(child)
+
+
+def _delete_all(spec: mujoco.MjSpec, elements: list[object]) -> None:
+    for element in elements:
+        spec.delete(element)
+
+
+def _remove_loose_bodies(spec: mujoco.MjSpec) -> list[Finding]:
+    """Remove mocap bodies, and free bodies without joints of their own when something else has some."""
+    tops = list(spec.worldbody.bodies)
+    jointed = [body for body in tops if any(joint.type in _SCALAR for joint in _joints_in_order(body))]
+    loose = [body for body in tops if body.mocap or (jointed and body not in jointed and _is_free(body))]
+    names = ", ".join(body.name or "(unnamed)" for body in loose)
+    _delete_all(spec, loose)
+    left = {body.name for body in spec.bodies}
+    _delete_all(spec, [e for e in spec.excludes if not {e.bodyname1, e.bodyname2} <= left])
+    geoms = {geom.name for geom in spec.geoms}
+    _delete_all(spec, [pair for pair in spec.pairs if not {pair.geomname1, pair.geomname2} <= geoms])
+    return [Finding("scene-objects", names, "left out: they are not part of the robot", len(loose))] if loose else []
+
+
+def _is_free(body: mujoco.MjsBody) -> bool:
+    return any(joint.type == mujoco.mjtJoint.mjJNT_FREE for joint in body.joints)
+
+
+def _fix_base(spec: mujoco.MjSpec) -> list[Finding]:
+    free = [joint for joint in spec.joints if joint.type == mujoco.mjtJoint.mjJNT_FREE]
+    names = ", ".join(joint.parent.name for joint in free)
+    _delete_all(spec, free)
+    return [Finding("free-base", names, "the base is fixed to the world", len(free))] if free else []
+
+
+def _refuse_ball_joints(spec: mujoco.MjSpec, source: str) -> None:
+    for joint in spec.joints:
+        if joint.type not in _SCALAR:
+            raise RobotError(
+                "ball joints are not supported",
+                file=source,
+                place=f"joint {joint.name or '(unnamed)'}",
+                remedy="Replace it by hinge joints about three axes",
+            )
+
+
+def _joins_links(equality: mujoco.MjsEquality) -> bool:
+    """True for couplings between joints or bodies, which belong to the robot; tendons, flexes and sites are gone."""
+    kind, obj = mujoco.mjtEq, mujoco.mjtObj
+    between_bodies = equality.type in (kind.mjEQ_CONNECT, kind.mjEQ_WELD) and equality.objtype == obj.mjOBJ_BODY
+    return equality.type == kind.mjEQ_JOINT or between_bodies
+
+
+_FLAT = 1e-5  # thickness over size below which there is no convex hull
+_INERTIA_MARGIN = 3e-5  # by which the triangle inequality of inertias must hold
+_HOLLOW = 1e-6  # enclosed volume over that of the bounding box below which it carries no mass
+
+
+def prepare_degenerate_meshes(spec: mujoco.MjSpec, assets: Mapping[str, bytes]) -> list[Finding]:
+    """Weigh open sheets as shells, and stop flat ones, which have no convex hull, from colliding (a Finding)."""
+    flat = set()
+    for element in spec.meshes:
+        if element.file not in assets:
+            continue
+        mesh = parse_mesh(assets[element.file], Path(element.file))
+        if _is_flat(mesh):
+            flat.add(element.name)
+        if element.name in flat or _is_hollow(mesh):
+            element.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+    stopped = [geom for geom in spec.geoms if geom.meshname in flat and (geom.contype or geom.conaffinity)]
+    for geom in stopped:
+        geom.contype = geom.conaffinity = 0
+    names = ", ".join(sorted({geom.meshname for geom in stopped}))
+    return [Finding("flat-mesh", names, "drawn, but nothing collides with it", len(stopped))] if stopped else []
+
+
+def enforce_inertia_inequality(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
+    """State the inertia of sheet-like bodies so that it survives being written with six digits.
+
+    Principal moments must obey A + B >= C. A sheet has A + B = C, and rounding may tip it over; so C gives way by a
+    few parts in 100,000, less than anyone knows a robot's inertia.
+    """
+    for body in range(1, model.nbody):
+        inertia = np.array(model.body_inertia[body])
+        largest = int(inertia.argmax())
+        bound = (1 - _INERTIA_MARGIN) * (inertia.sum() - inertia[largest])
+        if 0 < bound < inertia[largest]:
+            inertia[largest] = bound
+            element = spec.body(model.body(body).name)
+            element.explicitinertial, element.mass = True, float(model.body_mass[body])
+            element.ipos, element.iquat, element.inertia = model.body_ipos[body], model.body_iquat[body], inertia
+            element.ialt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
+            element.fullinertia = np.full(6, np.nan)  # MuJoCo's mark for "not given"
+
+
+def _is_flat(mesh: Mesh) -> bool:
+    centred = mesh.vertices - mesh.vertices.mean(axis=0)
+    spread = np.linalg.eigvalsh(centred.T @ centred)  # squared, so this resolves thickness down to about 1e-8
+    return len(mesh.vertices) < 4 or bool(spread[0] < _FLAT**2 * spread[-1])
+
+
+def _is_hollow(mesh: Mesh) -> bool:
+    corners = (mesh.vertices - mesh.vertices.mean(axis=0))[mesh.faces]
+    volume = abs(float(np.linalg.det(corners).sum())) / 6
+    return volume < _HOLLOW * float(np.prod(np.ptp(mesh.vertices, axis=0)))
+
+
+SAMPLED_POSTURES = 30
+TOUCHING_SHARE = 0.5
+
+
+def collision_exclusions(model: mujoco.MjModel, home: FloatArray, *, seed: int = 0) -> list[tuple[str, str]]:
+    """Names of body pairs to exclude from collision, sorted.
+
+    These are pairs that touch at home or in at least half of 30 random postures (iCub's shells overlap for good, and
+    its simulation blows up otherwise), and the children of links fixed to the world, which MuJoCo's own parent-child
+    filter forgets. Cost: 31 collision passes.
+
+    Args:
+        model: A compiled model with scalar joints only and names for all bodies.
+        home: (nq,) the posture at rest.
+        seed: Of the random postures.
+    """
+    data = mujoco.MjData(model)
+    counts: Counter[tuple[int, int]] = Counter()
+    for posture in _random_postures(model, seed):
+        counts.update(_touching(model, data, posture))
+    pairs = {pair for pair, count in counts.items() if count >= TOUCHING_SHARE * SAMPLED_POSTURES}
+    pairs |= _touching(model, data, home) | _children_of_fixed_links(model)
+    return sorted((model.body(a).name, model.body(b).name) for a, b in pairs)
+
+
+def _random_postures(model: mujoco.MjModel, seed: int) -> FloatArray:
+    """(SAMPLED_POSTURES, nq) uniform inside the limits; within half a turn or half a metre where there are none."""
+    span = np.where(model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE, 0.5, np.pi)
+    limited = model.jnt_limited.astype(bool) & (np.ptp(model.jnt_range, axis=1) < 100 * span)
+    lower = np.where(limited, model.jnt_range[:, 0], -span)
+    upper = np.where(limited, model.jnt_range[:, 1], span)
+    return np.random.default_rng(seed).uniform(lower, upper, (SAMPLED_POSTURES, model.nq))
+
+
+def _touching(model: mujoco.MjModel, data: mujoco.MjData, posture: FloatArray) -> set[tuple[int, int]]:
+    """Pairs of bodies with penetrating geoms at ``posture``; neither is the world."""
+    data.qpos[:] = posture
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    mujoco.mj_collision(model, data)
+    touching = data.contact.geom[data.contact.dist <= 0]
+    bodies = np.sort(model.geom_bodyid[touching].reshape(-1, 2), axis=1)
+    return {(int(a), int(b)) for a, b in bodies if 0 < a < b}
+
+
+def _children_of_fixed_links(model: mujoco.MjModel) -> set[tuple[int, int]]:
+    """Moving bodies paired with the parent they are hinged to, where the parent is fixed to the world."""
+    return {
+        (int(parent), body)
+        for body, parent in enumerate(model.body_parentid)
+        if parent > 0 and model.body_weldid[body] != 0 and model.body_weldid[parent] == 0
+    }

@@ -1,0 +1,322 @@
+"""From the needs of a scene and a person's overrides to its effects: what is on, why, and what is missing then.
+
+One small rule an effect, each with its value and the reason in words for a person. A rule knows the needs and the
+effects decided above it in the table (``effects.EFFECTS`` has the order). It answers with the value that stands in
+``Effects``; for an effect of the sensor that is whether it is on. An override replaces its rule.
+
+Warnings tell what a scene switches off although its task needs it, and settings at which its physics is known to be
+unsteady (``stability``).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from types import MappingProxyType
+from typing import Any, TypeAlias
+
+from app.core.errors import Finding
+from app.scene.effects import EFFECTS, SENSOR_KEYS, EffectEntry, Effects, Override
+from app.scene.stability import equivalent_stiffness, measured_stability, stability_warning
+from app.scene.tasks import TASKS, Needs
+from app.tactile.sensor_effects import SensorEffects
+
+ValueAndReason: TypeAlias = tuple[Any, str]
+DecidedAbove: TypeAlias = Mapping[str, Any]
+EffectRule: TypeAlias = Callable[[Needs, DecidedAbove], ValueAndReason]
+FINE_STEP, COARSE_STEP, LONGEST_STEP = 0.001, 0.002, 0.02
+"""Time steps [s]: usual; up to which implicitfast serves where nothing touches; of anything."""
+
+
+def _dynamics(needs: Needs, _above: DecidedAbove) -> ValueAndReason:
+    if needs.task == "view" and "joint_torque" not in needs.outputs:
+        return False, "the task is to look: the robot is where it is asked to be"
+    return True, f"the task is to {TASKS[needs.task].title}" if needs.task != "view" else "joint torques are wanted"
+
+
+def _fingers(needs: Needs, _above: DecidedAbove) -> ValueAndReason:
+    if needs.scripted:
+        return True, "a scripted hand touches the skin"
+    if needs.touch:
+        return True, f"the scene wants {_words(needs.touch)}, so somebody may touch"
+    return False, "the scene wants nothing that is felt"
+
+
+def _contact(needs: Needs, above: DecidedAbove) -> ValueAndReason:
+    if not above["dynamics"]:
+        return "off", "without dynamics nothing can be pushed away"
+    itself = needs.task == "self-touch"
+    if itself and needs.objects:
+        return "all", f"the robot touches itself, and {_names(needs)} there to touch"
+    if itself:
+        return "self", "the robot touches itself"
+    if needs.outside:
+        return "environment", f"{_names(needs)} there to touch"
+    return ("probe", f"{_names(needs)} there to touch") if needs.probes else ("off", "there is nothing to touch")
+
+
+def _gravity(needs: Needs, above: DecidedAbove) -> ValueAndReason:
+    if not above["dynamics"]:
+        return "off", "without dynamics nothing has weight"
+    if needs.free:
+        return "compensated", f"{needs.free[0]} rests on something; the robot carries itself"
+    if "joint_torque" in needs.outputs:
+        return "compensated", "joint torques are wanted, and they carry the robot"
+    return "off", "the robot carries its own weight, and nothing else has any"
+
+
+def _friction(needs: Needs, above: DecidedAbove) -> ValueAndReason:
+    if above["contact"] == "off":
+        return False, "no bodies touch"
+    if needs.task in ("slide", "push"):
+        return True, f"the task is to {TASKS[needs.task].title}"
+    if needs.free:
+        return True, f"{needs.free[0]} would slip away without"
+    if "joint_torque" in needs.outputs:
+        return True, "joint torques are wanted, and friction is part of them"
+    return False, "nothing slides with a force or lies on anything"
+
+
+def _joint_limits(_needs: Needs, above: DecidedAbove) -> ValueAndReason:
+    return (True, "a push may reach them") if above["dynamics"] else (False, "the robot is where it is asked to be")
+
+
+def _joint_friction(needs: Needs, above: DecidedAbove) -> ValueAndReason:
+    if not above["dynamics"]:
+        return False, "without dynamics nothing resists"
+    wanted = "joint_torque" in needs.outputs
+    return wanted, "joint torques are wanted" if wanted else "joint torques are not wanted"
+
+
+def _skin(needs: Needs, above: DecidedAbove) -> ValueAndReason:
+    if not needs.touch:
+        return "off", "the scene wants nothing that is felt"
+    if not above["fingers"] and above["contact"] == "off":
+        return "off", "nothing can touch the skin"
+    if "pressure_shape" in needs.touch:
+        return "half-space", "the pressure's shape is wanted as buried taxels feel it"
+    if "centre_of_pressure" in needs.touch:
+        return "punch", "the centre of pressure is wanted, exactly"
+    if needs.touch == ("force",) and needs.controller == "impedance":
+        return "point", "the scene wants force alone, however it spreads"
+    return "water-fill", f"the scene wants {_words(needs.touch)}, and the sum of it exact"
+
+
+def _timestep(needs: Needs, above: DecidedAbove) -> ValueAndReason:
+    if not above["dynamics"]:
+        return _part_of(needs.tick, LONGEST_STEP), "nothing moves by force, so a step is as long as a tick"
+    return _part_of(needs.tick, FINE_STEP), "fine enough for the usual contacts"
+
+
+def _integrator(needs: Needs, above: DecidedAbove) -> ValueAndReason:
+    if above["dynamics"] and above["timestep"] > COARSE_STEP:
+        return "discrete", f"steady at steps longer than {1e3 * COARSE_STEP:g} ms"
+    known = measured_stability("implicitfast", above["timestep"], equivalent_stiffness(needs.layer, needs.objects))
+    if above["contact"] != "off" and (known is None or known.verdict != "steady"):
+        return "discrete", f"steady where contacts are as stiff as {needs.layer.stiffness:g} N/m"
+    return "implicitfast", "cheap, and steady at this step and stiffness"
+
+
+def _sensor(why: str) -> EffectRule:
+    def rule(needs: Needs, above: DecidedAbove) -> ValueAndReason:
+        if above["skin"] == "off":
+            return False, "no skin is simulated"
+        wanted = "readings" in needs.outputs
+        return wanted, why if wanted else "what electronics would tell is not wanted"
+
+    return rule
+
+
+def _dead_taxels(_needs: Needs, _above: DecidedAbove) -> ValueAndReason:
+    return False, "a skin is whole unless the scene says otherwise"
+
+
+def _part_of(tick: float, longest: float) -> float:
+    """The longest time step up to ``longest`` of which a tick is a whole number."""
+    return tick / max(math.ceil(tick / longest - 1e-9), 1)
+
+
+def _names(needs: Needs) -> str:
+    first, more = needs.objects[0].name, len(needs.objects) - 1
+    return f"{first} and {more} more are" if more else f"{first} is"
+
+
+def _words(outputs: tuple[str, ...]) -> str:
+    words = [output.replace("_", " ") for output in outputs]
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+
+
+_REASONS = {
+    "area_averaging": "a real pad has a size",
+    "crosstalk": "real pads share a cover and wires",
+    "hysteresis": "a real cover creeps",
+    "gain_spread": "no two real taxels are alike",
+    "offset_drift": "a real zero wanders",
+    "noise": "real amplifiers hiss",
+    "saturation": "a real taxel has a highest reading",
+    "threshold": "faint readings are cut off",
+    "quantisation": "a real converter counts in steps",
+    "sampling": "a real bus is slower than control, and late",
+}
+_RULES: Mapping[str, EffectRule] = {
+    "dynamics": _dynamics,
+    "fingers": _fingers,
+    "contact": _contact,
+    "gravity": _gravity,
+    "friction": _friction,
+    "joint_limits": _joint_limits,
+    "joint_friction": _joint_friction,
+    "skin": _skin,
+    "timestep": _timestep,
+    "integrator": _integrator,
+    "dead_taxels": _dead_taxels,
+} | {key: _sensor(f"readings are wanted: {why}") for key, why in _REASONS.items()}
+EFFECT_RULES: Mapping[str, EffectRule] = MappingProxyType({key: _RULES[key] for key in EFFECTS})
+
+
+WarningCheck: TypeAlias = Callable[[Needs, Effects], tuple[str, str] | None]
+"""(effect or key, what is lacking and what to do), or None where nothing is."""
+
+
+def scene_warnings(needs: Needs, effects: Effects) -> tuple[Finding, ...]:
+    """Everything that ``needs`` ask for and ``effects`` have not, and the unsteady time step they have, if any."""
+    found = (check(needs, effects) for check in _CHECKS)
+    findings = tuple(Finding("scene-warning", place, action) for place, action in filter(None, found))
+    unsteady = stability_warning(effects, needs.layer, objects=needs.objects)
+    return findings if unsteady is None else (*findings, unsteady)
+
+
+def _nothing_there(needs: Needs, _effects: Effects) -> tuple[str, str] | None:
+    if not TASKS[needs.task].objects or needs.outside:
+        return None
+    return "objects", f"The task is to {TASKS[needs.task].title}, but there is nothing: add one with [[objects]]"
+
+
+def _nothing_moves(needs: Needs, effects: Effects) -> tuple[str, str] | None:
+    if effects.dynamics or (needs.task == "view" and "joint_torque" not in needs.outputs):
+        return None
+    wants = "to know joint torques" if needs.task == "view" else f"to {TASKS[needs.task].title}"
+    return "effects.dynamics", f"Without dynamics nothing gives way, but the scene is {wants}: switch dynamics on"
+
+
+def _objects_untouched(needs: Needs, effects: Effects) -> tuple[str, str] | None:
+    if not effects.dynamics or effects.contact in ("environment", "all"):
+        return None
+    if needs.outside or (needs.probes and effects.contact != "probe"):
+        name = next(spec.name for spec in needs.objects if effects.contact != "probe" or spec.kind != "probe")
+        return "effects.contact", f"{name} is there but nothing touches it: choose contact environment or all"
+    return None
+
+
+def _no_self_contact(needs: Needs, effects: Effects) -> tuple[str, str] | None:
+    if needs.task != "self-touch" or effects.contact in ("self", "all"):
+        return None
+    return "effects.contact", "The robot is to touch itself, but its links pass through each other: choose contact self"
+
+
+def _no_friction(needs: Needs, effects: Effects) -> tuple[str, str] | None:
+    if needs.task not in ("slide", "push") or effects.friction:
+        return None
+    return "effects.friction", f"The task is to {TASKS[needs.task].title}, but nothing resists: switch friction on"
+
+
+def _nothing_felt(needs: Needs, effects: Effects) -> tuple[str, str] | None:
+    if not needs.touch or effects.skin != "off":
+        return None
+    wanted = needs.touch[0].replace("_", " ")
+    return "effects.skin", f"The scene wants {wanted}, but the skin feels nothing: choose skin water-fill"
+
+
+def _hand_away(needs: Needs, effects: Effects) -> tuple[str, str] | None:
+    if not needs.scripted or effects.fingers:
+        return None
+    return "effects.fingers", "A scripted hand is to touch the skin, but fingers are off: switch fingers on"
+
+
+def _weightless(needs: Needs, effects: Effects) -> tuple[str, str] | None:
+    if not (effects.dynamics and needs.free and effects.gravity == "off"):
+        return None
+    return "effects.gravity", f"{needs.free[0]} floats without gravity: choose gravity compensated"
+
+
+def _ideal_sensor(needs: Needs, effects: Effects) -> tuple[str, str] | None:
+    if "readings" not in needs.outputs or any(vars(effects.sensor).values()):
+        return None
+    return "effects", "Readings of real electronics are wanted, but every effect of the sensor is off: switch one on"
+
+
+_CHECKS: tuple[WarningCheck, ...] = (
+    _nothing_there, _nothing_moves, _objects_untouched, _no_self_contact, _no_friction, _nothing_felt, _hand_away,
+    _weightless, _ideal_sensor,
+)  # fmt: skip
+
+
+OVERRIDDEN = "the scene says so"
+
+
+@dataclass(frozen=True)
+class EffectRow:
+    """One effect of a scene, for people.
+
+    Attributes:
+        name: Its key in ``EFFECTS``.
+        title: What people call it.
+        on: Whether it costs anything.
+        value: The choice, or the number with its unit.
+        why: The reason.
+        overridden: Whether the scene or a person said so; if not, it follows from the needs.
+    """
+
+    name: str
+    title: str
+    on: bool
+    value: str
+    why: str
+    overridden: bool
+
+
+@dataclass(frozen=True)
+class EffectDecision:
+    """What a scene simulates.
+
+    Attributes:
+        effects: All of them, decided.
+        rows: One an effect, in the order of ``EFFECTS``.
+        warnings: What the scene switches off although its task needs it.
+    """
+
+    effects: Effects
+    rows: tuple[EffectRow, ...]
+    warnings: tuple[Finding, ...]
+
+
+def decide_effects(needs: Needs, overrides: Mapping[str, Override]) -> EffectDecision:
+    """Every effect, from an override where there is one, else by its rule.
+
+    Args:
+        needs: What the scene is for.
+        overrides: By key of ``EFFECTS``, checked; ``auto`` is none.
+    """
+    values: dict[str, Any] = {}
+    rows = []
+    for key, entry in EFFECTS.items():
+        override = overrides.get(key, "auto")
+        value, why = EFFECT_RULES[key](needs, values) if override == "auto" else (entry.value(override), OVERRIDDEN)
+        if entry.sensor is not None and isinstance(value, bool):
+            value = entry.sensor() if value else None
+        values[key] = value
+        rows.append(_row(entry, value, why, overridden=override != "auto"))
+    effects = Effects(
+        **{key: value for key, value in values.items() if key not in SENSOR_KEYS},
+        sensor=SensorEffects(**{key: values[key] for key in SENSOR_KEYS}),
+    )
+    return EffectDecision(effects, tuple(rows), scene_warnings(needs, effects))
+
+
+def _row(entry: EffectEntry, value: Any, why: str, *, overridden: bool) -> EffectRow:
+    word = entry.word(value)
+    if entry.sensor is not None and value is not None:
+        options = (f"{key.replace('_', ' ')} {number:g}" for key, number in asdict(value).items())
+        why += f" ({', '.join(options)})"
+    return EffectRow(entry.key, entry.title, word != "off", word, why, overridden)

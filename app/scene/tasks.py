@@ -1,0 +1,96 @@
+"""What a scene is for: its task, the outputs that are wanted of it, and the objects in it.
+
+Effects are decided from these needs alone, see ``effect_decision``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+from app.scene.objects import ObjectSpec
+from app.tactile.elastic_layer import ElasticLayer
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is done in a scene.
+
+    Attributes:
+        title: For people.
+        outputs: What is wanted where the scene names nothing.
+        objects: Whether it needs something besides the robot.
+    """
+
+    title: str
+    outputs: tuple[str, ...] = ("posture", "pressure", "force")
+    objects: bool = False
+
+
+TASKS: Mapping[str, Task] = MappingProxyType(
+    {
+        "view": Task("look at the robot in its postures", outputs=("posture",)),
+        "touch": Task("touch the skin"),
+        "slide": Task("slide along something with a force", objects=True),
+        "push": Task("push something away", objects=True),
+        "self-touch": Task("let the robot touch itself"),
+        "crowd": Task("move among many things", objects=True),
+    }
+)
+OUTPUTS: Mapping[str, str] = MappingProxyType(
+    {
+        "posture": "where the joints are",
+        "pressure": "what the taxels feel, as physics has it",
+        "readings": "what real electronics would tell of that",
+        "force": "how hard each contact presses",
+        "centre_of_pressure": "where each contact presses, exactly",
+        "pressure_shape": "how pressure is spread under each contact, as buried taxels feel it",
+        "joint_torque": "what the joints must give",
+    }
+)
+TOUCH_OUTPUTS = ("pressure", "readings", "force", "centre_of_pressure", "pressure_shape")
+
+
+@dataclass(frozen=True)
+class Needs:
+    """What effects are decided from.
+
+    Attributes:
+        task: One of ``TASKS``.
+        outputs: Some of ``OUTPUTS``.
+        objects: What there is besides the robot.
+        layer: The cover.
+        tick: Seconds between two control ticks.
+        controller: The controller the scene starts with.
+        scripted: Whether a scripted hand touches the skin.
+    """
+
+    task: str = "touch"
+    outputs: tuple[str, ...] = TASKS["touch"].outputs
+    objects: tuple[ObjectSpec, ...] = ()
+    layer: ElasticLayer = field(default_factory=ElasticLayer)
+    tick: float = 0.005
+    controller: str = "impedance"
+    scripted: bool = False
+
+    @property
+    def touch(self) -> tuple[str, ...]:
+        """Which wanted things are known by touch alone; a controller that follows touch wants the force."""
+        wanted = tuple(output for output in self.outputs if output in TOUCH_OUTPUTS)
+        return wanted if wanted or self.controller == "impedance" else ("force",)
+
+    @property
+    def probes(self) -> bool:
+        """Whether probes move in the scene."""
+        return any(spec.kind == "probe" for spec in self.objects)
+
+    @property
+    def outside(self) -> bool:
+        """Whether things other than probes stand in the scene."""
+        return any(spec.kind != "probe" for spec in self.objects)
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """Names of the things that nothing holds."""
+        return tuple(s.name for s in self.objects if s.mass > 0 and s.kind not in ("probe", "plate", "plane"))

@@ -1,0 +1,113 @@
+"""Contacts of the skin as stiff as its cover is: from N/m to the numbers of MuJoCo's solver.
+
+A direct ``solref = (-k, -b)`` with constant impedance d makes a contact of  K = k / ((1 - d) w)  [N/m], where w is the
+solver's estimate of the pair's inverse mass: the sum of the bodies' ``body_invweight0``, whatever the posture. In the
+same way friction's b makes  b / ((1 - d) w)  [N s/m]. (Measured to the digit for 0.1 to 5 kg.)
+"""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from app.core.arrays import FloatArray
+from app.tactile.elastic_layer import ElasticLayer
+
+SOLVER_IMPEDANCE = 0.5
+"""MuJoCo's ``d`` of skin contacts, constant: with 0.9 a held force wavers eight times as much (measured)."""
+FRICTION_DAMPING = 100.0
+"""Friction of skin contacts below the speed at which they slide [N s/m].
+
+MuJoCo's friction creeps: it is viscous up to Coulomb's force, and what viscosity would bring beyond that also pushes
+the bodies apart. A contact held with force N creeps up to  mu N / GRIP  and hops from  N (1 / mu + 2 mu) / GRIP  on.
+With 10 N and mu = 0.5 that is 0.05 and 0.3 m/s. MuJoCo's own value makes it hop at 0.03 m/s (10 N waver by 9.5 N); the
+known cure of ``solreffriction = 0.2 1`` is worth 4 N s/m, with which nothing rubs below 1 m/s (measured).
+"""
+_STABILITY_LIMIT = 0.68
+"""Largest  k dt²  of a contact that neither bounces nor diverges where the integrator is not ``discrete``.
+
+(2 √2 - 2)²: beyond it semi-implicit Euler makes a critically damped spring grow.
+"""
+
+
+class ContactStiffness:
+    """Keeps every pair of skin and something at the layer's stiffness, in one compiled model, which it changes.
+
+    Two skins in series have half the stiffness. The integrator ``discrete`` is implicit: its solver weighs bodies with
+    their servos and dampers, in contact with a very stiff joint up to seven times heavier. So there the numbers follow
+    the weight that the solver used last.
+
+    Args:
+        model: Compiled.
+        layer: Of the skin.
+    """
+
+    def __init__(self, model: mujoco.MjModel, layer: ElasticLayer) -> None:
+        self._model = model
+        self._stiffness = [layer.stiffness / _skins(model, geoms) for geoms in _geoms(model)]
+        self._follows = model.opt.integrator == mujoco.mjtIntegrator.mjINT_DISCRETE
+        self._pairs = {geoms: pair for pair, geoms in enumerate(_geoms(model))}
+        self.reset()
+
+    def reset(self) -> None:
+        """Back to the bodies' own weights."""
+        weight = self._model.body_invweight0[:, 0]
+        for pair, geoms in enumerate(_geoms(self._model)):
+            self._set(pair, max(sum(float(weight[self._model.geom_bodyid[geom]]) for geom in geoms), 1e-9))
+
+    def follow(self, data: mujoco.MjData) -> None:
+        """Take the solver's last estimate of each pair in contact. Cost: 5 µs; nothing with other integrators."""
+        if not (self._follows and data.ncon):
+            return
+        # The regulariser of a row is (1 - d) / d times the estimate, over  1 + h b / d + h² k / d.
+        step, estimate = self._model.opt.timestep, data.efc_R * (SOLVER_IMPEDANCE / (1 - SOLVER_IMPEDANCE))
+        for row, (first, second) in zip(data.contact.efc_address.tolist(), data.contact.geom.tolist(), strict=True):
+            pair = self._pairs.get((first, second), self._pairs.get((second, first)))
+            if row >= 0 and pair is not None:
+                k, b = -self._model.pair_solref[pair]
+                implicit = float(1 + step * (b + step * k) / SOLVER_IMPEDANCE)
+                self._set(pair, float(estimate[row]) * implicit, implicit=implicit)
+
+    def numbers(self) -> FloatArray:
+        """(k,) what ``follow`` remembers, for comparing runs; empty with other integrators."""
+        return np.array(self._model.pair_solref[:, 0]) if self._follows else np.zeros(0)
+
+    def _set(self, pair: int, mobility: float, *, implicit: float = 1.0) -> None:
+        scale = (1 - SOLVER_IMPEDANCE) * mobility
+        k = self._stiffness[pair] * scale
+        self._model.pair_solref[pair] = -k, -2 * np.sqrt(k)
+        if self._model.pair_dim[pair] > 1:  # no stiffness: friction has nowhere to return
+            # Friction shares the normal's regulariser, and with it what makes the normal implicit.
+            self._model.pair_solreffriction[pair] = -1.0, -FRICTION_DAMPING * scale / implicit
+
+
+def unstable_contacts(model: mujoco.MjModel, layer: ElasticLayer) -> tuple[str, ...]:
+    """Contacts of the skin that are stiffer than the time step bears, for people: what they may do about each.
+
+    Args:
+        model: Compiled.
+        layer: Of the skin.
+    """
+    step, notes = model.opt.timestep, []
+    if model.opt.integrator == mujoco.mjtIntegrator.mjINT_DISCRETE:
+        return ()  # implicit in the contact as well: none was found too stiff
+    for pair, geoms in enumerate(_geoms(model)):
+        weight = sum(float(model.body_invweight0[model.geom_bodyid[geom], 0]) for geom in geoms)
+        share = layer.stiffness / _skins(model, geoms) * (1 - SOLVER_IMPEDANCE) * weight * step**2 / _STABILITY_LIMIT
+        if share > 1:
+            name = model.pair(pair).name.replace("skin ", "").replace("object ", "").replace("slab ", "")
+            most, longest = layer.stiffness / share, 1e3 * step / np.sqrt(share)
+            notes.append(
+                f"{name.replace(' | ', ' and ')} may bounce apart: {layer.stiffness:.3g} N/m is too stiff for the time "
+                f"step; use at most {most:.2g} N/m or {longest:.2g} ms, or the integrator discrete"
+            )
+    return tuple(notes)
+
+
+def _skins(model: mujoco.MjModel, geoms: tuple[int, int]) -> int:
+    return sum(model.geom(geom).name.startswith("skin ") for geom in geoms)
+
+
+def _geoms(model: mujoco.MjModel) -> list[tuple[int, int]]:
+    """Both geoms of each pair."""
+    return list(zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True))

@@ -1,0 +1,227 @@
+"""What is checked around every step: the command before it, fast objects ahead of it, the state after it.
+
+``check_command`` refuses an impedance command that holds something that is no finite number. ``TunnellingCheck`` stops
+objects that move so far in one step that a contact could be missed: before it happens, for nobody would notice after.
+``DivergenceGuard`` stops a run at the first number that means nothing, and says where it was.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import mujoco
+import numpy as np
+
+from app.core.arrays import FloatArray, IntArray
+from app.core.errors import SimulationError
+from app.robots.robot import Robot
+from app.scene.objects import SceneObject
+from app.simulation.object_geoms import body_name
+
+
+class ImpedanceCommand(Protocol):
+    """What the joints are asked for; ``app.control.command.JointCommand`` is one. (This folder knows no control.)"""
+
+    @property
+    def posture(self) -> FloatArray:
+        """(n,) [rad]."""
+
+    @property
+    def stiffness(self) -> FloatArray:
+        """(n,) [N m/rad]."""
+
+    @property
+    def damping(self) -> FloatArray:
+        """(n,) [N m s/rad]."""
+
+    @property
+    def torque(self) -> FloatArray:
+        """(n,) [N m]."""
+
+
+MAX_SPEED = 1e3
+"""Of any joint [rad/s, or m/s]; no robot does this, a diverging integrator does."""
+_STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+
+
+class DivergenceGuard:
+    """Watches one model's state and keeps the last good one.
+
+    The model must not reset itself on bad numbers (``mjDSBL_AUTORESET``), or there is nothing left to see.
+
+    Args:
+        model: The compiled model.
+        data: Its state.
+    """
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        self._model, self._data = model, data
+        self._good = np.zeros(mujoco.mj_stateSize(model, _STATE))
+        self._qvel, self._limit = data.qvel, MAX_SPEED**2
+
+    def keep(self) -> None:
+        """Take the present state for the last good one. Cost: 0.5 µs."""
+        mujoco.mj_getState(self._model, self._data, self._good, _STATE)
+
+    def sound(self) -> bool:
+        """Whether all joints' velocities are finite and none runs away. Cost: 0.3 µs; 2 µs at great speeds.
+
+        A position that is not finite comes of a velocity that is not.
+        """
+        # NaN compares false with everything, so the sound case is asked for, not the bad one.
+        if mujoco.mju_dot(self._qvel, self._qvel) <= self._limit:  # numpy would warn of an overflow
+            return True
+        return bool((np.abs(self._qvel) <= MAX_SPEED).all())
+
+    def replay(self, step: Callable[[], None], count: int) -> None:
+        """Go ``count`` steps again from the last good state, one by one, and stop at the first bad one.
+
+        Args:
+            step: Advances the physics by one step.
+            count: How many were taken in one go.
+
+        Raises:
+            SimulationError: As ``stop``.
+        """
+        self._back()
+        for _ in range(count):
+            self.keep()
+            step()
+            if not self.sound():
+                self.stop()
+
+    def stop(self) -> None:
+        """Tell what the last step did, and return to the state before it.
+
+        Raises:
+            SimulationError: Always: naming the first bad joint, its value, the simulated time and the energy before.
+        """
+        error = self._error()
+        self._back()
+        raise error
+
+    def _back(self) -> None:
+        mujoco.mj_setState(self._model, self._data, self._good, _STATE)
+
+    def _error(self) -> SimulationError:
+        model, data = self._model, self._data
+        dof = int(np.flatnonzero(~(np.abs(data.qvel) <= MAX_SPEED))[0])
+        joint = model.joint(int(model.dof_jntid[dof]))
+        position, velocity, time = data.qpos[joint.qposadr[0]], data.qvel[dof], data.time
+        self._back()
+        return SimulationError(
+            "the simulation diverged",
+            place=f"joint {joint.name} at {time:.3f} s",
+            value=f"position {position:.3g}, velocity {velocity:.3g} a second, energy before {self._energy():.3g} J",
+            remedy="Reset; use softer gains, a softer finger or a smaller time step",
+        )
+
+    def _energy(self) -> float:
+        """Kinetic energy [J] at the present state."""
+        if not self._model.nv:
+            return 0.0
+        moved: FloatArray = np.zeros(self._model.nv)
+        mujoco.mj_forward(self._model, self._data)
+        mujoco.mj_mulM(self._model, self._data, moved, self._data.qvel)
+        return 0.5 * float(self._data.qvel @ moved)
+
+
+def check_command(robot: Robot, command: ImpedanceCommand) -> None:
+    """Refuse a command that holds something that is no finite number, before it reaches the physics.
+
+    Args:
+        robot: Whose joints.
+        command: What is asked of them.
+
+    Raises:
+        SimulationError: Naming the first such joint.
+    """
+    asked = {"posture": command.posture, "stiffness": command.stiffness, "damping": command.damping,
+             "torque": command.torque}  # fmt: skip
+    if math.isfinite(sum(float(values.sum()) for values in asked.values())):
+        return
+    for name, values in asked.items():
+        for joint, value in zip(robot.joints, values, strict=True):
+            if not math.isfinite(value):
+                raise SimulationError(
+                    "the controller asked for no number",
+                    place=f"joint {joint.name}",
+                    value=f"{name} {value}",
+                    remedy="Reset; look at what drives the controller",
+                )
+
+
+_UNBOUNDED_GEOMS = (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD)
+"""Nothing is behind these."""
+
+
+@dataclass(frozen=True, eq=False)
+class _MovingObject:
+    """An object that can move: its name, its body, its velocities, how far it reaches [m], and what it may meet."""
+
+    name: str
+    body: int
+    motion: slice
+    reach: float
+    others: IntArray
+
+
+class TunnellingCheck:
+    """Watches the objects that move. A body first found beyond another's middle would be pushed out on the far side.
+
+    Args:
+        model: The compiled model.
+        objects: Those that the model has.
+
+    Attributes:
+        needed: Whether anything moves.
+    """
+
+    def __init__(self, model: mujoco.MjModel, objects: Sequence[SceneObject]) -> None:
+        self._model = model
+        self._half: FloatArray = model.geom_aabb[:, 3:].min(axis=1)
+        bodies = [
+            (scene_object.spec.name, int(model.body(body_name(scene_object.spec)).id)) for scene_object in objects
+        ]
+        self._movers = [self._mover(name, body) for name, body in bodies if model.body_dofnum[body]]
+        self.needed = bool(self._movers)
+
+    def check(self, data: mujoco.MjData, count: int) -> None:
+        """Look ahead by ``count`` steps at the present speeds. Cost: 1.5 µs for each object that moves.
+
+        Raises:
+            SimulationError: An object could pass through something on its way; nothing changed.
+        """
+        step = self._model.opt.timestep
+        for mover in self._movers:
+            speed = float(np.linalg.norm(data.qvel[mover.motion]))
+            if speed * step > mover.reach:
+                self._look(data, mover, speed, count)
+
+    def _look(self, data: mujoco.MjData, mover: _MovingObject, speed: float, count: int) -> None:
+        step = self._model.opt.timestep
+        thin = mover.others[speed * step > mover.reach + self._half[mover.others]]
+        away = np.linalg.norm(data.geom_xpos[thin] - data.xpos[mover.body], axis=1)
+        # Places are those before the last step.
+        near = thin[away <= self._model.geom_rbound[thin] + mover.reach + speed * step * (count + 1)]
+        if near.size:
+            met = int(near[0])
+            longest = (mover.reach + float(self._half[met])) / speed
+            raise SimulationError(
+                "an object is too fast for the time step",
+                place=f"{mover.name} near {self._model.body(self._model.geom_bodyid[met]).name} at {data.time:.3f} s",
+                value=f"{speed:.3g} m/s, {1e3 * speed * step:.3g} mm a step",
+                remedy=f"It could pass through unseen: use a time step of at most {1e3 * longest:.2g} ms",
+            )
+
+    def _mover(self, name: str, body: int) -> _MovingObject:
+        model = self._model
+        first, count = int(model.body_dofadr[body]), min(int(model.body_dofnum[body]), 3)
+        own = model.geom_bodyid == body
+        others = np.flatnonzero(~own & ~np.isin(model.geom_type, _UNBOUNDED_GEOMS))
+        return _MovingObject(
+            name, body, slice(first, first + count), float(model.geom_rbound[own].max(initial=0.0)), others
+        )

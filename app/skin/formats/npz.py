@@ -1,0 +1,102 @@
+"""Taxels as named arrays (npz): read from anyone without trust, written so that ``numpy.load`` opens them.
+
+Names of one set: ``positions`` (n, 3) [m], and where known ``numbers``, ``normals``, ``faces``, ``points`` and
+``modules``, as in ``TaxelSet``. Files of this program hold several sets, each name with its set's number before it,
+and a header.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.errors import Finding, SkinError
+from app.core.files import pack_arrays, unpack_arrays, unpack_bare_arrays
+from app.skin.formats.foreign_file import errors_in_file, read_bytes, write_bytes
+from app.skin.formats.taxel_set import TaxelSet, distinct_numbers, unit_normals
+
+FORMAT, VERSION = "tactile-maps-taxels", 1
+# Columns and kinds of a set's arrays.
+_ARRAYS = {
+    "positions": (3, "fiu"), "numbers": (1, "iu"), "normals": (3, "f"),
+    "faces": (3, "iu"), "points": (2, "f"), "modules": (1, "iu"),
+}  # fmt: skip
+
+
+def read_taxel_npz(path: str | Path) -> tuple[TaxelSet, ...]:
+    """The taxels in the npz at ``path``, by this program or with plain names.
+
+    Raises:
+        SkinError: Damaged, hostile, without positions, or not sound taxels.
+    """
+    path = Path(path)
+    data = read_bytes(path)
+    bare = unpack_bare_arrays(data, file=path, error=SkinError)
+    if "header" not in bare:
+        return (_taxel_set(bare, "", path.stem, None, path),)
+    header, arrays = unpack_arrays(data, file=path, error=SkinError)
+    if header.get("format") != FORMAT or header.get("version") != VERSION:
+        found = f"{header.get('format')} {header.get('version')}"
+        remedy = f"This program reads taxels of version {VERSION}; open skins and maps as such"
+        raise SkinError("this is not a file of taxels", file=path, value=found, remedy=remedy)
+    stated = header.get("sets")
+    if not isinstance(stated, list) or not stated or not all(_is_name(entry) for entry in stated):
+        raise SkinError("the file's header is broken", file=path, place="sets")
+    return tuple(_taxel_set(arrays, f"{i}_", name, link, path) for i, (name, link) in enumerate(stated))
+
+
+def write_taxel_npz(sets: Sequence[TaxelSet], path: str | Path) -> None:
+    """Write ``sets`` with all they know but their findings.
+
+    Raises:
+        SkinError: The file cannot be written.
+    """
+    arrays = {
+        f"{i}_{name}": getattr(taxels, name)
+        for i, taxels in enumerate(sets)
+        for name in _ARRAYS
+        if getattr(taxels, name) is not None
+    }
+    header = {"format": FORMAT, "version": VERSION, "sets": [[taxels.name, taxels.link] for taxels in sets]}
+    write_bytes(Path(path), pack_arrays(header, arrays))
+
+
+def _is_name(entry: object) -> bool:
+    return (
+        isinstance(entry, list)
+        and len(entry) == 2
+        and isinstance(entry[0], str)
+        and (entry[1] is None or isinstance(entry[1], str))
+    )
+
+
+def _taxel_set(arrays: Mapping[str, NDArray[Any]], prefix: str, name: str, link: str | None, path: Path) -> TaxelSet:
+    take = {field: _take(arrays, prefix + field, path) for field in _ARRAYS}
+    positions, numbers, normals = take.pop("positions"), take.pop("numbers"), take.pop("normals")
+    if positions is None:
+        remedy = f"Name the array of places {prefix}positions"
+        raise SkinError("the file has no positions", file=path, value=", ".join(arrays), remedy=remedy)
+    findings: list[Finding] = []
+    with errors_in_file(path):
+        if normals is not None:
+            normals = unit_normals(normals, path.name, findings) if len(normals) else None
+        numbers = np.arange(len(positions)) if numbers is None else distinct_numbers(numbers, path.name, findings)
+        return TaxelSet(name, link, numbers, positions, normals, findings=tuple(findings), **take)
+
+
+def _take(arrays: Mapping[str, NDArray[Any]], name: str, path: Path) -> NDArray[Any] | None:
+    values = arrays.get(name)
+    if values is None:
+        return None
+    columns, kinds = _ARRAYS[name.rpartition("_")[2]]
+    if values.ndim == 0 or values.shape[1:] != (() if columns == 1 else (columns,)) or values.dtype.kind not in kinds:
+        raise SkinError(
+            "an array has the wrong shape or type", file=path, place=name, value=f"{values.shape} {values.dtype}"
+        )
+    if values.dtype.kind == "u" and values.size and int(values.max()) >= 2**63:
+        raise SkinError("a number is absurdly large", file=path, place=name, value=values.max())
+    return values.astype(np.float64 if "f" in kinds else np.int64)

@@ -1,0 +1,152 @@
+"""Taxels as some file states them: places, and whatever else it knows of them, before they are on any surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from app.core.arrays import BoolArray, FloatArray, IntArray, readonly
+from app.core.errors import Finding, SkinError
+from app.skin.formats.foreign_file import MAX_TAXELS, add_finding
+
+MAX_COORDINATE = 10.0
+"""No taxel lies farther from its link's origin, or from its map's, than this [m]; more means another unit."""
+_UNIT = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class TaxelSet:
+    """The taxels of one link, checked at birth.
+
+    Attributes:
+        name: Of the patch.
+        link: The link that the file names, or None.
+        numbers: (n,) each taxel's number on the robot; distinct, not negative.
+        positions: (n, 3) [m], link frame.
+        normals: (n, 3) outward unit normals, link frame, or None where nothing meaningful is stated.
+        faces: (f, 3) triangles over the taxels, counter-clockwise from outside, or None.
+        points: (n, 2) [m] a map of them that comes with the file, or None; NaN for a taxel that is not on it.
+        modules: (n,) the triangular module that carries each taxel, or None.
+        findings: What was noticed and left out on the way in.
+
+    Raises:
+        SkinError: Counts disagree, a number is not finite or absurd, or an index does not exist.
+    """
+
+    name: str
+    link: str | None
+    numbers: IntArray
+    positions: FloatArray
+    normals: FloatArray | None = None
+    faces: IntArray | None = None
+    points: FloatArray | None = None
+    modules: IntArray | None = None
+    findings: tuple[Finding, ...] = ()
+
+    def __post_init__(self) -> None:
+        self._keep("positions", 3, np.float64)
+        if not 1 <= len(self.positions) <= MAX_TAXELS:
+            raise SkinError("there must be 1 to 100,000 taxels", value=len(self.positions))
+        for field, columns in (("numbers", 1), ("modules", 1), ("faces", 3)):
+            self._keep(field, columns, np.int64)
+        for field, columns in (("normals", 3), ("points", 2)):
+            self._keep(field, columns, np.float64)
+        self._check()
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+    @cached_property
+    def mapped(self) -> BoolArray:
+        """(n,) which taxels the map that comes with the file shows."""
+        return np.zeros(len(self), dtype=bool) if self.points is None else np.isfinite(self.points[:, 0])
+
+    def select(self, which: BoolArray) -> TaxelSet:
+        """Only the taxels where ``which`` (n,) is true; a face stays where all its corners do."""
+        keep = np.flatnonzero(which)
+        place = np.full(len(self), -1)
+        place[keep] = np.arange(len(keep))
+        faces = None if self.faces is None else place[self.faces][(place[self.faces] >= 0).all(axis=1)]
+        return replace(
+            self,
+            numbers=self.numbers[keep],
+            positions=self.positions[keep],
+            normals=None if self.normals is None else self.normals[keep],
+            faces=faces,
+            points=None if self.points is None else self.points[keep],
+            modules=None if self.modules is None else self.modules[keep],
+        )
+
+    def with_findings(self, *findings: Finding) -> TaxelSet:
+        """The same taxels with more findings."""
+        return replace(self, findings=(*self.findings, *findings))
+
+    def _keep(self, field: str, columns: int, dtype: type) -> None:
+        """Make the array our own, and refuse one of another shape."""
+        values = getattr(self, field)
+        if values is None:
+            return
+        own = readonly(values, dtype)
+        rows = len(own) if field in ("positions", "faces") else len(self.positions)
+        if own.shape != ((rows,) if columns == 1 else (rows, columns)):
+            raise SkinError("the numbers of rows or columns do not fit", place=field, value=own.shape)
+        object.__setattr__(self, field, own)
+
+    def _check(self) -> None:
+        positions, points = self.positions, self.points
+        self._refuse("positions", "a position is not a finite number", ~np.isfinite(positions).all(axis=1))
+        far = (np.abs(positions) > MAX_COORDINATE).any(axis=1)
+        self._refuse(
+            "positions", f"a taxel is more than {MAX_COORDINATE:g} m from its link; positions are in metres", far
+        )
+        self._refuse("numbers", "a taxel's number is negative", self.numbers < 0)
+        self._refuse("numbers", "two taxels have the same number", _is_duplicate(self.numbers))
+        if self.normals is not None:
+            away = np.abs(np.linalg.norm(self.normals, axis=1) - 1)
+            self._refuse("normals", "a normal is not of length one", ~(away < _UNIT))
+        if self.modules is not None:
+            self._refuse("modules", "a module's number is negative", self.modules < 0)
+        if points is not None:
+            off = ~(np.isnan(points).all(axis=1) | (np.abs(points) <= MAX_COORDINATE).all(axis=1))
+            self._refuse("points", f"a map point is not within {MAX_COORDINATE:g} m; map points are in metres", off)
+        if self.faces is not None:
+            bad = ((self.faces < 0) | (self.faces >= len(self))).any(axis=1)
+            self._refuse("faces", "a face names a taxel that does not exist", bad)
+
+    def _refuse(self, field: str, problem: str, bad: ArrayLike) -> None:
+        if np.any(bad):
+            row = int(np.argmax(bad))
+            raise SkinError(problem, place=f"{field}, row {row}", value=np.asarray(getattr(self, field))[row].tolist())
+
+
+def distinct_numbers(numbers: ArrayLike, where: str, findings: list[Finding]) -> IntArray:
+    """``numbers`` (n,), or the rows' own numbers where one comes twice; files from two boards often repeat them."""
+    stated = np.asarray(numbers, dtype=np.int64)
+    twice = int(_is_duplicate(stated).sum())
+    add_finding(findings, "duplicate-number", where, "numbered by their order instead: numbers come twice", twice)
+    return np.arange(len(stated)) if twice else stated
+
+
+def unit_normals(normals: FloatArray, where: str, findings: list[Finding]) -> FloatArray | None:
+    """``normals`` (n, 3) at length one; None, and a finding, where one has no direction at all."""
+    size = np.abs(normals).max(axis=1, keepdims=True)
+    lost = int((~((size > 0) & np.isfinite(size))).sum())
+    add_finding(findings, "dummy-normals", where, "the normals are not used: some have no direction", lost)
+    if lost:
+        return None
+    scaled = normals / size  # so that squares neither overflow nor vanish
+    length = np.linalg.norm(scaled, axis=1, keepdims=True)
+    add_finding(
+        findings, "normals-not-unit", where, "scaled to length one", int((np.abs(size * length - 1) > 1e-2).sum())
+    )
+    return scaled / length
+
+
+def _is_duplicate(numbers: IntArray) -> BoolArray:
+    """(n,) whether a number came before."""
+    again = np.ones(len(numbers), dtype=bool)
+    again[np.unique(numbers, return_index=True)[1]] = False
+    return again

@@ -1,0 +1,145 @@
+"""A skin right on a bare mesh: no robot and no wrap, the taxels lie on the user's own triangles."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from app.core.arrays import BoolArray, FloatArray, IntArray
+from app.core.errors import Finding, SkinError
+from app.geometry.connectivity import components_of, manifold_twins, remove_unreferenced, split_nonmanifold
+from app.geometry.mesh import Mesh
+from app.geometry.raycast import outer_faces, without_islands
+from app.geometry.repair import repair_mesh
+from app.skin.placement import HEXAGON_AREA, MODULE_PITCH, PlacementSpec, place_taxels, refine_for_spec
+from app.skin.skin import Patch, Skin
+from app.skin.usable_surface import patch_name
+
+Progress = Callable[[str, float], None]
+_Part = tuple[Mesh, PlacementSpec]
+
+MIN_COMPONENT_AREA = 0.5
+"""Pieces smaller than this share of a taxel's area are left bare."""
+
+
+def _silent(_text: str, _fraction: float) -> None:
+    """No progress wanted."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Surface:
+    """A repaired mesh, or what is seen of it: ``vertex_of`` (k,) the user's vertices, ``piece`` (m,) its pieces."""
+
+    mesh: Mesh
+    vertex_of: IntArray
+    piece: IntArray
+
+
+def skin_of_mesh(
+    mesh: Mesh,
+    spec: PlacementSpec | None = None,
+    *,
+    name: str = "mesh",
+    surface: Literal["outer", "all"] = "outer",
+    progress: Progress = _silent,
+) -> Skin:
+    """Set taxels on any mesh: one patch for each connected piece of its surface.
+
+    The mesh is repaired first. Its triangles stay where they are, divided only where they are too coarse for taxels.
+
+    Args:
+        mesh: In any state [m], in the frame of the link that wears the skin.
+        spec: The taxels, over all pieces; what is painted has one value for each of the mesh's vertices. By default
+            1000, evenly.
+        name: Of the mesh, its link and its patches.
+        surface: ``outer`` leaves bare what is seen from nowhere outside: inner shells, parts within parts.
+        progress: Told what is being done and how far it is, 0 to 1; may raise to cancel.
+
+    Raises:
+        MeshError: The mesh has no area, or would need more than two million faces.
+        SkinError: No piece is large enough for a taxel, or none has room for what is asked.
+
+    Cost: 1 s for 1000 taxels on 20,000 faces.
+    """
+    spec = spec or PlacementSpec(taxels=1000)
+    progress(f"Repairing {name}", 0.0)
+    repaired = repair_mesh(mesh, where=name)
+    worn, hidden = _Surface(repaired.mesh, repaired.vertex_of, repaired.component), 0
+    if surface == "outer":
+        progress(f"Looking at {name} from outside", 0.2)
+        worn, hidden = _outer_surface(worn, _min_component_area(worn.mesh, spec))
+    parts, small = _components_with_specs(worn, spec, name)
+    notes = [
+        Finding("hidden-face", name, "left bare: seen from nowhere outside", hidden),
+        Finding("small-piece", name, "left bare: too small for a taxel", small),
+    ]
+    patches, refused = _patches(parts, name, progress)
+    return Skin(patches, (*repaired.findings, *(note for note in notes if note.count), *refused))
+
+
+def _patches(parts: list[_Part], name: str, progress: Progress) -> tuple[tuple[Patch, ...], list[Finding]]:
+    """A patch on each part that has room for what is asked of it, and why others have none."""
+    patches, refusals = list[Patch](), list[SkinError]()
+    for number, (part, spec) in enumerate(parts):
+        progress(f"Placing taxels on {name}", 0.4 + 0.6 * number / len(parts))
+        try:
+            fine, own = refine_for_spec(part, spec)
+            patches.append(Patch(patch_name(name, len(patches)), name, fine.mesh, place_taxels(fine.mesh, own)))
+        except SkinError as refusal:
+            refusals.append(refusal)
+    if not patches:
+        raise refusals[0]
+    return tuple(patches), [Finding("bare-piece", name, f"left bare: {refusal.problem}") for refusal in refusals]
+
+
+def _min_component_area(mesh: Mesh, spec: PlacementSpec) -> float:
+    """The least area [m²] worth wearing a taxel."""
+    if spec.taxels is not None:
+        return MIN_COMPONENT_AREA * mesh.area / spec.taxels
+    return MIN_COMPONENT_AREA * float(HEXAGON_AREA) * (spec.pitch or MODULE_PITCH) ** 2
+
+
+def _outer_surface(worn: _Surface, smallest: float) -> tuple[_Surface, int]:
+    """What is seen from outside, taken apart anew where hidden faces held it together, and how many faces were not."""
+    chosen: BoolArray = without_islands(worn.mesh, outer_faces(worn.mesh), smallest)
+    if chosen.all():
+        return worn, 0
+    twins = manifold_twins(worn.mesh.faces[chosen], worn.piece[chosen])
+    faces, copy_of = split_nonmanifold(worn.mesh.faces[chosen], twins)
+    seen = Mesh(worn.mesh.vertices[copy_of], faces)
+    return _Surface(seen, worn.vertex_of[copy_of], components_of(twins, len(faces))), int((~chosen).sum())
+
+
+def _components_with_specs(worn: _Surface, spec: PlacementSpec, name: str) -> tuple[list[_Part], int]:
+    """The pieces that get taxels, the largest first, each with what is asked of it; and how many are too small."""
+    areas = np.bincount(worn.piece, worn.mesh.face_areas).astype(np.float64)
+    large = np.flatnonzero(areas >= _min_component_area(worn.mesh, spec))
+    if not len(large):
+        raise SkinError(
+            "no piece of the mesh is large enough for a taxel",
+            place=name,
+            value=f"{len(areas)} pieces, the largest of {1e6 * areas.max(initial=0.0):.3g} mm²",
+            remedy="Ask for more taxels, or join the pieces",
+        )
+    large = large[np.argsort(-areas[large], kind="stable")]
+    counts = [None] * len(large) if spec.taxels is None else _share_by_area(areas[large], spec.taxels).tolist()
+    order = np.argsort(worn.piece, kind="stable")
+    begin = np.searchsorted(worn.piece[order], np.arange(len(areas) + 1))
+    parts = []
+    for number, count in zip(large.tolist(), counts, strict=True):
+        if count != 0:
+            faces, used = remove_unreferenced(worn.mesh.faces[order[begin[number] : begin[number + 1]]])
+            asked = spec.restricted_to(worn.vertex_of[used], taxels=count)
+            parts.append((Mesh(worn.mesh.vertices[used], faces), asked))
+    return parts, len(areas) - len(parts)
+
+
+def _share_by_area(areas: FloatArray, taxels: int) -> IntArray:
+    """(parts,) how many taxels each gets, in all as many as asked for: the largest remainders are rounded up."""
+    shares = taxels * areas / areas.sum()
+    counts = np.floor(shares).astype(np.int64)
+    counts[np.argsort(counts - shares, kind="stable")[: taxels - counts.sum()]] += 1
+    return counts

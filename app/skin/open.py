@@ -1,0 +1,155 @@
+"""Opens whatever a user has as a skin: a robot, a bare mesh, taxels alone, taxels for a robot, a skin or a map of ours.
+
+Which it is follows from the file's ending and, where two kinds share one, from its content.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal, get_args
+
+from app.core.errors import Finding, SkinError
+from app.core.files import MAX_UNPACKED_BYTES, array_format, read_bounded_file
+from app.robots.library import find_robot
+from app.robots.mesh_files import MESH_SUFFIXES, read_mesh, to_metres
+from app.robots.robot import Robot
+from app.skin.cover import CoverSpec, cover_robot
+from app.skin.fit import fit_taxels_to_link
+from app.skin.formats.icub_positions import import_icub_skin
+from app.skin.formats.taxel_files import read_taxel_sets
+from app.skin.formats.taxel_set import TaxelSet
+from app.skin.mesh_skin import skin_of_mesh
+from app.skin.placement import PlacementSpec
+from app.skin.reconstruct import skin_from_taxels
+from app.skin.skin import Patch, Skin
+from app.skin.skin_file import load_skin
+from app.skin.usable_surface import patch_name
+
+MeshSurface = Literal["outer", "all", "cover"]
+Progress = Callable[[str, float], None]
+NO_ROBOT = "none"
+"""Named as the robot, it means that nobody wears the taxels: they are joined to each other instead."""
+_TAXEL_ENDINGS = (".txt", ".csv", ".tsv", ".json")
+_DEFAULT_TAXELS = 1000
+
+
+def _silent(_text: str, _fraction: float) -> None:
+    """No progress wanted."""
+
+
+@dataclass(frozen=True, eq=False)
+class SkinOptions:
+    """What a person says about a skin besides where it comes from.
+
+    Attributes:
+        placement: Of the taxels on a mesh; by default 1000, evenly.
+        links: Which links to cover, or the one that wears the file's taxels; empty to choose.
+        robot: Who wears the taxels of a file: None for iCub with iCub positions and nobody otherwise.
+        surface: Of a bare mesh: its ``outer`` surface, ``all`` of it, or a ``cover`` over it, as robots get.
+        thickness: Of a cover [m].
+    """
+
+    placement: PlacementSpec = field(default_factory=lambda: PlacementSpec(taxels=_DEFAULT_TAXELS))
+    links: tuple[str, ...] = ()
+    robot: str | None = None
+    surface: MeshSurface = "outer"
+    thickness: float = 0.003
+
+    def __post_init__(self) -> None:
+        if self.surface not in get_args(MeshSurface):
+            remedy = f"Choose one of: {', '.join(get_args(MeshSurface))}"
+            raise SkinError("there is no such surface", place="surface", value=self.surface, remedy=remedy)
+
+
+def open_skin(source: str | Path, wanted: SkinOptions | None = None, *, progress: Progress = _silent) -> Skin:
+    """The skin that ``source`` holds or can wear; what was repaired on the way is among its findings.
+
+    Args:
+        source: A file, or a robot's name.
+        wanted: How taxels are placed where the source has none, and who wears them.
+        progress: Told what is being done and how far it is, 0 to 1; may raise to cancel.
+
+    Raises:
+        TactileMapsError: The source cannot be read, or cannot wear what is wanted.
+    """
+    spec, path = wanted or SkinOptions(), Path(source)
+    ending = path.suffix.lower()
+    if ending == ".npz":
+        return _read_own_npz(path, spec)
+    if ending in _TAXEL_ENDINGS or _has_sensors(path):
+        return _read_foreign_taxels(path, spec)
+    if ending in MESH_SUFFIXES and spec.surface != "cover":
+        mesh, findings = to_metres(read_mesh(path), where=path.name)
+        skin = skin_of_mesh(mesh, spec.placement, name=path.stem, surface=spec.surface, progress=progress)
+        return Skin(skin.patches, (*findings, *skin.findings))
+    robot = find_robot(str(source))
+    skin = cover_robot(robot, _cover_spec(spec), progress=progress)
+    return Skin(skin.patches, (*robot.findings, *skin.findings))
+
+
+def _cover_spec(wanted: SkinOptions) -> CoverSpec:
+    placement = wanted.placement
+    if placement.taxels is None or placement.pattern != "even" or placement.density is not None:
+        raise SkinError(
+            "a cover has evenly spread taxels, stated by their number",
+            place="placement",
+            value=placement.pattern,
+            remedy="Choose a bare mesh's own surface for a pitch, a pattern or a density",
+        )
+    return CoverSpec(wanted.links, placement.taxels, wanted.thickness, placement.seed)
+
+
+def _read_own_npz(path: Path, wanted: SkinOptions) -> Skin:
+    """A skin or map of ours, or else a table of taxels: all are npz."""
+    ours = array_format(read_bounded_file(path, error=SkinError, most=MAX_UNPACKED_BYTES))
+    return _read_foreign_taxels(path, wanted) if ours is None else load_skin(path)
+
+
+def _has_sensors(path: Path) -> bool:
+    """Whether a URDF states taxels as sensors."""
+    if path.suffix.lower() != ".urdf":
+        return False
+    try:
+        return b"<tactile" in path.read_bytes()
+    except OSError:
+        return False  # the loader says why it cannot be read
+
+
+def _read_foreign_taxels(path: Path, wanted: SkinOptions) -> Skin:
+    """A foreign file's taxels, on the robot that wears them or joined to each other."""
+    wearer = wanted.robot or ("icub" if path.suffix.lower() == ".txt" else NO_ROBOT)
+    link = wanted.links[0] if wanted.links else None
+    if wearer != NO_ROBOT and path.suffix.lower() == ".txt":
+        robot = find_robot(wearer)
+        skin = import_icub_skin(robot, path, link=link, thickness=wanted.thickness)
+        return Skin(skin.patches, (*robot.findings, *skin.findings))
+    sets = [one for one in read_taxel_sets(path) if link is None or one.link == link]
+    if not sets:
+        raise SkinError("the file has no taxels of that link", file=path, value=link)
+    if wearer == NO_ROBOT:
+        return _merge_skins([skin_from_taxels(one) for one in sets])
+    robot = find_robot(wearer)
+    return _merge_skins([_fit_to_robot(robot, one, link, wanted.thickness, path) for one in sets])
+
+
+def _fit_to_robot(robot: Robot, taxels: TaxelSet, link: str | None, thickness: float, path: Path) -> Skin:
+    name = link or taxels.link
+    if name is None:
+        links = ", ".join(robot.link_index)
+        raise SkinError("the file does not name its link", file=path, remedy=f"Choose one of: {links}")
+    skin = fit_taxels_to_link(robot, name, taxels.positions, thickness=thickness, file=path)
+    return Skin(skin.patches, (*taxels.findings, *skin.findings))
+
+
+def _merge_skins(skins: list[Skin]) -> Skin:
+    """All patches in one skin, each with a name of its own."""
+    patches: list[Patch] = []
+    findings: list[Finding] = []
+    for skin in skins:
+        findings += skin.findings
+        for patch in skin.patches:
+            before = sum(other.link == patch.link for other in patches)
+            patches.append(Patch(patch_name(patch.link, before), patch.link, patch.surface, patch.taxels))
+    return Skin(tuple(patches), tuple(findings))

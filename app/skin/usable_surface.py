@@ -1,0 +1,207 @@
+"""Where on a wrapped link skin can lie: visible from outside, clear of neighbouring links, in tidy components.
+
+Visible is what a finger could come to: seen in a straight line from far away. Depth maps from fixed directions instead
+of rays: every point is binned on a plane across the direction, and what lies well behind the foremost point of its bin
+is hidden. No native code, no chance, the same answer every time.
+
+Clear is what keeps its distance from every other link and lies inside none (winding number). What is left is taken as
+connected components, small holes filled, ragged borders trimmed and smoothed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import igl
+import numpy as np
+from scipy.sparse import diags
+
+from app.core.arrays import BoolArray, FloatArray
+from app.geometry.closest_point import ClosestPoint
+from app.geometry.connectivity import (
+    averaging_matrix,
+    boundary_edges,
+    bow_tie_vertices,
+    face_components,
+    faces_touching,
+    remove_unreferenced,
+)
+from app.geometry.mesh import Mesh
+from app.geometry.raycast import fibonacci_sphere
+
+DIRECTIONS = 60
+_FACING = 0.5
+_MIN_DIRECTIONS = 2
+
+
+def visible_from_outside(surface: Mesh, others: Sequence[Mesh], *, voxel: float) -> BoolArray:
+    """(n,) vertices seen from at least two of 60 directions that they face.
+
+    Args:
+        surface: Evenly meshed with edges of about ``voxel``.
+        others: What may stand in the way, in the surface's frame.
+        voxel: Edge length [m]; a bin is two edges wide.
+    """
+    blockers = [_sample_surface(other, voxel) for other in others]
+    points = np.concatenate([surface.vertices, *(_one_point_per_voxel(cloud, voxel) for cloud in blockers)])
+    count = len(surface.vertices)
+    seen = np.zeros(count, dtype=int)
+    for direction in fibonacci_sphere(DIRECTIONS):
+        depth = points @ direction
+        foremost = _depth_map(points, depth, direction, 2 * voxel)
+        facing = surface.vertex_normals @ direction
+        # On a slope the bin's foremost point is ahead by the bin's width times the slope.
+        slack = 2 * voxel * (1.5 + np.sqrt(np.maximum(1 - facing**2, 0)) / np.maximum(facing, _FACING))
+        seen += (facing > _FACING) & (depth[:count] > foremost[:count] - slack)
+    return seen >= _MIN_DIRECTIONS
+
+
+def _depth_map(points: FloatArray, depth: FloatArray, direction: FloatArray, bin_size: float) -> FloatArray:
+    """For each point the greatest depth in its bin on the plane across ``direction``."""
+    aside = np.eye(3)[np.abs(direction).argmin()]
+    u = np.cross(direction, aside)
+    u /= np.linalg.norm(u)
+    v = np.cross(direction, u)
+    i = ((points @ u - (points @ u).min()) / bin_size).astype(np.int64)
+    j = ((points @ v - (points @ v).min()) / bin_size).astype(np.int64)
+    cell = i * (j.max() + 1) + j
+    deepest = np.full(cell.max() + 1, -np.inf)
+    np.maximum.at(deepest, cell, depth)
+    return deepest[cell]
+
+
+def _sample_surface(mesh: Mesh, spacing: float) -> FloatArray:
+    """Corners of faces and, on faces larger than a bin, points in rows between them."""
+    corners = mesh.vertices[mesh.faces]
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    steps = np.minimum(np.ceil(longest / (1.5 * spacing)).astype(int), 64)
+    clouds = [corners.reshape(-1, 3)]
+    for number in np.unique(steps[steps > 1]):
+        i, j = np.meshgrid(np.arange(number + 1), np.arange(number + 1), indexing="ij")
+        inside = i + j <= number
+        a, b = i[inside] / number, j[inside] / number
+        clouds.append((np.stack([1 - a - b, a, b], axis=1) @ corners[steps == number]).reshape(-1, 3))
+    return np.concatenate(clouds)
+
+
+def _one_point_per_voxel(points: FloatArray, voxel: float) -> FloatArray:
+    """One point of each occupied voxel: a bin is two voxels wide, so more say nothing new."""
+    cell = np.floor((points - points.min(axis=0)) / voxel).astype(np.int64)
+    shape = cell.max(axis=0) + 1
+    key = (cell[:, 0] * shape[1] + cell[:, 1]) * shape[2] + cell[:, 2]
+    return points[np.unique(key, return_index=True)[1]]
+
+
+_SMOOTHED_ROWS = 3
+
+
+def vertices_clear_of(surface: Mesh, others: Sequence[Mesh], *, distance: float) -> BoolArray:
+    """(n,) vertices that keep ``distance`` [m] from every other mesh and do not lie inside one.
+
+    Args:
+        surface: The candidate surface.
+        others: Cleaned meshes in the surface's frame; they need not be closed (inside is judged by winding number).
+        distance: To keep [m].
+    """
+    clear = np.ones(len(surface.vertices), dtype=bool)
+    for other in others:
+        low, high = other.bounds
+        near = ((surface.vertices > low - distance) & (surface.vertices < high + distance)).all(axis=1)
+        near = np.flatnonzero(near & clear)
+        if len(near):
+            points = np.ascontiguousarray(surface.vertices[near])
+            away = ClosestPoint(other).query(points)[2]
+            winding = igl.fast_winding_number(other.vertices, other.faces, points)
+            clear[near[(away < distance) | (np.abs(winding) > 0.5)]] = False
+    return clear
+
+
+def usable_components(surface: Mesh, usable: BoolArray, *, smallest: float, largest_hole: float) -> list[Mesh]:
+    """Connected pieces of the faces whose corners are all usable, largest first.
+
+    Small holes in the usable part are filled again, ragged borders are trimmed and smoothed.
+
+    Args:
+        surface: Manifold.
+        usable: (n,) by vertex.
+        smallest: Pieces below this area [m²] are dropped.
+        largest_hole: Holes up to this area [m²] are filled.
+    """
+    keep = np.asarray(usable[surface.faces].all(axis=1))
+    keep = _drop_small_components(surface, keep, smallest)
+    keep = ~_drop_small_components(surface, ~keep, largest_hole)
+    keep = _trim_border(surface, keep)
+    pieces = []
+    for faces in _split_components(surface, keep):
+        numbered, used = remove_unreferenced(faces)
+        piece = Mesh(surface.vertices[used], numbered)
+        if piece.area >= smallest:
+            pieces.append(Mesh(_smooth_border(piece), numbered))
+    return sorted(pieces, key=lambda piece: -piece.area)
+
+
+def patch_name(link: str, before: int) -> str:
+    """Name of the patch on ``link`` when ``before`` others have been named: "forearm", "forearm 2"."""
+    return link if before == 0 else f"{link} {before + 1}"
+
+
+def _split_components(surface: Mesh, keep: BoolArray) -> list[np.ndarray[tuple[int, int], np.dtype[np.int64]]]:
+    faces = surface.faces[keep]
+    if not len(faces):
+        return []
+    labels = face_components(faces)
+    return [faces[labels == label] for label in range(labels.max() + 1)]
+
+
+def _drop_small_components(surface: Mesh, keep: BoolArray, smallest: float) -> BoolArray:
+    """Drop connected groups of kept faces whose area is below ``smallest``."""
+    if not keep.any():
+        return keep
+    labels = face_components(surface.faces[keep])
+    areas = np.bincount(labels, weights=surface.face_areas[keep])
+    result = keep.copy()
+    result[np.flatnonzero(keep)[areas[labels] < smallest]] = False
+    return result
+
+
+def _trim_border(surface: Mesh, keep: BoolArray) -> BoolArray:
+    """Peel faces that hang by one edge, and faces at vertices where two fans meet, until none is left."""
+    keep = keep.copy()
+    while keep.any():
+        faces = surface.faces[keep]
+        border = np.sort(boundary_edges(faces), axis=1)
+        count = np.bincount(border.ravel(), minlength=len(surface.vertices))
+        pairs = {tuple(edge) for edge in border.tolist()}
+        suspects = np.flatnonzero((count[faces] > 0).all(axis=1))
+        sides = [sum(tuple(sorted((f[k], f[k - 2]))) in pairs for k in range(3)) for f in faces[suspects].tolist()]
+        drop = faces_touching(faces, bow_tie_vertices(faces), len(surface.vertices))
+        drop[suspects[np.array(sides, dtype=int) >= 2]] = True
+        if not drop.any():
+            return keep
+        keep[np.flatnonzero(keep)[drop]] = False
+    return keep
+
+
+def _smooth_border(piece: Mesh, rounds: int = 12) -> FloatArray:
+    """Vertices with the border slid along itself to a smooth line, and the rows behind it evened out.
+
+    Each vertex stays in its own tangent plane.
+    """
+    border, edges, count = boundary_edges(piece.faces), piece.edges, len(piece.vertices)
+    if not len(border):
+        return piece.vertices
+    on_border = np.zeros(count, dtype=bool)
+    on_border[border] = True
+    behind = on_border.copy()
+    for _ in range(_SMOOTHED_ROWS):
+        behind[edges[behind[edges].any(axis=1)]] = True
+    average = averaging_matrix(edges, count)
+    # A border vertex follows the border alone, the others all their neighbours.
+    average = (
+        diags(on_border.astype(float)) @ averaging_matrix(border, count) + diags((~on_border).astype(float)) @ average
+    )
+    vertices, normals = piece.vertices, piece.vertex_normals
+    for _ in range(rounds):
+        step = np.where(behind[:, None], 0.5 * (average @ vertices - vertices), 0.0)
+        vertices = vertices + step - (step * normals).sum(axis=1, keepdims=True) * normals
+    return vertices

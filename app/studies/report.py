@@ -1,0 +1,169 @@
+"""Writes what a study found: a table for programs (CSV, JSON), and one HTML page for people that needs nothing else to
+be shown.
+
+The machine on which it was measured is named in all of them: without it no time means anything.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import os
+import platform
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from importlib.metadata import version
+from pathlib import Path
+
+from app.core.errors import UsageError
+from app.studies.figures import BarChart, Figure, bar_chart_svg, figure_svg
+from app.studies.study import Row, Study
+
+_LIBRARIES = ("tactile-maps", "numpy", "scipy", "libigl")
+_LINUX_NAMES = Path("/proc/cpuinfo")
+
+
+def describe_machine() -> dict[str, str]:
+    """Processor, cores, system and versions, as text."""
+    return {
+        "processor": _processor(),
+        "cores": str(os.cpu_count()),
+        "system": f"{platform.system()} {platform.release()} {platform.machine()}",
+        "Python": platform.python_version(),
+        **{name: version(name) for name in _LIBRARIES},
+    }
+
+
+def _processor() -> str:
+    """The processor's name; on Linux ``platform`` does not know it."""
+    if _LINUX_NAMES.is_file():
+        for line in _LINUX_NAMES.read_text(encoding="utf8").splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return platform.processor() or platform.machine()
+
+
+_STYLE = """body{font:14px/1.5 sans-serif;max-width:1060px;margin:2em auto;padding:0 1em;color:#222}
+h1{margin-bottom:0}h2{margin-top:2em}table{border-collapse:collapse;font-size:12px}
+th,td{padding:2px 8px;text-align:right;border-bottom:1px solid #ddd;white-space:nowrap}
+th{position:sticky;top:0;background:#fff}td:first-child,th:first-child{text-align:left}
+.table{max-height:32em;overflow:auto}svg{max-width:100%;height:auto}
+.note{color:#555;max-width:60em}"""
+
+
+@dataclass(frozen=True)
+class StudyResult:
+    """What came out of a run.
+
+    Attributes:
+        study: What was asked.
+        rows: The table.
+        machine: What it ran on.
+        seconds: How long it took.
+        seed: What everything random was made from.
+        jobs: Processes that ran at once.
+        quick: Whether only the small cases were run.
+    """
+
+    study: Study
+    rows: Sequence[Row]
+    machine: Mapping[str, str]
+    seconds: float
+    seed: int
+    jobs: int
+    quick: bool
+
+
+def write_report(outcome: StudyResult, folder: Path) -> tuple[Path, ...]:
+    """Write ``NAME.csv``, ``NAME.json`` and ``NAME.html`` into ``folder``, which is made where it is missing.
+
+    Returns:
+        The files.
+
+    Raises:
+        UsageError: They cannot be written there.
+    """
+    name = outcome.study.name
+    texts = {"csv": _csv(outcome.rows), "json": _json(outcome), "html": _html(outcome)}
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for ending, text in texts.items():
+            (folder / f"{name}.{ending}").write_text(text, encoding="utf8", newline="")
+    except OSError as error:
+        raise UsageError("the report cannot be written", file=folder, value=error.strerror) from error
+    return tuple(folder / f"{name}.{ending}" for ending in texts)
+
+
+def columns(rows: Sequence[Row]) -> list[str]:
+    """Names of all columns, in the order in which they first come."""
+    return list(dict.fromkeys(key for row in rows for key in row))
+
+
+def _csv(rows: Sequence[Row]) -> str:
+    text = io.StringIO()
+    writer = csv.DictWriter(text, columns(rows), restval="")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def _json(outcome: StudyResult) -> str:
+    facts = {
+        "name": outcome.study.name,
+        "seconds": outcome.seconds,
+        "seed": outcome.seed,
+        "jobs": outcome.jobs,
+        "quick": outcome.quick,
+        "machine": dict(outcome.machine),
+        "rows": [{key: _finite_or_none(value) for key, value in row.items()} for row in outcome.rows],
+    }
+    return json.dumps(facts, indent=1, allow_nan=False)
+
+
+def _html(outcome: StudyResult) -> str:
+    study = outcome.study
+    drawn = [
+        f"<h2>{escape(figure.title)}</h2>{_figure_html(figure)}"
+        for figure in study.figures([row for row in outcome.rows if "problem" not in row])
+    ]
+    run = {
+        **outcome.machine,
+        "seed": str(outcome.seed),
+        "jobs": f"{outcome.jobs} at once",
+        "cases": "the quick ones only" if outcome.quick else "all",
+        "took": f"{outcome.seconds:.0f} s",
+    }
+    facts = "".join(f"<tr><td>{escape(name)}</td><td>{escape(value)}</td></tr>" for name, value in run.items())
+    return (
+        f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{escape(study.name)}</title>'
+        f"<style>{_STYLE}</style></head><body><h1>{escape(study.name)}</h1>"
+        f"<p><strong>{escape(study.question)}</strong></p><p>{escape(study.method)}</p>"
+        f"{''.join(drawn)}<h2>Measured on</h2><table>{facts}</table>"
+        f'<h2>All rows</h2><div class="table">{_table(outcome.rows)}</div></body></html>\n'
+    )
+
+
+def _figure_html(figure: Figure | BarChart) -> str:
+    note = f'<p class="note">{escape(figure.note)}</p>' if figure.note else ""
+    return (bar_chart_svg(figure) if isinstance(figure, BarChart) else figure_svg(figure)) + note
+
+
+def _table(rows: Sequence[Row]) -> str:
+    names = columns(rows)
+    head = "".join(f"<th>{escape(name)}</th>" for name in names)
+    body = "".join(f"<tr>{''.join(f'<td>{_cell(row.get(name))}</td>' for name in names)}</tr>" for row in rows)
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def _cell(value: object) -> str:
+    if value is None:
+        return ""
+    return f"{value:.5g}" if isinstance(value, float) else escape(str(value))
+
+
+def _finite_or_none(value: object) -> object:
+    """JSON knows no nan and no infinity."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value

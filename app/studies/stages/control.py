@@ -1,0 +1,130 @@
+"""Which controller follows a path how well in how short a time, on the user's own robot, skin and map.
+
+Time is the robot's: how long a round of the path takes. A controller's own computing is a third of a millisecond with
+any of them, and no reason to choose by.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import lru_cache
+from typing import cast, get_args
+
+from app.control.command import ControllerName, ControlSettings, settings_from
+from app.control.controllers import CONTROL_SCHEMES
+from app.core.errors import SimulationError
+from app.session.prepare import PreparedScene
+from app.studies.testbeds.path_following import PathSetup, beside_ball, run_path
+from app.studies.work_precision import ErrorKind, Setting, Stage, Subject, Trial
+
+SPEEDS_MM_S = (15.0, 30.0, 60.0)
+SETTLING, _LONGEST = 0.7, 15.0
+ERRORS = (
+    ErrorKind("body_mm", "Place on the body", "mm", "How far from the path the ball truly touches the skin: no farther "
+              "for 95 % of the time.", 1e-2),
+    ErrorKind("force_n", "Force", "N", "How far the true force is from the one wanted: no more for 95 % of the time.",
+              1e-3),
+    ErrorKind("lost_percent", "Contact lost", "% of the time", "How long nothing touches.", 1e-1),
+)  # fmt: skip
+
+
+def settings(subject: Subject) -> list[Setting]:
+    """Every controller with a task at every speed; none where there is no robot that can move."""
+    if subject.prepared is None or not subject.prepared.robot.joints:
+        return []
+    return [
+        Setting("control", controller, {"path_speed_mm_s": speed})
+        for controller in CONTROL_SCHEMES
+        for speed in SPEEDS_MM_S
+    ]
+
+
+def trials(subject: Subject, setting: Setting) -> Iterator[Trial]:
+    """One round of a figure of eight of 30 mm at one speed, and the milliseconds that it takes."""
+    if subject.prepared is None:
+        raise SimulationError("there is no robot to control", remedy="Open a robot")
+    speed = float(setting.values["path_speed_mm_s"])
+    asked = with_stage_setting(settings_from(subject.prepared.scene.control), setting)
+    course = run_path(_setup(subject), asked, _LONGEST, settling=SETTLING)
+    if not course.finished > 0:  # nan compares false
+        raise SimulationError(f"{speed:g} mm/s: {course.stopped or ', '.join(course.why_limited) or 'not finished'}")
+    errors = {
+        "body_mm": 1e3 * course.error_p95,
+        "force_n": course.force_p95(asked.force_goal),
+        "lost_percent": 100 * course.lost,
+    }
+    yield Trial(setting, f"{speed:g}\u2009mm/s", 1e3 * course.finished, errors, "; ".join(course.why_limited))
+
+
+def with_stage_setting(settings: ControlSettings, setting: Setting) -> ControlSettings:
+    """Settings of a controller with a controller and a speed of this stage, following a path about what touches.
+
+    Raises:
+        SimulationError: There is no such controller.
+    """
+    speed = 1e-3 * float(setting.values["path_speed_mm_s"])
+    return replace(settings, controller=_checked_controller(setting.method), task="follow_path", path_speed=speed)
+
+
+def stage_setting_of(settings: ControlSettings) -> Setting:
+    """What settings of a controller are in this stage."""
+    return Setting("control", settings.controller, {"path_speed_mm_s": round(1e3 * settings.path_speed, 6)})
+
+
+def _checked_controller(name: str) -> ControllerName:
+    for known in get_args(ControllerName):
+        if known == name and known in CONTROL_SCHEMES:
+            return cast("ControllerName", known)
+    raise SimulationError(
+        "there is no such controller", value=name, remedy=f"Choose among: {', '.join(CONTROL_SCHEMES)}"
+    )
+
+
+def _setup(subject: Subject) -> PathSetup:
+    """The robot beside the ball, known by the map as it is edited."""
+    assert subject.prepared is not None
+    beside, map_ = _robot_beside_ball(subject.prepared), subject.document.map
+    return PathSetup(beside, None if map_ is beside.map else map_, beside.scene.effects.sensor)
+
+
+@lru_cache(maxsize=1)
+def _robot_beside_ball(prepared: PreparedScene) -> PreparedScene:
+    return beside_ball(prepared)
+
+
+def current_setting(subject: Subject) -> None:
+    """None: it is the session's, not the document's."""
+    return
+
+
+def fingerprint(subject: Subject) -> str:
+    """The robot, its cover, what the sensor does, and how the map lies."""
+    if subject.prepared is None:
+        return ""
+    scene = subject.prepared.scene
+    digest = hashlib.blake2b(subject.prepared.robot.mjcf.encode(), digest_size=8)
+    digest.update(repr((scene.layer, scene.effects.sensor, scene.control)).encode())
+    for plane in subject.document.map.uv:
+        digest.update(plane.tobytes())
+    return digest.hexdigest()
+
+
+def seconds(subject: Subject) -> float:
+    """About how long all of it takes."""
+    return 3.0 + 1.2 * len(settings(subject))
+
+
+STAGE = Stage(
+    "control",
+    "Control",
+    "Which controller leads a contact along a path in how short a time, and how far from it?",
+    tuple(CONTROL_SCHEMES),
+    ERRORS,
+    settings,
+    trials,
+    current_setting,
+    fingerprint,
+    seconds,
+)

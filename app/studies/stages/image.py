@@ -1,0 +1,185 @@
+"""Which interpolation and how many pixels: what the tactile image of this map shows of a touch that is known."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from app.core.arrays import FloatArray, IntArray
+from app.maps.interpolation import INTERPOLATIONS
+from app.maps.tactile_image import TactileImage, round_trip_mm
+from app.maps.tactile_map import TactileMap
+from app.skin.skin import Skin
+from app.studies.work_precision import ErrorKind, Setting, Stage, Subject, Trial, median_run
+
+PIXELS = (64, 128, 256, 512)
+"""Side of a square with as many pixels as the image."""
+_PLACES, _FRAMES, _SEED = 20_000, 15, 0
+_PRESS = 2.0
+"""Radius of a press, in pitches of the taxels."""
+_WAVE = 12.0
+"""Length of a smooth wave, in pitches."""
+ERRORS = (
+    ErrorKind("press", "A press", "%", "How far the image of a fingertip's press is off, root mean square, of its "
+              "peak: a round contact two taxels in radius, steep at its rim.", 1e-2),
+    ErrorKind("smooth", "Smooth pressure", "%", "The same of pressure that rises and falls over twelve taxels.", 1e-2),
+    ErrorKind("place", "Round trip", "mm", "From the body to the map, to a pixel and back: how far off, for 95\u2009% "
+              "of the taxels.", 1e-3),
+)  # fmt: skip
+
+
+def settings(subject: Subject) -> list[Setting]:
+    """Every interpolation with every number of pixels."""
+    return [Setting("image", method, {"pixels": pixels}) for method in INTERPOLATIONS for pixels in PIXELS]
+
+
+def trials(subject: Subject, setting: Setting) -> Iterator[Trial]:
+    """The whole map's image, its errors, and the milliseconds of a frame."""
+    map_, pixels = subject.document.map, int(setting.values["pixels"])
+    image = TactileImage(map_, resolution=resolution(map_, pixels), interpolation=setting.method)
+    places = sample_fields(map_.skin)
+    where = _pixels(image, map_.to_map_many(places.patch, places.face, places.weights))
+    field = np.random.default_rng(_SEED).uniform(0, 1e3, len(map_.skin))
+    image.render(field)
+    _, frame = median_run(lambda: image.render(field), most=_FRAMES)
+    trip = round_trip_mm(map_, image)
+    errors = {
+        "press": _rms_percent(image, where, places.press, places.pressed),
+        "smooth": _rms_percent(image, where, places.smooth, np.ones(len(where), dtype=bool)),
+        "place": float(np.percentile(trip[np.isfinite(trip)], 95)) if np.isfinite(trip).any() else float("nan"),
+    }
+    rows, columns = image.shape
+    yield Trial(setting, f"{columns} × {rows} pixels", 1e3 * frame, errors)
+
+
+def resolution(map_: TactileMap, pixels: int) -> float:
+    """Size of a pixel [m] such that the image has about ``pixels`` squared of them, however tall or wide the map."""
+    return float(np.sqrt(np.ptp(map_.bounds, axis=0).prod())) / pixels
+
+
+@dataclass(frozen=True, eq=False)
+class FieldSamples:
+    """Points spread evenly over the skin, and two fields from 0 to 1 that are known there and at the taxels.
+
+    Attributes:
+        patch: (k,) of each.
+        face: (k,) likewise.
+        weights: (k, 3) likewise.
+        press: (k,) and (taxels,) a field of round presses.
+        smooth: (k,) and (taxels,) one of waves.
+        pressed: (k,) on and near a press.
+    """
+
+    patch: IntArray
+    face: IntArray
+    weights: FloatArray
+    press: tuple[FloatArray, FloatArray]
+    smooth: tuple[FloatArray, FloatArray]
+    pressed: np.ndarray[tuple[int], np.dtype[np.bool_]]
+
+
+def sample_fields(skin: Skin, *, count: int = _PLACES, seed: int = _SEED) -> FieldSamples:
+    """Points at random, the same for every image of a skin. Cost: 20 ms."""
+    generator = np.random.default_rng(seed)
+    areas = np.concatenate([patch.surface.face_areas for patch in skin.patches])
+    starts = np.cumsum([0, *(len(patch.surface.faces) for patch in skin.patches)])
+    every = generator.choice(len(areas), count, p=areas / areas.sum())
+    patch = np.searchsorted(starts, every, side="right") - 1
+    face, weights = every - starts[patch], generator.dirichlet(np.ones(3), count)
+    pitch = float(np.sqrt(areas.sum() / len(skin)))
+    at = _positions_apart(skin, patch, face, weights)
+    presses = _press_centres(at, _PRESS * pitch)
+    tree = cKDTree(at[presses])
+    away, taxels = tree.query(at)[0], _taxels_apart(skin)
+    press = (_hertz(away / (_PRESS * pitch)), _hertz(tree.query(taxels)[0] / (_PRESS * pitch)))
+    smooth = (_waves(at / (_WAVE * pitch)), _waves(taxels / (_WAVE * pitch)))
+    return FieldSamples(patch, face, weights, press, smooth, away < 1.25 * _PRESS * pitch)
+
+
+_APART = 1e3
+"""Patches are put so far from each other [m] that nothing of one is near another."""
+
+
+def _positions_apart(skin: Skin, patch: IntArray, face: IntArray, weights: FloatArray) -> FloatArray:
+    at = np.zeros((len(patch), 3))
+    for number, worn in enumerate(skin.patches):
+        here = patch == number
+        at[here] = worn.surface.points(face[here], weights[here]) + [_APART * number, 0, 0]
+    return at
+
+
+def _taxels_apart(skin: Skin) -> FloatArray:
+    return np.concatenate([p.taxels.positions + [_APART * number, 0, 0] for number, p in enumerate(skin.patches)])
+
+
+def _press_centres(at: FloatArray, radius: float) -> list[int]:
+    """Points whose presses do not meet, as many as there is room for in the order given."""
+    tree, free, chosen = cKDTree(at), np.ones(len(at), dtype=bool), []
+    for number in range(len(at)):
+        if free[number]:
+            chosen.append(number)
+            free[tree.query_ball_point(at[number], 2.5 * radius)] = False
+    return chosen
+
+
+def _hertz(away: FloatArray) -> FloatArray:
+    """Pressure under a ball, infinitely steep at its rim."""
+    return np.sqrt(np.maximum(1 - away**2, 0))
+
+
+def _waves(at: FloatArray) -> FloatArray:
+    turn = 2 * np.pi * at
+    return np.asarray(0.5 + 0.5 * np.sin(turn[:, 0] + 1) * np.cos(turn[:, 1]) * np.cos(turn[:, 2] + 2))
+
+
+def _pixels(image: TactileImage, points: FloatArray) -> IntArray:
+    """(k,) number of the pixel that holds each map point (k, 2)."""
+    rows, columns = image.shape
+    steps = np.floor((points - image.extent[0]) / image.resolution).astype(np.int64)
+    column, up = np.clip(steps, 0, [columns - 1, rows - 1]).T
+    return (rows - 1 - up) * columns + column
+
+
+def _rms_percent(
+    image: TactileImage, where: IntArray, field: tuple[FloatArray, FloatArray], counted: np.ndarray
+) -> float:
+    """Rms error of a field, known at places and taxels, in percent of its range."""
+    there, taxels = field
+    shown = image.render(1e3 * taxels).ravel()[where]
+    return 100 * float(np.sqrt(np.mean((shown - there)[counted] ** 2)))
+
+
+def fingerprint(subject: Subject) -> str:
+    """The charts."""
+    digest = hashlib.blake2b(digest_size=8)
+    for chart in subject.document.charts:
+        digest.update(chart.plane.tobytes())
+    return digest.hexdigest()
+
+
+def seconds(subject: Subject) -> float:
+    """About how long all of it takes."""
+    return 2 + 1e-3 * len(subject.document.skin)
+
+
+def current_setting(subject: Subject) -> None:
+    """None: it is the view's, not the document's."""
+    return
+
+
+STAGE = Stage(
+    "image",
+    "Image",
+    "Which interpolation shows a touch best, with how many pixels, in how much of a frame's time?",
+    tuple(INTERPOLATIONS),
+    ERRORS,
+    settings,
+    trials,
+    current_setting,
+    fingerprint,
+    seconds,
+)

@@ -1,0 +1,107 @@
+"""How the physics steps in time: which integrator, and how long a step, on the user's own robot and cover."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import get_args
+
+from app.core.errors import SimulationError
+from app.scene.effects import Integrator
+from app.session.prepare import PreparedScene
+from app.studies.testbeds.pressed_robot import (
+    REFERENCE_EFFECTS,
+    PressedRobot,
+    PressRun,
+    effects_at_step,
+    press_robot,
+    run_press,
+)
+from app.studies.work_precision import ErrorKind, Setting, Stage, Subject, Trial
+
+STEPS_MS = (0.5, 1.0, 2.0, 4.0, 8.0)
+INTEGRATORS: tuple[Integrator, ...] = get_args(Integrator)
+ERRORS = (
+    ErrorKind("posture_mrad", "Posture", "mrad", "How far joints are off while the robot gives way to a probe's press, "
+              "root mean square, against a time step of 0.05 ms.", 1e-4),
+    ErrorKind("force_percent", "Held force", "%", "How far the mean force of the press is off, once it is held.", 1e-6),
+    ErrorKind("ripple_percent", "Ripple of the force", "%", "How much the held force goes up and down by step: "
+              "its standard deviation.", 1e-6),
+)  # fmt: skip
+
+
+def settings(subject: Subject) -> list[Setting]:
+    """Every integrator at every time step; none where there is no robot."""
+    if subject.prepared is None:
+        return []
+    return [Setting("simulation", name, {"timestep_ms": step}) for name in INTEGRATORS for step in STEPS_MS]
+
+
+def trials(subject: Subject, setting: Setting) -> Iterator[Trial]:
+    """The robot pressed at one time step, and the milliseconds of a simulated second."""
+    if subject.prepared is None:
+        raise SimulationError("there is no robot to press", remedy="Open a robot")
+    arm, fine = _pressed_and_reference(subject.prepared)
+    step = float(setting.values["timestep_ms"])
+    run = run_press(arm, effects_at_step(_integrator(setting.method), step), subject.prepared.scene.layer)
+    if run.stopped:
+        raise SimulationError(f"{step:g} ms: {run.stopped}")
+    off, ripple = run.force_errors(fine)
+    errors = {
+        "posture_mrad": 1e3 * run.posture_error(fine),
+        "force_percent": 1e2 * off,
+        "ripple_percent": 1e2 * ripple,
+    }
+    note = "" if run.steady(fine) else "the contact bounces"
+    yield Trial(setting, f"{step:g}\u2009ms", run.ms, errors, note)
+
+
+@lru_cache(maxsize=1)
+def _pressed_and_reference(prepared: PreparedScene) -> tuple[PressedRobot, PressRun]:
+    """The robot and the truth about it. Cost: 1 s for our own arm."""
+    arm = press_robot(prepared.robot, prepared.skin)
+    return arm, run_press(arm, REFERENCE_EFFECTS, prepared.scene.layer)
+
+
+def _integrator(name: str) -> Integrator:
+    for known in INTEGRATORS:
+        if known == name:
+            return known
+    raise SimulationError("there is no such integrator", value=name, remedy=f"Choose among: {', '.join(INTEGRATORS)}")
+
+
+def current_setting(subject: Subject) -> None:
+    """None: it is the scene's, not the document's."""
+    return
+
+
+def fingerprint(subject: Subject) -> str:
+    """The robot, its cover's stiffness, and where its skin is."""
+    if subject.prepared is None:
+        return ""
+    digest = hashlib.blake2b(subject.prepared.robot.mjcf.encode(), digest_size=8)
+    digest.update(repr(subject.prepared.scene.layer).encode())
+    for patch in subject.prepared.skin.patches:
+        digest.update(patch.surface.vertices.tobytes())
+    return digest.hexdigest()
+
+
+def seconds(subject: Subject) -> float:
+    """About how long all of it takes."""
+    joints = 0 if subject.prepared is None else len(subject.prepared.robot.joints)
+    return 5 + 0.5 * joints
+
+
+STAGE = Stage(
+    "simulation",
+    "Simulation",
+    "Which way of stepping in time is near enough to the truth, and how long does it take?",
+    INTEGRATORS,
+    ERRORS,
+    settings,
+    trials,
+    current_setting,
+    fingerprint,
+    seconds,
+)

@@ -1,0 +1,172 @@
+"""Which contact model: how near what the taxels of this skin say is to a touch that is known."""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+from collections.abc import Iterator
+from functools import lru_cache
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from app.core.arrays import FloatArray, IntArray
+from app.geometry.connectivity import boundary_edges
+from app.geometry.mesh import Mesh
+from app.skin.skin import Skin
+from app.studies.testbeds.reference_touch import (
+    DensePoints,
+    ReferenceTouch,
+    cell_centres,
+    pairwise_blur,
+    press_ball,
+    touch_errors,
+)
+from app.studies.work_precision import ErrorKind, Setting, Stage, Subject, Trial, median_run
+from app.tactile.elastic_layer import ElasticLayer
+from app.tactile.half_space_stress import TAIL_SHARE, cutoff_radius
+from app.tactile.models.contact_model import CONTACT_MODELS, ContactModel
+from app.tactile.models.half_space import HalfSpaceModel
+from app.tactile.receptive_field import quadrature_points
+from app.tactile.sensor_effects import SensorEffects
+
+SHARES = (0.3, 0.1, 0.03, TAIL_SHARE)
+"""Of a force, what the half-space's receptive fields leave out."""
+_CONTACT = 0.005
+_TOUCHES, _SEED = 24, 0
+_DENSE = 2500
+_READINGS = 200
+_AROUND = 1.2
+"""Dense points reach so many times as far as contact and blur."""
+ERRORS = (
+    ErrorKind("felt_percent", "Pressure felt", "%", "Force on the wrong taxels, of all force, against what passes "
+              "through the cover to their depth: a fingertip's touch, 5 mm in radius.", 1e-1),
+    ErrorKind("surface_percent", "Pressure at the surface", "%", "The same against what presses the surface of the "
+              "cover.", 1e-1),
+    ErrorKind("place_mm", "Centre of pressure", "mm", "How far along the skin the readings' centre is off.", 1e-3),
+    ErrorKind("force_percent", "Total force", "%", "How far the sum of pressure times area is off.", 1e-12),
+)  # fmt: skip
+
+
+def settings(subject: Subject) -> list[Setting]:
+    """Every model; the half-space with wider and wider receptive fields."""
+    others = [Setting("touch", name) for name in CONTACT_MODELS if name != "half-space"]
+    return [*others, *(Setting("touch", "half-space", {"share": share}) for share in SHARES)]
+
+
+def trials(subject: Subject, setting: Setting) -> Iterator[Trial]:
+    """The model's readings of the same touches: their mean errors, and the milliseconds of one."""
+    skin = subject.document.skin
+    touches, model = _touches(skin), _build_model(skin, setting)
+    loads = itertools.cycle([[touch.load] for touch in touches])
+    model.pressures(next(loads))
+    _, seconds_ = median_run(lambda: model.pressures(next(loads)), most=_READINGS)
+    centres = cell_centres(skin)
+    found = [touch_errors(touch, model.pressures([touch.load]), skin, centres) for touch in touches]
+    share = setting.values.get("share")
+    name = "" if share is None else f"{100 * float(share):g}\u2009% left out"
+    mean = {kind.key: float(np.mean([each[kind.key] for each in found])) for kind in ERRORS}
+    yield Trial(setting, name, 1e3 * seconds_, mean, "; ".join(model.notes))
+
+
+def _build_model(skin: Skin, setting: Setting) -> ContactModel:
+    if setting.method == "half-space":
+        return HalfSpaceModel(skin, share=float(setting.values["share"]))
+    return CONTACT_MODELS[setting.method].build(skin, ElasticLayer(), SensorEffects())
+
+
+@lru_cache(maxsize=1)
+def _touches(skin: Skin) -> tuple[ReferenceTouch, ...]:
+    """Touches far from every border, the same for every setting. Cost: 20 ms each."""
+    layer, generator = ElasticLayer(), np.random.default_rng(_SEED)
+    span = _AROUND * (_CONTACT + cutoff_radius(layer.depth, TAIL_SHARE))
+    every = [
+        (number, face) for number, patch in enumerate(skin.patches) for face in _inner_faces(patch.surface).tolist()
+    ]
+    touches = []
+    for number, face in generator.choice(every, _TOUCHES):
+        patch = skin.patches[number]
+        at = patch.surface.point(face, generator.dirichlet(np.ones(3)))
+        dense = dense_around(skin, patch.link, at, span)
+        normal, blur = patch.surface.face_normals[face], pairwise_blur(dense, layer.depth)
+        touches.append(press_ball(dense, at, normal, _CONTACT, taxels=len(skin), blur=blur, layer=layer))
+    return tuple(touches)
+
+
+def _inner_faces(surface: Mesh) -> IntArray:
+    """The third of a surface's triangles that is farthest from its border; all where it has none."""
+    border = surface.vertices[np.unique(boundary_edges(surface.faces))]
+    if not len(border):
+        return np.arange(len(surface.faces))
+    away = cKDTree(border).query(surface.vertices[surface.faces].mean(axis=1))[0]
+    return np.flatnonzero(away >= np.quantile(away, 2 / 3))
+
+
+def dense_around(skin: Skin, link: str, at: FloatArray, radius: float, *, count: int = _DENSE) -> DensePoints:
+    """About ``count`` points on a link's skin within ``radius`` [m] of ``at`` (3,), link frame.
+
+    Each triangle is divided alike; a point belongs to the taxel whose quadrature point is nearest.
+    """
+    everything = quadrature_points(skin)
+    here = np.flatnonzero([skin.patches[patch].link == link for patch in skin.patch_of[everything.taxel]])
+    corners, normals, areas = _triangles(skin, link, at, radius)
+    weights = _subdivision_centres(max(round(np.sqrt(count / max(len(corners), 1))), 1))
+    points = np.einsum("wc,mcd->mwd", weights, corners).reshape(-1, 3)
+    owner: IntArray = everything.taxel[here[cKDTree(everything.positions[here]).query(points)[1]]]
+    each = len(weights)
+    parts = np.repeat(areas / each, each)
+    return DensePoints(link, points, np.repeat(normals, each, axis=0), parts, owner, parts)
+
+
+def _triangles(skin: Skin, link: str, at: FloatArray, radius: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Corners (m, 3, 3), normals and areas of the link's triangles whose middles are near."""
+    parts = []
+    for patch in skin.patches:
+        if patch.link == link:
+            surface = patch.surface
+            corners = surface.vertices[surface.faces]
+            near = np.linalg.norm(corners.mean(axis=1) - at, axis=1) < radius
+            parts.append((corners[near], surface.face_normals[near], surface.face_areas[near]))
+    corners, normals, areas = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return corners, normals, areas
+
+
+def _subdivision_centres(side: int) -> FloatArray:
+    """(side², 3) barycentric middles of the equal triangles into which lines from side to side divide one."""
+    up = [(3 * i + 1, 3 * j + 1) for i in range(side) for j in range(side - i)]
+    down = [(3 * i + 2, 3 * j + 2) for i in range(side - 1) for j in range(side - 1 - i)]
+    first = np.array(up + down) / (3 * side)
+    return np.column_stack([first, 1 - first.sum(axis=1)])
+
+
+def fingerprint(subject: Subject) -> str:
+    """The skin: where its taxels and their points are."""
+    digest = hashlib.blake2b(digest_size=8)
+    for patch in subject.document.skin.patches:
+        digest.update(patch.taxels.positions.tobytes())
+        digest.update(patch.taxels.quadrature.positions.tobytes())
+    return digest.hexdigest()
+
+
+def seconds(subject: Subject) -> float:
+    """About how long all of it takes."""
+    return 4 + 2e-3 * len(subject.document.skin)
+
+
+def current_setting(subject: Subject) -> None:
+    """None: it is the scene's, not the document's."""
+    return
+
+
+STAGE = Stage(
+    "touch",
+    "Touch",
+    "Which contact model tells a touch best, in how much of a tick's time?",
+    tuple(CONTACT_MODELS),
+    ERRORS,
+    settings,
+    trials,
+    current_setting,
+    fingerprint,
+    seconds,
+)

@@ -1,0 +1,11 @@
+"""The studies, one a file, called as the command line calls them.
+
+``map_cost``     which method flattens a body with how little distortion in how many seconds
+``image_cost``   which interpolation gives how small an error at how many milliseconds a frame
+``touch_cost``   which contact model gives how small an error at how many milliseconds a reading
+``step_cost``    which integrator holds which contact at which time step (``assets/stability.json`` is its table)
+``effect_cost``  what each effect costs, as a multiple of a bare step
+``control_cost`` which controller follows a path how fast, knowing how much of its skin; ``speed_search`` finds the
+fastest speed
+``controller_accuracy``  which controller follows how well on which robot, by its skin or by a force-torque sensor
+"""

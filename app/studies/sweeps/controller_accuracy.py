@@ -1,0 +1,292 @@
+"""Which controller follows how well, on which robot, and what does its skin buy over a force-torque sensor?"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from app.contacts.pipeline import ReadingSettings
+from app.control.command import ControllerName, ControlSettings
+from app.control.controllers import CONTROL_SCHEMES
+from app.core.arrays import FloatArray
+from app.maps.paths import path_about
+from app.scene.object_meshes import make_objects
+from app.scene.objects import ObjectSpec
+from app.session.prepare import PreparedScene
+from app.studies.figures import BarChart, Figure, Panel
+from app.studies.study import Case, Row, Study
+from app.studies.testbeds.force_loop import ForceLoop, force_loop_at_goal, predicted_gain_limit
+from app.studies.testbeds.path_following import (
+    SKIN_LINKS,
+    PathRun,
+    PathSetup,
+    beside_ball,
+    forearm_skin_scene,
+    points_above,
+    run_path,
+)
+from app.tactile.sensor_effects import Noise, SensorEffects
+
+PATHS: Mapping[str, Mapping[str, Any]] = {
+    "figure of eight": {"task": "follow_path", "path_kind": "lemniscate", "path_size": 0.03},
+    "line": {"task": "follow_path", "path_kind": "polyline", "path_size": 0.03},
+    "raster": {"task": "follow_path", "path_kind": "raster", "path_size": 0.02},
+    "held": {"task": "hold_point"},
+    "eight beside a finger": {"task": "follow_path", "path_kind": "lemniscate", "path_size": 0.03},
+}
+"""What is asked of the contact; all about the place first touched, at ``GOAL`` and 10 mm/s."""
+SECOND_CONTACT = "eight beside a finger"
+"""The path on which somebody else touches the same link as well."""
+SENSORS: Mapping[str, ReadingSettings] = {
+    "skin": ReadingSettings(),
+    "wrench": ReadingSettings(estimator="lumped"),
+    "noisy wrench": ReadingSettings(estimator="lumped", wrench_noise=1 / 16),
+}
+"""What control goes by: taxels with noise; a force-torque sensor in the link, perfect or with a real one's noise."""
+FORCE_ONLY: ControllerName = "hold_force"
+"""A controller without a task: it only holds. Impedance has no force goal and reads no contact: it cannot be asked."""
+GOAL = 3.0
+"""[N]"""
+NOISE = 100.0
+"""Of a taxel [Pa]."""
+FINGER_FORCE = 2.0
+"""How hard somebody else touches [N]."""
+GAIN_SHARE = 0.5
+"""Of the force gain from which on the force would swing, that a controller is given; and never more than it has by
+itself.
+"""
+_TAXELS, _HELD, _LONGEST, _CALM = 1000, 3.0, 3.0, 0.002
+_FINGER_RADIUS, _BEYOND = 0.012, 0.03
+_SENSORS_NOTE = (
+    "Of a single contact the wrench knows the place better than taxels do; of two it knows but their sum, which "
+    "acts somewhere between them or nowhere on the skin, and the arm leads the wrong point along the path."
+)
+
+
+def cases(quick: bool, seed: int) -> list[Case]:
+    """Every controller on every robot along every path by every sensor; the one without a task only holds."""
+    robots, paths, sensors = tuple(SKIN_LINKS), tuple(PATHS), tuple(SENSORS)
+    controllers: tuple[str, ...] = (*CONTROL_SCHEMES, FORCE_ONLY)
+    seeds: Sequence[int] = range(seed, seed + 3)
+    if quick:
+        paths, sensors, controllers, seeds = (
+            ("line", "held"),
+            ("skin", "noisy wrench"),
+            ("hybrid", "qp", "hold_force"),
+            (seed,),
+        )
+    return [
+        {"robot": robot, "path": path, "controller": controller, "sensor": sensor, "seed": each}
+        for robot in robots
+        for each in seeds
+        for path in paths
+        for controller in controllers
+        for sensor in sensors
+        if controller != FORCE_ONLY or path == "held"
+    ]
+
+
+def measure(case: Case) -> list[Row]:
+    """One row: errors of place and force, times and bounds of one round, and the gain the controller had."""
+    settings = settings_for(case["controller"], case["path"])
+    setup = setup_for(case["robot"], case["sensor"], case["seed"], touched=case["path"] == SECOND_CONTACT)
+    stable = predicted_gain_limit(_force_loop(case["robot"], case["seed"]), settings)
+    settings = replace(settings, force_gain=min(GAIN_SHARE * stable, settings.force_gain))
+    nominal = duration(settings)
+    course = run_path(setup, settings, nominal if settings.task != "follow_path" else _LONGEST * nominal)
+    gains = {"force_gain": settings.force_gain, "stable_gain": stable}
+    # What truly presses is the sum of all: beside a finger it says nothing of the ball.
+    force = _force_errors(course) if case["path"] != SECOND_CONTACT else {}
+    return [{**_place_errors(course), **force, **_limits(course, settings), **gains}]
+
+
+def settings_for(controller: ControllerName, path: str) -> ControlSettings:
+    """The same for all controllers, as they are by default."""
+    return ControlSettings(controller=controller, gains="as_given", force_goal=GOAL, **PATHS[path])
+
+
+def setup_for(robot: str, sensor: str, seed: int, *, touched: bool = False) -> PathSetup:
+    """The robot beside its ball, with the skin's noise and what control goes by.
+
+    Args:
+        robot: Of ``SLEEVES``.
+        sensor: Of ``SENSORS``.
+        seed: Of noise and places.
+        touched: Whether somebody else touches the same link.
+
+    Raises:
+        RobotError: It is not installed.
+    """
+    prepared = _with_finger(robot, seed) if touched else _robot_beside_ball(robot, seed)
+    return PathSetup(prepared, sensor=SensorEffects(noise=Noise(NOISE)), reading=SENSORS[sensor])
+
+
+@lru_cache(maxsize=3)
+def _robot_beside_ball(robot: str, seed: int) -> PreparedScene:
+    return beside_ball(forearm_skin_scene(robot, _TAXELS, seed), seed=seed)
+
+
+@lru_cache(maxsize=3)
+def _with_finger(robot: str, seed: int) -> PreparedScene:
+    """Also a finger that pushes with ``FINGER`` where the link is farthest from the ball."""
+    prepared = _robot_beside_ball(robot, seed)
+    scene, (ball, *_) = prepared.scene, prepared.scene.objects
+    surface = points_above(prepared, np.arange(len(prepared.skin)), 0.0)
+    farthest = np.array([int(np.argmax(np.linalg.norm(surface - ball.at, axis=1)))])
+    outside, inside = (
+        points_above(prepared, farthest, height)[0].tolist() for height in (_FINGER_RADIUS + 0.002, -_BEYOND)
+    )
+    path = ((0.0, *outside), (0.2, *inside), (3600.0, *inside))
+    finger = ObjectSpec(
+        "finger",
+        "probe",
+        (_FINGER_RADIUS,),
+        mass=0.1,
+        friction=0.0,
+        max_force=FINGER_FORCE,
+        path=path,
+    )
+    with_finger = replace(scene, objects=(ball, finger))
+    return replace(prepared, scene=with_finger, objects=make_objects(with_finger))
+
+
+@lru_cache(maxsize=3)
+def _force_loop(robot: str, seed: int) -> ForceLoop:
+    return force_loop_at_goal(
+        PathSetup(_robot_beside_ball(robot, seed)),
+        ControlSettings(controller="hybrid", force_goal=GOAL, force_gain=_CALM),
+    )
+
+
+def duration(settings: ControlSettings) -> float:
+    """Of one round at the speed asked for, or of holding [s]."""
+    if settings.task != "follow_path":
+        return _HELD
+    return path_about(settings.path_kind, np.zeros(2), settings.path_size).length / settings.path_speed
+
+
+def _place_errors(course: PathRun) -> dict[str, float | None]:
+    return {
+        "body_rms_mm": _finite_or_none(1e3 * course.error_rms),
+        "body_p95_mm": _finite_or_none(1e3 * course.error_p95),
+        "map_rms_mm": _finite_or_none(1e3 * _rms(course.map_error)),
+        "map_p95_mm": _finite_or_none(1e3 * _p95(course.map_error)),
+    }
+
+
+def _force_errors(course: PathRun) -> dict[str, float | None]:
+    off = course.force - GOAL
+    return {
+        "force_bias_N": _finite_or_none(float(off.mean())),
+        "force_rms_N": _finite_or_none(_rms(off)),
+        "force_p95_N": _finite_or_none(course.force_p95(GOAL)),
+    }
+
+
+def _limits(course: PathRun, settings: ControlSettings) -> dict[str, str | float | None]:
+    return {
+        "finished_s": _finite_or_none(course.finished),
+        "asked_s": duration(settings),
+        "lost_percent": 100 * float((course.force <= 0).mean()) if len(course.force) else 100.0,
+        "fastest_joint": float(course.speed.max(initial=0.0)),
+        "energy_minimum_J": course.energy_minimum if settings.controller != FORCE_ONLY else None,
+        "control_ms": course.control_ms,
+        "control_p95_ms": course.control_p95_ms,
+        "limited": "; ".join(course.why_limited),
+        "stopped": course.stopped,
+    }
+
+
+def _rms(values: FloatArray) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(known**2))) if len(known) else math.nan
+
+
+def _p95(values: FloatArray) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.percentile(known, 95)) if len(known) else math.nan
+
+
+def _finite_or_none(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def figures(rows: Sequence[Row]) -> list[Figure | BarChart]:
+    """Place against force by the skin, a point a seed; then the sensors, and the controllers' cost."""
+    shown = [row for row in rows if row["controller"] != FORCE_ONLY and row["path"] != "held"]
+    panels = [
+        Panel(f"{robot}, {path}", _curves([row for row in shown if _matches(row, robot, path, "skin")]))
+        for robot, path in dict.fromkeys((row["robot"], row["path"]) for row in shown)
+        if path != SECOND_CONTACT
+    ]
+    sensors = [
+        (robot, path, sensor)
+        for robot, path, sensor in dict.fromkeys((row["robot"], row["path"], row["sensor"]) for row in shown)
+        if path in ("figure of eight", SECOND_CONTACT)
+    ]
+    by = {f"{r}, {path}, {by}": _median(shown, "body_p95_mm", r, path, by) for r, path, by in sensors}
+    skin = [row for row in rows if row["sensor"] == "skin"]
+    cost = {
+        str(controller): float(
+            np.median([_number(row["control_ms"]) for row in skin if row["controller"] == controller])
+        )
+        for controller in dict.fromkeys(row["controller"] for row in skin)
+    }
+    return [
+        Figure("Place and force", "error of the force, rms [N]", "on the body, p95 [mm]", panels, least=1e-2),
+        BarChart(
+            "What the skin buys",
+            "error on the body, p95, median over controllers and seeds [mm]",
+            by,
+            note=_SENSORS_NOTE,
+        ),
+        BarChart("What a controller costs by the skin", "reading and control of one tick, median [ms]", cost),
+    ]
+
+
+def _curves(rows: Sequence[Row]) -> dict[str, list[tuple[float, float]]]:
+    return {
+        str(controller): [
+            (_number(row["force_rms_N"]), _number(row["body_p95_mm"]))
+            for row in rows
+            if row["controller"] == controller
+        ]
+        for controller in dict.fromkeys(row["controller"] for row in rows)
+    }
+
+
+def _matches(row: Row, robot: object, path: object, sensor: object) -> bool:
+    return (row["robot"], row["path"], row["sensor"]) == (robot, path, sensor)
+
+
+def _median(rows: Sequence[Row], key: str, robot: object, path: object, sensor: object) -> float:
+    """Of what is known; nan where nothing is."""
+    values = [_number(row[key]) for row in rows if _matches(row, robot, path, sensor)]
+    known = [value for value in values if math.isfinite(value)]
+    return float(np.median(known)) if known else math.nan
+
+
+def _number(value: object) -> float:
+    return float(value) if isinstance(value, int | float) else math.nan
+
+
+STUDY = Study(
+    "controller-accuracy",
+    "Which controller follows how well on which robot, and what does its skin buy over a force-torque sensor?",
+    "Each robot wears 1,000 taxels on its forearm and is pressed by a ball of 30 mm that stands still, at the "
+    "flattest place that its joints move well. It leads the contact along the same paths about that place with 3 N at"
+    " 10 mm/s, or holds it, with each controller as it comes but for the force gain: half of the one from which on "
+    "the force would swing there by the theory of the whole arm, or the controller's own if less. Errors on the body"
+    " are from where the ball truly touches to where the path wants it, those on the map as the controller has them; "
+    "force is what truly presses. The skin reads with a noise of 100 Pa a taxel; the wrench is that of the whole "
+    "link, exact or with the noise of a real sensor, and is told by the skin when there is contact. A robot that is "
+    "not installed says so under problem.",
+    cases,
+    measure,
+    figures,
+)

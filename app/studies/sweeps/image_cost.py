@@ -1,0 +1,129 @@
+"""What does accuracy cost in the tactile image: which interpolation, for how many taxels and pixels?"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import LinearNDInterpolator, griddata
+from scipy.spatial import Delaunay
+
+from app.core.arrays import FloatArray
+from app.maps.interpolation import INTERPOLATIONS
+from app.maps.tactile_image import TactileImage
+from app.maps.tactile_map import TactileMap
+from app.studies.figures import Figure, Panel
+from app.studies.study import Case, Row, Study, timed
+from app.studies.testbeds.reference_bodies import SIDE, flat_map
+
+GRIDDATA, PREBUILT = "scipy griddata", "scipy LinearNDInterpolator"
+METHODS = (*INTERPOLATIONS, GRIDDATA, PREBUILT)
+_MARGIN_PITCHES = 1.5
+"""Errors are taken so many pitches inside the border: beyond the last taxels nobody can know the field."""
+
+Render = Callable[[FloatArray], NDArray[np.floating]]
+
+
+def smooth(points: FloatArray) -> FloatArray:
+    """A field from 0 to 1 of waves about 60 mm long, at ``points`` (k, 2) [m]."""
+    x, y = points.T / SIDE
+    return np.asarray(0.5 + 0.5 * np.sin(10 * x + 1) * np.cos(9 * y))
+
+
+def sharp(points: FloatArray) -> FloatArray:
+    """A round contact of 25 mm radius, pressed as by a ball (Hertz): infinitely steep at its rim."""
+    away = np.linalg.norm(points - 0.5 * SIDE, axis=1) / (0.25 * SIDE)
+    return np.asarray(np.sqrt(np.maximum(1 - away**2, 0)))
+
+
+FIELDS: Mapping[str, Callable[[FloatArray], FloatArray]] = {"smooth": smooth, "sharp": sharp}
+
+
+def cases(quick: bool, seed: int) -> list[Case]:
+    """Every method at every number of taxels and pixels."""
+    taxels, widths = ((100, 400), (64,)) if quick else ((100, 316, 1000, 3162, 10_000), (64, 128, 256, 512))
+    repeats = 3 if quick else 15
+    return [
+        {"method": method, "taxels": n, "width": width, "repeats": repeats, "seed": seed}
+        for width in widths
+        for n in taxels
+        for method in METHODS
+    ]
+
+
+def measure(case: Case) -> list[Row]:
+    """One row a field: root mean square error of the field, and milliseconds to build and for each frame."""
+    map_ = flat_map(case["taxels"], seed=case["seed"])
+    method, width, repeats = case["method"], case["width"], case["repeats"]
+    centres = TactileImage(map_, width=width, interpolation="nearest").centres()
+    render = _renderer(method, map_, width, centres)
+    built = timed(lambda: _renderer(method, map_, width, centres), repeats=min(repeats, 3)).median
+    within = np.abs(centres / SIDE - 0.5).max(axis=1) < 0.5 - _MARGIN_PITCHES / np.sqrt(len(map_.skin))
+    rows: list[Row] = []
+    for name, field in FIELDS.items():
+        values = field(map_.taxel_points)
+        frame = timed(lambda values=values: render(values), repeats=repeats)  # type: ignore[misc]
+        error = render(values).ravel()[within] - field(centres[within])
+        rows.append(
+            {
+                "field": name,
+                "rmse": float(np.sqrt(np.mean(error**2))),
+                "frame_ms": 1e3 * frame.median,
+                "frame_p95_ms": 1e3 * frame.p95,
+                "build_ms": 0.0 if method == GRIDDATA else 1e3 * built,
+            }
+        )
+    return rows
+
+
+def figures(rows: Sequence[Row]) -> list[Figure]:
+    """Error against milliseconds for each frame, and to build; along a curve the taxels grow."""
+    titles = {"frame_ms": "Error against the time of a frame", "build_ms": "Error against the time to build"}
+    return [
+        Figure(f"{title}, {field} field", "milliseconds", "rms error", _panels(rows, field, key), least=1e-7)
+        for field in FIELDS
+        for key, title in titles.items()
+    ]
+
+
+def _panels(rows: Sequence[Row], field: str, key: str) -> list[Panel]:
+    widths = dict.fromkeys(row["width"] for row in rows)
+    return [
+        Panel(
+            f"{width} × {width} pixels",
+            {
+                method: [
+                    (float(row[key] or 0), float(row["rmse"] or 0))
+                    for row in rows
+                    if (row["method"], row["width"], row["field"]) == (method, width, field)
+                ]
+                for method in METHODS
+            },
+        )
+        for width in widths
+    ]
+
+
+def _renderer(method: str, map_: TactileMap, width: int, centres: FloatArray) -> Render:
+    """From values at the taxels to an image (rows, columns) with pixels at ``centres``."""
+    if method in INTERPOLATIONS:
+        image = TactileImage(map_, width=width, interpolation=method)
+        return lambda values: image.render(1e3 * values)
+    points = map_.taxel_points
+    if method == GRIDDATA:
+        return lambda values: np.asarray(griddata(points, values, centres))
+    triangles = Delaunay(points)
+    return lambda values: np.asarray(LinearNDInterpolator(triangles, values)(centres))
+
+
+STUDY = Study(
+    "image-cost",
+    "Which interpolation gives how small an error at how many milliseconds a frame?",
+    "Taxels at random in the cells of a grid on a flat square of 100 mm, whose map is the square itself, read a known "
+    "field between 0 and 1: smooth waves, and the pressure under a ball, steep at its rim. The error is that of the "
+    "pixels more than 1.5 pitches inside the border. Times are medians, after one run to warm up.",
+    cases,
+    measure,
+    figures,
+)

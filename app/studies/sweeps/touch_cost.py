@@ -1,0 +1,256 @@
+"""What does accuracy cost in touch: which contact model, for how many taxels and how small a contact?
+
+Models of ``app.touch`` are told force, centre of pressure and the ball. The contact models that the physics runs itself
+(foundation, depth) are told nothing: for them a ball is held where it presses, in a simulation of nothing else.
+"""
+
+from __future__ import annotations
+
+import itertools
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import lru_cache, partial
+
+import mujoco
+import numpy as np
+
+from app.control.command import JointCommand
+from app.core.arrays import FloatArray
+from app.geometry.mesh import Mesh
+from app.robots.library import find_robot
+from app.robots.mujoco_spec import compile_spec, robot_spec
+from app.robots.robot import Link, Robot
+from app.scene.effects import Effects, SkinModel
+from app.scene.object_meshes import primitive_mesh
+from app.scene.objects import ObjectSpec, SceneObject
+from app.simulation.simulation import Simulation
+from app.studies.figures import Figure, Panel
+from app.studies.study import Case, Row, Study, timed
+from app.studies.testbeds.reference_bodies import SIDE
+from app.studies.testbeds.reference_touch import (
+    LENGTH,
+    RADIUS,
+    REFERENCE_SKINS,
+    ReferenceSkin,
+    ReferenceTouch,
+    cell_centres,
+    displace_ball,
+    press_ball,
+    touch_errors,
+)
+from app.tactile.elastic_layer import ElasticLayer
+from app.tactile.loads import Load, Sphere
+from app.tactile.models.contact_model import CONTACT_MODELS, ContactModel
+from app.tactile.sensor_effects import SensorEffects
+
+PHYSICS: Mapping[str, str] = {"foundation": "Foundation", "depth": "Depth"}
+"""Models that are told nothing: they see how deep the ball is. As shown to people."""
+_FIXED = """<mujoco model="ground"><worldbody><body name="{link}"><geom type="{solid}" pos="{at}" size="{size}"/>
+</body></worldbody></mujoco>"""
+
+
+def hold_ball(ground: ReferenceSkin, model: SkinModel, load: Load) -> Simulation:
+    """A simulation of the ball of ``load`` held in the skin of ``ground``, both fixed, before its first step.
+
+    Raises:
+        TypeError: What presses is no ball.
+    """
+    if not isinstance(load.shape, Sphere):
+        raise TypeError(f"a ball is meant to press, not {load.shape}")
+    x, y, z = load.pose.translation.tolist()
+    spec = ObjectSpec("ball", "sphere", (load.shape.radius,), at=(x, y, z))
+    effects = Effects(gravity="off", contact="environment", fingers=False, skin=model)
+    return Simulation(
+        _fixed(ground), ground.skin, effects, objects=(SceneObject(spec, primitive_mesh(spec)),), layer=ElasticLayer()
+    )
+
+
+def step_and_sense(simulation: Simulation) -> FloatArray:
+    """One step of the physics and a reading (taxels,) [Pa]: what the taxels say is made in the step."""
+    simulation.step(1, _STILL)
+    return simulation.sense()
+
+
+_STILL = JointCommand(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0))
+
+
+def _fixed(ground: ReferenceSkin) -> Robot:
+    """A robot of one solid link that cannot move, under the skin of ``ground``."""
+    link = ground.skin.patches[0].link
+    if np.isinf(ground.radius):
+        spec, at = ObjectSpec(link, "box", (SIDE, SIDE, SIDE)), np.array([SIDE / 2, SIDE / 2, -SIDE / 2])
+        solid, size = "box", 3 * [SIDE / 2]
+    else:
+        spec, at = ObjectSpec(link, "cylinder", (RADIUS, LENGTH)), np.array([0.0, 0.0, LENGTH / 2])
+        solid, size = "cylinder", [RADIUS, LENGTH / 2]
+    mesh = primitive_mesh(spec)
+    text = _FIXED.format(link=link, solid=solid, at=_numbers(at), size=_numbers(size))
+    body = Link(link, Mesh(mesh.vertices + at, mesh.faces))
+    return Robot("ground", "made by formula", text, {}, (body,), (), np.zeros(0))
+
+
+def _numbers(numbers: Iterable[float]) -> str:
+    return " ".join(f"{number:g}" for number in numbers)
+
+
+TITLES: Mapping[str, str] = {**{name: entry.title for name, entry in CONTACT_MODELS.items()}, **PHYSICS}
+"""Of all models, by name."""
+CONTACTS_MM = (4, 10, 30)
+MISPLACED_MM = (0, 1)
+"""How far from where it presses models are told the ball is; the physics' own are told nothing."""
+_ASIDE = 0.01
+"""Touches lie at random up to so far [m] from a skin's middle, where no contact reaches its border."""
+_STEPS = 200
+ERRORS = {
+    "surface_percent": ("Pressure shape at the surface", "% of the force", 1e-2),
+    "felt_percent": ("Pressure shape at the taxels' depth", "% of the force", 1e-2),
+    "place_mm": ("Centre of pressure", "mm", 1e-3),
+    "force_percent": ("Total force", "%", 1e-12),
+}
+
+Reader = Callable[[], FloatArray]
+
+
+def cases(quick: bool, seed: int) -> list[Case]:
+    """Every model under every contact at every number of taxels, on a flat skin and a bent one."""
+    taxels = (100, 1000) if quick else (100, 316, 1000, 3162, 10_000)
+    touches, repeats = (4, 5) if quick else (16, 25)
+    return [
+        {
+            "skin": skin,
+            "taxels": count,
+            "contact_mm": contact,
+            "misplaced_mm": off,
+            "model": model,
+            "touches": touches,
+            "repeats": repeats,
+            "seed": seed,
+        }
+        for skin in REFERENCE_SKINS
+        for count in taxels
+        for contact in CONTACTS_MM
+        for off in MISPLACED_MM
+        for model in (CONTACT_MODELS if off else TITLES)
+    ]
+
+
+def measure(case: Case) -> list[Row]:
+    """One row: errors as the mean over the touches (of the place: root mean square), and times of a reading."""
+    name, count, seed = case["skin"], case["taxels"], case["seed"]
+    skin = REFERENCE_SKINS[name](count, seed).skin
+    exact = _reference_touches(name, count, case["contact_mm"], case["touches"], seed)
+    touched = [displace_ball(touch, 1e-3 * case["misplaced_mm"]) for touch in exact]
+    readers, built = _readers(case, touched)
+    centres = cell_centres(skin)
+    found = [touch_errors(touch, read(), skin, centres) for touch, read in zip(touched, readers, strict=True)]
+    true = [touch_errors(touch, touch.surface / skin.areas, skin, centres) for touch in touched]
+    turns = itertools.cycle(readers)
+    reading = timed(lambda: next(turns)(), repeats=case["touches"] * case["repeats"])
+    bare = bare_step()
+    row: dict[str, float | None] = {key: float(np.mean([each[key] for each in found])) for key in ERRORS}
+    row["place_mm"] = _place_rms(found)
+    row["missed_percent"] = 100 * float(np.mean([np.isnan(each["place_mm"]) for each in found]))
+    times = {
+        "ms": 1e3 * reading.median,
+        "p95_ms": 1e3 * reading.p95,
+        "steps": reading.median / bare,
+        "step_us": 1e6 * bare,
+        "build_ms": 1e3 * built,
+    }
+    return [{**row, "exact_place_mm": _place_rms(true), **times}]
+
+
+def _place_rms(found: Sequence[Mapping[str, float]]) -> float | None:
+    """Root mean square of the places [mm] of what was felt; None where nothing was."""
+    felt = [each["place_mm"] for each in found if not np.isnan(each["place_mm"])]
+    return float(np.sqrt(np.mean(np.square(felt)))) if felt else None
+
+
+def _readers(case: Case, touched: Sequence[ReferenceTouch]) -> tuple[list[Reader], float]:
+    """What reads each touch, and the seconds to build it (of one, where each has its own)."""
+    name, count, seed = case["skin"], case["taxels"], case["seed"]
+    if case["model"] in CONTACT_MODELS:
+        model, seconds = _model(name, count, case["model"], seed)
+        return [partial(model.pressures, [touch.load]) for touch in touched], seconds
+    ground, start = REFERENCE_SKINS[name](count, seed), time.perf_counter()
+    made = [hold_ball(ground, case["model"], touch.load) for touch in touched]
+    return [partial(step_and_sense, simulation) for simulation in made], (time.perf_counter() - start) / len(made)
+
+
+@lru_cache(maxsize=3)
+def _reference_touches(name: str, count: int, contact_mm: float, touches: int, seed: int) -> tuple[ReferenceTouch, ...]:
+    """Kept between the models of a contact."""
+    ground, layer = REFERENCE_SKINS[name](count, seed), ElasticLayer()
+    blur, taxels, contact = ground.blur(layer.depth), len(ground.skin), 1e-3 * contact_mm
+    places = np.random.default_rng(seed).uniform(-_ASIDE, _ASIDE, (touches, 2))
+    return tuple(
+        press_ball(ground.dense, *ground.place(*at), contact, taxels=taxels, blur=blur, layer=layer)
+        for at in places.tolist()
+    )
+
+
+@lru_cache(maxsize=len(CONTACT_MODELS))
+def _model(name: str, count: int, model: str, seed: int) -> tuple[ContactModel, float]:
+    """A contact model, kept between the contacts on a skin, and the seconds to build it."""
+    skin = REFERENCE_SKINS[name](count, seed).skin
+    start = time.perf_counter()
+    made = CONTACT_MODELS[model].build(skin, ElasticLayer(), SensorEffects())
+    return made, time.perf_counter() - start
+
+
+@lru_cache(maxsize=1)
+def bare_step() -> float:
+    """Seconds of a step of our own arm with nothing on it, on this machine now."""
+    robot = find_robot("arm")
+    model = compile_spec(robot_spec(robot), source=robot.source)
+    data = mujoco.MjData(model)
+    return timed(lambda: mujoco.mj_step(model, data, _STEPS), repeats=25).median / _STEPS
+
+
+def figures(rows: Sequence[Row]) -> list[Figure]:
+    """Each error against the time of a reading, for each skin and contact; along a curve the taxels grow."""
+    made = []
+    for off in dict.fromkeys(row["misplaced_mm"] for row in rows):
+        said = "" if not off else f", ball told {off} mm aside"
+        for key, (title, unit, least) in ERRORS.items():
+            for skin in dict.fromkeys(row["skin"] for row in rows):
+                drawn = [row for row in rows if (row["misplaced_mm"], row["skin"]) == (off, skin) and key in row]
+                made.append(
+                    Figure(f"{title}, {skin} skin{said}", "milliseconds", unit, _panels(drawn, key), least=least)
+                )
+    return made
+
+
+def _panels(rows: Sequence[Row], key: str) -> list[Panel]:
+    return [
+        Panel(
+            f"contact radius {contact} mm",
+            {
+                title: [
+                    (float(row["ms"] or 0), float(row[key] or 0))
+                    for row in rows
+                    if (row["model"], row["contact_mm"]) == (model, contact) and row[key] is not None
+                ]
+                for model, title in TITLES.items()
+                if any(row["model"] == model for row in rows)
+            },
+        )
+        for contact in dict.fromkeys(row["contact_mm"] for row in rows)
+    ]
+
+
+STUDY = Study(
+    "touch-cost",
+    "Which contact model gives how small an error at how many milliseconds a reading?",
+    "A ball is pressed 1 mm into the middle of a flat square of 100 mm and of a tube with a radius of 36 mm, so large "
+    "that its contact with a plane has the radius named. The truth is a bed of springs sampled at 200,000 points; at "
+    "the taxels' depth, 2 mm, it is the Boussinesq stress of all those forces. Models are told force, centre of "
+    "pressure and the ball. A ball told 1 mm aside stands for a collision hull that does not fit the skin. "
+    "Shape errors are the forces on the wrong taxels. exact_place_mm is how far off the true forces on the cells put "
+    "the centre of pressure: a taxel knows only the sum over its cell, so only a blur can do better. Foundation and "
+    "depth are told nothing but where the ball is; theirs is the time of a whole step with its reading. steps are "
+    "multiples of a bare step of our arm in the same run.",
+    cases,
+    measure,
+    figures,
+)

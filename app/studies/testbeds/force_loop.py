@@ -1,0 +1,182 @@
+"""The force loop of a whole robot at a place it is pressed at: all joints, their coupled inertia, the posture loop.
+
+What the theory of sampled loops leaves out of an arm: joints that move each other, a posture loop whose stiffness knows
+of no coupling, and a contact that is as stiff as the pressed layer is at the goal.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import mujoco
+import numpy as np
+from scipy.linalg import expm
+
+from app.control.command import ControlSettings
+from app.control.joint_impedance import INNER_FREQUENCY, MIN_INERTIA
+from app.core.arrays import FloatArray
+from app.core.errors import SkinError
+from app.robots.kinematics import Configuration
+from app.robots.mujoco_spec import compile_spec, robot_spec
+from app.session.session import Session
+from app.studies.testbeds.path_following import BALL, PathSetup
+
+REST = 1.5
+"""How long the force comes to rest [s]."""
+_GUESS, _SLACK = 0.01, 1e-7
+_WIDENINGS = 10
+
+
+def critical_gain(delay: int) -> float:
+    """Greatest gain without overshoot, that of the double real pole: d^d / (d + 1)^(d + 1)."""
+    return float(delay**delay / (delay + 1) ** (delay + 1))
+
+
+@dataclass(frozen=True)
+class Filter:
+    """A controller of force or place as a linear filter.
+
+    Attributes:
+        gain: Speed per error [1/s on the map, m/s/N for a force].
+        integral_time: [s].
+        position_gain: Of the parallel controller, along the normal [1/s].
+        inertia_time: [s].
+        angle: By which corrections go astray [rad].
+    """
+
+    gain: float
+    integral_time: float = math.inf
+    position_gain: float = 0.0
+    inertia_time: float = 0.0
+    angle: float = 0.0
+
+
+def stability_limit(is_stable: Callable[[float], bool], guess: float, *, steps: int = 10) -> float:
+    """The value above which something is stable no more, to a part in 2^steps of half an octave; nan far from a guess.
+
+    Args:
+        is_stable: Whether a value is.
+        guess: Of the answer; up to 60 times more or less is looked at.
+        steps: More are finer.
+    """
+    low, high = 0.8 * guess, 1.25 * guess
+    for _ in range(_WIDENINGS):
+        if not is_stable(low):
+            low, high = low / 1.5, low
+        elif is_stable(high):
+            low, high = high, 1.5 * high
+        else:
+            break
+    else:
+        return math.nan
+    for _ in range(steps):
+        middle = math.sqrt(low * high)
+        low, high = (middle, high) if is_stable(middle) else (low, middle)
+    return math.sqrt(low * high)
+
+
+@dataclass(frozen=True, eq=False)
+class ForceLoop:
+    """A robot that is pressed, as a linear plant of its joints. Around it goes a controller's sampled loop.
+
+    Attributes:
+        tick: Of the loop [s].
+        moved: (3 n, 3 n) how offsets of joints, their speeds and the wanted posture go on in a tick.
+        stiffness: Of the contact at the goal [N/m].
+        push: (n,) joint velocity that moves the touched point outward at 1 m/s and not aside.
+        outward: (n,) outward way of the point per offset of a joint [m/rad].
+    """
+
+    tick: float
+    moved: FloatArray
+    stiffness: float
+    push: FloatArray
+    outward: FloatArray
+
+    def stable(self, controller: Filter) -> bool:
+        """Whether errors of the force die away under a controller; offsets that press on nothing may stay."""
+        size = len(self.moved) + 2
+        step = np.stack([self._step(controller, unit) for unit in np.eye(size)], axis=1)
+        kept = np.arange(size) != (size - 1 if math.isinf(controller.integral_time) else size)
+        return bool(np.abs(np.linalg.eigvals(step[np.ix_(kept, kept)])).max() < 1 + _SLACK)
+
+    def _step(self, controller: Filter, state: FloatArray) -> FloatArray:
+        joints = len(self.push)
+        plant, (speed, gathered) = state[:-2].copy(), state[-2:]
+        away = float(self.outward @ plant[:joints])
+        error = -self.stiffness * away
+        gathered = gathered + self.tick * error
+        aim = controller.gain * (error + gathered / controller.integral_time)
+        aim -= controller.position_gain * away
+        speed = (
+            speed + self.tick / controller.inertia_time * (aim - speed) if controller.inertia_time > self.tick else aim
+        )
+        plant[2 * joints :] += self.tick * speed * self.push
+        return np.concatenate([self.moved @ plant, [speed, gathered]])
+
+
+def force_loop_at_goal(setup: PathSetup, settings: ControlSettings) -> ForceLoop:
+    """The loop about the posture in which the goal is held.
+
+    Raises:
+        SkinError: Nothing touches there.
+    """
+    session = settled_session(setup, settings)
+    if not session.frame.regions:
+        raise SkinError("nothing touches the skin there", place=setup.prepared.scene.name)
+    region, robot = session.frame.regions[0], setup.prepared.robot
+    configuration = Configuration(robot)
+    servo = np.maximum(configuration.inertia(), MIN_INERTIA) * INNER_FREQUENCY**2
+    configuration.update(session.frame.posture)
+    normal = configuration.pose(region.link).rotation @ region.normal
+    move = configuration.jacobian(region.link, region.point)
+    outward = normal @ move
+    # A ball on a bed of springs: F = pi K R depth², so dF = 2 sqrt(pi K R F) per way.
+    stiffness = 2 * math.sqrt(math.pi * setup.prepared.scene.layer.foundation * BALL * settings.force_goal)
+    inertia, damping = _dynamics(setup, session.frame.posture)
+    n = len(servo)
+    whole = np.zeros((3 * n, 3 * n))
+    whole[:n, n : 2 * n] = np.eye(n)
+    forces = [-np.diag(servo) - stiffness * np.outer(outward, outward), -np.diag(2 * servo / INNER_FREQUENCY + damping)]
+    whole[n : 2 * n] = np.linalg.solve(inertia, np.hstack([*forces, np.diag(servo)]))
+    tick = setup.prepared.scene.tick
+    push = np.linalg.pinv(move, rcond=1e-6) @ normal
+    return ForceLoop(tick, expm(whole * tick), stiffness, push, outward)
+
+
+def settled_session(setup: PathSetup, settings: ControlSettings) -> Session:
+    """A session in which the force has come to its goal."""
+    session = setup.session(settings)
+    for _ in range(round(REST / setup.prepared.scene.tick)):
+        session.tick()
+    return session
+
+
+def controller_filter(settings: ControlSettings) -> Filter:
+    """What a controller is along the normal."""
+    slow = settings.controller in ("admittance", "parallel")
+    return Filter(
+        settings.force_gain,
+        integral_time=math.inf if settings.controller == "admittance" else settings.integral_time,
+        position_gain=settings.position_gain if settings.controller == "parallel" else 0.0,
+        inertia_time=settings.inertia_time if slow else 0.0,
+    )
+
+
+def predicted_gain_limit(loop: ForceLoop, settings: ControlSettings) -> float:
+    """The force gain from which on the force swings [m/s/N]."""
+    controller = controller_filter(settings)
+    return stability_limit(lambda gain: loop.stable(replace(controller, gain=gain)), _GUESS)
+
+
+def _dynamics(setup: PathSetup, posture: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The robot's inertia matrix (n, n) at a posture, and its joints' own damping (n,)."""
+    robot = setup.prepared.robot
+    model = compile_spec(robot_spec(robot), source=robot.source)
+    data, inertia = mujoco.MjData(model), np.zeros((model.nv, model.nv))
+    data.qpos[:] = posture
+    mujoco.mj_forward(model, data)
+    mujoco.mj_fullM(model, data, inertia)
+    return inertia, np.array(model.dof_damping)

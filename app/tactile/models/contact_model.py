@@ -1,0 +1,100 @@
+"""The one question every contact model answers, and the models by name: what people call them, what to say of each, how
+to build it.
+
+Listed are those that need no physics engine. Each is imported when it is built, so that a scene with a cheap one does
+not load what the others need.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Protocol
+
+from app.core.arrays import FloatArray
+from app.skin.skin import Skin
+from app.tactile.elastic_layer import ElasticLayer
+from app.tactile.loads import Load
+from app.tactile.receptive_field import ReceptiveField, cell_field, disc_field
+from app.tactile.sensor_effects import SensorEffects
+
+
+class ContactModel(Protocol):
+    """From loads to pressures. It may remember neighbourhoods, never results.
+
+    Attributes:
+        notes: What it had to do instead of what it promises at the last reading, for people; empty when nothing.
+    """
+
+    notes: tuple[str, ...]
+
+    def pressures(self, loads: Sequence[Load]) -> FloatArray:
+        """(taxels,) mean pressure that each taxel feels [Pa]; loads add up."""
+
+
+@dataclass(frozen=True)
+class ContactModelEntry:
+    """One contact model.
+
+    Attributes:
+        name: As in a scene file.
+        title: For people.
+        tip: What it knows and what it costs, in one sentence.
+        build: From the skin, its cover and the sensor, whose electrodes decide what each taxel feels.
+    """
+
+    name: str
+    title: str
+    tip: str
+    build: Callable[[Skin, ElasticLayer, SensorEffects], ContactModel]
+
+
+def _point(skin: Skin, layer: ElasticLayer, sensor: SensorEffects) -> ContactModel:
+    from app.tactile.models.point import PointModel
+
+    return PointModel(skin, field=_field(skin, sensor))
+
+
+def _water_fill(skin: Skin, layer: ElasticLayer, sensor: SensorEffects) -> ContactModel:
+    from app.tactile.models.water_fill import WaterFillModel
+
+    return WaterFillModel(skin, stiffness=layer.foundation, field=_field(skin, sensor))
+
+
+def _punch(skin: Skin, layer: ElasticLayer, sensor: SensorEffects) -> ContactModel:
+    from app.tactile.models.punch import PunchModel
+
+    return PunchModel(skin, layer=layer, field=_field(skin, sensor))
+
+
+def _half_space(skin: Skin, layer: ElasticLayer, sensor: SensorEffects) -> ContactModel:
+    from app.tactile.models.half_space import HalfSpaceModel
+
+    return HalfSpaceModel(skin, layer=layer, field=_field(skin, sensor))
+
+
+def _field(skin: Skin, sensor: SensorEffects) -> ReceptiveField:
+    """What a taxel feels: its pad if the sensor has pads, else its whole cell."""
+    return cell_field(skin) if sensor.area_averaging is None else disc_field(skin, sensor.area_averaging.radius)
+
+
+_ENTRIES = (
+    ContactModelEntry(
+        "point", "Point", "All force on the nearest taxel. For teaching: no shape, and the cheapest.", _point
+    ),
+    ContactModelEntry(
+        "water-fill",
+        "Water-fill",
+        "The force spread under the body, as on a bed of springs. Exact in force.",
+        _water_fill,
+    ),
+    ContactModelEntry(
+        "punch", "Punch", "As water-fill, tilted until the moment is right: the centre of pressure is exact.", _punch
+    ),
+    ContactModelEntry(
+        "half-space", "Half-space", "Water-fill, felt through the depth of the cover, which blurs it.", _half_space
+    ),
+)
+CONTACT_MODELS: Mapping[str, ContactModelEntry] = MappingProxyType({entry.name: entry for entry in _ENTRIES})
+"""By name, from the cheapest on."""

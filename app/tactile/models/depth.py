@@ -1,0 +1,119 @@
+"""The raw depth model: MuJoCo's own tactile sensor read as a bed of springs, for comparison with the others.
+
+Each taxel is one point. Its pressure is the layer's stiffness per area times how deep the point is inside the body that
+touches: blind between taxels, and the sum of pressure times area is not the contact's force.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import mujoco
+import numpy as np
+
+from app.core.arrays import FloatArray, IntArray
+from app.skin.skin import Skin
+from app.tactile.elastic_layer import ElasticLayer
+from app.tactile.loads import Load
+
+_NOBODYS = 1 << 20
+_SOLID = 0.1 * np.array([[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]])
+_SOLID_FACES = np.array([[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]])
+"""A tetrahedron that nobody reads: MuJoCo wants a mesh with a volume, and moves one whose middle is not the origin."""
+
+
+def add_taxel_sensors(spec: mujoco.MjSpec, skin: Skin, presses: Callable[[str], bool]) -> None:
+    """Give each link of ``skin`` a tactile sensor with its taxels as points.
+
+    Args:
+        spec: A model with everything that collides; changed.
+        skin: Whose taxels.
+        presses: Whether a mesh of that name may touch skin: it gets the signed distance that the sensor needs, and
+            would read 0 without (0.2 s a mesh).
+    """
+    for mesh in spec.meshes:
+        if presses(mesh.name):
+            mesh.needsdf = 1
+    shell = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+    for link, positions in _positions(skin).items():
+        name = _sensor_name(link)
+        vertices, faces = np.concatenate([positions, _SOLID]), _SOLID_FACES + len(positions)
+        spec.add_mesh(name=name, uservert=vertices.ravel().tolist(), userface=faces.ravel().tolist(), inertia=shell)
+        # The sensor's points are in the frame of a geom of a body that may collide; this one's frame is the link's,
+        # and its bit is nobody else's, so that it never does.
+        spec.body(link).add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[1e-3, 0, 0], mass=0.0,
+                                 contype=_NOBODYS, conaffinity=0, group=3)  # fmt: skip
+        spec.add_sensor(
+            name=name,
+            type=mujoco.mjtSensor.mjSENS_TACTILE,
+            objtype=mujoco.mjtObj.mjOBJ_MESH,
+            objname=name,
+            reftype=mujoco.mjtObj.mjOBJ_GEOM,
+            refname=name,
+        )
+
+
+class DepthModel:
+    """Pressure from MuJoCo's tactile sensors, and from fingers by the same formula. See the module.
+
+    Error: with 1000 taxels on the arm, force is 16 % off under a ball of 30 mm, all of it under one of 4 mm that falls
+    between taxels. Cost: inside the physics step, 1.5 to 5 times a bare one for 1000 taxels.
+
+    Args:
+        model: The compiled model, with sensors where the skin may be touched.
+        data: Its state.
+        skin: The skin.
+        layer: Its stiffness per area.
+
+    Attributes:
+        notes: None: it promises nothing.
+    """
+
+    notes: tuple[str, ...] = ()
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, skin: Skin, layer: ElasticLayer) -> None:
+        self._data, self._skin, self._foundation = data, skin, layer.foundation
+        self._positions, self._taxels = _positions(skin), _taxels(skin)
+        self._outputs = {
+            link: int(model.sensor(_sensor_name(link)).adr[0])
+            for link in self._positions
+            if mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SENSOR, _sensor_name(link)) >= 0
+        }
+
+    def pressures(self, loads: Sequence[Load]) -> FloatArray:
+        """(taxels,) [Pa]: the deepest of all bodies counts, as in MuJoCo's sensor.
+
+        Args:
+            loads: Fingers; what the physics knows of is in the sensors already.
+        """
+        depth = np.zeros(len(self._skin))
+        for link, first in self._outputs.items():
+            taxels = self._taxels[link]
+            depth[taxels] = self._data.sensordata[first : first + len(taxels)]
+        for load in loads:
+            if load.link in self._taxels:
+                taxels = self._taxels[load.link]
+                inside = -load.shape.distance(load.pose.inverse.points(self._positions[load.link]))
+                depth[taxels] = np.maximum(depth[taxels], inside)
+        return self._foundation * depth
+
+
+def _sensor_name(link: str) -> str:
+    return f"taxels {link}"
+
+
+def _positions(skin: Skin) -> dict[str, FloatArray]:
+    """(k, 3) of each link's taxels [m], link frame."""
+    links = {patch.link: None for patch in skin.patches}
+    return {
+        link: np.concatenate([patch.taxels.positions for patch in skin.patches if patch.link == link]) for link in links
+    }
+
+
+def _taxels(skin: Skin) -> dict[str, IntArray]:
+    """(k,) numbers through the skin, in the same order."""
+    numbers = [np.arange(a, b) for a, b in zip(skin.first[:-1], skin.first[1:], strict=True)]
+    return {
+        link: np.concatenate([n for n, patch in zip(numbers, skin.patches, strict=True) if patch.link == link])
+        for link in {patch.link: None for patch in skin.patches}
+    }

@@ -1,0 +1,58 @@
+"""Point: all of a load's force on the one taxel nearest to it. The cheapest model, for teaching what the others add."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from app.core.arrays import FloatArray
+from app.geometry.pose import Pose
+from app.skin.skin import Skin
+from app.tactile.broadphase import LinkBroadphase, link_broadphases
+from app.tactile.loads import Load, Sphere
+from app.tactile.receptive_field import ReceptiveField, cell_field
+
+_TIP = Sphere(0.0)
+
+
+class PointModel:
+    """Pressures on all taxels from what presses them, as if everything were a needle. Built once for a skin.
+
+    Force is conserved, as in ``WaterFill``. Lost: the body's shape, so that one taxel feels what ten should.
+
+    Error: measured as that of ``WaterFill``, the centre of pressure is off by up to half the taxels' pitch: 9 mm with
+    100 taxels, 2.5 mm with 1,000, 0.8 mm with 10,000; nearly all of the force is on wrong cells where many are touched.
+
+    Cost: 10 µs a load, with 100 taxels or 10,000.
+
+    Args:
+        skin: The skin.
+        field: What each taxel feels; its whole cell by default.
+    """
+
+    def __init__(self, skin: Skin, *, field: ReceptiveField | None = None) -> None:
+        self.notes: tuple[str, ...] = ()
+        self._count = len(skin)
+        self._field = cell_field(skin) if field is None else field
+        self._beds = link_broadphases(skin)
+
+    def pressures(self, loads: Sequence[Load]) -> FloatArray:
+        """(taxels,) mean pressure that each taxel feels [Pa]; loads add up."""
+        pressures, notes = np.zeros(self._count), []
+        for load in loads:
+            if load.force > 0 and (bed := self._beds.get(load.link)) is not None:
+                point = _closest(bed, load)
+                if point is None:
+                    notes.append(f"{load.by or 'something'} presses {load.link} beside its skin: not felt")
+                else:
+                    self._field.add(pressures, np.array([point]), np.array([load.force]))
+        self.notes = tuple(notes)
+        return pressures
+
+
+def _closest(bed: LinkBroadphase, load: Load) -> int | None:
+    """Number of the point nearest to the load's, of those that face it if there are any; None beside the skin."""
+    needle = Load(load.link, load.point, load.normal, load.force, _TIP, Pose(load.pose.rotation, load.point))
+    under = bed.near(needle)
+    return bed.nearest(needle) if under is None else int(under.points[under.distances.argmin()])

@@ -1,0 +1,102 @@
+"""Water-fill: the solver's force spread over the skin under the body, exact in force, whatever the contact's stiffness.
+
+The skin is a bed of springs under each quadrature point (a Winkler foundation). A body pressed with force F sinks in
+until the bed carries F: find the depth d with  sum K A_i max(0, d - g_i) = F,  where g_i is how much farther from the
+body point i is than the closest one: like filling a basin with water, exact in a few steps. It uses the force, not a
+penetration, so it is never blind where hull and skin differ, and cannot go unstable.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from app.core.arrays import FloatArray, IntArray, dot
+from app.skin.skin import Skin
+from app.tactile.broadphase import LinkBroadphase, NearbyPoints, link_broadphases
+from app.tactile.elastic_layer import ElasticLayer
+from app.tactile.loads import Load
+from app.tactile.receptive_field import ReceptiveField, cell_field
+from app.tactile.winkler import winkler_level
+
+
+class WaterFillModel:
+    """Pressures on all taxels from what presses them. Built once for a skin.
+
+    Force is conserved: with whole cells as receptive fields the sum of pressure times area is the sum of the loads'
+    forces to rounding, except for a load that presses beside the skin: that is not felt, and said in ``notes``.
+    Lost: shear, and the moment of the force about the contact (see ``punch``).
+
+    Error: against 200,000 points on a tube of 36 mm radius, contacts with radii of 4, 10 and 30 mm (medians). With
+    1,000 taxels the centre of pressure is 0.7, 0.1, 0.05 mm off, and 6, 3, 3 % of the force is on a wrong cell; with
+    10,000, 0.02, 0.01, 0 mm and 9 %; with 100, whose pitch is 21 mm, 6, 3, 1 mm and 1 %.
+
+    Cost: 10 µs a ball with 1,000 taxels on an arm and 12 µs with 10,000, three to four bare steps of that arm; 11 and
+    14 µs while it slides at 5 cm/s, with a search of 0.05 ms now and then. A box 35 to 75 µs, a mesh 0.1 to 0.5 ms.
+
+    Args:
+        skin: The skin.
+        stiffness: Of the foundation [Pa/m].
+        field: What each taxel feels; its whole cell by default.
+    """
+
+    def __init__(
+        self, skin: Skin, *, stiffness: float = ElasticLayer().foundation, field: ReceptiveField | None = None
+    ) -> None:
+        self.notes: tuple[str, ...] = ()
+        self._count, self._stiffness = len(skin), stiffness
+        self._field = cell_field(skin) if field is None else field
+        self._beds = link_broadphases(skin)
+
+    def pressures(self, loads: Sequence[Load]) -> FloatArray:
+        """(taxels,) mean pressure that each taxel feels [Pa]; loads add up."""
+        pressures, self.notes = np.zeros(self._count), ()
+        for load in loads:
+            if load.force > 0 and (bed := self._beds.get(load.link)) is not None:
+                self._press(bed, load, pressures)
+        return pressures
+
+    def _press(self, bed: LinkBroadphase, load: Load, pressures: FloatArray) -> None:
+        under = bed.near(load)
+        if under is None:
+            self._press_edge(bed, load, pressures)
+            return
+        points, forces, level = distribute_force(under, load.force, self._stiffness)
+        if (
+            level > under.search_radius
+        ):  # fewer points let the water rise higher: up to this level it will not rise again
+            under = bed.near(load, upto=level) or under
+            points, forces, _ = distribute_force(under, load.force, self._stiffness)
+        self._field.add(pressures, points, forces)
+
+    def _press_edge(self, bed: LinkBroadphase, load: Load, pressures: FloatArray) -> None:
+        """No point faces the body: the one closest to it bears all."""
+        point, who = bed.nearest(load), load.by or "something"
+        if point is None:
+            self.notes += (f"{who} presses {load.link} beside its skin: not felt",)
+        else:
+            self.notes += (f"{who} presses the edge of the skin on {load.link}: one point bears all of it",)
+            self._field.add(pressures, np.array([point]), np.array([load.force]))
+
+
+def distribute_force(under: NearbyPoints, force: float, stiffness: float) -> tuple[IntArray, FloatArray, float]:
+    """Fill water between the skin and the body.
+
+    Args:
+        under: The points and their distances from the body, at least one not inf.
+        force: [N], > 0.
+        stiffness: Of the foundation [Pa/m].
+
+    Returns:
+        Points under water (k,), the force on each (k,) [N], and the level as a distance from the body [m].
+    """
+    wet = winkler_level(under.distances, under.areas, force / stiffness, guess=under.guess)
+    forces = wet.level - wet.floors
+    total = dot(forces, wet.areas)
+    if total > 0:
+        forces *= wet.areas
+        forces *= force / total
+    else:  # a force so small that its volume rounds to nothing: the first point touched bears it
+        forces[0] = force
+    return under.points.take(wet.points), forces, wet.level

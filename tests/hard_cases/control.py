@@ -1,0 +1,201 @@
+"""A named catalogue of what is hard to control by touch, and what must come of each: the stated outcome.
+
+A ``HardCase`` says how to set it up on the whole arm, what must happen in words, and checks that. The groups lie in
+``hard_control_postures``, ``_environments``, ``_sensing``, ``_maps`` and ``_events``, each with its ``CASES`` by name.
+What holds for all of them is ``check_bounds``: all finite, joints no faster than twice what laws ask for, a bound on
+the force that truly presses, whatever the sensor says, and words for whatever stops or holds up the arm.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from app.control.command import ControlChanged, ControlSettings
+from app.control.controllers import CONTROL_SCHEMES
+from app.control.joint_impedance import MAX_JOINT_SPEED
+from app.control.loop_stability import SensorTiming, max_stable_gain
+from app.session.prepare import PreparedScene
+from app.session.session import Session
+from tests.support.pressed_arm import Act, Course, forearm
+
+Check = Callable[[Course], None]
+GOAL = 3.0
+"""[N] that most cases want."""
+GAIN = 0.015
+"""Force gain of the cases that do not say otherwise [m/s/N]: three times the usual, so that there is little room."""
+SOME, OTHERS = ("admittance", "hybrid", "qp"), ("parallel", "projection", "priority", "hold_force")
+"""Controllers that take turns where one case more says little new of each."""
+SERIES = 5500.0
+"""Stiffness that the arm's own servo and a cover of 2e4 N/m have in series at the usual place [N/m]."""
+MASS = 5.0
+"""Of the arm, that meets something at the forearm [kg], about."""
+
+
+@dataclass(frozen=True)
+class HardCase:
+    """One situation.
+
+    Attributes:
+        stated: What must come of it, and why.
+        start: Builds the session from the controller's settings.
+        check: Whether it came.
+        settings: That are not as usual, besides the controller.
+        seconds: How long it takes.
+        acts: What happens to the session at which time [s].
+        force: That must never be reached by all that truly presses [N].
+        says: Words that must be among those that limit the controller; one of several where they are parted by ``|``.
+        controllers: For which this is promised.
+    """
+
+    stated: str
+    start: Callable[[ControlSettings], Session]
+    check: Callable[[Course], None]
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    seconds: float = 3.0
+    acts: Mapping[float, Act] = field(default_factory=dict)
+    force: float = 15.0
+    says: tuple[str, ...] = ()
+    controllers: tuple[str, ...] = tuple(CONTROL_SCHEMES)
+
+    def session(self, controller: str) -> Session:
+        """From the start, under one controller."""
+        return self.start(ControlSettings(**{"controller": controller, "force_gain": GAIN, **self.settings}))
+
+    def play(self, controller: str, *, seconds: float | None = None) -> Course:
+        """What happens under one controller."""
+        return Course(self.session(controller), seconds or self.seconds, acts=self.acts)
+
+
+def runs(cases: Mapping[str, HardCase]) -> list[tuple[str, str]]:
+    """Every case with every controller for which it is promised."""
+    return [(name, controller) for name, case in cases.items() for controller in case.controllers]
+
+
+def check(case: HardCase, controller: str) -> None:
+    """Play a case under one controller: what holds for all, and what was stated."""
+    course = case.play(controller)
+    check_bounds(course, case)
+    case.check(course)
+
+
+def check_repeats(case: HardCase) -> None:
+    """The same seed gives the same numbers, bit for bit."""
+    controller = case.controllers[len(case.stated) % len(case.controllers)]
+    one, other = (case.play(controller, seconds=0.3) for _ in range(2))
+    for name in ("force", "pressed", "posture"):
+        assert np.array_equal(getattr(one, name), getattr(other, name))
+    assert one.said == other.said
+
+
+def check_bounds(course: Course, case: HardCase) -> None:
+    """What holds for every case and controller."""
+    for values in (course.force, course.pressed, course.speed, course.posture, course.given):
+        assert np.isfinite(values).all()
+    assert course.pressed.max() < case.force
+    assert course.speed.max() < 2 * MAX_JOINT_SPEED
+    assert all(course.why)
+    for words in case.says:
+        assert any(word in why for word in words.split("|") for why in course.why), (words, course.why)
+    stopped = [k for k, why in enumerate(course.said) if any(one.startswith("stopped: ") for one in why)]
+    if not stopped:
+        assert course.pressed.max() <= course.session.settings.max_force
+
+
+def kept(goal: float = GOAL, *, within: float = 0.15, ripple: float = 0.15, seconds: float = 1.0) -> Check:
+    """The force that truly presses comes to ``goal`` [N] and stays there."""
+
+    def check(course: Course) -> None:
+        pressed = course.last(course.pressed, seconds)
+        assert abs(pressed.mean() - goal) < within, pressed.mean()
+        assert pressed.std() < ripple, pressed.std()
+
+    return check
+
+
+def arrives(within: float = 0.002, *, seconds: float = 0.5) -> Check:
+    """The contact comes to where the task wants it, within so much on the map [m]."""
+
+    def check(course: Course) -> None:
+        error = course.last(course.error, seconds)
+        assert np.isfinite(error).all(), "in touch"
+        assert error.max() < within, error.max()
+
+    return check
+
+
+def rests(speed: float = 0.03, *, seconds: float = 0.5) -> Check:
+    """The arm comes to rest: no joint faster than that [rad/s]."""
+
+    def check(course: Course) -> None:
+        assert course.last(course.speed, seconds).max() < speed
+
+    return check
+
+
+def both(*checks: Check) -> Check:
+    """All of them."""
+
+    def check(course: Course) -> None:
+        for one in checks:
+            one(course)
+
+    return check
+
+
+def bounded_only(_course: Course) -> None:
+    """Nothing but what ``check_bounds`` demands."""
+
+
+def beside(taxel: int, along: float, across: float) -> tuple[tuple[float, float]]:
+    """A path of one point on the map [m], so far from a taxel of ``forearm``."""
+    point = forearm().map.taxel_points[taxel]
+    return ((float(point[0]) + along, float(point[1]) + across),)
+
+
+def scaled(readings: SensorTiming, *, share: float = 0.3) -> dict[str, Any]:
+    """Gains that a skin so read can hold: a share of the limit, and an integral slow enough not to matter for it."""
+    delay = readings.delay + readings.period
+    return {
+        "gains": "as_given",
+        "force_gain": min(share * max_stable_gain(SERIES, readings), GAIN),
+        "integral_time": max(0.3, 12 * delay),
+        "position_gain": min(4.0, share / delay),
+        "inertia_time": min(0.05, delay),
+    }
+
+
+def hammering(readings: SensorTiming, *, gain: float = GAIN, goal: float = GOAL) -> float:
+    """[N] the most that a loop beyond its limit comes to, meeting what it lost at the speed it looks for it with.
+
+    v (sqrt(m k) + k (d + 1) T) over the goal, with v = gain goal (theory page, 5.6), and half as much again for what
+    the arm has in other directions.
+    """
+    speed, late = gain * goal, readings.delay + 2 * readings.period
+    return goal + 1.5 * speed * (np.sqrt(MASS * SERIES) + SERIES * late)
+
+
+def change(**settings: Any) -> Act:
+    """A person changes settings."""
+    return lambda session: session.submit(ControlChanged(replace(session.settings, **settings)))
+
+
+def narrowed(most: float, *joints: str) -> PreparedScene:
+    """The arm whose joints, or only those named, are told to stay within ``most`` [rad] of home."""
+    prepared = forearm()
+    told = tuple(
+        replace(joint, lower=home - most, upper=home + most) if joint.name in joints or not joints else joint
+        for joint, home in zip(prepared.robot.joints, map(float, prepared.robot.home), strict=True)
+    )
+    return replace(prepared, robot=replace(prepared.robot, joints=told))
+
+
+def stretched() -> PreparedScene:
+    """The arm with all joints at zero: straight up, so that nothing on it can go along it, or to one side."""
+    prepared = forearm()
+    limits = [(joint.lower, joint.upper) for joint in prepared.robot.joints]
+    home = np.clip(np.zeros(len(limits)), *np.transpose(limits))
+    return replace(prepared, robot=replace(prepared.robot, home=home))

@@ -1,0 +1,115 @@
+"""What must hold of whatever touches the skin, however hard the case, and runs that can be compared."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from app.core.errors import SimulationError
+from app.session.frame import Failure, Frame
+from app.session.inputs import SessionInput
+from app.session.prepare import PreparedScene
+from app.session.session import Session
+from app.skin.skin import Skin
+from tests.hard_cases.touch import SPRING
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A session from its start until its time was up or it stopped by itself.
+
+    Attributes:
+        prepared: What was run.
+        frames: Every tick's.
+        failure: Why it stopped; None where it did not.
+        session: As it is at the end.
+    """
+
+    prepared: PreparedScene
+    frames: Sequence[Frame]
+    failure: Failure | None
+    session: Session
+
+    @cached_property
+    def forces(self) -> np.ndarray:
+        """(ticks,) the sum of pressure times area [N]."""
+        return np.array([frame.pressures for frame in self.frames]) @ self.prepared.skin.areas
+
+    @cached_property
+    def heights(self) -> np.ndarray:
+        """(ticks, objects) [m]."""
+        return np.array([frame.objects[:, 2, 3] for frame in self.frames])
+
+    @cached_property
+    def speeds(self) -> np.ndarray:
+        """(ticks - 1, objects) how fast the objects rise between two ticks [m/s]."""
+        return np.diff(self.heights, axis=0) / self.prepared.scene.tick
+
+    def at(self, seconds: float) -> int:
+        """Number of the frame nearest to a time."""
+        return round(seconds / self.prepared.scene.tick) - 1
+
+
+def play(prepared: PreparedScene, seconds: float, acts: dict[int, Sequence[SessionInput]] | None = None) -> Run:
+    """Run a scene; ``acts`` are what a hand does, by the tick at which it takes effect."""
+    session, frames = Session(prepared), []
+    try:
+        for tick in range(1, round(seconds / prepared.scene.tick) + 1):
+            for act in (acts or {}).get(tick, ()):
+                session.submit(act)
+            frames.append(session.tick())
+    except SimulationError:
+        assert session.failure is not None, "what stops a session is kept"
+    return Run(prepared, frames, session.failure, session)
+
+
+def check_numbers(run: Run) -> None:
+    """Everything that is shown is a number, and no taxel pulls."""
+    for frame in run.frames:
+        for values in (frame.posture, frame.velocity, frame.pressures, frame.objects):
+            assert np.isfinite(values).all()
+        assert (frame.pressures >= 0).all()
+        assert len({region.id for region in frame.regions}) == len(frame.regions)
+
+
+def check_repeats(run: Run, again: Run) -> None:
+    """The same inputs lead to the same numbers, and stop at the same tick with the same words."""
+    assert len(run.frames) == len(again.frames)
+    for one, other in zip(run.frames, again.frames, strict=True):
+        assert np.array_equal(one.posture, other.posture)
+        assert np.array_equal(one.objects, other.objects)
+        assert np.array_equal(one.pressures, other.pressures)
+    assert (run.failure is None) == (again.failure is None)
+    if run.failure and again.failure:
+        assert (run.failure.tick, run.failure.problem) == (again.failure.tick, again.failure.problem)
+
+
+def spring_force(prepared: PreparedScene, frame: Frame, *, along: tuple[float, float, float] | None = None) -> float:
+    """What the motors of probes that stand still at the end of their paths push with: Hooke's law [N].
+
+    ``along`` counts only the part in that direction of the world, whichever way.
+    """
+    ends = [np.array(thing.spec.path[-1][1:]) for thing in prepared.objects]
+    stretched = [end - pose[:3, 3] for end, pose in zip(ends, frame.objects, strict=True)]
+    lengths = [np.linalg.norm(s) if along is None else abs(s @ np.array(along)) for s in stretched]
+    return float(SPRING * sum(lengths))
+
+
+def centres(run: Run) -> np.ndarray:
+    """(k, 3) centre of pressure of all taxels together at each tick at which something is felt [m], link frame."""
+    forces = np.array([frame.pressures for frame in run.frames]) * run.prepared.skin.areas
+    felt = forces[forces.sum(axis=1) > 0]
+    return felt @ taxel_positions(run.prepared.skin) / felt.sum(axis=1, keepdims=True)
+
+
+def largest_jump(places: np.ndarray) -> float:
+    """The longest step between places that follow each other [m]."""
+    return float(np.linalg.norm(np.diff(places, axis=0), axis=1).max(initial=0.0))
+
+
+def taxel_positions(skin: Skin) -> np.ndarray:
+    """(taxels, 3) [m], frames of their links."""
+    return np.concatenate([patch.taxels.positions for patch in skin.patches])

@@ -1,0 +1,176 @@
+"""The laws against the theory of sampled loops: stability, settling, ripple, Routh's bound, lag (theory page, 5.5)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.studies.testbeds.force_loop import Filter, critical_gain, stability_limit
+from tests.numerics.control_theory.closed_loop import Loop
+from tests.numerics.control_theory.predictions import (
+    COMPARISONS,
+    FAST_SERVO,
+    IDEAL_JOINTS,
+    INTEGRAL_CONTROLLERS,
+    OUR_SERVO,
+    PERIOD,
+)
+from tests.numerics.control_theory.sampled_loop import LinearLoop, stable_gain
+from tests.numerics.control_theory.step_tests import (
+    LoopTest,
+    force_ripple,
+    proportional_settings,
+    settling_samples,
+    tracking_lag,
+)
+
+DELAYS = range(5)
+
+
+def three(figure, plant, *, delay=0, **said):
+    """(measured, theory of ideal joints, theory with the posture loop)."""
+    return COMPARISONS[figure](
+        {"controller": "hybrid", "what": "force", "delay": delay, "x": 0.0, "seed": 0, "plant": plant, **said}
+    )
+
+
+@pytest.mark.parametrize("delay", DELAYS)
+@pytest.mark.parametrize("controller", INTEGRAL_CONTROLLERS)
+def test_the_stiffness_of_onset_is_the_one_predicted(controller, delay):
+    found, theory, _ = three("onset", IDEAL_JOINTS, controller=controller, delay=delay)
+    assert found == pytest.approx(theory, rel=0.03)
+
+
+@pytest.mark.parametrize("delay", DELAYS)
+def test_the_loop_on_the_map_has_the_same_limit(delay):
+    found, theory, _ = three("stability", IDEAL_JOINTS, what="place", delay=delay)
+    assert found == pytest.approx(theory, rel=0.03)
+
+
+@pytest.mark.parametrize("turn", [0.0, 45.0, 60.0, 75.0])
+def test_a_map_believed_turned_lowers_the_limit_by_the_cosine(turn):
+    """L < 2 cos turn; nothing works at 90 degrees."""
+    expected = 2 * np.cos(np.radians(turn)) / PERIOD
+    found = stability_limit(LoopTest(Loop(period=PERIOD, turn=turn)).place_stable, expected, steps=5)
+    assert found == pytest.approx(expected, rel=0.05)
+
+
+@pytest.mark.parametrize("delay", DELAYS)
+@pytest.mark.parametrize("what", ["force", "place"])
+def test_settling_takes_as_long_as_the_delay_says(what, delay):
+    """1, 9, 16, 23, 29 samples to 2 % without overshoot: about 6.4 (d + 1/2) T."""
+    found, theory, _ = three("settling", IDEAL_JOINTS, what=what, delay=delay)
+    assert found / PERIOD == [1, 9, 16, 23, 29][delay] == theory / PERIOD
+    if delay:
+        assert found == pytest.approx(6.4 * (delay + 0.5) * PERIOD, rel=0.1)
+
+
+def test_half_the_ripple_costs_four_times_the_settling():
+    """White noise on the reading: variance of the true force times settling time is constant."""
+    loop = Loop(period=0.02, noise=0.05, stiffness=1000.0)
+    products = []
+    for gain in (0.05, 0.1, 0.2):
+        true, noise = force_ripple(LoopTest(loop), gain / (1000.0 * 0.02), round(600 / gain))
+        assert noise == pytest.approx(0.05, rel=0.05)
+        assert (true / noise) ** 2 == pytest.approx(gain / (2 - gain), rel=0.2)
+        products.append((true / noise) ** 2 / -np.log1p(-gain))
+    assert max(products) / min(products) < 1.3
+
+
+@pytest.mark.parametrize("inertia", [0.2, 0.4])
+@pytest.mark.parametrize("place", [1.0, 10.0])
+def test_the_parallel_law_keeps_to_rouths_bound(inertia, place):
+    """k_I k_e < k_D (k_P + k_F k_e), as the shortest integral time that is stable."""
+    found, theory, _ = three("routh", IDEAL_JOINTS, controller="parallel", x=place, inertia=inertia)
+    assert theory == pytest.approx(inertia * 10 / (10 + place))
+    assert found == pytest.approx(theory, rel=0.06)
+
+
+@pytest.mark.parametrize("delay", [0, 1, 2, 3])
+def test_a_path_leads_by_its_speed_over_the_gain(delay):
+    """e = v T / L without feed-forward: (1, 4, 6.75, 9.5) v T at the gain without overshoot. In truth less: what is
+    compared with the goal is where the contact was."""
+    bench, speed = LoopTest(Loop(period=PERIOD, delay=delay)), 0.001
+    seen, true = tracking_lag(bench, critical_gain(delay) / PERIOD, speed, told=False, periods=60 + 30 * delay)
+    assert seen == pytest.approx(speed * PERIOD * [1, 4, 6.75, 9.48][delay], rel=0.01)
+    assert seen - true == pytest.approx(speed * PERIOD * delay, abs=1e-7)
+    seen, true = tracking_lag(bench, critical_gain(delay) / PERIOD, speed, told=True, periods=60 + 30 * delay)
+    assert seen == pytest.approx(0.0, abs=1e-7)
+    assert true == pytest.approx(-speed * PERIOD * delay, abs=1e-7)
+
+
+@pytest.mark.parametrize("stretch", [1.0, 1.5, 2.0])
+def test_told_its_speed_only_what_the_law_is_wrong_about_is_left(stretch):
+    """The projection controller takes the map for an isometry; along x it is stretched by the root."""
+    gain, speed = 2.0, 0.001
+    bench = LoopTest(Loop(period=0.1, stretch=stretch), "projection")
+    seen, _ = tracking_lag(bench, gain, speed, told=True, periods=150)
+    assert seen == pytest.approx(speed / gain * (1 - stretch**-0.5), abs=2e-6)
+
+
+@pytest.mark.parametrize("delay", DELAYS)
+def test_in_the_simulator_the_limit_of_the_force_is_the_same(delay):
+    found, theory, explained = three("stability", OUR_SERVO, delay=delay)
+    assert found == pytest.approx(theory, rel=0.1)
+    assert found == pytest.approx(explained, rel=0.04)
+
+
+@pytest.mark.parametrize("delay", [0, 2])
+def test_in_the_simulator_the_limit_on_the_map_departs_by_the_posture_loop_alone(delay):
+    """At 40 rad/s as the theory with that loop in it says, at 400 rad/s as the theory without."""
+    found, theory, explained = three("stability", OUR_SERVO, what="place", delay=delay)
+    assert found == pytest.approx(explained, rel=0.04)
+    assert (abs(found / theory - 1) > 0.2) == (delay == 0), "smoothed where it would alternate"
+    found, theory, _ = three("stability", FAST_SERVO, what="place", delay=delay)
+    assert found == pytest.approx(theory, rel=0.1)
+
+
+@pytest.mark.parametrize("delay", [0, 2])
+def test_in_the_simulator_the_stiffness_of_onset_departs_by_the_give_of_the_posture_loop(delay):
+    found, theory, explained = three("onset", OUR_SERVO, delay=delay)
+    assert found == pytest.approx(explained, rel=0.05)
+    assert found > 1.2 * theory
+    found, theory, _ = three("onset", FAST_SERVO, delay=delay)
+    assert found == pytest.approx(theory, rel=0.1)
+
+
+@pytest.mark.parametrize("delay", [0, 1, 2])
+def test_in_the_simulator_settling_is_the_theorys_and_the_posture_loops(delay):
+    for plant in (OUR_SERVO, FAST_SERVO):
+        found, theory, explained = three("settling", plant, what="place", delay=delay)
+        assert found == pytest.approx(explained, abs=1.1 * PERIOD)
+        if plant == FAST_SERVO:
+            assert found == pytest.approx(theory, abs=1.1 * PERIOD)
+
+
+def test_a_turned_map_costs_more_time_than_a_stretched_one():
+    stretched, stretch_theory, _ = three("stretch", IDEAL_JOINTS, controller="projection", delay=1, x=2.0)
+    turned, turn_theory, _ = three("turn", IDEAL_JOINTS, delay=1, x=30.0)
+    assert (stretched, turned) == (stretch_theory, turn_theory) == (11, 20)
+    aware, _, _ = three("stretch", IDEAL_JOINTS, controller="hybrid", delay=1, x=2.0)
+    assert aware == 6, "what knows the map's Jacobian does not see its stretch"
+
+
+def test_a_lag_in_the_joints_is_a_delay_that_no_faster_skin_shortens():
+    """30 ms: 17 1/s at 50 ms and one sample of delay, where the joints without lag bear 20 (theory page, 5.5)."""
+    loop = Loop(period=0.05, delay=1, ticks=50, lag=0.03, stiffness=1.0)
+    assert stability_limit(lambda gain: LinearLoop(loop, Filter(gain)).stable, 20.0) == pytest.approx(17.0, rel=0.03)
+    fast = replace(loop, period=0.001)
+    assert stability_limit(lambda gain: LinearLoop(fast, Filter(gain)).stable, 700.0) == pytest.approx(673.0, rel=0.02)
+
+
+def test_a_step_of_the_goal_settles_the_same_each_time():
+    bench = LoopTest(Loop(period=PERIOD, ticks=5, servo=40.0))
+    settings = proportional_settings("hybrid", bench.calm)
+    first, again = (bench.force_step(settings, 20) for _ in range(2))
+    assert np.array_equal(first, again)
+    assert settling_samples(first[:, None], 0) == settling_samples(again[:, None], 0) > 0
+
+
+def test_the_limits_are_those_of_the_eigenvalues():
+    for delay in DELAYS:
+        loop = Loop(period=1.0, delay=delay, stiffness=1.0)
+        found = stability_limit(lambda gain, loop=loop: LinearLoop(loop, Filter(gain)).stable, 1.0, steps=16)
+        assert found == pytest.approx(stable_gain(delay), rel=1e-3)

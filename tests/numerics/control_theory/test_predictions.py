@@ -1,0 +1,61 @@
+"""One number of each figure, measured, predicted and explained."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.numerics.control_theory.predictions import (
+    COMPARISONS,
+    IDEAL_JOINTS,
+    LAGGING_JOINTS,
+    ONSET_GAIN,
+    OUR_SERVO,
+    PERIOD,
+    PLANTS,
+    loop_of,
+)
+
+CASE = {"controller": "hybrid", "what": "force", "delay": 0, "x": 0.0, "seed": 0, "plant": IDEAL_JOINTS}
+
+
+def row(figure, **said):
+    return COMPARISONS[figure]({**CASE, **said})
+
+
+def test_loops_are_what_the_case_says():
+    assert loop_of(CASE).ticks == 1, "ideal joints need no more"
+    assert loop_of({**CASE, "plant": OUR_SERVO, "delay": 2}).delay == 2
+    assert loop_of({**CASE, "plant": OUR_SERVO}).servo == PLANTS[OUR_SERVO] == 40.0
+    assert loop_of({**CASE, "plant": LAGGING_JOINTS}).lag == 0.03
+    assert loop_of(CASE, period=1.0).period == 1.0
+
+
+@pytest.mark.parametrize(("figure", "said", "theory"), [
+    ("stability", {"delay": 1}, 1.0),
+    ("stability", {"delay": 1, "what": "place"}, 1.0),
+    ("onset", {"delay": 1}, 1 / (ONSET_GAIN * PERIOD)),
+    ("settling", {"delay": 1}, 9 * PERIOD),
+    ("ripple", {"x": 0.4, "samples": 400}, 0.5),
+    ("behind", {"delay": 1, "what": "as seen"}, 1.0),
+    ("stretch", {"delay": 1, "x": 2.0, "controller": "projection"}, 11),
+    ("turn", {"delay": 1, "x": 30.0}, 20),
+    ("lag", {"delay": 1, "x": 0.1}, 10.0),
+])  # fmt: skip
+def test_ideal_joints_do_what_the_theory_says(figure, said, theory):
+    measured, predicted, explained = row(figure, **said)
+    assert predicted == pytest.approx(theory, rel=1e-6)
+    assert measured == pytest.approx(predicted, rel=0.1)
+    assert explained == pytest.approx(predicted, rel=0.02)
+
+
+def test_in_truth_a_law_that_is_told_the_speed_runs_ahead_by_the_delay():
+    measured, predicted, explained = row("behind", delay=2, what="in truth, told of it")
+    assert predicted == 0
+    assert measured == pytest.approx(explained, rel=1e-6)
+    assert explained == pytest.approx(1e3 * 0.001 * PERIOD * 2)
+
+
+def test_joints_that_lag_bear_less():
+    measured, predicted, explained = row("lag", plant=LAGGING_JOINTS, delay=1, x=0.05)
+    assert measured == pytest.approx(explained, rel=0.05)
+    assert measured < 0.95 * predicted

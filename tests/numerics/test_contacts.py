@@ -1,0 +1,388 @@
+"""Contact regions where the truth is known: followed through motion, gaps, noise, meeting and parting; error bars
+against chance; self-touch.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from app.contacts.centre_of_pressure import SensorUncertainty, propagate_uncertainty
+from app.contacts.detection import TOUCH_THRESHOLD, ContactDetector
+from app.contacts.pipeline import ReadingSettings
+from app.contacts.tracking import GAP
+from app.geometry.closest_point import ClosestPoint
+from app.geometry.mesh import SurfacePoint
+from app.maps.build import build_map
+from app.robots.kinematics import Configuration
+from app.scene.scene_file import load_scene
+from app.session.frame import Frame
+from app.session.prepare import PreparedScene, prepare
+from app.session.session import Session
+from app.tactile.loads import sphere_load
+from app.tactile.models.water_fill import WaterFillModel
+from app.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
+from app.tactile.sensor_effects import AreaAveraging, Sampling
+from tests.support.touch import bar_skin, prepared_bar
+
+SKIN = bar_skin(400)
+MAP = build_map(SKIN)
+POSITIONS = SKIN.patches[0].taxels.positions
+RADIUS = 0.025
+
+
+def press(*centres, kilopascals=20.0) -> np.ndarray:
+    """Round touches, each of one strength, on the bar's top."""
+    total = np.zeros(len(SKIN))
+    for x, y in centres:
+        away = np.linalg.norm(POSITIONS - [x, y, 0.02], axis=1)
+        total += 1e3 * kilopascals * np.clip(1 - (away / RADIUS) ** 2, 0, None)
+    return total
+
+
+@pytest.mark.parametrize("pace", [0.001, 0.005, 0.02])
+@pytest.mark.parametrize("noise", [0.0, 150.0])
+def test_a_wandering_contact_is_one_and_where_it_is(pace, noise):
+    """Up to 20 mm from frame to frame, two pitches: 4 m/s at 200 Hz."""
+    random, reader, missed = np.random.default_rng(0), ContactDetector(MAP), []
+    for step in range(200):
+        x = 0.2 + 0.15 * np.sin(pace / 0.15 * step)
+        regions = reader.read(press((x, 0.0)) + random.normal(0, noise, len(SKIN)) * (noise > 0))
+        assert [region.id for region in regions] == [1]
+        missed.append(np.linalg.norm(regions[0].point - [x, 0, 0.02]))
+    assert max(missed) < 0.0015, "a seventh of the pitch"
+
+
+def test_two_that_pass_through_each_other():
+    """Apart they keep their names; together they go by the older's; parted, one of them has a new name."""
+    reader, seen = ContactDetector(MAP), []
+    reader.read(press((0.08, 0.0)))
+    for way in np.arange(0.0, 0.24, 0.004):
+        regions = reader.read(press((0.08 + way, 0.0), (0.32 - way, 0.0)))
+        seen.append(
+            (tuple(sorted(r.id for r in regions)), [r.merged for r in regions if r.merged],
+             [(r.id, r.split_from) for r in regions if r.split_from])
+        )  # fmt: skip
+    ids = [names for names, _, _ in seen]
+    assert ids[0] == (1, 2)
+    assert ids[-1] == (1, 3)
+    changes = [(a, b) for a, b in pairwise(ids) if a != b]
+    assert changes == [((1, 2), (1,)), ((1,), (1, 3))]
+    assert [told for _, told, _ in seen if told] == [[(2,)]], "the merging is told once"
+    assert [told for _, _, told in seen if told] == [[(3, 1)]], "so is the parting"
+
+
+def test_of_three_in_a_chain_the_oldest_lives_on():
+    reader, places = ContactDetector(MAP), [(0.3, 0.0), (0.2, 0.0), (0.1, 0.0)]
+    for count in (1, 2, 3):
+        reader.read(press(*places[:count]))
+    (region,) = reader.read(press(*places, (0.15, 0.0), (0.25, 0.0)))
+    assert (region.id, region.merged) == (1, (2, 3))
+
+
+def test_nothing_is_counted_twice_or_lost():
+    """Whatever is pressed: each touched taxel is in one region, and ids are all different."""
+    random, reader = np.random.default_rng(0), ContactDetector(MAP)
+    for _ in range(100):
+        count = int(random.integers(0, 5))
+        centres = np.column_stack([random.uniform(0.03, 0.37, count), random.uniform(-0.04, 0.04, count)])
+        pressures = press(*centres)
+        regions = reader.read(pressures)
+        assert len({region.id for region in regions}) == len(regions)
+        assert list(regions) == sorted(regions, key=lambda region: -region.force)
+        touched = np.flatnonzero(pressures >= TOUCH_THRESHOLD)
+        held = np.bincount(
+            np.concatenate([region.taxels for region in regions] or [[]]).astype(int), minlength=len(SKIN)
+        )
+        assert (held[touched] >= 1).all()
+        total = sum(region.force for region in regions)
+        assert total >= 0.97 * float(pressures @ SKIN.areas), "rings bring what is below the threshold"
+        reader.reset()
+
+
+def test_the_ring_brings_what_the_threshold_loses():
+    """Without it, the touched taxels alone lose force; with it the sum is whole."""
+    pressures = press((0.2, 0.0), kilopascals=4.0)
+    (region,) = ContactDetector(MAP).read(pressures)
+    alone = float(pressures[pressures >= TOUCH_THRESHOLD] @ SKIN.areas[pressures >= TOUCH_THRESHOLD])
+    assert alone < 0.95 * region.force
+    assert region.force == pytest.approx(float(pressures @ SKIN.areas), rel=0.01)
+
+
+TIP = Finger(radius=0.006, max_force=5.0, speed=1.0)
+"""Of the finger: narrower than the gaps."""
+
+
+@cache
+def gappy() -> PreparedScene:
+    """The bar, fixed, in taxels 11 mm apart."""
+    skin = bar_skin(300)
+    bare = prepared_bar(hinged=False)
+    return PreparedScene(bare.scene, bare.robot, skin, build_map(skin))
+
+
+def session_at(rate: float) -> Session:
+    """Electrodes of 1.9 mm radius, read ``rate`` times a second."""
+    prepared = gappy()
+    effects = prepared.scene.effects
+    sensor = replace(effects.sensor, area_averaging=AreaAveraging(), sampling=Sampling(rate, 0.0))
+    return Session(prepared, effects=replace(effects, fingers=True, sensor=sensor), scripted=False)
+
+
+def place(x: float, y: float) -> SurfacePoint:
+    """On the bar's top."""
+    faces, weights, _ = ClosestPoint(gappy().skin.patches[0].surface).query(np.array([[x, y, 0.02]]))
+    a, b, c = weights[0].tolist()
+    return SurfacePoint(0, int(faces[0]), (a, b, c))
+
+
+def kinds(events, *wanted: str) -> list[str]:
+    return [event.kind for event in events if event.kind in wanted]
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("rate", [5.0, 20.0, 100.0])
+def test_a_stroke_over_gaps_is_one_contact(rate, seed):
+    random, session, speed, events = np.random.default_rng(seed), session_at(rate), 0.08, []
+    away = gappy().skin.patches[0].taxels.positions
+    start = away[np.argmin(np.hypot(away[:, 0] - 0.06, away[:, 1] - random.uniform(-0.03, 0.03)))]
+    tick, lost, ids = gappy().scene.tick, 0, set()
+    session.submit(PokePressed(1, place(*start[:2]), TIP))
+    for number in range(60 + round(0.25 / speed / tick)):
+        if number > 60:
+            session.submit(PokeMoved(1, place(start[0] + speed * tick * (number - 60), start[1])))
+        frame = session.tick()
+        events += frame.events
+        lost += number > 60 and not frame.regions
+        ids |= {region.id for region in frame.regions}
+    assert lost * tick > 0.1, "it falls between taxels"
+    assert kinds(events, "touch", "release") == ["touch"]
+    assert len(ids) == 1
+    session.submit(PokeReleased(1))
+    for _ in range(round((GAP + 2.5 / rate) / tick)):
+        events += session.tick().events
+    assert kinds(events, "touch", "release", "stroke") == ["touch", "stroke", "stroke", "release"]
+    way = next(event.travelled for event in events if event.kind == "stroke" and event.phase == "ended")
+    assert 0.15 < way < 0.4, "from taxel to taxel, aside as well"
+
+
+@pytest.mark.parametrize("rate", [20.0, 100.0])
+def test_taps_in_one_place_are_as_many_as_they_are(rate):
+    session, events = session_at(rate), []
+    at = gappy().skin.taxel_point(130)
+    for _ in range(4):
+        session.submit(PokePressed(1, at, TIP))
+        for _ in range(30):
+            events += session.tick().events
+        session.submit(PokeReleased(1))
+        for _ in range(30):
+            events += session.tick().events
+    for _ in range(100):
+        events += session.tick().events
+    assert kinds(events, "tap") == ["tap"] * 4
+    assert kinds(events, "touch", "release") == ["touch", "release"] * 4
+
+
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def reader(noise: float) -> ContactDetector:
+    errors = SensorUncertainty(noise=noise)
+    return ContactDetector(MAP, threshold=ReadingSettings().threshold_for(errors), errors=errors)
+
+
+@pytest.mark.parametrize("noise", [100.0, 500.0, 2000.0])
+def test_noise_alone_is_no_contact(noise):
+    random, own = np.random.default_rng(0), reader(noise)
+    high, found = 0, 0
+    for _ in range(2000):
+        pressures = random.normal(0, noise, len(SKIN))
+        high += int((pressures >= own.threshold).sum())
+        found += len(own.read(pressures))
+    assert high > 500 or noise < TOUCH_THRESHOLD / 3, "many a taxel reads three deviations"
+    assert found == 0
+
+
+@pytest.mark.parametrize("noise", [500.0, 2000.0])
+def test_a_contact_that_stands_out_is_found_and_stays_one(noise):
+    random, own = np.random.default_rng(0), reader(noise)
+    exact = WaterFillModel(SKIN).pressures([sphere_load("bar", np.array([0.2, 0.0, 0.02]), UP, 10.0, 0.02)])
+    assert exact.max() > 6 * noise
+    ids = [[region.id for region in own.read(exact + random.normal(0, noise, len(SKIN)))] for _ in range(500)]
+    assert all(ids)
+    assert [seen for seen in ids if seen != [1]] == []
+
+
+def test_many_taxels_that_just_touch_are_a_contact_and_few_are_not():
+    """Four deviations on one taxel are noise, on nine they are not."""
+    noise = 1000.0
+    middle = int(np.hypot(*(SKIN.patches[0].taxels.positions[:, :2] - (0.2, 0.0)).T).argmin())
+    around = np.argsort(
+        np.linalg.norm(SKIN.patches[0].taxels.positions - SKIN.patches[0].taxels.positions[middle], axis=1)
+    )
+    for count, contacts in ((1, 0), (9, 1)):
+        pressures = np.zeros(len(SKIN))
+        pressures[around[:count]] = 4 * noise
+        assert len(reader(noise).read(pressures)) == contacts
+
+
+def test_what_was_not_believed_is_looked_at_again():
+    """The same taxels, harder: the mask of touched taxels has not changed, its meaning has."""
+    noise, own, pressures = 1000.0, reader(1000.0), np.zeros(len(SKIN))
+    pressures[7] = 4 * noise
+    assert own.read(pressures) == ()
+    pressures[7] = 8 * noise
+    assert [region.id for region in own.read(pressures)] == [1]
+    pressures[7] = 1.6 * noise
+    assert [region.id for region in own.read(pressures)] == [1], "it stays down to half of the threshold"
+    pressures[30] = 8 * noise
+    assert [region.id for region in own.read(pressures)] == [2, 1], "and is believed while others come"
+    pressures[7] = 1.4 * noise
+    pressures[30] = 0.0
+    assert own.read(pressures) == ()
+
+
+def test_a_light_touch_beside_a_firm_one_is_read():
+    """Which a threshold of a tenth of the peak would hide."""
+    loads = [sphere_load("bar", np.array([x, 0.0, 0.02]), UP, force, 0.02) for x, force in ((0.1, 40.0), (0.3, 0.4))]
+    pressures = WaterFillModel(SKIN).pressures(loads)
+    light = WaterFillModel(SKIN).pressures(loads[1:])
+    assert light.max() < 0.1 * pressures.max()
+    assert len(reader(0.0).read(pressures)) == 2
+
+
+BAR = prepared_bar()
+PITCHED_SKIN = BAR.skin
+TRIES = 600
+
+
+def wide() -> np.ndarray:
+    """Six or so taxels pressed well above the threshold."""
+    return WaterFillModel(PITCHED_SKIN).pressures([sphere_load("bar", np.array([0.2, 0.0, 0.02]), UP, 200.0, 0.08)])
+
+
+def scatter(changed, errors: SensorUncertainty) -> tuple[float, float, float, float]:
+    """Scatter of centre (radial) and force over readings changed by chance; what error bars say, without spacing."""
+    random, exact = np.random.default_rng(0), wide()
+    found = []
+    for _ in range(TRIES):
+        own = changed(random, exact)
+        region, trusted = (ContactDetector(BAR.map, errors=e).read(own)[0] for e in (errors, SensorUncertainty()))
+        place = np.sqrt(region.place_error**2 - trusted.place_error**2)
+        found.append([*region.point, region.force, place, region.force_error])
+    points, force, place_error, force_error = np.split(np.array(found), [3, 4, 5], axis=1)
+    return float(np.sqrt(points.var(axis=0).sum())), float(force.std()), place_error.mean(), force_error.mean()
+
+
+@pytest.mark.parametrize("noise", [100.0, 800.0])
+def test_noise_scatters_place_and_force_as_the_error_bars_say(noise):
+    centre, force, said, force_said = scatter(
+        lambda random, exact: exact + random.normal(0, noise, len(exact)), SensorUncertainty(noise=noise)
+    )
+    assert force == pytest.approx(force_said, rel=0.1)
+    assert centre == pytest.approx(said, rel=0.1)
+
+
+def test_unequal_gains_scatter_place_and_force_as_the_error_bars_say():
+    centre, force, said, force_said = scatter(
+        lambda random, exact: exact * random.normal(1, 0.1, len(exact)), SensorUncertainty(gain=0.1)
+    )
+    assert force == pytest.approx(force_said, rel=0.1)
+    assert centre == pytest.approx(said, rel=0.1)
+
+
+def test_misplaced_taxels_scatter_the_centre_as_the_error_bars_say():
+    """The centre of pressure of taxels that sit elsewhere than they are said to, independently."""
+    random, sd = np.random.default_rng(0), 0.002
+    (region,) = ContactDetector(BAR.map, errors=SensorUncertainty(calibration=sd)).read(wide())
+    forces = wide()[region.taxels] * PITCHED_SKIN.areas[region.taxels]
+    shifts = random.normal(0, sd, (20 * TRIES, len(forces), 2))
+    centres = np.einsum("k,nkc->nc", forces / forces.sum(), shifts)
+    (trusted,) = ContactDetector(BAR.map).read(wide())
+    said = np.sqrt(region.place_error**2 - trusted.place_error**2)
+    assert np.sqrt(centres.var(axis=0).sum()) == pytest.approx(said, rel=0.03)
+
+
+@pytest.mark.parametrize(("radius", "force", "at_most"), [(0.001, 1.0, 1.3), (0.004, 2.0, 1.3), (0.08, 200.0, 8.0)])
+def test_a_contact_lies_as_near_as_its_error_bar_says(radius, force, at_most):
+    """Smaller than a taxel's area the bar is true; wider ones are known better, never worse."""
+    random, felt = np.random.default_rng(0), WaterFillModel(PITCHED_SKIN)
+    missed, said = [], []
+    for _ in range(150):
+        point = np.array([random.uniform(0.06, 0.34), random.uniform(-0.02, 0.02), 0.02])
+        for region in ContactDetector(BAR.map).read(felt.pressures([sphere_load("bar", point, UP, force, radius)])):
+            missed.append(np.linalg.norm(region.point - point))
+            said.append(region.place_error)
+    assert len(missed) > 130
+    ratio = np.sqrt(np.mean(np.square(said)) / np.mean(np.square(missed)))
+    assert 0.9 <= ratio <= at_most
+
+
+def test_both_are_what_the_formula_says_for_two_equal_taxels():
+    """By hand: 1 N on each of two taxels of 1 cm², 2 cm apart."""
+    errors = SensorUncertainty(noise=100.0, gain=0.1, calibration=0.003)
+    place, force = propagate_uncertainty(errors, np.ones(2), np.full(2, 1e-4), np.full(2, 1e-4))
+    assert force == pytest.approx(np.sqrt(100**2 * 2e-8 + 0.01 * 2))
+    lines = (100 / 2) ** 2 * 2 * 1e-8 * 1e-4, 0.01 * 0.5 * 1e-4, 2 * 0.003**2 * 0.5, 0.5 * 1e-4 / 6
+    assert place == pytest.approx(np.sqrt(sum(lines)))
+
+
+@cache
+def run() -> tuple[PreparedScene, tuple[Frame, ...]]:
+    prepared = prepare(load_scene("self_touch"))
+    session = Session(prepared)
+    return prepared, tuple(session.tick() for _ in range(round(7.5 / prepared.scene.tick)))
+
+
+def test_both_sides_are_linked_as_long_as_both_are_felt():
+    _, frames = run()
+    both = [frame.regions for frame in frames if len({region.link for region in frame.regions}) == 2]
+    assert len(both) > 500, "they touch for seconds"
+    for one, other in both:
+        assert (one.partner, other.partner) == (other.id, one.id)
+
+
+def test_alone_no_region_has_a_partner():
+    _, frames = run()
+    alone = [frame.regions for frame in frames if len(frame.regions) == 1]
+    assert alone
+    assert all(region.partner == 0 for (region,) in alone)
+
+
+def test_partners_feel_one_force_at_one_place():
+    prepared, frames = run()
+    configuration = Configuration(prepared.robot)
+    for frame in frames[::20]:
+        if len(frame.regions) == 2:
+            configuration.update(frame.posture)
+            one, other = frame.regions
+            at = [configuration.pose(region.link).points(region.point) for region in frame.regions]
+            assert one.force == pytest.approx(other.force, rel=1e-6)
+            assert np.linalg.norm(at[0] - at[1]) < one.place_error + other.place_error
+
+
+def test_it_is_told_in_words():
+    _, frames = run()
+    events = [event for frame in frames for event in frame.events]
+    assert [event.kind for event in events].count("self-touch") == 2
+    told = [event for event in events if event.phase == "ended"]
+    words = [event.words for event in told]
+    assert any(text.startswith("left hand touches right forearm, ") for text in words)
+    stroke = next(event for event in told if event.kind == "stroke")
+    assert stroke.links == ("right_forearm",), "along it goes the hand, which is pressed at one place"
+    assert 0.04 < stroke.travelled < 0.12
+    assert not any(event.kind == "grasp" for event in events)
+
+
+def test_the_same_again_gives_the_same_events():
+    prepared, frames = run()
+    session = Session(prepared)
+    for frame in frames[:1000]:
+        assert session.tick().recent == frame.recent
+    assert session.frame.recent
+    session.reset()
+    assert session.frame.recent == ()

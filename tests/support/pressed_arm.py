@@ -1,0 +1,153 @@
+"""Our arm beside something that stands still and touches its skin, as a session."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from app.control.command import ControlSettings
+from app.maps.tactile_map import TactileMap
+from app.robots.kinematics import Configuration
+from app.scene.object_meshes import make_objects
+from app.scene.objects import ObjectSpec
+from app.scene.scene_file import load_scene
+from app.session.prepare import PreparedScene, prepare
+from app.session.session import Session
+from app.tactile.elastic_layer import ElasticLayer
+
+TICK = 0.005
+Act = Callable[[Session], None]
+Way = tuple[tuple[float, float], ...]
+"""Where a ball is: (seconds, metres along the skin's normal from where it starts)."""
+
+
+@cache
+def forearm() -> PreparedScene:
+    """Our arm with 400 taxels on its forearm: a pitch of 12 mm."""
+    scene = load_scene("arm")
+    return prepare(replace(scene, cover=replace(scene.cover, links=("forearm",), taxels=400), stimuli=()))
+
+
+def place_of(taxel: int, height: float, *, prepared: PreparedScene | None = None) -> np.ndarray:
+    """(3,) the point at a height over a taxel when the arm is at home [m], world frame."""
+    prepared = prepared or forearm()
+    at = prepared.skin.taxel_point(taxel)
+    pose = Configuration(prepared.robot).pose(prepared.skin.link(at))
+    return pose.points(prepared.skin.position(at)) + height * pose.directions(prepared.skin.normal(at))
+
+
+def beside_ball(
+    settings: ControlSettings,
+    *,
+    prepared: PreparedScene | None = None,
+    taxel: int = 150,
+    radius: float = 0.03,
+    depth: float = 0.001,
+    friction: float = 0.5,
+    leaves: bool = False,
+    way: Way = (),
+    along: Way = (),
+    stiffness: float | None = None,
+    layer: Mapping[str, float] | None = None,
+    overrides: Mapping[str, Any] | None = None,
+    tick: float = TICK,
+    seed: int = 0,
+    believed: TactileMap | None = None,
+) -> Session:
+    """A ball pressed 1 mm into a taxel's place at the start.
+
+    Args:
+        settings: Of the controller.
+        prepared: Robot, skin and map; by default ``forearm``.
+        taxel: Where.
+        radius: Of the ball [m].
+        depth: How deep it is pressed in [m].
+        friction: Of the contact.
+        leaves: Whether the ball goes 5 mm away after 2 s, and comes back at 4 s, instead of standing still.
+        way: Of the ball, when it moves.
+        along: The same along the forearm, first coordinate of the tangent plane; its times are those of ``way``.
+        stiffness: Of the skin's cover [N/m]; as usual by default.
+        layer: What else of the cover is not as usual.
+        overrides: Effects of the scene.
+        tick: Of control [s].
+        seed: Of the sensor.
+        believed: The map that the controller has, if it is not the true one.
+    """
+    prepared = prepared or forearm()
+    if leaves:
+        way = ((0.0, 0.0), (2.0, 0.0), (2.02, 0.005), (4.0, 0.005), (4.1, 0.0), (60.0, 0.0))
+    here = place_of(taxel, radius - depth, prepared=prepared)
+    out = place_of(taxel, 1.0, prepared=prepared) - place_of(taxel, 0.0, prepared=prepared)
+    said: dict[str, Any] = {}
+    if way:
+        side = np.cross(out, np.eye(3)[np.abs(out).argmin()])
+        side /= np.linalg.norm(side)
+        aside = along or tuple((time, 0.0) for time, _ in way)
+        ways = [here + high * out + far * side for (_, high), (_, far) in zip(way, aside, strict=True)]
+        rows = [(time, *map(float, at)) for (time, _), at in zip(way, ways, strict=True)]
+        said = {"path": tuple(rows), "mass": 0.5, "max_force": 60.0}
+    ball = ObjectSpec("ball", "probe" if way else "sphere", (radius,), at=tuple(map(float, here)),
+                      friction=friction, **said)  # fmt: skip
+    cover = ElasticLayer(
+        friction=friction, **{**({} if stiffness is None else {"stiffness": stiffness}), **(layer or {})}
+    )
+    scene = replace(prepared.scene, objects=(ball,), task="slide", outputs=("force", "pressure"), layer=cover,
+                    overrides={**prepared.scene.overrides, **(overrides or {})}, tick=tick, seed=seed)  # fmt: skip
+    return Session(replace(prepared, scene=scene, objects=make_objects(scene)), settings=settings, map_=believed)
+
+
+class Course:
+    """What happened, tick by tick.
+
+    Attributes:
+        force: (k,) read of the strongest contact [N].
+        pressed: (k,) all that truly presses the skin [N].
+        speed: (k,) of the fastest joint [rad/s].
+        posture: (k, n).
+        error: (k,) from the contact to where the task wants it, on the map [m]; nan without contact.
+        body_error: (k,) the same on the body, as the map believes [m].
+        way: (k,) walked along the path [m].
+        given: (k,) energy given to contacts [J].
+        why: All that was said to limit the controller.
+        said: (k,) the same tick by tick.
+    """
+
+    def __init__(self, session: Session, seconds: float, *, acts: Mapping[float, Act] | None = None) -> None:
+        tick = session.prepared.scene.tick
+        count, due = round(seconds / tick), {round(time / tick): act for time, act in (acts or {}).items()}
+        self.tick, self.session = tick, session
+        self.force, self.pressed, self.speed, self.error, self.body_error, self.way, self.given = np.zeros((7, count))
+        self.posture = np.zeros((count, len(session.prepared.robot.joints)))
+        self.why: set[str] = set()
+        self.said: list[tuple[str, ...]] = []
+        for k in range(count):
+            if k in due:
+                due[k](session)
+            self._see(k, session)
+
+    def _see(self, k: int, session: Session) -> None:
+        frame = session.tick()
+        region = frame.regions[0] if frame.regions else None
+        self.force[k] = region.force if region else 0.0
+        self.pressed[k] = session.total_normal_force
+        self.speed[k] = np.abs(frame.velocity).max(initial=0.0)
+        self.posture[k] = frame.posture
+        self.said.append(frame.why_limited)
+        self.why |= set(frame.why_limited)
+        self.error[k] = self.body_error[k] = np.nan
+        task = frame.task
+        if task is None:
+            return
+        self.way[k], self.given[k] = task.way, task.energy
+        if region and task.target is not None:
+            skin = session.map.skin
+            self.error[k] = np.linalg.norm(session.map.to_map(task.target) - region.map_point)
+            self.body_error[k] = np.linalg.norm(skin.position(task.target) - region.point)
+
+    def last(self, values: np.ndarray, seconds: float = 1.0) -> np.ndarray:
+        """The end of ``values`` (k,)."""
+        return values[-round(seconds / self.tick) :]

@@ -1,0 +1,50 @@
+"""A short session and its recording, for tests of recording and command line."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from app.contacts.pipeline import ReadingSettings
+from app.control.command import ControlChanged, ControlSettings
+from app.editing.arrange import move
+from app.editing.document import MapDocument
+from app.recording.recorder import Recorder
+from app.scene.scene_file import load_scene
+from app.session.inputs import EffectsChanged, MapEdited, ReadingChanged
+from app.session.prepare import PreparedScene, prepare
+from app.session.session import Session
+from app.tactile.poke import PokeMoved, PokePressed, PokeReleased
+from app.tactile.sensor_effects import Hysteresis, Noise, SensorEffects
+
+NOISY = SensorEffects(noise=Noise(), hysteresis=Hysteresis())
+
+
+def small_arm(taxels: int = 120) -> PreparedScene:
+    """The arm in few taxels; two seconds to make."""
+    scene = load_scene("arm")
+    return prepare(replace(scene, cover=replace(scene.cover, taxels=taxels)))
+
+
+def record(prepared: PreparedScene, path, *, ticks: int = 200, start: int = 0) -> Session:
+    """Record a poke, a stroke, an edit, another controller, estimator and effects, and a release, after ``start``
+    ticks.
+    """
+    session = Session(prepared)
+    skin = prepared.skin
+    acts = {
+        start + 20: PokePressed(1, skin.taxel_point(30)),
+        start + 60: PokeMoved(1, skin.taxel_point(31)),
+        start + 70: MapEdited("Move", move(MapDocument.of(prepared.map), [0], (0.2, 0.1)).map),
+        start + 80: ControlChanged(ControlSettings(controller="hold_force", force_goal=2.0)),
+        start + 100: ReadingChanged(ReadingSettings("tikhonov")),
+        start + 110: EffectsChanged(replace(prepared.scene.effects, friction=True, sensor=NOISY)),
+        start + 150: PokeReleased(1),
+    }
+    for _ in range(start):
+        session.tick()
+    with Recorder(path, prepared) as recorder:
+        for tick in range(start, start + ticks):
+            if tick in acts:
+                session.submit(acts[tick])
+            recorder.write(session.tick(), session.inputs)
+    return session

@@ -1,0 +1,135 @@
+"""Slow and plain answers to hold the fast ones against: closest points and rays, straight walks on a surface, fields of
+taxels.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from app.flattening.chart import Chart
+from app.flattening.cut import cut_to_disk
+from app.geometry.mesh import Mesh
+from app.maps.interpolation import TaxelTriangles
+from app.maps.layout import MapLayout, Placement
+from app.maps.tactile_map import TactileMap
+from tests.support.surfaces import skin_of
+
+
+def distances(points: np.ndarray, mesh: Mesh) -> np.ndarray:
+    """(k,) distance of each point to the mesh: inside a triangle's prism to its plane, else to its edges."""
+    corners = mesh.vertices[mesh.faces]
+    best = np.full(len(points), np.inf)
+    for a, b, c in corners:
+        for start, end in ((a, b), (b, c), (c, a)):
+            along = end - start
+            t = np.clip((points - start) @ along / max(along @ along, 1e-300), 0, 1)
+            best = np.minimum(best, np.linalg.norm(points - start - t[:, None] * along, axis=1))
+        normal = np.cross(b - a, c - a)
+        size = np.linalg.norm(normal)
+        if size > 0:
+            normal /= size
+            height = (points - a) @ normal
+            foot = points - height[:, None] * normal
+            sides = [np.cross(e - s, foot - s) @ normal for s, e in ((a, b), (b, c), (c, a))]
+            inside = (np.array(sides) >= 0).all(axis=0)
+            best = np.where(inside, np.minimum(best, np.abs(height)), best)
+    return best
+
+
+def first_hit(origin: np.ndarray, direction: np.ndarray, mesh: Mesh) -> float:
+    """Distance to the first face along a unit direction, from either side; inf for none (Möller & Trumbore 1997)."""
+    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+    e1, e2 = b - a, c - a
+    p = np.cross(direction, e2)
+    det = (e1 * p).sum(axis=1)
+    ok = np.abs(det) > 1e-14
+    inverse = 1 / np.where(ok, det, 1.0)
+    s = origin - a
+    u = (s * p).sum(axis=1) * inverse
+    q = np.cross(s, e1)
+    v = (q @ direction) * inverse
+    t = (e2 * q).sum(axis=1) * inverse
+    hit = ok & (u >= 0) & (v >= 0) & (u + v <= 1) & (t > 0)
+    return float(t[hit].min()) if hit.any() else float("inf")
+
+
+def walk(surface: Mesh, face: int, point, direction, length: float):
+    """Straight on from ``point`` in ``face``: (end point, its face, length left where the surface ended).
+
+    From triangle to triangle: the direction keeps its angle to the edge that is crossed, as if both were one plane.
+    """
+    beside = {(int(f[k]), int(f[(k + 1) % 3])): i for i, f in enumerate(surface.faces) for k in range(3)}
+    point, direction = np.asarray(point, float), np.asarray(direction, float)
+    direction = direction - (direction @ surface.face_normals[face]) * surface.face_normals[face]
+    direction /= np.linalg.norm(direction)
+    came_over = None
+    while True:
+        best = None
+        for k in range(3):
+            edge = int(surface.faces[face, k]), int(surface.faces[face, (k + 1) % 3])
+            if edge == came_over:
+                continue
+            a, b = surface.vertices[list(edge)]
+            out = np.cross(b - a, surface.face_normals[face])
+            speed = direction @ out
+            if speed > 0 and (best is None or (a - point) @ out / speed < best[0]):
+                best = ((a - point) @ out / speed, edge)
+        reach, (first, second) = best
+        if reach >= length:
+            return point + length * direction, face, 0.0
+        point, length = point + reach * direction, length - reach
+        if (second, first) not in beside:
+            return point, face, length
+        after = beside[second, first]
+        along = surface.vertices[second] - surface.vertices[first]
+        along /= np.linalg.norm(along)
+        out_here, out_there = (np.cross(along, surface.face_normals[f]) for f in (face, after))
+        direction = (direction @ along) * along + (direction @ out_here) * out_there
+        came_over, face = (second, first), after
+
+
+def unrolled(surface: Mesh, *, taxels: int = 40, angle: float = 0.0, mirrored: bool = False) -> TactileMap:
+    """The map of a surface that can be laid flat without stretch, by laying down one triangle after the other."""
+    cut = cut_to_disk(surface)
+    positions, plane = surface.vertices[cut.vertex_of], np.full((len(cut.vertex_of), 2), np.nan)
+    beside = {(int(f[k]), int(f[(k + 1) % 3])): int(f[(k + 2) % 3]) for f in cut.faces for k in range(3)}
+    a, b, _ = (int(v) for v in cut.faces[0])
+    plane[a], plane[b] = 0, [np.linalg.norm(positions[b] - positions[a]), 0]
+    open_ = [(a, b)]
+    while open_:
+        a, b = open_.pop()
+        c = beside.get((a, b))
+        if c is None or np.isfinite(plane[c]).all():
+            continue
+        edge, arm = positions[b] - positions[a], positions[c] - positions[a]
+        size = np.linalg.norm(edge)
+        along, across = arm @ edge / size, np.linalg.norm(np.cross(edge, arm)) / size
+        u = (plane[b] - plane[a]) / size
+        plane[c] = plane[a] + along * u + across * np.array([-u[1], u[0]])
+        open_ += [(c, b), (a, c)]
+    chart = Chart(cut.faces, plane - plane.min(axis=0), cut.vertex_of, cut.seams, "by hand")
+    return TactileMap(skin_of(surface, taxels=taxels), (chart,), MapLayout((Placement(angle, (0.3, 0.1), mirrored),)))
+
+
+def jittered(side=9, *, seed=0, jitter=0.3) -> np.ndarray:
+    """(side², 2) taxels about 10 mm apart, no two rows in line."""
+    x, y = np.meshgrid(np.arange(side), np.arange(side))
+    places = np.stack([x, y], axis=-1).reshape(-1, 2) + 0.5
+    return 0.01 * (places + np.random.default_rng(seed).uniform(-jitter, jitter, places.shape))
+
+
+def horseshoe() -> np.ndarray:
+    """(n, 2) taxels on two arms 40 mm apart, joined at one end: what a method must not reach across."""
+    x, y = np.meshgrid(np.arange(16), np.arange(10))
+    places = np.stack([x, y], axis=-1).reshape(-1, 2)
+    arms = places[(places[:, 0] < 3) | (places[:, 1] < 3) | (places[:, 1] > 6)]
+    return 0.01 * (arms + np.random.default_rng(0).uniform(-0.2, 0.2, arms.shape))
+
+
+def held(triangles: TaxelTriangles, *, count=3000, seed=1) -> np.ndarray:
+    """(k, 2) random points that lie in triangles."""
+    low, high = triangles.sites.min(axis=0), triangles.sites.max(axis=0)
+    points = np.random.default_rng(seed).uniform(low, high, (count, 2))
+    kept = points[triangles.locate(points)[0] >= 0]
+    assert len(kept) > 0.3 * count
+    return kept

@@ -1,0 +1,42 @@
+"""Objects of scenes by hand, for tests."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from app.geometry.mesh import Mesh
+from app.scene.object_meshes import primitive_mesh
+from app.scene.objects import ObjectKind, ObjectSpec, SceneObject
+
+SIZES: dict[ObjectKind, tuple[float, ...]] = {
+    "probe": (0.01,),
+    "plane": (1.0, 1.0),
+    "box": (0.06, 0.05, 0.02),
+    "cylinder": (0.03, 0.02),
+    "sphere": (0.02,),
+    "mesh": (),
+    "plate": (0.06, 0.06, 0.02),
+}
+
+
+def thing(kind: ObjectKind, *, mesh: Mesh | None = None, **said) -> SceneObject:
+    """An object of usual size called as its kind; a mesh is an octagonal ball unless ``mesh`` says otherwise."""
+    size = said.pop("size", SIZES[kind])
+    spec = ObjectSpec(said.pop("name", kind), kind, size, file="thing.obj" if kind == "mesh" else "", **said)
+    if kind == "mesh":
+        return SceneObject(spec, mesh or primitive_mesh(ObjectSpec("ball", "sphere", (0.02,))))
+    return SceneObject(spec, primitive_mesh(spec))
+
+
+def every_kind() -> tuple[SceneObject, ...]:
+    """One of each kind, far apart from each other and from any robot."""
+    masses = {"box": 1.0, "cylinder": 1.0, "mesh": 0.5}
+    return tuple(
+        thing(kind, at=(5.0, float(row), 5.0 if kind != "plane" else -5.0), mass=masses.get(kind, 0.0))
+        for row, kind in enumerate(SIZES)
+    )
+
+
+def renamed(body: SceneObject, name: str) -> SceneObject:
+    """The same object under another name."""
+    return replace(body, spec=replace(body.spec, name=name))

@@ -1,0 +1,70 @@
+"""Skins of taxels in a row, as many as chance needs, and all effects of the sensor on."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+
+import numpy as np
+import pytest
+
+from app.core.errors import SimulationError
+from app.skin.skin import Patch, Quadrature, Skin, Taxels
+from app.tactile.sensor_effects import (
+    AreaAveraging,
+    Crosstalk,
+    DeadTaxels,
+    GainSpread,
+    Hysteresis,
+    Noise,
+    OffsetDrift,
+    Quantisation,
+    Readout,
+    Sampling,
+    Saturation,
+    SensorEffects,
+    Threshold,
+)
+from tests.support.surfaces import sheet
+
+ALL_ON = SensorEffects(
+    AreaAveraging(), Crosstalk(), Hysteresis(), GainSpread(), OffsetDrift(), Noise(), Saturation(), Threshold(),
+    Quantisation(), DeadTaxels(dead=0.05, stuck=0.05), Sampling(),
+)  # fmt: skip
+"""Every effect, as a ROBOSKIN-like skin has it, with a few stuck taxels."""
+STAGES = tuple(field.name for field in fields(SensorEffects) if field.name != "area_averaging")
+"""Field names of the effects that are stages."""
+
+
+def only(effects: SensorEffects) -> dict[str, SensorEffects]:
+    """Each of the effects that is on, alone."""
+    return {name: SensorEffects(**{name: getattr(effects, name)}) for name in STAGES if getattr(effects, name)}
+
+
+def row(count: int, *, areas=None, neighbours=None) -> Skin:
+    """One patch of taxels in a row, each beside the next, 1 cm² unless told; geometry does not matter here."""
+    surface = sheet(1, 1)
+    own = np.arange(count)
+    areas = np.full(count, 1e-4) if areas is None else np.asarray(areas)
+    points = np.tile(surface.point(0, (1.0, 0.0, 0.0)), (count, 1))
+    up = np.tile([0.0, 0.0, 1.0], (count, 1))
+    pairs = np.stack([own[:-1], own[1:]], axis=1) if neighbours is None else np.asarray(neighbours).reshape(-1, 2)
+    weights = np.tile([1.0, 0.0, 0.0], (count, 1))
+    quadrature = Quadrature(points, up, areas, own)
+    return Skin((Patch("row", "link", surface, Taxels(points, up, 0 * own, weights, areas, pairs, quadrature)),))
+
+
+def stage(spec, count: int = 1, *, tick: float = 0.01, seed: int = 0, skin: Skin | None = None):
+    """One effect at work on a row of taxels."""
+    return spec.stage(Readout(skin or row(count), tick, seed))
+
+
+def readings(of, pressures) -> np.ndarray:
+    """What one stage, or a chain, makes of one pressure (taxels,) after the other."""
+    return np.array([of.read(np.asarray(p, float)) for p in pressures])
+
+
+def refuses(spec, field: str, *values) -> None:
+    """The field takes none of the values, nor what is no number, and names itself."""
+    for value in (*values, float("nan"), float("inf"), float("-inf"), "0.1", None, True):
+        with pytest.raises(SimulationError, match=rf"sensor\.\w+[.,].*{field}.*\d to \d"):
+            spec(**{field: value})

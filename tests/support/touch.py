@@ -1,0 +1,110 @@
+"""Robots small enough to know the answer by hand, wearing flat skin, and our own arm made once."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from app.control.command import JointCommand
+from app.geometry.mesh import Mesh
+from app.maps.build import build_map
+from app.robots.robot import Joint, Link, Robot
+from app.scene.scene import Scene
+from app.session.prepare import PreparedScene
+from app.skin.sampling import place_evenly, taxels_at_barycentric
+from app.skin.skin import Patch, Skin
+from tests.support.recordings import small_arm
+
+BAR_INERTIA = 0.0135 + 0.2**2
+"""Of the bar about its hinge [kg m²]."""
+_BAR = """<mujoco model="bar"><compiler angle="radian"/><worldbody><body name="bar">
+<inertial pos="0.2 0 0" mass="1" diaginertia="0.001 0.0135 0.0135"/>{joint}
+<geom type="box" pos="0.2 0 0" size="0.2 0.05 0.02"/></body></worldbody></mujoco>"""
+_PAIR = """<mujoco model="pair"><compiler angle="radian"/><worldbody>
+<body name="left" pos="-0.065 0 0"><inertial pos="0 0 0" mass="1" diaginertia="0.01 0.01 0.01"/>
+<joint name="slide" type="slide" axis="1 0 0" range="-0.05 0.05" limited="true"/>
+<geom type="box" size="0.05 0.05 0.05"/></body>
+<body name="right" pos="0.065 0 0"><inertial pos="0 0 0" mass="1" diaginertia="0.01 0.01 0.01"/>
+<geom type="box" size="0.05 0.05 0.05"/></body></worldbody></mujoco>"""
+
+
+def bar(*, hinged: bool = True) -> Robot:
+    """A bar 0.4 m long, 1 kg, from the origin along x, on a hinge about y at the origin or fixed."""
+    joint = '<joint name="hinge" axis="0 1 0" range="-1.5 1.5" limited="true"/>' if hinged else ""
+    joints = (Joint("hinge", -1.5, 1.5),) if hinged else ()
+    text = _BAR.format(joint=joint)
+    return Robot(
+        "bar", "by hand", text, {}, (Link("bar", _box(0.2, 0.05, 0.02, x=0.2)),), joints, np.zeros(len(joints))
+    )
+
+
+def bar_skin(taxels: int = 60, *, finer: int = 1) -> Skin:
+    """The top of the bar, 20 mm above the hinge's axis."""
+    plate = _plate((0.01, -0.05, 0.02), (0.38, 0, 0), (0, 0.1, 0), steps=(48 * finer, 12 * finer))
+    return Skin((Patch("top", "bar", plate, place_evenly(plate, taxels, seed=0)),))
+
+
+def each_point_a_taxel(skin: Skin) -> Skin:
+    """The same surfaces with a taxel for every quadrature point: what it says is what the points bear."""
+    patches = []
+    for patch in skin.patches:
+        faces = np.arange(len(patch.surface.faces))
+        taxels = taxels_at_barycentric(patch.surface, faces, np.full((len(faces), 3), 1 / 3), faces)
+        patches.append(Patch(patch.name, patch.link, patch.surface, taxels))
+    return Skin(tuple(patches))
+
+
+def pair() -> tuple[Robot, Skin]:
+    """A block that slides along x towards a fixed one 30 mm away; both wear skin on the faces that meet."""
+    box = _box(0.05, 0.05, 0.05)
+    robot = Robot("pair", "by hand", _PAIR, {}, (Link("left", box), Link("right", box)),
+                  (Joint("slide", -0.05, 0.05, slide=True),), np.zeros(1))  # fmt: skip
+    faces = {"left": _plate((0.05, -0.05, -0.05), (0, 0.1, 0), (0, 0, 0.1)),
+             "right": _plate((-0.05, -0.05, -0.05), (0, 0, 0.1), (0, 0.1, 0))}  # fmt: skip
+    return robot, Skin(tuple(Patch(n, n, plate, place_evenly(plate, 40, seed=0)) for n, plate in faces.items()))
+
+
+def prepared_bar(*, hinged: bool = True, **scene) -> PreparedScene:
+    """The bar as a scene made real."""
+    skin = bar_skin()
+    return PreparedScene(Scene(name="bar", robot="bar", **scene), bar(hinged=hinged), skin, build_map(skin))
+
+
+@cache
+def arm() -> PreparedScene:
+    """Our own arm in 300 taxels."""
+    return small_arm(300)
+
+
+def no_command(robot: Robot) -> JointCommand:
+    """Joints that move freely."""
+    return hold(robot, 0.0, 0.0)
+
+
+def hold(robot: Robot, stiffness: float, damping: float) -> JointCommand:
+    """The same impedance at every joint, about home."""
+    ones = np.ones(len(robot.joints))
+    return JointCommand(robot.home, stiffness * ones, damping * ones, 0 * ones)
+
+
+def taxel_near(skin: Skin, patch: int, point) -> int:
+    """The taxel of a patch nearest to a point of its link."""
+    away = np.linalg.norm(skin.patches[patch].taxels.positions - np.asarray(point), axis=1)
+    return int(skin.first[patch] + away.argmin())
+
+
+def _plate(corner, along, across, *, steps: tuple[int, int] = (16, 16)) -> Mesh:
+    """A flat rectangle whose normal is along x across."""
+    m, n = steps
+    i, j = (k.ravel() for k in np.meshgrid(np.arange(m + 1), np.arange(n + 1), indexing="ij"))
+    vertices = np.asarray(corner) + np.outer(i / m, along) + np.outer(j / n, across)
+    a = (np.arange(m)[:, None] * (n + 1) + np.arange(n)).ravel()
+    b, c, d = a + n + 1, a + n + 2, a + 1
+    return Mesh(vertices, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]))
+
+
+def _box(dx: float, dy: float, dz: float, *, x: float = 0.0) -> Mesh:
+    corners = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]) * [dx, dy, dz] + [x, 0, 0]
+    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    return Mesh(corners, np.array([t for a, b, c, d in sides for t in ((a, b, c), (a, c, d))]))

@@ -1,0 +1,215 @@
+"""Undoing the cover's blur."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.contacts.force_estimation.deconvolution import (
+    BlurMatrix,
+    ContactOperator,
+    nonnegative_least_squares,
+    tikhonov,
+    tikhonov_inverse,
+)
+from app.contacts.force_estimation.estimate import AreaSum
+from app.contacts.force_estimation.estimation import build_estimator
+from app.core.errors import MapError
+from app.tactile.half_space_stress import subsurface_field
+from app.tactile.receptive_field import quadrature_points
+from tests.unit.contacts.force_estimation.readings_by_hand import PITCH, SKIN, reading, without_region
+
+
+@pytest.mark.parametrize("shape", [(5, 5), (6, 4), (1, 1)])
+def test_its_parts_make_it_up(shape):
+    matrix = np.random.default_rng(0).normal(size=shape)
+    blur = BlurMatrix.of(matrix)
+    np.testing.assert_allclose(blur.left * blur.values @ blur.right, matrix, atol=1e-12)
+    assert (np.diff(blur.values) <= 0).all()
+    assert not blur.matrix.flags.writeable
+
+
+ALL = np.arange(len(SKIN))
+
+
+@pytest.mark.parametrize("depth", [0.002, 0.008])
+def test_its_columns_keep_force(depth):
+    """What an area bears is felt by all taxels together, whatever the depth."""
+    matrix = ContactOperator(SKIN, depth).blur(ALL).matrix
+    np.testing.assert_allclose(SKIN.areas @ matrix, SKIN.areas, rtol=1e-9)
+    assert (matrix >= 0).all()
+    assert np.diag(matrix).min() > 0.1
+
+
+def test_it_says_what_the_half_space_model_feels():
+    pressures = np.random.default_rng(0).random(len(SKIN))
+    points, felt = quadrature_points(SKIN), np.zeros(len(SKIN))
+    subsurface_field(SKIN, 0.004).add(felt, np.arange(len(points.areas)), pressures[points.taxel] * points.areas)
+    np.testing.assert_allclose(ContactOperator(SKIN, 0.004).blur(ALL).matrix @ pressures, felt, rtol=1e-9)
+
+
+def test_a_part_is_a_part_of_the_whole_and_is_kept():
+    spread, part = ContactOperator(SKIN, 0.004), np.array([3, 17, 40])
+    np.testing.assert_array_equal(spread.blur(part).matrix, spread.blur(ALL).matrix[np.ix_(part, part)])
+    assert spread.blur(part) is spread.blur(part)
+
+
+def test_the_newest_parts_are_kept():
+    spread = ContactOperator(SKIN, 0.004)
+    parts = [np.array([k, k + 1, k + 2]) for k in range(40)]
+    kept = [spread.blur(part) for part in parts]
+    assert all(spread.blur(part) is blur for part, blur in zip(parts[-10:], kept[-10:], strict=True))
+
+
+@pytest.mark.parametrize("depth", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_depth_that_is_none_is_refused(depth):
+    with pytest.raises(MapError, match="deep"):
+        ContactOperator(SKIN, depth)
+
+
+DEPTH = 0.5 * PITCH
+
+
+@pytest.mark.parametrize("solver", [nonnegative_least_squares, tikhonov])
+def test_the_slope_is_what_small_changes_of_readings_do(solver):
+    """Against differences; for a price that stays the same."""
+    random = np.random.default_rng(1)
+    blur = BlurMatrix.of(np.eye(6) + 0.2 * random.random((6, 6)))
+    readings = blur.matrix @ np.array([3.0, 2.0, 5.0, 0.7, 4.0, 1.0])
+    found, slope = solver(blur, readings, 0.0)
+    for taxel in range(6):
+        nudged = readings + 1e-6 * np.eye(6)[taxel]
+        assert (solver(blur, nudged, 0.0).pressures - found) / 1e-6 == pytest.approx(slope[:, taxel], abs=1e-6)
+
+
+@pytest.mark.parametrize("name", ["local-nnls", "tikhonov"])
+def test_the_error_bar_is_how_far_noise_moves_the_force(name):
+    estimator, exact = build_estimator(name, SKIN, depth=DEPTH), reading(depth=DEPTH)
+    noise = 0.02 * exact.region.peak
+    random, forces = np.random.default_rng(0), []
+    told = []
+    for _ in range(300):
+        noisy = replace(exact, noise=noise, pressures=exact.pressures + random.normal(0, noise, len(SKIN)))
+        estimate = estimator.estimate(noisy)
+        forces.append(estimate.force)
+        told.append(estimate.force_error)
+    assert np.std(forces) == pytest.approx(np.median(told), rel=0.15)
+
+
+@pytest.mark.parametrize("name", ["local-nnls", "tikhonov"])
+def test_the_error_bar_knows_of_gains(name):
+    estimator, exact = build_estimator(name, SKIN, depth=DEPTH), reading(depth=DEPTH)
+    random, forces = np.random.default_rng(0), []
+    for _ in range(300):
+        gains = 1 + random.normal(0, 0.05, len(SKIN))
+        forces.append(estimator.estimate(replace(exact, pressures=gains * exact.pressures)).force)
+    assert np.std(forces) == pytest.approx(estimator.estimate(replace(exact, gain=0.05)).force_error, rel=0.2)
+
+
+def test_a_peak_and_a_mean_are_told_of_what_presses():
+    found = build_estimator("local-nnls", SKIN, depth=DEPTH).estimate(reading(depth=DEPTH))
+    pressures = found.forces / SKIN.areas[found.taxels]
+    assert found.peak == pytest.approx(pressures.max())
+    pressed = pressures > 0
+    assert found.mean == pytest.approx(np.average(pressures[pressed], weights=SKIN.areas[found.taxels][pressed]))
+
+
+def test_regions_that_take_turns_are_both_remembered():
+    estimator = build_estimator("tikhonov", SKIN, depth=DEPTH)
+    one = reading(depth=DEPTH)
+    other = replace(one, region=replace(one.region, taxels=one.region.taxels[:-3]))
+    first = estimator.estimate(one)
+    estimator.estimate(other)
+    assert estimator.estimate(one).force == first.force
+
+
+@pytest.mark.parametrize("depth", [0.25 * PITCH, 0.5 * PITCH, PITCH])
+def test_force_is_found_below_a_cover_and_its_peak_is_sharper(depth):
+    given = reading(depth=depth)
+    found, summed = build_estimator("local-nnls", SKIN, depth=depth).estimate(given), AreaSum(SKIN).estimate(given)
+    assert found.force == pytest.approx(10.0, rel=0.12)
+    assert (found.forces >= 0).all()
+    assert found.forces.max() >= summed.forces.max()
+    assert found.refused == ""
+    assert found.at == given.region.at
+    assert found.forces.sum() == pytest.approx(found.force)
+
+
+def test_five_percent_noise_makes_little_of_a_difference():
+    depth = 0.5 * PITCH
+    given = reading(depth=depth, noise=0.05 * reading(depth=depth).region.peak)
+    found = build_estimator("local-nnls", SKIN, depth=depth).estimate(given)
+    assert found.force == pytest.approx(10.0, rel=0.12)
+    assert 0.1 < found.misfit < 2.0
+
+
+def test_too_deep_a_cover_tells_a_total_but_no_distribution():
+    depth = 2 * PITCH
+    exact = reading(depth=depth)
+    given = reading(depth=depth, noise=0.1 * exact.region.peak)
+    found = build_estimator("local-nnls", SKIN, depth=depth).estimate(given)
+    assert "forces can be told apart" in found.refused
+    assert len(found.forces) == len(found.taxels) == 0
+    assert found.force == pytest.approx(10.0, rel=0.25)
+
+
+def test_nothing_is_nothing():
+    found = build_estimator("local-nnls", SKIN, depth=0.004).estimate(without_region(reading(depth=0.004)))
+    assert found.force == 0.0
+    assert np.isfinite(found.residual)
+
+
+@pytest.mark.parametrize("depth", [0.25 * PITCH, 0.5 * PITCH, PITCH])
+@pytest.mark.parametrize("share", [0.0, 0.05])
+def test_force_is_found_below_a_cover(depth, share):
+    exact = reading(depth=depth)
+    given = reading(depth=depth, noise=share * exact.region.peak) if share else exact
+    found = build_estimator("tikhonov", SKIN, depth=depth).estimate(given)
+    chance = given.noise * np.linalg.norm(SKIN.areas[given.region.taxels])
+    assert found.force == pytest.approx(10.0, abs=0.1 + 3 * chance)
+    assert found.force == pytest.approx(given.region.force, rel=0.06), "no worse than the sum"
+    assert found.refused == ""
+    assert found.forces.sum() == pytest.approx(found.force)
+    if share:
+        assert 0 < found.misfit <= 1 + 1e-3, "explained to within the noise"
+    else:
+        assert found.residual < 1e-6 * exact.region.peak
+
+
+def test_too_deep_a_cover_tells_no_distribution():
+    depth = 2 * PITCH
+    exact = reading(depth=depth)
+    found = build_estimator("tikhonov", SKIN, depth=depth).estimate(reading(depth=depth, noise=0.1 * exact.region.peak))
+    assert found.refused
+    assert len(found.forces) == 0
+
+
+def test_without_noise_it_is_least_squares():
+    random = np.random.default_rng(0)
+    matrix, wanted = random.normal(size=(8, 8)), random.normal(size=8)
+    found = tikhonov_inverse(BlurMatrix.of(matrix), matrix @ wanted, 0.0) @ matrix @ wanted
+    assert found == pytest.approx(wanted)
+
+
+def test_what_lies_in_the_noise_is_nothing():
+    assert not tikhonov_inverse(BlurMatrix.of(np.eye(4)), np.full(4, 0.5), 1.0).any()
+
+
+@pytest.mark.parametrize("noise", [0.01, 0.1, 0.5])
+def test_the_residual_is_the_noise(noise):
+    random = np.random.default_rng(1)
+    matrix, readings = random.normal(size=(20, 12)), random.normal(size=20)
+    missed = np.linalg.norm(
+        matrix @ tikhonov_inverse(BlurMatrix.of(matrix), readings, noise) @ readings - readings
+    ) / np.sqrt(20)
+    best = np.linalg.norm(matrix @ np.linalg.lstsq(matrix, readings)[0] - readings) / np.sqrt(20)
+    assert missed == pytest.approx(max(noise, best), rel=1e-6)
+
+
+def test_equal_taxels_share_what_is_theirs():
+    matrix = np.eye(3)[[0, 0, 2]]
+    found = tikhonov_inverse(BlurMatrix.of(matrix), np.array([1.0, 1.0, 2.0]), 0.0) @ [1.0, 1.0, 2.0]
+    assert np.isfinite(found).all()
+    assert matrix @ found == pytest.approx([1.0, 1.0, 2.0])

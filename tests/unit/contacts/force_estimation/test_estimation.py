@@ -1,0 +1,217 @@
+"""Estimators by name, and the regions that they give forces to."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.contacts.centre_of_pressure import SensorUncertainty
+from app.contacts.detection import ContactDetector
+from app.contacts.force_estimation.estimate import ESTIMATORS, Wrench
+from app.contacts.force_estimation.estimation import RegionForceEstimator, build_estimator
+from app.core.errors import MapError
+from app.maps.build import build_map
+from app.tactile.elastic_layer import ElasticLayer
+from app.tactile.loads import Load, sphere_load
+from app.tactile.models.half_space import HalfSpaceModel
+from app.tactile.models.water_fill import WaterFillModel
+from tests.support.touch import bar_skin
+from tests.unit.contacts.force_estimation.readings_by_hand import PLACE, SKIN, UP, reading
+
+
+@pytest.mark.parametrize("name", ESTIMATORS)
+def test_each_finds_the_force(name):
+    given = reading(depth=0.003, wrench=Wrench(-10.0 * UP, np.cross(PLACE, -10.0 * UP)))
+    found = build_estimator(name, SKIN, depth=0.003).estimate(given)
+    assert found.force == pytest.approx(10.0, rel=0.1)
+    assert found.refused == ""
+    assert np.linalg.norm(SKIN.position(found.at) - PLACE) < 0.004
+
+
+@pytest.mark.parametrize("name", ["local-nnls", "tikhonov"])
+def test_a_depth_that_is_none_is_refused(name):
+    with pytest.raises(MapError, match="deep"):
+        build_estimator(name, SKIN, depth=0.0)
+
+
+FOREARM_SKIN = bar_skin(400)
+MAP = build_map(FOREARM_SKIN)
+DEPTH = 0.5 * float(np.sqrt(np.median(FOREARM_SKIN.areas)))
+UPWARDS = np.array([0.0, 0.0, 1.0])
+EXACT = SensorUncertainty()
+
+
+def ball(x: float, force: float = 10.0) -> Load:
+    return sphere_load("bar", np.array([x, 0.005, 0.02]), UPWARDS, force, 0.02)
+
+
+def felt(*loads: Load, below: bool = False) -> np.ndarray:
+    layer = ElasticLayer(depth=DEPTH)
+    model = (
+        HalfSpaceModel(FOREARM_SKIN, layer=layer) if below else WaterFillModel(FOREARM_SKIN, stiffness=layer.foundation)
+    )
+    return model.pressures(list(loads))
+
+
+def wrench_of(*loads: Load) -> dict[str, np.ndarray]:
+    forces = [-load.force * load.normal for load in loads]
+    torques = [np.cross(load.point, force) for load, force in zip(loads, forces, strict=True)]
+    return {"bar": np.concatenate([sum(forces), sum(torques)])}
+
+
+def test_the_area_sum_leaves_everything_as_it_is():
+    pressures = felt(ball(0.2))
+    regions = ContactDetector(MAP).read(pressures)
+    got, estimates = RegionForceEstimator(MAP).read(regions, pressures, EXACT)
+    assert got is regions
+    assert estimates == {}
+
+
+@pytest.mark.parametrize("name", ["local-nnls", "tikhonov"])
+def test_a_region_carries_the_estimated_force_and_its_error(name):
+    pressures, errors = felt(ball(0.2), below=True), SensorUncertainty(noise=300.0, gain=0.05)
+    regions = ContactDetector(MAP, errors=errors).read(pressures)
+    (got,), estimates = RegionForceEstimator(MAP, estimator=name, depth=DEPTH).read(regions, pressures, errors)
+    (before,), told = regions, estimates[got.id]
+    assert (got.force, got.force_error) == (told.force, told.force_error)
+    assert got.force != before.force
+    assert got.force == pytest.approx(10.0, rel=0.1)
+    assert told.force_error > 0
+    assert (got.at, got.place_error) == (before.at, before.place_error), "the place stays the region's own"
+    assert told.forces.sum() == pytest.approx(told.force)
+    assert told.peak > before.peak, "the blur is undone"
+    assert 0 < told.mean < told.peak
+
+
+def test_where_a_method_refuses_the_region_keeps_the_sum():
+    deep = 4 * DEPTH
+    pressures = HalfSpaceModel(FOREARM_SKIN, layer=ElasticLayer(depth=deep)).pressures([ball(0.2)])
+    noise = 0.1 * float(pressures.max())
+    pressures = pressures + np.random.default_rng(0).normal(0, noise, len(pressures))
+    regions = ContactDetector(MAP, threshold=3 * noise).read(pressures)
+    got, estimates = RegionForceEstimator(MAP, estimator="tikhonov", depth=deep).read(
+        regions, pressures, SensorUncertainty(noise)
+    )
+    assert "told apart" in estimates[regions[0].id].refused
+    assert got[0].force == regions[0].force
+    assert len(estimates[regions[0].id].forces) == 0
+
+
+@pytest.mark.parametrize("name", ["local-nnls", "tikhonov"])
+@pytest.mark.parametrize("broken", [np.nan, np.inf])
+def test_a_taxel_that_reads_no_number_counts_as_unpressed(name, broken):
+    pressures = felt(ball(0.2), below=True)
+    taxel = int(ContactDetector(MAP).read(pressures)[0].taxels[3])
+    forces = RegionForceEstimator(MAP, estimator=name, depth=DEPTH)
+    got = []
+    for value in (broken, 0.0):
+        pressures[taxel] = value
+        regions = ContactDetector(MAP).read(pressures)
+        assert taxel in regions[0].taxels
+        got.append(forces.read(regions, pressures, EXACT)[0][0].force)
+    assert got[0] == got[1] > 0
+
+
+def test_a_pull_is_no_contact_force():
+    pressures = felt(ball(0.2))
+    (region,) = ContactDetector(MAP).read(pressures)
+    pressures = np.full_like(pressures, -1.0)
+    (got,), estimates = RegionForceEstimator(MAP, estimator="tikhonov", depth=DEPTH).read((region,), pressures, EXACT)
+    assert estimates[region.id].refused == "What it finds is no push"
+    assert got.force == region.force > 0
+
+
+def test_the_strongest_comes_first_as_estimated():
+    pressures = felt(ball(0.1, 10.0), ball(0.3, 5.0))
+    regions = ContactDetector(MAP).read(pressures)[::-1]
+    assert regions[0].force < regions[1].force
+    got, estimates = RegionForceEstimator(MAP, estimator="local-nnls", depth=DEPTH).read(regions, pressures, EXACT)
+    assert [region.force for region in got] == sorted((region.force for region in got), reverse=True)
+    assert estimates.keys() == {region.id for region in got}
+
+
+def test_a_sensor_in_the_link_knows_one_contact_exactly():
+    pressures = felt(ball(0.2))
+    regions = ContactDetector(MAP).read(pressures)
+    (got,), _ = RegionForceEstimator(MAP, estimator="lumped").read(regions, pressures, EXACT, wrench_of(ball(0.2)))
+    assert got.force == pytest.approx(10.0)
+    assert got.point == pytest.approx((0.2, 0.005, 0.02), abs=1e-9)
+    assert got.map_point == pytest.approx(MAP.to_map(got.at))
+    assert FOREARM_SKIN.position(got.at) == pytest.approx(got.point)
+    assert got.normal == pytest.approx(UPWARDS)
+    assert not got.axes.any()
+    assert (got.force_error, got.place_error) == (0.0, 0.0)
+
+
+def test_a_sensor_in_the_link_sees_two_contacts_as_one_between_them():
+    loads = ball(0.1), ball(0.3, 5.0)
+    pressures = felt(*loads)
+    regions = ContactDetector(MAP).read(pressures)
+    assert len(regions) == 2
+    (got,), estimates = RegionForceEstimator(MAP, estimator="lumped").read(regions, pressures, EXACT, wrench_of(*loads))
+    assert got.force == pytest.approx(15.0)
+    assert got.point[0] == pytest.approx((10 * 0.1 + 5 * 0.3) / 15)
+    assert estimates.keys() == {got.id}
+
+
+def test_the_lumped_contact_keeps_its_name_whatever_the_skin_tells_apart():
+    reader, forces = ContactDetector(MAP), RegionForceEstimator(MAP, estimator="lumped")
+    names = []
+    for loads in [(ball(0.1),), (ball(0.1), ball(0.3)), (ball(0.3),)]:
+        pressures = felt(*loads)
+        (got,), _ = forces.read(reader.read(pressures), pressures, EXACT, wrench_of(*loads))
+        names.append(got.id)
+    assert names == [1, 1, 1]
+    assert [region.id for region in reader.read(felt(ball(0.3)))] == [2], "to the skin it is another"
+    assert forces.read((), felt(), EXACT) == ((), {})
+    pressures = felt(ball(0.3))
+    (got,), _ = forces.read(reader.read(pressures), pressures, EXACT, wrench_of(ball(0.3)))
+    assert got.id == 2, "once let go, it is another"
+
+
+def test_the_lumped_contact_is_awaited_with_those_of_its_link():
+    forces, pressures = RegionForceEstimator(MAP, estimator="lumped"), felt(ball(0.2))
+    regions = tuple(replace(region, id=5) for region in ContactDetector(MAP).read(pressures))
+    forces.read(regions, pressures, EXACT, wrench_of(ball(0.2)))
+    forces.read((), felt(), EXACT, awaited={9: "bar"})
+    assert set(forces.awaited) == {5}
+    back = tuple(replace(region, id=9) for region in regions)
+    (got,), _ = forces.read(back, pressures, EXACT, wrench_of(ball(0.2)))
+    assert got.id == 5
+    assert set(forces.awaited) == set()
+    forces.read((), felt(), EXACT, awaited={9: "elsewhere"})
+    assert set(forces.awaited) == set()
+
+
+def test_a_line_that_misses_leaves_the_skins_word():
+    pressures = felt(ball(0.2), ball(0.1, 5.0))
+    regions = ContactDetector(MAP).read(pressures)
+    twist = {"bar": np.array([0, 0, -10.0, 5.0, 5.0, 0])}
+    (got,), estimates = RegionForceEstimator(MAP, estimator="lumped").read(regions, pressures, EXACT, twist)
+    assert "misses the skin" in estimates[got.id].refused
+    assert (got.force, got.at) == (regions[0].force, regions[0].at), "the strongest contact's"
+
+
+def test_the_sensors_noise_is_what_the_error_bars_say():
+    pressures, noise = felt(ball(0.2)), 0.05
+    regions = ContactDetector(MAP).read(pressures)
+    forces = RegionForceEstimator(MAP, estimator="lumped", wrench_noise=noise, seed=3)
+    runs = [forces.read(regions, pressures, EXACT, wrench_of(ball(0.2)))[0][0] for _ in range(300)]
+    off = np.array([run.point - (0.2, 0.005, 0.02) for run in runs])
+    assert np.std([run.force for run in runs]) == pytest.approx(noise, rel=0.15)
+    assert np.sqrt(np.mean(np.sum(off**2, axis=1))) == pytest.approx(runs[0].place_error, rel=0.15)
+    forces.reset()
+    (again,), _ = forces.read(regions, pressures, EXACT, wrench_of(ball(0.2)))
+    assert again.force == runs[0].force, "a reset starts the noise again"
+
+
+def test_another_skin_builds_the_equations_anew():
+    moved = build_map(bar_skin(200, finer=2))
+    assert len(moved.skin.patches[0].surface.faces) > len(FOREARM_SKIN.patches[0].surface.faces)
+    pressures, forces = felt(ball(0.2)), RegionForceEstimator(MAP, estimator="lumped")
+    forces.use(moved)
+    regions = ContactDetector(moved).read(WaterFillModel(moved.skin).pressures([ball(0.2)]))
+    (got,), _ = forces.read(regions, pressures, EXACT, wrench_of(ball(0.2)))
+    assert moved.skin.position(got.at) == pytest.approx((0.2, 0.005, 0.02), abs=1e-9)

@@ -1,0 +1,74 @@
+"""The paper's baseline: a force-torque sensor in the link and its surface."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.contacts.detection import ContactDetector
+from app.contacts.force_estimation.estimate import ContactReading, Wrench
+from app.contacts.force_estimation.force_torque_sensor import ForceTorqueSensor
+from app.core.errors import MapError
+from tests.support.touch import arm
+from tests.unit.contacts.force_estimation.readings_by_hand import PLACE, SKIN, UP, reading
+
+
+def wrench_at(point, force) -> Wrench:
+    return Wrench(force, np.cross(point, force))
+
+
+def test_one_push_is_found_where_it_is():
+    given = reading(wrench=wrench_at(PLACE, -10.0 * UP))
+    found = ForceTorqueSensor(SKIN).estimate(given)
+    assert found.force == pytest.approx(10.0)
+    assert SKIN.position(found.at) == pytest.approx(PLACE, abs=1e-6)
+    assert (found.effective_rank, found.unknowns, found.refused) == (6, 6, "")
+    assert len(found.forces) == 0
+
+
+def test_pushes_all_over_an_arm_are_found_where_they_are():
+    """On tubes the line enters on the pushed side, never where it would leave."""
+    skin, reader, lumped = arm().skin, ContactDetector(arm().map), ForceTorqueSensor(arm().skin)
+    for taxel in range(0, len(skin), 7):
+        at = skin.taxel_point(taxel)
+        point, normal = skin.position(at), skin.normal(at)
+        pressures = np.zeros(len(skin))
+        pressures[taxel] = 5e3
+        reader.reset()
+        given = ContactReading(reader.read(pressures)[0], pressures, wrench=wrench_at(point, -4.0 * normal))
+        found = lumped.estimate(given)
+        assert found.at is not None
+        assert skin.position(found.at) == pytest.approx(point, abs=1e-4)
+        assert found.force == pytest.approx(4.0, rel=0.05)
+
+
+def test_friction_leans_the_force_but_does_not_move_its_place():
+    force = np.array([3.0, 0.0, -10.0])
+    found = ForceTorqueSensor(SKIN).estimate(reading(wrench=wrench_at(PLACE, force)))
+    assert SKIN.position(found.at) == pytest.approx(PLACE, abs=1e-6)
+    assert found.force == pytest.approx(10.0), "its normal part"
+
+
+def test_of_two_contacts_it_sees_one_between_them():
+    """What a skin tells apart, this does not: the baseline's limit."""
+    one, other = np.array([0.1, 0, 0.02]), np.array([0.3, 0, 0.02])
+    both = Wrench(-20.0 * UP, np.cross(one, -10.0 * UP) + np.cross(other, -10.0 * UP))
+    found = ForceTorqueSensor(SKIN).estimate(reading(wrench=both))
+    assert SKIN.position(found.at) == pytest.approx([0.2, 0, 0.02], abs=1e-6)
+
+
+@pytest.mark.parametrize(("wrench", "why"), [
+    (wrench_at(np.array([0.6, 0, 0.02]), -10.0 * UP), "misses the skin"),
+    (wrench_at(PLACE, 10.0 * UP), "misses the skin"),
+    (Wrench(np.zeros(3), np.ones(3)), "No force"),
+    (Wrench(-UP, np.zeros(3), rank=2), "Only 2 of the 6"),
+], ids=["beside", "pulling", "torque alone", "few joints"])  # fmt: skip
+def test_where_it_cannot_tell_it_says_why(wrench, why):
+    found = ForceTorqueSensor(SKIN).estimate(reading(wrench=wrench))
+    assert found.at is None
+    assert why in found.refused
+
+
+def test_without_a_sensor_it_is_refused():
+    with pytest.raises(MapError, match="no force and torque"):
+        ForceTorqueSensor(SKIN).estimate(reading())

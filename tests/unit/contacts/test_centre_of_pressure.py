@@ -1,0 +1,181 @@
+"""Where a centre of pressure lies, how well it is known, and the ellipse about it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.contacts.centre_of_pressure import (
+    BackProjector,
+    ContactLocation,
+    SensorUncertainty,
+    principal_axes,
+    propagate_uncertainty,
+    taxel_positions,
+)
+from app.core.errors import MapError
+from app.editing.arrange import move
+from app.editing.document import MapDocument
+from app.geometry.mesh import SurfacePoint
+from app.skin.skin import Skin
+from app.tactile.sensor_effects import GainSpread, Noise, Quantisation, SensorEffects
+from tests.support.touch import arm
+
+
+def test_a_perfect_sensor_makes_no_errors():
+    assert SensorUncertainty.of_sensor(SensorEffects()) == SensorUncertainty()
+
+
+def test_noise_and_converter_add_as_variances():
+    errors = SensorUncertainty.of_sensor(
+        SensorEffects(noise=Noise(300.0), quantisation=Quantisation(400.0 * np.sqrt(12)))
+    )
+    assert errors.noise == pytest.approx(500.0)
+    assert errors.gain == 0.0
+
+
+def test_gains_are_known():
+    assert SensorUncertainty.of_sensor(SensorEffects(gain_spread=GainSpread(0.2))).gain == 0.2
+
+
+@pytest.mark.parametrize("name", ["noise", "gain", "calibration"])
+@pytest.mark.parametrize("value", [-1.0, float("nan"), float("inf")])
+def test_what_is_no_deviation_is_refused(name, value):
+    with pytest.raises(MapError, match=name):
+        SensorUncertainty(**{name: value})
+
+
+def test_exact_readings_give_an_exact_force_and_a_taxel_wide_place():
+    place, force = propagate_uncertainty(SensorUncertainty(), np.array([3.0]), np.array([6e-4]), np.zeros(1))
+    assert force == 0
+    assert place == pytest.approx(np.sqrt(6e-4 / 6))
+
+
+MAP = arm().map
+SKIN = MAP.skin
+
+
+def test_a_map_point_is_put_on_the_body_by_its_containing_triangle():
+    placer, random = BackProjector(MAP, taxel_positions(SKIN)), np.random.default_rng(0)
+    for taxel in range(0, len(SKIN), 9):
+        patch = int(SKIN.patch_of[taxel])
+        centre = MAP.taxel_points[taxel] + random.normal(0, 1e-3, 2)
+        place = placer.place(patch, centre, near=placer.face_of(taxel))
+        at = MAP.to_body(centre)
+        if at is None:
+            assert place is None
+            continue
+        assert place is not None
+        assert not place.torn
+        assert place.at.patch == patch
+        assert MAP.to_map(place.at) == pytest.approx(centre, abs=1e-12)
+        assert place.point == pytest.approx(SKIN.position(place.at), abs=1e-12)
+        assert place.normal == pytest.approx(SKIN.normal(place.at), abs=1e-12)
+        assert place.point == pytest.approx(SKIN.position(at), abs=1e-9)
+
+
+def test_a_walk_that_meets_a_border_is_no_end():
+    """From the farthest triangle of the patch, whose straight way may leave the map."""
+    placer = BackProjector(MAP, taxel_positions(SKIN))
+    for taxel in range(0, len(SKIN), 17):
+        patch, centre = int(SKIN.patch_of[taxel]), MAP.taxel_points[taxel]
+        faces = MAP.charts[patch].faces
+        far = int(np.linalg.norm(MAP.uv[patch][faces].mean(axis=1) - centre, axis=1).argmax())
+        place = placer.place(patch, centre, near=far)
+        assert place is not None
+        assert SKIN.position(place.at) == pytest.approx(taxel_positions(SKIN)[taxel], abs=1e-9)
+
+
+def test_outside_its_patch_there_is_no_place_even_over_another_patch():
+    placer = BackProjector(MAP, taxel_positions(SKIN))
+    other = MAP.taxel_points[int(SKIN.first[1])]
+    assert MAP.to_body(other).patch == 1
+    assert placer.place(0, other, near=0) is None
+
+
+def test_a_point_of_the_body_is_put_back_on_the_skin():
+    placer = BackProjector(MAP, taxel_positions(SKIN))
+    at = SKIN.taxel_point(40)
+    place = placer.put_back(at.patch, SKIN.position(at) + 1e-3 * SKIN.normal(at))
+    assert place.torn
+    assert np.linalg.norm(place.point - SKIN.position(at)) < 1e-3
+    assert place.map_point == pytest.approx(MAP.to_map(place.at), abs=1e-12)
+
+
+def test_an_edited_map_places_by_the_edit():
+    placer = BackProjector(MAP, taxel_positions(SKIN))
+    placer.place(0, MAP.taxel_points[0], near=placer.face_of(0))
+    moved = move(MapDocument.of(MAP), [0], (0.3, 0.0)).map
+    placer.use(moved)
+    place = placer.place(0, moved.taxel_points[0], near=placer.face_of(0))
+    assert place.point == pytest.approx(taxel_positions(SKIN)[0], abs=1e-9)
+    cut = replace(MAP.charts[0], faces=MAP.charts[0].faces[:, [1, 2, 0]])
+    turned = replace(MAP, charts=(cut, *MAP.charts[1:]))
+    placer.use(turned)
+    assert 0 not in placer._walks, "another cut has other ways"
+
+
+def test_no_skin_has_no_positions():
+    assert taxel_positions(Skin(())).shape == (0, 3)
+
+
+AT = SurfacePoint(0, 0, (1.0, 0.0, 0.0))
+
+
+def flat(*, map_sides=((1.0, 0.0), (0.0, 1.0)), normal=(0.0, 0.0, 1.0), sides=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))):
+    zero = np.zeros(3)
+    return ContactLocation(AT, np.zeros(2), zero, np.array(normal), np.array(sides), np.array(map_sides), False)
+
+
+def ellipse(long: float, short: float, angle: float, count: int = 20_000) -> np.ndarray:
+    """Points spread evenly over an ellipse in the plane z = 0."""
+    random = np.random.default_rng(0)
+    turn, reach = random.uniform(0, 2 * np.pi, count), np.sqrt(random.uniform(0, 1, count))
+    x, y = long * reach * np.cos(turn), short * reach * np.sin(turn)
+    c, s = np.cos(angle), np.sin(angle)
+    return np.stack([c * x - s * y, s * x + c * y, 0 * x], axis=1)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.4, 1.5, -1.0])
+def test_an_evenly_pressed_ellipse_is_found(angle):
+    points = ellipse(0.03, 0.01, angle)
+    axes, on_map = principal_axes(points, np.full(len(points), 1 / len(points)), 0.0, flat())
+    assert np.linalg.norm(axes, axis=1) == pytest.approx([0.03, 0.01], rel=0.02)
+    assert abs(axes[0] @ [np.cos(angle), np.sin(angle), 0]) == pytest.approx(0.03, rel=0.02)
+    assert axes[0] @ axes[1] == pytest.approx(0, abs=1e-15)
+    assert on_map == pytest.approx(axes[:, :2])
+
+
+def test_a_region_off_its_centre_has_the_same_axes():
+    points, share = ellipse(0.03, 0.01, 0.4), np.full(20_000, 1 / 20_000)
+    one, other = (principal_axes(points + shift, share, 0.0, flat())[0] for shift in (0.0, np.array([0.01, 0.02, 0.0])))
+    assert one == pytest.approx(other, abs=1e-12)
+
+
+def test_one_taxel_is_as_large_as_its_area():
+    axes, _ = principal_axes(np.zeros((1, 3)), np.ones(1), 1e-4 / 12, flat())
+    assert np.linalg.norm(axes, axis=1) == pytest.approx(2 * np.sqrt(1e-4 / 12))
+
+
+def test_a_map_that_stretches_carries_the_axes_along():
+    points, share = ellipse(0.03, 0.01, 0.0), np.full(20_000, 1 / 20_000)
+    _, on_map = principal_axes(points, share, 0.0, flat(map_sides=((2.0, 0.0), (0.0, 0.5))))
+    assert np.linalg.norm(on_map, axis=1) == pytest.approx([0.06, 0.005], rel=0.02)
+
+
+def test_a_triangle_without_area_carries_nothing():
+    points, share = ellipse(0.03, 0.01, 0.0), np.full(20_000, 1 / 20_000)
+    axes, on_map = principal_axes(points, share, 0.0, flat(sides=((1.0, 0.0, 0.0), (2.0, 0.0, 0.0))))
+    assert np.linalg.norm(axes[0]) == pytest.approx(0.03, rel=0.02)
+    assert not on_map.any()
+
+
+@pytest.mark.parametrize("side", [(0.0, 0.0, 1.0), (0.0, 0.0, 0.0)])
+def test_a_side_along_the_normal_gives_axes_all_the_same(side):
+    points, share = ellipse(0.03, 0.01, 0.0), np.full(20_000, 1 / 20_000)
+    axes, _ = principal_axes(points, share, 0.0, flat(sides=(side, (0.0, 1.0, 0.0))))
+    assert np.linalg.norm(axes, axis=1) == pytest.approx([0.03, 0.01], rel=0.02)
+    x = principal_axes(points[:, [2, 0, 1]], share, 0.0, flat(sides=((1.0, 0, 0), (0, 1.0, 0)), normal=(1.0, 0, 0)))[0]
+    assert np.linalg.norm(x, axis=1) == pytest.approx([0.03, 0.01], rel=0.02)

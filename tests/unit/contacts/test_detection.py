@@ -1,0 +1,207 @@
+"""Contact regions: what is found, where it is put, and that it is the same one as before."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.contacts.centre_of_pressure import SensorUncertainty
+from app.contacts.detection import TOUCH_THRESHOLD, ContactDetector
+from app.core.errors import MapError
+from app.maps.layout import MapLayout
+from app.tactile.loads import sphere_load
+from app.tactile.models.water_fill import WaterFillModel
+from tests.support.touch import arm, prepared_bar
+
+BAR = prepared_bar()
+MAP, SKIN = BAR.map, BAR.map.skin
+POSITIONS = SKIN.patches[0].taxels.positions
+
+
+def around(point, *, kilopascals=10.0, radius=0.03):
+    """A round touch on the bar."""
+    away = np.linalg.norm(POSITIONS - np.asarray(point), axis=1)
+    return 1e3 * kilopascals * np.clip(1 - (away / radius) ** 2, 0, None)
+
+
+def test_nothing_touched_nothing_found():
+    assert ContactDetector(MAP).read(np.zeros(len(SKIN))) == ()
+    assert ContactDetector(MAP).read(np.full(len(SKIN), 0.99 * TOUCH_THRESHOLD)) == ()
+
+
+def test_one_touch_is_one_region_with_all_its_force_where_it_is():
+    pressures = around((0.2, 0, 0.02))
+    (region,) = ContactDetector(MAP).read(pressures)
+    assert region.force == pytest.approx(pressures @ SKIN.areas, rel=1e-12), "the ring brings what is below threshold"
+    assert region.peak == pressures.max()
+    assert region.link == "bar"
+    assert not region.torn
+    mean = pressures * SKIN.areas @ POSITIONS / (pressures @ SKIN.areas)
+    assert region.point == pytest.approx(mean, abs=5e-4), "flat skin: the mean on the map is the mean on the body"
+    assert region.normal == pytest.approx([0, 0, 1])
+    assert MAP.to_map(region.at) == pytest.approx(region.map_point, abs=1e-12)
+    touched = pressures >= TOUCH_THRESHOLD
+    assert region.area == pytest.approx(SKIN.areas[touched].sum())
+    assert set(np.flatnonzero(touched)) < set(region.taxels)
+
+
+def test_two_touches_are_two_regions_strongest_first():
+    reader = ContactDetector(MAP)
+    regions = reader.read(around((0.08, 0, 0.02)) + around((0.3, 0, 0.02), kilopascals=30))
+    assert [round(region.point[0], 1) for region in regions] == [0.3, 0.1]
+    assert regions[0].force > regions[1].force
+
+
+def test_everything_touched_is_one_region():
+    (region,) = ContactDetector(MAP).read(np.full(len(SKIN), 5e3))
+    assert len(region.taxels) == len(SKIN)
+
+
+def test_a_taxel_stays_touched_down_to_half_the_threshold():
+    reader, pressures = ContactDetector(MAP), np.zeros(len(SKIN))
+    for level, found in ((0.9, 0), (1.0, 1), (0.6, 1), (0.49, 0), (0.6, 0)):
+        pressures[7] = level * TOUCH_THRESHOLD
+        assert len(reader.read(pressures)) == found, level
+
+
+def test_a_region_keeps_its_name_while_it_wanders():
+    reader = ContactDetector(MAP)
+    first = reader.read(around((0.08, 0, 0.02)))[0].id
+    for x in np.arange(0.08, 0.33, 0.005):
+        (region,) = reader.read(around((x, 0, 0.02)))
+        assert region.id == first
+    reader.read(np.zeros(len(SKIN)))
+    assert reader.read(around((0.08, 0, 0.02)))[0].id == first + 1, "a new touch is a new region"
+    reader.reset()
+    assert reader.read(around((0.08, 0, 0.02)))[0].id == 1
+
+
+def test_when_two_merge_the_older_keeps_its_name_and_the_other_is_told():
+    reader = ContactDetector(MAP)
+    small, large = around((0.1, 0, 0.02), radius=0.03), around((0.25, 0, 0.02), radius=0.06, kilopascals=20)
+    reader.read(small)
+    before = reader.read(small + large)
+    assert [region.id for region in before] == [2, 1], "strongest first"
+    bridge = small + large + around((0.17, 0, 0.02), radius=0.07)
+    (merged,) = reader.read(bridge)
+    assert (merged.id, merged.merged) == (1, (2,))
+    assert reader.read(bridge)[0].merged == (), "told once"
+    after = reader.read(small + large)
+    assert [(region.id, region.split_from) for region in after] == [(1, 0), (3, 1)], "the larger part keeps the name"
+    assert [region.split_from for region in reader.read(small + large)] == [0, 0]
+
+
+def test_numbers_follow_the_pressures_while_the_same_taxels_are_touched():
+    reader, pressures = ContactDetector(MAP), around((0.2, 0, 0.02))
+    (first,) = reader.read(pressures)
+    (second,) = reader.read(1.1 * pressures)
+    assert second.force == pytest.approx(1.1 * first.force)
+    assert second.id == first.id
+    assert second.taxels is first.taxels
+
+
+def test_axes_mean_pressure_and_error_bars_are_told():
+    (region,) = ContactDetector(MAP, errors=SensorUncertainty(noise=100.0)).read(around((0.2, 0, 0.02), radius=0.06))
+    touched = around((0.2, 0, 0.02), radius=0.06) >= TOUCH_THRESHOLD
+    assert region.mean == pytest.approx(
+        around((0.2, 0, 0.02), radius=0.06)[touched] @ SKIN.areas[touched] / SKIN.areas[touched].sum()
+    )
+    assert region.mean < region.peak
+    assert region.axes @ region.normal == pytest.approx([0, 0], abs=1e-12)
+    assert 0.02 < np.linalg.norm(region.axes[1]) <= np.linalg.norm(region.axes[0]) < 0.06
+    lengths = np.linalg.norm(region.map_axes, axis=1)
+    assert lengths == pytest.approx(np.linalg.norm(region.axes, axis=1), rel=1e-6), "flat skin is mapped truly"
+    assert region.place_error > ContactDetector(MAP).read(around((0.2, 0, 0.02), radius=0.06))[0].place_error > 0
+    assert region.force_error == pytest.approx(100.0 * np.linalg.norm(SKIN.areas[region.taxels]))
+
+
+def test_a_long_touch_lies_along_its_axis():
+    pressures = sum(around((x, 0, 0.02)) for x in np.arange(0.1, 0.3, 0.02))
+    (region,) = ContactDetector(MAP).read(pressures)
+    long, short = np.linalg.norm(region.axes, axis=1)
+    assert abs(region.axes[0, 0]) == pytest.approx(long, rel=0.01)
+    assert long > 3 * short
+
+
+@pytest.mark.parametrize("reading", [float("nan"), float("inf"), -float("inf")])
+def test_a_taxel_that_reads_no_number_counts_as_unpressed(reading):
+    pressures = around((0.2, 0, 0.02))
+    broken = pressures.copy()
+    taxel = int(pressures.argmax())
+    broken[taxel], pressures[taxel] = reading, 0.0
+    broken[3] = reading
+    found, wanted = ContactDetector(MAP).read(broken), ContactDetector(MAP).read(pressures)
+    assert [region.force for region in found] == [region.force for region in wanted]
+    assert np.isfinite([region.place_error for region in found]).all()
+
+
+def test_a_ring_of_negative_noise_is_left_out():
+    pressures = np.zeros(len(SKIN))
+    pressures[30] = TOUCH_THRESHOLD
+    (alone,) = ContactDetector(MAP).read(pressures)
+    pressures[[taxel for taxel in alone.taxels if taxel != 30]] = -0.5 * TOUCH_THRESHOLD
+    (region,) = ContactDetector(MAP).read(pressures)
+    assert region.force == alone.force
+    assert region.point == pytest.approx(alone.point)
+
+
+def test_an_edited_map_moves_the_place_and_not_the_identity():
+    reader, pressures = ContactDetector(MAP), around((0.2, 0, 0.02))
+    (before,) = reader.read(pressures)
+    moved = replace(MAP, layout=MapLayout(tuple(replace(p, offset=(1.0, 2.0)) for p in MAP.layout.placements)))
+    reader.use(moved)
+    (after,) = reader.read(pressures)
+    assert after.id == before.id
+    assert after.point == pytest.approx(before.point, abs=1e-9)
+    assert np.linalg.norm(after.map_point - before.map_point) > 0.5
+
+
+def test_a_touch_across_a_seam_is_one_region_placed_on_the_body():
+    prepared = arm()
+    reader = ContactDetector(prepared.map)
+    assert len(reader._seams.pairs), "the arm's tubes are cut somewhere"
+    skin, torn = prepared.skin, 0
+    body = np.concatenate([patch.taxels.positions for patch in skin.patches])
+    for one, other in reader._seams.pairs:
+        pressures = np.zeros(len(skin))
+        pressures[[one, other]] = 5e3
+        reader.reset()
+        (region,) = reader.read(pressures)
+        middle = body[[one, other]].T @ skin.areas[[one, other]] / skin.areas[[one, other]].sum()
+        torn += region.torn
+        assert np.linalg.norm(region.point - middle) < 0.6 * np.linalg.norm(body[one] - body[other])
+        assert region.force == pytest.approx(5e3 * skin.areas[[one, other]].sum(), rel=1e-12)
+    assert torn == len(reader._seams.pairs)
+
+
+def test_a_patch_drawn_larger_is_torn_no_further():
+    map_ = arm().map
+    large = MapLayout(tuple(replace(place, scale=4.0) for place in map_.layout.placements))
+    np.testing.assert_array_equal(
+        ContactDetector(replace(map_, layout=large))._seams.pairs, ContactDetector(map_)._seams.pairs
+    )
+
+
+def test_a_finger_anywhere_on_the_arm_is_found_where_it_is():
+    prepared = arm()
+    skin, felt, missed = prepared.skin, WaterFillModel(prepared.skin), []
+    reader = ContactDetector(prepared.map)
+    for taxel in range(0, len(skin), 5):
+        at = skin.taxel_point(taxel)
+        load = sphere_load(skin.link(at), skin.position(at), skin.normal(at), 5.0, 0.008)
+        reader.reset()
+        (region,) = reader.read(felt.pressures([load]))
+        assert region.force == pytest.approx(5.0, rel=1e-6)
+        assert region.at.patch == at.patch
+        missed.append(np.linalg.norm(region.point - load.point))
+    pitch = np.sqrt(np.median(skin.areas))
+    assert np.median(missed) < 0.3 * pitch
+    assert max(missed) < pitch
+
+
+@pytest.mark.parametrize("threshold", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_threshold_that_is_none_is_refused(threshold):
+    with pytest.raises(MapError, match="threshold"):
+        ContactDetector(MAP, threshold=threshold)

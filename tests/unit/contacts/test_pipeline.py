@@ -1,0 +1,125 @@
+"""How contacts are read, and the sense of touch as a whole."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.contacts.centre_of_pressure import SensorUncertainty
+from app.contacts.detection import TOUCH_THRESHOLD
+from app.contacts.force_estimation.estimate import ESTIMATORS
+from app.contacts.pipeline import ContactPipeline, ReadingSettings, reading_from
+from app.contacts.tracking import DWELL, GAP, MISSED
+from app.core.errors import SceneError
+from app.tactile.sensor_effects import AreaAveraging, DeadTaxels, Noise, Sampling, SensorEffects
+from tests.support.touch import arm, prepared_bar
+
+
+def test_the_usual_is_the_area_sum_above_the_usual_threshold():
+    usual = reading_from({})
+    assert usual == ReadingSettings()
+    assert usual.estimator == "area-sum"
+    assert usual.threshold_for(SensorUncertainty()) == TOUCH_THRESHOLD
+
+
+@pytest.mark.parametrize("name", ESTIMATORS)
+def test_every_estimator_can_be_named(name):
+    assert reading_from({"estimator": name, "threshold": 2000}).estimator == name
+
+
+@pytest.mark.parametrize(("noise", "threshold"), [(0.0, 1000.0), (333.0, 1000.0), (400.0, 1200.0), (2e3, 6e3)])
+def test_the_threshold_stays_above_the_noise(noise, threshold):
+    assert ReadingSettings().threshold_for(SensorUncertainty(noise=noise)) == threshold
+
+
+def test_what_a_person_sets_stands():
+    assert ReadingSettings(threshold=200.0).threshold_for(SensorUncertainty(noise=5e3)) == 200.0
+
+
+@pytest.mark.parametrize(("values", "words"), [
+    ({"estimator": "tikonov"}, "contacts.estimator.*no such force estimator.*tikonov.*Did you mean tikhonov"),
+    ({"estimator": 3}, "contacts.estimator"),
+    ({"threshold": 0.0}, "contacts.threshold.*0.0.*Choose 1 to 1e\\+06 Pa"),
+    ({"threshold": float("nan")}, "contacts.threshold"),
+    ({"threshold": float("inf")}, "contacts.threshold"),
+    ({"threshold": True}, "contacts.threshold"),
+    ({"threshold": "high"}, "contacts.threshold.*high"),
+    ({"wrench_noise": -1.0}, "contacts.wrench_noise.*Choose 0 to 10 N"),
+    ({"threshold_pa": 1e3}, "contacts.threshold_pa.*no such setting.*Did you mean threshold"),
+])  # fmt: skip
+def test_a_mistake_is_named(values, words):
+    with pytest.raises(SceneError, match=words):
+        reading_from(values)
+
+
+def test_whole_numbers_are_numbers():
+    assert ReadingSettings(threshold=2000) == ReadingSettings(threshold=2000.0)
+    assert isinstance(ReadingSettings(threshold=2000).threshold, float)
+
+
+BAR = prepared_bar()
+PRESSED = np.where(np.arange(len(BAR.skin)) == 7, 5e3, 0.0)
+HOME = BAR.robot.home
+
+
+def test_it_tells_regions_and_events():
+    sense = ContactPipeline(BAR.robot, BAR.map, SensorEffects())
+    (region,) = sense.read(1, 0.01, HOME, PRESSED)
+    assert region.id == 1
+    assert [event.kind for event in sense.recent] == ["touch"]
+    assert sense.read(2, 0.02, HOME, 0 * PRESSED) == ()
+    assert sense.read(3, 0.02 + 0.99 * DWELL, HOME, 0 * PRESSED) == ()
+    assert [event.kind for event in sense.recent] == ["touch"], "it may come back"
+    assert sense.read(4, 0.02 + DWELL, HOME, 0 * PRESSED) == ()
+    assert [event.kind for event in sense.recent] == ["release", "tap", "touch"]
+    assert sense.recent[0].duration == pytest.approx(0.01), "until it was gone, not until that was certain"
+    sense.reset()
+    assert sense.recent == ()
+    assert sense.read(1, 0.01, HOME, PRESSED)[0].id == 1
+
+
+@pytest.mark.parametrize(("sensor", "wait"), [
+    (SensorEffects(), DWELL),
+    (SensorEffects(area_averaging=AreaAveraging()), GAP),
+    (SensorEffects(dead_taxels=DeadTaxels()), GAP),
+    (SensorEffects(sampling=Sampling(5.0)), MISSED / 5.0),
+])  # fmt: skip
+def test_how_long_a_contact_is_awaited_follows_the_sensor(sensor, wait):
+    for waited, released in ((0.99 * wait, False), (1.01 * wait, True)):
+        sense = ContactPipeline(BAR.robot, BAR.map, SensorEffects())
+        sense.set_sensor_model(sensor)
+        sense.read(1, 0.0, HOME, PRESSED)
+        sense.read(2, 0.005, HOME, 0 * PRESSED)
+        sense.read(3, 0.005 + waited, HOME, 0 * PRESSED)
+        assert ("release" in [event.kind for event in sense.recent]) is released
+
+
+def test_without_skin_nothing_is_felt():
+    sense = ContactPipeline(BAR.robot, BAR.map, SensorEffects())
+    sense.read(1, 0.01, HOME, PRESSED)
+    assert sense.read(2, 0.02, HOME, None) == ()
+    assert sense.read(3, 0.02 + DWELL, HOME, None) == ()
+    assert sense.recent[0].kind == "release"
+
+
+def test_error_bars_follow_the_sensor():
+    sense = ContactPipeline(BAR.robot, BAR.map, SensorEffects())
+    assert sense.read(1, 0.01, HOME, PRESSED)[0].force_error == 0
+    sense.set_sensor_model(SensorEffects(noise=Noise(100.0)))
+    assert sense.read(2, 0.02, HOME, PRESSED)[0].force_error > 0
+
+
+def test_two_links_touched_apart_are_no_self_touch():
+    prepared = arm()
+    skin, pressed = prepared.skin, np.zeros(len(prepared.skin))
+    pressed[[int(skin.first[0]), int(skin.first[2])]] = 5e3
+    sense = ContactPipeline(prepared.robot, prepared.map, SensorEffects())
+    regions = sense.read(1, 0.01, prepared.robot.home, pressed)
+    assert len({region.link for region in regions}) == 2
+    assert [region.partner for region in regions] == [0, 0]
+
+
+def test_an_edited_map_is_used():
+    sense = ContactPipeline(BAR.robot, BAR.map, SensorEffects())
+    sense.use(BAR.map)
+    assert sense.read(1, 0.01, HOME, PRESSED)[0].id == 1

@@ -1,0 +1,180 @@
+"""Ids of contacts through motion, merging, splitting and short absence."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.contacts.centre_of_pressure import taxel_positions
+from app.contacts.regions import TaxelGraph, TaxelGroup
+from app.contacts.tracking import DWELL, GAP, SPEED, RegionTracker, TrackId, TrackMemory
+from tests.support.sensors import row
+from tests.support.touch import arm, bar_skin
+
+SKIN = bar_skin(400)
+BODY, MEMORY_GRAPH = taxel_positions(SKIN), TaxelGraph(SKIN)
+PITCH = float(np.sqrt(np.median(SKIN.areas)))
+
+
+def around(x: float, radius: float) -> TaxelGroup:
+    """The taxels within ``radius`` of a place on the middle line, or the nearest, with their ring."""
+    away = np.hypot(BODY[:, 0] - x, BODY[:, 1])
+    (group,) = MEMORY_GRAPH.groups(np.flatnonzero(away <= max(radius, away.min())).tolist())
+    return group
+
+
+WIDE, LONE = around(0.2, 1.5 * PITCH), around(0.2, 0.0)
+
+
+def lost(group: TaxelGroup, *, period: float = 0.0, gaps: bool = True) -> TrackMemory:
+    """Contact 7 was lost at the time 1."""
+    made = TrackMemory(SKIN, BODY)
+    made.waits, made.period, made.gaps = True, period, gaps
+    made.lose(7, group, 1.0)
+    return made
+
+
+def test_nobody_waits_unless_asked_to():
+    unasked = TrackMemory(SKIN, BODY)
+    unasked.lose(7, WIDE, 1.0)
+    assert not unasked.may_return(1.0)
+    assert unasked.find(WIDE, 1.0) == 0
+
+
+def test_a_wide_contact_is_awaited_briefly():
+    assert len(WIDE.core) > 2
+    assert lost(WIDE).may_return(1.0 + 0.99 * DWELL) == {7: "bar"}
+    assert not lost(WIDE).may_return(1.0 + DWELL)
+    assert lost(WIDE).find(WIDE, 1.0 + 0.99 * DWELL) == 7
+    assert lost(WIDE).find(WIDE, 1.0 + DWELL) == 0
+
+
+def test_a_narrow_one_may_cross_a_gap():
+    beside = around(0.2 + 2 * PITCH, 0.0)
+    assert not LONE.core & beside.core
+    assert lost(LONE).find(beside, 1.0 + 0.9 * GAP) == 7
+    assert lost(LONE).find(beside, 1.0 + GAP) == 0
+    assert lost(LONE).may_return(1.0 + 0.9 * GAP)
+    assert not lost(LONE, gaps=False).may_return(1.0 + DWELL), "there is none to cross"
+
+
+def test_in_the_same_place_it_is_another_tap():
+    assert lost(LONE).find(LONE, 1.0 + 0.9 * DWELL) == 7, "no finger taps so fast"
+    again = lost(LONE)
+    assert again.find(LONE, 1.0 + 1.1 * DWELL) == 0
+    assert not again.may_return(1.0 + 1.1 * DWELL), "the first was let go"
+
+
+def test_a_slow_skin_may_miss_one_sample():
+    period = 0.2
+    assert lost(WIDE, period=period).find(WIDE, 1.0 + 1.4 * period) == 7
+    assert lost(WIDE, period=period).find(WIDE, 1.0 + 1.6 * period) == 0
+
+
+@pytest.mark.parametrize("waited", [0.02, 0.2])
+def test_nobody_comes_back_from_farther_than_a_hand_moves(waited):
+    reached = max(BODY[sorted(LONE.core | LONE.ring), 0]) + SPEED * waited
+    near, far = around(reached - 0.5 * PITCH, 0.0), around(reached + 1.5 * PITCH, 0.0)
+    assert lost(LONE).find(near, 1.0 + waited) == 7
+    assert lost(LONE).find(far, 1.0 + waited) == 0
+
+
+def test_the_nearest_comes_back_and_only_once():
+    both = lost(LONE)
+    both.lose(8, around(0.2 + 4 * PITCH, 0.0), 1.0)
+    back = around(0.2 + 5 * PITCH, 0.0)
+    assert both.find(back, 1.2) == 8
+    assert both.find(back, 1.2) == 7
+    assert both.find(back, 1.2) == 0
+
+
+def test_on_another_link_it_is_another():
+    skin = arm().skin
+    graph, body = TaxelGraph(skin), taxel_positions(skin)
+    first, other = (graph.groups([int(skin.first[patch])])[0] for patch in (0, 1))
+    assert skin.patches[0].link != skin.patches[1].link
+    made = TrackMemory(skin, np.zeros_like(body))  # all in one place, each in its own link's frame
+    made.waits = True
+    made.lose(3, first, 0.0)
+    assert made.find(other, 0.01) == 0
+    assert made.find(first, 0.01) == 3
+
+
+def test_a_reset_forgets():
+    made = lost(WIDE)
+    made.reset()
+    assert not made.may_return(1.0)
+
+
+GRAPH = TaxelGraph(row(40))
+
+
+def names(*frames):
+    """What a new tracker calls the groups of each frame's touched taxels."""
+    tracker = RegionTracker()
+    return [tracker.assign(GRAPH.groups(sorted(frame))) for frame in frames]
+
+
+def test_what_stays_keeps_its_name():
+    assert names({3, 4}, {3, 4}, {4, 5})[-1] == [TrackId(1)]
+
+
+def test_two_are_told_apart_and_keep_their_names_in_any_order():
+    first, second = names({3, 4, 20}, {20, 3})
+    assert [name.id for name in first] == [1, 2]
+    assert [name.id for name in second] == [1, 2]
+
+
+def test_a_contact_that_moves_by_its_own_size_keeps_its_name():
+    assert names({3}, {4}, {5}, {6})[-1] == [TrackId(1)]
+
+
+def test_one_that_skips_a_taxel_keeps_its_name():
+    assert names({3}, {5}, {7})[-1] == [TrackId(1)]
+
+
+def test_one_that_jumps_farther_is_new():
+    assert names({3}, {6})[-1] == [TrackId(2)]
+
+
+def test_when_two_merge_the_older_keeps_its_name_however_small():
+    frames = names({3}, {3, 8, 9, 10, 11}, {3, 4, 5, 6, 7, 8, 9, 10, 11}, {3, 4, 5, 6, 7, 8, 9, 10, 11})
+    assert frames[2] == [TrackId(1, merged=(2,))]
+    assert frames[3] == [TrackId(1)], "told once"
+
+
+def test_when_one_splits_the_larger_part_keeps_its_name():
+    frames = names({3, 4, 5, 6, 7}, {3, 5, 6, 7}, {3, 5, 6, 7})
+    assert frames[1] == [TrackId(2, split_from=1), TrackId(1)]
+    assert frames[2] == [TrackId(2), TrackId(1)]
+
+
+def test_equal_parts_go_by_the_smaller_taxel():
+    assert names({3, 4, 5}, {3, 5})[1] == [TrackId(1), TrackId(2, split_from=1)]
+
+
+def test_a_touch_beside_a_contact_is_new_and_takes_nothing():
+    """It stands in the other's ring, which stays where it is."""
+    assert names({3}, {3, 5})[-1] == [TrackId(1), TrackId(2)]
+    assert names({3}, {3, 5, 6, 7})[-1] == [TrackId(1), TrackId(2)]
+
+
+def test_not_even_while_another_goes():
+    assert names({10, 30}, {8, 10})[-1] == [TrackId(3), TrackId(1)]
+
+
+def test_a_name_is_never_given_twice():
+    assert names({3}, set(), {3})[-1] == [TrackId(2)]
+
+
+def test_reset_begins_at_one():
+    tracker = RegionTracker()
+    tracker.assign(GRAPH.groups([3]))
+    tracker.reset()
+    assert tracker.assign(GRAPH.groups([30])) == [TrackId(1)]
+
+
+def test_one_that_merges_while_another_splits_off():
+    merged, split = names({3, 4, 5, 6, 12, 13}, {5, 6, 7, 8, 9, 10, 11, 12, 13, 3})[-1][::-1]
+    assert merged == TrackId(1, merged=(2,))
+    assert split == TrackId(3, split_from=1)

@@ -1,0 +1,42 @@
+"""A contact on the bar's top by hand, for laws without a simulation."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from app.contacts.regions import ContactRegion
+from app.control.task_priority import TaskContact
+from app.geometry.mesh import SurfacePoint
+from app.maps.tactile_map import TactileMap
+
+TICK = 0.005
+TO_MAP = np.array([[2.0, 0.0, 0.0], [0.5, 1.0, 0.0]])
+
+
+def touch(force, *, x=0.3, id_=1, normal=(0, 0, 1)):
+    """One contact on the middle line of the bar's top."""
+    at = SurfacePoint(0, 0, (1.0, 0.0, 0.0))
+    place = np.array([x, 0, 0.02])
+    return (region(force, at, place, np.zeros(2), id_=id_, normal=normal),)
+
+
+def touch_on(map_: TactileMap, taxel, force, *, id_=1):
+    """One contact at a taxel of a map."""
+    at, skin = map_.skin.taxel_point(taxel), map_.skin
+    return region(force, at, skin.position(at), map_.to_map(at), id_=id_, normal=skin.normal(at), link=skin.link(at))
+
+
+def region(force, at, place, map_point, *, id_=1, normal=(0, 0, 1), link="bar"):
+    """A contact region with what controllers look at."""
+    return ContactRegion(
+        id=id_, taxels=np.array([0]), force=force, area=1e-4, peak=1e4, map_point=map_point, at=at, link=link,
+        point=place, normal=np.asarray(normal),
+    )  # fmt: skip
+
+
+def contact(error=None, velocity=(0.0, 0.0)) -> TaskContact:
+    """One of an arm with four joints, as a controller meets it."""
+    return TaskContact(
+        id=1, force=2.0, force_error=1.0, normal=np.array([0.0, 0.0, 1.0]), point=np.zeros(3),
+        move=np.arange(12.0).reshape(3, 4), to_map=TO_MAP, error=error, velocity=np.asarray(velocity),
+    )  # fmt: skip

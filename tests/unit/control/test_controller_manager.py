@@ -1,0 +1,170 @@
+"""The manager a session asks: settings are checked, controllers switch without a jump."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.control.command import CHOICES, ControlSettings
+from app.control.controller_manager import ControllerManager
+from app.control.loop_stability import OSCILLATES, SATURATED, SensorTiming
+from app.core.errors import SceneError
+from app.editing.arrange import move
+from app.editing.document import MapDocument
+from tests.support.touch import arm, prepared_bar
+from tests.unit.control.contacts_by_hand import TICK, touch
+
+BENT, STILL = np.array([0.7]), np.zeros(1)
+
+
+def manager(**settings) -> ControllerManager:
+    prepared = prepared_bar()
+    return ControllerManager(prepared.robot, ControlSettings(**settings), prepared.map)
+
+
+def test_refused_settings_leave_the_last_good_ones():
+    mine = manager()
+    with pytest.raises(SceneError, match=r"control\.stiffness"):
+        mine.settings = replace(ControlSettings(), stiffness=-1.0)
+    with pytest.raises(SceneError, match=r"control\.controller"):
+        manager(controller="magic")
+    assert mine.settings == ControlSettings()
+
+
+def test_other_gains_do_not_start_a_law_afresh():
+    mine = manager(controller="hold_force")
+    first = mine.command(BENT, STILL, (), TICK).posture
+    mine.settings = ControlSettings(controller="hold_force", force_goal=5.0)
+    second = mine.command(BENT, STILL, (), TICK).posture
+    assert 0 < first - second < 0.01, "on its way home"
+    mine.reset()
+    assert mine.settings.force_goal == 5.0
+    assert mine.why_limited == ()
+
+
+@pytest.mark.parametrize("before", CHOICES["controller"])
+@pytest.mark.parametrize("after", CHOICES["controller"])
+def test_a_law_switched_in_mid_contact_does_not_jump(before, after):
+    """The torque goes on, and changes as slowly afterwards as the controllers themselves do."""
+    mine, posture, velocity = manager(controller=before), np.array([0.1]), np.array([0.05])
+    for _ in range(50):
+        last = mine.command(posture, velocity, touch(4.0), TICK)
+    mine.settings = replace(mine.settings, controller=after)
+    torques = [last.torque_at(posture, velocity)[0]]
+    torques += [mine.command(posture, velocity, touch(4.0), TICK).torque_at(posture, velocity)[0] for _ in range(20)]
+    steady = abs(torques[0]) * TICK / 0.2 + 0.6
+    assert np.abs(np.diff(torques)).max() < steady
+    if before != after and "impedance" in (before, after):
+        assert abs(torques[1] - torques[0]) < 0.5
+
+
+def test_a_law_taken_up_again_starts_from_the_torque_asked_for_not_from_what_it_remembers():
+    mine, posture = manager(controller="hybrid"), np.array([0.1])
+    for _ in range(50):
+        mine.command(posture, STILL, touch(9.0), TICK)
+    mine.settings = ControlSettings()
+    for _ in range(400):
+        asked = mine.command(posture, STILL, touch(3.0), TICK).torque_at(posture, STILL)
+    mine.settings = ControlSettings(controller="hybrid")
+    command = mine.command(posture, STILL, touch(3.0), TICK)
+    assert command.torque_at(posture, STILL) == pytest.approx(asked)
+    assert abs(command.torque[0]) < 0.01 * abs(asked[0]), "its wanted posture gives it, nothing is left to fade"
+
+
+def test_what_is_left_of_another_law_fades():
+    mine = manager(controller="hybrid")
+    for _ in range(20):
+        mine.command(BENT, STILL, touch(9.0), TICK)
+    mine.settings = ControlSettings()
+    for _ in range(800):
+        command = mine.command(BENT, STILL, (), TICK)
+    assert np.array_equal(command.torque, [0.0])
+
+
+def test_a_rest_posture_holds_under_every_law():
+    mine, posture, still = manager(), np.zeros(1), np.zeros(1)
+    assert mine.rest == [0.0], "the robot's home, until it is set"
+    mine.rest = np.array([0.3])
+    assert mine.command(posture, still, (), TICK).posture == [0.3]
+    for controller in ("hold_force", "hybrid"):
+        mine.settings = ControlSettings(controller=controller)
+        assert mine.rest == [0.3]
+        posture = np.zeros(1)
+        mine.reset()
+        for _ in range(800):
+            posture = mine.command(posture, still, (), TICK).posture
+        assert posture == pytest.approx([0.3], abs=1e-2), "it comes back to rest, not home"
+
+
+def test_another_map_is_taken_and_the_point_to_hold_with_it():
+    """The place held is one of the body: where it is drawn does not matter."""
+    prepared = arm()
+    mine = ControllerManager(prepared.robot, ControlSettings(controller="priority", task="hold_point"), prepared.map)
+    moved = move(MapDocument.of(prepared.map), [0], (0.2, 0.1)).map
+    assert mine.command(prepared.robot.home, np.zeros(7), (), TICK).posture.shape == (7,)
+    mine.use(moved)
+    assert mine._controller.sight.map is moved
+
+
+@pytest.mark.parametrize(
+    "controller", [controller for controller in CHOICES["controller"] if controller != "impedance"]
+)
+def test_a_skin_that_cannot_be_read_stops_every_law_that_reads(controller):
+    """Nothing touches any more, it seems: without a word the arm would seek it, and press."""
+    mine = manager(controller=controller)
+    for _ in range(20):
+        before = mine.command(BENT, STILL, touch(2.0), TICK)
+    for _ in range(50):
+        command = mine.command(BENT, STILL, (), TICK, readable=False)
+        assert np.isfinite(command.torque_at(BENT, STILL)).all()
+        assert "no number" in mine.why_limited[0]
+    assert abs(command.posture[0] - before.posture[0]) < 0.05, "it stands"
+
+
+def test_what_the_skin_cannot_hold_is_said_beside_what_limits_the_law():
+    mine, seldom = manager(controller="hybrid", force_gain=0.05), SensorTiming(0.2)
+    mine.command(BENT, STILL, touch(2.0), TICK)
+    assert mine.why_limited == ()
+    mine.readings = seldom
+    assert mine.readings == seldom
+    mine.command(BENT, STILL, touch(2.0), TICK)
+    assert mine.why_limited[0].startswith("force gain held to")
+    mine.settings = replace(mine.settings, gains="as_given")
+    mine.command(BENT, STILL, touch(2.0), TICK)
+    assert mine.why_limited[0].startswith("force gain above")
+    mine.reset()
+    assert mine.why_limited == ()
+
+
+def test_a_law_moves_by_the_gain_that_the_skin_can_hold():
+    """What is said to be held is what the joint's speed goes by."""
+    speeds, said = [], ""
+    for kind in ("as_given", "limited"):
+        mine = manager(controller="hybrid", force_gain=0.05, gains=kind, integral_time=float("inf"))
+        mine.readings = SensorTiming(0.2)
+        before, after = (mine.command(BENT, STILL, touch(2.0), TICK).posture[0] for _ in range(2))
+        speeds.append(abs(after - before) / TICK)
+        said = mine.why_limited[0]
+    assert speeds[1] / speeds[0] == pytest.approx(float(said.split()[4]) / 50.0, rel=0.05), said
+
+
+@pytest.mark.parametrize("controller", ["hold_force", "hybrid", "admittance", "qp"])
+def test_a_reading_at_its_end_is_not_pressed_for_more(controller):
+    mine = manager(controller=controller)
+    mine.readings = SensorTiming(TICK, highest=1e4)
+    start = mine.command(BENT, STILL, touch(1.0), TICK).posture[0]
+    for _ in range(20):
+        command = mine.command(BENT, STILL, touch(1.0), TICK)
+    assert SATURATED in mine.why_limited
+    assert abs(command.posture[0] - start) < 1e-4
+    mine.readings = SensorTiming(TICK)
+    assert mine.command(BENT, STILL, touch(1.0), TICK).posture[0] < start, "outward: the bar's top is above"
+
+
+def test_a_force_that_swings_is_said():
+    mine = manager(controller="hybrid")
+    for k in range(400):
+        mine.command(BENT, STILL, touch(3.0 + 2.5 * np.sin(30 * k * TICK)), TICK)
+    assert OSCILLATES in mine.why_limited

@@ -1,0 +1,96 @@
+"""Joint impedance, and the wanted posture it holds."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.control.joint_impedance import (
+    HOME_SPEED,
+    MAX_JOINT_SPEED,
+    MAX_LEAD,
+    MIN_INERTIA,
+    PostureReference,
+    at_limit,
+    joint_impedance,
+    joint_limits,
+    limit_joint_speed,
+)
+from tests.support.touch import BAR_INERTIA, arm, bar
+
+
+def test_stiffness_and_damping_are_those_of_a_second_order_joint():
+    command = joint_impedance(np.array([2.0, 0.5]), np.zeros(2), frequency=3.0, damping_ratio=0.7)
+    assert command.stiffness == pytest.approx([18.0, 4.5])
+    assert command.damping == pytest.approx(2 * 0.7 * np.sqrt(command.stiffness * [2.0, 0.5]))
+    assert not command.torque.any()
+
+
+def test_a_weightless_joint_still_holds():
+    command = joint_impedance(np.zeros(1), np.zeros(1), frequency=10.0, damping_ratio=1.0)
+    assert command.stiffness[0] == pytest.approx(100 * MIN_INERTIA)
+
+
+def test_limits_in_posture_order():
+    lower, upper = joint_limits(arm().robot)
+    assert lower.shape == upper.shape == (7,)
+    assert (lower < upper).all()
+    assert [side.shape for side in joint_limits(bar(hinged=False))] == [(0,), (0,)]
+
+
+DT, STILL = 0.005, np.zeros(1)
+
+
+def reference() -> PostureReference:
+    return PostureReference(bar(), np.array([BAR_INERTIA]))
+
+
+def test_it_starts_from_the_posture_found_and_integrates():
+    mine, limits = reference(), []
+    command = mine.move(np.array([0.2]), np.array([0.1]), DT, limits)
+    assert command.posture == pytest.approx([0.2 + 0.1 * DT])
+    assert mine.move(np.array([0.2]), np.array([0.1]), DT, limits).posture == pytest.approx([0.2 + 0.2 * DT])
+    assert limits == []
+    mine.reset()
+    assert mine.start_posture(STILL) == STILL
+
+
+def test_it_can_start_with_a_torque():
+    mine = reference()
+    mine.start(np.array([0.2]), np.array([1.5]))
+    assert mine.command_at(mine.wanted).torque_at(np.array([0.2]), STILL) == pytest.approx([1.5])
+    mine.start(np.array([0.2]), np.array([1e6]))
+    assert mine.wanted == pytest.approx([0.2 + MAX_LEAD])
+
+
+def test_it_runs_neither_ahead_nor_over_a_limit_and_says_so():
+    mine, limits = reference(), []
+    mine.move(STILL, np.array([1e3]), DT, limits)
+    assert (mine.wanted, limits) == ([MAX_LEAD], ["something holds the arm back"])
+    limits = []
+    mine.start(np.array([1.49]), STILL)
+    mine.move(np.array([1.49]), np.array([10.0]), DT, limits)
+    assert (mine.wanted, limits) == ([1.5], ["joint limit"])
+
+
+def test_home_is_neared_gently():
+    mine, at = reference(), np.array([1.0])
+    speeds = []
+    for _ in range(2000):
+        speeds.append(float(mine.home_speed(at, STILL, DT)[0]))
+        at = at + speeds[-1] * DT
+    assert at == pytest.approx([0.0], abs=1e-4)
+    assert max(map(abs, speeds)) <= HOME_SPEED
+    assert np.abs(np.diff(speeds)).max() / DT < HOME_SPEED / 0.15
+    mine.stop_homing()
+    assert abs(mine.home_speed(np.array([1.0]), STILL, DT)[0]) < 0.1 * HOME_SPEED, "it starts anew"
+
+
+def test_joints_at_a_limit_and_too_fast_ones():
+    mine = reference()
+    assert at_limit(mine, np.array([1.5]), np.array([0.1])).all()
+    assert not at_limit(mine, np.array([1.5]), np.array([-0.1])).any()
+    limits: list[str] = []
+    assert limit_joint_speed(np.array([0.5, -3.0]), limits) == pytest.approx([0.25, -MAX_JOINT_SPEED])
+    assert limits == ["joint speed"]
+    assert limit_joint_speed(np.zeros(0), limits).shape == (0,)

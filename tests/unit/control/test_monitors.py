@@ -1,0 +1,167 @@
+"""What stops a controller, what holds a contact up, and what energy is given."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from app.control.monitors import (
+    AGAIN,
+    ALONG,
+    BEYOND,
+    FULL,
+    LONGEST,
+    LOW,
+    QUIET,
+    RECOVERED,
+    STOP_SPEED,
+    EnergyTank,
+    SafetyMonitor,
+    StallDetector,
+)
+from app.geometry.mesh import SurfacePoint
+from tests.unit.control.contacts_by_hand import TICK, touch
+
+STILL, BENT = np.zeros(1), np.array([0.3])
+
+
+def test_what_is_safe_goes_on():
+    supervisor = SafetyMonitor()
+    assert supervisor.check(30.0, BENT, STILL, touch(29.9), TICK)
+    assert supervisor.reason == ""
+
+
+@pytest.mark.parametrize(
+    ("regions", "velocity", "words"),
+    [
+        (touch(31.4), STILL, "31 N of force, more than 30 N"),
+        (touch(float("nan")), STILL, "no number"),
+        (touch(3.0, normal=(0, 0, float("nan"))), STILL, "no number"),
+        ((), np.array([-STOP_SPEED - 0.1]), "3.1 rad/s"),
+    ],
+)
+def test_what_is_not_safe_stops_until_nothing_touched_for_a_while(regions, velocity, words):
+    supervisor = SafetyMonitor()
+    assert not supervisor.check(30.0, BENT, velocity, regions, TICK)
+    assert words in supervisor.reason
+    for _ in range(300):
+        assert not supervisor.check(30.0, STILL, STILL, touch(1.0), TICK), "still touched"
+    ticks = 0
+    while not supervisor.check(30.0, STILL, STILL, (), TICK):
+        assert np.array_equal(supervisor.posture, BENT), "where it stopped"
+        ticks += 1
+    assert ticks * TICK == pytest.approx(QUIET, abs=2 * TICK)
+    assert supervisor.reason == ""
+
+
+def test_a_reset_lets_go_at_once():
+    supervisor = SafetyMonitor()
+    supervisor.check(30.0, BENT, STILL, touch(50.0), TICK)
+    supervisor.reset()
+    assert supervisor.check(30.0, BENT, STILL, (), TICK)
+
+
+def test_a_robot_without_joints_is_never_too_fast():
+    assert SafetyMonitor().check(30.0, np.zeros(0), np.zeros(0), (), TICK)
+
+
+DT, ERROR, ASKED = 0.005, np.array([0.01, 0.0]), np.array([0.04, 0.0])
+HERE, THERE = SurfacePoint(0, 0, (1.0, 0.0, 0.0)), SurfacePoint(0, 1, (1.0, 0.0, 0.0))
+
+
+def turned(degrees):
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    return np.array([[c, -s], [s, c]])
+
+
+def watched(share, *, asked=ASKED, tried=1.0, seconds=2.0, jump_at=-1, way=0.0):
+    """A contact that moves by a share of what the arm tries, in a direction turned by ``way`` degrees."""
+    watch, point = StallDetector(0.005), np.zeros(2)
+    for tick in range(round(seconds / DT)):
+        step = turned(way) @ (share * tried * asked) * DT
+        point = point + step + (np.array([-0.3, 0.2]) if tick == jump_at else 0.0)
+        watch.look(1, point, ERROR, asked, tried * asked, DT, target=HERE)
+    return watch
+
+
+def look(watch, error=ERROR, *, contact=1, target=HERE):
+    return watch.look(contact, np.zeros(2), error, ASKED, ASKED, DT, target=target)
+
+
+def test_one_that_comes_along_is_stuck_and_one_that_slides_is_not():
+    assert watched(0.0).reason == ALONG
+    assert watched(-1.0).reason == ALONG
+    assert watched(0.5).reason == ""
+    assert watched(1.0, jump_at=40).reason == "", "over a seam the place jumps"
+
+
+@pytest.mark.parametrize("way", [30, 60, 75, -90])
+def test_one_that_comes_sideways_slides_on_a_map_that_is_wrong(way):
+    assert watched(1.0, way=way).reason == ""
+
+
+@pytest.mark.parametrize("share", [0.0, 1.0])
+def test_where_the_arm_cannot_even_try_the_target_is_out_of_reach(share):
+    assert watched(share, tried=0.0).reason == BEYOND
+    assert watched(share, tried=0.3).reason == ("" if share else ALONG)
+
+
+def test_little_is_no_proof():
+    assert watched(0.0, seconds=0.2).reason == ""
+    assert watched(0.0, asked=0.02 * ASKED, seconds=3 * LONGEST).reason == ""
+
+
+def test_it_is_tried_again_when_the_error_changed_or_another_contact_comes():
+    watch = watched(0.0)
+    assert look(watch) == ALONG
+    assert look(watch, ERROR + [0, 1.1 * AGAIN]) == ""
+    assert look(watched(0.0), contact=2) == ""
+    watch = watched(0.0)
+    watch.reset()
+    assert look(watch) == ""
+
+
+def test_what_is_out_of_reach_stays_so_until_the_target_changes_or_is_nearer():
+    """A contact that is let go slides away, and comes and goes: that is no reason to try again."""
+    watch = watched(0.0, tried=0.0)
+    assert look(watch, ERROR + [0.01, 0]) == BEYOND
+    assert look(watch, contact=2) == BEYOND
+    assert look(watch, ERROR - [1.1 * AGAIN, 0]) == ""
+    assert look(watched(0.0, tried=0.0), target=THERE) == ""
+
+
+def test_what_is_given_leaves_the_tank_and_what_is_taken_fills_it():
+    tank = EnergyTank()
+    tank.flow(2.0, 0.0, 0.1)
+    assert tank.level == pytest.approx(FULL - 0.2)
+    tank.flow(-1.0, 0.0, 0.1)
+    assert tank.level == pytest.approx(FULL - 0.1)
+    tank.flow(-100.0, 0.0, 1.0)
+    assert tank.level == FULL, "it holds no more"
+    assert tank.given == pytest.approx(0.1 - 100.0)
+    tank.reset()
+    assert (tank.level, tank.given) == (FULL, 0.0)
+
+
+def test_damping_gives_back_a_part():
+    tank = EnergyTank()
+    tank.flow(5.0, 0.0, 0.1)
+    tank.flow(0.0, 1.0, 0.1)
+    assert tank.level == pytest.approx(FULL - 0.5 + 0.1 * RECOVERED)
+
+
+def test_the_share_falls_smoothly_and_never_lets_the_last_go():
+    tank, shares = EnergyTank(), []
+    while tank.level > 0:
+        tank.flow(1.0, 0.0, 0.01)
+        shares.append(tank.share)
+    assert shares[0] == 1.0
+    assert shares[-1] == 0.0
+    assert all(0 <= before - after < 0.16 for before, after in pairwise(shares))
+    again = EnergyTank()
+    for _ in range(100_000):
+        again.flow(10.0 * again.share, 0.0, 0.001)
+    assert again.level >= LOW - 1e-2
+    assert again.given <= FULL

@@ -1,0 +1,240 @@
+"""A contact taken to another place of the skin: the way, the going, and who keeps it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.control.regrasp import ABOVE, BUMP, DEPTH, HEIGHTS, JOINT_SPEED, LONGEST, RegraspManager, RegraspPlan
+from app.control.surface_path import PathCrossing
+from app.robots.kinematics import Configuration
+from tests.support.touch import arm, bar, taxel_near
+from tests.unit.control.contacts_by_hand import TICK, touch_on
+from tests.unit.control.test_inverse_kinematics import reached, spot_of
+
+
+def planned(leaves, enters) -> RegraspPlan:
+    robot = arm().robot
+    plan = RegraspPlan(robot, Configuration(robot), robot.home, robot.home, spot_of(leaves), spot_of(enters))
+    rounds = 0
+    while not plan.done:
+        plan.look(10)
+        rounds += 10
+        assert rounds < 4000, "the search must end"
+    return plan
+
+
+def ends():
+    """A taxel at the end of the forearm's skin, and one of the hand's on the same side."""
+    skin = arm().skin
+    forearm, hand = (skin.patches[k].taxels.positions for k in (1, 2))
+    low, high = forearm[forearm[:, 2].argmax()], hand[hand[:, 2].argmax()]
+    return taxel_near(skin, 1, low), taxel_near(skin, 2, high)
+
+
+def test_from_forearm_to_hand_each_posture_is_where_it_should_be():
+    leaves, enters = ends()
+    route = planned(leaves, enters).route
+    assert route is not None
+    touched = reached(spot_of(leaves), arm().robot.home)
+    assert route.start == pytest.approx(arm().robot.home)
+    lifted = reached(spot_of(leaves), route.lifted).point
+    height = float(touched.normal @ (touched.point - lifted))
+    assert any(height == pytest.approx(wanted, abs=0.005) for wanted in HEIGHTS)
+    for posture, off in ((route.over, -height), (route.above, -ABOVE), (route.pressed, DEPTH)):
+        assert np.linalg.norm(reached(spot_of(enters), posture).point - touched.raised(off).point) < 0.006
+
+
+def test_the_arm_stays_out_of_the_room_of_what_it_touches():
+    leaves, enters = ends()
+    route, touched = planned(leaves, enters).route, reached(spot_of(leaves), arm().robot.home)
+    configuration = Configuration(arm().robot)
+    for share in np.linspace(0, 1, 30):
+        configuration.update(route.lifted + share * (route.over - route.lifted))
+        for link in arm().robot.links[1:]:
+            away = configuration.pose(link.name).points(link.mesh.vertices) - touched.point
+            along = away @ touched.normal
+            aside = np.linalg.norm(away - along[:, None] * touched.normal, axis=1)
+            assert not ((along > 0) & (along < 0.2) & (aside < 0.025)).any()
+
+
+def test_where_there_is_no_way_it_ends_without_one():
+    """The upper arm cannot come to where the hand is."""
+    _, hand = ends()
+    plan = planned(hand, 5)
+    assert plan.done
+    assert plan.route is None
+
+
+def test_the_same_question_has_the_same_answer():
+    first, second = (planned(*ends()).route for _ in range(2))
+    assert np.array_equal(first.over, second.over)
+
+
+DT = 0.02
+PITCH = 0.02
+
+
+class Ride:
+    """A carrier whose arm does at once what is asked; ``felt`` says what touches, by state and posture."""
+
+    def __init__(self, leaves=None, enters=None) -> None:
+        prepared = arm()
+        first, second = ends()
+        self.leaves, self.enters = first if leaves is None else leaves, second if enters is None else enters
+        self.carrier, self.configuration = RegraspManager(prepared.robot), Configuration(prepared.robot)
+        skin, held = prepared.skin, touch_on(prepared.map, self.leaves, 3.0)
+        crossing = PathCrossing(0.1, skin.taxel_point(self.leaves), skin.taxel_point(self.enters))
+        assert self.carrier.ask(crossing, held, (held,), skin, PITCH)
+        self.posture, self.states, self.said, self.speeds = prepared.robot.home.copy(), [], [], []
+
+    def go(self, felt, ticks=3000):
+        """Until it is over; the contact in hand at the end."""
+        for _ in range(ticks):
+            speed = self.carrier.speed(self.posture, arm().robot.home, self.configuration, DT)
+            if speed is not None:
+                self.posture = self.posture + DT * speed
+                self.configuration.update(self.posture)
+                self.speeds.append(speed)
+            region = self.carrier.watch(felt(self.carrier.state), DT)
+            if not self.states or self.states[-1] != self.carrier.state:
+                self.states.append(self.carrier.state)
+                self.said.append(self.carrier.says)
+            if self.carrier.state in ("arrived", "failed"):
+                return region
+        raise AssertionError(f"it never ended: {self.states}")
+
+    def place(self, taxel):
+        at, skin = arm().skin.taxel_point(taxel), arm().skin
+        return self.configuration.pose(skin.link(at)).points(skin.position(at))
+
+
+def nothing(_state):
+    return ()
+
+
+def at(taxel, *, id_=7, force=2.0):
+    return touch_on(arm().map, taxel, force, id_=id_)
+
+
+def test_it_lifts_carries_and_presses_until_it_feels_the_place():
+    ride = Ride()
+    start = ride.place(ride.leaves)
+    arrived = ride.go(lambda state: (at(ride.enters),) if state == "press" and len(ride.speeds) % 50 == 0 else ())
+    assert ride.states == ["look", "lift", "carry", "press", "arrived"]
+    assert ride.said[1] == "carrying the contact to the hand"
+    assert arrived.id == 7
+    assert np.linalg.norm(ride.place(ride.enters) - start) < 0.03
+    speeds = np.array(ride.speeds)
+    assert np.abs(speeds).max() <= JOINT_SPEED * (1 + 1e-9)
+    assert np.abs(np.diff(speeds, axis=0)).max() < 2 * JOINT_SPEED * DT / 0.1, "without jumps"
+
+
+def test_where_nothing_is_it_goes_back_and_says_so():
+    ride = Ride()
+    held = ride.go(lambda state: (at(ride.leaves),) if state == "return" else ())
+    assert ride.states == ["look", "lift", "carry", "press", "return", "failed"]
+    assert ride.carrier.reason == "nothing is there to touch"
+    assert ride.said[4] == "nothing is there to touch: going back"
+    assert held.link == "forearm"
+    assert np.linalg.norm(ride.posture - arm().robot.home) < 0.6, "on the last leg"
+
+
+def test_with_nothing_at_either_place_it_ends_with_no_contact():
+    ride = Ride()
+    assert ride.go(nothing) is None
+    assert ride.posture == pytest.approx(arm().robot.home, abs=0.02)
+
+
+def test_a_bump_on_the_way_turns_it_back_and_a_brush_does_not():
+    ride = Ride()
+    ride.go(lambda state: (at(5, force=2 * BUMP),) if state == "carry" else (at(ride.leaves),) * (state == "return"))
+    assert ride.states == ["look", "lift", "return", "failed"]
+    assert ride.carrier.reason == "something is in the way"
+    brushed = Ride()
+    brushed.go(lambda state: (at(brushed.enters),) if state == "press" else (at(5, force=0.5 * BUMP),))
+    assert brushed.states[-1] == "arrived"
+    known = Ride()
+    known.go(lambda state: (at(known.enters),) if state == "press" else (at(5, id_=1, force=9.0),))
+    assert known.states[-1] == "arrived", "it was there before"
+
+
+def test_what_comes_along_is_brought_back():
+    ride = Ride()
+    ride.go(lambda _state: (at(ride.leaves, id_=1),))
+    assert ride.carrier.reason == "what touches comes along"
+    assert ride.states[-1] == "failed"
+
+
+def test_it_never_takes_longer_than_it_may():
+    ride = Ride()
+    for _ in range(400):
+        if ride.carrier.speed(ride.posture, arm().robot.home, ride.configuration, DT) is not None:
+            break
+        ride.carrier.watch((), DT)
+    ticks = 0
+    while ride.carrier.state not in ("failed", "arrived"):  # an arm that does not move at all
+        ride.carrier.speed(ride.posture + 0.5, arm().robot.home, ride.configuration, DT)
+        ride.carrier.watch((), DT)
+        ticks += 1
+        assert ticks * DT < 2.5 * LONGEST
+    assert ride.carrier.reason == "it takes too long"
+    assert ticks * DT > LONGEST
+
+
+def test_the_place_that_cannot_come_is_refused_before_anything_is_let_go():
+    _, hand = ends()
+    ride = Ride(hand, 5)
+    ride.go(lambda _state: (at(hand),))
+    assert ride.states == ["look", "failed"]
+    assert ride.carrier.reason == "the upper arm cannot come to what it touches"
+    assert not ride.speeds
+
+
+def asked(carrier) -> bool:
+    leaves, enters = ends()
+    skin, held = arm().skin, touch_on(arm().map, leaves, 3.0)
+    crossing = PathCrossing(0.1, skin.taxel_point(leaves), skin.taxel_point(enters))
+    return carrier.ask(crossing, held, (held,), skin, 0.02)
+
+
+def ticked(carrier, ticks=400):
+    """Its speed as soon as the arm moves."""
+    robot, configuration = arm().robot, Configuration(arm().robot)
+    for _ in range(ticks):
+        speed = carrier.speed(robot.home, robot.home, configuration, TICK)
+        if speed is not None:
+            return speed
+        carrier.watch((), TICK)
+    raise AssertionError("it found no way")
+
+
+@pytest.mark.parametrize("robot", [None, bar(hinged=False)])
+def test_without_an_arm_nothing_is_carried(robot):
+    carrier = RegraspManager(robot)
+    assert not asked(carrier)
+    assert (carrier.state, carrier.says, carrier.reason) == ("", "", "")
+
+
+def test_first_a_way_is_looked_for_and_the_arm_stands():
+    carrier = RegraspManager(arm().robot)
+    assert asked(carrier)
+    assert carrier.state == "look"
+    assert not carrier.moves
+    assert carrier.speed(arm().robot.home, arm().robot.home, Configuration(arm().robot), TICK) is None
+    assert carrier.says == "looking for a way to the hand"
+    assert ticked(carrier).any()
+    assert carrier.moves
+    assert carrier.state == "lift"
+    assert carrier.crossing.way == 0.1
+
+
+def test_a_reset_lets_go_of_it():
+    carrier = RegraspManager(arm().robot)
+    assert asked(carrier)
+    ticked(carrier)
+    carrier.reset()
+    assert (carrier.state, carrier.says, carrier.moves, carrier.crossing) == ("", "", False, None)
+    assert carrier.watch((), TICK) is None
+    assert carrier.speed(arm().robot.home, arm().robot.home, Configuration(arm().robot), TICK) is None
+    assert asked(carrier), "and another may begin"

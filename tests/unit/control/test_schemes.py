@@ -1,0 +1,371 @@
+"""Each control scheme by the errors it serves."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.control.command import ControlSettings
+from app.control.controllers import CONTROL_SCHEMES
+from app.control.joint_impedance import MAX_JOINT_SPEED, MAX_POINT_SPEED, WEAK, PostureReference, joint_limits
+from app.control.map_kinematics import MapKinematics
+from app.control.schemes import (
+    CAP_SHARE,
+    MAX_ACCELERATION,
+    AdmittanceScheme,
+    ForceServo,
+    HybridScheme,
+    ParallelScheme,
+    PointVelocityScheme,
+    PriorityScheme,
+    ProjectionScheme,
+    QuadraticProgramScheme,
+    limit_point_speed,
+)
+from app.control.task_priority import ArmState, PriorityLevel, TaskContact, solve_hierarchy
+from app.robots.kinematics import Configuration
+from tests.support.touch import arm, bar
+from tests.unit.control.contacts_by_hand import contact
+
+SETTINGS = ControlSettings(force_gain=0.01, integral_time=0.5)
+DT = 0.005
+
+
+def push(servo, error, *, contact=1, limits=None, settings=SETTINGS):
+    return servo.push(settings, contact, error, DT, [] if limits is None else limits)
+
+
+def test_proportional_until_the_goal_was_reached_then_integral_too():
+    servo = ForceServo(1.0)
+    assert [push(servo, 1.0) for _ in range(3)] == pytest.approx([0.01] * 3)
+    assert [push(servo, -1.0) for _ in range(3)] == pytest.approx([-0.01 * (1 + k * DT / 0.5) for k in (1, 2, 3)])
+    assert servo.integral(1) == pytest.approx(-3 * DT)
+
+
+def test_each_contact_has_its_own_memory_and_takes_it_along():
+    servo = ForceServo(1.0)
+    push(servo, -1.0)
+    push(servo, -2.0, contact=2)
+    assert (servo.integral(1), servo.integral(2)) == pytest.approx((-DT, -2 * DT))
+    servo.keep([2])
+    assert (servo.integral(1), servo.integral(2)) == pytest.approx((0.0, -2 * DT))
+    assert push(servo, 1.0) == pytest.approx(0.01), "it has to reach its goal again"
+
+
+def test_the_integral_stands_while_the_answer_is_bounded():
+    servo, limits = ForceServo(0.02), []
+    push(servo, -1.0)
+    gathered = servo.integral(1)
+    for _ in range(1000):
+        assert push(servo, -50.0, limits=limits) == -0.02
+    assert servo.integral(1) == pytest.approx(gathered)
+    assert set(limits) == {"speed of the touched point"}
+    assert push(servo, 1.0) == pytest.approx(0.01, rel=0.02), "free at once"
+
+
+def test_no_integral_at_all():
+    servo, endless = ForceServo(1.0), ControlSettings(force_gain=0.01, integral_time=float("inf"))
+    assert [push(servo, -1.0, settings=endless) for _ in range(4)] == [-0.01] * 4
+    assert servo.integral(1) == 0.0
+    push(servo, -1.0)
+    push(servo, -1.0, settings=endless)
+    assert servo.integral(1) == pytest.approx(-DT), "what was gathered stands"
+
+
+def test_a_goal_that_is_not_reached_alone_is_integrated_for_after_a_while():
+    """Something holds against it: the proportional part comes no nearer, and would stand for ever."""
+    servo, ticks = ForceServo(1.0), round(SETTINGS.integral_time / DT)
+    nearing = [push(servo, 2.0 * 0.97**k) for k in range(ticks)]
+    assert servo.integral(1) == 0.0, "it still comes nearer"
+    assert nearing[-1] < 0.2 * nearing[0]
+    for _ in range(ticks - 2):
+        push(servo, 0.5)
+    assert servo.integral(1) == 0.0
+    held = [push(servo, 0.5) for _ in range(20)]
+    assert held[-1] > held[0]
+    assert servo.integral(1) > 0
+    servo.keep([])
+    push(servo, 0.5)
+    assert servo.integral(1) == 0.0, "a new contact waits again"
+
+
+AIM, POINT_DT = np.array([0.1, 0.0, -0.2]), 0.005
+POINT_SETTINGS = ControlSettings(force_gain=0.01, integral_time=1.0)
+
+
+class Slow(PointVelocityScheme):
+    """Nears a velocity in ten ticks' time, and presses."""
+
+    def velocity(self, settings, contact, dt, limits):
+        return self.lagged(contact, AIM, 10 * POINT_DT, dt)
+
+
+def levels(rule, *contacts):
+    zero = np.zeros(4)
+    arm = ArmState(zero, zero, zero, PostureReference(bar(), np.ones(1)), contacts, POINT_DT)
+    return rule.levels(POINT_SETTINGS, contacts, arm, [])
+
+
+def test_all_contacts_are_wanted_alike():
+    free, held = contact(), replace(contact(np.zeros(2)), id=2)
+    [level] = levels(Slow(), free, held)
+    assert np.array_equal(level.rows, np.concatenate([free.outward[None], held.move]))
+    assert level.speed == pytest.approx(0.1 * np.array([AIM[2], *AIM])), "a tenth of the way in the first tick"
+
+
+def test_the_velocity_wanted_is_remembered_by_contact_and_forgotten_with_it():
+    rule, one = Slow(), contact(np.zeros(2))
+    for tick in range(1, 5):
+        [level] = levels(rule, one)
+        assert level.speed == pytest.approx((1 - 0.9**tick) * AIM)
+    other = replace(one, id=2)
+    [level] = levels(rule, other)
+    assert level.speed == pytest.approx(0.1 * AIM), "another one starts at rest"
+    [level] = levels(rule, one)
+    assert level.speed == pytest.approx(0.1 * AIM), "and so does one that was lost"
+    rule.reset()
+    [level] = levels(rule, one)
+    assert level.speed == pytest.approx(0.1 * AIM)
+
+
+def test_a_time_constant_shorter_than_a_tick_is_none():
+    assert Slow().lagged(contact(), AIM, 0.5 * POINT_DT, POINT_DT) is AIM
+
+
+def test_the_force_s_integral_goes_with_its_contact():
+    rule, one = Slow(), replace(contact(), force_error=-1.0)
+    pushes = []
+    for _ in range(3):
+        levels(rule, one)
+        pushes.append(rule.push(POINT_SETTINGS, one, POINT_DT, []))
+    assert pushes == pytest.approx([-0.01 * (1 + POINT_DT * k) for k in (1, 2, 3)])
+    levels(rule, replace(one, id=2))
+    assert rule.push(POINT_SETTINGS, one, POINT_DT, []) == pytest.approx(pushes[0])
+
+
+def test_a_point_that_is_too_fast_is_slowed_and_that_is_said():
+    limits: list[str] = []
+    assert limit_point_speed(AIM, limits) is AIM
+    assert limits == []
+    assert limit_point_speed(10 * AIM, limits) == pytest.approx(MAX_POINT_SPEED * AIM / np.linalg.norm(AIM))
+    assert limits == ["speed of the touched point"]
+
+
+REST = np.zeros(3)
+
+
+def answer(levels: list[PriorityLevel]) -> np.ndarray:
+    reference = PostureReference(bar(), np.ones(1))
+    reference.lower, reference.upper = np.full(3, -9.0), np.full(3, 9.0)
+    arm = ArmState(REST, REST, REST, reference, (), 1.0)
+    return QuadraticProgramScheme().solve(levels, ControlSettings(controller="qp"), (), arm, [])
+
+
+@pytest.mark.parametrize("gain", [0.01, 0.05, 0.1, 0.9 * WEAK])
+def test_a_weak_direction_is_damped_as_in_least_squares(gain):
+    """Undamped it would ask for 0.05 m/s over the gain: 5 rad/s at the weakest."""
+    outward, along = np.array([[gain, 0.0, 0.0]]), np.array([[0.0, 0.5, 0.0]])
+    levels = [PriorityLevel(outward, np.array([0.05])), PriorityLevel(along, np.array([0.02]))]
+    wanted, damped = solve_hierarchy(levels, REST)
+    assert damped
+    assert answer(levels) == pytest.approx(wanted, rel=0.05, abs=1e-3)
+    assert abs(answer(levels)[0]) < 0.7
+
+
+def test_a_strong_one_is_not():
+    levels = [PriorityLevel(np.array([[1.5 * WEAK, 0.0, 0.0]]), np.array([0.05]))]
+    assert answer(levels)[0] == pytest.approx(0.05 / (1.5 * WEAK), rel=1e-3)
+
+
+SCHEME_DT, SCHEME_SETTINGS = (
+    0.005,
+    ControlSettings(force_gain=0.01, integral_time=float("inf"), inertia_time=0.0, position_gain=5.0),
+)
+PLACE = np.array([0.003, -0.002])
+SPEED = 5.0 * PLACE
+
+
+def contact_with_goal(*, error=PLACE, force_error=1.0, id_=1, **changed) -> TaskContact:
+    """On the forearm of our arm at home."""
+    prepared = arm()
+    robot, at = Configuration(prepared.robot), prepared.skin.taxel_point(int(prepared.skin.first[1]) + 40)
+    pose = robot.pose(prepared.skin.link(at))
+    normal = pose.rotation @ prepared.skin.normal(at)
+    to_map = MapKinematics(prepared.map).jacobian(at, "smoothed", robot)
+    to_map = to_map - np.outer(to_map @ normal, normal)  # so that nothing of the normal is in the tests' arithmetic
+    return replace(
+        TaskContact(
+            id_, 3.0, force_error, normal, pose.points(prepared.skin.position(at)),
+            robot.jacobian(prepared.skin.link(at), prepared.skin.position(at)), to_map, error, np.zeros(2),
+        ),
+        **changed,
+    )  # fmt: skip
+
+
+def state(contacts, *, start=None, speed=None, home=None) -> ArmState:
+    robot, zero = arm().robot, np.zeros(7)
+    reference = PostureReference(robot, np.ones(7))
+    given = [zero if value is None else value for value in (home, speed)]
+    return ArmState(robot.home if start is None else start, *given, reference, tuple(contacts), SCHEME_DT)
+
+
+def scheme_answer(rule, *contacts, settings=SCHEME_SETTINGS, **said):
+    limits: list[str] = []
+    arm_state = state(contacts, **said)
+    levels = rule.levels(settings, contacts, arm_state, limits)
+    return rule.solve(levels, settings, contacts, arm_state, limits), limits
+
+
+def slide(one, speed):
+    """(2,) how the contact moves on the map."""
+    return -one.to_map @ one.move @ speed
+
+
+@pytest.mark.parametrize("kind", [HybridScheme, AdmittanceScheme, ParallelScheme, PriorityScheme])
+def test_force_and_place_are_both_served(kind):
+    speed, limits = scheme_answer(kind(), one := contact_with_goal())
+    assert one.outward @ speed == pytest.approx(0.01, rel=1e-6)
+    assert slide(one, speed) == pytest.approx(SPEED, rel=1e-6)
+    assert limits == []
+
+
+def test_the_program_serves_both_nearly_and_accelerates_towards_it():
+    one, speed = contact_with_goal(), np.zeros(7)
+    for _ in range(20):
+        speed, _ = scheme_answer(QuadraticProgramScheme(), one, speed=speed)
+    assert one.outward @ speed == pytest.approx(0.01, rel=0.02)
+    assert slide(one, speed) == pytest.approx(SPEED, rel=0.05)
+
+
+def test_projection_serves_the_force_and_takes_the_map_for_unstretched():
+    one = contact_with_goal()
+    speed, _ = scheme_answer(ProjectionScheme(), one)
+    assert one.outward @ speed == pytest.approx(0.01, rel=1e-6)
+    assert np.linalg.norm(one.move @ speed) == pytest.approx(np.hypot(0.01, np.linalg.norm(SPEED)), rel=1e-6)
+    double = replace(one, to_map=2 * one.to_map)
+    assert scheme_answer(ProjectionScheme(), double)[0] == pytest.approx(speed), "it knows no scale"
+    assert scheme_answer(HybridScheme(), double)[0] != pytest.approx(scheme_answer(HybridScheme(), one)[0])
+
+
+@pytest.mark.parametrize("name", CONTROL_SCHEMES)
+def test_a_contact_that_may_slide_is_pushed_only(name):
+    one, speed = contact_with_goal(error=None), np.zeros(7)
+    for _ in range(10):
+        speed, _ = scheme_answer(CONTROL_SCHEMES[name](), one, speed=speed)
+    assert one.outward @ speed == pytest.approx(0.01, rel=0.02)
+    least = one.outward / (one.outward @ one.outward) * 0.01
+    assert speed == pytest.approx(least, abs=1e-3)
+
+
+@pytest.mark.parametrize("name", CONTROL_SCHEMES)
+def test_two_contacts_are_served_together(name):
+    other = contact_with_goal(error=None, force_error=-1.0, id_=2)
+    other = replace(other, move=np.roll(other.move, 1, axis=1))
+    first, speed = contact_with_goal(error=None), np.zeros(7)
+    for _ in range(10):
+        speed, _ = scheme_answer(CONTROL_SCHEMES[name](), first, other, speed=speed)
+    assert [first.outward @ speed, other.outward @ speed] == pytest.approx([0.01, -0.01], rel=0.05)
+
+
+def test_hybrid_keeps_position_out_of_force_and_a_wrong_normal_leaks():
+    one = contact_with_goal(force_error=0.0)
+    assert one.outward @ scheme_answer(HybridScheme(), one)[0] == pytest.approx(0, abs=1e-12)
+    across = one.map_axes[0]
+    wrong = replace(one, normal=np.cos(0.5) * one.normal + np.sin(0.5) * across)
+    assert abs(one.normal @ one.move @ scheme_answer(HybridScheme(), wrong)[0]) > 1e-4
+
+
+def test_admittance_and_parallel_take_up_a_speed_with_their_time_constant():
+    settings = replace(SCHEME_SETTINGS, inertia_time=0.1)
+    for kind in (AdmittanceScheme, ParallelScheme):
+        rule, one = kind(), contact_with_goal(error=None)
+        pushed = [float(one.outward @ scheme_answer(rule, one, settings=settings)[0]) for _ in range(100)]
+        expected = 0.01 * (1 - (1 - SCHEME_DT / 0.1) ** np.arange(1, 101))
+        assert pushed == pytest.approx(list(expected), rel=1e-6)
+
+
+def test_parallel_is_drawn_back_to_where_the_contact_began():
+    rule, one = ParallelScheme(), contact_with_goal(error=None, force_error=0.0)
+    scheme_answer(rule, one)
+    deeper = replace(one, point=one.point - 0.002 * one.normal)
+    assert one.outward @ scheme_answer(rule, deeper)[0] == pytest.approx(5.0 * 0.002, rel=1e-6)
+    rule.reset()
+    assert not scheme_answer(rule, deeper)[0].any(), "it begins here"
+
+
+def test_priority_keeps_the_force_where_the_place_cannot_be_served():
+    """Only motion along one direction is left: force and place want different speeds of it."""
+    one = contact_with_goal()
+    poor = replace(one, move=np.outer(one.normal + one.map_axes[0], np.eye(7)[0]))
+    speed, _ = scheme_answer(PriorityScheme(), poor)
+    assert poor.outward @ speed == pytest.approx(0.01, rel=1e-6)
+
+
+def test_priority_goes_to_rest_with_what_is_left():
+    home = np.full(7, 0.1)
+    speed, _ = scheme_answer(PriorityScheme(), one := contact_with_goal(), home=home)
+    assert slide(one, speed) == pytest.approx(SPEED, rel=1e-6)
+    assert home @ speed > home @ scheme_answer(PriorityScheme(), one)[0]
+
+
+@pytest.mark.parametrize("name", CONTROL_SCHEMES)
+def test_speeds_are_bounded_and_it_is_said(name):
+    one, speed = contact_with_goal(force_error=-500.0, error=np.array([0.5, 0.5])), np.zeros(7)
+    for _ in range(100):
+        speed, limits = scheme_answer(CONTROL_SCHEMES[name](), one, speed=speed)
+        assert np.abs(speed).max() <= MAX_JOINT_SPEED * (1 + 1e-9)
+    assert np.linalg.norm(one.move @ speed) <= 2 * MAX_POINT_SPEED * (1 + 1e-6)
+    assert "speed of the touched point" in limits
+
+
+@pytest.mark.parametrize("name", CONTROL_SCHEMES)
+def test_joints_at_their_limits_stay(name):
+    lower, upper = joint_limits(arm().robot)
+    one = contact_with_goal(force_error=-3.0)
+    for edge in (np.where(np.isfinite(upper), upper, 0.0), np.where(np.isfinite(lower), lower, 0.0)):
+        speed, limits = scheme_answer(CONTROL_SCHEMES[name](), one, start=edge)
+        assert (speed[edge >= upper] <= 1e-12).all()
+        assert (speed[edge <= lower] >= -1e-12).all()
+        assert limits
+
+
+def test_the_program_bounds_acceleration():
+    speed, limits = scheme_answer(QuadraticProgramScheme(), contact_with_goal(force_error=-50.0))
+    assert np.abs(speed).max() <= MAX_ACCELERATION * SCHEME_DT * (1 + 1e-6)
+    assert "joint acceleration" in limits
+
+
+def test_the_program_slows_down_before_a_limit():
+    _, upper = joint_limits(arm().robot)
+    one, near = contact_with_goal(force_error=-50.0), np.where(np.isfinite(upper), upper - 0.02, 0.0)
+    speed = np.zeros(7)
+    for _ in range(20):
+        speed, _ = scheme_answer(QuadraticProgramScheme(), one, start=near, speed=speed)
+    assert speed.max() <= MAX_JOINT_SPEED * 0.02 / 0.2 * (1 + 1e-6)
+
+
+def test_the_program_keeps_every_contact_under_its_cap_whatever_the_task_wants():
+    cap = CAP_SHARE * SCHEME_SETTINGS.max_force
+    wanted = contact_with_goal(error=None, force_error=5.0)
+    other = replace(contact_with_goal(error=None, id_=2), force=cap + 1.0)
+    free, _ = scheme_answer(QuadraticProgramScheme(), wanted)
+    limits: list[str] = []
+    arm_state = state((wanted, other))
+    rule = QuadraticProgramScheme()
+    levels = rule.levels(SCHEME_SETTINGS, (wanted,), arm_state, limits)
+    capped = rule.solve(levels, SCHEME_SETTINGS, (wanted,), arm_state, limits)
+    assert wanted.outward @ free > 0
+    assert other.outward @ capped < 0, "it backs off"
+    assert "force cap" in limits
+
+
+@pytest.mark.parametrize("name", CONTROL_SCHEMES)
+def test_a_reset_forgets_everything(name):
+    settings, rule, one = ControlSettings(), CONTROL_SCHEMES[name](), contact_with_goal(force_error=-1.0)
+    first, _ = scheme_answer(rule, one, settings=settings)
+    for _ in range(10):
+        scheme_answer(rule, one, settings=settings)
+    rule.reset()
+    assert np.array_equal(scheme_answer(rule, one, settings=settings)[0], first)

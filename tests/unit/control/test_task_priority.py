@@ -1,0 +1,140 @@
+"""Contacts as rows, solved level by level within limits."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.control.joint_impedance import MAX_JOINT_SPEED, MAX_POINT_SPEED, WEAK, PostureReference
+from app.control.task_priority import (
+    ContactGoal,
+    PriorityLevel,
+    point_rows,
+    single_level,
+    solve_hierarchy,
+    solve_within_limits,
+)
+from tests.support.touch import arm
+from tests.unit.control.contacts_by_hand import TO_MAP, contact, touch
+
+
+def test_outward_is_the_normal_s_share_of_motion():
+    assert contact().outward == pytest.approx([8, 9, 10, 11])
+
+
+def test_map_axes_lie_along_the_skin_as_the_map_s_do_and_are_square_to_each_other():
+    axes = contact().map_axes
+    assert axes @ axes.T == pytest.approx(np.eye(2))
+    assert axes @ contact().normal == pytest.approx([0, 0])
+    stretch = TO_MAP @ axes.T
+    assert stretch == pytest.approx(stretch.T), "what is left of the map is stretch without a turn"
+
+
+def test_the_skin_goes_the_other_way_so_that_the_contact_comes_where_it_should():
+    mine = contact(np.array([0.01, -0.02]), (0.003, 0.004))
+    skin = mine.along(5.0, 1.0)
+    assert -TO_MAP @ skin == pytest.approx(5.0 * mine.error + mine.velocity)
+    assert skin @ mine.normal == pytest.approx(0)
+    slow = mine.along(5.0, 0.01)
+    assert np.linalg.norm(slow) == pytest.approx(0.01)
+    assert np.cross(slow, skin) == pytest.approx(np.zeros(3), abs=1e-12)
+    assert not contact().along(5.0, 1.0).any(), "one that may slide is not moved along"
+
+
+def test_a_want_leaves_place_open_unless_it_says():
+    want = ContactGoal(touch(1.0)[0], 3.0)
+    assert want.error is None
+    assert want.velocity is None
+
+
+def random_rows(seed, m, n=7):
+    return np.random.default_rng(seed).normal(size=(m, n))
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_levels_that_do_not_conflict_are_all_met_by_the_least_motion(seed):
+    rows, wanted = random_rows(seed, 3), np.array([0.1, -0.2, 0.05])
+    levels = [PriorityLevel(rows[:1], wanted[:1]), PriorityLevel(rows[1:], wanted[1:])]
+    speed, damped = solve_hierarchy(levels, np.zeros(7))
+    assert rows @ speed == pytest.approx(wanted, abs=1e-9)
+    assert speed == pytest.approx(np.linalg.pinv(rows) @ wanted, abs=1e-9)
+    assert not damped
+
+
+def test_what_is_more_wanted_is_exact_in_a_conflict():
+    row = random_rows(0, 1)
+    both = np.concatenate([row, random_rows(1, 1)])
+    levels = [PriorityLevel(row, np.array([0.1])), PriorityLevel(both, np.array([-0.3, 0.2]))]
+    speed, _ = solve_hierarchy(levels, np.zeros(7))
+    assert (row @ speed)[0] == pytest.approx(0.1, abs=1e-9)
+    assert levels[1].rows[1] @ speed == pytest.approx(0.2, abs=1e-6)
+
+
+def test_rest_moves_only_what_is_free():
+    rows, rest = random_rows(3, 3), np.full(7, 0.3)
+    speed, _ = solve_hierarchy([PriorityLevel(rows, np.zeros(3))], rest)
+    assert rows @ speed == pytest.approx(np.zeros(3), abs=1e-12)
+    assert np.linalg.norm(speed) > 0.1
+    assert solve_hierarchy([], rest)[0] == pytest.approx(rest)
+
+
+@pytest.mark.parametrize("gain", np.geomspace(1e-9, 1.0, 30))
+def test_near_a_singularity_the_greatest_point_speed_asks_for_no_more_than_the_greatest_joint_speed(gain):
+    rows = np.diag([0.5, gain]) @ np.linalg.qr(random_rows(4, 2, 7).T)[0].T
+    speed, damped = solve_hierarchy([PriorityLevel(rows, np.array([0.0, MAX_POINT_SPEED]))], np.zeros(7))
+    assert np.linalg.norm(speed) <= MAX_JOINT_SPEED * (1 + 1e-6)
+    assert damped == (gain < WEAK)
+    weak = 2 * gain / (gain**2 + WEAK**2)
+    assert np.linalg.norm(speed) == pytest.approx(MAX_POINT_SPEED * (weak if damped else 1 / gain), rel=1e-6)
+    strong, _ = solve_hierarchy([PriorityLevel(rows, np.array([0.1, MAX_POINT_SPEED]))], np.zeros(7))
+    assert rows[0] @ strong == pytest.approx(0.1, abs=1e-9), "the strong direction is not damped"
+
+
+def test_nothing_wanted_of_no_joints():
+    speed, damped = solve_hierarchy([PriorityLevel(np.zeros((2, 0)), np.ones(2))], np.zeros(0))
+    assert speed.shape == (0,)
+    assert not damped
+
+
+def limits_of_joints() -> PostureReference:
+    return PostureReference(arm().robot, np.ones(7))
+
+
+def test_a_contact_that_may_slide_has_one_row():
+    rows, speed = point_rows(contact(), np.array([1.0, 2.0, 3.0]))
+    assert (rows.shape, speed) == ((1, 4), [3.0])
+    rows, speed = point_rows(contact(np.zeros(2)), np.array([1.0, 2.0, 3.0]))
+    assert rows.shape == (3, 4)
+    assert speed == pytest.approx([1, 2, 3])
+    [level] = single_level([point_rows(contact(), np.ones(3)), point_rows(contact(np.zeros(2)), np.ones(3))])
+    assert level.rows.shape == (4, 4)
+
+
+def test_a_joint_at_its_limit_leaves_the_work_to_the_others():
+    robot = arm().robot
+    joint = next(k for k, j in enumerate(robot.joints) if np.isfinite(j.upper))
+    start, limits = robot.home.copy(), []
+    start[joint] = robot.joints[joint].upper
+    level = PriorityLevel(np.full((1, 7), 0.5), np.array([0.2]))
+    speed = solve_within_limits([level], limits_of_joints(), start, limits)
+    assert speed[joint] == 0
+    assert level.rows @ speed == pytest.approx([0.2])
+    assert limits == ["joint limit"]
+
+
+def test_when_no_joint_is_left_nothing_moves():
+    robot, limits = arm().robot, []
+    start = np.array([j.upper for j in robot.joints])
+    assert np.isfinite(start).all()
+    assert not solve_within_limits(
+        [PriorityLevel(np.ones((1, 7)), np.array([0.2]))], limits_of_joints(), start, limits
+    ).any()
+    assert "joint limit" in limits
+
+
+def test_what_hardly_moves_anything_is_said():
+    limits: list[str] = []
+    solve_within_limits(
+        [PriorityLevel(np.full((1, 7), 0.01), np.array([0.2]))], limits_of_joints(), arm().robot.home, limits
+    )
+    assert "the arm can hardly move along this contact" in limits

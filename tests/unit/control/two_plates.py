@@ -1,0 +1,51 @@
+"""Flat skin in two patches whose map is laid by hand, so that paths on it are known without a computer."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from app.geometry.mesh import Mesh
+from app.maps.build import build_map
+from app.maps.layout import MapLayout, Placement
+from app.maps.tactile_map import TactileMap
+from app.skin.sampling import place_evenly
+from app.skin.skin import Patch, Skin
+
+
+@cache
+def two_plates(*, gap: float = 0.04, scale: float = 1.0) -> TactileMap:
+    """Two squares of 0.1 m, flat on the link ``bar``, ``gap`` apart along x on the body and 0.02 m on the map.
+
+    Args:
+        gap: On the body [m].
+        scale: Of the second patch on the map.
+    """
+    plates = [_square(0.0), _square(0.1 + gap)]
+    patches = [
+        Patch(name, "bar", plate, place_evenly(plate, 100, seed=0)) for name, plate in zip("ab", plates, strict=True)
+    ]
+    map_ = build_map(Skin(tuple(patches)))
+    return TactileMap(map_.skin, map_.charts, MapLayout((_upright(map_, 0, 0.0, 1.0), _upright(map_, 1, 0.12, scale))))
+
+
+def _square(x: float) -> Mesh:
+    steps = np.linspace(0, 0.1, 11)
+    i, j = (k.ravel() for k in np.meshgrid(np.arange(11), np.arange(11), indexing="ij"))
+    a = (np.arange(10)[:, None] * 11 + np.arange(10)).ravel()
+    faces = np.concatenate([np.stack([a, a + 11, a + 12], 1), np.stack([a, a + 12, a + 1], 1)])
+    return Mesh(np.stack([x + steps[i], steps[j], np.zeros(121)], axis=1), faces)
+
+
+def _upright(map_: TactileMap, number: int, x: float, scale: float) -> Placement:
+    """The placement that lays a flat plate's chart as it lies on the body, its corner at (x, 0)."""
+    chart, surface = map_.charts[number], map_.skin.patches[number].surface
+    body = surface.vertices[chart.vertex_of][:, :2]
+    plane = chart.plane - chart.plane.mean(axis=0)
+    turn = plane.T @ (body - body.mean(axis=0))
+    assert np.linalg.det(turn) > 0, "seen from outside both turn the same way"
+    angle = float(np.arctan2(turn[0, 1] - turn[1, 0], turn[0, 0] + turn[1, 1]))
+    laid = Placement(angle=angle, scale=scale).apply(chart.plane)
+    corner = laid.min(axis=0)
+    return Placement(angle=angle, offset=(x - float(corner[0]), -float(corner[1])), scale=scale)

@@ -1,0 +1,71 @@
+"""Arrays belong to their values, and nobody else can change them."""
+
+from __future__ import annotations
+
+import pickle
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+
+from app.core.arrays import dot, length, readonly, refreeze
+
+
+@dataclass(frozen=True, eq=False)
+class Box:
+    content: Any
+
+
+def test_a_value_owns_its_array():
+    theirs = np.zeros(3)
+    ours = readonly(theirs)
+    theirs[0] = 1
+    assert ours[0] == 0
+    with pytest.raises(ValueError, match="read-only"):
+        ours[0] = 2
+
+
+def test_an_array_that_is_safe_already_is_not_copied():
+    first = readonly([1.0, 2.0])
+    assert readonly(first) is first
+    assert readonly(first, np.int64) is not first
+    assert readonly(first[:1]) is not first
+
+
+@pytest.mark.parametrize(
+    "wrap",
+    [
+        lambda a: a,
+        lambda a: (a,),
+        lambda a: [a],
+        lambda a: {"a": a},
+        lambda a: Box(a),
+        lambda a: Box((Box({"deep": a}),)),
+    ],
+)
+def test_pickling_forgets_and_refreezing_restores(wrap):
+    def array_in(value):
+        while not isinstance(value, np.ndarray):
+            value = vars(value)["content"] if isinstance(value, Box) else value
+            value = next(iter(value.values())) if isinstance(value, dict) else value
+            value = value[0] if isinstance(value, tuple | list) else value
+        return value
+
+    copy = pickle.loads(pickle.dumps(wrap(readonly([1.0]))))
+    assert array_in(copy).flags.writeable, "otherwise there is nothing to restore"
+    refreeze(copy)
+    assert not array_in(copy).flags.writeable
+
+
+def test_a_scalar_product_is_what_the_matrix_product_says():
+    rng = np.random.default_rng(0)
+    for count in (0, 1, 7, 20_001):
+        a, b = rng.normal(size=(2, count))
+        assert dot(a, b) == pytest.approx(float(a @ b), rel=1e-12, abs=1e-12)
+        assert isinstance(dot(a, b), float)
+
+
+@pytest.mark.parametrize("vector", [[], [3.0, 4.0], [1.0, -2.0, 2.0]])
+def test_the_length_of_a_vector(vector):
+    assert length(np.array(vector)) == pytest.approx(np.linalg.norm(vector))

@@ -1,0 +1,102 @@
+from __future__ import annotations
+
+import io
+import zipfile
+
+import numpy as np
+import pytest
+
+from app.core.errors import SkinError
+from app.core.files import pack_arrays, unpack_arrays, unpack_bare_arrays
+
+
+def members(**parts: bytes) -> bytes:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in parts.items():
+            archive.writestr(f"{name}.npy", data)
+    return buffer.getvalue()
+
+
+def npy(array: np.ndarray, *, allow_pickle: bool = False) -> bytes:
+    buffer = io.BytesIO()
+    np.lib.format.write_array(buffer, array, allow_pickle=allow_pickle)
+    return buffer.getvalue()
+
+
+HEADER = npy(np.frombuffer(b"{}", np.uint8))
+
+
+def test_what_goes_in_comes_out() -> None:
+    arrays = {"a": np.arange(6.0).reshape(2, 3), "b": np.array([1, 2]), "c": np.zeros((0, 3)), "d": np.array([True])}
+    arrays["f"] = np.asfortranarray(np.arange(6).reshape(2, 3))
+    data = pack_arrays({"title": "tést"}, arrays)
+    header, back = unpack_arrays(data, error=SkinError)
+    assert header == {"title": "tést"}
+    assert set(back) == set(arrays)
+    for name, values in arrays.items():
+        assert back[name].dtype == values.dtype
+        assert back[name].tolist() == values.tolist()
+    assert data == pack_arrays({"title": "tést"}, arrays), "the same input gives the same bytes"
+
+
+def test_pickles_are_never_read() -> None:
+    data = members(header=HEADER, bad=npy(np.array([{}], dtype=object), allow_pickle=True))
+    with pytest.raises(SkinError, match="only arrays of numbers"):
+        unpack_arrays(data, error=SkinError)
+
+
+def test_a_bomb_is_refused_before_it_unpacks() -> None:
+    data = members(header=HEADER, bomb=npy(np.zeros(1_000_000)))
+    assert len(data) < 100_000
+    with pytest.raises(SkinError, match="absurd size"):
+        unpack_arrays(data, error=SkinError, max_bytes=1_000_000)
+
+
+def test_too_many_arrays_are_refused() -> None:
+    with pytest.raises(SkinError, match="absurd size"):
+        unpack_arrays(members(**{f"m{i}": b"" for i in range(10_001)}), error=SkinError)
+
+
+def test_a_shape_that_lies_takes_no_memory() -> None:
+    lie = npy(np.zeros(4)).replace(b"(4,)", b"(4000000000000,)")
+    with pytest.raises(SkinError):
+        unpack_arrays(members(header=HEADER, lie=lie), error=SkinError)
+    short = npy(np.zeros(40)).replace(b"(40,)", b"(99,)")
+    with pytest.raises(SkinError, match="does not fit"):
+        unpack_arrays(members(header=HEADER, short=short), error=SkinError)
+
+
+@pytest.mark.parametrize(
+    ("data", "problem"),
+    [
+        (b"", "damaged"),
+        (b"nothing like a zip", "damaged"),
+        (members(header=HEADER)[:-30], "damaged"),
+        (members(), "no header"),
+        (members(header=b"not an array"), "damaged"),
+        (members(header=npy(np.frombuffer(b"{", np.uint8))), "damaged"),
+        (members(header=npy(np.frombuffer(b"[]", np.uint8))), "not an object"),
+        (members(header=b"\x93NUMPY\x09\x00"), "unknown format"),
+    ],
+)
+def test_broken_files_are_refused_by_name(data: bytes, problem: str) -> None:
+    with pytest.raises(SkinError, match=f"hand.npz.*{problem}"):
+        unpack_arrays(data, file="hand.npz", error=SkinError)
+
+
+def test_a_flipped_bit_is_noticed() -> None:
+    data = bytearray(pack_arrays({}, {"a": np.random.default_rng(0).random(1000)}))
+    data[len(data) // 2] ^= 1
+    with pytest.raises(SkinError, match="damaged"):
+        unpack_arrays(bytes(data), error=SkinError)
+
+
+def test_arrays_of_another_program_need_no_header():
+    buffer = io.BytesIO()
+    np.savez(buffer, places=np.eye(3), numbers=np.arange(3))
+    arrays = unpack_bare_arrays(buffer.getvalue(), error=SkinError)
+    assert list(arrays) == ["places", "numbers"]
+    np.testing.assert_array_equal(arrays["places"], np.eye(3))
+    with pytest.raises(SkinError, match="no header"):
+        unpack_arrays(buffer.getvalue(), error=SkinError)

@@ -1,0 +1,61 @@
+"""Factored systems: the right answer, the pattern reused, and a named refusal where there is none."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.sparse import csc_matrix, random, triu
+
+from app.core.sparse_ldl import SparseLDL
+
+
+def _upper(matrix) -> csc_matrix:
+    upper = csc_matrix(triu(csc_matrix(matrix)))
+    upper.sort_indices()
+    return upper
+
+
+@pytest.fixture
+def positive():
+    noise = random(40, 40, density=0.1, random_state=np.random.default_rng(0)).toarray()
+    return noise @ noise.T + np.eye(40)
+
+
+@pytest.mark.parametrize("columns", [(), (2,)])
+def test_the_solution_is_that_of_dense_algebra(positive, columns):
+    right = np.random.default_rng(1).normal(size=(40, *columns))
+    factor = SparseLDL()
+    factor.update(_upper(positive))
+    np.testing.assert_allclose(factor.solve(right), np.linalg.solve(positive, right), rtol=1e-10)
+
+
+def test_new_numbers_in_the_same_pattern_are_taken(positive):
+    upper, factor = _upper(positive), SparseLDL()
+    factor.update(upper)
+    again = csc_matrix((3 * upper.data, upper.indices, upper.indptr), shape=upper.shape)
+    factor.update(again)
+    np.testing.assert_allclose(factor.solve(np.ones(40)), np.linalg.solve(3 * positive, np.ones(40)), rtol=1e-10)
+
+
+def test_another_pattern_is_analysed_anew(positive):
+    factor = SparseLDL()
+    factor.update(_upper(positive))
+    factor.update(_upper(np.diag(np.arange(1.0, 5.0))))
+    np.testing.assert_allclose(factor.solve(np.ones(4)), 1 / np.arange(1.0, 5.0))
+
+
+@pytest.mark.parametrize("matrix", [np.ones((2, 2)), np.full((2, 2), np.nan), np.diag([1.0, np.inf])])
+def test_a_matrix_that_cannot_be_factored_is_named(matrix):
+    with pytest.raises(ArithmeticError):
+        SparseLDL().update(_upper(matrix))
+
+
+def test_nothing_is_solved_before_or_after_a_failure(positive):
+    factor = SparseLDL()
+    with pytest.raises(ArithmeticError, match="no factored matrix"):
+        factor.solve(np.ones(40))
+    factor.update(_upper(positive))
+    with pytest.raises(ArithmeticError):
+        factor.update(_upper(np.ones((2, 2))))
+    with pytest.raises(ArithmeticError, match="no factored matrix"):
+        factor.solve(np.ones(40))

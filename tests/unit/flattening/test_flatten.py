@@ -1,0 +1,112 @@
+"""One patch laid flat: optimal, one-to-one, true to size, upright, and honest about what it took."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.core.errors import MapError
+from app.flattening.bijectivity import crossings, flipped, signed_areas
+from app.flattening.flatten import flatten
+from app.flattening.methods import METHODS
+from app.geometry.connectivity import boundary_loops
+from app.geometry.mesh import Mesh
+from tests.support.surfaces import cap, frustum, named, sheet
+
+
+def _kinds(chart):
+    return {finding.kind for finding in chart.findings}
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_map_has_the_bodys_area_and_starts_at_the_origin(method):
+    surface = named("bumpy tube")
+    chart = flatten(surface, method=method)
+    assert chart.method == method
+    assert signed_areas(chart.plane, chart.faces).sum() == pytest.approx(surface.area, rel=1e-9)
+    np.testing.assert_allclose(chart.plane.min(axis=0), 0, atol=1e-12)
+
+
+def test_the_long_direction_of_the_body_points_up_and_away_from_the_joint():
+    along_x = frustum(0.03, 0.02, length=0.2)
+    surface = Mesh(along_x.vertices[:, [2, 0, 1]] + [0.1, 0, 0], along_x.faces)
+    chart = flatten(surface)
+    x = surface.vertices[chart.vertex_of, 0]
+    correlation = np.corrcoef(np.column_stack([x, chart.plane]).T)
+    assert correlation[0, 2] > 0.98
+    assert abs(correlation[0, 1]) < 0.1
+
+
+def test_a_map_is_never_seen_from_behind():
+    surface = named("cap")
+    chart = flatten(surface)
+    assert not flipped(chart.plane, chart.faces).any()
+
+
+def test_a_deep_patch_gets_a_seam_and_says_so():
+    chart = flatten(named("nearly closed"), name="head")
+    (note,) = chart.findings
+    assert (note.kind, note.where) == ("seam-added", "head")
+    assert len(chart.seams) > 0
+    assert chart.energies[-1] < 4.6
+
+
+def test_a_shallow_patch_gets_none():
+    chart = flatten(cap(1.2))
+    assert chart.findings == ()
+    assert len(chart.seams) == 0
+
+
+def test_the_simple_method_adds_no_seam():
+    chart = flatten(named("nearly closed"), method="tutte")
+    assert chart.findings == ()
+    assert len(chart.energies) == 1
+
+
+@pytest.mark.parametrize("name", ["spiral", "sieve"])
+def test_what_would_overlap_is_kept_apart_and_said(name):
+    chart = flatten(named(name))
+    assert "overlap-avoided" in _kinds(chart)
+    assert crossings(chart.plane[boundary_loops(chart.faces)[0]]) == 0
+    assert chart.energies[-1] < 4.05
+
+
+def test_faces_without_area_are_told():
+    (note,) = flatten(named("thin faces")).findings
+    assert (note.kind, note.count) == ("thin-face", 6)
+
+
+def test_progress_hears_every_round_and_may_stop_it():
+    class StopError(Exception):
+        pass
+
+    heard = []
+    chart = flatten(sheet(), progress=heard.append)
+    assert [iterate.energy for iterate in heard] == list(chart.energies)
+
+    def stop(_iterate):
+        raise StopError
+
+    with pytest.raises(StopError):
+        flatten(sheet(), progress=stop)
+
+
+def test_an_unknown_method_names_the_known_ones():
+    with pytest.raises(MapError, match=r"no such method.*magic.*symmetric-dirichlet.*tutte"):
+        flatten(sheet(), method="magic")
+
+
+def test_a_surface_without_area_is_a_named_error():
+    with pytest.raises(MapError, match="no area"):
+        flatten(Mesh(np.zeros((3, 3)), [[0, 1, 2]]))
+
+
+def test_the_same_surface_gives_the_same_map_to_the_bit():
+    first, second = flatten(named("sieve")), flatten(named("sieve"))
+    np.testing.assert_array_equal(first.plane, second.plane)
+
+
+def test_more_seams_than_allowed_is_a_named_error(monkeypatch):
+    monkeypatch.setattr("app.flattening.flatten.UNSOLVABLE_ENERGY", 4.0)
+    with pytest.raises(MapError, match="too long and thin"):
+        flatten(cap(1.0))

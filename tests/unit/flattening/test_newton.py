@@ -1,0 +1,72 @@
+"""The descent: it never goes up, never turns a triangle over, ends at a minimum, and tells what it costs."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from app.core.errors import MapError
+from app.flattening.bijectivity import flipped
+from app.flattening.initial_map import tutte
+from app.flattening.newton import minimise
+from app.flattening.symmetric_dirichlet import SymmetricDirichlet
+from tests.support.surfaces import cap, sheet
+
+
+@pytest.fixture(params=[1.0, 0.1], ids=["lengths", "angles rather"])
+def posed(request):
+    surface = cap(1.0, rings=3, radius=1.0)
+    problem = SymmetricDirichlet(surface.vertices, surface.faces, lengths=request.param)
+    return problem, tutte(surface.vertices, surface.faces)
+
+
+def test_energy_falls_every_round_and_time_is_told(posed):
+    problem, plane = posed
+    ticks = iter(range(1000))
+    rounds = list(minimise(problem, 0.3 * plane, clock=lambda: next(ticks)))
+    energies = [r.energy for r in rounds]
+    assert len(rounds) > 3
+    assert all(b < a for a, b in pairwise(energies))
+    assert [r.seconds for r in rounds] == sorted(r.seconds for r in rounds)
+    assert np.abs(problem.derivatives(rounds[-1].plane)[0]).max() < 1e-4
+
+
+def test_a_start_with_flips_is_refused(posed):
+    problem, plane = posed
+    with pytest.raises(MapError, match="flipped"):
+        next(minimise(problem, plane * [-1, 1]))
+
+
+def test_values_too_far_apart_are_a_named_error():
+    flat = sheet(1, 1)
+
+    class Singular(SymmetricDirichlet):
+        def derivatives(self, plane):
+            gradient, hessian = super().derivatives(plane)
+            return gradient, 0 * hessian
+
+    with pytest.raises(MapError, match="too distorted"):
+        list(minimise(Singular(flat.vertices, flat.faces), 3 * flat.vertices[:, :2]))
+
+
+def test_no_round_has_a_flip(posed):
+    problem, plane = posed
+    assert not any(flipped(r.plane, problem.faces).any() for r in minimise(problem, plane * [0.1, 1.0]))
+
+
+def test_a_factorisation_is_used_for_several_steps(posed):
+    problem, plane = posed
+    asked = []
+
+    class Counted(SymmetricDirichlet):
+        def derivatives(self, plane):
+            asked.append(1)
+            return problem.derivatives(plane)
+
+    surface = cap(1.0, rings=3, radius=1.0)
+    counted = Counted(surface.vertices, surface.faces)
+    if problem.energy(2 * plane) == counted.energy(2 * plane):
+        rounds = list(minimise(counted, 0.3 * plane))
+        assert len(asked) < len(rounds) - 1

@@ -1,0 +1,225 @@
+"""Pins as springs, their moves spread over the map, and rounds that never go uphill or over a flip."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.sparse import triu
+
+from app.flattening.bijectivity import flipped
+from app.flattening.newton import minimise
+from app.flattening.pin_descent import STIFFNESS, PinDescent, PinnedEnergy, Springs, shepard_warp
+from app.flattening.symmetric_dirichlet import SymmetricDirichlet
+from tests.support.surfaces import cap
+
+SPRING_SURFACE = cap(1.0, rings=4, radius=0.6)
+FACES = [0, 20, 60]
+SPRING_WEIGHTS = np.array([[0.2, 0.3, 0.5], [1.0, 0.0, 0.0], [0.0, 0.5, 0.5]])
+
+
+@pytest.fixture
+def pinned():
+    problem, plane = (
+        SymmetricDirichlet(SPRING_SURFACE.vertices, SPRING_SURFACE.faces),
+        1.1 * SPRING_SURFACE.vertices[:, :2],
+    )
+    springs = Springs(SPRING_SURFACE.faces[FACES], SPRING_WEIGHTS)
+    here = np.einsum("pc,pcd->pd", SPRING_WEIGHTS, plane[SPRING_SURFACE.faces[FACES]])
+    return problem, PinnedEnergy(problem, springs, here + [[0.01, 0.0], [0.0, -0.02], [0.03, 0.01]]), plane
+
+
+def test_in_its_place_a_pin_costs_nothing(pinned):
+    problem, energy, plane = pinned
+    home = energy.towards(energy.places(plane))
+    assert home.energy(plane) == problem.energy(plane)
+    np.testing.assert_array_equal(home.gradient(plane), problem.gradient(plane))
+
+
+def test_a_spring_costs_the_square_of_how_far_it_is_drawn(pinned):
+    problem, energy, plane = pinned
+    drawn = STIFFNESS * (0.01**2 + 0.02**2 + 0.03**2 + 0.01**2)
+    assert energy.energy(plane) - problem.energy(plane) == pytest.approx(drawn)
+
+
+def test_the_gradient_is_the_energys(pinned):
+    _, energy, plane = pinned
+    gradient, h = energy.gradient(plane), 1e-6
+    np.testing.assert_array_equal(gradient, energy.derivatives(plane)[0])
+    touched = np.unique(SPRING_SURFACE.faces[FACES])
+    for k in [*(2 * touched), *(2 * touched + 1), 1, 40]:
+        step = np.zeros(plane.size)
+        step[k] = h
+        step = step.reshape(-1, 2)
+        slope = (energy.energy(plane + step) - energy.energy(plane - step)) / (2 * h)
+        assert gradient[k] == pytest.approx(slope, rel=1e-5, abs=1e-4)
+
+
+def test_the_hessian_gains_the_springs_and_no_entry(pinned):
+    problem, energy, plane = pinned
+    alone, held = problem.derivatives(plane)[1], energy.derivatives(plane)[1]
+    np.testing.assert_array_equal(alone.indices, held.indices)
+    np.testing.assert_array_equal(alone.indptr, held.indptr)
+    expected = np.zeros(alone.shape)
+    for corners, weights in zip(SPRING_SURFACE.faces[FACES], SPRING_WEIGHTS, strict=True):
+        for axis in range(2):
+            at = 2 * corners + axis
+            expected[np.ix_(at, at)] += 2 * STIFFNESS * np.outer(weights, weights)
+    np.testing.assert_allclose((held - alone).toarray(), triu(expected).toarray(), atol=1e-9)
+
+
+def test_where_pins_are_wanted_changes_no_hessian(pinned):
+    _, energy, plane = pinned
+    elsewhere = energy.towards(energy.goals + 0.1)
+    np.testing.assert_array_equal(energy.derivatives(plane)[1].data, elsewhere.derivatives(plane)[1].data)
+    assert (energy.goals + 0.1 == elsewhere.goals).all()
+
+
+def test_at_the_least_energy_pins_are_close_to_their_goals(pinned):
+    _, energy, plane = pinned
+    *_, last = minimise(energy, plane)
+    assert np.abs(energy.places(last.plane) - energy.goals).max() < 1e-3
+    assert np.abs(energy.places(plane) - energy.goals).max() > 1e-2
+
+
+def test_without_pins_it_is_the_energy_alone(pinned):
+    problem, _, plane = pinned
+    none = PinnedEnergy(problem, Springs(np.zeros((0, 3), dtype=int), np.zeros((0, 3))), np.zeros((0, 2)))
+    assert none.energy(plane) == problem.energy(plane)
+    np.testing.assert_array_equal(none.derivatives(plane)[1].data, problem.derivatives(plane)[1].data)
+    assert none.largest_step(plane, -plane) == problem.largest_step(plane, -plane)
+
+
+PLANE = np.random.default_rng(0).uniform(-0.5, 0.5, (200, 2))
+
+
+def test_each_pin_makes_its_own_move():
+    places, moves = PLANE[[3, 50, 120]], np.array([[0.1, 0.0], [0.0, -0.2], [0.0, 0.0]])
+    np.testing.assert_allclose(shepard_warp(PLANE, places, moves)[[3, 50, 120]], moves, atol=1e-9)
+
+
+def test_what_all_pins_do_everything_does():
+    np.testing.assert_allclose(shepard_warp(PLANE, PLANE[:4], np.full((4, 2), 0.3)), 0.3)
+
+
+def test_nothing_goes_farther_than_the_farthest_pin():
+    moves = np.random.default_rng(1).normal(size=(5, 2))
+    gone = shepard_warp(PLANE, PLANE[:5], moves)
+    assert (gone <= moves.max(axis=0) + 1e-12).all()
+    assert (gone >= moves.min(axis=0) - 1e-12).all()
+
+
+def test_near_a_pin_the_map_moves_rigidly():
+    near = PLANE[3] + [[1e-3, 0.0], [0.0, -1e-3]]
+    gone = shepard_warp(near, PLANE[[3, 50]], np.array([[0.1, 0.0], [0.0, 0.0]]))
+    np.testing.assert_allclose(gone, [[0.1, 0.0]] * 2, rtol=1e-4, atol=1e-6)
+
+
+@pytest.mark.parametrize("turn", [0.3, 2.0])
+def test_a_turned_map_is_moved_alike(turn):
+    rotation = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    moves = np.array([[0.1, 0.2], [-0.1, 0.0]])
+    straight = shepard_warp(PLANE, PLANE[:2], moves) @ rotation
+    np.testing.assert_allclose(
+        shepard_warp(PLANE @ rotation, PLANE[:2] @ rotation, moves @ rotation), straight, atol=1e-12
+    )
+
+
+SURFACE = cap(1.0, rings=8, radius=0.6)
+CORNERS = SURFACE.faces[[0, 200, 320]]
+WEIGHTS = np.full((3, 3), 1 / 3)
+
+
+@pytest.fixture(scope="module")
+def rest():
+    problem = SymmetricDirichlet(SURFACE.vertices, SURFACE.faces)
+    *_, last = minimise(problem, SURFACE.vertices[:, :2])
+    return problem, last.plane
+
+
+def wanted(rest, *moves):
+    problem, plane = rest
+    here = np.einsum("pc,pcd->pd", WEIGHTS, plane[CORNERS])
+    return PinnedEnergy(problem, Springs(CORNERS, WEIGHTS), here + np.array(moves))
+
+
+@pytest.mark.parametrize("far", [0.01, 0.1, 0.4, 5.0])
+def test_every_round_goes_downhill_and_flips_nothing(rest, far):
+    energy, descent = wanted(rest, (far, 0.0), (0.0, 0.0), (0.0, 0.0)), PinDescent(rest[1])
+    before = energy.energy(descent.plane)
+    for _ in range(30):
+        gain = descent.round(energy)
+        after = energy.energy(descent.plane)
+        assert gain == pytest.approx(before - after, abs=1e-9 * before)
+        assert gain >= 0
+        assert not flipped(descent.plane, SURFACE.faces).any()
+        before = after
+    assert before < energy.energy(rest[1])
+
+
+def test_it_ends_where_newtons_minimiser_does(rest):
+    energy, descent = wanted(rest, (0.2, 0.1), (0.0, 0.0), (0.0, 0.0)), PinDescent(rest[1])
+    *_, best = minimise(energy, rest[1], tolerance=1e-10)
+    for _ in range(40):
+        descent.round(energy)
+    assert energy.energy(descent.plane) == pytest.approx(best.energy, rel=1e-6)
+
+
+def test_a_far_pin_is_followed_in_reaches(rest):
+    energy, descent = wanted(rest, (0.4, 0.0), (0.0, 0.0), (0.0, 0.0)), PinDescent(rest[1])
+    reach, before = descent.reach, energy.places(descent.plane)[0]
+    descent.round(energy)
+    gone = np.linalg.norm(energy.places(descent.plane)[0] - before)
+    assert 0 < gone < 1.5 * reach < 0.4
+
+
+def test_one_factorisation_serves_several_rounds(rest):
+    asked = []
+
+    class Counted(SymmetricDirichlet):
+        def derivatives(self, plane):
+            asked.append(1)
+            return super().derivatives(plane)
+
+    counted = Counted(SURFACE.vertices, SURFACE.faces)
+    descent = PinDescent(rest[1])
+    for step in range(20):
+        descent.round(wanted((counted, rest[1]), (0.002 * step, 0.0), (0.0, 0.0), (0.0, 0.0)))
+    assert 1 <= len(asked) < 8
+    descent.forget()
+    known = len(asked)
+    descent.round(wanted((counted, rest[1]), (0.05, 0.0), (0.0, 0.0), (0.0, 0.0)))
+    assert len(asked) == known + 1
+
+
+def test_where_no_step_is_possible_the_map_stays(rest):
+    class Singular(SymmetricDirichlet):
+        def derivatives(self, plane):
+            gradient, hessian = super().derivatives(plane)
+            return gradient, 0 * hessian
+
+    singular = Singular(SURFACE.vertices, SURFACE.faces)
+    energy = PinnedEnergy(singular, Springs(CORNERS[:0], WEIGHTS[:0]), np.zeros((0, 2)))
+    descent = PinDescent(1.2 * rest[1])
+    assert descent.round(energy) == 0.0
+    np.testing.assert_array_equal(descent.plane, 1.2 * rest[1])
+
+
+def test_a_barrier_is_minded(rest):
+    class Wall:
+        def __init__(self, energy):
+            self._inner = energy
+            self.gradient, self.derivatives, self.largest_step = (
+                energy.gradient, energy.derivatives, energy.largest_step,
+            )  # fmt: skip
+
+        def energy(self, plane):
+            return self._inner.energy(plane) if plane[:, 0].max() < 0.62 else np.inf
+
+    assert rest[1][:, 0].max() < 0.62
+    all_right = wanted(rest, (0.4, 0.0), (0.4, 0.0), (0.4, 0.0))
+    free, held = PinDescent(rest[1]), PinDescent(rest[1], barrier=Wall)
+    for _ in range(20):
+        free.round(all_right)
+        held.round(all_right)
+    assert free.plane[:, 0].max() > 0.7
+    assert held.plane[:, 0].max() < 0.62

@@ -1,0 +1,432 @@
+"""A patch follows its pins without a flip, and converges to a map that is one-to-one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.core.errors import MapError
+from app.flattening.bijectivity import crossings, flipped
+from app.flattening.chart import Chart, Pin
+from app.flattening.flatten import flatten
+from app.flattening.initial_map import Disk
+from app.flattening.methods import METHODS
+from app.flattening.newton import minimise
+from app.flattening.pinned_patch import WHOLE, PinFollower, PinnedPatch
+from app.flattening.reduced_model import build_coarse_cage
+from app.geometry.mesh import SurfacePoint
+from tests.support.surfaces import sheet
+from tests.unit.flattening.pinned_patches import at, dome, far_points, pinned, waves
+
+
+@pytest.fixture(params=["whole", "by a stand-in"])
+def follower(request):
+    surface, chart = waves()
+    unit = np.sqrt(surface.area)
+    plane = chart.plane / unit
+    disk = Disk((surface.vertices - surface.vertices.mean(axis=0))[chart.vertex_of] / unit, chart.faces)
+    cage = build_coarse_cage(surface, replace(chart, plane=plane), faces=700) if request.param != "whole" else None
+    return PinFollower(disk.energy, plane, cage=cage), chart, plane
+
+
+def held(chart, plane):
+    corners = chart.faces[[int(np.flatnonzero((chart.faces == v).any(axis=1))[0]) for v in far_points(plane, 4)]]
+    weights = np.tile([0.2, 0.3, 0.5], (4, 1))
+    return corners, weights, np.einsum("pc,pcd->pd", weights, plane[corners])
+
+
+def test_without_pins_it_is_still(follower):
+    moving, _, plane = follower
+    assert moving.still
+    np.testing.assert_allclose(moving.plane, plane, atol=1e-12)
+
+
+def test_it_follows_and_comes_to_rest(follower):
+    moving, chart, plane = follower
+    corners, weights, places = held(chart, plane)
+    moving.pin(corners, weights, places)
+    assert not moving.still
+    moving.aim(places + [[0.1, 0.05], [0, 0], [0, 0], [0, 0]])
+    before = moving.energy
+    for _ in range(60):
+        moving.frame()
+        assert moving.energy <= before
+        assert not flipped(moving.plane, chart.faces).any()
+        before = moving.energy
+        if moving.still:
+            break
+    assert moving.still
+    there = np.einsum("pc,pcd->pd", weights, moving.plane[corners])
+    np.testing.assert_allclose(there, places + [[0.1, 0.05], [0, 0], [0, 0], [0, 0]], atol=2e-3)
+
+
+def test_whole_and_carried_agree():
+    surface, chart = waves()
+    unit = np.sqrt(surface.area)
+    plane = chart.plane / unit
+    disk = Disk((surface.vertices - surface.vertices.mean(axis=0))[chart.vertex_of] / unit, chart.faces)
+    both = [
+        PinFollower(disk.energy, plane),
+        PinFollower(disk.energy, plane, cage=build_coarse_cage(surface, replace(chart, plane=plane), faces=700)),
+    ]
+    corners, weights, places = held(chart, plane)
+    for moving in both:
+        moving.pin(corners, weights, places + [[0.1, 0.05], [0, 0], [0, 0], [0, 0]])
+        for _ in range(20):
+            moving.frame()
+    assert both[0].energy > disk.energy.energy(plane) + 0.02, "the pull costs something"
+    assert both[0].energy <= both[1].energy < both[0].energy + 0.05
+    assert np.abs(both[0].plane - both[1].plane).max() < 0.02
+
+
+def test_a_small_patch_catches_up_within_a_frame(follower):
+    moving, chart, plane = follower
+    corners, weights, places = held(chart, plane)
+    moving.pin(corners, weights, places)
+    moving.aim(places + 0.08)
+    moving.frame()
+    gone = np.einsum("pc,pcd->pd", weights, moving.plane[corners]) - places
+    assert (gone > 0.05).all()
+
+
+class Cancelled(Exception):
+    """What a progress callback raises to stop."""
+
+
+def test_the_map_is_where_its_pins_are_and_one_to_one():
+    surface, chart = dome()
+    patch, numbers, places = pinned(surface, chart)
+    patch.move(numbers[0], places[0] + [0.012, 0.006])
+    settled = patch.converge()
+    assert not flipped(settled.plane, settled.faces).any()
+    assert crossings(settled.plane[settled.border]) == 0
+    chosen = far_points(chart.plane, 5)
+    np.testing.assert_allclose(settled.plane[chosen[1:]], places[1:], atol=1e-4)
+    np.testing.assert_allclose(settled.plane[chosen[0]], places[0] + [0.012, 0.006], atol=1e-4)
+    assert settled.method == chart.method
+    assert len(settled.energies) == len(settled.seconds) > 1
+    np.testing.assert_array_equal(settled.faces, chart.faces)
+
+
+def test_progress_is_told_and_may_cancel_with_all_as_it_was():
+    surface, chart = dome()
+    patch, numbers, places = pinned(surface, chart)
+    patch.move(numbers[0], places[0] + 0.01)
+    before, told = patch.plane, []
+
+    def stop(iterate):
+        told.append(iterate.energy)
+        if len(told) == 3:
+            raise Cancelled
+
+    with pytest.raises(Cancelled):
+        patch.converge(progress=stop)
+    np.testing.assert_array_equal(patch.plane, before)
+    assert len(told) == 3
+    assert patch.converge(progress=lambda _: None).energies[-1] < 5
+
+
+def test_a_border_that_would_lie_on_itself_is_kept_apart():
+    strip = sheet(60, 3, width=0.6, height=0.03)
+    patch = PinnedPatch(strip, _flat(strip))
+    left, right, middle = (
+        int(np.argmin(np.linalg.norm(strip.vertices[:, :2] - p, axis=1))) for p in ((0, 0.01), (0.6, 0.01), (0.3, 0.01))
+    )
+    ends = [patch.add(at(_flat(strip), v)) for v in (left, right, middle)]
+    # Bent into a ring and on, so that one end lies across the other.
+    for turn in np.linspace(0, 2.15 * np.pi, 60)[1:]:
+        radius = 0.6 / turn
+        patch.move(ends[0], (0.3 - radius * np.sin(turn / 2), 0.01 + radius * (1 - np.cos(turn / 2))))
+        patch.move(ends[1], (0.3 + radius * np.sin(turn / 2), 0.01 + radius * (1 - np.cos(turn / 2))))
+        patch.frame()
+    for _ in range(30):
+        patch.frame()
+    chart = _flat(strip)
+    assert crossings(patch.plane[chart.border]) > 0, "the hand has crossed the ends"
+    settled = patch.converge()
+    assert crossings(settled.plane[chart.border]) == 0
+    assert not flipped(settled.plane, settled.faces).any()
+    assert "overlap-avoided" in [note.kind for note in settled.findings]
+
+
+def test_pins_that_cannot_get_where_they_are_wanted_are_told_once():
+    surface, chart = dome()
+    patch, numbers, places = pinned(surface, chart, 3)
+    patch.move(numbers[0], places[1])
+    settled = patch.converge()
+    again = patch.converge()
+    assert not flipped(settled.plane, settled.faces).any()
+    for chart_ in (settled, again):
+        assert [note.kind for note in chart_.findings].count("pin-behind") == 1
+    assert "mm from where it is wanted" in settled.findings[-1].action
+
+
+def test_a_settled_map_at_rest_stays():
+    surface, chart = waves()
+    patch, numbers, places = pinned(surface, chart)
+    patch.move(numbers[0], places[0] + 0.005)
+    first = patch.converge()
+    again = patch.converge()
+    assert np.abs(again.plane - first.plane).max() < 1e-4 * np.sqrt(surface.area)
+
+
+def test_lengths_and_angles_have_their_own_rest():
+    surface, chart = dome()
+    ends = {}
+    for lengths in (0.0, 1.0):
+        patch, numbers, places = pinned(surface, chart, lengths=lengths)
+        patch.move(numbers[0], places[0] + 0.01)
+        ends[lengths] = patch.converge().plane
+    assert np.abs(ends[0.0] - ends[1.0]).max() > 1e-3
+
+
+def test_a_hopeless_wish_is_an_error_or_a_valid_map():
+    surface, chart = dome()
+    patch, numbers, places = pinned(surface, chart, 4)
+    patch.move(numbers[0], places[0] + 3.0)
+    patch.move(numbers[1], places[2])
+    patch.move(numbers[2], places[1])
+    try:
+        settled = patch.converge()
+    except MapError:
+        assert not flipped(patch.plane, chart.faces).any(), "refused, the hand's map stays"
+        return
+    assert not flipped(settled.plane, settled.faces).any()
+    assert crossings(settled.plane[settled.border]) == 0
+
+
+def _flat(surface):
+    none = np.zeros((0, 2), dtype=np.int64)
+    return Chart(surface.faces, surface.vertices[:, :2], np.arange(len(surface.vertices)), none, "by hand")
+
+
+def dragged(patch, number, path):
+    """Frames along ``path``; every one checked."""
+    faces = patch._chart.faces
+    for place in path:
+        patch.move(number, place)
+        plane = patch.frame()
+        assert np.isfinite(plane).all()
+        assert not flipped(plane, faces).any()
+    return patch
+
+
+def line(start, end, count=20):
+    return start + np.linspace(0, 1, count)[:, None] * (np.asarray(end) - start)
+
+
+def test_a_pin_goes_in_where_it_is_and_nothing_moves():
+    surface, chart = waves()
+    patch, numbers, places = pinned(surface, chart)
+    assert list(patch.pins) == numbers == [0, 1, 2, 3, 4]
+    assert patch.lag < 1e-9
+    np.testing.assert_allclose([pin.place for pin in patch.pins.values()], places, atol=1e-12)
+    assert np.abs(patch.frame() - chart.plane).max() < 0.01 * np.sqrt(surface.area)
+
+
+def test_a_dragged_pin_is_followed_within_a_frame():
+    surface, chart = dome()
+    patch, numbers, places = pinned(surface, chart)
+    end = places[0] + [0.01, 0.0]
+    dragged(patch, numbers[0], line(places[0], end))
+    assert patch.lag < 1e-3 * np.sqrt(surface.area)
+    np.testing.assert_allclose(patch.plane[far_points(chart.plane, 1)[0]], end, atol=1e-4)
+    for _ in range(10):
+        patch.frame()
+    assert patch.still
+
+
+def test_after_a_few_still_frames_the_energy_is_within_a_hundredth_of_the_least():
+    for surface, chart in (dome(), waves()):
+        patch, numbers, places = pinned(surface, chart)
+        size = np.ptp(chart.plane, axis=0).min()
+        dragged(patch, numbers[0], line(places[0], places[0] + [0.15 * size, 0.1 * size]))
+        for _ in range(5):
+            patch.frame()
+        *_, least = minimise(patch._pinned(), patch._follower.plane, tolerance=1e-9)
+        assert least.energy <= patch.energy <= 1.01 * least.energy
+
+
+def test_back_where_it_was_the_energy_is_what_it_was():
+    surface, chart = dome()
+    patch, numbers, places = pinned(surface, chart)
+    for _ in range(20):
+        patch.frame()
+    before, plane = patch.energy, patch.plane
+    dragged(patch, numbers[0], line(places[0], places[0] + [0.01, 0.01]))
+    assert patch.energy > before + 0.01
+    dragged(patch, numbers[0], line(places[0] + [0.01, 0.01], places[0]))
+    for _ in range(20):
+        patch.frame()
+    assert patch.energy == pytest.approx(before, rel=1e-6)
+    assert np.abs(patch.plane - plane).max() < 1e-3 * np.sqrt(surface.area)
+
+
+def test_a_pin_taken_out_lets_go():
+    surface, chart = dome()
+    patch, numbers, places = pinned(surface, chart)
+    dragged(patch, numbers[0], line(places[0], places[0] + 0.01))
+    held = patch.energy
+    patch.remove(numbers[0])
+    assert list(patch.pins) == numbers[1:]
+    for _ in range(20):
+        patch.frame()
+    assert patch.energy < held - 0.01
+    assert patch.add(at(chart, far_points(chart.plane, 1)[0])) == 5, "a number is never used again"
+
+
+def test_one_pin_moves_all_of_the_map():
+    surface, chart = dome()
+    patch, (number,), places = pinned(surface, chart, 1)
+    dragged(patch, number, line(places[0], places[0] + 0.05))
+    for _ in range(20):
+        patch.frame()
+    assert patch.energy < 4.16
+    np.testing.assert_allclose(patch.plane.mean(axis=0), chart.plane.mean(axis=0) + 0.05, atol=0.01)
+
+
+def test_without_pins_frames_are_free():
+    surface, chart = dome()
+    patch = PinnedPatch(surface, chart)
+    assert patch.lag == 0.0
+    patch.frame()
+    assert patch.energy < 4.16
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_any_methods_map_can_be_taken_in_hand(method):
+    surface, _ = dome()
+    chart = flatten(surface, method=method)
+    patch, numbers, places = pinned(surface, chart)
+    dragged(patch, numbers[0], line(places[0], places[0] + 0.008))
+    for _ in range(10):
+        patch.frame()
+    assert patch.lag < 1e-3
+
+
+@pytest.mark.parametrize("lengths", [0.0, 0.5, 1.0])
+def test_at_any_place_of_the_slider(lengths):
+    surface, chart = dome()
+    patch, numbers, places = pinned(surface, chart, lengths=lengths)
+    dragged(patch, numbers[0], line(places[0], places[0] + 0.01))
+    assert patch.lag < 1e-3 * np.sqrt(surface.area)
+
+
+class TestWishesThatContradictEachOther:
+    """Finite, never flipped, and told."""
+
+    def test_swapped(self):
+        surface, chart = dome()
+        patch, (first, second, *_), places = pinned(surface, chart)
+        for here, there in zip(line(places[0], places[1]), line(places[1], places[0]), strict=True):
+            patch.move(second, there)
+            dragged(patch, first, [here])
+
+    @pytest.mark.parametrize("far", [0.2, 1.0, 5.0])
+    def test_dragged_far_outside(self, far):
+        surface, chart = dome()
+        patch, numbers, places = pinned(surface, chart)
+        dragged(patch, numbers[0], [places[0] + [far, 0.0]] * 30)
+        assert patch.lag > 0, "what cannot be is told"
+
+    def test_onto_another(self):
+        surface, chart = dome()
+        patch, numbers, places = pinned(surface, chart)
+        dragged(patch, numbers[0], [*line(places[0], places[1]), *[places[1]] * 20])
+
+    def test_from_one_side_to_the_other_at_once_and_back(self):
+        surface, chart = waves()
+        patch, numbers, places = pinned(surface, chart)
+        dragged(patch, numbers[0], [places[1] + 0.01, places[2], places[3] - 0.02, *[places[0]] * 30])
+        assert patch.lag < 1e-3 * np.sqrt(surface.area)
+
+
+class TestWhatIsRefused:
+    """By name, with all as it was."""
+
+    @pytest.mark.parametrize("place", [(np.nan, 0.0), (0.0, np.inf), (1e3, 0.0), (-1e300, 1.0)])
+    def test_a_place_that_is_none(self, place):
+        surface, chart = dome()
+        patch, numbers, places = pinned(surface, chart)
+        with pytest.raises(MapError, match="no place near the map"):
+            patch.move(numbers[0], place)
+        with pytest.raises(MapError, match="no place near the map"):
+            patch.add(SurfacePoint(0, 7, (0.4, 0.3, 0.3)), place)
+        assert list(patch.pins) == numbers
+        np.testing.assert_allclose([pin.place for pin in patch.pins.values()], places, atol=1e-12)
+
+    @pytest.mark.parametrize(
+        ("face", "weights"),
+        [(-1, (1, 0, 0)), (10**6, (1, 0, 0)), (0, (2, -1, 0)), (0, (0.2, 0.2, 0.2)), (0, (np.nan, 0.5, 0.5))],
+    )
+    def test_a_place_that_is_not_on_the_patch(self, face, weights):
+        with pytest.raises(MapError, match="not on the patch"):
+            PinnedPatch(*dome()).add(SurfacePoint(0, face, weights))
+
+    def test_a_second_pin_at_the_same_place_of_the_body(self):
+        surface, chart = dome()
+        patch, _, _ = pinned(surface, chart)
+        vertex = far_points(chart.plane, 1)[0]
+        for face in np.flatnonzero((chart.faces == vertex).any(axis=1)):
+            with pytest.raises(MapError, match="a pin already"):
+                patch.add(SurfacePoint(0, int(face), tuple((chart.faces[face] == vertex).astype(float))))
+
+    def test_a_pin_that_is_not_there(self):
+        patch = PinnedPatch(*dome())
+        with pytest.raises(MapError, match="no such pin"):
+            patch.move(0, (0.0, 0.0))
+        with pytest.raises(MapError, match="no such pin"):
+            patch.remove(3)
+
+    def test_a_slider_past_its_end(self):
+        with pytest.raises(MapError, match="slider"):
+            PinnedPatch(*dome(), lengths=1.5)
+
+    def test_another_surfaces_chart(self):
+        with pytest.raises(MapError, match="another surface"):
+            PinnedPatch(dome()[0], waves()[1])
+
+    def test_a_map_with_flips(self):
+        surface, chart = dome()
+        with pytest.raises(MapError, match="flipped"):
+            PinnedPatch(surface, chart, plane=chart.plane * [-1, 1])
+
+
+def test_pins_and_plane_of_before_can_be_given():
+    surface, chart = dome()
+    patch, numbers, places = pinned(surface, chart)
+    dragged(patch, numbers[0], line(places[0], places[0] + 0.01))
+    again = PinnedPatch(surface, chart, pins=tuple(patch.pins.values()), plane=patch.plane)
+    assert again.energy == pytest.approx(patch.energy, rel=1e-9)
+    assert list(again.pins.values()) == list(patch.pins.values())
+    assert all(isinstance(pin, Pin) for pin in again.pins.values())
+
+
+class TestLargePatches:
+    """Followed by a coarse stand-in, settled in full."""
+
+    def test_they_are_followed_and_settled_as_small_ones_are(self):
+        surface, chart = waves()
+        small, numbers, places = pinned(surface, chart)
+        large, _, _ = pinned(surface, chart, whole=1000)
+        assert large.uses_coarse_cage
+        assert not small.uses_coarse_cage
+        for patch in (small, large):
+            dragged(patch, numbers[0], line(places[0], places[0] + 0.015))
+        assert large.lag < 2e-3 * np.sqrt(surface.area)
+        exact, refined = small.converge(), large.converge()
+        np.testing.assert_allclose(refined.plane, exact.plane, atol=2e-3 * np.sqrt(surface.area))
+        assert large.uses_coarse_cage
+        assert large.lag < 1e-3 * np.sqrt(surface.area)
+
+    def test_where_no_stand_in_can_be_made_they_are_followed_whole(self):
+        strip = sheet(7000, 1, width=1.0, height=0.0001)
+        none = np.zeros((0, 2), dtype=np.int64)
+        chart = Chart(strip.faces, strip.vertices[:, :2], np.arange(len(strip.vertices)), none, "by hand")
+        patch = PinnedPatch(strip, chart)
+        assert len(chart.faces) > WHOLE
+        assert not patch.uses_coarse_cage
+        patch.add(at(chart, 0))
+        assert np.isfinite(patch.frame()).all()

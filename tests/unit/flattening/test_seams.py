@@ -1,0 +1,96 @@
+"""Seams: as drawn, as proposed, around what is important, and what each further one gains."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.core.errors import MapError
+from app.flattening.cut import SeamPlan, cut_as_planned, cut_to_disk, shortest_edge_path
+from app.flattening.flatten import flatten, seam_curve
+from tests.support.surfaces import cap, frustum, sheet, sphere
+
+
+def _pairs(edges):
+    return {tuple(sorted(edge)) for edge in np.asarray(edges).tolist()}
+
+
+@pytest.fixture
+def tube():
+    return frustum(length=0.2, around=24, along=16)
+
+
+def test_a_drawn_seam_is_the_seam_of_a_tube(tube):
+    drawn = shortest_edge_path(tube, [5, 5 + 16 * 24])
+    assert len(drawn) == 16
+    assert _pairs(cut_to_disk(tube, drawn=drawn).seams) == _pairs(drawn)
+
+
+def test_a_drawn_slit_inside_is_joined_to_the_border():
+    plate = sheet(12, 8)
+    middle = [6 * 9 + 2, 6 * 9 + 5]
+    drawn = shortest_edge_path(plate, middle)
+    cut = cut_to_disk(plate, drawn=drawn)
+    assert _pairs(drawn) < _pairs(cut.seams)
+    np.testing.assert_array_equal(cut.vertex_of[cut.faces], plate.faces)
+
+
+def test_a_seam_that_parts_the_patch_is_refused():
+    plate = sheet(12, 8)
+    with pytest.raises(MapError, match="in two"):
+        cut_to_disk(plate, drawn=shortest_edge_path(plate, [6 * 9, 6 * 9 + 8]))
+
+
+def test_a_seam_off_the_edges_is_refused(tube):
+    with pytest.raises(MapError, match=r"leaves the edges.*vertices 0 and 100"):
+        cut_to_disk(tube, drawn=np.array([[0, 100]]))
+
+
+def test_the_seam_goes_around_an_area_of_interest(tube):
+    straight = cut_to_disk(tube)
+    importance = np.zeros(len(tube.vertices))
+    near = np.unique(straight.seams)
+    middle = near[np.abs(tube.vertices[near, 2] - 0.1) < 0.03]
+    importance[np.linalg.norm(tube.vertices[:, None] - tube.vertices[middle], axis=2).min(axis=1) < 0.01] = 50.0
+    around = cut_to_disk(tube, importance=importance)
+    assert importance[np.unique(straight.seams)].any()
+    assert not importance[np.unique(around.seams)].any()
+
+
+def test_a_ball_is_opened_outside_the_area_of_interest():
+    ball = sphere(radius=0.05)
+    importance = np.where(ball.vertices[:, 2] > 0, 10.0, 0.0)
+    seams = np.unique(cut_to_disk(ball, importance=importance).seams)
+    assert (importance[seams] > 0).mean() < 0.2
+
+
+def test_so_many_seams_as_asked_for_and_no_more():
+    body = cap(2.8, rings=10)
+    lengths = [len(flatten(body, seams=SeamPlan(extra=extra)).seams) for extra in range(3)]
+    assert lengths[0] == 0
+    assert lengths == sorted(set(lengths))
+
+
+def test_each_further_seam_helps_on_a_nearly_closed_body():
+    steps = list(seam_curve(cap(2.8, rings=10), most=3))
+    assert [step.extra for step in steps] == [0, 1, 2, 3]
+    energies = [step.energy for step in steps]
+    assert energies == sorted(energies, reverse=True)
+    assert energies[0] - energies[1] > 1
+    assert [step.length for step in steps] == sorted(step.length for step in steps)
+
+
+def test_a_path_takes_the_places_in_their_order(tube):
+    whole = shortest_edge_path(tube, [0, 4, 28])
+    assert _pairs(whole) == _pairs(shortest_edge_path(tube, [0, 4])) | _pairs(shortest_edge_path(tube, [4, 28]))
+
+
+def test_plans_that_mean_nothing_are_refused(tube):
+    with pytest.raises(MapError, match="two ends"):
+        shortest_edge_path(tube, [3])
+    with pytest.raises(MapError, match="not 0 or more"):
+        SeamPlan(extra=-1)
+    with pytest.raises(MapError, match="importance"):
+        SeamPlan(importance=np.array([np.nan]))
+    with pytest.raises(MapError, match="another surface"):
+        cut_as_planned(tube, SeamPlan(importance=np.ones(3)), 0)

@@ -1,0 +1,218 @@
+"""Edges, boundaries and components; neighbours that agree about the outside; no more than a surface anywhere."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.core.errors import MeshError
+from app.geometry import connectivity
+from app.geometry.connectivity import (
+    bow_tie_vertices,
+    components_of,
+    edge_table,
+    face_components,
+    flip_faces,
+    inside_out,
+    manifold_twins,
+    orient_faces,
+    same_direction,
+    split_nonmanifold,
+    twin_halfedges,
+)
+from app.geometry.mesh import Mesh
+from tests.hard_cases.meshes import HARD_MESHES, hard_mesh
+from tests.support.surfaces import cap, sphere
+
+SQUARE = np.array([[0, 1, 2], [0, 2, 3]])
+BOW_TIE = np.array([[0, 1, 2], [0, 3, 4]])
+
+
+def test_edge_table_counts_the_faces_beside_each_edge() -> None:
+    table = connectivity.edge_table(SQUARE)
+    assert table.edges.tolist() == [[0, 1], [0, 2], [0, 3], [1, 2], [2, 3]]
+    assert table.face_count.tolist() == [1, 2, 1, 1, 1]
+    assert table.edge_of.tolist() == [[0, 3, 1], [1, 4, 2]]
+
+
+def test_face_pairs_and_components() -> None:
+    assert connectivity.face_pairs(SQUARE).tolist() == [[0, 1]]
+    assert connectivity.face_components(SQUARE).tolist() == [0, 0]
+    assert len(set(connectivity.face_components(BOW_TIE).tolist())) == 2
+
+
+def test_boundary_of_a_square_is_one_loop() -> None:
+    assert sorted(connectivity.boundary_edges(SQUARE).tolist()) == [[0, 1], [1, 2], [2, 3], [3, 0]]
+    (loop,) = connectivity.boundary_loops(SQUARE)
+    assert sorted(loop.tolist()) == [0, 1, 2, 3]
+
+
+def test_a_tube_has_two_loops_and_a_ball_none() -> None:
+    assert [len(loop) for loop in connectivity.boundary_loops(HARD_MESHES["open tube"].faces)] == [40, 40]
+    assert connectivity.boundary_loops(HARD_MESHES["sphere"].faces) == []
+
+
+def test_two_fans_at_a_vertex_are_found_and_refused() -> None:
+    assert connectivity.bow_tie_vertices(BOW_TIE).tolist() == [0]
+    with pytest.raises(MeshError, match="vertex 0"):
+        connectivity.boundary_loops(BOW_TIE)
+
+
+def test_faces_that_disagree_in_direction_are_refused() -> None:
+    with pytest.raises(MeshError, match="simple loops"):
+        connectivity.boundary_loops(np.array([[0, 1, 2], [0, 3, 2]]))
+
+
+@pytest.mark.parametrize(("name", "value"), [("sphere", 2), ("torus", 0), ("open tube", 0), ("flat plate", 1)])
+def test_euler_characteristic(name: str, value: int) -> None:
+    assert connectivity.euler_characteristic(HARD_MESHES[name].faces) == value
+
+
+@pytest.mark.parametrize(
+    ("name", "closed"),
+    [("sphere", True), ("torus", True), ("open tube", False), ("moebius", False), ("soup", False), ("fin", False)],
+)
+def test_closed_manifold(name: str, closed: bool) -> None:
+    assert connectivity.is_closed_manifold(HARD_MESHES[name].faces) is closed
+
+
+def test_compact_renumbers() -> None:
+    faces, kept = connectivity.remove_unreferenced(np.array([[7, 3, 9]]))
+    assert (faces.tolist(), kept.tolist()) == ([[1, 0, 2]], [3, 7, 9])
+
+
+def test_faces_at_a_vertex() -> None:
+    assert connectivity.faces_touching(SQUARE, np.array([1]), 4).tolist() == [True, False]
+
+
+def test_averaging_takes_the_mean_of_neighbours_and_leaves_loners_at_zero() -> None:
+    mean = connectivity.averaging_matrix(np.array([[0, 1], [0, 2]]), 4) @ np.array([1.0, 2.0, 4.0, 8.0])
+    assert mean.tolist() == [3.0, 1.0, 1.0, 0.0]
+
+
+def oriented(mesh: Mesh):
+    return orient_faces(mesh.faces, mesh.face_areas)
+
+
+def clashing_edges(faces: np.ndarray) -> int:
+    """Edges of exactly two faces that run through it the same way, counted one by one."""
+    directed: dict[tuple[int, int], list[int]] = {}
+    for a, b, c in faces.tolist():
+        for start, end in ((a, b), (b, c), (c, a)):
+            directed.setdefault((min(start, end), max(start, end)), []).append(start)
+    return sum(len(starts) == 2 and starts[0] == starts[1] for starts in directed.values())
+
+
+@pytest.mark.parametrize("name", ["turned at random", "soup", "torus", "three holes", "two triangles", "loose pieces"])
+def test_neighbours_agree_afterwards(name: str) -> None:
+    mesh = hard_mesh(name)
+    result = oriented(mesh)
+    assert result.clashes == 0
+    assert clashing_edges(flip_faces(mesh.faces, result.turned)) == 0
+
+
+def test_the_precondition_of_that_test() -> None:
+    assert clashing_edges(hard_mesh("turned at random").faces) > 100
+
+
+@pytest.mark.parametrize("name", ["moebius", "klein bottle"])
+def test_a_one_sided_surface_keeps_a_few_clashes_and_counts_them(name: str) -> None:
+    mesh = hard_mesh(name)
+    result = oriented(mesh)
+    left = clashing_edges(flip_faces(mesh.faces, result.turned))
+    assert 0 < left == result.clashes < 0.3 * np.sqrt(3 * len(mesh.faces)) + 40
+
+
+def test_as_little_area_as_possible_turns() -> None:
+    ball = sphere()
+    few = np.arange(len(ball.faces)) < 100
+    assert np.array_equal(oriented(Mesh(ball.vertices, flip_faces(ball.faces, few))).turned, few)
+    assert np.array_equal(oriented(Mesh(ball.vertices, flip_faces(ball.faces, ~few))).turned, few)
+
+
+def test_each_piece_is_decided_by_itself_and_labelled() -> None:
+    mesh = HARD_MESHES["two components"]
+    few = np.zeros(len(mesh.faces), dtype=bool)
+    few[[3, 2000]] = True
+    result = oriented(Mesh(mesh.vertices, flip_faces(mesh.faces, few)))
+    assert np.array_equal(result.turned, few)
+    assert np.array_equal(np.bincount(result.component), [1280, 1280])
+
+
+def test_an_edge_with_three_faces_pairs_the_two_of_one_piece() -> None:
+    fin = HARD_MESHES["fin"]
+    component = oriented(fin).component
+    assert component.max() == 1, "the fin is a component of its own"
+    assert len(twin_halfedges(fin.faces)) == 17
+    paired = twin_halfedges(fin.faces, component)
+    assert len(paired) == 18
+    assert not same_direction(fin.faces, paired).any()
+
+
+@pytest.mark.parametrize("angle", [1.0, 2.0, 3.0])
+def test_a_cap_looks_away_from_its_middle_only_when_the_file_is_not_clear(angle: float) -> None:
+    mesh = cap(angle)
+    inverted = Mesh(mesh.vertices, mesh.faces[:, ::-1])
+    component, opened = np.zeros(len(mesh.faces), dtype=int), np.array([False])
+    assert inside_out(inverted, component, opened, np.array([0.6])).all()
+    assert not inside_out(mesh, component, opened, np.array([0.6])).any()
+    assert not inside_out(inverted, component, opened, np.array([1.0])).any()
+
+
+def test_a_closed_piece_looks_outward_whatever_the_file_said() -> None:
+    ball = sphere()
+    component, closed = np.zeros(len(ball.faces), dtype=int), np.array([True])
+    assert inside_out(Mesh(ball.vertices + 5.0, ball.faces[:, ::-1]), component, closed, np.array([1.0])).all()
+    assert not inside_out(Mesh(ball.vertices + 5.0, ball.faces), component, closed, np.array([1.0])).any()
+
+
+def taken_apart(mesh: Mesh):
+    oriented = orient_faces(mesh.faces, mesh.face_areas)
+    faces = flip_faces(mesh.faces, oriented.turned)
+    twins = manifold_twins(faces, oriented.component)
+    return faces, twins, *split_nonmanifold(faces, twins)
+
+
+def fans(faces: np.ndarray) -> int:
+    """Fans of faces around every vertex, counted by walking over shared edges."""
+    total = 0
+    for vertex in np.unique(faces):
+        own = [set(face.tolist()) - {vertex} for face in faces[(faces == vertex).any(axis=1)]]
+        while own:
+            fan, total = own.pop(), total + 1
+            while touching := next((other for other in own if other & fan), None):
+                own.remove(touching)
+                fan = fan | touching
+    return total
+
+
+@pytest.mark.parametrize("name", ["fin", "book", "two cubes", "bow-ties", "cube", "one triangle", "moebius"])
+def test_every_edge_has_two_faces_at_most_and_every_vertex_one_fan(name: str) -> None:
+    mesh = hard_mesh(name)
+    before, _, faces, vertex_of = taken_apart(mesh)
+    assert edge_table(faces).face_count.max() <= 2
+    assert not len(bow_tie_vertices(faces))
+    assert fans(faces) == len(vertex_of) == faces.max() + 1
+    assert np.array_equal(vertex_of[faces], before), "no face is lost or moved"
+    assert (np.diff(vertex_of) >= 0).all()
+
+
+def test_a_sound_mesh_keeps_its_numbers() -> None:
+    mesh = hard_mesh("torus")
+    _, _, faces, vertex_of = taken_apart(mesh)
+    assert np.array_equal(faces, mesh.faces)
+    assert np.array_equal(vertex_of, np.arange(len(mesh.vertices)))
+
+
+def test_a_fin_leaves_the_box_whole_and_stands_alone() -> None:
+    _, twins, faces, _ = taken_apart(hard_mesh("fin"))
+    component = components_of(twins, len(faces))
+    assert np.array_equal(np.bincount(component), [12, 1])
+    assert (edge_table(faces[component == 0]).face_count == 2).all()
+
+
+@pytest.mark.parametrize(("name", "pieces"), [("book", 5), ("two cubes", 2), ("bow-ties", 4), ("torus", 1)])
+def test_pieces_are_those_of_the_split_faces(name: str, pieces: int) -> None:
+    _, twins, faces, _ = taken_apart(hard_mesh(name))
+    assert np.array_equal(components_of(twins, len(faces)), face_components(faces))
+    assert components_of(twins, len(faces)).max() + 1 == pieces

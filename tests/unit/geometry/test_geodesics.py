@@ -1,0 +1,75 @@
+"""Distances over the body, exact where that is safe, and honest where it is not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.geometry.geodesics import Geodesics
+from app.geometry.mesh import Mesh
+from tests.support.surfaces import cap, frustum, named, sheet
+
+
+def test_on_a_flat_sheet_it_is_the_straight_line():
+    surface = sheet()
+    everywhere = np.arange(len(surface.vertices))
+    expected = np.linalg.norm(surface.vertices - surface.vertices[17], axis=1)
+    np.testing.assert_allclose(Geodesics(surface).from_vertex(17, everywhere), expected, atol=1e-12)
+
+
+def test_around_a_tube_it_is_a_helix():
+    surface = frustum(0.05, 0.05, length=0.2, around=60, along=30)
+    everywhere = np.arange(len(surface.vertices))
+    turn = np.abs(np.angle(np.exp(1j * np.arctan2(surface.vertices[:, 1], surface.vertices[:, 0]))))
+    side = 2 * 0.05 * np.sin(np.pi / 60) * 60 / (2 * np.pi)
+    expected = np.hypot(side * turn, surface.vertices[:, 2])
+    np.testing.assert_allclose(Geodesics(surface).from_vertex(0, everywhere), expected, rtol=1e-3, atol=1e-9)
+
+
+def test_the_quick_way_is_close():
+    surface = cap(1.2, rings=20)
+    everywhere = np.arange(1, len(surface.vertices))
+    geodesics = Geodesics(surface)
+    exact, quick = geodesics.from_vertex(0, everywhere), geodesics.approximate_from_vertex(0, everywhere)
+    assert np.abs(quick / exact - 1).mean() < 0.03
+
+
+def test_targets_may_repeat_and_come_in_any_order():
+    geodesics = Geodesics(sheet())
+    found = geodesics.from_vertex(5, np.array([9, 5, 9, 0]))
+    assert found[0] == found[2]
+    assert found[1] == 0
+
+
+@pytest.mark.parametrize("name", ["thin faces", "one triangle"])
+def test_an_unsafe_surface_is_measured_along_its_edges(name):
+    surface = named("thin faces") if name == "thin faces" else Mesh(np.eye(3) * [1, 1, 0], [[0, 1, 2]])
+    geodesics = Geodesics(surface)
+    assert geodesics.exact is (name == "one triangle")
+    found = geodesics.approximate_from_vertex(int(surface.faces[0, 0]), surface.faces[0])
+    expected = np.linalg.norm(surface.vertices[surface.faces[0]] - surface.vertices[surface.faces[0, 0]], axis=1)
+    np.testing.assert_allclose(found, expected, rtol=0.35, atol=1e-12)
+
+
+def test_loose_vertices_do_no_harm():
+    surface = named("loose vertices")
+    assert Geodesics(surface).from_vertex(3, np.array([3, 4])).tolist() == pytest.approx([0, 0.01])
+
+
+@pytest.mark.parametrize("name", ["saddle", "bumpy tube", "sieve", "hemisphere", "torus"])
+def test_near_distances_are_the_exact_ones_within_reach(name):
+    surface = named(name)
+    geodesics, everywhere, reach = Geodesics(surface), np.arange(len(surface.vertices)), 0.2 * surface.size
+    for source in (0, len(surface.vertices) // 2):
+        exact, near = geodesics.from_vertex(source, everywhere), geodesics.from_vertex_within(source, everywhere, reach)
+        within = exact <= reach
+        assert 2 < within.sum() < len(within), "the reach must cut the surface"
+        np.testing.assert_allclose(near[within], exact[within], atol=1e-12)
+        assert np.isinf(near[exact > reach * (1 + 1e-9)]).all()
+
+
+def test_near_distances_along_edges_end_at_the_reach_too():
+    surface = named("thin faces")
+    near = Geodesics(surface).from_vertex_within(0, np.arange(len(surface.vertices)), 0.03)
+    assert 2 < np.isfinite(near).sum() < len(near)
+    assert near[np.isfinite(near)].max() <= 0.03

@@ -1,0 +1,56 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.core.errors import MapError
+from app.flattening.bijectivity import signed_areas
+from app.geometry.connectivity import boundary_loops, euler_characteristic
+from app.maps.build import build_map
+from app.maps.formats.unige import unige_file_of, write_unige_map
+from app.skin.formats.taxel_files import read_taxels
+from app.skin.formats.unige_json import read_unige
+from tests.support.surfaces import frustum, named, skin_of
+
+
+@pytest.fixture(scope="module")
+def tube():
+    return build_map(skin_of(frustum(along=16, around=32), taxels=150))
+
+
+def test_what_is_written_reads_back(tube, tmp_path):
+    write_unige_map(tube, tmp_path / "skin.json", name="tube")
+    file, wanted = read_unige(tmp_path / "skin.json"), unige_file_of(tube)
+    taxels = tube.skin.patches[0].taxels
+    np.testing.assert_array_equal(file.taxels.positions, taxels.positions)
+    np.testing.assert_allclose(file.taxels.normals, taxels.normals, atol=1e-15)
+    np.testing.assert_array_equal(file.taxels.faces, wanted.taxels.faces)
+    assert (file.taxels.link, file.taxels.findings) == ("link 0", ())
+    (drawn,) = file.maps
+    assert (drawn.name, drawn.description) == ("tube", "made by Tactile Maps: symmetric-dirichlet")
+    np.testing.assert_array_equal(drawn.points, tube.taxel_points)
+    np.testing.assert_array_equal(drawn.faces, wanted.maps[0].faces)
+    np.testing.assert_array_equal(read_taxels(tmp_path / "skin.json").points, tube.taxel_points)
+
+
+def test_the_map_is_the_body_opened_along_the_seam(tube):
+    file = unige_file_of(tube)
+    body, flat = file.taxels.faces, file.maps[0].faces
+    assert (euler_characteristic(body), len(boundary_loops(body))) == (0, 2)
+    assert (euler_characteristic(flat), len(boundary_loops(flat))) == (1, 1)
+    assert (signed_areas(file.maps[0].points, flat) > 0).all()
+    assert 0 < len(body) - len(flat) < 40
+
+
+def test_no_face_is_stretched_across_a_seam():
+    ball = build_map(skin_of(named("sphere"), taxels=150))
+    file = unige_file_of(ball)
+    corners, flat = file.taxels.positions[file.maps[0].faces], file.maps[0].points[file.maps[0].faces]
+    true, drawn = (np.linalg.norm(c - np.roll(c, 1, axis=1), axis=2) for c in (corners, flat))
+    assert (drawn <= 2 * true).all()
+    assert len(file.maps[0].faces) > 200
+
+
+def test_a_skin_on_several_links_is_refused(three_patches, tmp_path):
+    with pytest.raises(MapError, match=r"skin\.json.*one link.*link 0, link 1, link 2"):
+        write_unige_map(three_patches, tmp_path / "skin.json")

@@ -1,0 +1,48 @@
+"""What holds for every builder."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.core.errors import MapError
+from app.maps.learned.methods import LEARNING_METHODS
+
+
+def test_the_names_are_the_methods(touched_sheet):
+    assert len(LEARNING_METHODS) == 5
+    assert [build(touched_sheet[1][:400]).method for build in LEARNING_METHODS.values()] == list(LEARNING_METHODS)
+
+
+@pytest.mark.parametrize("method", LEARNING_METHODS)
+def test_a_dead_taxel_is_named_and_spoils_nothing(method, touched_sheet, misfit, true_places):
+    readings = touched_sheet[1].copy()
+    readings[:, [7, 40]] = 0.0
+    learned = LEARNING_METHODS[method](readings)
+    (note,) = learned.findings
+    assert (note.kind, note.where) == ("taxels-never-touched", "taxels 7, 40")
+    assert np.flatnonzero(~learned.placed).tolist() == [7, 40]
+    points = learned.points.copy()
+    whole = LEARNING_METHODS[method](touched_sheet[1]).points
+    apart = [np.linalg.norm(p[:, None] - p[None], axis=-1)[learned.placed][:, learned.placed] for p in (points, whole)]
+    assert np.corrcoef(apart[0].ravel(), apart[1].ravel())[0, 1] > 0.98
+
+
+@pytest.mark.parametrize("method", LEARNING_METHODS)
+def test_a_skin_that_was_never_touched_is_refused(method):
+    with pytest.raises(MapError, match="too few taxels"):
+        LEARNING_METHODS[method](np.zeros((50, 9)))
+
+
+@pytest.mark.parametrize("method", LEARNING_METHODS)
+def test_progress_is_told_and_may_cancel(method, touched_sheet):
+    told = []
+    LEARNING_METHODS[method](touched_sheet[1], progress=lambda text, fraction: told.append((text, fraction)))
+    assert told
+    assert all(text and 0 <= fraction <= 1 for text, fraction in told)
+
+    def cancel(_text, _fraction):
+        raise InterruptedError
+
+    with pytest.raises(InterruptedError):
+        LEARNING_METHODS[method](touched_sheet[1], progress=cancel)

@@ -1,0 +1,85 @@
+"""From a skin to its map in one call, with a voice and a way to stop."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.core.errors import MapError
+from app.flattening.cut import SeamPlan, shortest_edge_path
+from app.maps.build import build_map, flatten_patch, with_chart
+from app.skin.skin import Patch, Skin
+from tests.support.surfaces import frustum, sheet, skin_of, taxels_on
+
+
+def test_every_patch_gets_a_chart_in_order(three_patches):
+    assert [len(chart.faces) for chart in three_patches.charts] == [
+        len(patch.surface.faces) for patch in three_patches.skin.patches
+    ]
+
+
+def test_progress_names_the_patch_and_only_grows():
+    heard = []
+    build_map(skin_of(sheet(), frustum()), progress=lambda text, fraction: heard.append((text, fraction)))
+    fractions = [fraction for _, fraction in heard]
+    assert fractions == sorted(fractions)
+    assert (fractions[0], fractions[-1]) == (0.0, 1.0)
+    second = {fraction for text, fraction in heard if text == "Flattening patch 1"}
+    assert second == {192 / (192 + 1440)}
+    assert {text for text, _ in heard} == {"Flattening patch 0", "Flattening patch 1", "Arranging the map"}
+    assert len(heard) > 10, "every round is told, so that a stop is heard soon"
+
+
+def test_raising_in_progress_stops_the_work():
+    class StopError(Exception):
+        pass
+
+    def stop(_text, fraction):
+        if fraction > 0:
+            raise StopError
+
+    with pytest.raises(StopError):
+        build_map(skin_of(sheet(), frustum()), progress=stop)
+
+
+def test_the_method_reaches_every_chart():
+    assert {chart.method for chart in build_map(skin_of(sheet(), sheet()), method="tutte").charts} == {"tutte"}
+
+
+def test_a_skin_without_patches_is_a_named_error():
+    with pytest.raises(MapError, match="no patches"):
+        build_map(Skin(()))
+
+
+def test_a_patch_that_cannot_be_laid_flat_is_named():
+    whole = sheet()
+    broken = type(whole)(whole.vertices, [*whole.faces.tolist(), [0, 10, 60]])
+    skin = Skin((Patch("shin", "leg", broken, taxels_on(whole, 10)),))
+    with pytest.raises(MapError, match="shin"):
+        build_map(skin)
+
+
+def test_one_patch_laid_flat_anew_leaves_the_others_alone(three_patches):
+    patch = three_patches.skin.patches[1]
+    chart = flatten_patch(patch, seams=SeamPlan(extra=1))
+    edited = with_chart(three_patches, 1, chart)
+    assert edited.charts[0] is three_patches.charts[0]
+    assert edited.charts[2] is three_patches.charts[2]
+    assert edited.layout.placements[::2] == three_patches.layout.placements[::2]
+    before, after = (m.uv[1].min(axis=0) + m.uv[1].max(axis=0) for m in (three_patches, edited))
+    np.testing.assert_allclose(after, before, atol=1e-12)
+
+
+def test_a_plan_for_a_patch_that_is_not_there_is_refused():
+    with pytest.raises(MapError, match=r"no such patch.*elbow"):
+        build_map(skin_of(sheet()), seams={"elbow": SeamPlan()})
+
+
+def test_seams_are_cut_where_they_were_asked_for():
+    skin = skin_of(sheet(), frustum())
+    surface = skin.patches[1].surface
+    up = np.lexsort((surface.vertices[:, 2], np.round(np.arctan2(*surface.vertices[:, :2].T), 6)))
+    drawn = shortest_edge_path(surface, [int(up[0]), int(up[20])])
+    map_ = build_map(skin, seams={"patch 1": SeamPlan(drawn=drawn)})
+    cut = {tuple(seam) for seam in map_.charts[1].seams.tolist()}
+    assert cut == {tuple(edge) for edge in drawn.tolist()}

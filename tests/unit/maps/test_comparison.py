@@ -1,0 +1,202 @@
+"""Two maps side by side, and drawings told in the taxels of a skin."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.core.errors import MapError
+from app.maps.build import build_map
+from app.maps.comparison import IDEALS, TaxelLayout, compare_maps, drawn_layout, procrustes
+from app.maps.quality import measure
+from app.maps.tactile_map import TactileMap
+from app.maps.topography import BodyDistances
+from app.skin.formats.taxel_set import TaxelSet
+from tests.support.surfaces import named, sheet, skin_of
+
+ICUB = Path(__file__).parents[4] / "shared" / "data" / "icub-skin"
+
+
+@pytest.fixture(scope="module")
+def automatic():
+    return build_map(skin_of(named("saddle"), sheet(), taxels=30))
+
+
+@pytest.fixture(scope="module")
+def body(automatic):
+    return BodyDistances(automatic.skin)
+
+
+def _row(comparison, name):
+    (row,) = [row for row in comparison.measures if row.name == name]
+    return row
+
+
+def test_a_map_against_itself(automatic, body):
+    comparison = compare_maps(automatic, automatic, distances=body)
+    assert comparison.procrustes_mm < 1e-9
+    assert {row.better for row in comparison.measures} == {"neither"}
+    assert all(row.first == row.second for row in comparison.measures)
+    assert comparison.first == comparison.second == measure(automatic, distances=body)
+
+
+def test_the_stretched_one_is_worse_where_it_is(automatic, body):
+    (first, second) = automatic.charts
+    stretched = TactileMap(automatic.skin, (replace(first, plane=first.plane * [1.6, 1]), second), automatic.layout)
+    comparison = compare_maps(stretched, automatic, distances=body)
+    for name in ("angle", "area", "isometry", "symmetric_dirichlet", "edge_error", "stress"):
+        row = _row(comparison, name)
+        assert row.better == "second", row
+        assert abs(row.first - IDEALS[name]) > abs(row.second - IDEALS[name])
+    assert _row(comparison, "flips").better == "neither"
+    assert comparison.procrustes_mm > 3
+
+
+def test_a_layout_is_judged_by_its_points_alone(automatic, body):
+    shuffled = np.random.default_rng(0).permutation(len(automatic.skin))
+    by_hand = TaxelLayout(2 * automatic.taxel_points[shuffled] + 1, shuffled)
+    comparison = compare_maps(automatic, by_hand, distances=body)
+    assert comparison.procrustes_mm < 1e-9, "moved, grown and in another order it is the same map"
+    assert _row(comparison, "trustworthiness").better == "neither"
+    assert np.isnan(_row(comparison, "angle").second)
+    assert _row(comparison, "angle").better == "neither"
+    assert {row.name for row in comparison.measures} <= set(IDEALS)
+
+
+def test_the_body_is_asked_of_the_map_where_it_is_not_given(automatic, body):
+    by_hand = TaxelLayout(automatic.taxel_points)
+    assert compare_maps(by_hand, automatic).to_json() == compare_maps(by_hand, automatic, distances=body).to_json()
+
+
+def test_the_table_is_json(automatic, body):
+    report = compare_maps(automatic, TaxelLayout(automatic.taxel_points), distances=body).to_json()
+    assert json.loads(json.dumps(report, allow_nan=False)) == report
+    assert report["measures"][0].keys() == {"name", "first", "second", "better"}
+
+
+@pytest.mark.parametrize(
+    ("points", "numbers", "problem"),
+    [
+        (np.zeros((3, 2)), None, "same taxels"),
+        (np.zeros((60, 2)), np.zeros(60), "each taxel once"),
+        (np.full((60, 2), np.nan), None, "no finite place"),
+    ],
+)
+def test_other_taxels_cannot_be_compared(automatic, body, points, numbers, problem):
+    with pytest.raises(MapError, match=problem):
+        compare_maps(automatic, TaxelLayout(points, numbers), distances=body)
+
+
+def test_two_layouts_need_a_body(body, automatic):
+    layout = TaxelLayout(automatic.taxel_points)
+    with pytest.raises(MapError, match="nothing about the body"):
+        compare_maps(layout, layout)
+    assert compare_maps(layout, layout, distances=body).procrustes_mm < 1e-9
+
+
+def test_procrustes_finds_the_best_similarity_of_each_part():
+    generator = np.random.default_rng(1)
+    first, noise = generator.normal(size=(50, 2)), 1e-3 * generator.normal(size=(50, 2))
+    second = np.empty_like(first)
+    for part, angle, mirror in ((slice(0, 20), 0.5, 1), (slice(20, 50), -2.0, -1)):
+        turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]) @ np.diag([mirror, 1])
+        second[part] = 3 * (first[part] + noise[part]) @ turn.T + generator.normal(size=2)
+    found = procrustes(first, second, np.array([0, 20, 50]))
+    rms = np.sqrt((noise**2).sum(axis=1).mean())
+    assert 0.8 * rms < found < rms
+    assert procrustes(first, second, np.array([0, 50])) > 0.1
+
+
+def test_points_all_in_one_place_are_as_far_as_the_map_is_wide():
+    first = np.array([[0.0, 0], [2, 0], [0, 2], [2, 2]])
+    assert procrustes(first, np.zeros((4, 2)), np.array([0, 4])) == pytest.approx(np.sqrt(2))
+
+
+def _icub_positions(name):
+    """(n, 3) the file's rows, unused ones all zero, by a reading of our own."""
+    rows = []
+    for line in (ICUB / "positions" / f"{name}.txt").read_text().split("[calibration]")[1].splitlines():
+        words = line.split()
+        if len(words) >= 3 and words[0][0] in "-.0123456789":
+            rows.append([float(word) for word in words[:3]])
+    return np.array(rows)
+
+
+def _icub_layout(name):
+    """Taxel number -> map point, by the viewer's rules: mirror, turn, move; the first of two lines counts."""
+    x = np.array((257.2, 385.83, 128.62, 0, -128.62, -385.83, -256.3, -257.2, -128.62, 0, 0, 128.62)) / 40e3
+    y = np.array((0, -222.83, -222.83, 0, -222.83, -222.83, -147.64, 0, 222.83, 445.54, 296.55, 222.83)) / 40e3
+    points = {}
+    for line in (ICUB / "layouts" / f"{name}.ini").read_text().splitlines():
+        words = line.split()
+        if words and words[0] == "triangle_10pad":
+            turn = np.exp(1j * np.deg2rad(float(words[4])))
+            pads = turn * ((-x if words[6:7] == ["1"] else x) + 1j * y) + 1e-3 * complex(
+                float(words[2]), float(words[3])
+            )
+            for pad, point in enumerate(pads):
+                points.setdefault(12 * int(words[1]) + pad, (point.real, point.imag))
+    return points
+
+
+@pytest.mark.skipif(not ICUB.exists(), reason="the real iCub skin files are not beside this checkout")
+def test_the_left_arms_hand_made_map_scores_as_known():
+    """350 taxels; 674 pairs under 8 mm, one torn, and that of 44 between modules; both scores 0.999."""
+    positions, layout = _icub_positions("left_arm"), _icub_layout("left_arm_V2_7")
+    used = np.array([k for k in range(len(positions)) if positions[k].any() and k in layout and k % 12 not in (6, 10)])
+    by_hand, modules = TaxelLayout(np.array([layout[k] for k in used])), used // 12
+    body = BodyDistances.straight(positions[used])
+    shape = compare_maps(by_hand, by_hand, distances=body, modules=modules).first
+    assert (len(used), shape.pairs, shape.torn_pairs) == (350, 674, 1)
+    assert (shape.pairs_between_modules, shape.torn_between_modules) == (44, 1)
+    assert (shape.trustworthiness, shape.continuity) == pytest.approx((0.999, 0.999), abs=5e-4)
+    assert shape.trustworthiness_between_modules < shape.trustworthiness
+
+
+@pytest.fixture
+def skin():
+    return skin_of(sheet())
+
+
+@pytest.fixture
+def drawn(skin):
+    positions = skin.patches[0].taxels.positions
+    points = positions[:, :2] * 2.0
+    points[3] = np.nan
+    order = np.random.default_rng(0).permutation(len(positions))
+    return TaxelSet("drawn", "patch", np.arange(len(order)), positions[order], points=points[order])
+
+
+def test_each_point_goes_to_its_own_taxel(skin, drawn):
+    layout = drawn_layout(drawn, skin)
+    positions = skin.patches[0].taxels.positions
+    assert len(layout.points) == len(positions) - 1
+    assert 3 not in layout.numbers
+    np.testing.assert_allclose(layout.points, 2 * positions[layout.numbers, :2])
+
+
+def test_a_taxel_drawn_twice_counts_once(skin, drawn):
+    assert drawn.points is not None
+    twice = TaxelSet(
+        "twice",
+        "patch",
+        np.arange(2 * len(drawn)),
+        np.tile(drawn.positions, (2, 1)),
+        points=np.tile(drawn.points, (2, 1)),
+    )
+    numbers = drawn_layout(twice, skin).numbers
+    assert len(np.unique(numbers)) == len(numbers)
+
+
+def test_a_drawing_of_another_body_is_refused(skin, drawn):
+    with pytest.raises(MapError, match=r"not of this skin.*mm from"):
+        drawn_layout(replace(drawn, positions=drawn.positions + 0.5), skin)
+
+
+def test_a_file_without_points_is_refused(skin, drawn):
+    with pytest.raises(MapError, match="no map points"):
+        drawn_layout(replace(drawn, points=None), skin)

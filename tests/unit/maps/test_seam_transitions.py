@@ -1,0 +1,119 @@
+"""Over a seam the map goes on as the body does."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.maps.build import build_map
+from app.maps.layout import MapLayout, Placement
+from app.maps.seam_transitions import SeamTransitions, line_crossing
+from app.maps.tactile_map import TactileMap
+from app.maps.topography import BodyDistances
+from tests.support.references import unrolled
+from tests.support.surfaces import frustum, named, sheet, skin_of
+
+TUBES = {
+    "tube": lambda: frustum(0.03, 0.03, length=0.1, around=30, along=12),
+    "cone": lambda: frustum(0.05, 0.02, length=0.1, around=30, along=12),
+}
+
+
+@pytest.fixture(scope="module", params=sorted(TUBES))
+def rolled(request):
+    return unrolled(TUBES[request.param](), taxels=60, angle=0.7)
+
+
+def test_every_seam_segment_has_a_partner_and_true_borders_have_none(three_patches):
+    borders = SeamTransitions(three_patches).borders
+    glued = np.flatnonzero(borders.partner >= 0)
+    np.testing.assert_array_equal(borders.partner[borders.partner[glued]], glued)
+    assert len(glued) == 2 * sum(len(chart.seams) for chart in three_patches.charts) > 0
+    assert borders.turned[glued].all()
+    assert not borders.turned[borders.partner < 0].any()
+    for segment in glued:
+        chart, surface = (
+            three_patches.charts[borders.patch[segment]],
+            three_patches.skin.patches[borders.patch[segment]],
+        )
+        corner = [int(borders.side[segment]), (int(borders.side[segment]) + 1) % 3]
+        edge = surface.surface.faces[borders.face[segment], corner]
+        assert np.sort(edge).tolist() in np.sort(chart.seams, axis=1).tolist()
+
+
+def test_a_transition_puts_edge_on_edge(three_patches):
+    transitions = SeamTransitions(three_patches)
+    borders = transitions.borders
+    glued = np.flatnonzero(borders.partner >= 0)
+    for end in (0, 1):
+        met = transitions.across(glued, borders.ends[glued, end])
+        np.testing.assert_allclose(met, borders.ends[borders.partner[glued], 1 - end], atol=1e-15)
+
+
+def test_there_and_back_is_nowhere(three_patches):
+    transitions = SeamTransitions(three_patches)
+    glued = np.flatnonzero(transitions.borders.partner >= 0)
+    points = np.random.default_rng(0).normal(size=(len(glued), 2))
+    back = transitions.across(transitions.borders.partner[glued], transitions.across(glued, points))
+    np.testing.assert_allclose(back, points, atol=1e-12)
+
+
+def test_without_stretch_a_transition_is_a_rotation(rolled):
+    borders = SeamTransitions(rolled).borders
+    turns = borders.linear[borders.partner >= 0]
+    assert len(turns) == 2 * 12
+    np.testing.assert_allclose(np.einsum("kij,klj->kil", turns, turns), np.tile(np.eye(2), (24, 1, 1)), atol=1e-9)
+    np.testing.assert_allclose(np.linalg.det(turns), 1, atol=1e-9)
+
+
+def test_a_stretched_map_keeps_directions_on_the_body(rolled):
+    """Stretching the map by a matrix must change each transition A to S A S⁻¹."""
+    stretch = np.array([[1.4, 0.3], [0.0, 0.8]])
+    (chart,) = rolled.charts
+    plain = TactileMap(rolled.skin, rolled.charts, MapLayout((Placement(),)))
+    changed = TactileMap(
+        rolled.skin,
+        (type(chart)(chart.faces, chart.plane @ stretch.T, chart.vertex_of, chart.seams, ""),),
+        MapLayout((Placement(),)),
+    )
+    expected = stretch @ SeamTransitions(plain).borders.linear @ np.linalg.inv(stretch)
+    np.testing.assert_allclose(SeamTransitions(changed).borders.linear, expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_neighbours_are_seen_over_the_seam_where_they_are_on_the_body(rolled, mirrored):
+    placed = TactileMap(rolled.skin, rolled.charts, MapLayout((Placement(0.4, (0.1, 0.0), mirrored),)))
+    body = BodyDistances(rolled.skin)
+    here, there = body.pairs.T
+    exact = body.patches[0].exact[here, there]
+    apart = np.linalg.norm(placed.taxel_points[here] - placed.taxel_points[there], axis=1)
+    assert (apart > 2 * exact).sum() > 3, "some must be torn, or the test says nothing"
+    transitions = SeamTransitions(placed)
+    np.testing.assert_allclose(
+        np.linalg.norm(transitions.seen(here, there) - placed.taxel_points[here], axis=1), exact, atol=1e-5
+    )
+    np.testing.assert_allclose(
+        np.linalg.norm(transitions.seen(there, here) - placed.taxel_points[there], axis=1), exact, atol=1e-5
+    )
+
+
+def test_nothing_is_seen_through_a_true_border():
+    map_ = build_map(skin_of(sheet(), named("saddle"), taxels=20))
+    here, there = np.array([0, 3, 25, 5]), np.array([7, 30, 2, 5])
+    transitions = SeamTransitions(map_)
+    assert (transitions.borders.partner == -1).all()
+    np.testing.assert_array_equal(transitions.seen(here, there), map_.taxel_points[there])
+
+
+def test_many_pairs_are_asked_in_parts(rolled, monkeypatch):
+    transitions = SeamTransitions(rolled)
+    pairs = rolled.skin.neighbours.T
+    whole = transitions.seen(*pairs)
+    monkeypatch.setattr("app.maps.seam_transitions._AT_ONCE", 100)
+    np.testing.assert_array_equal(transitions.seen(*pairs), whole)
+
+
+def test_crossings_of_lines():
+    s, t = line_crossing(np.zeros(2), np.array([2.0, 0]), np.array([[[1, -1], [1, 3]], [[0, 1], [5, 1]]], dtype=float))
+    assert (s[0], t[0]) == (0.5, 0.25)
+    assert np.isnan(s[1])

@@ -1,0 +1,44 @@
+"""Back to MuJoCo: the text is whole, radians, and errors are one sentence."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from app.core.errors import RobotError
+from app.robots.load import load_robot
+from app.robots.mujoco_spec import compile_spec, robot_spec, spec_text
+
+
+def test_a_robot_is_self_contained_and_in_radians(tiny: Path) -> None:
+    robot = load_robot(tiny)
+    for file in tiny.parent.rglob("*.*"):
+        file.unlink()
+    spec = robot_spec(robot)
+    assert not spec.compiler.degree
+    model = compile_spec(spec, source=robot.source)
+    assert model.jnt_range[0] == pytest.approx((robot.joints[0].lower, robot.joints[0].upper))
+    assert model.nbody == len(robot.links) + 1
+
+
+def test_each_spec_is_fresh(tiny: Path) -> None:
+    robot = load_robot(tiny)
+    robot_spec(robot).worldbody.add_body(name="extra")
+    assert robot_spec(robot).body("extra") is None
+
+
+def test_text_mujoco_cannot_read_or_build_is_said_in_one_line(tiny: Path) -> None:
+    robot = load_robot(tiny)
+    with pytest.raises(RobotError, match="cannot read") as caught:
+        robot_spec(replace(robot, mjcf="<mujoco><nonsense/></mujoco>"))
+    assert "\n" not in str(caught.value)
+    with pytest.raises(RobotError, match="cannot build"):
+        compile_spec(robot_spec(replace(robot, assets={})), source=robot.source)
+
+
+def test_text_comes_back_in_radians_or_with_a_reason(tiny: Path) -> None:
+    spec = robot_spec(load_robot(tiny))
+    compile_spec(spec, source="tiny")
+    assert 'angle="radian"' in spec_text(spec, source="tiny")

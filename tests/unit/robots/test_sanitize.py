@@ -1,0 +1,108 @@
+"""A spec stripped to the robot, meshes without volume, links that may never collide."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+import trimesh
+
+from app.geometry.mesh import Mesh
+from app.robots.mjcf import load_mjcf
+from app.robots.sanitize import collision_exclusions, keyframe_home, name_unnamed_elements, strip_scene
+
+GRIPPER = """<mujoco><worldbody><camera name="c"/><site name="w"/><body name="palm"><geom size="0.1"/><site name="s"/>
+<body><joint name="a"/><geom size="0.1"/></body><body name="link_3"><joint name="b"/><geom size="0.1"/></body>
+<body name="q" pos="1 0 0"><joint type="ball"/><geom size="0.1"/><body name="r"><joint name="d"/><geom size="0.1"/>
+</body></body></body></worldbody>
+<equality><joint joint1="a" joint2="b"/><connect site1="s" site2="w"/></equality>
+<keyframe><key name="first" qpos="1 2 1 0 0 0 3"/><key name="home" qpos="4 5 1 0 0 0 6"/></keyframe></mujoco>"""
+
+
+def test_home_is_read_past_joints_of_any_width() -> None:
+    spec = mujoco.MjSpec.from_string(GRIPPER)
+    assert {name: value for name, value in keyframe_home(spec).items() if name} == {"a": 4, "b": 5, "d": 6}
+    assert keyframe_home(mujoco.MjSpec.from_string(GRIPPER.replace('name="home"', 'name="x"')))["a"] == 1
+    assert keyframe_home(mujoco.MjSpec.from_string(GRIPPER.replace('"4 5 1 0 0 0 6"', '"4 5"'))) == {}
+    assert keyframe_home(mujoco.MjSpec()) == {}
+
+
+def test_couplings_of_joints_stay_and_those_of_sites_go() -> None:
+    spec = mujoco.MjSpec.from_string(GRIPPER.replace('<joint type="ball"/>', ""))
+    strip_scene(spec, "gripper")
+    assert [equality.name1 for equality in spec.equalities] == ["a"]
+    assert (list(spec.sites), list(spec.cameras), list(spec.keys)) == ([], [], [])
+
+
+def test_names_are_given_without_taking_one_that_exists() -> None:
+    spec = mujoco.MjSpec.from_string(GRIPPER.replace("<body><joint", "<body><joint/><joint"))
+    findings = name_unnamed_elements(spec)
+    names = [body.name for body in spec.bodies]
+    assert len(set(names)) == len(names)
+    assert all(names)
+    assert all(joint.name for joint in spec.joints)
+    assert findings[0].kind == "unnamed"
+    assert name_unnamed_elements(spec) == []
+
+
+SQUARE = Mesh(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0.0]]), np.array([[0, 1, 2], [1, 3, 2]]))
+
+
+def export(path: Path, vertices: object, faces: object) -> None:
+    trimesh.Trimesh(vertices, faces, process=False).export(path)
+
+
+def test_a_flat_mesh_is_drawn_but_does_not_collide_and_this_is_said(tiny: Path) -> None:
+    export(tiny.parent / "meshes" / "rod.stl", SQUARE.vertices, SQUARE.faces)
+    robot = load_mjcf(tiny)
+    mesh = robot.link("rod").mesh
+    assert mesh is not None
+    assert mesh.area == pytest.approx(1.0)
+    assert {finding.kind: finding.where for finding in robot.findings}["flat-mesh"] == "rod"
+
+
+@pytest.mark.parametrize("cut", [20, 100, 200, 320])
+@pytest.mark.parametrize("turn", [1, -1])
+def test_open_and_inside_out_meshes_load(tiny: Path, cut: int, turn: int) -> None:
+    ball = trimesh.creation.icosphere(2)
+    export(tiny.parent / "meshes" / "rod.stl", ball.vertices, ball.faces[:cut, ::turn])
+    mesh = load_mjcf(tiny).link("rod").mesh
+    assert mesh is not None
+    assert len(mesh.faces) == cut
+
+
+def test_a_sheet_folded_so_that_its_volumes_cancel_loads(tiny: Path) -> None:
+    ball = trimesh.creation.icosphere(1)
+    other = ball.vertices + np.array([3.0, 0, 0])
+    faces = np.vstack([ball.faces, ball.faces[:, ::-1] + len(ball.vertices)])
+    export(tiny.parent / "meshes" / "rod.stl", np.vstack([ball.vertices, other]), faces)
+    assert load_mjcf(tiny).link("rod").mesh is not None
+
+
+CHAIN = """<mujoco><worldbody><body name="base"><geom size="0.1"/>
+<body name="near" pos="0 0 0.1"><joint axis="0 1 0" limited="true" range="-90 90"/><geom size="0.1"/>
+<body name="mid" pos="0 0 0.1"><joint axis="0 1 0" limited="true" range="-90 90"/><geom size="0.1"/>
+<body name="far" pos="0 0 1"><joint type="slide" axis="0 0 1" limited="true" range="-1.2 5"/><geom size="0.1"/>
+</body></body></body></body></worldbody></mujoco>"""
+
+
+def test_lasting_overlaps_are_found_and_passing_ones_left() -> None:
+    model = mujoco.MjModel.from_xml_string(CHAIN)
+    assert collision_exclusions(model, np.zeros(3)) == [("base", "mid"), ("base", "near")]
+
+
+def test_a_pair_that_touches_at_home_is_excluded() -> None:
+    model = mujoco.MjModel.from_xml_string(CHAIN)
+    assert ("near", "far") in collision_exclusions(model, np.array([0.0, 0.0, -1.1]))
+
+
+def test_a_child_of_a_fixed_link_is_excluded_even_apart() -> None:
+    model = mujoco.MjModel.from_xml_string(CHAIN.replace('name="near" pos="0 0 0.1"', 'name="near" pos="0 0 3"'))
+    assert collision_exclusions(model, np.zeros(3)) == [("base", "near")]
+
+
+def test_the_answer_does_not_depend_on_the_day() -> None:
+    model = mujoco.MjModel.from_xml_string(CHAIN)
+    assert collision_exclusions(model, np.zeros(3), seed=1) == collision_exclusions(model, np.zeros(3), seed=1)

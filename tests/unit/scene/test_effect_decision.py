@@ -1,0 +1,174 @@
+"""Which effects the needs call for, what an override does, and what is told when something is missing."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from app.scene.effect_decision import EFFECT_RULES, OVERRIDDEN, decide_effects
+from app.scene.effects import EFFECTS, SENSOR_KEYS
+from app.scene.objects import ObjectSpec
+from app.scene.tasks import TASKS, Needs
+from app.tactile.elastic_layer import ElasticLayer
+from app.tactile.sensor_effects import Noise
+
+BOX = ObjectSpec("box", "box", size=(0.1, 0.1, 0.1), mass=1.0)
+WALL = ObjectSpec("wall", "box", size=(0.1, 0.1, 0.1))
+PROBE = ObjectSpec("probe", "probe", size=(0.01,))
+VIEW = Needs(task="view", outputs=("posture",))
+ALL = ("posture", "pressure", "readings", "force", "centre_of_pressure", "pressure_shape", "joint_torque")
+
+
+def test_every_effect_has_a_rule_in_the_order_of_the_table():
+    assert list(EFFECT_RULES) == list(EFFECTS)
+
+
+@pytest.mark.parametrize(("needs", "expected"), [
+    (VIEW, {"dynamics": False, "fingers": False, "contact": "off", "gravity": "off", "friction": False,
+            "joint_limits": False, "joint_friction": False, "skin": "off", "timestep": 0.005}),
+    (Needs(task="view", outputs=("joint_torque",)),
+     {"dynamics": True, "joint_friction": True, "gravity": "compensated"}),
+    (Needs(task="view", outputs=("pressure",)), {"dynamics": False, "fingers": True, "skin": "water-fill"}),
+    (Needs(), {"dynamics": True, "fingers": True, "contact": "off", "gravity": "off", "friction": False,
+               "joint_limits": True, "skin": "water-fill", "timestep": 0.001, "integrator": "implicitfast"}),
+    (Needs(objects=(PROBE,)), {"contact": "probe", "friction": False, "gravity": "off"}),
+    (Needs(objects=(WALL, PROBE)), {"contact": "environment", "friction": False, "gravity": "off"}),
+    (Needs(objects=(BOX,)), {"contact": "environment", "friction": True, "gravity": "compensated"}),
+    (Needs(task="self-touch"), {"contact": "self", "friction": False}),
+    (Needs(task="self-touch", objects=(PROBE,)), {"contact": "all"}),
+    (Needs(task="slide", objects=(WALL,)), {"contact": "environment", "friction": True, "gravity": "off"}),
+    (Needs(task="push", objects=(BOX,)), {"friction": True, "gravity": "compensated"}),
+    (Needs(outputs=("joint_torque",), objects=(WALL,)), {"friction": True, "joint_friction": True, "skin": "off"}),
+    (Needs(outputs=("posture",), scripted=True), {"fingers": True, "skin": "off"}),
+    (Needs(outputs=("posture",), controller="hold_force"), {"fingers": True, "skin": "water-fill"}),
+    (Needs(outputs=("posture", "force")), {"skin": "point"}),
+    (Needs(outputs=("force",), controller="hold_force"), {"skin": "water-fill"}),
+    (Needs(outputs=("centre_of_pressure",)), {"skin": "punch"}),
+    (Needs(outputs=("centre_of_pressure", "pressure_shape")), {"skin": "half-space"}),
+    (Needs(tick=0.008), {"timestep": 0.001}),
+    (Needs(tick=0.0005), {"timestep": 0.0005}),
+    (Needs(task="view", outputs=("posture",), tick=0.1), {"timestep": 0.02}),
+    (Needs(layer=ElasticLayer(stiffness=1e7), objects=(WALL,)), {"integrator": "discrete"}),
+    (Needs(layer=ElasticLayer(stiffness=1e8), objects=(WALL,)), {"integrator": "discrete"}),
+    (Needs(layer=ElasticLayer(stiffness=1e7)), {"integrator": "implicitfast"}),
+])  # fmt: skip
+def test_effects_follow_from_the_needs(needs, expected):
+    effects = decide_effects(needs, {}).effects
+    assert {key: getattr(effects, key) for key in expected} == pytest.approx(expected)
+
+
+def test_the_sensor_is_simulated_where_its_readings_are_wanted():
+    on = vars(decide_effects(Needs(outputs=("readings",)), {}).effects.sensor)
+    assert [key for key in SENSOR_KEYS if on[key] is None] == ["dead_taxels"]
+    assert not any(vars(decide_effects(Needs(), {}).effects.sensor).values())
+    assert not any(vars(decide_effects(Needs(outputs=("readings",)), {"skin": "off"}).effects.sensor).values())
+
+
+def test_everything_wanted_is_everything_on():
+    needs = Needs(task="self-touch", outputs=ALL, objects=(BOX, PROBE))
+    off = [row.name for row in decide_effects(needs, {}).rows if not row.on]
+    assert off == ["dead_taxels"]
+
+
+def test_a_rule_sees_the_wishes_above_it():
+    effects = decide_effects(Needs(objects=(BOX,)), {"contact": "off", "fingers": "off"}).effects
+    assert not effects.friction
+    assert effects.skin == "off"
+    coarse = decide_effects(Needs(), {"timestep": 0.005}).effects
+    assert coarse.integrator == "discrete"
+
+
+@pytest.mark.parametrize("needs", [VIEW, Needs(), Needs(task="self-touch", outputs=ALL, objects=(BOX, PROBE))])
+def test_every_effect_says_why(needs):
+    for row in decide_effects(needs, {}).rows:
+        assert row.why
+        assert not row.overridden
+        assert row.value in EFFECTS[row.name].choices or row.name == "timestep"
+
+
+SLIDE = Needs(task="slide", objects=(WALL,))
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_what_is_derived_lacks_nothing(task):
+    for outputs in (TASKS[task].outputs, ("readings", "joint_torque")):
+        assert decide_effects(Needs(task=task, outputs=outputs, objects=(WALL, BOX)), {}).warnings == ()
+
+
+@pytest.mark.parametrize(("needs", "overrides", "where", "words"), [
+    (SLIDE, {"friction": "off"}, "effects.friction", "slide .* friction on"),
+    (Needs(task="push", objects=(BOX,)), {"friction": "off"}, "effects.friction", "push"),
+    (Needs(task="self-touch"), {"contact": "environment"}, "effects.contact", "pass through each other"),
+    (Needs(task="self-touch"), {"contact": "off"}, "effects.contact", "contact self"),
+    (SLIDE, {"contact": "off"}, "effects.contact", "wall is there but nothing touches it"),
+    (SLIDE, {"contact": "probe"}, "effects.contact", "wall"),
+    (Needs(objects=(PROBE,)), {"contact": "self"}, "effects.contact", "probe is there"),
+    (Needs(), {"skin": "off"}, "effects.skin", "wants pressure"),
+    (Needs(outputs=("posture",), controller="hold_force"), {"skin": "off"}, "effects.skin", "wants force"),
+    (Needs(outputs=("readings",)), {"skin": "off"}, "effects.skin", "wants readings"),
+    (Needs(scripted=True), {"fingers": "off"}, "effects.fingers", "fingers on"),
+    (Needs(task="push", objects=(BOX,)), {"gravity": "off"}, "effects.gravity", "box floats"),
+    (Needs(), {"dynamics": "off"}, "effects.dynamics", "touch the skin"),
+    (Needs(task="view", outputs=("joint_torque",)), {"dynamics": "off"}, "effects.dynamics", "joint torques"),
+    (Needs(task="slide"), {}, "objects", "nothing"),
+    (Needs(task="crowd", objects=(PROBE,)), {}, "objects", "crowd|many"),
+])  # fmt: skip
+def test_what_is_lacking_is_told(needs, overrides, where, words):
+    found = decide_effects(needs, overrides).warnings
+    assert where in [finding.where for finding in found]
+    (finding,) = [finding for finding in found if finding.where == where]
+    assert finding.kind == "scene-warning"
+    assert re.search(words, finding.action)
+
+
+def test_an_ideal_sensor_gives_no_real_readings():
+    overrides = dict.fromkeys(SENSOR_KEYS, "off")
+    assert [finding.where for finding in decide_effects(Needs(outputs=("readings",)), overrides).warnings] == [
+        "effects"
+    ]
+
+
+def test_looking_needs_nothing():
+    assert decide_effects(Needs(task="view", outputs=("posture",)), {"skin": "off", "contact": "off"}).warnings == ()
+
+
+@pytest.mark.parametrize(("needs", "overrides"), [
+    (SLIDE, {"timestep": 0.005, "integrator": "implicitfast"}),
+    (Needs(objects=(WALL,), layer=ElasticLayer(stiffness=1e7)), {"integrator": "euler"}),
+])  # fmt: skip
+def test_an_unsteady_corner_is_told(needs, overrides):
+    (finding,) = decide_effects(needs, overrides).warnings
+    assert finding.kind == "unstable-time-step"
+    assert overrides["integrator"] in finding.where
+    assert not decide_effects(needs, overrides | {"integrator": "auto"}).warnings
+
+
+def rows_of(decision):
+    return {row.name: row for row in decision.rows}
+
+
+def test_there_is_a_row_an_effect():
+    assert [row.name for row in decide_effects(Needs(), {}).rows] == list(EFFECTS)
+
+
+def test_a_wish_wins_and_says_so():
+    decision = decide_effects(
+        Needs(), {"gravity": "on", "timestep": 0.0005, "joint_limits": "off", "noise": {"sd": 150.0}}
+    )
+    assert decision.effects.gravity == "on"
+    assert decision.effects.timestep == 0.0005
+    assert not decision.effects.joint_limits
+    assert decision.effects.sensor.noise == Noise(sd=150.0)
+    rows = rows_of(decision)
+    assert rows["gravity"].overridden
+    assert rows["gravity"].why == OVERRIDDEN
+    assert rows["timestep"].value == "0.0005 s"
+    assert (rows["joint_limits"].on, rows["joint_limits"].value) == (False, "off")
+    assert rows["noise"].value == "on"
+    assert "sd 150" in rows["noise"].why
+    assert not rows["skin"].overridden
+
+
+def test_auto_is_no_wish():
+    assert decide_effects(Needs(), {"skin": "auto"}) == decide_effects(Needs(), {})

@@ -1,0 +1,79 @@
+"""Objects made real: closed surfaces of the right size, and meshes from files that strangers wrote."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import trimesh
+
+from app.core.errors import MeshError, SceneError
+from app.geometry.connectivity import is_closed_manifold
+from app.scene.object_meshes import make_objects, primitive_mesh
+from app.scene.objects import ObjectSpec
+from app.scene.scene import Scene
+
+PRIMITIVES = (
+    (ObjectSpec("p", "probe", size=(0.01,)), (0.02, 0.02, 0.02), 4 / 3 * np.pi * 0.01**3),
+    (ObjectSpec("s", "sphere", size=(0.1,)), (0.2, 0.2, 0.2), 4 / 3 * np.pi * 0.1**3),
+    (ObjectSpec("c", "cylinder", size=(0.1, 0.3)), (0.2, 0.2, 0.3), np.pi * 0.1**2 * 0.3),
+    (ObjectSpec("b", "box", size=(0.1, 0.2, 0.3)), (0.1, 0.2, 0.3), 0.006),
+    (ObjectSpec("l", "plate", size=(0.1, 0.2, 0.01)), (0.1, 0.2, 0.01), 0.0002),
+)
+
+
+def scene_of(*objects):
+    return Scene(name="s", robot="arm", objects=objects)
+
+
+@pytest.mark.parametrize(("spec", "extents", "volume"), PRIMITIVES, ids=[spec.kind for spec, *_ in PRIMITIVES])
+def test_primitives_are_closed_and_of_their_size(spec, extents, volume):
+    (body,) = make_objects(scene_of(spec))
+    assert body.spec is spec
+    assert is_closed_manifold(body.mesh.faces)
+    assert np.ptp(body.mesh.vertices, axis=0) == pytest.approx(extents, rel=2e-3)
+    solid = trimesh.Trimesh(body.mesh.vertices, body.mesh.faces, process=False)
+    assert solid.volume == pytest.approx(volume, rel=0.02), "and its outside is outside"
+    assert not body.findings
+
+
+def test_a_plane_is_a_rectangle_that_looks_up():
+    (body,) = make_objects(scene_of(ObjectSpec("f", "plane", size=(1.0, 3.0))))
+    assert np.ptp(body.mesh.vertices, axis=0) == pytest.approx([1.0, 3.0, 0.0])
+    assert body.mesh.face_normals == pytest.approx(np.array([[0, 0, 1], [0, 0, 1]]))
+    (usual,) = make_objects(scene_of(ObjectSpec("f", "plane")))
+    assert usual.mesh.area > 0
+
+
+def test_a_mesh_is_no_primitive():
+    with pytest.raises(MeshError, match="m: a mesh comes from its file"):
+        primitive_mesh(ObjectSpec("m", "mesh", file="x.stl"))
+
+
+def test_a_mesh_comes_from_its_file_beside_the_scene(tmp_path):
+    trimesh.creation.box((0.1, 0.2, 0.3)).export(tmp_path / "block.stl")
+    (body,) = make_objects(scene_of(ObjectSpec("m", "mesh", file="block.stl", size=(2.0,))), folder=tmp_path)
+    assert np.ptp(body.mesh.vertices, axis=0) == pytest.approx([0.2, 0.4, 0.6])
+    assert not body.findings
+
+
+def test_an_open_mesh_is_told(tmp_path):
+    box = trimesh.creation.box((0.1, 0.2, 0.3))
+    box.update_faces(np.arange(len(box.faces)) > 0)
+    box.export(tmp_path / "open.stl")
+    (body,) = make_objects(scene_of(ObjectSpec("m", "mesh", file="open.stl")), folder=tmp_path)
+    assert [(finding.kind, finding.where) for finding in body.findings] == [("open-mesh", "m")]
+
+
+def test_millimetres_are_told(tmp_path):
+    trimesh.creation.box((100, 200, 300)).export(tmp_path / "mm.stl")
+    (body,) = make_objects(scene_of(ObjectSpec("m", "mesh", file="mm.stl")), folder=tmp_path)
+    assert np.ptp(body.mesh.vertices, axis=0) == pytest.approx([0.1, 0.2, 0.3])
+    assert [finding.kind for finding in body.findings] == ["units"]
+
+
+@pytest.mark.parametrize(("name", "content"), [("gone.stl", None), ("bad.stl", b"\0\1"), ("block.txt", b"x")])
+def test_a_file_that_is_no_mesh(tmp_path, name, content):
+    if content is not None:
+        (tmp_path / name).write_bytes(content)
+    with pytest.raises(SceneError, match=rf"{name}.*objects.0.file"):
+        make_objects(scene_of(ObjectSpec("m", "mesh", file=name)), folder=tmp_path)

@@ -1,0 +1,63 @@
+"""What a person may change while a session runs: what is in force at a tick, and what leads from one to another."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from app.contacts.pipeline import ReadingSettings
+from app.control.behaviours import Behaviour
+from app.control.command import ControlChanged, ControlSettings
+from app.scene.effects import Effects
+from app.session.inputs import BehavioursChanged, EffectsChanged, MapEdited, ReadingChanged
+from app.session.runtime_settings import RuntimeSettings, runtime_settings_at
+from app.session.session import Session
+from app.studies.testbeds.reference_bodies import flat_map
+from app.tactile.poke import PokeReleased
+from tests.support.touch import prepared_bar
+
+START = RuntimeSettings.of_scene(prepared_bar(control={"controller": "hybrid"}, reading={"estimator": "tikhonov"}))
+ACTS = {
+    "settings": ControlChanged(ControlSettings(stiffness=12.0)),
+    "effects": EffectsChanged(Effects(gravity="on")),
+    "behaviours": BehavioursChanged((Behaviour("tap", then={"task": "guide"}),)),
+    "reading": ReadingChanged(ReadingSettings("lumped")),
+    "map": MapEdited("As it was edited before", flat_map(30)),
+}
+
+
+def test_a_scene_says_how_it_starts():
+    assert (START.settings.controller, START.reading.estimator, START.behaviours) == ("hybrid", "tikhonov", ())
+
+
+@pytest.mark.parametrize("name", ACTS)
+def test_an_input_changes_its_own_part_and_is_found_again(name):
+    after = START.after(ACTS[name])
+    changed = [part for part in ACTS if getattr(after, part) is not getattr(START, part)]
+    assert changed == [name]
+    [found] = after.since(START)
+    assert vars(found) == vars(ACTS[name])
+
+
+def test_the_same_rules_need_no_input():
+    assert START.since(replace(START)) == []
+    assert START.after(PokeReleased(1)) is START
+
+
+@pytest.mark.parametrize(("tick", "stiffness"), [(0, 8.0), (4, 8.0), (5, 12.0), (8, 12.0), (9, 3.0), (100, 3.0)])
+def test_the_rules_at_a_tick(tick, stiffness):
+    inputs = [
+        (5, ControlChanged(ControlSettings(stiffness=12.0))),
+        (6, PokeReleased(1)),
+        (9, ControlChanged(ControlSettings(stiffness=3.0))),
+    ]
+    assert runtime_settings_at(START, inputs, tick).settings.stiffness == stiffness
+
+
+def test_a_session_runs_by_what_it_is_given():
+    session = Session(prepared_bar(), scripted=False)
+    assert session.runtime_settings.since(RuntimeSettings.of_scene(session.prepared)) == []
+    session.submit(ACTS["reading"])
+    session.tick()
+    assert session.runtime_settings.since(RuntimeSettings.of_scene(session.prepared)) == [ACTS["reading"]]

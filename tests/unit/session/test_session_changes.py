@@ -1,0 +1,371 @@
+"""What a person may change while a session runs: effects, behaviours, the reading of contacts."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, replace
+
+import numpy as np
+import pytest
+
+from app.contacts.force_estimation.estimate import ESTIMATORS
+from app.contacts.pipeline import ReadingSettings
+from app.control.behaviours import Behaviour
+from app.control.command import ControlChanged, ControlSettings
+from app.core.errors import RecordingError, SceneError, SimulationError
+from app.maps.build import build_map
+from app.recording.player import RecordingPlayer
+from app.recording.recorder import Recorder
+from app.recording.verify import verify
+from app.scene.motion import Waypoint
+from app.scene.object_meshes import make_objects
+from app.scene.objects import ObjectSpec
+from app.session.inputs import BehavioursChanged, EffectsChanged, ReadingChanged
+from app.session.session import Session
+from app.skin.calibration_error import with_calibration_error
+from app.stimuli.stimulus_kinds import Poke, Stroke
+from app.tactile.poke import Finger, PokePressed, PokeReleased
+from app.tactile.sensor_effects import Noise, SensorEffects
+from tests.support.touch import arm, prepared_bar, taxel_near
+
+STROKED_BAR = prepared_bar(stimuli=(Stroke(hold=0.1),))
+AT = STROKED_BAR.skin.taxel_point(30)
+
+
+def quiet(prepared=STROKED_BAR) -> Session:
+    return Session(prepared, scripted=False)
+
+
+def test_every_stage_is_timed_and_there_is_none_without_its_effect():
+    session = quiet()
+    assert list(session.tick().timings.ms) == ["physics", "touch", "contacts", "control"]
+    noisy = replace(session.effects, sensor=SensorEffects(noise=Noise()))
+    session.submit(EffectsChanged(noisy))
+    assert list(session.tick().timings.ms) == ["physics", "touch", "noise", "contacts", "control"]
+    session.submit(EffectsChanged(replace(noisy, skin="off")))
+    frame = session.tick()
+    assert list(frame.timings.ms) == ["physics", "control"]
+    assert not frame.pressures.any()
+
+
+def test_effects_change_at_the_next_tick_and_only_them():
+    session, other = quiet(), quiet()
+    for run in (session, other):
+        run.submit(PokePressed(1, AT))
+        for _ in range(30):
+            run.tick()
+    wanted = replace(session.effects, sensor=SensorEffects(noise=Noise()))
+    session.submit(EffectsChanged(wanted))
+    assert session.effects == STROKED_BAR.scene.effects, "at the next tick, not now"
+    frame, plain = session.tick(), other.tick()
+    assert session.effects == wanted
+    assert session.inputs[-1] == (31, EffectsChanged(wanted))
+    assert np.array_equal(frame.posture, plain.posture), "the state stays"
+    assert [poke.force for poke in frame.pokes] == [poke.force for poke in plain.pokes]
+    assert not np.array_equal(frame.pressures, plain.pressures)
+    session.reset()
+    assert session.inputs[1:] == [(0, EffectsChanged(wanted))], "effects in force stay, and a replay knows them"
+
+
+def test_a_finer_time_step_is_stepped_as_often_as_a_tick_needs():
+    session = quiet()
+    session.submit(EffectsChanged(replace(session.effects, timestep=0.0005)))
+    for _ in range(20):
+        session.tick()
+    assert session._simulation.time == pytest.approx(session.frame.time)
+
+
+def test_fingers_that_are_off_keep_the_scripted_hand_away():
+    session = Session(STROKED_BAR)
+    assert session.tick().pokes
+    off = replace(session.effects, fingers=False)
+    session.submit(EffectsChanged(off))
+    assert all(not session.tick().pokes for _ in range(300))
+    session.submit(EffectsChanged(replace(off, fingers=True)))
+    assert any(session.tick().pokes for _ in range(2000)), "the script went on meanwhile"
+
+
+def test_fingers_switched_off_just_when_the_script_presses_are_no_failure():
+    session = Session(prepared_bar(stimuli=(Poke(hold=0.01, rest=0.005),)))
+    on = session.effects
+    felt = 0
+    for number in range(60):
+        session.submit(EffectsChanged(replace(on, fingers=number % 4 < 2)))
+        felt += len(session.tick().pokes)
+    assert felt > 5
+
+
+def test_a_motion_moves_what_the_controller_holds():
+    session = Session(prepared_bar(motion=(Waypoint(posture=(0.5,), seconds=1.0, rest=5.0),)))
+    assert session.frame.command.posture == [0.0]
+    for _ in range(100):
+        session.tick()
+    assert session.frame.command.posture == pytest.approx([0.25]), "half way after half the time"
+    for _ in range(400):
+        session.tick()
+    assert session.frame.posture == pytest.approx([0.5], abs=0.01)
+    session.reset()
+    assert session.frame.command.posture == [0.0]
+
+
+def test_objects_have_poses_in_every_frame():
+    ball = ObjectSpec("ball", "sphere", size=(0.05,), at=(1.0, 2.0, 3.0), mass=0.1)
+    prepared = prepared_bar(objects=(ball,), task="push", overrides={"gravity": "on"})
+    session = quiet(replace(prepared, objects=make_objects(prepared.scene)))
+    assert session.frame.objects.shape == (1, 4, 4)
+    assert session.frame.objects[0, :3, 3] == pytest.approx([1, 2, 3])
+    for _ in range(20):
+        session.tick()
+    assert session.frame.objects[0, 2, 3] == pytest.approx(3 - 0.5 * 9.81 * 0.1**2, abs=1e-3), "it falls"
+
+
+def test_a_scripted_finger_that_is_refused_ends_the_show_and_time_goes_on():
+    stiff = Stroke(start=(0.95, 0.5), end=(0.9, 0.5), stiffness=1e6)
+    session = Session(prepared_bar(stimuli=(stiff,)))
+    with pytest.raises(SimulationError, match="too stiff"):
+        session.tick()
+    assert not session.scripted
+    assert [session.tick().tick for _ in range(3)] == [1, 2, 3]
+
+
+DOUBLE = Behaviour("tap", times=2, then={"controller": "hybrid", "task": "retreat"})
+PRESSED = Behaviour("press", until_released=True, then={"force_goal": 1.0})
+
+
+def session_with(*behaviours: Behaviour) -> Session:
+    return Session(prepared_bar(control={"controller": "hybrid"}, behaviours=tuple(map(asdict, behaviours))))
+
+
+def tap(session: Session, *, ticks: int = 20) -> None:
+    taxel = taxel_near(session.prepared.skin, 0, (0.3, 0.0, 0.02))
+    session.submit(PokePressed(1, session.prepared.skin.taxel_point(taxel), Finger(speed=0.05)))
+    for _ in range(ticks):
+        session.tick()
+    assert session.frame.regions, "it was felt"
+    session.submit(PokeReleased(1))
+    for _ in range(40):
+        session.tick()
+    assert not session.frame.regions
+
+
+def derived(session: Session) -> list[str]:
+    return [act.by for _, act in session.inputs if isinstance(act, ControlChanged) and act.by]
+
+
+def test_a_double_tap_makes_the_arm_retreat():
+    session = session_with(DOUBLE)
+    tap(session)
+    assert session.settings.task == "keep_force"
+    tap(session)
+    assert session.settings.task == "retreat"
+    assert derived(session) == ["double tap"]
+
+
+def test_while_pressed_another_goal_holds():
+    session = session_with(PRESSED)
+    skin = session.prepared.skin
+    session.submit(PokePressed(1, skin.taxel_point(taxel_near(skin, 0, (0.3, 0.0, 0.02)))))
+    for _ in range(100):
+        session.tick()
+    assert session.settings.force_goal == 1.0
+    session.submit(PokeReleased(1))
+    for _ in range(100):
+        session.tick()
+    assert session.settings.force_goal == ControlSettings().force_goal
+    assert derived(session) == ["press", "released"]
+
+
+def test_behaviours_can_be_changed_while_it_runs_and_outlive_a_reset():
+    session = session_with()
+    session.submit(BehavioursChanged((DOUBLE,)))
+    session.tick()
+    session.reset()
+    assert session.runtime_settings.behaviours == (DOUBLE,)
+    assert (0, BehavioursChanged((DOUBLE,))) in session.inputs
+    tap(session)
+    tap(session)
+    assert session.settings.task == "retreat"
+
+
+def test_behaviours_for_other_skin_are_refused_and_the_old_ones_stay():
+    session = session_with(DOUBLE)
+    session.submit(BehavioursChanged((Behaviour("tap", "elbow", then={"task": "guide"}),)))
+    with pytest.raises(SceneError, match="elbow"):
+        session.tick()
+    session.tick()
+    assert session.runtime_settings.behaviours == (DOUBLE,)
+
+
+def test_what_a_behaviour_did_is_not_taken_from_outside():
+    session = session_with(DOUBLE)
+    session.submit(ControlChanged(ControlSettings(controller="qp"), by="double tap"))
+    session.tick()
+    assert session.settings.controller == "hybrid"
+
+
+def test_a_recording_replays_what_behaviours_did(tmp_path):
+    prepared = arm()
+    scene = replace(prepared.scene, stimuli=(), control={"controller": "hybrid"}, behaviours=(asdict(PRESSED),))
+    prepared = replace(prepared, scene=scene)
+    session = Session(prepared)
+    with Recorder(tmp_path / "r.mcap", prepared) as recorder:
+        for tick in range(360):
+            if tick == 10:
+                session.submit(PokePressed(1, prepared.skin.taxel_point(40)))
+            if tick == 160:
+                session.submit(BehavioursChanged((PRESSED, DOUBLE)))
+                session.submit(PokeReleased(1))
+            recorder.write(session.tick(), session.inputs)
+    assert derived(session) == ["press", "released"]
+    player = RecordingPlayer(tmp_path / "r.mcap")
+    assert player.runtime_settings_at(0).behaviours == (PRESSED,)
+    assert player.runtime_settings_at(200).behaviours == (PRESSED, DOUBLE)
+    assert player.inputs == session.inputs
+    assert verify(player).identical
+
+
+BAR = prepared_bar()
+FORCE = Finger(max_force=5.0, speed=1.0)
+
+
+def pressed(prepared=BAR, *, taxels=(30,), ticks=60, **said) -> Session:
+    """Fingers press above these taxels."""
+    session = Session(prepared, scripted=False, **said)
+    for number, taxel in enumerate(taxels, start=1):
+        session.submit(PokePressed(number, prepared.skin.taxel_point(taxel), FORCE))
+    for _ in range(ticks):
+        session.tick()
+    return session
+
+
+def test_the_scene_says_how_contacts_are_read():
+    said = replace(BAR, scene=replace(BAR.scene, reading={"estimator": "lumped", "threshold": 3000}))
+    assert Session(said).runtime_settings.reading == ReadingSettings("lumped", 3000.0)
+    assert Session(said, reading=ReadingSettings()).runtime_settings.reading == ReadingSettings()
+    assert Session(BAR).runtime_settings.reading == ReadingSettings()
+
+
+def test_a_scene_that_says_it_wrongly_is_refused():
+    with pytest.raises(SceneError, match="contacts.estimator"):
+        Session(replace(BAR, scene=replace(BAR.scene, reading={"estimator": "guess"})))
+
+
+@pytest.mark.parametrize("name", ESTIMATORS)
+def test_control_sees_what_the_estimator_found(name):
+    frame = pressed(reading=ReadingSettings(name)).frame
+    (region,), (poke,) = frame.regions, frame.pokes
+    assert bool(frame.estimates) == (name != "area-sum")
+    if frame.estimates:
+        told = frame.estimates[region.id]
+        assert told.refused == ""
+        assert region.force == told.force
+    assert region.force == pytest.approx(poke.force, rel=0.25)
+    if name == "lumped":
+        assert region.force == pytest.approx(poke.force, rel=1e-12)
+        assert region.point == pytest.approx(BAR.skin.position(poke.at), abs=1e-9)
+
+
+def test_two_contacts_of_a_link_are_one_to_a_sensor_in_it():
+    taxels = (
+        int(BAR.skin.patches[0].taxels.positions[:, 0].argmin()),
+        int(BAR.skin.patches[0].taxels.positions[:, 0].argmax()),
+    )
+    assert len(pressed(taxels=taxels).frame.regions) == 2
+    frame = pressed(taxels=taxels, reading=ReadingSettings("lumped")).frame
+    (region,) = frame.regions
+    assert region.force == pytest.approx(sum(poke.force for poke in frame.pokes))
+    assert 0.1 < region.point[0] < 0.3, "between them, where nothing touches"
+
+
+def test_it_changes_live_and_who_is_touched_stays():
+    session = pressed()
+    session.submit(ReadingChanged(ReadingSettings("tikhonov", threshold=2000.0)))
+    before = session.frame.regions[0]
+    assert not session.frame.estimates
+    frame = session.tick()
+    assert session.runtime_settings.reading == ReadingSettings("tikhonov", 2000.0)
+    assert frame.estimates.keys() == {before.id}
+    assert not frame.events
+    assert session.inputs[-1][0] == frame.tick
+
+
+def test_a_higher_threshold_reads_less():
+    peak = pressed().frame.regions[0].peak
+    assert len(pressed(reading=ReadingSettings(threshold=0.9 * peak)).frame.regions) == 1
+    assert pressed(reading=ReadingSettings(threshold=1.1 * peak)).frame.regions == ()
+
+
+def test_a_higher_threshold_lets_go_live():
+    session = pressed()
+    session.submit(ReadingChanged(ReadingSettings(threshold=1.9 * session.frame.regions[0].peak)))
+    assert len(session.tick().regions) == 1, "what is touched stays so down to half of it"
+    session.submit(ReadingChanged(ReadingSettings(threshold=2.1 * session.frame.regions[0].peak)))
+    assert session.tick().regions == ()
+
+
+def test_the_sensors_noise_has_the_scenes_seed():
+    reading, other = ReadingSettings("lumped", wrench_noise=0.1), replace(BAR, scene=replace(BAR.scene, seed=1))
+    forces = [pressed(prepared, reading=reading).frame.regions[0].force for prepared in (BAR, BAR, other)]
+    assert forces[0] == forces[1] != forces[2]
+
+
+def test_the_threshold_follows_the_noise_in_force():
+    session = Session(BAR, scripted=False)
+    loud = replace(session.effects, sensor=SensorEffects(noise=Noise(5000.0)))
+    session.submit(EffectsChanged(loud))
+    assert [session.tick().regions for _ in range(200)] == [()] * 200
+    below = Session(BAR, scripted=False, effects=loud, reading=ReadingSettings(threshold=1000.0))
+    touched = [len(below.tick().pressures[below.frame.pressures > 1000.0]) for _ in range(50)]
+    assert min(touched) > 0, "the noise does reach the usual threshold"
+
+
+def test_a_reset_keeps_it_and_a_replay_knows_it(tmp_path):
+    session = Session(BAR, scripted=False)
+    session.submit(ReadingChanged(ReadingSettings("lumped", wrench_noise=0.1)))
+    session.tick()
+    session.reset()
+    assert session.runtime_settings.reading.estimator == "lumped"
+    session.submit(PokePressed(1, BAR.skin.taxel_point(30), FORCE))
+    with Recorder(tmp_path / "lumped.mcap", BAR) as recorder:
+        for tick in range(80):
+            if tick == 60:
+                session.submit(ReadingChanged(ReadingSettings("local-nnls")))
+            recorder.write(session.tick(), session.inputs)
+    player = RecordingPlayer(tmp_path / "lumped.mcap")
+    assert player.runtime_settings_at(0).reading == ReadingSettings("lumped", wrench_noise=0.1)
+    assert player.runtime_settings_at(80).reading == ReadingSettings("local-nnls")
+    assert player.frame(50).estimates, "what is compared"
+    assert verify(player).identical
+
+
+def test_an_estimate_that_differs_is_noticed(tmp_path):
+    session = Session(BAR, scripted=False, reading=ReadingSettings("lumped"))
+    session.submit(PokePressed(1, BAR.skin.taxel_point(30), FORCE))
+    with Recorder(tmp_path / "one.mcap", BAR) as recorder:
+        for _ in range(40):
+            recorder.write(session.tick(), session.inputs)
+    player = RecordingPlayer(tmp_path / "one.mcap")
+    player.inputs = [(tick, act) for tick, act in player.inputs if not isinstance(act, ReadingChanged)]
+    assert not verify(player).identical
+
+
+@pytest.mark.parametrize("name", ESTIMATORS)
+def test_a_skin_that_is_believed_to_lie_elsewhere_places_contacts_there(name):
+    prepared, reading = arm(), ReadingSettings(name)
+    believed = with_calibration_error(prepared.skin, 0.003, seed=1)
+    taxel = int(prepared.skin.first[1]) + 20
+    true = pressed(prepared, taxels=(taxel,), reading=reading, ticks=40).frame
+    frame = pressed(prepared, taxels=(taxel,), reading=reading, ticks=40, map_=build_map(believed)).frame
+    assert np.array_equal(frame.pressures, true.pressures), "what is felt is the true skin's"
+    (region,), (other,) = frame.regions, true.regions
+    assert np.array_equal(region.taxels, other.taxels)
+    assert region.point == pytest.approx(believed.position(region.at), abs=1e-9)
+    assert 1e-4 < np.linalg.norm(region.point - other.point) < 0.015
+    if name == "area-sum":
+        assert region.force == other.force, "areas are known"
+
+
+def test_a_recording_does_not_pretend_to_hold_another_skin(tmp_path):
+    session = Session(BAR, map_=build_map(with_calibration_error(BAR.skin, 0.003)))
+    refused = pytest.raises(RecordingError, match="believed to lie elsewhere")
+    with Recorder(tmp_path / "believed.mcap", BAR) as recorder, refused:
+        recorder.write(session.tick(), session.inputs)

@@ -1,0 +1,98 @@
+"""From N/m to the solver's numbers, and the word about those that are too stiff."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.scene.effects import Effects
+from app.simulation.contact_stiffness import FRICTION_DAMPING, SOLVER_IMPEDANCE, ContactStiffness, unstable_contacts
+from app.simulation.model_assembly import assemble
+from app.simulation.simulation import Simulation
+from app.tactile.elastic_layer import ElasticLayer
+from tests.support.scene_objects import thing
+from tests.support.touch import bar, bar_skin, hold, pair
+
+BOX = thing("box", at=(5.0, 0.0, 5.0), mass=1.0)
+
+
+def test_the_numbers_of_a_pair_are_those_of_the_formula():
+    layer = ElasticLayer(stiffness=5e4)
+    model = assemble(bar(), bar_skin(), Effects(contact="environment", friction=True), objects=(BOX,), layer=layer)
+    both = model.body("bar").invweight0[0] + model.body("object box").invweight0[0]
+    k, b = -model.pair_solref[0]
+    assert k / ((1 - SOLVER_IMPEDANCE) * both) == pytest.approx(5e4)
+    assert b == pytest.approx(2 * np.sqrt(k))
+    assert model.pair_solimp[0, :2] == pytest.approx(SOLVER_IMPEDANCE)
+    assert -model.pair_solreffriction[0, 1] / ((1 - SOLVER_IMPEDANCE) * both) == pytest.approx(FRICTION_DAMPING)
+
+
+def test_two_skins_in_series_are_half_as_stiff():
+    robot, skin = pair()
+    model = assemble(robot, skin, Effects(contact="self"), layer=ElasticLayer(stiffness=5e4))
+    both = model.body("left").invweight0[0] + model.body("right").invweight0[0]
+    assert -model.pair_solref[0, 0] / ((1 - SOLVER_IMPEDANCE) * both) == pytest.approx(2.5e4)
+
+
+def test_a_contact_too_stiff_for_the_step_is_told_with_ways_out():
+    light = thing("sphere", at=(5.0, 0.0, 5.0), mass=0.002)
+    soft, stiff = ElasticLayer(stiffness=1e3), ElasticLayer(stiffness=1e5)
+    effects = Effects(contact="environment")
+    assert unstable_contacts(assemble(bar(), bar_skin(), effects, objects=(light,), layer=soft), soft) == ()
+    model = assemble(bar(), bar_skin(), effects, objects=(light,), layer=stiff)
+    (note,) = unstable_contacts(model, stiff)
+    assert note.startswith("bar and sphere may bounce")
+    assert "discrete" in note
+    discrete = assemble(bar(), bar_skin(), replace(effects, integrator="discrete"), objects=(light,), layer=stiff)
+    assert unstable_contacts(discrete, stiff) == ()
+
+
+def stiff_bar(integrator: str) -> Simulation:
+    ball = thing("sphere", at=(0.3, 0.0, 0.0395))
+    effects = Effects(contact="environment", integrator=integrator)
+    return Simulation(bar(), bar_skin(), effects, objects=(ball,))
+
+
+def test_only_discrete_follows_the_solver_and_a_reset_forgets():
+    for integrator, follows in (("implicitfast", False), ("discrete", True)):
+        simulation = stiff_bar(integrator)
+        start, state = simulation._model.pair_solref.copy(), simulation.state()
+        simulation.step(100, hold(bar(), 2000.0, 50.0))
+        assert (simulation._model.pair_solref != start).any() == follows
+        assert len(simulation._physics.numbers()) == follows
+        simulation.reset()
+        assert np.array_equal(simulation._model.pair_solref, start)
+        assert np.array_equal(simulation.state(), state)
+
+
+def test_discrete_follows_without_feedback():
+    """Its solver's regulariser holds the numbers in force; read back, a weight without dampers keeps its own."""
+    ball = thing("sphere", at=(0.3, 0.0, 0.0395), mass=0.1, guided=True)
+    effects = Effects(contact="environment", integrator="discrete")
+    for step in (0.0005, 0.008):
+        simulation = Simulation(bar(hinged=False), bar_skin(), replace(effects, timestep=step), objects=(ball,))
+        start = simulation._model.pair_solref.copy()
+        for _ in range(20):
+            simulation.step(1, hold(bar(hinged=False), 0.0, 0.0))
+            assert simulation._model.pair_solref == pytest.approx(start, rel=1e-9)
+        assert simulation._data.ncon == 1
+
+
+def test_discrete_does_not_depend_on_how_many_steps_a_call_takes():
+    one, many = stiff_bar("discrete"), stiff_bar("discrete")
+    command = hold(bar(), 2000.0, 50.0)
+    many.step(60, command)
+    for _ in range(60):
+        one.step(1, command)
+    assert np.array_equal(one.state(), many.state())
+
+
+def test_pairs_that_cannot_move_have_numbers_all_the_same():
+    model = assemble(
+        bar(hinged=False), bar_skin(), Effects(contact="environment"), objects=(thing("box", at=(5, 0, 0)),)
+    )
+    assert np.isfinite(model.pair_solref).all()
+    ContactStiffness(model, ElasticLayer()).reset()
+    assert (model.pair_solref < 0).all()

@@ -1,0 +1,141 @@
+"""A weight finds a level place, and reads its weight."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.core.errors import SimulationError
+from app.geometry.mesh import Mesh
+from app.robots.kinematics import Configuration
+from app.simulation.known_load_check import GRAVITY, find_level_place, weigh
+from app.skin.sampling import place_evenly
+from app.skin.skin import Patch, Skin
+from app.tactile.elastic_layer import ElasticLayer
+from tests.support.touch import arm, bar, bar_skin
+
+RADIUS = 0.03
+
+
+def test_on_a_level_bar_the_weight_starts_just_above_the_skin():
+    at, middle = find_level_place(bar(), bar_skin(), radius=RADIUS)
+    assert np.allclose(bar_skin().position(at)[:2], middle[:2])
+    assert 0 < middle[2] - RADIUS - 0.02 < 0.0005
+
+
+def test_on_an_arm_it_faces_up_and_nothing_is_near():
+    robot, skin = arm().robot, arm().skin
+    at, middle = find_level_place(robot, skin, radius=RADIUS)
+    kinematics = Configuration(robot)
+    pose = kinematics.pose(skin.link(at))
+    assert pose.directions(skin.normal(at))[2] > 0.98
+    assert 0 < middle[2] - RADIUS - pose.points(skin.position(at))[2] < 0.004
+    for link in robot.links:
+        if link.mesh is not None and link.name != skin.link(at):
+            points = kinematics.pose(link.name).points(link.mesh.vertices)
+            assert np.linalg.norm(points - middle, axis=1).min() > RADIUS
+
+
+def test_the_weight_avoids_what_hangs_over_the_skin():
+    """A roof over most of the bar: the weight goes to the only place under the sky."""
+    robot = bar(hinged=False)
+    link = robot.links[0]
+    roof = Mesh(link.mesh.vertices * [0.7, 1.0, 1.0] + [0.06, 0.0, 0.08], link.mesh.faces)
+    covered = replace(robot, links=(link, replace(link, name="roof", mesh=roof)),
+                      mjcf=robot.mjcf.replace("</worldbody>", '<body name="roof"/></worldbody>'))  # fmt: skip
+    at, middle = find_level_place(covered, bar_skin(), radius=RADIUS)
+    left, right = roof.bounds[0, 0] - RADIUS, roof.bounds[1, 0] + RADIUS
+    assert not left < middle[0] < right
+    assert bar_skin().position(at)[0] == pytest.approx(middle[0])
+    everywhere = replace(covered, links=(link, replace(link, name="roof", mesh=Mesh(
+        link.mesh.vertices * [1.5, 2.0, 1.0] + [-0.1, 0.0, 0.08], link.mesh.faces))))  # fmt: skip
+    with pytest.raises(SimulationError, match="level and free"):
+        find_level_place(everywhere, bar_skin(), radius=RADIUS)
+
+
+def test_where_the_hull_stands_off_the_skin_it_does_not_lie():
+    """A ridge beside the skin holds the hull above it."""
+    robot = bar(hinged=False)
+    link = robot.links[0]
+    ridged = Mesh(np.concatenate([link.mesh.vertices, [[0.0, 0.05, 0.1], [0.4, 0.05, 0.1], [0.0, -0.05, 0.1],
+                                                       [0.4, -0.05, 0.1]]]), link.mesh.faces)  # fmt: skip
+    with pytest.raises(SimulationError, match=r"level and free.*faces up by 1\.00"):
+        find_level_place(replace(robot, links=(replace(link, mesh=ridged),)), bar_skin(), radius=RADIUS)
+
+
+def test_where_no_skin_faces_up_it_says_so():
+    plate = bar_skin().patches[0].surface
+    for turned in (Mesh(plate.vertices, plate.faces[:, ::-1]), Mesh(plate.vertices[:, [0, 2, 1]], plate.faces)):
+        skin = Skin((Patch("side", "bar", turned, place_evenly(turned, 20, seed=0)),))
+        with pytest.raises(SimulationError, match=r"no place on the skin lies level.*faces up by 0\.00"):
+            find_level_place(bar(), skin, radius=RADIUS)
+    with pytest.raises(SimulationError, match="no place on the skin"):
+        find_level_place(bar(), Skin(()), radius=RADIUS)
+
+
+def test_a_link_that_is_all_skin_and_flat_is_named():
+    robot = bar(hinged=False)
+    bare = replace(robot, links=(replace(robot.links[0], mesh=None),))
+    with pytest.raises(SimulationError, match="too flat"):
+        find_level_place(bare, bar_skin(), radius=RADIUS)
+
+
+CONSERVING = ("point", "water-fill", "punch", "foundation")
+
+
+@pytest.mark.parametrize("model", CONSERVING)
+@pytest.mark.parametrize("hinged", [False, True])
+def test_a_tenth_of_a_kilogram_reads_0_981_newton_on_a_level_bar(model, hinged):
+    weighed = weigh(bar(hinged=hinged), bar_skin(), ElasticLayer(), model)
+    assert weighed.wanted_N == pytest.approx(0.981)
+    assert weighed.read_N == pytest.approx(0.981, rel=0.01)
+    assert weighed.error == pytest.approx(weighed.read_N / 0.981 - 1)
+    assert (weighed.model, weighed.patch, weighed.place.patch) == (model, "top", 0)
+    assert 0.1 < weighed.seconds < 5.0
+
+
+@pytest.mark.parametrize("model", CONSERVING)
+def test_so_it_does_on_the_round_links_of_an_arm_that_yields(model):
+    prepared = arm()
+    weighed = weigh(prepared.robot, prepared.skin, ElasticLayer(), model)
+    assert weighed.read_N == pytest.approx(0.981, rel=0.01)
+    patch = prepared.skin.patches[weighed.place.patch]
+    normal = Configuration(prepared.robot).pose(patch.link).directions(prepared.skin.normal(weighed.place))
+    assert normal[2] > 0.93, "it lies where the skin is level"
+
+
+@pytest.mark.parametrize("mass", [0.002, 0.01, 1.0, 10.0])
+def test_light_and_heavy(mass):
+    weighed = weigh(bar(hinged=False), bar_skin(), ElasticLayer(), "water-fill", mass=mass)
+    assert weighed.read_N == pytest.approx(mass * GRAVITY, rel=0.01)
+
+
+@pytest.mark.parametrize("stiffness", [1e3, 1e5])
+def test_soft_and_stiff_covers(stiffness):
+    assert abs(weigh(bar(hinged=False), bar_skin(), ElasticLayer(stiffness=stiffness), "water-fill").error) < 0.01
+
+
+@pytest.mark.parametrize(("model", "mass", "words"), [("off", 0.1, "model.*off"), ("point", 0.0, "mass.*0 kg"),
+                                                      ("point", float("nan"), "mass.*nan")])  # fmt: skip
+def test_what_cannot_be_weighed_is_refused(model, mass, words):
+    with pytest.raises(SimulationError, match=words):
+        weigh(bar(), bar_skin(), ElasticLayer(), model, mass=mass)
+
+
+def test_a_model_that_feels_nothing_of_it_is_named():
+    """MuJoCo's taxels feel depth, and in a stiff cover the weight has none."""
+    with pytest.raises(SimulationError, match=r"rests, but no taxel feels it"):
+        weigh(arm().robot, arm().skin, ElasticLayer(stiffness=1e5), "depth")
+
+
+def test_a_weight_that_sinks_through_says_so():
+    with pytest.raises(SimulationError, match=r"does not come to rest.*mm lower.*stiffer cover"):
+        weigh(bar(hinged=False), bar_skin(), ElasticLayer(stiffness=10.0), "water-fill", mass=1.0)
+
+
+def test_the_same_weight_reads_the_same_bit_for_bit():
+    one, other = (weigh(bar(), bar_skin(), ElasticLayer(), "water-fill") for _ in range(2))
+    assert one == other
+    assert np.isfinite(one.read_N)

@@ -1,0 +1,128 @@
+"""A model holds what is on and nothing of what is off."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+
+from app.core.errors import RobotError
+from app.scene.effects import Effects
+from app.simulation.model_assembly import assemble
+from tests.support.scene_objects import every_kind, thing
+from tests.support.touch import arm, bar, bar_skin
+
+COUNTS = ("nq", "nv", "nu", "nbody", "njnt", "ngeom", "nmesh", "nsensor", "nsite", "npair", "neq", "ntendon")
+
+
+def counts(model) -> dict[str, int]:
+    return {name: int(getattr(model, name)) for name in COUNTS}
+
+
+def test_all_off_is_joints_and_their_impedance_alone():
+    robot = arm().robot
+    model = assemble(robot, arm().skin, Effects(gravity="off", contact="off", joint_limits=False), objects=every_kind())
+    found = counts(model)
+    assert found.pop("nq") == found.pop("nv") == found.pop("nu") == found.pop("njnt") == len(robot.joints) == 7
+    assert found.pop("nbody") == 1 + len(robot.links)
+    assert set(found.values()) == {0}, found
+    assert not model.jnt_limited.any()
+    assert not model.body_gravcomp.any()
+    assert not model.opt.gravity.any()
+    assert model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT
+
+
+@pytest.mark.parametrize(
+    ("gravity", "weight", "compensated"), [("off", 0, 0), ("on", -9.81, 0), ("compensated", -9.81, 1)]
+)
+def test_gravity(gravity, weight, compensated):
+    model = assemble(bar(), bar_skin(), Effects(gravity=gravity))
+    assert model.opt.gravity[2] == weight
+    assert (model.body_gravcomp[1:] == compensated).all()
+
+
+def test_only_the_robot_is_compensated_but_motors_and_springs_carry_theirs():
+    model = assemble(bar(), bar_skin(), Effects(gravity="compensated", contact="environment"), objects=every_kind())
+    carried = {model.body(i).name for i in np.flatnonzero(model.body_gravcomp)}
+    assert carried == {"bar", "object probe", "object plate"}
+
+
+def test_joint_limits():
+    assert assemble(bar(), bar_skin(), Effects(joint_limits=True)).jnt_limited.all()
+    assert not assemble(bar(), bar_skin(), Effects(joint_limits=False)).jnt_limited.any()
+
+
+def test_joint_friction_is_the_files():
+    dry = replace(bar(), mjcf=bar().mjcf.replace('name="hinge"', 'name="hinge" frictionloss="0.3"'))
+    assert assemble(dry, bar_skin(), Effects(joint_friction=True)).dof_frictionloss[0] == 0.3
+    assert not assemble(dry, bar_skin(), Effects(joint_friction=False)).dof_frictionloss.any()
+
+
+@pytest.mark.parametrize("name", ["implicitfast", "discrete", "euler", "implicit", "rk4"])
+def test_integrators(name):
+    model = assemble(bar(), bar_skin(), Effects(integrator=name, timestep=0.0005))
+    assert model.opt.integrator == getattr(mujoco.mjtIntegrator, f"mjINT_{name.upper()}")
+    assert model.opt.timestep == 0.0005
+    assert model.opt.jacobian == mujoco.mjtJacobian.mjJAC_DENSE
+
+
+def test_the_arms_mass_does_not_depend_on_effects():
+    masses = [
+        assemble(arm().robot, arm().skin, Effects(contact=contact)).body_mass.sum() for contact in ("off", "self")
+    ]
+    assert masses[0] == pytest.approx(masses[1], rel=1e-12)
+    assert masses[0] > 1
+
+
+def test_without_dynamics_nothing_moves_or_touches_anything():
+    model = assemble(arm().robot, arm().skin, Effects(contact="all", dynamics=False), objects=every_kind())
+    found = counts(model)
+    assert found["nu"] == found["npair"] == found["ngeom"] == 0
+    assert found["nbody"] == 1 + len(arm().robot.links)
+
+
+@pytest.mark.parametrize("contact", ["off", "self"])
+def test_objects_that_nothing_can_touch_are_not_there(contact):
+    with_objects = assemble(arm().robot, arm().skin, Effects(contact=contact), objects=every_kind())
+    without = assemble(arm().robot, arm().skin, Effects(contact=contact))
+    assert counts(with_objects) == counts(without)
+
+
+def test_in_probe_mode_there_are_probes_and_skin_and_nothing_else():
+    robot, skin = arm().robot, arm().skin
+    everything = assemble(robot, skin, Effects(contact="probe"), objects=every_kind())
+    probe_alone = assemble(robot, skin, Effects(contact="probe"), objects=(thing("probe", at=(5.0, 0.0, 5.0)),))
+    assert counts(everything) == counts(probe_alone)
+    links = {patch.link for patch in skin.patches}
+    assert everything.npair == len(links)
+    assert everything.ngeom == len(links) + 1
+    assert everything.nv == len(robot.joints) + 3
+    assert not everything.geom_contype.any()
+
+
+@pytest.mark.parametrize("contact", ["probe", "environment"])
+def test_without_objects_such_contact_is_no_contact(contact):
+    off = assemble(arm().robot, arm().skin, Effects(contact="off"))
+    assert counts(assemble(arm().robot, arm().skin, Effects(contact=contact))) == counts(off)
+
+
+def test_depth_has_one_sensor_a_link_and_only_where_there_is_contact():
+    robot, skin, probe = arm().robot, arm().skin, (thing("probe", at=(5.0, 0.0, 5.0)),)
+    links = {patch.link for patch in skin.patches}
+    assert assemble(robot, skin, Effects(contact="probe", skin="depth"), objects=probe).nsensor == len(links)
+    assert assemble(robot, skin, Effects(contact="probe", skin="depth")).nsensor == 0
+    assert assemble(robot, skin, Effects(contact="off", skin="depth"), objects=probe).nsensor == 0
+    assert assemble(robot, skin, Effects(contact="probe"), objects=probe).nsensor == 0
+
+
+def test_the_foundation_replaces_the_pairs_of_skin():
+    robot, skin, probe = arm().robot, arm().skin, (thing("probe", at=(5.0, 0.0, 5.0)),)
+    model = assemble(robot, skin, Effects(contact="probe", skin="foundation"), objects=probe)
+    assert (model.npair, model.ngeom, model.nmesh) == (0, 1, 0)
+
+
+def test_a_robot_mujoco_refuses_is_named():
+    with pytest.raises(RobotError, match="by hand"):
+        assemble(replace(bar(), mjcf="<mujoco><nonsense/></mujoco>"), bar_skin(), Effects())

@@ -1,0 +1,135 @@
+"""The solid shapes of geoms, and which of them may press which link."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+
+from app.geometry.mesh import Mesh
+from app.scene.effects import Effects
+from app.simulation.contact_pairs import excluded_pairs, skinned_links
+from app.simulation.model_assembly import assemble
+from app.simulation.object_geoms import has_body
+from app.simulation.pressing_shapes import Solids, contact_candidates
+from app.tactile.loads import Box, Cylinder, MeshShape, Plane, Sphere
+from tests.support.scene_objects import every_kind, thing
+from tests.support.touch import arm, bar, bar_skin, pair
+
+KINDS = ("sphere", "box", "cylinder", "mesh", "plate", "probe", "plane")
+POINT = 1e-4
+"""Radius [m] of a probe that stands for a point."""
+
+
+def world_with(*things):
+    model = assemble(bar(), bar_skin(), Effects(contact="environment"), objects=things)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return model, data
+
+
+def solid_of(kind: str, **said):
+    body = thing(kind, at=(0.1, 0.2, 0.3), turn=(20.0, 30.0, 40.0), **said)
+    model, _ = world_with(body)
+    return Solids(model, (body,))[int(model.geom(f"object {kind}").id)]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_distances_are_mujocos(kind):
+    body, point = thing(kind, at=(0.1, 0.2, 0.3), turn=(20.0, 30.0, 40.0)), thing("probe", name="point", size=(POINT,))
+    model, data = world_with(body, point)
+    geom, tip = int(model.geom(f"object {kind}").id), int(model.geom("object point").id)
+    solid, first = Solids(model, (body, point))[geom], int(model.joint("object point x").qposadr[0])
+    shape, rng, nearby = solid.seen_from(data, 0), np.random.default_rng(0), np.zeros(6)
+    for place in shape.points(rng.normal(size=(40, 3)) * 0.03):
+        data.qpos[first : first + 3] = place
+        mujoco.mj_kinematics(model, data)
+        theirs = mujoco.mj_geomDistance(model, data, geom, tip, 1.0, nearby) + POINT
+        ours = solid.shape.distance(shape.inverse.points(place[None]))[0]
+        if ours > 1e-3:  # inside MuJoCo tells how far to push out, the same but for edges
+            assert ours == pytest.approx(theirs, abs=2e-6)
+
+
+def test_kinds():
+    shapes = {kind: solid_of(kind).shape for kind in KINDS}
+    assert shapes["sphere"] == Sphere(0.02)
+    assert shapes["probe"] == Sphere(0.01)
+    assert shapes["box"] == Box((0.03, 0.025, 0.01))
+    assert shapes["plate"] == Box((0.03, 0.03, 0.01))
+    assert shapes["cylinder"] == Cylinder(0.03, 0.01)
+    assert shapes["plane"] == Plane()
+    assert isinstance(shapes["mesh"], MeshShape)
+
+
+def test_the_slab_of_a_plane_is_the_plane():
+    body = thing("plane", at=(0.0, 0.0, -1.0))
+    model, data = world_with(body)
+    slab = Solids(model, (body,))[int(model.geom("slab plane").id)]
+    assert slab.shape == Plane()
+    assert slab.seen_from(data, 0).translation == pytest.approx((0, 0, -1.0))
+    assert slab.by == "plane"
+
+
+def test_an_open_mesh_presses_as_what_collides():
+    closed = thing("mesh").mesh
+    body = thing("mesh", mesh=Mesh(closed.vertices, closed.faces[3:]), at=(0.1, 0.2, 0.3))
+    model, _ = world_with(body)
+    shape = Solids(model, (body,))[int(model.geom("object mesh").id)].shape
+    assert shape.distance(np.zeros((1, 3)))[0] == pytest.approx(-0.02, rel=0.03)
+
+
+def test_a_links_hull_holds_link_and_skin():
+    robot, skin = arm().robot, arm().skin
+    model = assemble(robot, skin, Effects(contact="self"))
+    solids = Solids(model, ())
+    for patch in skin.patches:
+        solid = solids[int(model.geom(f"skin {patch.link}").id)]
+        local = solid.pose.inverse.points(patch.surface.vertices)
+        assert solid.shape.distance(local).max() < 1e-6
+        assert solid.by == patch.link
+    for geom in range(model.ngeom):
+        assert solids[geom] is solids[geom]
+        assert np.isfinite(solids[geom].shape.reach)
+
+
+def found(contact: str, objects=()):
+    robot, skin = arm().robot, arm().skin
+    effects = Effects(contact=contact, skin="foundation")
+    model = assemble(robot, skin, effects, objects=objects)
+    present = [t for t in objects if has_body(model, t.spec)]
+    return contact_candidates(model, robot, skin, effects, present)
+
+
+def test_objects_meet_every_link_that_feels():
+    links = set(skinned_links(arm().skin))
+    assert {(m.link, m.by) for m in found("probe", every_kind())} == {(link, "probe") for link in links}
+    outside = found("environment", every_kind())
+    assert {(m.link, m.by) for m in outside} == {(link, t.spec.name) for link in links for t in every_kind()}
+    assert all(m.own is None for m in outside)
+    (plane,) = (m.shape for m in found("environment", (thing("plane"),)) if m.link == "hand")
+    assert plane == Plane()
+    assert {m.shape for m in found("probe", (thing("probe"),))} == {Sphere(0.01)}
+
+
+def test_links_meet_once_unless_they_never_touch():
+    apart = excluded_pairs(arm().robot, arm().skin)
+    itself = found("self")
+    met = [frozenset((m.link, m.by)) for m in itself if m.own is not None]
+    assert len(set(met)) == len(met)
+    assert set(met) <= {frozenset((a, b)) for a in skinned_links(arm().skin) for b in skinned_links(arm().skin)}
+    assert not any(frozenset((m.link, m.by)) in apart for m in itself)
+    assert {m.by for m in itself} - set(skinned_links(arm().skin)), "links without skin press too"
+
+
+def test_everything_is_both():
+    assert len(found("all", every_kind())) == len(found("environment", every_kind())) + len(found("self"))
+    assert found("off", every_kind()) == ()
+
+
+def test_the_links_own_shape_comes_along_where_both_feel():
+    robot, skin = pair()
+    effects = Effects(contact="self", skin="foundation")
+    (meeting,) = contact_candidates(assemble(robot, skin, effects), robot, skin, effects, ())
+    assert (meeting.link, meeting.by) == ("left", "right")
+    assert meeting.own is not None
+    assert meeting.own[0] is not meeting.shape

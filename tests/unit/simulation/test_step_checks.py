@@ -1,0 +1,149 @@
+"""Divergence, bad commands and objects that are too fast: stopped, and said where."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+
+from app.core.errors import SimulationError
+from app.scene.effects import Effects
+from app.simulation.model_assembly import assemble
+from app.simulation.simulation import Simulation
+from app.simulation.step_checks import MAX_SPEED, DivergenceGuard, TunnellingCheck
+from app.tactile.poke import Finger, PokePressed
+from tests.support.scene_objects import thing
+from tests.support.touch import arm, bar, bar_skin, no_command
+
+
+@pytest.mark.parametrize("hooked", [False, True])
+@pytest.mark.parametrize("torque", [1e12, -1e300, 1e7])
+def test_the_first_bad_step_is_named_and_undone(torque, hooked, capfd):
+    robot = bar()
+    simulation = Simulation(robot, bar_skin(), Effects())
+    if hooked:
+        simulation.apply(PokePressed(1, bar_skin().taxel_point(5), Finger(speed=0.0)))
+    simulation.step(4, no_command(robot))
+    good = simulation.posture, simulation.velocity
+    with pytest.raises(SimulationError, match=r"joint hinge at 0\.005 s") as caught:
+        simulation.step(5, replace(no_command(robot), torque=np.array([torque])))
+    assert caught.value.remedy
+    assert "energy before 0 J" in str(caught.value)
+    assert simulation.time == pytest.approx(0.004)
+    assert (simulation.posture, simulation.velocity) == good
+    assert capfd.readouterr() == ("", ""), "MuJoCo does not print what the guard raises"
+
+
+def test_a_runaway_is_named_with_its_speed_and_energy():
+    robot = bar()
+    simulation = Simulation(robot, bar_skin(), Effects(joint_limits=False))
+    simulation._data.qvel[:] = 0.999 * MAX_SPEED
+    with pytest.raises(SimulationError, match=r"joint hinge at 0\.\d+ s.*velocity 1e\+03 a second") as caught:
+        simulation.step(500, replace(no_command(robot), torque=np.array([10.0])))
+    assert "energy before 2.67e+04 J" in str(caught.value), "half I w², I = 0.0535 kg m²"
+    assert abs(simulation.velocity[0]) <= MAX_SPEED
+    assert 0 < simulation.time < 0.4
+
+
+def test_two_fast_joints_are_no_runaway():
+    prepared = arm()
+    simulation = Simulation(prepared.robot, prepared.skin, Effects())
+    guard = DivergenceGuard(simulation._model, simulation._data)
+    simulation._data.qvel[:] = 0.9 * MAX_SPEED
+    assert guard.sound()
+    simulation._data.qvel[3] = np.nan
+    assert not guard.sound()
+
+
+def test_an_object_that_runs_away_is_named():
+    ball = thing("sphere", at=(5.0, 0.0, 0.0), mass=1.0)
+    simulation = Simulation(bar(), bar_skin(), Effects(contact="environment"), objects=(ball,))
+    simulation._data.xfrc_applied[simulation._model.body("object sphere").id, 1] = 1e7
+    with pytest.raises(SimulationError, match="joint object sphere"):
+        simulation.step(5, no_command(bar()))
+    assert simulation.object_poses[0, :3, 3] == pytest.approx((5.0, 0.0, 0.0), abs=1e-6)
+
+
+@pytest.mark.parametrize("field", ["posture", "stiffness", "damping", "torque"])
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_a_command_that_is_no_number_is_refused_by_name(field, value):
+    robot = arm().robot
+    simulation = Simulation(robot, arm().skin, Effects())
+    simulation.step(3, no_command(robot))
+    before, asked = simulation.state(), np.zeros(7)
+    asked[6] = value
+    with pytest.raises(SimulationError, match=f"joint {robot.joints[6].name}.*asked for no number.*{field}"):
+        simulation.step(1, replace(no_command(robot), **{field: asked}))
+    assert np.array_equal(simulation.state(), before), "it never reached the physics"
+
+
+def test_a_reset_makes_it_usable_again():
+    robot = bar()
+    simulation = Simulation(robot, bar_skin(), Effects())
+    before = simulation.state()
+    with pytest.raises(SimulationError):
+        simulation.step(1, replace(no_command(robot), torque=np.array([1e12])))
+    simulation.reset()
+    simulation.step(3, no_command(robot))
+    assert np.isfinite(simulation.state()).all()
+    simulation.reset()
+    assert np.array_equal(simulation.state(), before)
+
+
+def test_a_robot_without_joints_is_always_sound():
+    robot = bar(hinged=False)
+    simulation = Simulation(robot, bar_skin(), Effects())
+    assert DivergenceGuard(simulation._model, simulation._data).sound()
+    assert mujoco.mjtDisableBit.mjDSBL_AUTORESET & simulation._model.opt.disableflags
+
+
+EFFECTS = Effects(contact="environment", timestep=0.001)
+
+
+def falling(*, height: float, speed: float, kind: str = "sphere", **said):
+    """A body above the bar's middle that falls with ``speed``; the watch and the state."""
+    body = thing(kind, at=(0.2, 0.0, height), mass=1.0, **said)
+    model = assemble(bar(), bar_skin(), EFFECTS, objects=(body,))
+    data = mujoco.MjData(model)
+    data.qvel[-4 if model.nv > 6 else -1] = -speed
+    mujoco.mj_kinematics(model, data)
+    return TunnellingCheck(model, (body,)), data
+
+
+def test_nothing_is_watched_where_nothing_moves():
+    body = thing("box", at=(0.2, 0.0, 0.5))
+    assert not TunnellingCheck(assemble(bar(), bar_skin(), EFFECTS, objects=(body,)), (body,)).needed
+
+
+@pytest.mark.parametrize(("height", "speed"), [(0.1, 30.0), (5.0, 100.0), (-0.5, 1.0)])
+def test_slow_or_far_bodies_go_on(height, speed):
+    """The ball reaches 20 mm and the bar is 40 mm thick: 30 mm a step cannot carry it past the middle."""
+    watch, data = falling(height=height, speed=speed)
+    assert watch.needed
+    watch.check(data, 5)
+
+
+def test_a_fast_body_near_the_bar_is_stopped_with_the_step_that_would_do():
+    watch, data = falling(height=0.1, speed=60.0)
+    before = data.qpos.copy()
+    with pytest.raises(SimulationError, match=r"sphere near bar.*60 m/s, 60 mm a step.*at most 0\.67 ms"):
+        watch.check(data, 1)
+    np.testing.assert_array_equal(data.qpos, before)
+
+
+def test_it_looks_as_far_as_the_call_goes():
+    watch, data = falling(height=0.65, speed=60.0)
+    watch.check(data, 1)
+    with pytest.raises(SimulationError, match="too fast"):
+        watch.check(data, 10)
+
+
+def test_a_floor_has_nothing_behind_it():
+    ball, floor = thing("sphere", at=(2.0, 0.0, 0.1), mass=1.0), thing("plane", at=(0.0, 0.0, 0.0))
+    model = assemble(bar(), bar_skin(), EFFECTS, objects=(ball, floor))
+    data = mujoco.MjData(model)
+    data.qvel[-4] = -100.0
+    mujoco.mj_kinematics(model, data)
+    TunnellingCheck(model, (ball,)).check(data, 1)

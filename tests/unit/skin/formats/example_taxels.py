@@ -1,0 +1,55 @@
+"""Taxel sets written by hand, and a strip of iCub modules whose map is known, for the tests of foreign files."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from app.core.errors import Finding
+from app.skin.formats.icub_layout import IcubLayout, LayoutModule
+from app.skin.formats.icub_positions import ROWS_PER_MODULE, THERMAL_PADS
+from app.skin.formats.taxel_set import TaxelSet
+
+ARRAYS = ("numbers", "positions", "normals", "faces", "points", "modules")
+
+
+def kinds(findings: tuple[Finding, ...]) -> dict[str, int]:
+    return {finding.kind: finding.count for finding in findings}
+
+
+def dome(count: int = 12, **changes: object) -> TaxelSet:
+    """Taxels on a ball of 50 mm, with normals and a map, their numbers with gaps and not in order."""
+    turn = 2.4 * np.arange(count)
+    down = 0.1 + 1.2 * np.sqrt(np.arange(count) / count)
+    normals = np.stack([np.sin(down) * np.cos(turn), np.sin(down) * np.sin(turn), np.cos(down)], axis=1)
+    fields = {
+        "name": "dome",
+        "link": "hand",
+        "numbers": (7 * np.arange(count) + 3) % (7 * count),
+        "positions": 0.05 * normals + [0.1, -0.2, 0.3],
+        "normals": normals,
+        "points": 0.05 * down[:, None] * np.stack([np.cos(turn), np.sin(turn)], axis=1),
+        "modules": np.arange(count) // 4,
+    }
+    return TaxelSet(**(fields | changes))
+
+
+def strip(count: int = 9, *, radius: float = 0.06) -> tuple[TaxelSet, IcubLayout]:
+    """A strip of modules laid around a tube, and the layout that is its true map."""
+    modules = tuple(
+        LayoutModule(k + 2, 0.016 * k, 0.00924 * (k % 2), np.deg2rad([0, 60][k % 2]), mirrored=k % 3 == 0)
+        for k in range(count)
+    )
+    layout = IcubLayout("strip", modules)
+    felt = ~np.isin(layout.numbers % ROWS_PER_MODULE, THERMAL_PADS)
+    x, y = layout.points[felt].T
+    positions = np.stack([radius * np.sin(x / radius), radius * np.cos(x / radius), y], axis=1)
+    return TaxelSet("strip", "arm", layout.numbers[felt], positions), layout
+
+
+def assert_equal(first: TaxelSet, second: TaxelSet, *, arrays: tuple[str, ...] = ARRAYS, atol: float = 1e-14) -> None:
+    """The same taxels in the same order, as far as ``arrays`` go."""
+    for name in arrays:
+        one, other = getattr(first, name), getattr(second, name)
+        assert (one is None) == (other is None), name
+        if one is not None:
+            np.testing.assert_allclose(one, other, rtol=0, atol=atol, err_msg=name)

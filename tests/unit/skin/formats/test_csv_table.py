@@ -1,0 +1,125 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.core.errors import SkinError
+from app.skin.formats import csv_table
+from app.skin.formats.csv_table import read_table, write_table
+from app.skin.formats.taxel_set import TaxelSet
+from tests.unit.skin.formats.example_taxels import assert_equal, dome, kinds
+
+
+def written(tmp_path, text, name="left_part.csv"):
+    path = tmp_path / name
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t", " , "])
+def test_any_separator_and_any_order_of_columns(tmp_path, separator):
+    rows = ["# by hand", "taxel,Z, X ,y,module,u_mm,v,weight", "", "7,.3,1e-1,0.2,1,12,0.5,heavy", "2,0,0,0.1,0,-3,0,"]
+    (taxels,) = read_table(written(tmp_path, "\r\n".join(rows).replace(",", separator)))
+    assert (taxels.name, taxels.link, taxels.normals) == ("left_part", None, None)
+    assert taxels.numbers.tolist() == [7, 2]
+    assert taxels.modules.tolist() == [1, 0]
+    assert taxels.positions.tolist() == [[0.1, 0.2, 0.3], [0, 0.1, 0]]
+    np.testing.assert_allclose(taxels.points, [[0.012, 0.5], [-0.003, 0]], atol=1e-15)
+    assert kinds(taxels.findings) == {"unknown-column": 1, "millimetres": 1}
+
+
+def test_numbers_alone_are_positions_or_positions_and_normals(tmp_path):
+    (bare,) = read_table(written(tmp_path, "0,0,0.1\n0.2,0,0\n"))
+    assert bare.positions.tolist() == [[0, 0, 0.1], [0.2, 0, 0]]
+    assert (bare.normals, bare.numbers.tolist()) == (None, [0, 1])
+    (full,) = read_table(written(tmp_path, "0;0;0.1;0;0;2\n0.2;0;0;1;0;0"))
+    assert full.normals.tolist() == [[0, 0, 1], [1, 0, 0]]
+    assert kinds(full.findings) == {"normals-not-unit": 1}
+
+
+def test_millimetres_are_converted_by_column(tmp_path):
+    (taxels,) = read_table(written(tmp_path, "x_mm,y_m,z_mm\n12.5,0.5,-30\n"))
+    np.testing.assert_allclose(taxels.positions, [[0.0125, 0.5, -0.03]], atol=1e-15)
+    assert kinds(taxels.findings) == {"millimetres": 2}
+
+
+def test_links_become_sets(tmp_path):
+    text = "x,y,z,link,taxel\n0,0,1,l hand,5\n0,0,2, arm ,5\n0,0,3,l hand,6\n0,0,4,,1\n"
+    sets = read_table(written(tmp_path, text))
+    assert [(taxels.name, taxels.link, taxels.numbers.tolist()) for taxels in sets] == [
+        ("l hand", "l hand", [5, 6]), ("arm", "arm", [5]), ("left_part", None, [1])
+    ]  # fmt: skip
+
+
+def test_what_is_known_of_some_only(tmp_path):
+    text = "x,y,z,nx,ny,nz,u,v\n0,0,1,0,0,1,,\n0,0,2,,,,0.1,0.2\n"
+    (taxels,) = read_table(written(tmp_path, text))
+    assert taxels.normals is None
+    assert taxels.mapped.tolist() == [False, True]
+    assert kinds(taxels.findings) == {"dummy-normals": 1}
+
+
+def test_repeated_numbers_are_told(tmp_path):
+    (taxels,) = read_table(written(tmp_path, "x,y,z,taxel\n0,0,1,4\n0,0,2,4\n"))
+    assert taxels.numbers.tolist() == [0, 1]
+    assert kinds(taxels.findings) == {"duplicate-number": 1}
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("", "no rows"),
+        ("# only this\n", "no rows"),
+        ("x,y,z\n", "no rows below"),
+        ("x,y\n0,0\n", "line 1.*missing.*z"),
+        ("x,y,z,nx\n0,0,0,1\n", "line 1.*missing.*ny, nz"),
+        ("x,y,z,u\n0,0,0,1\n", "line 1.*missing.*v"),
+        ("x,y,z,x_mm\n0,0,0,1\n", "line 1.*x comes twice"),
+        ("0,0\n", "not said.*2 columns.*line of names"),
+        ("0,0,0,0\n", "not said.*4 columns"),
+        ("x,y,z\n0,0,0\n0,0\n", "line 3.*must have 3 cells"),
+        ("x,y,z\n0,,0\n", "line 2.*y must be a number"),
+        ("x;y;z\n0;0,5;0\n", "line 2.*y must be a number with a decimal point.*0,5"),
+        ("x,y,z\n0,nan,0\n", "line 2.*y is not a finite"),
+        ("x,y,z\n0,0,-inf\n", "line 2.*z is not a finite"),
+        ("x,y,z\n30,0,0\n", "positions are in metres"),
+        ("x,y,z,taxel\n0,0,0,-1\n", "line 2.*taxel must be a whole number.*-1"),
+        ("x,y,z,taxel\n0,0,0,1.5\n", "line 2.*taxel must be a whole number"),
+        ("x,y,z,module\n0,0,0,1e12\n", "line 2.*module must be a whole number"),
+        ("x,y,z,taxel\n0,0,0,1\n0,0,0,\n", "line 3.*taxel must be a number"),
+        ("x,y,z,u,v\n0,0,0,1,\n", "map point"),
+        ('x,y,z\n0,0,"0\n', "cannot be taken apart"),
+        ('x,y,z\n0,0,"0\n0,0,0"\n', "quoted cell runs over"),
+    ],
+)
+def test_broken_tables_are_refused_with_line_and_value(tmp_path, text, problem):
+    with pytest.raises(SkinError, match=f"left_part.csv.*{problem}"):
+        read_table(written(tmp_path, text))
+
+
+def test_absurd_sizes_are_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(csv_table, "MAX_TAXELS", 3)
+    with pytest.raises(SkinError, match="more than 3 rows"):
+        read_table(written(tmp_path, "0,0,0\n" * 5))
+
+
+def test_what_is_written_reads_back(tmp_path):
+    first = dome()
+    points = first.points.copy()
+    points[3] = np.nan
+    sets = (
+        dome(points=points),
+        dome(link="left  arm\n2", normals=None, modules=None, points=None, numbers=np.arange(12)),
+    )
+    write_table(sets, tmp_path / "out.csv")
+    back = read_table(tmp_path / "out.csv")
+    for one, other in zip(sets, back, strict=True):
+        assert_equal(one, other)
+    assert [taxels.link for taxels in back] == ["hand", "left arm 2"]
+    assert [taxels.findings for taxels in back] == [(), ()]
+    assert (tmp_path / "out.csv").read_text().startswith("x_m,y_m,z_m,nx,ny,nz,u_m,v_m,taxel,module,link\n")
+
+
+def test_only_known_columns_are_written(tmp_path):
+    write_table([TaxelSet("one", None, np.array([4]), np.array([[0.1, 0, 0]]))], tmp_path / "out.csv")
+    assert (tmp_path / "out.csv").read_text() == "x_m,y_m,z_m,taxel\n0.1,0.0,0.0,4\n"

@@ -1,0 +1,259 @@
+"""iCub positions files: rows and importer, on files written here with each defect and on real ones where at hand."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.core.errors import Finding, RobotError, SkinError
+from app.robots.library import find_robot, icub_folder
+from app.skin.formats import icub_positions
+from app.skin.formats.icub_positions import (
+    import_icub_skin,
+    read_icub_positions,
+    read_position_rows,
+    write_icub_positions,
+)
+from app.skin.formats.taxel_set import TaxelSet
+from tests.unit.skin.example_robots import two_rods
+from tests.unit.skin.formats.example_taxels import dome
+
+
+def text_file(tmp_path: Path, text: str | bytes) -> Path:
+    path = tmp_path / "left_part.txt"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return path
+
+
+def test_header_list_and_rows(tmp_path: Path) -> None:
+    text = "name\t l_part\r\nspatial_sampling taxel\r\ntaxel2Repr ( 1 1 -2\t-1 )\r\n[calibration]\r\n"
+    rows = read_position_rows(text_file(tmp_path, text + "0.1 0.2 0.3\t1 0 0\r\n\r\n0 0 0 0 0 0 \r\n"))
+    assert rows.name == "l_part"
+    assert rows.representatives is not None
+    assert rows.representatives.tolist() == [1, 1, -2, -1]
+    assert rows.values.tolist() == [[0.1, 0.2, 0.3, 1, 0, 0], [0, 0, 0, 0, 0, 0]]
+
+
+def test_rows_alone_with_comments_and_no_last_line_end(tmp_path: Path) -> None:
+    rows = read_position_rows(text_file(tmp_path, "// made by hand\n# too\n0 0 0.1\n1e-2 -.5 0.2"))
+    assert (rows.name, rows.representatives) == (None, None)
+    assert rows.values.tolist() == [[0, 0, 0.1], [0.01, -0.5, 0.2]], "the last row counts"
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("", "no taxel rows"),
+        ("name part\n", "no taxel rows"),
+        ("0 0 1\n0 0\n", "line 2.*3 or 6 numbers.*found: 0 0"),
+        ("0 0 1\n0 0 1 2\n", "line 2.*3 or 6"),
+        ("0 0 1\n0 0 1 0 0 1\n", "line 2.*have 3 numbers"),
+        ("0 0 1\n0 x 1\n", "line 2.*3 or 6.*0 x 1"),
+        ("0 0 1\nxyz 0 1\n", "line 2.*3 or 6"),
+        ("0 0 nan\n", "line 1.*not finite"),
+        ("0 0 1\n0 inf 1\n", "line 2.*not finite"),
+        ("30.8 66.9 23.5\n", "line 1.*positions are in metres.*30.8"),
+        ("taxel2Repr 1 2 3\n0 0 1\n", "line 1.*list in brackets"),
+        ("taxel2Repr ( 1 two )\n0 0 1\n", "line 1.*taxel number.*two"),
+        ("taxel2Repr ( -3 )\n0 0 1\n", "taxel number.*-3"),
+        ("taxel2Repr ( 99999999999999999999 )\n0 0 1\n", "taxel number"),
+        ("taxel2Repr ( 0 7 )\n0 0 1\n", "does not exist.*7"),
+        (b"\x80\x04\x95pickle\x00\n", "no taxel rows"),
+    ],
+)
+def test_broken_files_are_refused_with_line_and_value(tmp_path: Path, text: str | bytes, problem: str) -> None:
+    with pytest.raises(SkinError, match=f"left_part.txt.*{problem}"):
+        read_position_rows(text_file(tmp_path, text))
+
+
+def test_absurd_sizes_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = text_file(tmp_path, "0 0 1\n" * 20)
+    monkeypatch.setattr(icub_positions, "MAX_ROWS", 10)
+    with pytest.raises(SkinError, match="line 11.*more than 10 rows"):
+        read_position_rows(path)
+    with pytest.raises(SkinError, match="more than 10 entries"):
+        read_position_rows(text_file(tmp_path, f"taxel2Repr ( {'1 ' * 11})\n0 0 1\n"))
+    monkeypatch.setattr(icub_positions, "MAX_BYTES", 10)
+    with pytest.raises(SkinError, match="too large"):
+        read_position_rows(path)
+
+
+def test_a_missing_file_and_a_folder_are_named(tmp_path: Path) -> None:
+    with pytest.raises(SkinError, match="cannot be read"):
+        read_position_rows(tmp_path / "nowhere.txt")
+    with pytest.raises(SkinError, match="cannot be read"):
+        read_position_rows(tmp_path)
+
+
+REAL = Path(__file__).parents[5] / "shared" / "data" / "icub-skin" / "positions"
+needs_files = pytest.mark.skipif(not REAL.is_dir(), reason="the real iCub positions files are not beside this checkout")
+needs_icub = pytest.mark.skipif(icub_folder() is None, reason="the wheel icub-models is not installed")
+
+
+def module(number: int = 0, *, normal: str = "0 0 1") -> list[str]:
+    """Twelve rows: a grid of pads 6 mm apart on the upper rod's side, the thermal pads included."""
+    rows = []
+    for pad in range(12):
+        angle, height = 0.15 * (pad % 4), 0.1 + 0.006 * (pad // 4) + 0.02 * number
+        rows.append(f"{0.04 * np.cos(angle):.5f}\t{0.04 * np.sin(angle):.5f} {height:.5f}   {normal}")
+    return rows
+
+
+def positions_file(tmp_path: Path, rows: list[str], *, header: str = "", end: str = "\n") -> Path:
+    path = tmp_path / "left_rod.txt"
+    path.write_bytes((header + end.join(rows) + end).encode())
+    return path
+
+
+def kinds(findings: tuple[Finding, ...]) -> dict[str, int]:
+    return {finding.kind: finding.count for finding in findings}
+
+
+def test_a_file_of_rows_only_drops_the_thermal_pads_and_keeps_the_last_row(tmp_path: Path) -> None:
+    taxels = read_icub_positions(positions_file(tmp_path, module() + module(1), end="\r\n"))
+    assert taxels.link is None
+    assert taxels.numbers.tolist() == [0, 1, 2, 3, 4, 5, 7, 8, 9, 11, 12, 13, 14, 15, 16, 17, 19, 20, 21, 23]
+    assert kinds(taxels.findings) == {"thermal-pad": 4, "dummy-normals": 20}
+    assert taxels.normals is None
+
+
+def test_what_the_list_says_counts_before_the_pads_place(tmp_path: Path) -> None:
+    listed = "taxel2Repr ( 3 3 3 3 3 3 3 3 3 3 -1 -1 )\n"
+    taxels = read_icub_positions(positions_file(tmp_path, module(), header="name upper\n" + listed))
+    assert taxels.link == "upper"
+    assert taxels.numbers.tolist() == list(range(10))
+    assert kinds(taxels.findings)["thermal-pad"] == 1
+    assert kinds(taxels.findings)["unfitted-taxel"] == 1
+
+
+def test_every_other_defect_is_counted(tmp_path: Path) -> None:
+    rows = module() + module(1)
+    rows[3] = rows[2]
+    rows[5] = "0 0 0 0 0 0"
+    listed = f"taxel2Repr ( {'3 ' * 30})\n"
+    findings = kinds(read_icub_positions(positions_file(tmp_path, rows, header=listed)).findings)
+    assert findings == {
+        "list-length": 6, "unused-row": 1, "missing-position": 1, "duplicate-taxel": 1, "dummy-normals": 22
+    }  # fmt: skip
+
+
+def test_real_normals_are_kept_at_length_one(tmp_path: Path) -> None:
+    taxels = read_icub_positions(positions_file(tmp_path, module() + module(1, normal="2 0 0")))
+    assert taxels.normals is not None
+    assert np.linalg.norm(taxels.normals, axis=1) == pytest.approx(1.0)
+    assert kinds(taxels.findings)["normals-not-unit"] == 10
+
+
+def test_positions_without_normals_are_enough(tmp_path: Path) -> None:
+    rows = [" ".join(row.split()[:3]) for row in module()]
+    assert read_icub_positions(positions_file(tmp_path, rows)).normals is None
+
+
+def test_a_file_without_taxels_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(SkinError, match="no usable taxel"):
+        read_icub_positions(positions_file(tmp_path, ["0 0 0 0 0 0"] * 12))
+
+
+def test_a_link_wears_the_taxels_where_they_are(tmp_path: Path) -> None:
+    path = positions_file(tmp_path, module() + module(1), header="name upper\n")
+    skin = import_icub_skin(two_rods(), path, thickness=0.002)
+    assert [(patch.name, patch.link, len(patch.taxels)) for patch in skin.patches] == [("upper", "upper", 20)]
+    taxels, wanted = skin.patches[0].taxels, read_icub_positions(path).positions
+    assert np.linalg.norm(taxels.positions - wanted, axis=1).max() < 0.004
+    assert (taxels.areas > 0).all()
+    # No taxel feels more than about a pitch around itself.
+    assert taxels.areas.max() < np.pi * 0.009**2
+    assert kinds(skin.findings)["taxel-distance"] == 20
+
+
+def test_the_side_in_the_files_name_finds_the_link(tmp_path: Path) -> None:
+    path = positions_file(tmp_path, module(), header="name arm\n")
+    with pytest.raises(SkinError, match="found: arm.*Choose one of: base, upper"):
+        import_icub_skin(two_rods(), path)
+    assert import_icub_skin(two_rods(), path, link="upper").patches[0].link == "upper"
+
+
+def test_no_link_at_all_must_be_chosen(tmp_path: Path) -> None:
+    with pytest.raises(SkinError, match="does not name its link"):
+        import_icub_skin(two_rods(), positions_file(tmp_path, module()))
+    with pytest.raises(RobotError, match="no such link"):
+        import_icub_skin(two_rods(), positions_file(tmp_path, module()), link="elbow")
+
+
+@needs_files
+def test_real_files_hold_what_was_measured() -> None:
+    arm = read_icub_positions(REAL / "left_arm.txt")
+    assert (arm.link, len(arm.positions), arm.normals) == ("l_upper_arm", 350, None)
+    assert kinds(arm.findings) == {"list-length": 192, "unused-row": 418, "dummy-normals": 350}
+    assert arm.numbers[-1] == 767, "the row that the original reader drops"
+    forearm = read_icub_positions(REAL / "left_forearm_V2.txt")
+    assert (forearm.link, len(forearm.positions)) == ("l_forearm", 148)
+    assert kinds(forearm.findings)["duplicate-taxel"] == 240 - 148
+    torso = read_icub_positions(REAL / "torso.txt")
+    assert kinds(torso.findings)["thermal-pad"] == 88
+    assert len(torso.positions) + kinds(torso.findings)["duplicate-taxel"] == 440
+
+
+@needs_files
+@needs_icub
+@pytest.mark.parametrize(("file", "count"), [("left_arm.txt", 350), ("left_forearm_V2.txt", 148)])
+def test_real_taxels_are_worn_by_icub(file: str, count: int) -> None:
+    skin = import_icub_skin(find_robot("icub"), REAL / file)
+    assert len(skin) == count
+    for patch in skin.patches:
+        assert (patch.taxels.areas > 0).all()
+        assert patch.taxels.areas.sum() <= patch.surface.area
+    assert max(len(patch.taxels) for patch in skin.patches) > 100
+    assert ("taxel-frame" in kinds(skin.findings)) == (file == "left_forearm_V2.txt")
+
+
+@needs_files
+@needs_icub
+def test_real_taxels_in_another_frame_are_refused_with_their_distance() -> None:
+    with pytest.raises(SkinError, match="torso.txt.*20 mm from the link chest.*median 7"):
+        import_icub_skin(find_robot("icub"), REAL / "torso.txt")
+
+
+def test_what_is_written_reads_back_sorted_by_row(tmp_path: Path) -> None:
+    taxels = dome()
+    write_icub_positions(taxels, tmp_path / "dome.txt")
+    back = read_icub_positions(tmp_path / "dome.txt")
+    order = np.argsort(taxels.numbers)
+    assert (back.name, back.link) == ("dome", "hand")
+    np.testing.assert_array_equal(back.numbers, taxels.numbers[order])
+    np.testing.assert_array_equal(back.positions, taxels.positions[order])
+    np.testing.assert_allclose(back.normals, taxels.normals[order], atol=1e-15)
+    np.testing.assert_array_equal(back.modules, back.numbers // 12)
+    assert set(kinds(back.findings)) == {"unused-row"}
+    text = (tmp_path / "dome.txt").read_text().splitlines()
+    assert text[:2] == ["name hand", "spatial_sampling taxel"]
+    assert text[-1] == "0.0 0.0 0.0 0.0 0.0 0.0", "the original reader loses the last row"
+    assert len(text) == 4 + 12 * (83 // 12 + 2)
+
+
+def test_the_middle_pad_represents_its_module_or_else_the_first(tmp_path: Path) -> None:
+    taxels = TaxelSet("two", None, np.array([3, 7, 6, 14, 13]), np.eye(5, 3) + [0, 0, 1])
+    write_icub_positions(taxels, tmp_path / "two.txt")
+    rows = read_position_rows(tmp_path / "two.txt")
+    assert rows.name is None
+    assert rows.representatives is not None
+    assert rows.representatives[:24].tolist() == [-1, -1, -1, 3, -1, -1, 3, 3, -1, -1, -2, -1,
+                                                  -1, 13, 13, -1, -1, -1, -2, -1, -1, -1, -2, -1]  # fmt: skip
+
+
+def test_what_rows_cannot_hold_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(SkinError, match="its row in this format.*100000.*Renumber"):
+        write_icub_positions(TaxelSet("far", None, np.array([100_000]), np.ones((1, 3))), tmp_path / "far.txt")
+    with pytest.raises(SkinError, match="would read as unused"):
+        write_icub_positions(TaxelSet("zero", None, np.array([0]), np.zeros((1, 3))), tmp_path / "zero.txt")
+
+
+def test_one_normal_for_all_means_something_in_one_plane(tmp_path: Path) -> None:
+    flat = ["0.01 0.02 0.1 0 0 2", "0.02 0.02 0.1 0 0 2", "0.02 0.03 0.1005 0 0 2"]
+    taxels = read_icub_positions(positions_file(tmp_path, flat))
+    assert taxels.normals is not None
+    assert taxels.normals.tolist() == [[0, 0, 1]] * 3
+    assert kinds(taxels.findings) == {"normals-not-unit": 3}
+    assert read_icub_positions(positions_file(tmp_path, [*flat, "0.03 0.03 0.11 0 0 2"])).normals is None

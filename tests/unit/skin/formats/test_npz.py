@@ -1,0 +1,95 @@
+from __future__ import annotations
+
+import io
+import zipfile
+
+import numpy as np
+import pytest
+
+from app.core.errors import SkinError
+from app.core.files import pack_arrays
+from app.skin.formats.npz import FORMAT, VERSION, read_taxel_npz, write_taxel_npz
+from tests.unit.skin.formats.example_taxels import assert_equal, dome, kinds
+
+
+def saved(tmp_path, **arrays):
+    np.savez(tmp_path / "patch.npz", **arrays)
+    return tmp_path / "patch.npz"
+
+
+def test_what_is_written_reads_back(tmp_path):
+    sets = (dome(faces=np.array([[0, 1, 2]])), dome(link=None, name="other", normals=None, points=None, modules=None))
+    write_taxel_npz(sets, tmp_path / "patch.npz")
+    back = read_taxel_npz(tmp_path / "patch.npz")
+    assert [(taxels.name, taxels.link) for taxels in back] == [("dome", "hand"), ("other", None)]
+    for one, other in zip(sets, back, strict=True):
+        assert_equal(one, other)
+    with np.load(tmp_path / "patch.npz", allow_pickle=False) as plain:
+        np.testing.assert_array_equal(plain["0_positions"], sets[0].positions)
+
+
+def test_plain_names_of_another_program_are_read(tmp_path):
+    (taxels,) = read_taxel_npz(
+        saved(tmp_path, positions=np.eye(3, dtype=np.float32), normals=2 * np.eye(3), other=np.ones(9))
+    )
+    assert (taxels.name, taxels.link, taxels.numbers.tolist()) == ("patch", None, [0, 1, 2])
+    assert taxels.normals.tolist() == np.eye(3).tolist()
+    assert kinds(taxels.findings) == {"normals-not-unit": 3}
+    (twice,) = read_taxel_npz(saved(tmp_path, positions=np.eye(3), numbers=np.array([1, 1, 2], dtype=np.uint8)))
+    assert kinds(twice.findings) == {"duplicate-number": 1}
+
+
+@pytest.mark.parametrize(
+    ("arrays", "problem"),
+    [
+        ({"other": np.eye(3)}, "no positions.*other.*Name the array"),
+        ({"positions": np.ones((4, 2))}, "positions.*wrong shape or type"),
+        ({"positions": np.float64(1)}, "positions.*wrong shape or type"),
+        ({"positions": np.eye(3) + 0j}, "only arrays of numbers"),
+        ({"positions": np.eye(3), "numbers": np.ones(3)}, "numbers.*wrong shape or type"),
+        ({"positions": np.eye(3), "numbers": np.full(3, 2**64 - 1, dtype=np.uint64)}, "absurdly large"),
+        ({"positions": np.eye(3), "numbers": np.arange(2)}, "numbers.*do not fit"),
+        ({"positions": np.eye(3), "faces": np.array([[0, 1, -3]])}, "does not exist"),
+        ({"positions": np.eye(3) * np.nan}, "not a finite"),
+        ({"positions": np.eye(3), "normals": np.zeros((0, 3))}, None),
+        ({"positions": np.array([{}], dtype=object)}, "only arrays of numbers"),
+    ],
+)
+def test_unsound_arrays_are_refused_by_name(tmp_path, arrays, problem):
+    if problem is None:
+        assert read_taxel_npz(saved(tmp_path, **arrays))[0].normals is None
+    else:
+        with pytest.raises(SkinError, match=rf"patch\.npz.*{problem}"):
+            read_taxel_npz(saved(tmp_path, **arrays))
+
+
+@pytest.mark.parametrize(
+    ("header", "problem"),
+    [
+        ({"format": "tactile-maps-skin", "version": 1}, "not a file of taxels.*skins and maps as such"),
+        ({"format": FORMAT, "version": 99}, "not a file of taxels"),
+        ({"format": FORMAT, "version": VERSION}, "header is broken"),
+        ({"format": FORMAT, "version": VERSION, "sets": []}, "header is broken"),
+        ({"format": FORMAT, "version": VERSION, "sets": [["a"]]}, "header is broken"),
+        ({"format": FORMAT, "version": VERSION, "sets": [["a", 5]]}, "header is broken"),
+        ({"format": FORMAT, "version": VERSION, "sets": [["a", None]]}, "no positions"),
+    ],
+)
+def test_other_files_of_ours_are_told_apart(tmp_path, header, problem):
+    (tmp_path / "patch.npz").write_bytes(pack_arrays(header, {"positions": np.eye(3)}))
+    with pytest.raises(SkinError, match=problem):
+        read_taxel_npz(tmp_path / "patch.npz")
+
+
+def test_damage_and_bombs_are_refused(tmp_path):
+    path = tmp_path / "patch.npz"
+    path.write_bytes(b"PK\x03\x04 not really")
+    with pytest.raises(SkinError, match="damaged"):
+        read_taxel_npz(path)
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        for k in range(10_001):
+            archive.writestr(f"{k}.npy", b"")
+    path.write_bytes(buffer.getvalue())
+    with pytest.raises(SkinError, match="absurd size"):
+        read_taxel_npz(path)

@@ -1,0 +1,169 @@
+"""The format of the University of Genoa: the newer form with maps, the older one, and everything that may be wrong."""
+
+from __future__ import annotations
+
+import copy
+import json
+
+import numpy as np
+import pytest
+
+from app.core.errors import SkinError
+from app.skin.formats.unige_json import UnigeFile, UnigeMap, read_unige, write_unige
+from tests.unit.skin.formats.example_taxels import assert_equal, dome, kinds
+
+
+def entry(number, place, **more):
+    return {"id": number, "x": place, "type": "pressure", "cut": 0} | more
+
+
+DOCUMENT = {
+    "info": {"file_version": 2, "type": "rigid_body", "name": "H01"},
+    "skin": {
+        "n_taxels": 4,
+        "n_faces": 2,
+        "parent_frames": [{"key": 0, "id": 0, "type": "ROS", "name": "handle", "tf_matrix": np.eye(4).tolist()}],
+        "taxels": [entry(n, [0.01 * k, 0.02, 0], n=[0, 0, 1]) for k, n in enumerate([31, 32, 33, 34])],
+        "faces": [[0, 1, 2], [1, 3, 2]],
+    },
+    "tactile_maps": [
+        {
+            "key": 0, "name": "unrolled", "type": "2D", "description": "by hand", "n_taxels": 3, "n_faces": 1,
+            "taxels": [entry(n, [0.01 * k, 0.5]) for k, n in enumerate([34, 31, 32])],
+            "faces": [[0, 1, 2]],
+        }
+    ],
+}  # fmt: skip
+
+
+def read(tmp_path, *changes, document=DOCUMENT):
+    """The file with ``changes``, each a path of keys and the value there."""
+    document = copy.deepcopy(document)
+    for *keys, last, value in changes:
+        part = document
+        for key in keys:
+            part = part[key]
+        part[last] = value
+    (tmp_path / "skin.json").write_text(json.dumps(document))
+    return read_unige(tmp_path / "skin.json")
+
+
+def test_the_skin_and_its_map(tmp_path):
+    file = read(tmp_path)
+    taxels = file.taxels
+    assert (taxels.name, taxels.link, taxels.findings) == ("H01", "handle", ())
+    assert taxels.numbers.tolist() == [31, 32, 33, 34]
+    assert taxels.faces.tolist() == [[0, 1, 2], [1, 3, 2]]
+    np.testing.assert_allclose(taxels.positions[3], [0.03, 0.02, 0])
+    (drawn,) = file.maps
+    assert (drawn.name, drawn.description, drawn.taxels.tolist()) == ("unrolled", "by hand", [3, 0, 1])
+    shown = file.with_points()
+    np.testing.assert_array_equal(shown.mapped, [True, True, False, True])
+    np.testing.assert_allclose(shown.points[[0, 1, 3]], [[0.01, 0.5], [0.02, 0.5], [0, 0.5]])
+    assert kinds(shown.findings) == {"not-on-map": 1}
+
+
+def test_the_older_form_without_maps(tmp_path):
+    skin = {key: value for key, value in DOCUMENT["skin"].items() if key != "parent_frames"}
+    skin["taxels"] = [skin["taxels"][:3], skin["taxels"][3:]]
+    document = {"skin": skin | {"parent_frame": {"type": "ROS", "name": "tfh1"}}}
+    file = read(tmp_path, document=document)
+    assert (file.taxels.name, file.taxels.link, len(file.taxels), file.maps) == ("skin", "tfh1", 4, ())
+
+
+def test_numbers_that_repeat_are_matched_in_their_order(tmp_path):
+    ids = [7, 8, 7, 9]
+    changes = [("skin", "taxels", k, "id", number) for k, number in enumerate(ids)]
+    places = [entry(n, [0.1 * k, 0.0]) for k, n in enumerate([9, 7, 8, 7])]
+    whole = ("tactile_maps", 0, "taxels", places), ("tactile_maps", 0, "n_taxels", 4)
+    file = read(tmp_path, *changes, *whole)
+    assert file.taxels.numbers.tolist() == [0, 1, 2, 3]
+    assert file.maps[0].taxels.tolist() == [3, 0, 1, 2]
+    assert kinds(file.taxels.findings) == {"duplicate-number": 1}
+    same = [entry(n, [0.1 * k, 0.0]) for k, n in enumerate(ids[:3])]
+    assert read(tmp_path, *changes, ("tactile_maps", 0, "taxels", same)).maps[0].taxels.tolist() == [0, 1, 2]
+
+
+def test_a_taxel_on_both_sides_of_a_cut(tmp_path):
+    places = [entry(n, [0.1 * k, 0.0]) for k, n in enumerate([34, 31, 31])]
+    file = read(tmp_path, ("tactile_maps", 0, "taxels", places))
+    assert file.maps[0].taxels.tolist() == [3, 0, 0]
+    np.testing.assert_allclose(file.with_points().points[0], [0.1, 0])
+    assert kinds(file.taxels.findings) == {"shown-twice": 1}
+    write_unige(file, tmp_path / "again.json")
+    flags = [taxel["cut"] for taxel in json.loads((tmp_path / "again.json").read_text())["tactile_maps"][0]["taxels"]]
+    assert flags == [0, 1, 1]
+    assert read_unige(tmp_path / "again.json").maps[0].taxels.tolist() == [3, 0, 0]
+
+
+def test_every_other_defect_is_counted(tmp_path):
+    frame = DOCUMENT["skin"]["parent_frames"][0]
+    file = read(
+        tmp_path,
+        ("skin", "n_taxels", 5),
+        ("skin", "n_faces", 9),
+        ("skin", "taxels", 0, "type", "temperature"),
+        ("skin", "taxels", 1, "n", [0, 0, 3]),
+        ("skin", "parent_frames", [frame | {"tf_matrix": (2 * np.eye(4)).tolist()}, frame]),
+        ("tactile_maps", 0, "taxels", 0, "id", 99),
+    )
+    assert [(f.kind, f.count) for f in file.taxels.findings] == [
+        ("count-mismatch", 1), ("normals-not-unit", 1), ("count-mismatch", 1), ("not-pressure", 1),
+        ("several-frames", 1), ("frame-transform", 1), ("unknown-taxel", 1),
+    ]  # fmt: skip
+    assert file.maps[0].taxels.tolist() == [0, 1]
+    assert file.maps[0].faces.shape == (0, 3)
+
+
+@pytest.mark.parametrize(
+    ("change", "problem"),
+    [
+        (("skin", []), "skin: an object is missing.*list"),
+        (("skin", "taxels", {}), "skin, taxels: a list is missing"),
+        (("skin", "taxels", []), "skin.*1 to 100000 taxels"),
+        (("skin", "taxels", 2, 5), "skin, taxel 2.*object.*int"),
+        (("skin", "taxels", 2, "id", -1), "skin, taxel 2.*id must be a whole number.*-1"),
+        (("skin", "taxels", 2, "id", 2.5), "skin, taxel 2.*id must be"),
+        (("skin", "taxels", 2, "id", True), "skin, taxel 2.*id must be"),
+        (("skin", "taxels", 2, "id", 10**30), "skin, taxel 2.*id must be"),
+        (("skin", "taxels", 2, "x", [0, 0]), "skin, taxel 2.*x must be 3 finite"),
+        (("skin", "taxels", 2, "x", [0, 0, float("nan")]), "skin, taxel 2.*x must be 3 finite"),
+        (("skin", "taxels", 2, "x", [0, 0, "1"]), "skin, taxel 2.*x must be 3 finite"),
+        (("skin", "taxels", 2, "x", [0, 0, 10**400]), "skin, taxel 2.*x must be 3 finite"),
+        (("skin", "taxels", 2, "x", [0, 0, 85.0]), "positions are in metres"),
+        (("skin", "taxels", 2, "n", [0, 1]), "skin, taxel 2.*n must be 3 finite"),
+        (("skin", "faces", 1, [0, 1]), "skin, face 1.*three indices"),
+        (("skin", "faces", 1, [0, 1, -2]), "skin, face 1.*three indices"),
+        (("skin", "faces", 1, [0, 1, 4]), "faces, row 1.*does not exist"),
+        (("skin", "parent_frames", [7]), "parent_frames"),
+        (("tactile_maps", {}), "tactile_maps: a list is missing"),
+        (("tactile_maps", 0, "taxels", 1, "x", [0, 0, 0]), "tactile_maps 0, taxel 1.*x must be 2"),
+        (("tactile_maps", 0, "taxels", 1, "x", [0, 500]), "tactile_maps 0.*map point is not within"),
+        (("tactile_maps", 0, "faces", [[0, 1, 3]]), "tactile_maps 0.*taxel that the map does not have"),
+        (("tactile_maps", 0, "taxels", [entry(99, [0, 0])]), "does not have|none of the skin's taxels"),
+    ],
+)
+def test_unsound_files_are_refused_with_their_place(tmp_path, change, problem):
+    with pytest.raises(SkinError, match=rf"skin\.json.*({problem})"):
+        read(tmp_path, change)
+
+
+@pytest.mark.parametrize("text", ["", "{", "[1, 2]", "7", "[" * 100_000, '{"skin": ' * 5000, "{} {}", "\x00"])
+def test_what_is_no_document_is_refused(tmp_path, text):
+    (tmp_path / "skin.json").write_text(text)
+    with pytest.raises(SkinError, match=r"skin\.json"):
+        read_unige(tmp_path / "skin.json")
+
+
+def test_what_is_written_reads_back(tmp_path):
+    taxels = dome(points=None, modules=None, faces=np.array([[0, 1, 2], [3, 4, 5]]), name="handle ü")
+    first = UnigeMap("first", np.arange(12), dome().points, np.array([[0, 1, 2]]), "by ear")
+    second = UnigeMap("second", np.array([5, 3, 9]), 0.1 * np.eye(3)[:, :2], np.zeros((0, 3)))
+    write_unige(UnigeFile(taxels, (first, second)), tmp_path / "skin.json")
+    back = read_unige(tmp_path / "skin.json")
+    assert_equal(taxels, back.taxels)
+    assert (back.taxels.name, back.taxels.link, back.taxels.findings) == ("handle ü", "hand", ())
+    for one, other in zip((first, second), back.maps, strict=True):
+        assert (one.name, one.description) == (other.name, other.description)
+        for field in ("taxels", "points", "faces"):
+            np.testing.assert_array_equal(getattr(one, field), getattr(other, field))

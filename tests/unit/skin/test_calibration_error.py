@@ -1,0 +1,112 @@
+"""A skin believed beside where it is: the same taxels and triangles, elsewhere."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.core.errors import SkinError
+from app.skin.calibration_error import MAX_ERROR, MODULE_TAXELS, group_into_modules, with_calibration_error
+from app.skin.sampling import taxels_at_barycentric
+from app.skin.skin import Patch, Skin
+from tests.support.touch import bar_skin
+
+SKIN = bar_skin(300)
+
+
+def shifts(believed: Skin, skin: Skin = SKIN) -> np.ndarray:
+    return believed.patches[0].taxels.positions - skin.patches[0].taxels.positions
+
+
+@pytest.mark.parametrize("by", ["taxel", "module"])
+def test_each_axis_has_the_error_asked_for(by):
+    found = np.concatenate([shifts(with_calibration_error(SKIN, 0.002, seed=seed, by=by)) for seed in range(8)])
+    assert found.std(axis=0) == pytest.approx([0.002] * 3, rel=0.2)
+    assert np.abs(found.mean(axis=0)).max() < 0.0006
+
+
+def test_taxels_err_by_themselves_and_modules_as_one():
+    patch = SKIN.patches[0].taxels
+    alone, together = (shifts(with_calibration_error(SKIN, 0.002, by=by)) for by in ("taxel", "module"))
+    groups = group_into_modules(patch.positions)
+    assert len(groups) == pytest.approx(len(SKIN) / MODULE_TAXELS, abs=1)
+
+    def own(moved: np.ndarray) -> float:
+        """Mean square of how pairs within a module change their distance."""
+        changes = []
+        for group in groups:
+            before, after = patch.positions[group], patch.positions[group] + moved[group]
+            sides = [np.linalg.norm(x[:, None] - x[None], axis=2) for x in (before, after)]
+            changes.append(np.abs(sides[1] - sides[0]).max())
+        return float(np.mean(changes))
+
+    assert own(alone) > 0.002
+    assert own(together) < 1e-9, "rigid"
+
+
+def test_it_is_the_same_skin_otherwise():
+    believed = with_calibration_error(SKIN, 0.003)
+    true, said = SKIN.patches[0], believed.patches[0]
+    assert np.array_equal(said.surface.faces, true.surface.faces)
+    for name in ("faces", "weights", "areas", "neighbours"):
+        assert np.array_equal(getattr(said.taxels, name), getattr(true.taxels, name)), name
+    assert np.array_equal(said.taxels.quadrature.areas, true.taxels.quadrature.areas)
+    assert np.allclose(said.surface.points(said.taxels.faces, said.taxels.weights), said.taxels.positions)
+    assert np.allclose(np.linalg.norm(said.taxels.normals, axis=1), 1)
+    assert [finding.kind for finding in believed.findings] == ["misplaced"]
+
+
+def test_the_surface_between_taxels_goes_along():
+    """Halfway between two neighbours it moves by the mean of both."""
+    fine = bar_skin(60, finer=3)
+    said, patch = with_calibration_error(fine, 0.001).patches[0].surface, fine.patches[0]
+    moved, vertices = shifts(with_calibration_error(fine, 0.001), fine), said.vertices - patch.surface.vertices
+    errors, sizes = [], []
+    for i, j in patch.taxels.neighbours:
+        middle = patch.taxels.positions[[i, j]].mean(axis=0)
+        nearest = int(np.linalg.norm(patch.surface.vertices - middle, axis=1).argmin())
+        errors.append(np.linalg.norm(vertices[nearest] - moved[[i, j]].mean(axis=0)))
+        sizes.append(np.linalg.norm(moved[[i, j]].mean(axis=0)))
+    assert np.median(errors) < 0.3 * np.median(sizes)
+
+
+def test_one_seed_is_one_error_that_grows():
+    assert np.array_equal(
+        shifts(with_calibration_error(SKIN, 0.002, seed=3)), shifts(with_calibration_error(SKIN, 0.002, seed=3))
+    )
+    assert not np.allclose(
+        shifts(with_calibration_error(SKIN, 0.002, seed=4)), shifts(with_calibration_error(SKIN, 0.002, seed=3))
+    )
+    assert np.allclose(
+        shifts(with_calibration_error(SKIN, 0.004, seed=3)),
+        2 * shifts(with_calibration_error(SKIN, 0.002, seed=3)),
+        atol=1e-9,
+    )
+    assert with_calibration_error(SKIN, 0.0) is SKIN
+
+
+@pytest.mark.parametrize("by", ["taxel", "module"])
+@pytest.mark.parametrize("count", [1, 2, 5])
+def test_a_few_taxels_or_one_can_be_misplaced(by, count):
+    """Too few for a surface of their own: each part of the skin goes with the taxel that is nearest."""
+    surface = SKIN.patches[0].surface
+    faces = np.arange(count) * 20
+    owner = np.full(len(surface.faces), -1)
+    owner[faces] = np.arange(count)
+    lone = Skin(
+        (Patch("top", "bar", surface, taxels_at_barycentric(surface, faces, np.full((count, 3), 1 / 3), owner)),)
+    )
+    moved = shifts(with_calibration_error(lone, 0.002, by=by), lone)
+    assert (np.linalg.norm(moved, axis=1) > 1e-5).all()
+
+
+@pytest.mark.parametrize("sd", [-0.001, float("nan"), float("inf"), 2 * MAX_ERROR])
+def test_an_error_that_is_none_is_refused(sd):
+    with pytest.raises(SkinError, match="no error of a calibration"):
+        with_calibration_error(SKIN, sd)
+
+
+def test_there_are_no_other_units():
+    with pytest.raises(SkinError, match="no such unit") as caught:
+        with_calibration_error(SKIN, 0.001, by="link")
+    assert "taxel or module" in str(caught.value)

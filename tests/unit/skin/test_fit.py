@@ -1,0 +1,75 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.core.errors import RobotError, SkinError
+from app.geometry.connectivity import boundary_loops, face_components
+from app.robots.robot import Robot
+from app.skin.fit import fit_taxels_to_link
+from tests.hard_cases.meshes import HOPELESS_MESHES, one_link
+from tests.unit.skin.example_robots import two_rods
+
+
+def sleeve(heights: np.ndarray, *, angles: np.ndarray | None = None) -> np.ndarray:
+    """Positions on the upper rod, 6 mm apart."""
+    angles = np.arange(0, 2 * np.pi, 0.15) if angles is None else angles
+    angle, height = (grid.ravel() for grid in np.meshgrid(angles, heights))
+    return np.stack([0.04 * np.cos(angle), 0.04 * np.sin(angle), height], axis=1)
+
+
+def worn(positions: np.ndarray, robot: Robot | None = None):
+    return fit_taxels_to_link(robot or two_rods(), "upper", positions, thickness=0.002, file="hand.txt")
+
+
+def test_two_groups_apart_are_two_patches() -> None:
+    skin = worn(np.concatenate([sleeve(np.arange(0.05, 0.10, 0.006)), sleeve(np.arange(0.2, 0.22, 0.006))]))
+    assert [patch.name for patch in skin.patches] == ["upper", "upper 2"]
+    for patch in skin.patches:
+        assert face_components(patch.surface.faces).max() == 0
+        assert len(boundary_loops(patch.surface.faces)) == 2
+        assert patch.taxels.areas.sum() <= patch.surface.area * (1 + 1e-12)
+
+
+def test_the_order_of_the_file_is_kept_within_a_patch() -> None:
+    positions = sleeve(np.arange(0.05, 0.10, 0.006))
+    (patch,) = worn(positions).patches
+    assert np.linalg.norm(patch.taxels.positions - positions, axis=1).max() < 0.004
+
+
+def test_taxels_closer_than_the_faces_still_feel_something() -> None:
+    positions = np.concatenate([sleeve(np.array([0.1, 0.106, 0.112])), sleeve(np.array([0.1002]))])
+    (patch,) = worn(positions).patches
+    assert len(patch.taxels) == len(positions)
+    assert (patch.taxels.areas > 0).all()
+
+
+def test_a_lone_taxel_is_a_patch() -> None:
+    (patch,) = worn(np.array([[0.04, 0, 0.15]])).patches
+    assert len(patch.taxels) == 1
+
+
+def test_positions_in_the_links_other_frame_are_found() -> None:
+    robot, shift = two_rods(), np.array([0.0, 0.0, 0.4])
+    mjcf = robot.mjcf.replace("</body><body name=", '<body name="upper_dh_frame" pos="0 0 0.4"/></body><body name=')
+    links = (*robot.links[:2], replace(robot.links[2], name="upper_dh_frame"), robot.links[2])
+    other = replace(robot, mjcf=mjcf, links=links)
+    positions = sleeve(np.arange(0.05, 0.10, 0.006))
+    here, there = worn(positions, other), worn(positions - shift, other)
+    assert "taxel-frame" not in {finding.kind for finding in here.findings}
+    assert "taxel-frame" in {finding.kind for finding in there.findings}
+    assert there.patches[0].taxels.positions == pytest.approx(here.patches[0].taxels.positions, abs=1e-9)
+
+
+def test_taxels_far_from_the_link_are_refused() -> None:
+    with pytest.raises(SkinError, match=r"hand.txt.*20 mm from the link upper.*median"):
+        worn(sleeve(np.array([0.1])) * [2, 2, 1])
+
+
+def test_an_unknown_or_empty_link_is_refused() -> None:
+    with pytest.raises(RobotError, match="elbow"):
+        fit_taxels_to_link(two_rods(), "elbow", np.zeros((1, 3)), file="hand.txt")
+    with pytest.raises(SkinError, match="no geometry"):
+        fit_taxels_to_link(one_link(HOPELESS_MESHES["no faces"]), "part", np.zeros((1, 3)), file="hand.txt")

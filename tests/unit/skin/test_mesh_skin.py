@@ -1,0 +1,145 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.core.errors import MeshError, SkinError
+from app.geometry.closest_point import ClosestPoint
+from app.geometry.connectivity import boundary_loops, face_components
+from app.geometry.mesh import Mesh
+from app.skin.mesh_skin import skin_of_mesh
+from app.skin.placement import PaintedZone, PlacementSpec, SphereZone
+from app.skin.skin import Skin
+from tests.hard_cases.meshes import HARD_MESHES, HOPELESS_MESHES, hard_mesh, joined, loose, loose_pieces, moved
+from tests.support.surfaces import frustum, sphere
+
+
+def told(skin: Skin) -> dict[str, int]:
+    return {finding.kind: finding.count for finding in skin.findings}
+
+
+@pytest.mark.parametrize("name", ["cube", "sphere", "open tube", "soup", "fin", "two components", "hole", "moebius"])
+@pytest.mark.parametrize("pattern", ["even", "hexagonal"])
+def test_the_users_surface_wears_it_and_every_bit_of_it_is_felt(name: str, pattern: str) -> None:
+    mesh = HARD_MESHES[name]
+    skin = skin_of_mesh(mesh, PlacementSpec(taxels=80, pattern=pattern), name=name, surface="all")
+    assert abs(len(skin) - 80) <= 8 * (pattern == "hexagonal")
+    assert skin.areas.sum() == pytest.approx(sum(patch.surface.area for patch in skin.patches), rel=1e-9)
+    for patch in skin.patches:
+        assert patch.link == name
+        assert face_components(patch.surface.faces).max() == 0
+        boundary_loops(patch.surface.faces)
+        assert ClosestPoint(mesh).query(patch.surface.vertices)[2].max() < 1e-9 * mesh.size
+
+
+def test_a_fine_mesh_keeps_its_own_triangles() -> None:
+    mesh = HARD_MESHES["sphere"]
+    (patch,) = skin_of_mesh(mesh, PlacementSpec(taxels=30)).patches
+    assert np.array_equal(patch.surface.faces, mesh.faces)
+    assert patch.surface.vertices.tobytes() == mesh.vertices.tobytes()
+
+
+def test_a_coarse_one_is_divided_for_the_taxels() -> None:
+    (patch,) = skin_of_mesh(HARD_MESHES["cube"], PlacementSpec(taxels=200)).patches
+    assert len(patch.surface.faces) > 10 * 200
+    assert patch.surface.area == pytest.approx(HARD_MESHES["cube"].area)
+
+
+def test_inner_shells_are_left_bare_unless_asked_for() -> None:
+    mesh, spec = HARD_MESHES["inner shell"], PlacementSpec(taxels=40)
+    outer = skin_of_mesh(mesh, spec)
+    assert len(outer.patches) == 1
+    assert np.linalg.norm(outer.patches[0].surface.vertices, axis=1) == pytest.approx(0.1)
+    assert told(outer)["hidden-face"] == 1280
+    everything = skin_of_mesh(mesh, spec, surface="all")
+    assert len(everything.patches) == 2
+    assert "hidden-face" not in told(everything)
+
+
+def test_what_sticks_out_of_another_part_is_worn_there() -> None:
+    skin = skin_of_mesh(joined(sphere(), moved(sphere(), (0.06, 0, 0))), PlacementSpec(taxels=60))
+    assert len(skin) == 60
+    for patch, centre in zip(skin.patches, sorted([0.0, 0.06]), strict=True):
+        assert len(boundary_loops(patch.surface.faces)) == 1
+        other = 0.06 - centre
+        assert np.linalg.norm(patch.taxels.positions - [other, 0, 0], axis=1).min() > 0.045
+
+
+def test_taxels_are_shared_by_area_and_patches_named_after_the_largest() -> None:
+    mesh = joined(sphere(radius=0.02), moved(sphere(radius=0.04), (0.2, 0, 0)))
+    skin = skin_of_mesh(mesh, PlacementSpec(taxels=50), name="hand")
+    assert [(patch.name, patch.link, len(patch.taxels)) for patch in skin.patches] == [
+        ("hand", "hand", 40),
+        ("hand 2", "hand", 10),
+    ]
+
+
+def test_a_pitch_gives_the_number() -> None:
+    mesh = frustum()
+    skin = skin_of_mesh(mesh, PlacementSpec(pitch=0.012))
+    assert len(skin) == pytest.approx(mesh.area / (np.sqrt(3) / 2 * 0.012**2), rel=0.05)
+
+
+def test_small_pieces_are_left_bare_and_told() -> None:
+    skin = skin_of_mesh(loose_pieces(300), PlacementSpec(taxels=40), surface="all")
+    assert len(skin.patches) == 1
+    assert told(skin)["small-piece"] == 300
+
+
+def test_there_are_never_more_taxels_than_asked_for() -> None:
+    row = joined(*(moved(sphere(), (0.2 * number, 0, 0)) for number in range(3)))
+    skin = skin_of_mesh(row, PlacementSpec(taxels=2))
+    assert [len(patch.taxels) for patch in skin.patches] == [1, 1]
+    assert told(skin) == {"small-piece": 1}
+
+
+def test_nothing_large_enough_is_an_error() -> None:
+    cloud = loose_pieces(300)
+    with pytest.raises(SkinError, match="no piece of the mesh is large enough"):
+        skin_of_mesh(Mesh(cloud.vertices, cloud.faces[-300:]), PlacementSpec(taxels=3))
+
+
+def test_a_piece_without_room_is_told_and_none_with_room_is_an_error() -> None:
+    mesh = joined(sphere(), moved(sphere(), (0.3, 0, 0)))
+    spec = PlacementSpec(taxels=40, keep_out=(SphereZone(np.zeros(3), 0.1),))
+    skin = skin_of_mesh(mesh, spec)
+    assert len(skin.patches) == 1
+    assert told(skin)["bare-piece"] == 1
+    with pytest.raises(SkinError, match="nothing of the surface is left"):
+        skin_of_mesh(sphere(), spec)
+
+
+def test_what_is_painted_on_the_users_vertices_finds_its_piece() -> None:
+    mesh = HARD_MESHES["soup"]
+    marked = mesh.vertices[:, 2] > 0
+    skin = skin_of_mesh(mesh, PlacementSpec(taxels=30, keep_out=(PaintedZone(marked),)))
+    assert skin.patches[0].taxels.positions[:, 2].max() < 0.01
+
+
+def test_so_it_does_where_parts_hide_each_other() -> None:
+    mesh = loose(joined(sphere(), moved(sphere(), (0.06, 0, 0))))
+    skin = skin_of_mesh(mesh, PlacementSpec(taxels=60, keep_out=(PaintedZone(mesh.vertices[:, 2] > 0),)))
+    assert {"hidden-face", "duplicate-vertex"} <= set(told(skin))
+    assert max(patch.taxels.positions[:, 2].max() for patch in skin.patches) < 0.005
+
+
+def test_the_same_skin_from_the_same_seed() -> None:
+    first, second, other = (
+        skin_of_mesh(hard_mesh("book"), PlacementSpec(taxels=40, seed=seed)).patches[0].taxels.positions
+        for seed in (1, 1, 2)
+    )
+    assert first.tobytes() == second.tobytes()
+    assert first.tobytes() != other.tobytes()
+
+
+@pytest.mark.parametrize("name", HOPELESS_MESHES)
+def test_a_mesh_without_area_is_refused_by_name(name: str) -> None:
+    with pytest.raises(MeshError, match=name):
+        skin_of_mesh(HOPELESS_MESHES[name], name=name)
+
+
+def test_progress_rises_and_may_cancel() -> None:
+    fractions: list[float] = []
+    skin_of_mesh(HARD_MESHES["two components"], progress=lambda _text, fraction: fractions.append(fraction))
+    assert fractions == sorted(fractions)
+    assert len(fractions) == 4

@@ -1,0 +1,81 @@
+"""One door: whatever a user has becomes a skin, or one clear message."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import trimesh
+
+from app.core.errors import SkinError, TactileMapsError
+from app.maps.build import build_map
+from app.maps.formats.map_file import save_map
+from app.skin.formats.taxel_files import write_taxels
+from app.skin.open import NO_ROBOT, SkinOptions, open_skin
+from app.skin.placement import PlacementSpec
+from app.skin.skin_file import save_skin
+from tests.support.surfaces import frustum, sheet, skin_of
+
+FEW = PlacementSpec(taxels=40)
+
+
+@pytest.fixture
+def skin():
+    return skin_of(sheet(), frustum())
+
+
+@pytest.fixture
+def ball(tmp_path):
+    path = tmp_path / "ball.stl"
+    trimesh.creation.icosphere(subdivisions=3, radius=0.1).export(path)
+    return path
+
+
+def test_a_skin_or_a_map_of_ours_is_opened_as_it_is(skin, tmp_path):
+    save_skin(skin, tmp_path / "skin.npz")
+    save_map(build_map(skin), tmp_path / "map.npz")
+    for name in ("skin.npz", "map.npz"):
+        opened = open_skin(tmp_path / name)
+        np.testing.assert_array_equal(opened.areas, skin.areas)
+
+
+@pytest.mark.parametrize("ending", [".csv", ".npz", ".urdf"])
+def test_foreign_taxels_are_joined_where_nobody_wears_them(skin, tmp_path, ending):
+    path = tmp_path / f"taxels{ending}"
+    write_taxels(skin, path)
+    opened = open_skin(path, SkinOptions(robot=NO_ROBOT))
+    assert len(opened) == len(skin)
+    assert len({patch.name for patch in opened.patches}) == len(opened.patches)
+
+
+def test_a_bare_mesh_wears_taxels_on_its_own_faces_or_on_a_cover(ball):
+    own = open_skin(ball, SkinOptions(FEW))
+    cover = open_skin(ball, SkinOptions(FEW, surface="cover", thickness=0.005))
+    assert len(own) == len(cover) == 40
+    radius = [np.linalg.norm(skin.patches[0].taxels.positions, axis=1).max() for skin in (own, cover)]
+    assert radius[0] <= 0.1 + 1e-6
+    assert radius[1] > 0.103
+
+
+def test_a_robot_is_covered():
+    skin = open_skin("arm", SkinOptions(PlacementSpec(taxels=300)))
+    assert len(skin) == 300
+    assert len(skin.patches) > 1
+
+
+def test_what_a_cover_cannot_do_is_refused():
+    with pytest.raises(SkinError, match="evenly spread"):
+        open_skin("arm", SkinOptions(PlacementSpec(pitch=0.01)))
+    with pytest.raises(SkinError, match=r"no such surface.*lower"):
+        SkinOptions(surface="lower")
+
+
+@pytest.mark.parametrize("name", ["nowhere.npz", "nowhere.csv", "nowhere.obj", "nowhere.urdf", "nobody"])
+def test_what_is_not_there_is_named(name):
+    with pytest.raises(TactileMapsError, match=name):
+        open_skin(name)
+
+
+def test_a_link_that_the_file_does_not_have_is_named(skin, tmp_path):
+    write_taxels(skin, tmp_path / "taxels.csv")
+    with pytest.raises(SkinError, match=r"no taxels of that link.*wing"):
+        open_skin(tmp_path / "taxels.csv", SkinOptions(links=("wing",)))

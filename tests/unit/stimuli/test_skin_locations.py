@@ -1,0 +1,92 @@
+"""Places are found where the script says, and ways keep to the skin."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from app.core.errors import SceneError
+from app.skin.skin import Patch, Skin, Taxels
+from app.stimuli.skin_locations import STEP, SkinLocator, principal_axes
+from tests.support.touch import arm, bar_skin
+
+FOREARM = 1
+
+
+@cache
+def locator() -> SkinLocator:
+    return SkinLocator(arm().skin)
+
+
+def test_patches_by_name_and_the_first_by_none():
+    assert locator().patch("forearm") == FOREARM
+    assert locator().patch("") == 0
+    with pytest.raises(SceneError, match=r"wing.*upper_arm, forearm, hand"):
+        locator().patch("wing")
+    with pytest.raises(SceneError, match="Cover"):
+        SkinLocator(Skin(())).patch("")
+
+
+def test_fractions_run_along_and_around_the_patch():
+    patch = arm().skin.patches[FOREARM]
+    axis = principal_axes(patch)[0]
+    along = [locator().point(FOREARM, (share, 0.25)) @ axis for share in (0.0, 0.25, 0.5, 0.75, 1.0)]
+    assert np.all(np.diff(along) > 0.02)
+    around = [locator().point(FOREARM, (0.5, share)) for share in (0.0, 0.5)]
+    normals = [arm().skin.normal(locator().surface_point(FOREARM, point)) for point in around]
+    assert normals[0] @ normals[1] < -0.5, "half way round is the other side"
+
+
+def test_a_place_in_the_links_frame_is_that_place():
+    at = arm().skin.taxel_point(200)
+    point = arm().skin.position(at)
+    assert at.patch == FOREARM
+    assert np.allclose(locator().point(FOREARM, tuple(point)), point, atol=1e-12)
+    again = locator().surface_point(FOREARM, point)
+    assert np.allclose(arm().skin.position(again), point, atol=1e-12)
+
+
+def test_a_place_in_the_air_is_refused_with_the_nearest_one():
+    with pytest.raises(SceneError, match=r"no skin at that place.*50 mm away.*0\.02\]"):
+        SkinLocator(bar_skin()).point(0, (0.2, 0.0, 0.07))
+
+
+def test_a_way_of_fractions_lies_on_the_skin_in_even_steps():
+    way = locator().surface_path(FOREARM, (0.1, 0.2), (0.9, 0.4))
+    steps = np.linalg.norm(np.diff(way, axis=0), axis=1)
+    assert len(way) > 100
+    assert steps.max() < 0.006, "no leap: the finger strokes"
+    assert np.median(steps) == pytest.approx(STEP, rel=0.2)
+    assert np.allclose(locator().project(FOREARM, way), way, atol=1e-9)
+    assert np.allclose(way[[0, -1]], [locator().point(FOREARM, p) for p in ((0.1, 0.2), (0.9, 0.4))], atol=1e-9)
+
+
+def test_a_way_between_exact_places_is_straight_where_it_can_be():
+    flat = SkinLocator(bar_skin())
+    way = flat.surface_path(0, (0.05, 0.0, 0.02), (0.15, 0.03, 0.02))
+    assert len(way) == 106
+    across = np.cross(way - way[0], way[-1] - way[0])
+    assert np.abs(across).max() < 1e-12
+
+
+def test_a_way_to_the_other_side_goes_around_not_through():
+    ends = [tuple(locator().point(FOREARM, (0.5, share))) for share in (0.0, 0.5)]
+    way = locator().surface_path(FOREARM, *ends)
+    length = np.linalg.norm(np.diff(way, axis=0), axis=1).sum()
+    assert length > 1.3 * np.linalg.norm(np.subtract(*ends)), "half a circle is longer than its diameter"
+    assert np.linalg.norm(np.diff(way, axis=0), axis=1).max() < 0.01
+
+
+def test_where_no_way_leads_there_it_is_the_end():
+    patch = bar_skin().patches[0]
+    taxels = Taxels(patch.taxels.positions, patch.taxels.normals, patch.taxels.faces, patch.taxels.weights,
+                    patch.taxels.areas, np.zeros((0, 2)), patch.taxels.quadrature)  # fmt: skip
+    alone = SkinLocator(Skin((Patch("top", "bar", patch.surface, taxels),)))
+    assert np.array_equal(alone.surface_path(0, (0.0, 0.25), (1.0, 0.25)), [alone.point(0, (1.0, 0.25))])
+
+
+def test_the_same_place_twice_is_one_place():
+    way = locator().surface_path(FOREARM, (0.3, 0.3), (0.3, 0.3))
+    assert np.ptp(way, axis=0).max() < 1e-9

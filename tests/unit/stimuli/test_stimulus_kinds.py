@@ -1,0 +1,167 @@
+"""Each kind of stimulus: the tracks of its fingers."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from app.core.errors import SceneError
+from app.skin.skin import Patch, Skin
+from app.stimuli.skin_locations import SkinLocator, principal_axes
+from app.stimuli.stimulus_kinds import Babble, FingerPath, Grasp, Poke, Roll, Stroke, Tap, cumulative_lengths
+from app.tactile.babbling import BabbleSpec, touched_places
+from tests.support.touch import arm, bar_skin
+
+
+def test_a_poke_is_one_finger_that_stays():
+    (track,) = Poke(at=(0.1, 0.02, 0.02), hold=0.7, force=3.0).tracks(SkinLocator(bar_skin()))
+    assert (track.finger, track.tip.max_force) == (0, 3.0)
+    assert np.array_equal(track.times, [0.0, 0.7])
+    assert np.allclose(track.points, [0.1, 0.02, 0.02], atol=1e-12)
+
+
+def test_taps_are_short_pokes_of_one_finger():
+    tracks = Tap(at=(0.1, 0.0, 0.02), taps=3, down=0.1, up=0.2).tracks(SkinLocator(bar_skin()))
+    assert [track.finger for track in tracks] == [0, 0, 0]
+    assert np.allclose([track.times for track in tracks], [[0.0, 0.1], [0.3, 0.4], [0.6, 0.7]])
+    assert len({track.points.tobytes() for track in tracks}) == 1
+    assert tracks[0].tip.speed > 0.05, "quick enough to be felt in so short a time"
+
+
+def test_hold_go_stay():
+    stroke = Stroke(patch="forearm", start=(0.1, 0.2), end=(0.9, 0.4), hold=0.5, speed=0.05, stay=0.3)
+    (track,) = stroke.tracks(SkinLocator(arm().skin))
+    length = cumulative_lengths(track.points)[-1]
+    assert length > 0.1
+    assert track.times[-1] == pytest.approx(0.5 + length / 0.05 + 0.3)
+    assert np.array_equal(track.at(0.49)[1], track.points[0])
+    assert np.array_equal(track.at(track.times[-1] - 0.29)[1], track.points[-1])
+    for start, end in ((0.5, 1.5), (1.0, 2.0)):
+        way = np.array([track.at(time)[1] for time in np.linspace(start, end, 401)])
+        assert cumulative_lengths(way)[-1] == pytest.approx(0.05, rel=0.01)
+
+
+def test_lengths_along_a_polyline():
+    assert np.array_equal(cumulative_lengths(np.array([[0.0, 0, 0], [3, 4, 0], [3, 4, 2]])), [0, 5, 7])
+
+
+def test_on_a_plane_the_contact_sways_by_radius_times_angle():
+    roll = Roll(at=(0.2, 0.0, 0.02), radius=0.01, angle=90.0, rolls=3, seconds=2.0, hold=0.5)
+    (track,) = roll.tracks(SkinLocator(bar_skin()))
+    assert track.times[-1] == pytest.approx(0.5 + 3 * 2.0)
+    times = np.linspace(0.5, 6.5, 601)
+    away = np.array([track.at(time)[1] for time in times]) - [0.2, 0.0, 0.02]
+    wanted = 0.01 * np.pi / 2 * np.sin(2 * np.pi * (times - 0.5) / 2.0)
+    assert np.abs(away[:, 0] - wanted).max() < 0.01 * 0.005, "along the bar's long axis, as a sine"
+    assert np.abs(away[:, 1:]).max() < 5e-5
+    assert np.array_equal(track.at(0.4)[1], track.points[0]), "pressed in before it rolls"
+
+
+def test_the_heading_turns_it_about_the_normal():
+    (track,) = Roll(at=(0.2, 0.0, 0.02), heading=90.0, rolls=1).tracks(SkinLocator(bar_skin()))
+    away = track.points - [0.2, 0.0, 0.02]
+    assert np.ptp(away[:, 1]) > 0.01
+    assert np.abs(away[:, 0]).max() < 5e-5
+    assert away[len(away) // 4, 1] > 0.005, "first to the left of the long axis, seen from outside"
+
+
+def test_on_a_curved_link_it_keeps_to_the_skin():
+    locator = SkinLocator(arm().skin)
+    (track,) = Roll(patch="forearm", heading=60.0).tracks(locator)
+    assert np.abs(locator.project(1, track.points) - track.points).max() < 1e-4
+    assert np.linalg.norm(np.ptp(track.points, axis=0)) == pytest.approx(2 * 0.008 * np.pi / 3, rel=0.1)
+
+
+def test_on_a_cap_the_next_axis_gives_the_heading():
+    """A skin whose long axis stands on the touched place."""
+    upright = bar_skin().patches[0]
+    turn = np.array([[0, 0, 1.0], [0, 1, 0], [-1, 0, 0]])
+    surface = type(upright.surface)(upright.surface.vertices @ turn.T, upright.surface.faces)
+    skin = Skin((Patch("wall", "bar", surface, upright.taxels),))
+    (track,) = Roll(at=(0.02, 0.0, -0.2)).tracks(SkinLocator(skin))
+    assert np.isfinite(track.points).all()
+    assert np.ptp(track.points, axis=0).max() > 0.01
+
+
+def test_a_path_is_where_it_says_when_it_says():
+    points = ((0.0, 0.1, 0.0, 0.02), (0.5, 0.2, 0.0, 0.02), (2.0, 0.2, 0.04, 0.02))
+    (track,) = FingerPath(points=points).tracks(SkinLocator(bar_skin()))
+    for time, *place in points:
+        assert np.allclose(track.at(time)[1], place, atol=1e-9)
+    assert np.allclose(track.at(0.25)[1], [0.15, 0, 0.02], atol=1e-9)
+
+
+def test_a_path_over_two_patches():
+    skin = arm().skin
+    places = [skin.position(skin.taxel_point(int(skin.first[patch]))) for patch in (1, 2)]
+    path = FingerPath(points=tuple((float(n), *place) for n, place in enumerate(places)), patches=("forearm", "hand"))
+    (track,) = path.tracks(SkinLocator(skin))
+    assert track.patches.tolist() == [1, 2]
+    assert np.allclose(track.points, places, atol=1e-9)
+
+
+@pytest.mark.parametrize("fingers", [2, 3, 5])
+def test_fingers_stand_around_the_link_and_their_forces_nearly_cancel(fingers):
+    skin = arm().skin
+    locator, axis = SkinLocator(skin), principal_axes(skin.patches[1])[0]
+    tracks = Grasp(patch="forearm", at=(0.5, 0.1), fingers=fingers, hold=2.0).tracks(locator)
+    assert [track.finger for track in tracks] == list(range(fingers))
+    points = np.array([track.points[0] for track in tracks])
+    assert np.ptp(points @ axis) < 1e-5, "all in one section"
+    normals = np.array([skin.normal(locator.surface_point(int(t.patches[0]), t.points[0])) for t in tracks])
+    assert np.linalg.norm(normals.sum(axis=0)) < 0.1 * fingers
+    assert all(np.array_equal(track.times, [0.0, 2.0]) for track in tracks)
+    assert {skin.patches[int(t.patches[0])].link for t in tracks} == {"forearm"}
+
+
+def test_where_the_skin_is_on_one_side_only_a_grasp_is_refused():
+    with pytest.raises(SceneError, match=r"grasp\.fingers.*no skin.*bar"):
+        Grasp(at=(0.2, 0.0, 0.02)).tracks(SkinLocator(bar_skin()))
+
+
+def tracks(**values):
+    return Babble(**values).tracks(SkinLocator(arm().skin))
+
+
+def test_touches_follow_each_other_at_the_places_that_babbling_touches():
+    found = tracks(touches=30, seed=5)
+    places, patches = touched_places(arm().skin, BabbleSpec(touches=30, samples=5, seed=5))
+    assert np.allclose([track.points[0] for track in found], places[:, 0, 0], atol=0.002)
+    assert [int(track.patches[0]) for track in found] == patches[:, 0, 0].tolist()
+    assert all(one.times[-1] + 0.19 < other.times[0] for one, other in pairwise(found))
+
+
+def test_forces_and_shares_are_as_said():
+    found = tracks(touches=200, strokes=0.3, length=0.03, force=2.0)
+    forces = np.array([track.tip.max_force for track in found])
+    assert 1.0 <= forces.min() < 1.2
+    assert 2.8 < forces.max() <= 3.0
+    moving = [track for track in found if len(track.times) > 2]
+    assert len(moving) / 200 == pytest.approx(0.3, abs=0.1)
+    assert np.median([cumulative_lengths(track.points)[-1] for track in moving]) >= 0.028
+
+
+def test_the_seed_chooses_and_strokes_do_not_move_the_touches():
+    one, other = tracks(seed=1)[0], tracks(seed=2)[0]
+    assert not np.array_equal(one.points[0], other.points[0])
+    assert one.tip != other.tip
+    still, moving = tracks(strokes=0.0), tracks(strokes=1.0)
+    assert all(np.array_equal(a.points[0], b.points[0]) for a, b in zip(still, moving, strict=True))
+    assert all(a.tip == b.tip for a, b in zip(still, moving, strict=True))
+
+
+def test_ways_of_several_places_at_once():
+    pairs = tracks(way="self-touch", touches=10, strokes=0.0)
+    assert [track.finger for track in pairs] == [0, 1] * 10
+    assert all(a.patches[0] != b.patches[0] for a, b in zip(pairs[::2], pairs[1::2], strict=True))
+    assert all(a.tip == b.tip for a, b in zip(pairs[::2], pairs[1::2], strict=True))
+    assert len(tracks(way="multi-touch", touches=4)) == 12
+    assert 10 <= len(tracks(way="biased", touches=10)) <= 20
+
+
+def test_one_patch_alone():
+    assert {int(track.patches[0]) for track in tracks(patch="hand", touches=40)} == {2}
+    with pytest.raises(SceneError, match="no taxels"):
+        Babble().tracks(SkinLocator(Skin(())))

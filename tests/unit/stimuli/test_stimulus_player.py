@@ -1,0 +1,111 @@
+"""The scripted hand does what a person could do, and only what the tick says."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.core.errors import SceneError
+from app.stimuli.stimulus_kinds import Babble, Grasp, Poke, Stroke, Tap
+from app.stimuli.stimulus_player import FIRST_SCRIPTED_FINGER, StimulusPlayer
+from app.tactile.poke import PokeMoved, PokePressed, PokeReleased
+from tests.support.touch import arm, bar_skin
+
+TICK = 0.005
+
+
+def kinds(player, count) -> list[list[type]]:
+    return [[type(act) for act in player.inputs(tick)] for tick in range(count)]
+
+
+def presses(player, rounds=1) -> list[tuple[int, PokePressed]]:
+    return [(tick, act) for tick in range(rounds * player.ticks) for act in player.inputs(tick)
+            if isinstance(act, PokePressed)]  # fmt: skip
+
+
+def test_one_stroke_presses_moves_and_lifts_within_its_time():
+    stroke = Stroke(start=(0.05, 0.0, 0.02), end=(0.15, 0.0, 0.02), hold=0.1, rest=0.2, speed=0.1, force=2.5)
+    player = StimulusPlayer(bar_skin(), [stroke], tick=TICK)
+    assert player.ticks == (0.1 + 1.0 + 0.2) / TICK
+    acts = {tick: player.inputs(tick) for tick in range(2 * player.ticks)}
+    assert isinstance(acts[0][0], PokePressed)
+    assert acts[0][0].finger.max_force == 2.5
+    assert not any(acts[tick] for tick in range(1, 21)), "pressed in before it moves"
+    for tick in range(21, 220):
+        (move,) = acts[tick]
+        assert isinstance(move, PokeMoved)
+        assert np.allclose(bar_skin().position(move.at), [0.05 + 0.1 * (tick - 20) * TICK, 0, 0.02], atol=1e-9)
+    assert [type(act) for act in acts[220]] == [PokeMoved, PokeReleased]
+    assert not any(acts[tick] for tick in range(221, 260))
+    assert all(acts[tick] == acts[tick + 260] for tick in range(260)), "and again"
+
+
+def test_a_poke_only_presses_and_lifts():
+    player = StimulusPlayer(bar_skin(), [Poke(hold=0.05, rest=0.05)], tick=TICK)
+    found = kinds(player, 21)
+    assert found[0] == found[20] == [PokePressed]
+    assert found[10] == [PokeReleased]
+    assert not any(found[1:10] + found[11:20])
+
+
+def test_stimuli_take_turns_with_one_finger():
+    strokes = [Stroke(patch=name, hold=0, rest=0, speed=1.0) for name in ("hand", "forearm")]
+    player = StimulusPlayer(arm().skin, strokes, tick=TICK)
+    assert [act.at.patch for _, act in presses(player, 2)] == [2, 1, 2, 1]
+    assert player.fingers == (FIRST_SCRIPTED_FINGER,)
+
+
+def test_stimuli_with_a_time_play_together_each_with_its_finger():
+    script = [Poke(hold=0.5, rest=0.1), Poke(begin=0.2, hold=0.1, rest=0.0), Poke(begin=0.25, hold=0.1, rest=0.0),
+              Poke(begin=0.4, hold=0.05), Poke(hold=0.02)]  # fmt: skip
+    player = StimulusPlayer(bar_skin(), script, tick=TICK)
+    assert [(tick * TICK, act.id) for tick, act in presses(player)] == [
+        (0.0, 0), (0.2, -1), (0.25, -2), (0.4, -1), (pytest.approx(0.4 + 0.05 + 0.6), 0)]  # fmt: skip
+    assert player.fingers == (0, -1, -2)
+
+
+def test_a_stimulus_repeats():
+    player = StimulusPlayer(bar_skin(), [Poke(hold=0.05, rest=0.05, repeat=3), Tap(taps=2)], tick=TICK)
+    assert [tick for tick, _ in presses(player)] == [0, 20, 40, 60, 100]
+
+
+def test_fingers_of_one_stimulus_press_at_once():
+    player = StimulusPlayer(arm().skin, [Grasp(patch="forearm", fingers=4)], tick=TICK)
+    assert [(tick, act.id) for tick, act in presses(player)] == [(0, 0), (0, -1), (0, -2), (0, -3)]
+
+
+def test_what_falls_on_a_tick_depends_on_the_tick_alone():
+    script = [Babble(touches=6, way="multi-touch"), Stroke(patch="hand", begin=0.3)]
+    one, other = (StimulusPlayer(arm().skin, script, tick=TICK) for _ in range(2))
+    forward = [one.inputs(tick) for tick in range(one.ticks)]
+    shuffled = np.random.default_rng(0).permutation(one.ticks)
+    assert all(other.inputs(int(tick)) == forward[tick] for tick in shuffled)
+    assert any(forward)
+
+
+@pytest.mark.parametrize("tick", [0.0005, 0.005, 0.03])
+def test_every_press_is_lifted_and_no_finger_is_in_two_places(tick):
+    script = [Babble(touches=5, way="self-touch"), Tap(begin=0.1), Grasp(patch="forearm", begin=0.2, hold=5.0),
+              Stroke(patch="hand", rest=0.0, hold=0.0)]  # fmt: skip
+    player, down = StimulusPlayer(arm().skin, script, tick=tick), set()
+    for number in range(2 * player.ticks):
+        for act in player.inputs(number):
+            if isinstance(act, PokePressed):
+                assert act.id not in down
+                down.add(act.id)
+            else:
+                assert act.id in down
+            if isinstance(act, PokeReleased):
+                down.remove(act.id)
+        if (number + 1) % player.ticks == 0:
+            assert not down
+
+
+def test_nothing_plays_nothing():
+    player = StimulusPlayer(bar_skin(), [], tick=TICK)
+    assert (player.inputs(123), player.ticks, player.fingers) == ([], 0, ())
+
+
+def test_an_unknown_patch_is_named_with_the_known_ones():
+    with pytest.raises(SceneError, match=r"wing.*top"):
+        StimulusPlayer(bar_skin(), [Stroke(patch="wing")], tick=TICK)

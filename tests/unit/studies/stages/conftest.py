@@ -1,0 +1,32 @@
+"""A document of two bodies that theory knows: a tube, which lies flat without loss, and a hemisphere, which cannot."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.editing.document import MapDocument
+from app.maps.build import build_map
+from app.skin.sampling import place_evenly
+from app.skin.skin import Patch, Skin
+from app.studies.testbeds.reference_bodies import MESHES
+from app.studies.work_precision import Subject
+
+
+@pytest.fixture(scope="session")
+def bodies():
+    """Both patches, as they are laid flat at first."""
+    patches = []
+    for name in ("tube", "hemisphere"):
+        surface = MESHES[name](600)
+        patches.append(Patch(name, name, surface, place_evenly(surface, 60, seed=0)))
+    return MapDocument.of(build_map(Skin(tuple(patches))))
+
+
+@pytest.fixture(scope="session")
+def tube(bodies):
+    return Subject(bodies, (0,))
+
+
+@pytest.fixture(scope="session")
+def hemisphere(bodies):
+    return Subject(bodies, (1,))

@@ -1,0 +1,60 @@
+"""The flattening stage: all methods on the same cut, rounds on the way, and clicks that give what was measured."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from app.editing.reflatten import apply_result, reflatten
+from app.editing.seams import extra_seams
+from app.flattening.methods import METHODS
+from app.studies.stages import cut
+from app.studies.stages.flatten import STAGE
+from app.studies.work_precision import Setting, Subject
+
+
+def tried(subject, method, **values):
+    return list(STAGE.trials(subject, Setting("flatten", method, values, subject.patches)))
+
+
+def test_every_method_is_tried_and_the_slider_where_there_is_one(hemisphere):
+    asked = STAGE.settings(hemisphere)
+    assert {s.method for s in asked} == set(METHODS) == set(STAGE.methods)
+    assert [s.values for s in asked if s.method == "symmetric-dirichlet"] == [
+        {"lengths": value} for value in (1.0, 0.75, 0.5, 0.25, 0.0)
+    ]
+    assert [s.values for s in asked if s.method == "tutte"] == [{}]
+    assert STAGE.current(hemisphere) == asked[0]
+    edit = replace(hemisphere.document.patches[1], lengths=0.37)
+    other = Subject(hemisphere.document.with_patch(1, edit), (1,))
+    assert STAGE.current(other) in STAGE.settings(other), "the present place of the slider too"
+
+
+def test_an_iterative_method_tells_its_rounds_and_ends_with_its_setting(hemisphere):
+    *rounds, last = tried(hemisphere, "symmetric-dirichlet", lengths=1.0)
+    assert len(rounds) > 2
+    assert not any(trial.usable for trial in rounds)
+    assert last.usable
+    assert set(last.errors) == {kind.key for kind in STAGE.errors}
+    assert rounds[0].errors["distortion"] > 2 * last.errors["distortion"]
+    assert last.errors["distortion"] <= min(trial.errors["distortion"] for trial in rounds) * (1 + 1e-9)
+    assert len(tried(hemisphere, "tutte")) == 1
+
+
+def test_the_balanced_map_distorts_least_and_the_slider_gains_angles(hemisphere):
+    last = {name: tried(hemisphere, name)[-1].errors for name in METHODS}
+    assert last["symmetric-dirichlet"]["distortion"] <= min(e["distortion"] for e in last.values()) * 1.0001
+    (slid,) = tried(hemisphere, "symmetric-dirichlet", lengths=0.0)
+    assert slid.errors["angles"] < 0.7 * last["symmetric-dirichlet"]["angles"]
+    assert not slid.joined
+
+
+def test_methods_are_compared_on_the_present_cut_and_used_with_it(bodies):
+    seamed = apply_result(
+        bodies, reflatten(cut.STAGE.reflatten(bodies, Setting("cut", "symmetric-dirichlet", {"extra": 2}, (1,))))
+    )
+    setting = Setting("flatten", "lscm", {}, (1,))
+    used = apply_result(seamed, reflatten(STAGE.reflatten(seamed, setting)))
+    assert STAGE.current(Subject(used, (1,))) == setting
+    assert extra_seams(used, 1) == extra_seams(seamed, 1) == 2
+    assert STAGE.fingerprint(Subject(used, (1,))) == STAGE.fingerprint(Subject(seamed, (1,)))
+    assert STAGE.fingerprint(Subject(seamed, (1,))) != STAGE.fingerprint(Subject(bodies, (1,)))

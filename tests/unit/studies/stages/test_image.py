@@ -1,0 +1,66 @@
+"""The image stage: fields that are known, and errors ordered as theory says."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.maps.interpolation import INTERPOLATIONS
+from app.maps.tactile_image import TactileImage
+from app.studies.stages.image import PIXELS, STAGE, resolution, sample_fields
+from app.studies.work_precision import Setting
+
+
+@pytest.fixture(scope="module")
+def found(tube):
+    """Errors by interpolation and pixels."""
+    asked = [Setting("image", method, {"pixels": n}) for method in INTERPOLATIONS for n in (16, 128)]
+    return {(s.method, s.values["pixels"]): next(iter(STAGE.trials(tube, s))) for s in asked}
+
+
+def test_every_interpolation_and_number_of_pixels_is_tried(tube):
+    asked = STAGE.settings(tube)
+    assert {(s.method, s.values["pixels"]) for s in asked} == {(m, n) for m in INTERPOLATIONS for n in PIXELS}
+    assert all(s.patches == () for s in asked), "an image is of the whole map"
+    assert STAGE.current(tube) is None
+    assert STAGE.reflatten is None
+
+
+def test_more_pixels_are_more_exact(found):
+    for method in INTERPOLATIONS:
+        coarse, fine = found[method, 16].errors, found[method, 128].errors
+        assert fine["place"] < 0.25 * coarse["place"], "a pixel is an eighth as wide"
+        assert fine["press"] < coarse["press"]
+
+
+def test_smoother_interpolations_show_smooth_pressure_better(found):
+    errors = {method: found[method, 128].errors["smooth"] for method in INTERPOLATIONS}
+    assert errors["thin-plate"] < errors["barycentric"] < errors["nearest"]
+    assert all(0 < error < 50 for error in errors.values())
+
+
+def test_the_image_has_about_so_many_pixels(bodies):
+    image = TactileImage(bodies.map, resolution=resolution(bodies.map, 64))
+    assert np.prod(image.shape) == pytest.approx(64**2, rel=0.05)
+
+
+def test_fields_are_between_0_and_1_and_the_same_every_time(bodies):
+    one, other = (sample_fields(bodies.skin, count=2000) for _ in range(2))
+    for field in (*one.press, *one.smooth):
+        assert 0 <= field.min() < field.max() <= 1
+    np.testing.assert_array_equal(one.press[0], other.press[0])
+    assert 0 < one.pressed.mean() < 1
+    assert (one.press[0][~one.pressed] == 0).all()
+    share = np.bincount(one.patch) / 2000
+    areas = np.array([patch.surface.area for patch in bodies.skin.patches])
+    np.testing.assert_allclose(share, areas / areas.sum(), atol=0.05)
+
+
+def test_presses_of_one_patch_are_not_felt_on_another(bodies):
+    places = sample_fields(bodies.skin, count=2000)
+    assert {0, 1} == set(places.patch[places.press[0] > 0])
+    assert len(places.press[1]) == len(bodies.skin)
+
+
+def test_the_basis_is_the_charts(tube, hemisphere):
+    assert STAGE.fingerprint(tube) == STAGE.fingerprint(hemisphere)

@@ -1,0 +1,47 @@
+"""The stages in the order of touch; their settings cross to the editor, or say that they do not."""
+
+from __future__ import annotations
+
+import pickle
+from dataclasses import replace
+
+import pytest
+
+from app.core.errors import MapError
+from app.studies.stages.registry import STAGES, edits_map, reflatten_for
+from app.studies.work_precision import Setting, diagram, run_trials
+
+
+def test_stages_are_in_the_order_of_touch():
+    assert list(STAGES) == ["cut", "flatten", "image", "touch", "simulation", "control"]
+    assert all(stage.name == name for name, stage in STAGES.items())
+
+
+@pytest.mark.parametrize("name", STAGES)
+def test_what_a_stage_measures_can_be_drawn_in_each_of_its_errors(name, tube):
+    stage = STAGES[name]
+    trials = list(run_trials(stage, tube, progress=lambda *_: None))
+    assert [t.setting for t in trials if t.usable] == list(stage.settings(tube)), "each once, none failed"
+    for kind in stage.errors:
+        made = diagram(stage, trials, error=kind.key)
+        assert made.error_name == kind.name
+        assert {p.setting.method for p in made.points} == {s.method for s in stage.settings(tube)}
+    assert stage.seconds(tube) > 0
+    assert pickle.loads(pickle.dumps(trials)) == trials, "they cross from the process that measured them"
+    assert pickle.loads(pickle.dumps(tube)).title == tube.title == "tube"
+
+
+def test_only_the_maps_settings_are_edits(bodies):
+    assert [edits_map(Setting(name, "any")) for name in STAGES] == [True, True, False, False, False, False]
+    assert reflatten_for(bodies, Setting("flatten", "tutte", {}, (0,))).jobs
+    with pytest.raises(MapError, match="none of the map's"):
+        reflatten_for(bodies, Setting("image", "nearest", {"pixels": 64}))
+    with pytest.raises(MapError, match="no such patch"):
+        reflatten_for(bodies, Setting("flatten", "tutte", {}, (9,)))
+
+
+def test_a_subject_is_named_in_few_words(bodies, tube):
+    assert tube.title == "tube"
+    assert replace(tube, patches=(0, 1)).title == "all patches"
+    assert replace(tube, patches=()).title == "no patch"
+    assert replace(tube, patches=(0, 1)).faces == sum(len(patch.surface.faces) for patch in bodies.skin.patches)

@@ -1,0 +1,84 @@
+"""The simulation stage: the user's own robot, errors that shrink with the step, and a word where contact bounces."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.core.errors import SimulationError
+from app.editing.document import MapDocument
+from app.studies.stages.simulation import INTEGRATORS, STAGE, STEPS_MS
+from app.studies.work_precision import Setting, Subject, diagram, run_trials
+from app.tactile.elastic_layer import ElasticLayer
+from tests.support.touch import prepared_bar
+
+
+@pytest.fixture(scope="module")
+def subject():
+    prepared = prepared_bar(layer=ElasticLayer(stiffness=1e4))
+    return Subject(MapDocument.of(prepared.map), (0,), prepared)
+
+
+def trial(subject, integrator, timestep_ms):
+    (found,) = STAGE.trials(subject, Setting("simulation", integrator, {"timestep_ms": timestep_ms}))
+    return found
+
+
+def test_every_integrator_at_every_step_is_tried(subject):
+    asked = STAGE.settings(subject)
+    assert {(s.method, s.values["timestep_ms"]) for s in asked} == {(i, t) for i in INTEGRATORS for t in STEPS_MS}
+    assert STAGE.current(subject) is None
+    assert STAGE.reflatten is None
+    assert STAGE.seconds(subject) > 0
+
+
+def test_a_longer_step_is_cheaper_and_farther_off(subject):
+    found = [trial(subject, "discrete", step) for step in (0.5, 2.0, 8.0)]
+    off = [each.errors["posture_mrad"] for each in found]
+    assert off == sorted(off)
+    assert off[0] < off[-1]
+    took = [each.milliseconds for each in found]
+    assert took == sorted(took, reverse=True)
+    for each in found:
+        assert each.note == ""
+        assert max(each.errors["force_percent"], each.errors["ripple_percent"]) < 1.0
+
+
+def test_a_contact_that_bounces_says_so(subject):
+    found = trial(subject, "implicitfast", 4.0)
+    assert found.note == "the contact bounces"
+    assert max(found.errors["force_percent"], found.errors["ripple_percent"]) > 5.0
+    assert found.name.startswith("4")
+
+
+def test_what_stops_is_told_and_the_rest_goes_on(subject):
+    asked = [Setting("simulation", name, {"timestep_ms": 1.0}) for name in ("discrete", "leapfrog")]
+    done, refused = run_trials(replace(STAGE, settings=lambda _: asked), subject, progress=lambda *_: None)
+    assert done.usable
+    assert not refused.usable
+    assert "no such integrator" in refused.note
+
+
+def test_it_is_drawn_in_each_of_its_errors(subject):
+    trials = [trial(subject, "discrete", step) for step in (1.0, 4.0)]
+    for kind in STAGE.errors:
+        (curve,) = diagram(STAGE, trials, error=kind.key).curves
+        assert len(curve.points) == 2
+        assert all(np.isfinite([point.milliseconds, point.error]).all() for point in curve.points)
+
+
+def test_without_a_robot_there_is_nothing_to_try(subject):
+    alone = replace(subject, prepared=None)
+    assert list(STAGE.settings(alone)) == []
+    assert STAGE.fingerprint(alone) == ""
+    with pytest.raises(SimulationError, match="no robot"):
+        trial(alone, "discrete", 1.0)
+
+
+def test_the_basis_is_the_robot_and_its_cover(subject):
+    assert STAGE.fingerprint(subject) == STAGE.fingerprint(replace(subject, patches=()))
+    stiffer = replace(subject, prepared=prepared_bar(layer=ElasticLayer(stiffness=2e4)))
+    still = replace(subject, prepared=prepared_bar(hinged=False, layer=ElasticLayer(stiffness=1e4)))
+    assert len({STAGE.fingerprint(each) for each in (subject, stiffer, still)}) == 3

@@ -1,0 +1,92 @@
+"""The price of each effect: one at a time, on the least it needs, against a bare step of the same arm."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+
+import mujoco
+import numpy as np
+import pytest
+
+from app.scene.effects import EFFECTS, Effects
+from app.simulation.model_assembly import assemble
+from app.simulation.simulation import Simulation
+from app.studies.sweeps.effect_cost import ALL_OFF, STUDY, cases, effect_cases, figures, measure
+from app.studies.testbeds.pressed_robot import pressed_arm
+
+TINY = {"taxels": 120, "rounds": 8, "seed": 0}
+ARM = pressed_arm(120)
+
+
+def row(effect, choice):
+    case = {"effect": effect, "choice": choice, **TINY}
+    (found,) = measure(case)
+    return {**case, **found}
+
+
+@pytest.fixture(scope="module")
+def rows():
+    return [row("none", ""), row("integrator", "rk4"), row("skin", "water-fill"), row("noise", "on")]
+
+
+def test_one_effect_at_a_time_on_the_least_that_it_needs():
+    for one in effect_cases()[1:]:
+        names = [field.name for field in fields(Effects)]
+        changed = [name for name in names if getattr(one.effects, name) != getattr(one.without, name)]
+        if one.effect in names:
+            assert set(changed) <= {one.effect}
+        else:
+            assert changed == ["sensor"]
+            assert getattr(one.effects.sensor, one.effect) is not None
+
+
+def test_every_effect_in_every_choice_is_priced_but_for_the_time_step():
+    found = {one.effect for one in effect_cases()}
+    assert found == {"none", *EFFECTS} - {"timestep", "dynamics"}
+    assert {one.choice for one in effect_cases() if one.effect == "skin"} == set(EFFECTS["skin"].choices) - {"off"}
+    assert {one.choice for one in effect_cases() if one.effect == "integrator"} == set(EFFECTS["integrator"].choices)
+    assert len({(one.effect, one.choice) for one in effect_cases()}) == len(effect_cases())
+
+
+def test_with_all_off_nothing_is_left():
+    model = assemble(ARM.robot, ARM.skin, ALL_OFF, objects=(ARM.probe,))
+    assert (model.npair, model.ngeom, model.nsensor, model.nv) == (0, 0, 0, len(ARM.robot.joints))
+    assert model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT
+    simulation = Simulation(ARM.robot, ARM.skin, ALL_OFF, objects=(ARM.probe,))
+    assert simulation.readings == ()
+
+
+def test_what_is_felt_is_really_pressed():
+    """The rows of contacts and skins price a skin in touch, not an idle one."""
+    probed = replace(ALL_OFF, contact="probe", skin="water-fill")
+    simulation = Simulation(ARM.robot, ARM.skin, probed, objects=(ARM.probe,))
+    simulation.step(1500, ARM.command)
+    assert float(simulation.sense() @ ARM.skin.areas) == pytest.approx(10.0, rel=0.05)
+
+
+def test_rows_carry_effect_and_ratio(rows):
+    for found in rows:
+        assert found["ratio"] > 0.8
+        assert found["ratio_p95"] >= found["ratio"]
+        assert found["step_us"] > 0.8 * found["bare_us"] > 0
+    none, rk4, skin, _ = rows
+    assert abs(none["price"]) < 0.3
+    assert rk4["price"] > 1.0, "four evaluations a step"
+    assert skin["ratio"] > none["ratio"]
+
+
+def test_more_taxels_are_asked_of_what_depends_on_them():
+    every = cases(False, 5)
+    assert {case["seed"] for case in every} == {5}
+    assert {case["taxels"] for case in every} == {1000, 10_000}
+    large = {case["effect"] for case in every if case["taxels"] == 10_000}
+    assert {"none", "skin", "noise"} <= large
+    assert "gravity" not in large
+    assert {case["taxels"] for case in cases(True, 5)} == {1000}
+
+
+def test_figures_have_a_bar_for_each_row(rows):
+    (chart,) = figures(rows)
+    assert set(chart.amounts) == {"none", "integrator rk4", "skin water-fill", "noise"}
+    assert all(np.isfinite(list(chart.amounts.values())))
+    assert STUDY.name == "effect-cost"

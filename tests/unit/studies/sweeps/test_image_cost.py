@@ -1,0 +1,59 @@
+"""The image study measures what it says: known errors, all methods, and scipy's numbers as ours."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.studies.sweeps.image_cost import FIELDS, METHODS, STUDY, cases, figures, measure
+
+
+@pytest.fixture(scope="module")
+def rows():
+    asked = [case for case in cases(True, 0) if case["taxels"] == 400]
+    return [{**case, **row} for case in asked for row in measure(case | {"repeats": 1})]
+
+
+def error(rows, method, field):
+    (found,) = [row["rmse"] for row in rows if (row["method"], row["field"]) == (method, field)]
+    return found
+
+
+def test_every_method_is_measured_on_every_field(rows):
+    assert {(row["method"], row["field"]) for row in rows} == {(m, f) for m in METHODS for f in FIELDS}
+    assert all(row["frame_ms"] > 0 for row in rows)
+
+
+def test_our_barycentric_has_the_error_of_scipys_linear(rows):
+    for field in FIELDS:
+        for theirs in METHODS[-2:]:
+            assert error(rows, "barycentric", field) == pytest.approx(error(rows, theirs, field), rel=1e-4)
+
+
+def test_methods_are_ordered_as_theory_says(rows):
+    assert error(rows, "thin-plate", "smooth") < 0.5 * error(rows, "barycentric", "smooth")
+    assert error(rows, "natural-neighbour", "smooth") < 1.2 * error(rows, "barycentric", "smooth")
+    assert error(rows, "nearest", "smooth") > 2 * error(rows, "barycentric", "smooth")
+
+
+def test_fields_are_between_0_and_1():
+    points = np.random.default_rng(0).uniform(0, 0.1, (1000, 2))
+    for field in FIELDS.values():
+        assert 0 <= field(points).min() < field(points).max() <= 1
+
+
+def test_the_full_sweep_asks_from_100_to_10000_taxels_and_64_to_512_pixels():
+    every = cases(False, 0)
+    assert {case["taxels"] for case in every} >= {100, 1000, 10_000}
+    assert {case["width"] for case in every} == {64, 128, 256, 512}
+    assert len(every) == len({tuple(case.items()) for case in every})
+
+
+def test_figures_have_a_panel_a_width_and_a_curve_a_method(rows):
+    drawn = figures(rows)
+    assert len(drawn) == 2 * len(FIELDS)
+    for figure in drawn:
+        (panel,) = figure.panels
+        assert set(panel.curves) == set(METHODS)
+        assert all(len(points) == 1 for points in panel.curves.values())
+    assert STUDY.name == "image-cost"

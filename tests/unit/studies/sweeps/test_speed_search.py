@@ -1,0 +1,63 @@
+"""The search for the highest speed, against a course that is known in closed form."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.studies.sweeps.speed_search import FASTEST, SLOWEST, Tolerances, bisect_speed
+from app.studies.testbeds.path_following import PathRun
+
+
+def lagging(speed: float, *, floor=0.0005, lag=0.1, force=0.1, lost=0.0, finished=1.0) -> PathRun:
+    """Errors of floor + lag times speed."""
+    error = np.full(100, floor + lag * speed)
+    error[: round(100 * lost)] = np.nan
+    none = np.zeros(100)
+    return PathRun(0.005, error, error, np.full(100, 3.0 + force), none, none, finished, 0.3, 0.4)
+
+
+def found(run, *, refinements=5, wanted=Tolerances()):  # noqa: B008 - frozen
+    return bisect_speed(run, wanted, 3.0, refinements)
+
+
+def test_the_speed_at_which_the_error_is_the_tolerance_is_found():
+    answer = found(lagging)
+    assert answer.speed == pytest.approx(0.025, rel=0.03)
+    assert answer.speed <= 0.025
+    assert answer.course.error_p95 <= 0.003
+    assert answer.limit == "error"
+
+
+def test_each_refinement_halves_the_interval_by_ratio():
+    coarse, fine = (found(lagging, refinements=count) for count in (0, 2))
+    assert coarse.speed == pytest.approx(0.016)
+    assert fine.speed / coarse.speed == pytest.approx(2**0.5)
+    assert fine.runs == coarse.runs + 2
+
+
+def test_a_case_that_cannot_at_any_speed_gives_its_least_error():
+    answer = found(lambda speed: lagging(speed, floor=0.004))
+    assert np.isnan(answer.speed)
+    assert answer.course.error_p95 == pytest.approx(0.004 + 0.1 * SLOWEST)
+    assert answer.limit == "error"
+
+
+def test_nothing_stops_the_fastest():
+    answer = found(lambda speed: lagging(speed, lag=0.0))
+    assert answer.speed == pytest.approx(FASTEST)
+    assert answer.limit == ""
+
+
+@pytest.mark.parametrize(
+    ("fault", "said"),
+    [({"force": 0.7}, "force"), ({"lost": 0.02}, "contact lost"), ({"finished": np.nan}, "not finished")],
+)
+def test_what_is_not_well_enough_is_said(fault, said):
+    assert found(lambda speed: lagging(speed, lag=0.0, **fault)).limit == said
+
+
+def test_a_tighter_tolerance_takes_longer():
+    speeds = [found(lagging, wanted=Tolerances(error=mm * 1e-3)).speed for mm in (1.0, 2.0, 4.0)]
+    assert speeds == sorted(speeds)
+    assert speeds[0] < speeds[-1]

@@ -1,0 +1,76 @@
+"""The study in time steps: verdicts that are right, errors that shrink with the step, a table that is whole."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from app.studies.sweeps.step_cost import INTEGRATORS, STEPS_MS, STIFFNESSES, STUDY, cases, figures, measure
+
+
+def row(integrator, timestep_ms, stiffness):
+    case = {"integrator": integrator, "timestep_ms": timestep_ms, "stiffness": stiffness, "seed": 0}
+    (found,) = measure(case)
+    return {**case, **found}
+
+
+@pytest.fixture(scope="module")
+def rows():
+    asked = [("discrete", 1.0, 1e4), ("discrete", 8.0, 1e4), ("euler", 8.0, 1e4), ("implicitfast", 4.0, 1e4)]
+    return [row(*each) for each in asked]
+
+
+def test_verdicts(rows):
+    assert [found["verdict"] for found in rows] == ["steady", "steady", "diverges", "bounces"]
+
+
+def test_what_is_steady_holds_the_force_and_never_loses_it(rows):
+    for found in rows[:2]:
+        assert found["force_percent"] < 0.1
+        assert found["ripple_percent"] < 0.1
+        assert found["lost_percent"] == 0
+
+
+def test_what_bounces_is_lost_from_step_to_step(rows):
+    """It seems still to whoever looks every other step; so every step is looked at."""
+    assert rows[3]["lost_percent"] > 5
+    assert rows[3]["ripple_percent"] > 50
+
+
+def test_what_diverges_says_why_and_has_no_numbers(rows):
+    assert "time step" in rows[2]["stopped"]
+    assert all(
+        rows[2][key] is None for key in ("force_percent", "ripple_percent", "lost_percent", "posture_mrad", "ms")
+    )
+    assert rows[0]["stopped"] == ""
+
+
+def test_a_shorter_step_is_nearer_to_the_truth_and_dearer(rows):
+    assert rows[0]["posture_mrad"] < rows[1]["posture_mrad"] < 1
+    assert rows[0]["ms"] > 3 * rows[1]["ms"]
+
+
+def test_all_but_the_time_is_the_same_each_time(rows):
+    again = row("discrete", 1.0, 1e4)
+    assert {**again, "ms": 0} == {**rows[0], "ms": 0}
+
+
+def test_the_full_table_has_every_combination_once():
+    asked = {(case["integrator"], case["timestep_ms"], case["stiffness"]) for case in cases(False, 0)}
+    assert asked == set(itertools.product(INTEGRATORS, STEPS_MS, STIFFNESSES))
+    assert len(cases(False, 0)) == len(asked)
+    assert {case["integrator"] for case in cases(True, 3)} == set(INTEGRATORS)
+    assert {case["seed"] for case in cases(True, 3)} == {3}
+
+
+def test_figures_have_a_panel_a_stiffness_and_a_curve_an_integrator(rows):
+    posture, ripple = figures(rows)
+    for figure in (posture, ripple):
+        (panel,) = figure.panels
+        assert set(panel.curves) == {"discrete", "euler", "implicitfast"}
+        assert len(panel.curves["discrete"]) == 2
+        ((x, y),) = panel.curves["euler"]
+        assert np.isnan([x, y]).all(), "what diverged is not drawn"
+    assert STUDY.name == "step-cost"

@@ -1,0 +1,374 @@
+"""Controllers compared on the same stimulus: traces, metrics, and what is kept of the stimulus."""
+
+from __future__ import annotations
+
+import csv
+import pickle
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from app.contacts.pipeline import ReadingSettings
+from app.control.behaviours import Behaviour
+from app.control.command import ControlChanged, ControlSettings
+from app.core.errors import SceneError, UsageError
+from app.editing.arrange import move
+from app.editing.document import MapDocument
+from app.scene.effects import Effects
+from app.session.inputs import BehavioursChanged, EffectsChanged, MapEdited, ReadingChanged
+from app.session.session import Session
+from app.stimuli.stimulus_kinds import Stroke
+from app.studies.controller_comparison import (
+    MOST_SECONDS,
+    TRACE_COLUMNS,
+    Contender,
+    ControllerTrace,
+    TraceRecorder,
+    compare_controllers,
+    controller_metrics,
+    limit_name,
+    trace_csv,
+)
+from app.tactile.poke import Finger, PokePressed, PokeReleased
+from tests.support.touch import prepared_bar
+
+
+def test_what_there_is_not_is_nan():
+    rows = TraceRecorder()
+    numbers = dict.fromkeys(TRACE_COLUMNS, 1.0) | {"map_error": None}
+    rows.add(touched=True, limits=("joint limit",), **numbers)
+    trace = rows.trace("A", ControlSettings(controller="qp"), "")
+    assert (len(trace), trace.name, trace.settings.controller, trace.ended) == (1, "A", "qp", "")
+    assert np.isnan(trace.map_error[0])
+    assert all(getattr(trace, name)[0] == 1.0 for name in TRACE_COLUMNS if name != "map_error")
+    assert (list(trace.touched), trace.limits) == ([True], (("joint limit",),))
+    for name in (*TRACE_COLUMNS, "touched"):
+        with pytest.raises(ValueError, match="read-only"):
+            getattr(trace, name)[0] = 0
+
+
+def test_one_without_a_tick_is_empty():
+    trace = TraceRecorder().trace("A", ControlSettings(), "stopped at once")
+    assert len(trace) == 0
+    assert trace.force.shape == trace.touched.shape == (0,)
+
+
+TICKS = 1000
+TIME = 0.005 * np.arange(1, TICKS + 1)
+
+
+def trace(*, name="A", controller="qp", touched=True, limits=((),) * TICKS, **columns) -> ControllerTrace:
+    nothing = dict.fromkeys(TRACE_COLUMNS, np.full(TICKS, np.nan))
+    nothing |= {"time": TIME, "force": np.zeros(TICKS), "joint_speed": np.zeros(TICKS), "control_ms": np.ones(TICKS)}
+    columns = {key: np.broadcast_to(value, TICKS) for key, value in (nothing | columns).items()}
+    return ControllerTrace(
+        name, ControlSettings(controller=controller), **columns, touched=np.broadcast_to(touched, TICKS), limits=limits
+    )
+
+
+def test_errors_are_in_millimetres_rms_and_p95():
+    ramp = np.linspace(0, 0.01, TICKS)
+    found = controller_metrics(trace(map_error=ramp, body_error=2 * ramp))
+    assert found.map_rms_mm == pytest.approx(10 / np.sqrt(3), rel=1e-2)
+    assert found.map_p95_mm == pytest.approx(9.5, rel=1e-2)
+    assert found.body_rms_mm == pytest.approx(2 * found.map_rms_mm)
+    assert found.body_p95_mm == pytest.approx(2 * found.map_p95_mm)
+
+
+def test_force_is_measured_against_its_goal_while_there_is_one():
+    goal = np.where(TIME > 1.0, 3.0, np.nan)
+    found = controller_metrics(trace(force=3.2 + 0.1 * np.sin(40 * TIME) + 9.0 * (TIME < 0.5), force_goal=goal))
+    assert found.force_rms_N == pytest.approx(np.hypot(0.2, 0.1 / np.sqrt(2)), rel=1e-2)
+    assert found.force_std_N == pytest.approx(0.1 / np.sqrt(2), rel=1e-2)
+    assert found.force_max_N == pytest.approx(12.2, rel=1e-2)
+
+
+def test_lost_is_time_under_a_finger_without_contact_after_the_first():
+    force = np.where((TIME > 1) & ((TIME < 2) | (TIME > 2.5)), 3.0, 0.0)
+    assert controller_metrics(trace(force=force)).lost == pytest.approx(0.5 / 4.0, abs=0.005)
+    assert controller_metrics(trace(force=force, touched=TIME < 2)).lost == pytest.approx(0, abs=0.006), "it was lifted"
+    assert np.isnan(controller_metrics(trace(force=force, touched=False)).lost), "nobody was there to lose"
+    assert np.isnan(controller_metrics(trace()).lost), "never felt"
+
+
+def test_the_limit_said_most_often_is_named_without_its_numbers():
+    limits = tuple(
+        ("joint limit", f"energy given, {k} J") if k < 300 else ("joint speed",) * (k < 500) for k in range(1000)
+    )
+    found = controller_metrics(trace(limits=limits))
+    assert found.limited == 0.5
+    assert found.limit in ("joint limit", "energy given")
+    assert controller_metrics(trace()).limit == ""
+    assert controller_metrics(trace()).limited == 0
+
+
+@pytest.mark.parametrize(
+    ("said", "name"),
+    [
+        ("energy given to the contact, 1.2 J", "energy given to the contact"),
+        ("stopped: 41 N of force, more than 40 N; lift what touches to go on", "stopped"),
+        ("joint limit", "joint limit"),
+    ],
+)
+def test_a_limit_keeps_its_name_while_its_numbers_change(said, name):
+    assert limit_name(said) == name
+
+
+def test_time_speed_and_energy():
+    ms = np.where(np.arange(TICKS) < 940, 0.2, 5.0)
+    found = controller_metrics(trace(control_ms=ms, joint_speed=np.sin(TIME), energy=0.5 - TIME))
+    assert (found.control_ms, found.control_p95_ms) == (0.2, 5.0)
+    assert found.joint_speed_max == pytest.approx(1.0, rel=1e-3)
+    assert found.energy_J == pytest.approx(0.495)
+    assert found.seconds == 5.0
+
+
+def test_one_without_a_tick_measures_nothing():
+    found = controller_metrics(TraceRecorder().trace("A", ControlSettings(), "stopped"))
+    assert np.isnan([found.map_rms_mm, found.force_rms_N, found.force_max_N, found.control_ms, found.limited]).all()
+    assert found.seconds == 0
+
+
+def test_a_table_of_all_has_a_row_a_tick_and_an_empty_cell_for_what_there_was_not():
+    limits = (("joint limit", "joint speed"),) * TICKS
+    text = trace_csv([trace(force=1.5), trace(name="B", controller="hybrid", limits=limits)]).decode()
+    rows = list(csv.DictReader(text.splitlines()))
+    assert len(rows) == 2 * TICKS
+    assert (rows[0]["name"], rows[0]["controller"], float(rows[0]["force_N"])) == ("A", "qp", 1.5)
+    assert (rows[-1]["name"], rows[-1]["map_error_m"]) == ("B", "")
+    assert rows[-1]["limits"] == "joint limit; joint speed"
+    assert float(rows[7]["time_s"]) == TIME[7], "as exact as it was"
+
+
+BAR = prepared_bar(stimuli=(Stroke(hold=0.1),))
+AT = BAR.skin.taxel_point(30)
+HYBRID, QP = ControlSettings(controller="hybrid"), ControlSettings(controller="qp")
+EXACT = tuple(name for name in TRACE_COLUMNS if name != "control_ms")
+
+
+def equal(one, other) -> bool:
+    arrays = [np.array_equal(getattr(one, name), getattr(other, name), equal_nan=True) for name in EXACT]
+    return all(arrays) and one.limits == other.limits and np.array_equal(one.touched, other.touched)
+
+
+def compare(*settings, prepared=BAR, seconds=0.5, **options):
+    contenders = [Contender("AB CD"[k], each) for k, each in enumerate(settings)]
+    return compare_controllers(prepared, contenders, seconds=seconds, **options)
+
+
+def recorded(acts, *, prepared=BAR, settings=HYBRID, seconds=1.0, **options):
+    """A session to which these acts were done before the given ticks, and its frames."""
+    session, frames = Session(prepared, scripted=False, settings=settings, **options), []
+    for tick in range(1, round(seconds / prepared.scene.tick) + 1):
+        for act in acts.get(tick, ()):
+            session.submit(act)
+        frames.append(session.tick())
+    return session, frames
+
+
+@cache
+def touched():
+    """A poke, with the goal raised while it lasts."""
+    acts = {3: [PokePressed(1, AT)], 100: [ControlChanged(replace(HYBRID, force_goal=5.0))], 180: [PokeReleased(1)]}
+    return recorded(acts)
+
+
+@pytest.mark.parametrize("inputs", [None, "recorded"])
+def test_equal_laws_give_equal_traces_bit_for_bit(inputs):
+    acts = touched()[0].inputs if inputs else None
+    one, other = compare(HYBRID, HYBRID, inputs=acts)
+    assert one.force.max() > 0.5
+    assert equal(one, other)
+    (alone,) = compare(HYBRID, inputs=acts)
+    assert equal(one, alone), "who else is compared makes no difference"
+    different, _ = compare(replace(HYBRID, force_gain=0.03), HYBRID, inputs=acts)
+    assert not np.array_equal(different.force, one.force)
+
+
+def test_the_law_that_was_recorded_gives_the_frames_that_were_recorded():
+    session, frames = touched()
+    (trace,) = compare(HYBRID, inputs=session.inputs, seconds=1.0)
+    assert np.array_equal(trace.time, [frame.time for frame in frames])
+    assert np.array_equal(trace.force, [max((r.force for r in f.regions), default=0.0) for f in frames])
+    assert np.array_equal(trace.joint_speed, [np.abs(frame.velocity).max() for frame in frames])
+    assert trace.limits == tuple(frame.why_limited for frame in frames)
+    assert np.array_equal(trace.touched, [bool(frame.pokes) for frame in frames])
+    assert np.array_equal(trace.energy, [frame.task.energy for frame in frames])
+    assert 100 < trace.touched.sum() < 200
+    assert (trace.control_ms > 0).all()
+
+
+def test_the_scene_s_own_script_plays_without_a_recording():
+    (trace,) = compare(HYBRID)
+    assert trace.touched.any()
+
+
+def test_a_change_of_the_goal_is_kept_and_one_of_the_law_is_not():
+    acts = {
+        3: [PokePressed(1, AT)],
+        50: [ControlChanged(replace(HYBRID, controller="impedance", force_gain=0.04))],
+        100: [ControlChanged(replace(HYBRID, controller="impedance", force_goal=5.0))],
+    }
+    session, _ = recorded(acts)
+    gains = replace(QP, force_gain=0.02, force_goal=1.0)
+    (trace,) = compare(gains, inputs=session.inputs, seconds=0.9)
+    assert (trace.settings.controller, trace.settings.force_gain) == ("qp", 0.02)
+    assert trace.settings.force_goal == 5.0
+    goals = trace.force_goal[np.isfinite(trace.force_goal)]
+    assert set(goals) == {3.0, 5.0}, "that of the recording's start, then its step"
+    assert (np.nanargmax(trace.force_goal) + 1) == 100, "at its tick"
+
+
+def test_the_task_comes_with_the_recording_or_is_the_contenders_own():
+    acts = {3: [PokePressed(1, AT)], 60: [ControlChanged(replace(HYBRID, task="hold_point"))]}
+    session, _ = recorded(acts)
+    path = replace(QP, task="follow_path", path_speed=0.02)
+    (theirs,) = compare(path, inputs=session.inputs)
+    assert theirs.settings.task == "hold_point"
+    assert np.isnan(theirs.map_error[:59]).all(), "first it only kept the force"
+    assert np.isfinite(theirs.map_error[62:]).any()
+    (own,) = compare(path, inputs=session.inputs, own_task=True)
+    assert own.settings.task == "follow_path"
+    assert np.isfinite(own.map_error[:59]).any()
+
+
+def test_the_errors_on_map_and_body_are_of_one_contact():
+    session, _ = recorded({3: [PokePressed(1, AT)]}, settings=replace(HYBRID, task="hold_point"))
+    (trace,) = compare(replace(HYBRID, task="hold_point"), inputs=session.inputs)
+    both = np.isfinite(trace.map_error)
+    assert both.sum() > 50
+    assert trace.body_error[both] == pytest.approx(trace.map_error[both], rel=0.1, abs=1e-4), "the bar is flat"
+
+
+def test_the_body_error_is_that_of_the_nearest_contact():
+    far = BAR.skin.taxel_point(55)
+    acts = {3: [PokePressed(1, AT)], 60: [PokePressed(2, far)]}
+    hold = replace(HYBRID, task="hold_point")
+    session, frames = recorded(acts, settings=hold)
+    assert len(frames[-1].regions) == 2, "two contacts at once"
+    (trace,) = compare(hold, inputs=session.inputs, seconds=1.0)
+    apart = np.linalg.norm(BAR.skin.position(AT) - BAR.skin.position(far))
+    assert np.nanmax(trace.body_error) < 0.3 * apart
+
+
+def test_effects_and_behaviours_of_the_start_are_taken():
+    acts = [
+        (0, ControlChanged(HYBRID)),
+        (0, EffectsChanged(Effects(gravity=True))),
+        (0, BehavioursChanged((Behaviour(on="touch", then={"controller": "impedance"}),))),
+        (2, PokePressed(1, AT)),
+    ]
+    (trace,) = compare(HYBRID, inputs=acts, seconds=0.4)
+    (plain,) = compare(HYBRID, inputs=[acts[0], acts[-1]], seconds=0.4)
+    assert trace.touched[2:].all()
+    assert trace.settings.controller == "hybrid", "no behaviour may change a contender's controller"
+    assert not np.array_equal(trace.joint_speed, plain.joint_speed), "gravity was not simulated"
+
+
+def test_the_reading_of_the_start_is_taken():
+    deaf = ReadingChanged(ReadingSettings(threshold=1e6))
+    acts = [(0, ControlChanged(HYBRID)), (0, deaf), (2, PokePressed(1, AT))]
+    (trace,) = compare(HYBRID, inputs=acts)
+    assert trace.touched.any()
+    assert not trace.force.any()
+
+
+def test_the_map_of_the_start_is_taken():
+    """A point drawn on the moved map is on the skin only there."""
+    moved = move(MapDocument.of(BAR.map), [0], (3.0, 0.0)).map
+    place = tuple(map(float, moved.to_map(AT)))
+    hold = replace(HYBRID, task="hold_point", path=(place,))
+    acts = [(0, ControlChanged(hold)), (0, MapEdited("Move", moved)), (2, PokePressed(1, AT))]
+    (trace,) = compare(HYBRID, inputs=acts)
+    assert trace.force.any()
+    assert not any("not on the skin" in limit for limits in trace.limits for limit in limits)
+    (elsewhere,) = compare(HYBRID, inputs=[acts[0], acts[2]])
+    assert any("not on the skin" in limit for limits in elsewhere.limits for limit in limits)
+
+
+def test_what_a_behaviour_did_in_the_recording_is_not_taken():
+    acts = [
+        (0, ControlChanged(HYBRID)),
+        (2, PokePressed(1, AT)),
+        (9, ControlChanged(replace(HYBRID, task="retreat"), by="touch")),
+    ]
+    (trace,) = compare(QP, inputs=acts)
+    assert trace.settings.task == HYBRID.task
+
+
+def test_a_behaviour_changes_the_task_and_not_the_law():
+    retreat = Behaviour(on="touch", then={"task": "retreat", "controller": "impedance", "force_gain": 0.001})
+    prepared = prepared_bar(behaviours=({"on": "touch", "then": dict(retreat.then)},))
+    session, _ = recorded({3: [PokePressed(1, AT)]}, prepared=prepared)
+    assert session.settings.controller == "impedance", "it was triggered"
+    (trace,) = compare(QP, prepared=prepared, inputs=session.inputs)
+    assert (trace.settings.controller, trace.settings.task, trace.settings.force_gain) == (
+        "qp",
+        "retreat",
+        QP.force_gain,
+    )
+
+
+def test_one_that_diverges_ends_there_and_says_why_and_the_others_go_on():
+    unsteady = prepared_bar(tick=0.01, overrides={"integrator": "euler", "timestep": 0.01, "gravity": "on"})
+    acts = [(0, ControlChanged(HYBRID)), (1, PokePressed(1, AT, Finger(stiffness=10.0)))]
+    stiff = ControlSettings(stiffness=40.0, damping_ratio=3.0)
+    torn, whole = compare(stiff, ControlSettings(), prepared=unsteady, inputs=acts, seconds=3.0)
+    assert 5 < len(torn) < 300
+    assert "diverged" in torn.ended
+    assert np.isfinite(torn.joint_speed).all()
+    assert (len(whole), whole.ended) == (300, "")
+
+
+def test_an_input_that_is_refused_ends_the_trace():
+    acts = [(0, ControlChanged(HYBRID)), (40, EffectsChanged(Effects(timestep=0.0007)))]
+    (trace,) = compare(HYBRID, inputs=acts)
+    assert len(trace) == 39
+    assert "whole number of time steps" in trace.ended
+
+
+def test_progress_is_told_and_may_cancel():
+    told = []
+    compare(HYBRID, progress=lambda text, done: told.append((text, done)))
+    assert told[0][1] == 0
+    assert told[-1][1] == 1
+    assert [done for _, done in told] == sorted(done for _, done in told)
+
+    class CancelledError(Exception):
+        pass
+
+    def cancel(_text, done):
+        if done > 0.3:
+            raise CancelledError
+
+    with pytest.raises(CancelledError):
+        compare(HYBRID, progress=cancel)
+
+
+@pytest.mark.parametrize("seconds", [0.0, -1.0, float("nan"), MOST_SECONDS + 1])
+def test_a_time_that_is_none_is_refused(seconds):
+    with pytest.raises(UsageError, match="such a time"):
+        compare(HYBRID, seconds=seconds)
+
+
+def test_names_are_needed_to_tell_them_apart():
+    with pytest.raises(UsageError, match="names"):
+        compare_controllers(BAR, [])
+    with pytest.raises(UsageError, match="names"):
+        compare_controllers(BAR, [Contender("A", HYBRID), Contender("A", QP)])
+
+
+def test_a_gain_out_of_range_is_refused():
+    with pytest.raises(SceneError, match="force_gain"):
+        compare(replace(HYBRID, force_gain=9.0))
+
+
+def test_a_trace_is_a_frozen_value_that_crosses_processes():
+    (trace,) = compare(HYBRID)
+    with pytest.raises(ValueError, match="read-only"):
+        trace.force[0] = 1.0
+    again = pickle.loads(pickle.dumps(trace))
+    assert equal(trace, again)
+    assert again.settings == trace.settings

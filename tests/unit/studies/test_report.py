@@ -1,0 +1,114 @@
+"""The report of a study: table, JSON and page, and the machine they name."""
+
+from __future__ import annotations
+
+import csv
+import json
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from app.core.errors import UsageError
+from app.studies.figures import BarChart, Figure, Panel
+from app.studies.report import StudyResult, describe_machine, write_report
+from app.studies.study import Study
+
+
+def test_processor_and_versions_are_told():
+    machine = describe_machine()
+    assert machine["numpy"] == np.__version__
+    assert int(machine["cores"]) >= 1
+    assert all(isinstance(value, str) and value for value in machine.values())
+    assert {"processor", "system", "Python", "tactile-maps", "libigl"} <= set(machine)
+
+
+ROWS = [
+    {"method": "a<b", "seconds": 0.5, "error": 0.25, "last": True},
+    {"method": "c", "seconds": 1.0, "error": float("inf")},
+    {"method": "d", "problem": 'it failed, "really"'},
+]
+
+
+def figures(rows):
+    return [Figure("Error", "s", "e", [Panel("p", {row["method"]: [(row["seconds"], row["error"])] for row in rows})])]
+
+
+def outcome(rows=ROWS):
+    study = Study("toy", "What & why?", "By trying.", lambda quick, seed: [], lambda case: [], figures)
+    return StudyResult(study, rows, {"processor": "fast"}, 3.25, 7, 2, True)
+
+
+class Page(HTMLParser):
+    def __init__(self):
+        super().__init__()
+        self.tags, self.text, self.links = [], [], []
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        self.links += [value for name, value in attrs if name in ("src", "href")]
+
+    def handle_data(self, data):
+        self.text.append(data)
+
+
+@pytest.fixture
+def files(tmp_path):
+    return {file.suffix: file for file in write_report(outcome(), tmp_path / "deep" / "folder")}
+
+
+def test_the_table_holds_every_row(files):
+    with files[".csv"].open(newline="", encoding="utf8") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["method"] for row in rows] == ["a<b", "c", "d"]
+    assert float(rows[0]["error"]) == 0.25
+    assert rows[2]["problem"] == ROWS[2]["problem"]
+
+
+def test_the_json_says_what_it_ran_on(files):
+    facts = json.loads(files[".json"].read_text(encoding="utf8"))
+    assert (facts["name"], facts["seed"], facts["jobs"], facts["quick"]) == ("toy", 7, 2, True)
+    assert facts["machine"] == {"processor": "fast"}
+    assert facts["rows"][0] == ROWS[0]
+    assert facts["rows"][1]["error"] is None, "JSON knows no infinity"
+
+
+def test_the_page_needs_nothing_else(files):
+    page = Page()
+    page.feed(files[".html"].read_text(encoding="utf8"))
+    assert page.links == []
+    assert "script" not in page.tags
+    assert page.tags.count("svg") == 1
+    text = " ".join(page.text)
+    assert "What & why?" in text
+    assert "a<b" in text
+    assert "fast" in text
+
+
+def test_rows_with_a_problem_are_listed_but_not_drawn(files):
+    text = files[".html"].read_text(encoding="utf8")
+    assert "it failed" in text
+    assert "<title>d</title>" not in text
+    assert "<title>c</title>" not in text, "infinity has no place on the diagram"
+
+
+def test_nothing_measured_is_told_too(tmp_path):
+    assert len(write_report(outcome(rows=[]), tmp_path)) == 3
+
+
+def test_a_folder_that_is_a_file_is_a_named_error(tmp_path):
+    (tmp_path / "taken").write_text("")
+    with pytest.raises(UsageError, match="taken"):
+        write_report(outcome(), tmp_path / "taken")
+
+
+def test_a_note_stands_beside_its_figure(tmp_path):
+    noted = [
+        Figure("Error", "s", "e", [Panel("p", {})], note="It is <not> so."),
+        BarChart("Price", "ms", {}, note="Nor this."),
+    ]
+    study = Study("toy", "What?", "By trying.", lambda quick, seed: [], lambda case: [], lambda rows: noted)
+    *_, page = write_report(StudyResult(study, ROWS, {}, 1.0, 0, 1, False), tmp_path)
+    text = page.read_text(encoding="utf8")
+    first, second = text.index("It is &lt;not&gt; so."), text.index("Nor this.")
+    assert text.index("</svg>") < first < text.index("Price") < second

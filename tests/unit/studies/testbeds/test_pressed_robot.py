@@ -1,0 +1,127 @@
+"""A robot pressed by a probe: the scene, and what a run tells of it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from app.robots.kinematics import Configuration
+from app.scene.effects import Effects
+from app.scene.stability import PROBE_MASS
+from app.simulation.simulation import Simulation
+from app.studies.testbeds.pressed_robot import (
+    ARRIVED,
+    HOLDING,
+    PRESS_FORCE,
+    REFERENCE_EFFECTS,
+    SAMPLE_MS,
+    SETTLING,
+    PressRun,
+    effects_at_step,
+    press_robot,
+    pressed_arm,
+    run_press,
+)
+from app.tactile.elastic_layer import ElasticLayer
+from tests.support.touch import bar, bar_skin
+
+ARM = pressed_arm(120)
+EFFECTS = Effects(gravity="off", contact="probe", fingers=False)
+
+
+def test_the_probe_starts_off_the_skin_and_goes_straight_in_along_an_axis():
+    first, last = np.array(ARM.probe.spec.path)[[0, -1], 1:]
+    way = last - first
+    assert np.count_nonzero(np.abs(way) > 1e-12) == 1
+    touched = Configuration(ARM.robot).pose("forearm").points(ARM.skin.position(ARM.at)[None])[0]
+    assert np.linalg.norm(first - touched) == pytest.approx(ARM.probe.spec.size[0] + 0.002)
+    assert ARM.probe.spec.mass == PROBE_MASS
+
+
+def test_it_presses_as_hard_as_its_motors_may():
+    simulation = Simulation(ARM.robot, ARM.skin, EFFECTS, objects=(ARM.probe,))
+    simulation.step(1, ARM.command)
+    assert not simulation.sense().any(), "it starts in the air"
+    simulation.step(round((5 * ARRIVED) / EFFECTS.timestep), ARM.command)
+    pressures = simulation.sense()
+    assert float(pressures @ ARM.skin.areas) == pytest.approx(PRESS_FORCE, rel=0.05)
+    assert ARM.skin.patches[ARM.skin.patch_of[pressures.argmax()]].link == "forearm"
+
+
+def test_the_arm_gives_way_and_stays_near_home():
+    simulation = Simulation(ARM.robot, ARM.skin, EFFECTS, objects=(ARM.probe,))
+    simulation.step(500, ARM.command)
+    moved = np.abs(simulation.posture - ARM.robot.home).max()
+    assert 1e-3 < moved < 0.2
+
+
+def test_it_is_made_once_and_the_same_each_time():
+    assert pressed_arm(120) is ARM
+    pressed_arm.cache_clear()
+    again = pressed_arm(120)
+    assert again is not ARM
+    assert again.at == ARM.at
+    assert again.probe.spec == ARM.probe.spec
+
+
+SMALL_ARM, SOFT = pressed_arm(120), ElasticLayer(stiffness=1e4)
+
+
+@pytest.fixture(scope="module")
+def fine():
+    return run_press(SMALL_ARM, REFERENCE_EFFECTS, SOFT)
+
+
+def made(forces=(1.0,), postures=((0.0,),), stopped=""):
+    return PressRun(np.array(postures), np.array(forces), np.array([8e-3, 1.0, 8e-3]), stopped)
+
+
+def test_the_truth_is_the_truth(fine):
+    """A fine step has converged: another integrator and twice the step give the same posture and force."""
+    for integrator in ("discrete", "implicitfast"):
+        other = run_press(SMALL_ARM, effects_at_step(integrator, 0.1), SOFT)
+        assert other.forces.mean() == pytest.approx(fine.forces.mean(), rel=1e-6)
+        assert np.abs(other.postures - fine.postures).max() < 2e-5
+    assert np.ptp(fine.postures, axis=0).max() > 1e-3, "it gave way"
+    assert fine.forces.mean() == pytest.approx(PRESS_FORCE, rel=0.05)
+
+
+def test_it_looks_often_then_at_every_step(fine):
+    looks, steps = round(1e3 * SETTLING / SAMPLE_MS), round(HOLDING / REFERENCE_EFFECTS.timestep)
+    assert fine.postures.shape == (looks, len(SMALL_ARM.robot.joints))
+    assert fine.seconds.shape == (looks,)
+    assert fine.forces.shape == (steps,)
+    assert fine.steady(fine)
+    assert fine.posture_error(fine) == 0
+
+
+def test_a_run_that_stops_keeps_what_it_saw(fine):
+    run = run_press(SMALL_ARM, effects_at_step("euler", 8.0), SOFT)
+    assert "time step" in run.stopped
+    assert 0 < len(run.postures) < len(fine.postures)
+    assert not run.steady(fine)
+
+
+def test_errors_are_of_the_true_force():
+    true = made(forces=(2.0, 2.0))
+    run = made(forces=(1.0, 2.0), postures=((3.0,),))
+    assert run.force_errors(true) == pytest.approx((0.25, 0.25))
+    assert run.posture_error(true) == pytest.approx(3.0)
+    assert not run.steady(true)
+    assert made(forces=(1.99, 2.01)).steady(true)
+    assert made(forces=(0.0, 2.0, 2.0, 4.0)).lost == 0.25
+    assert not made(forces=(2.0, 2.0), stopped="why").steady(true)
+
+
+def test_the_time_is_a_median_for_a_simulated_second():
+    assert made().ms == pytest.approx(1000.0)
+
+
+def test_a_robot_without_joints_has_no_posture_to_be_off():
+    still = press_robot(bar(hinged=False), bar_skin())
+    run = run_press(still, effects_at_step("discrete", 1.0), SOFT)
+    assert math.isnan(run.posture_error(run))
+    assert run.steady(run)
+    assert run.forces.mean() == pytest.approx(PRESS_FORCE, rel=1e-3)

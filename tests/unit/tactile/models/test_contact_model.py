@@ -1,0 +1,44 @@
+"""All models by name, built as a scene would."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.tactile.elastic_layer import ElasticLayer
+from app.tactile.loads import sphere_load
+from app.tactile.models.contact_model import CONTACT_MODELS
+from app.tactile.sensor_effects import AreaAveraging, SensorEffects
+from tests.support.touch import bar_skin
+
+SKIN = bar_skin()
+LOAD = sphere_load("bar", np.array([0.2, 0.0, 0.02]), np.array([0.0, 0, 1]), 5.0, 0.02)
+
+
+def test_the_names_are_those_of_scenes():
+    assert list(CONTACT_MODELS) == ["point", "water-fill", "punch", "half-space"]
+    assert all(entry.name == name and entry.title and entry.tip.endswith(".") for name, entry in CONTACT_MODELS.items())
+
+
+@pytest.mark.parametrize("name", CONTACT_MODELS)
+def test_every_model_keeps_the_force_with_whole_cells(name):
+    pressures = CONTACT_MODELS[name].build(SKIN, ElasticLayer(), SensorEffects()).pressures([LOAD])
+    assert pressures.shape == (len(SKIN),)
+    assert pressures @ SKIN.areas == pytest.approx(5.0, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", CONTACT_MODELS)
+def test_pads_change_what_every_model_reads(name):
+    cells = CONTACT_MODELS[name].build(SKIN, ElasticLayer(), SensorEffects())
+    pads = CONTACT_MODELS[name].build(SKIN, ElasticLayer(), SensorEffects(area_averaging=AreaAveraging(0.004)))
+    assert not np.allclose(cells.pressures([LOAD]), pads.pressures([LOAD]), rtol=0.01)
+
+
+def test_a_softer_layer_spreads_the_force_farther():
+    skin, felt = bar_skin(400), []
+    for modulus in (1e6, 1e4):
+        model = CONTACT_MODELS["water-fill"].build(skin, replace(ElasticLayer(), modulus=modulus), SensorEffects())
+        felt.append(np.count_nonzero(model.pressures([LOAD])))
+    assert felt[1] > 2 * felt[0] > 0

@@ -1,0 +1,180 @@
+"""The foundation against the analytic sphere on a Winkler bed, by energy, by symmetry, and by its refusal."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.core.errors import SimulationError
+from app.scene.effects import Effects
+from app.simulation.simulation import Simulation
+from app.tactile.elastic_layer import ElasticLayer
+from app.tactile.models.foundation import STABLE
+from app.tactile.poke import Finger, PokePressed
+from tests.support.scene_objects import thing
+from tests.support.touch import bar, bar_skin, hold, no_command, pair
+
+LAYER = ElasticLayer()
+EFFECTS = Effects(contact="environment", skin="foundation", gravity="off")
+FINE = bar_skin(1000, finer=3)
+
+
+def held(kind: str, depth: float, **said) -> Simulation:
+    """A thing fixed ``depth`` deep in the skin of a bar that cannot move either, after one step."""
+    half = {"sphere": 0.02, "box": 0.01, "cylinder": 0.01, "mesh": 0.02, "plane": 0.0}[kind]
+    turn = (180.0, 0.0, 0.0) if kind == "plane" else (0.0, 0.0, 0.0)
+    body = thing(kind, at=(0.2, 0.0, 0.02 + half - depth), turn=turn, **said)
+    simulation = Simulation(bar(), FINE, EFFECTS, objects=(body,))
+    simulation.step(1, no_command(bar()))
+    return simulation
+
+
+@pytest.mark.parametrize(("radius", "depth"), [(0.01, 2e-3), (0.02, 1e-3), (0.04, 5e-4), (0.04, 1e-3), (0.08, 1e-3)])
+def test_a_ball_on_a_bed_of_springs(radius, depth):
+    """Depths R - s along the ball's radii, s from R - d to R, felt across the plane: F = pi K (R - d) d².
+
+    That is Johnson's pi K R d² (4.3) where d is small. The mean over places, for points are few under a small patch.
+    """
+    forces = []
+    for x in np.linspace(0.15, 0.25, 9):
+        body = thing("sphere", size=(radius,), at=(x, 0.001, 0.02 + radius - depth))
+        forces.append(Simulation(bar(), FINE, EFFECTS, objects=(body,)).sense() @ FINE.areas)
+    assert np.mean(forces) == pytest.approx(np.pi * LAYER.foundation * (radius - depth) * depth**2, rel=0.03)
+
+
+def test_a_flat_face_on_a_bed_of_springs():
+    depth = 2e-4
+    force = held("box", depth).sense() @ FINE.areas
+    assert force == pytest.approx(LAYER.foundation * 0.06 * 0.05 * depth, rel=0.05)
+    radius = 0.03
+    force = held("cylinder", depth).sense() @ FINE.areas
+    assert force == pytest.approx(LAYER.foundation * np.pi * radius**2 * depth, rel=0.05)
+    assert held("plane", depth).sense() @ FINE.areas == pytest.approx(
+        LAYER.foundation * FINE.areas.sum() * depth, rel=1e-9
+    )
+
+
+@pytest.mark.parametrize("kind", ["sphere", "box", "cylinder", "mesh"])
+def test_the_sum_of_pressure_times_area_is_the_force_on_the_bar(kind):
+    body = thing(kind, at=(0.3, 0.0, {"sphere": 0.0397, "mesh": 0.0397}.get(kind, 0.0298)))
+    simulation = Simulation(bar(), FINE, EFFECTS, objects=(body,))
+    simulation.step(4000, hold(bar(), 3000.0, 60.0))
+    assert abs(simulation.velocity[0]) < 1e-9
+    pushed = simulation._data.qfrc_applied[0]
+    assert pushed == pytest.approx(3000.0 * simulation.posture[0], rel=1e-6)
+    lever = FINE.patches[0].taxels.quadrature
+    force = np.concatenate([forces for _, forces in simulation._touch._felt])
+    points = np.concatenate([points for points, _ in simulation._touch._felt])
+    assert simulation.sense() @ FINE.areas == pytest.approx(force.sum(), rel=1e-6)
+    assert force @ lever.positions[points, 0] == pytest.approx(pushed, rel=0.02), "straight down, at its lever"
+
+
+def test_both_bodies_feel_equal_and_opposite_forces():
+    ball = thing("sphere", at=(0.25, 0.03, 0.0393), mass=0.4)
+    simulation = Simulation(bar(), FINE, EFFECTS, objects=(ball,))
+    model, data = simulation._model, simulation._data
+    data.qvel[:] = np.linspace(-0.5, 0.5, model.nv)
+    simulation.step(1, no_command(bar()))
+    force = data.qfrc_applied[1:4]
+    assert force[2] > 1
+    own = data.xmat[2].reshape(3, 3) @ data.qfrc_applied[4:7]  # a free joint's torque is in the body's own frame
+    about_hinge = -np.cross((0.25, 0.03, 0.0393), force) - own
+    assert data.qfrc_applied[0] == pytest.approx(about_hinge[1], rel=1e-6)
+
+
+def dropped(layer: ElasticLayer, timestep: float, *, speed: float = 0.3, mass: float = 0.3) -> tuple[float, float]:
+    """Coefficient of restitution of a ball thrown on a fixed bar, and its greatest share of kinetic energy after."""
+    ball = thing("sphere", at=(0.2, 0.0, 0.0405), mass=mass)
+    robot = bar(hinged=False)
+    simulation = Simulation(robot, FINE, replace(EFFECTS, timestep=timestep), objects=(ball,), layer=layer)
+    simulation._data.qvel[2] = -speed
+    touched = False
+    for _ in range(round(0.1 / timestep)):
+        simulation.step(1, no_command(robot))
+        touched = touched or simulation.sense().any()
+    assert touched
+    return simulation._data.qvel[2] / speed, np.linalg.norm(simulation._data.qvel[:3]) / speed
+
+
+@pytest.mark.parametrize("modulus", [2e4, 1e5, 3e5])
+@pytest.mark.parametrize("timestep", [1e-4, 5e-4, 1e-3])
+def test_a_bounce_loses_energy(modulus, timestep):
+    bounce, left = dropped(ElasticLayer(modulus=modulus), timestep)
+    assert 0.4 < bounce < 1
+    assert left < 1
+
+
+def test_a_bounce_does_not_depend_on_the_time_step():
+    fine, coarse = dropped(LAYER, 5e-5)[0], dropped(LAYER, 5e-4)[0]
+    assert coarse == pytest.approx(fine, abs=0.03)
+
+
+def test_a_layer_too_stiff_for_the_step_is_refused_with_the_longest_step():
+    robot, light = bar(hinged=False), thing("box", at=(0.2, 0.0, 0.0299), mass=0.05)
+    stiffness = LAYER.foundation * 0.06 * 0.05
+    longest = STABLE * np.sqrt(0.05 / stiffness)
+    assert longest < 5e-4
+    with pytest.raises(SimulationError, match=r"box on bar.*too stiff for the time step") as caught:
+        Simulation(robot, FINE, replace(EFFECTS, timestep=5e-4), objects=(light,))
+    assert float(caught.value.remedy.split("at most ")[1].split(" ms")[0]) == pytest.approx(1e3 * longest, rel=0.1)
+    fine = Simulation(robot, FINE, replace(EFFECTS, timestep=0.9 * longest), objects=(light,))
+    fine.step(100, no_command(robot))
+
+
+def test_two_layers_in_series_and_both_links_feel_the_same():
+    robot, skin = pair()
+    simulation = Simulation(robot, skin, Effects(contact="self", skin="foundation"))
+    simulation.step(3000, replace(hold(robot, 0.0, 40.0), torque=np.array([7.0])))
+    assert abs(simulation.velocity[0]) < 1e-6
+    force, first = simulation.sense() * skin.areas, skin.first[1]
+    assert force[:first].sum() == pytest.approx(7.0, rel=1e-6)
+    assert force[first:].sum() == pytest.approx(force[:first].sum(), rel=1e-9)
+    assert simulation.posture[0] - 0.03 == pytest.approx(7.0 / (0.5 * LAYER.foundation * 0.01), rel=0.01)
+
+
+def test_fingers_bring_their_own_force():
+    robot = bar(hinged=False)
+    simulation = Simulation(robot, FINE, EFFECTS)
+    simulation.apply(PokePressed(1, FINE.taxel_point(500), Finger(max_force=3.0)))
+    simulation.step(1000, no_command(robot))
+    assert simulation.sense() @ FINE.areas == pytest.approx(3.0, rel=1e-9)
+    assert simulation.notes == ()
+
+
+def test_without_anything_to_meet_nothing_acts_between_steps():
+    simulation = Simulation(bar(), FINE, EFFECTS)
+    assert simulation._physics._hooks == ()
+    assert not simulation.sense().any()
+
+
+def test_what_is_far_is_looked_at_once():
+    ball = thing("sphere", at=(0.2, 0.0, 1.0), mass=0.4)
+    simulation = Simulation(bar(), FINE, EFFECTS, objects=(ball,))
+    simulation.step(10, no_command(bar()))
+    approach = simulation._touch._approaches[0]
+    room, near = approach._room, approach._near
+    assert room == pytest.approx(0.96, abs=0.01)
+    simulation.step(10, no_command(bar()))
+    assert approach._near is near
+
+
+def test_deep_below_only_the_side_that_faces_is_pressed():
+    """A plane that swallows a tube presses its underside alone."""
+    simulation = held("plane", 1e-3)
+    assert (simulation.sense() >= 0).all()
+    below = thing("plane", at=(0.0, 0.0, 0.5))
+    swallowed = Simulation(bar(), FINE, EFFECTS, objects=(below,))
+    swallowed.step(1, no_command(bar()))
+    assert not swallowed.sense().any(), "the skin on top looks the same way as the plane"
+
+
+def test_a_body_that_presses_the_layer_through_is_refused_by_name():
+    """It would sink in altogether and meet no spring any more."""
+    ball = thing("sphere", at=(0.2, 0.0, 0.0399), mass=50.0, guided=True)
+    robot = bar(hinged=False)
+    simulation = Simulation(robot, FINE, replace(EFFECTS, gravity="on"), objects=(ball,))
+    with pytest.raises(SimulationError, match=r"sphere on bar at 0\.\d+ s: the layer is pressed through .*mm deep"):
+        simulation.step(1000, no_command(robot))
+    assert simulation.object_poses[0][2, 3] > 0.02, "it is not in yet"

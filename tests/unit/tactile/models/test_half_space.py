@@ -1,0 +1,153 @@
+"""The half-space model: the blur of theory, on flat skin and across seams, with every newton kept."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.geometry.mesh import Mesh
+from app.skin.sampling import place_evenly
+from app.skin.skin import Patch, Skin
+from app.tactile.elastic_layer import ElasticLayer
+from app.tactile.half_space_stress import disc_stress, point_stress, subsurface_field
+from app.tactile.loads import sphere_load
+from app.tactile.models.half_space import HalfSpaceModel
+from app.tactile.models.water_fill import WaterFillModel
+from app.tactile.receptive_field import disc_field, quadrature_points
+from tests.support.touch import arm, bar_skin, each_point_a_taxel, pair
+
+UP = np.array([0.0, 0.0, 1.0])
+MIDDLE = np.array([0.2, 0.0, 0.02])
+FINE = bar_skin(1500, finer=4)
+
+
+def press(force=5.0, radius=0.008, at=(0, 0, 0), link="bar"):
+    return sphere_load(link, MIDDLE + at, UP, force, radius)
+
+
+def places(skin):
+    return np.concatenate([patch.taxels.positions for patch in skin.patches])
+
+
+def place_of_a_point(skin):
+    """The quadrature point nearest to the middle."""
+    at = quadrature_points(skin).positions
+    return at[np.linalg.norm(at - MIDDLE, axis=1).argmin()]
+
+
+@pytest.mark.parametrize("depth", [0.5e-3, 2e-3, 8e-3])
+def test_force_is_kept_to_rounding_wherever_it_presses(depth):
+    skin = arm().skin
+    model, generator = HalfSpaceModel(skin, layer=ElasticLayer(depth=depth)), np.random.default_rng(0)
+    for _ in range(20):
+        patch = skin.patches[generator.integers(len(skin.patches))]
+        taxel = generator.integers(len(patch.taxels))
+        load = sphere_load(patch.link, patch.taxels.positions[taxel], patch.taxels.normals[taxel], 7.0, 0.01)
+        assert model.pressures([load]) @ skin.areas == pytest.approx(7.0, rel=1e-9)
+
+
+def test_a_small_contact_is_felt_as_boussinesq_says():
+    points, point, depth = quadrature_points(FINE), place_of_a_point(FINE), 2e-3
+    load = sphere_load("bar", point, UP, 1e-4, 1e-3)  # so small a force that one point bears it
+    pressures = 1e4 * HalfSpaceModel(FINE, layer=ElasticLayer(depth=depth), share=1e-3).pressures([load])
+    stress = point_stress(np.linalg.norm(points.positions - point, axis=1), depth)
+    expected = np.bincount(points.taxel, points.areas * stress) / FINE.areas
+    assert (expected > 0.1 * expected.max()).sum() > 3, "a taxel is 5 mm wide, a point 1.4"
+    np.testing.assert_allclose(pressures, expected, atol=0.1 * expected.max())
+
+
+@pytest.mark.parametrize("depth", [4e-3, 8e-3])
+def test_where_points_are_taken_together_a_contact_is_felt_where_it_is(depth):
+    skin = each_point_a_taxel(bar_skin(finer=2))
+    at = places(skin)
+    rows = np.flatnonzero(np.linalg.norm(at - MIDDLE, axis=1) < 0.01)
+    field = subsurface_field(skin, depth)
+    for row in rows:
+        pressures = np.zeros(len(skin))
+        field.add(pressures, np.array([row]), np.ones(1))
+        aside = (pressures * skin.areas) @ (at - at[row])
+        assert np.linalg.norm(aside) < 0.15 * depth
+
+
+def test_even_pressure_on_a_disc_is_felt_on_its_axis_as_love_says():
+    points, radius, depth = quadrature_points(FINE), 0.012, 0.005
+    field = subsurface_field(FINE, depth, share=1e-3)
+    pressed = np.flatnonzero(np.linalg.norm(points.positions - MIDDLE, axis=1) < radius)
+    pressures = np.zeros(len(FINE))
+    field.add(pressures, pressed, points.areas[pressed])
+    centre = np.linalg.norm(places(FINE) - MIDDLE, axis=1).argmin()
+    assert pressures[centre] == pytest.approx(disc_stress(radius, depth), rel=0.04)
+
+
+def test_a_shallow_taxel_feels_the_surface():
+    load = press(20.0, 0.03)
+    shallow = HalfSpaceModel(FINE, layer=ElasticLayer(depth=1e-5)).pressures([load])
+    np.testing.assert_allclose(shallow, WaterFillModel(FINE).pressures([load]), rtol=1e-3, atol=1)
+
+
+def test_deeper_taxels_feel_less_at_the_peak_and_more_around():
+    readings = [
+        HalfSpaceModel(FINE, layer=ElasticLayer(depth=d)).pressures([press()]) for d in (1e-3, 2e-3, 4e-3, 8e-3)
+    ]
+    peaks = [r.max() for r in readings]
+    assert peaks == sorted(peaks, reverse=True)
+    felt = [int((r > 0).sum()) for r in readings]
+    assert felt == sorted(felt)
+
+
+def test_loads_add_up():
+    model = HalfSpaceModel(FINE)
+    one, other = press(3.0), press(4.0, at=(0.01, 0, 0))
+    np.testing.assert_allclose(model.pressures([one, other]),
+                               model.pressures([one]) + model.pressures([other]), rtol=1e-12, atol=1e-9)  # fmt: skip
+
+
+def test_a_seam_between_two_patches_of_a_link_is_no_border():
+    """The plate cut in two feels, point for point, what the whole one does."""
+    whole = bar_skin(finer=2).patches[0]
+    left = whole.surface.vertices[whole.surface.faces].mean(axis=1)[:, 0] < MIDDLE[0]
+    halves = [Mesh(whole.surface.vertices, whole.surface.faces[side]) for side in (left, ~left)]
+    pieces = (Patch(str(k), "bar", half, place_evenly(half, 4, seed=0)) for k, half in enumerate(halves))
+    one, cut = each_point_a_taxel(Skin((whole,))), each_point_a_taxel(Skin(tuple(pieces)))
+    load, layer = press(5.0, 0.004, at=(-0.005, 0, 0)), ElasticLayer(depth=5e-3)
+    felt, apart = (HalfSpaceModel(skin, layer=layer).pressures([load]) for skin in (one, cut))
+    assert 0.5 < (felt * one.areas)[~left].sum() < 2.5, "some of it is felt on the other side"
+    np.testing.assert_allclose(apart, np.concatenate([felt[left], felt[~left]]), rtol=1e-9, atol=1e-9)
+
+
+def test_another_link_feels_nothing():
+    _, skin = pair()
+    side = skin.patches[0].taxels
+    load = sphere_load("left", side.positions[0], side.normals[0], 5.0, 0.01)
+    pressures = HalfSpaceModel(skin, layer=ElasticLayer(depth=0.05)).pressures([load])
+    assert pressures[: len(side)].any()
+    assert not pressures[len(side) :].any()
+
+
+def test_the_far_side_of_a_thin_link_feels_nothing():
+    plate = FINE.patches[0].surface
+    back = Mesh(plate.vertices - [0, 0, 0.002], plate.faces[:, ::-1])
+    both = (Patch("top", "bar", plate, place_evenly(plate, 100, seed=0)),
+            Patch("back", "bar", back, place_evenly(back, 100, seed=0)))  # fmt: skip
+    pressures = HalfSpaceModel(Skin(both), layer=ElasticLayer(depth=5e-3)).pressures([press()])
+    assert pressures[:100].any()
+    assert not pressures[100:].any()
+
+
+def test_pads_average_what_comes_through_to_them():
+    """A uniform pressure is felt as it is, by cells and by pads."""
+    points = quadrature_points(FINE)
+    inner = (np.abs(places(FINE) - MIDDLE) < [0.1, 0.02, 1]).all(axis=1)
+    for field in (None, disc_field(FINE, 0.003)):
+        pressures = np.zeros(len(FINE))
+        subsurface_field(FINE, 2e-3, field=field).add(pressures, np.arange(len(points.areas)), 1e4 * points.areas)
+        assert inner.sum() > 100
+        np.testing.assert_allclose(pressures[inner], 1e4, rtol=0.05)
+
+
+def test_less_left_out_is_nearer_the_truth():
+    load = press(5.0, 0.004)
+    truth = HalfSpaceModel(FINE, share=1e-4).pressures([load])
+    off = [np.abs(HalfSpaceModel(FINE, share=s).pressures([load]) - truth).sum() for s in (0.3, 0.1, 0.03, 0.01)]
+    assert off == sorted(off, reverse=True)
+    assert off[-1] < 0.03 * truth.sum()

@@ -1,0 +1,56 @@
+"""Point: everything on the nearest taxel."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.tactile.loads import sphere_load
+from app.tactile.models.point import PointModel
+from app.tactile.receptive_field import disc_field, quadrature_points
+from tests.support.touch import arm, bar_skin
+
+SKIN = bar_skin()
+UP = np.array([0.0, 0.0, 1.0])
+FELT = PointModel(SKIN)
+
+
+def press(point, force=5.0, *, normal=UP, link="bar"):
+    return sphere_load(link, np.asarray(point, dtype=float), normal, force, 0.008)
+
+
+def test_the_taxel_of_the_nearest_facing_point_feels_all():
+    skin = arm().skin
+    points, felt = quadrature_points(skin), PointModel(skin)
+    wears = np.array([patch.link for patch in skin.patches])[skin.patch_of[points.taxel]]
+    for number in range(0, len(points.areas), 97):
+        normal = points.normals[number]
+        load = press(points.positions[number] + 1e-3 * normal, normal=normal, link=wears[number])
+        candidates = np.flatnonzero((wears == load.link) & (points.normals @ normal > 0.2))
+        away = np.linalg.norm(points.positions[candidates] - load.point, axis=1)
+        taxel = points.taxel[candidates[away.argmin()]]
+        pressures = felt.pressures([load])
+        assert pressures[taxel] == pytest.approx(5.0 / skin.areas[taxel], rel=1e-12)
+        assert np.count_nonzero(pressures) == 1
+        assert felt.notes == ()
+
+
+def test_loads_add_up_and_none_is_nothing():
+    here, there = press((0.1, 0, 0.02)), press((0.3, 0, 0.02), 2.0)
+    assert FELT.pressures([here, there, here]) @ SKIN.areas == pytest.approx(12.0, rel=1e-12)
+    assert not FELT.pressures([]).any()
+    assert not FELT.pressures([press((0.1, 0, 0.02), 0.0), press((0.1, 0, 0.02), link="elsewhere")]).any()
+
+
+def test_the_edge_feels_and_beside_the_skin_is_told():
+    edge = FELT.pressures([press((0.005, 0, 0.02), normal=np.array([-1.0, 0, 0]))])
+    assert edge @ SKIN.areas == pytest.approx(5.0, rel=1e-12)
+    assert not FELT.pressures([press((-0.2, 0, 0.02))]).any()
+    assert FELT.notes == ("something presses bar beside its skin: not felt",)
+
+
+def test_an_electrode_that_is_not_there_feels_nothing():
+    field = disc_field(SKIN, 0.002)
+    unheard = np.flatnonzero(~(field.weights > 0).any(axis=1))[0]
+    place = quadrature_points(SKIN).positions[unheard]
+    assert not PointModel(SKIN, field=field).pressures([press(place)]).any()

@@ -1,0 +1,122 @@
+"""Punch: the force acts where the solver says, to rounding, or the notes say that it does not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.geometry.pose import Pose
+from app.skin.skin import Skin
+from app.tactile.elastic_layer import ElasticLayer
+from app.tactile.loads import Box, Load, Sphere, sphere_load
+from app.tactile.models.punch import PunchModel
+from app.tactile.models.water_fill import WaterFillModel
+from tests.support.touch import arm, bar_skin, each_point_a_taxel
+
+UP = np.array([0.0, 0.0, 1.0])
+MIDDLE = np.array([0.2, 0.0, 0.02])
+
+
+FLAT = each_point_a_taxel(bar_skin(finer=2))
+
+
+def at_places(skin: Skin):
+    return np.concatenate([patch.taxels.positions for patch in skin.patches])
+
+
+def shifted(load: Load, by) -> Load:
+    """The same force at the same place, from a body that is said to be elsewhere."""
+    pose = Pose(load.pose.rotation, load.pose.translation + np.asarray(by))
+    return Load(load.link, load.point, load.normal, load.force, load.shape, pose, load.by)
+
+
+def off(skin: Skin, pressures, load: Load) -> float:
+    """How far along the skin the centre of pressure is from the load's [m]."""
+    forces = pressures * skin.areas
+    aside = forces @ (at_places(skin) - load.point) / forces.sum()
+    return float(np.linalg.norm(aside - (aside @ load.normal) * load.normal))
+
+
+@pytest.mark.parametrize("radius", [0.01, 0.05, 0.4])
+@pytest.mark.parametrize("by", [(0, 0, 0), (1e-3, 0, 0), (-0.5e-3, 2e-3, 1e-3)])
+def test_force_and_centre_are_the_loads(radius, by):
+    model = PunchModel(FLAT)
+    load = shifted(sphere_load("bar", MIDDLE + [1e-3, 2e-3, 0], UP, 20.0, radius), by)
+    pressures = model.pressures([load])
+    assert pressures @ FLAT.areas == pytest.approx(20.0, rel=1e-9)
+    assert off(FLAT, pressures, load) < 1e-9
+    assert model.notes == ()
+    if any(by):
+        assert off(FLAT, WaterFillModel(FLAT).pressures([load]), load) > 1e-4, "water-fill believes the body"
+
+
+def test_a_box_on_its_edge_is_matched_too():
+    load = Load("bar", MIDDLE + [0.004, 0.003, 0], UP, 30.0, Box((0.02, 0.01, 0.01)),
+                Pose(np.eye(3), MIDDLE + [0, 0, 0.0095]))  # fmt: skip
+    model = PunchModel(FLAT)
+    pressures = model.pressures([load])
+    assert model.notes == ()
+    assert off(FLAT, pressures, load) < 1e-9
+    assert pressures[at_places(FLAT)[:, 0] > 0.21].sum() > 2 * pressures[at_places(FLAT)[:, 0] < 0.19].sum()
+
+
+def test_on_the_bent_links_of_an_arm_as_well():
+    skin = each_point_a_taxel(arm().skin)
+    model, generator, matched = PunchModel(skin), np.random.default_rng(0), 0
+    for _ in range(40):
+        patch = skin.patches[generator.integers(len(skin.patches))]
+        taxel = generator.integers(len(patch.taxels))
+        point, normal = patch.taxels.positions[taxel], patch.taxels.normals[taxel]
+        load = shifted(sphere_load(patch.link, point, normal, 15.0, 0.02), generator.normal(scale=5e-4, size=3))
+        forces = model.pressures([load]) * skin.areas
+        assert forces.sum() == pytest.approx(15.0, rel=1e-9)
+        if not model.notes:
+            matched += 1
+            aside = np.where(forces > 0, forces, 0) @ (at_places(skin) - point) / 15.0
+            assert np.linalg.norm(aside - (aside @ normal) * normal) < 1e-9
+    assert matched > 25, "the others are at borders, or press one point"
+
+
+def test_a_centre_beside_the_points_keeps_the_force_and_says_so():
+    load = sphere_load("bar", MIDDLE, UP, 5.0, 0.01)
+    beside = Load("bar", np.array([-0.05, 0.0, 0.02]), UP, 5.0, load.shape, load.pose, "thumb")
+    model = PunchModel(FLAT)
+    pressures = model.pressures([beside])
+    np.testing.assert_array_equal(pressures, WaterFillModel(FLAT).pressures([beside]))
+    assert model.notes == ("thumb presses bar beside the points under it: only its force is kept",)
+    model.pressures([load])
+    assert model.notes == (), "notes are of the last reading"
+
+
+def test_beside_the_skin_it_says_what_water_fill_says():
+    load = sphere_load("bar", np.array([0.2, 0.3, 0.02]), UP, 5.0, 0.01)
+    model, other = PunchModel(FLAT), WaterFillModel(FLAT)
+    assert not model.pressures([load]).any()
+    other.pressures([load])
+    assert model.notes == other.notes != ()
+
+
+def test_a_contact_smaller_than_the_points_are_apart_is_not_missed():
+    skin = bar_skin()
+    for step in np.linspace(0, 8e-3, 9):
+        load = sphere_load("bar", MIDDLE + [step, 0.3 * step, 0], UP, 0.5, 0.002)
+        assert PunchModel(skin).pressures([load]) @ skin.areas == pytest.approx(0.5, rel=1e-9)
+
+
+def test_loads_add_up_and_nothing_is_remembered():
+    model = PunchModel(FLAT)
+    loads = [sphere_load("bar", MIDDLE + [d, 0, 0], UP, 4.0, 0.02) for d in (-0.05, 0.0, 0.01)]
+    alone = sum(model.pressures([load]) for load in loads)
+    np.testing.assert_allclose(model.pressures(loads), alone, rtol=1e-9, atol=1e-6)
+
+
+def test_a_wide_tilt_reaches_points_that_the_straight_body_would_not_touch():
+    """The neighbourhood is searched again, wider, until the tilted body is all in it."""
+    skin = FLAT
+    load = Load("bar", MIDDLE + [0.03, 0, 0], UP, 200.0, Sphere(2.0), Pose(np.eye(3), MIDDLE + [0, 0, 2.0]))
+    model = PunchModel(skin, layer=ElasticLayer(modulus=2e4))
+    pressures = model.pressures([load])
+    assert model.notes == ()
+    assert off(skin, pressures, load) < 1e-9
+    straight = WaterFillModel(skin, stiffness=ElasticLayer(modulus=2e4).foundation).pressures([load])
+    assert ((pressures > 0) & (straight == 0)).any()

@@ -1,0 +1,160 @@
+"""Water-fill: force in is force out, where the body is, spread as a bed of springs bears it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from app.geometry.pose import Pose
+from app.skin.skin import Skin
+from app.tactile.elastic_layer import ElasticLayer
+from app.tactile.loads import Box, Cylinder, Load, Plane, sphere_load
+from app.tactile.models.water_fill import WaterFillModel
+from app.tactile.receptive_field import disc_field, quadrature_points
+from tests.support.touch import arm, bar_skin, pair
+
+SKIN = bar_skin()
+UP = np.array([0.0, 0.0, 1.0])
+MIDDLE = np.array([0.2, 0.0, 0.02])
+FELT = WaterFillModel(SKIN)
+STIFFNESS = ElasticLayer().foundation
+
+
+def press(point, force=5.0, radius=0.008, *, link="bar", normal=UP):
+    return sphere_load(link, np.asarray(point, dtype=float), normal, force, radius)
+
+
+def test_a_sphere_on_a_flat_bed_sinks_as_winkler_says():
+    """F = π K R d² for a shallow sphere: the peak pressure is K d, and the touched area 2 π R d."""
+    skin, force, radius = bar_skin(1500, finer=4), 60.0, 0.05
+    pressures = WaterFillModel(skin).pressures([press(MIDDLE, force, radius)])
+    depth = np.sqrt(force / (np.pi * STIFFNESS * radius))
+    assert 0.9 < pressures.max() / (STIFFNESS * depth) < 1.05, "a taxel averages over its area"
+    half = pressures > 0.5 * STIFFNESS * depth  # where the sphere is half as deep: half the area
+    assert skin.areas[half].sum() == pytest.approx(np.pi * radius * depth, rel=0.15)
+
+
+def test_each_taxel_feels_what_a_dense_integral_says():
+    """Every point is replaced by the rings of a flat bed under the true sphere, integrated with scipy's root finder."""
+    skin, force, radius = bar_skin(400, finer=4), 40.0, 0.03
+    points = quadrature_points(skin)
+    pressures = WaterFillModel(skin).pressures([press(MIDDLE, force, radius)])
+    ring = np.linspace(0, 0.04, 20_001)
+    gap = np.hypot(ring, radius) - radius
+
+    def excess(depth):
+        return np.trapezoid(2 * np.pi * ring * STIFFNESS * np.maximum(depth - gap, 0), ring) - force
+
+    depth = brentq(excess, 0, 0.01)
+    away = np.linalg.norm(points.positions - MIDDLE, axis=1)
+    dense = STIFFNESS * np.maximum(depth - (np.hypot(away, radius) - radius), 0) * points.areas
+    expected = np.bincount(points.taxel, dense, len(skin)) / skin.areas
+    assert expected.max() > 1e4
+    assert pressures == pytest.approx(expected, abs=0.02 * expected.max())
+
+
+@pytest.mark.parametrize(
+    ("shape", "high", "area"),
+    [(Box((0.03, 0.02, 0.01)), 0.01, 0.06 * 0.04), (Cylinder(0.02, 0.01), 0.01, np.pi * 0.02**2),
+     (Plane(), 0.0, 0.38 * 0.1)],
+)  # fmt: skip
+def test_flat_bodies_press_evenly_over_their_face(shape, high, area):
+    skin = bar_skin(1500, finer=4)
+    turn = np.diag([1.0, -1, -1])  # the plane's solid side is up
+    load = Load("bar", MIDDLE, UP, 5.0, shape, Pose(turn, MIDDLE + high * UP))
+    pressures = WaterFillModel(skin).pressures([load])
+    assert pressures @ skin.areas == pytest.approx(5.0, rel=1e-12)
+    assert np.median(pressures[pressures > 0]) == pytest.approx(5.0 / area, rel=0.05)
+
+
+def test_a_tilted_box_presses_with_its_edge():
+    turn = np.array([[np.cos(0.5), 0, np.sin(0.5)], [0, 1, 0], [-np.sin(0.5), 0, np.cos(0.5)]])
+    edge = turn @ [0.02, 0, -0.02]
+    load = Load("bar", MIDDLE, UP, 5.0, Box((0.02, 0.02, 0.02)), Pose(turn, MIDDLE - edge))
+    force = FELT.pressures([load]) * SKIN.areas
+    centre = force @ SKIN.patches[0].taxels.positions / force.sum()
+    assert abs(centre[0] - MIDDLE[0]) < 0.012
+    assert abs(centre[1]) < 0.006
+
+
+def test_the_depth_of_the_body_in_the_skin_does_not_matter():
+    shallow = FELT.pressures([press(MIDDLE)])
+    for depth in (-0.01, 0.001, 0.004):
+        load = sphere_load("bar", MIDDLE, UP, 5.0, 0.008, depth=depth)
+        assert FELT.pressures([load]) @ SKIN.areas == pytest.approx(5.0, rel=1e-12)
+    big = WaterFillModel(SKIN).pressures([sphere_load("bar", MIDDLE, UP, 5.0, 1e4, depth=1e-4)])
+    assert big @ SKIN.areas == pytest.approx(5.0, rel=1e-12)
+    assert shallow @ SKIN.areas == pytest.approx(5.0, rel=1e-12)
+
+
+def test_pressure_is_under_the_finger():
+    force = FELT.pressures([press((0.12, 0.02, 0.02))]) * SKIN.areas
+    centre = force @ SKIN.patches[0].taxels.positions / force.sum()
+    assert np.linalg.norm(centre - [0.12, 0.02, 0.02]) < 0.012
+
+
+def test_loads_add_up():
+    one, other = press((0.1, 0, 0.02)), press((0.11, 0, 0.02), 2.0)
+    assert FELT.pressures([one, other]) == pytest.approx(FELT.pressures([one]) + FELT.pressures([other]), rel=1e-12)
+    assert FELT.pressures([one, other]) @ SKIN.areas == pytest.approx(7.0, rel=1e-12)
+
+
+def test_what_was_pressed_before_does_not_change_a_reading_to_the_bit():
+    generator, worn = np.random.default_rng(0), WaterFillModel(SKIN)
+    point = np.array([0.1, 0.0, 0.02])
+    for _ in range(150):
+        point = np.clip(point + [*generator.normal(scale=0.0015, size=2), 0.0], [0.02, -0.04, 0.02], [0.38, 0.04, 0.02])
+        load = press(point, float(generator.uniform(0.5, 20)))
+        assert worn.pressures([load]).tobytes() == WaterFillModel(SKIN).pressures([load]).tobytes()
+
+
+def test_a_force_that_jumps_finds_the_points_it_needs():
+    for force in (1e-3, 50.0, 1e-9, 1e6, 1e290, 1.0):
+        pressures = FELT.pressures([press(MIDDLE, force)])
+        assert pressures @ SKIN.areas == pytest.approx(force, rel=1e-12)
+        fresh = WaterFillModel(SKIN).pressures([press(MIDDLE, force)])
+        assert pressures.tobytes() == fresh.tobytes()
+    assert np.count_nonzero(FELT.pressures([press(MIDDLE, 1e6)])) > 0.9 * len(SKIN), "all of the bar's top bears it"
+
+
+def test_beside_the_skin_is_told_and_not_felt():
+    assert not FELT.pressures([press((-0.2, 0, 0.02))]).any()
+    assert FELT.notes == ("something presses bar beside its skin: not felt",)
+    assert FELT.pressures([press(MIDDLE)]).any()
+    assert FELT.notes == ()
+
+
+def test_a_body_against_the_edge_is_borne_by_the_nearest_point():
+    load = press((0.005, 0, 0.02), normal=np.array([-1.0, 0, 0]))
+    pressures = FELT.pressures([load])
+    assert pressures @ SKIN.areas == pytest.approx(5.0, rel=1e-12)
+    assert np.count_nonzero(pressures) == 1
+    (note,) = FELT.notes
+    assert "edge of the skin on bar" in note
+
+
+def test_other_links_and_no_loads_are_not_felt():
+    assert not FELT.pressures([]).any()
+    assert not FELT.pressures([press(MIDDLE, 0.0)]).any()
+    assert not FELT.pressures([press(MIDDLE, link="elsewhere")]).any()
+    assert WaterFillModel(Skin(())).pressures([press(MIDDLE)]).shape == (0,)
+    _, skin = pair()
+    load = press((0.05, 0, 0), link="left", normal=np.array([1.0, 0, 0]))
+    pressures = WaterFillModel(skin).pressures([load])
+    assert pressures[: skin.first[1]].any()
+    assert not pressures[skin.first[1] :].any()
+
+
+def test_the_far_side_of_a_thin_link_does_not_feel():
+    skin = arm().skin
+    taxels = skin.patches[1].taxels
+    load = sphere_load("forearm", taxels.positions[10], taxels.normals[10], 8.0, 0.2)
+    pressed = WaterFillModel(skin).pressures([load])[skin.first[1] : skin.first[2]] > 0
+    assert pressed.any()
+    assert (taxels.normals[pressed] @ taxels.normals[10] > 0).all()
+
+
+def test_a_small_electrode_misses_what_presses_beside_it():
+    coarse = WaterFillModel(SKIN, field=disc_field(SKIN, 0.003)).pressures([press(MIDDLE, 5.0)])
+    assert coarse @ SKIN.areas != pytest.approx(5.0, rel=0.01)

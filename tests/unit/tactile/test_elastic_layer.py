@@ -1,0 +1,31 @@
+"""The cover and its stiffness."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from app.core.errors import SimulationError
+from app.tactile.elastic_layer import ElasticLayer
+
+
+def test_the_default_is_a_soft_foam_of_four_millimetres():
+    assert ElasticLayer().foundation == pytest.approx(3e7)
+
+
+def test_a_thicker_layer_is_softer_and_a_layer_free_to_widen_is_as_a_rod():
+    layer = ElasticLayer()
+    assert replace(layer, thickness=2 * layer.thickness).foundation == pytest.approx(0.5 * layer.foundation)
+    assert replace(layer, poisson=0.0).foundation == pytest.approx(layer.modulus / layer.thickness)
+    assert replace(layer, poisson=0.45).foundation > 2 * layer.foundation, "what cannot yield sideways is stiff"
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("poisson", 0.5), ("poisson", -0.1), ("modulus", 0.0), ("thickness", 0.0), ("stiffness", float("nan")),
+     ("depth", 1.0), ("friction", -0.1), ("friction", float("inf"))],
+)  # fmt: skip
+def test_a_cover_that_cannot_be_is_refused_by_name(name, value):
+    with pytest.raises(SimulationError, match=rf"layer\.{name}"):
+        replace(ElasticLayer(), **{name: value})

@@ -1,0 +1,124 @@
+"""The quadrature points of a skin, and what its taxels feel of forces on them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.core.errors import SimulationError
+from app.skin.skin import Skin
+from app.tactile.receptive_field import cell_field, disc_field, field_from_entries, quadrature_points
+from tests.support.touch import arm, bar_skin, pair
+
+
+def test_they_come_patch_after_patch_and_name_the_skins_taxels():
+    _, skin = pair()
+    points, second = quadrature_points(skin), skin.patches[1].taxels.quadrature
+    assert len(skin.patches) == 2
+    np.testing.assert_array_equal(points.positions[-len(second.areas) :], second.positions)
+    np.testing.assert_array_equal(points.taxel[-len(second.areas) :], second.taxel + skin.first[1])
+    np.testing.assert_allclose(np.bincount(points.taxel, points.areas), skin.areas, rtol=1e-12)
+    assert np.linalg.norm(points.normals, axis=1).min() > 0.99
+
+
+def test_a_bare_robot_has_none():
+    assert quadrature_points(Skin(())).positions.shape == (0, 3)
+
+
+SKIN = arm().skin
+POINTS = quadrature_points(SKIN)
+
+
+def felt(field, forces, skin=SKIN):
+    pressures = np.zeros(len(skin))
+    field.add(pressures, np.arange(len(forces)), forces)
+    return pressures
+
+
+def test_whole_cells_keep_the_force_and_read_a_uniform_pressure():
+    forces = np.random.default_rng(0).uniform(0, 1, len(POINTS.areas))
+    assert felt(cell_field(SKIN), forces) @ SKIN.areas == pytest.approx(forces.sum(), rel=1e-13)
+    assert felt(cell_field(SKIN), 5e3 * POINTS.areas) == pytest.approx(np.full(len(SKIN), 5e3), rel=1e-12)
+
+
+def test_it_adds_to_what_is_there_and_a_point_may_come_twice():
+    skin = bar_skin()
+    field, pressures = cell_field(skin), np.full(len(skin), 7.0)
+    field.add(pressures, np.array([3, 3]), np.array([1.0, 2.0]))
+    taxel = quadrature_points(skin).taxel[3]
+    assert pressures[taxel] == pytest.approx(7.0 + 3.0 / skin.areas[taxel])
+    assert (np.delete(pressures, taxel) == 7.0).all()
+
+
+@pytest.mark.parametrize("radius", [1e-4, 0.002, 0.008, 0.03, 1.0])
+def test_discs_of_any_size_read_a_uniform_pressure(radius):
+    assert felt(disc_field(SKIN, radius), 5e3 * POINTS.areas) == pytest.approx(np.full(len(SKIN), 5e3), rel=1e-12)
+
+
+@pytest.mark.parametrize("radius", [0.004, 0.01])
+def test_a_disc_is_the_mean_over_the_points_within_it(radius):
+    forces = np.random.default_rng(1).uniform(0, 1, len(POINTS.areas))
+    pressures, start = felt(disc_field(SKIN, radius), forces), 0
+    checked = 0
+    for patch, first in zip(SKIN.patches, SKIN.first[:-1], strict=True):
+        points = patch.taxels.quadrature
+        own = forces[start : start + len(points.areas)]
+        start += len(points.areas)
+        for taxel in range(0, len(patch.taxels), 7):
+            near = np.linalg.norm(points.positions - patch.taxels.positions[taxel], axis=1) < radius
+            near &= points.normals @ patch.taxels.normals[taxel] > 0
+            if near.any():
+                checked += 1
+                assert pressures[first + taxel] == pytest.approx(own[near].sum() / points.areas[near].sum(), rel=1e-12)
+    assert checked > 15
+
+
+def test_what_presses_between_discs_is_not_felt_and_overlapping_discs_both_feel():
+    skin = bar_skin()
+    points = quadrature_points(skin)
+    small, large = disc_field(skin, 0.004), disc_field(skin, 0.03)
+    heard = [np.unique(field.taxels[field.weights > 0]).size for field in (small, large)]
+    assert heard == [len(skin), len(skin)]
+    unheard = np.flatnonzero(~(small.weights > 0).any(axis=1))
+    assert unheard.size > 100
+    assert not felt(small, np.where(np.isin(np.arange(len(points.areas)), unheard), 1.0, 0.0), skin).any()
+    one = np.zeros(len(points.areas))
+    one[0] = 1.0
+    assert np.count_nonzero(felt(large, one, skin)) > 1
+
+
+def test_a_disc_stays_on_its_patch_and_its_side():
+    _, skin = pair()
+    count = len(skin.patches[0].taxels.quadrature.areas)
+    forces = np.zeros(len(quadrature_points(skin).areas))
+    forces[:count] = 1.0
+    assert not felt(disc_field(skin, 1.0), forces, skin)[skin.first[1] :].any()
+    field = disc_field(SKIN, 0.2)  # reaches the other side of every link
+    facing = np.einsum("qwi,qi->qw", _taxel_normals()[field.taxels], POINTS.normals) > 0
+    assert facing[field.weights > 0].all()
+
+
+def _taxel_normals():
+    return np.concatenate([patch.taxels.normals for patch in SKIN.patches])
+
+
+def test_a_table_holds_its_entries():
+    points, taxels, weights = np.array([2, 0, 2, 2]), np.array([5, 1, 3, 4]), np.array([1.0, 2.0, 3.0, 4.0])
+    field = field_from_entries(4, points, taxels, weights)
+    assert field.taxels.shape == (4, 3)
+    pressures = np.zeros(6)
+    field.add(pressures, np.array([2, 0, 1]), np.array([1.0, 10.0, 100.0]))
+    assert pressures.tolist() == [0, 20.0, 0, 3.0, 4.0, 1.0]
+    empty = field_from_entries(2, np.zeros(0, int), np.zeros(0, int), np.zeros(0))
+    assert empty.weights.tolist() == [[0.0], [0.0]]
+
+
+def test_a_skin_without_taxels_has_fields_without_points():
+    assert disc_field(Skin(()), 0.01).taxels.size == 0
+    assert cell_field(Skin(())).taxels.size == 0
+
+
+@pytest.mark.parametrize("radius", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_disc_that_is_none_is_refused(radius):
+    with pytest.raises(SimulationError, match="electrode"):
+        disc_field(SKIN, radius)

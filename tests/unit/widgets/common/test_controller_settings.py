@@ -1,0 +1,73 @@
+"""What the controls offer is what the controller takes, and each controller keeps its own gains."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, replace
+
+import pytest
+
+from app.control.command import CHOICES, RANGES, ControlSettings, check_settings
+from app.control.command import CHOICES as TAKEN
+from app.control.controllers import effective_settings
+from app.studies.controller_comparison import TASK_FIELDS
+from widgets.common.controller_settings import CONTROLLERS, GAIN_SETTINGS, SETTING_CHOICES, SLIDERS, GainsByController
+
+
+def test_every_law_and_choice_is_offered():
+    assert tuple(CONTROLLERS) == TAKEN["controller"]
+    for name, (tip, words) in SETTING_CHOICES.items():
+        assert tip
+        assert tuple(words) == TAKEN[name]
+
+
+def test_every_number_has_a_slider_whose_ends_are_taken():
+    assert set(SLIDERS) == set(RANGES)
+    for name, spec in SLIDERS.items():
+        for end in (spec.low, spec.high):
+            check_settings(replace(ControlSettings(), **{name: end / spec.scale}))
+        assert spec.low <= getattr(ControlSettings(), name) * spec.scale <= spec.high
+
+
+@pytest.mark.parametrize("controller", CONTROLLERS)
+def test_whatever_is_heeded_can_be_turned(controller):
+    for task in TAKEN["task"]:
+        shown = {*SLIDERS, *SETTING_CHOICES, "controller", "path"}
+        assert effective_settings(ControlSettings(controller=controller, task=task)) <= shown
+    assert set(asdict(ControlSettings())) == shown | {"starts"}
+
+
+HYBRID = ControlSettings(controller="hybrid", force_gain=0.01)
+
+
+def test_a_law_tried_for_the_first_time_takes_the_gains_of_now():
+    assert GainsByController().switched(HYBRID, "qp") == replace(HYBRID, controller="qp")
+
+
+def test_switched_to_and_fro_each_has_its_own_gains_and_the_task_stays():
+    memory = GainsByController()
+    qp = replace(memory.switched(HYBRID, "qp"), force_gain=0.03, force_goal=6.0, task="retreat")
+    back = memory.switched(qp, "hybrid")
+    assert back == replace(HYBRID, force_goal=6.0, task="retreat")
+    assert memory.switched(back, "qp") == qp
+
+
+def test_a_reset_is_to_where_the_scene_began():
+    memory = GainsByController()
+    memory.begin(ControlSettings(stiffness=20.0, force_goal=9.0))
+    assert memory.reset(replace(HYBRID, task="guide")) == ControlSettings(
+        controller="hybrid", stiffness=20.0, task="guide"
+    )
+
+
+def test_another_scene_forgets_the_gains():
+    memory = GainsByController()
+    memory.switched(HYBRID, "qp")
+    memory.begin(ControlSettings())
+    assert memory.switched(ControlSettings(controller="qp"), "hybrid").force_gain == ControlSettings().force_gain
+
+
+def test_every_setting_is_a_gain_or_says_what_is_to_be_done():
+    assert {*GAIN_SETTINGS, *TASK_FIELDS, "controller", "max_force"} == set(asdict(ControlSettings()))
+    assert not set(GAIN_SETTINGS) & set(TASK_FIELDS)
+    for controller in CHOICES["controller"]:
+        assert effective_settings(ControlSettings(controller=controller)) & set(GAIN_SETTINGS)

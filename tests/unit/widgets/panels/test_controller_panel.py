@@ -1,0 +1,149 @@
+"""Steps of the goal are noticed and what followed them is read; what the controller is doing, in words that fit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.control.command import CHOICES, ControlSettings, TaskReport
+from tests.widgets.support.samples import leaf_map, touched
+from widgets.panels.controller_panel import StepResponseMonitor, step_response_text, task_status_text
+
+TICK = 0.016
+
+
+def follow(watch, seconds, *, start, goal, force):
+    for k in range(round(seconds / TICK)):
+        time = start + k * TICK
+        watch.take(time, force(time - start) if callable(force) else force, goal)
+    return start + seconds
+
+
+def stepped(answer=lambda t: 6 - 3 * np.exp(-t / 0.1)):
+    watch = StepResponseMonitor()
+    now = follow(watch, 1.0, start=0.0, goal=3.0, force=3.0)
+    follow(watch, 2.0, start=now, goal=6.0, force=answer)
+    return watch
+
+
+def test_the_first_goal_is_no_step():
+    watch = StepResponseMonitor()
+    follow(watch, 1.0, start=0.0, goal=3.0, force=0.0)
+    assert watch.response is None
+
+
+def test_a_step_is_read():
+    found = stepped().response
+    assert (found.before, found.goal, found.overshoot) == (3.0, 6.0, 0.0)
+    assert found.settling == pytest.approx(0.3, abs=2 * TICK)
+    assert step_response_text(found).startswith("Goal 3.0 → 6.0\u2009N: 0\u2009% over, settled in 0.3")
+
+
+def test_one_that_overshoots_says_so_and_one_that_has_not_settled_too():
+    found = stepped(lambda t: 6.0 + 1.5 * np.exp(-t) * np.cos(8 * t)).response
+    assert found.overshoot == pytest.approx(0.5, abs=0.02)
+    assert step_response_text(stepped(lambda _t: 4.0).response).endswith("0\u2009% over, not settled yet")
+
+
+def test_a_slider_on_its_way_is_one_step():
+    watch = StepResponseMonitor()
+    now = follow(watch, 1.0, start=0.0, goal=3.0, force=3.0)
+    for goal in (3.5, 4.0, 4.5, 5.0):
+        now = follow(watch, 0.1, start=now, goal=goal, force=3.0)
+    follow(watch, 1.0, start=now, goal=5.0, force=5.0)
+    assert (watch.response.before, watch.response.goal) == (3.0, 5.0)
+
+
+def test_a_slider_that_came_back_is_no_step():
+    watch = StepResponseMonitor()
+    now = follow(watch, 1.0, start=0.0, goal=3.0, force=3.0)
+    now = follow(watch, 0.1, start=now, goal=4.0, force=3.0)
+    follow(watch, 0.5, start=now, goal=3.0, force=3.0)
+    assert watch.response is None
+
+
+def test_a_lost_contact_ends_the_watch_and_its_return_is_no_step():
+    watch = stepped()
+    before = watch.response
+    watch.take(3.1, 0.0, None)
+    watch.take(3.2, 0.0, 6.0)
+    assert watch.response.before == before.before
+    assert watch.response.goal == before.goal
+
+
+def test_another_change_ends_the_watch():
+    watch = stepped()
+    before = watch.response
+    watch.hold()
+    follow(watch, 1.0, start=3.0, goal=6.0, force=20.0)
+    assert watch.response == before
+    follow(watch, 1.0, start=4.0, goal=2.0, force=2.0)
+    assert watch.response.goal == 2.0, "until the next step"
+
+
+def test_time_that_runs_backwards_forgets():
+    watch = stepped()
+    watch.take(0.0, 0.0, 6.0)
+    assert watch.response is None
+
+
+MAP = leaf_map()
+NOBODY, ONE, TWO = touched(MAP), touched(MAP, [10]), touched(MAP, [10, 300])
+
+
+def said(task, frame, *limits, controller="hybrid", error=None, way=0.0, transfer="", report=True, **settings):
+    assert len(TWO.regions) == 2
+    told = TaskReport(error=error, way=way, transfer=transfer) if report else None
+    return task_status_text(
+        ControlSettings(controller=controller, task=task, **settings), replace(frame, task=told, why_limited=limits)
+    )
+
+
+@pytest.mark.parametrize("task", CHOICES["task"])
+def test_every_task_waits_and_works_in_its_own_words(task):
+    waiting, working = said(task, NOBODY), said(task, TWO, error=0.001)
+    assert waiting != working
+    assert waiting.startswith(("Waiting", "Ready"))
+
+
+@pytest.mark.parametrize(
+    ("task", "frame", "words"),
+    [
+        ("keep_force", ONE, "Keeping 3.0\u202fN"),
+        ("balance", ONE, "Keeping 3.0\u202fN"),
+        ("balance", TWO, "Balancing 2 contacts"),
+        ("retreat", ONE, "Retreating from 1 contact"),
+        ("retreat", TWO, "Retreating from 2 contacts"),
+        ("hold_point", ONE, "Holding the point, 1.2\u202fmm off"),
+        ("guide", ONE, "Following the hand, 1.2\u202fmm off"),
+        ("follow_path", ONE, "Following the path, 34\u202fmm along it, 1.2\u202fmm off"),
+    ],
+)
+def test_work_is_told_with_its_numbers(task, frame, words):
+    at_a_place = task in ("hold_point", "guide", "follow_path")
+    assert said(task, frame, error=0.0012 if at_a_place else None, way=0.0341) == words
+
+
+def test_a_path_that_waits_says_so():
+    words = said("follow_path", ONE, "the path waits for the contact", error=0.0104)
+    assert words == "Waiting for the contact, 10.4\u202fmm off"
+
+
+def test_what_went_wrong_comes_first():
+    assert said("keep_force", NOBODY, "contact lost") == "Looking for the contact it just lost"
+    assert said("keep_force", ONE, "stopped: 41 N of force, more than 40 N; lift what touches") == "Standing still"
+
+
+@pytest.mark.parametrize(
+    ("state", "word"), [("look", "Looking"), ("lift", "Carrying"), ("press", "Carrying"), ("return", "back")]
+)
+def test_a_contact_that_is_carried_over_a_crossing_is_told(state, word):
+    assert word in said("follow_path", NOBODY, transfer=state)
+
+
+def test_laws_without_a_task_say_what_they_do():
+    assert said("guide", ONE, controller="impedance", report=False) == "Holding the rest posture"
+    assert said("guide", NOBODY, controller="hold_force", report=False) == "Waiting for a contact"
+    assert said("guide", ONE, controller="hold_force", report=False, force_goal=4.0) == "Keeping 4.0\u202fN"

@@ -1,0 +1,129 @@
+"""What the effects panel offers and says: choices, reasons, what a recording changed, and milliseconds in words."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from app.core.timing import Timings
+from app.scene.effects import EFFECTS
+from app.scene.scene import Scene, with_override
+from app.tactile.sensor_effects import Noise, SensorEffects
+from widgets.panels.effects_panel import (
+    EffectCosts,
+    automatic_rows,
+    credited_decision,
+    effect_choices,
+    effect_reason,
+    effect_tip,
+    recorded_decision,
+)
+
+SCENE = Scene("by hand", "arm")
+
+
+def row_of(scene, key):
+    return next(row for row in scene.decision.rows if row.name == key)
+
+
+@pytest.mark.parametrize("key", EFFECTS)
+def test_every_choice_is_one_that_the_scene_takes(key):
+    choices = effect_choices(key, tick=SCENE.tick)
+    assert choices[0] == ("Auto", "auto")
+    assert len(choices) >= 3
+    for words, wish in choices[1:]:
+        assert row_of(with_override(SCENE, key, wish), key).value == words
+
+
+def test_only_time_steps_that_make_up_a_tick_are_offered():
+    steps = [wish for _, wish in effect_choices("timestep", tick=0.005)[1:]]
+    assert steps == [0.0005, 0.001, 0.0025, 0.005]
+
+
+def test_a_wish_says_what_it_would_be_without():
+    scene = with_override(SCENE, "friction", "on")
+    row, auto = row_of(scene, "friction"), automatic_rows(scene)["friction"]
+    assert row.overridden
+    assert auto == row_of(SCENE, "friction")
+    assert effect_reason(row, auto) == f"The scene says so; auto is off: {auto.why}."
+    assert effect_reason(auto, auto) == f"{auto.why[:1].upper()}{auto.why[1:]}."
+
+
+def test_what_was_chosen_here_is_told_from_what_the_scene_said():
+    opened = with_override(SCENE, "friction", "on")
+    scene = with_override(with_override(opened, "noise", "on"), "friction", "on")
+    decision = credited_decision(scene.decision, opened, scene)
+    reasons = {row.name: row.why for row in decision.rows if row.overridden}
+    assert reasons["friction"] == "the scene says so"
+    assert reasons["noise"] == "you chose so"
+    assert decision.effects == scene.effects
+
+
+def test_what_is_off_says_what_it_would_usually_be():
+    row = row_of(SCENE, "noise")
+    assert not row.on
+    assert "Usually sd 100." in effect_tip(row, row)
+    on = row_of(with_override(SCENE, "noise", {"sd": 300.0}), "noise")
+    assert "Usually" not in effect_tip(on, row)
+    assert "sd 300" in effect_tip(on, row)
+
+
+def test_what_changed_in_a_recording_is_marked_and_nothing_else():
+    effects = replace(SCENE.effects, friction=True, sensor=SensorEffects(noise=Noise()))
+    assert recorded_decision(SCENE, SCENE.effects) is SCENE.decision
+    changed = recorded_decision(SCENE, effects)
+    assert changed.effects == effects
+    rows = dict(zip(EFFECTS, zip(SCENE.decision.rows, changed.rows, strict=True), strict=True))
+    for key, (old, new) in rows.items():
+        if key in ("friction", "noise"):
+            assert (new.value, new.on, new.overridden, new.why) == ("on", True, True, "changed while it ran")
+        else:
+            assert new == old
+
+
+ROWS = {row.name: row for row in Scene("s", "arm", overrides={"noise": "on", "gravity": "on"}).decision.rows}
+
+
+def test_a_stage_costs_its_median_here_and_now():
+    costs = EffectCosts()
+    for milliseconds in (0.1, 0.3, 9.0):
+        costs.add(Timings({"physics": 1.0, "touch": milliseconds, "noise": 0.02}))
+    costs.prices = {"skin": 7.0, "noise": 7.0}
+    assert (costs.of(ROWS["skin"]).words, costs.of(ROWS["skin"]).beside) == ("0.30", False)
+    assert (costs.of(ROWS["noise"]).words, costs.of(ROWS["noise"]).beside) == ("0.02", False)
+
+
+def test_what_is_no_stage_costs_what_was_measured_beside():
+    costs = EffectCosts()
+    assert costs.of(ROWS["gravity"]).words == "…"
+    costs.prices = {"gravity": 0.123}
+    assert (costs.of(ROWS["gravity"]).words, costs.of(ROWS["gravity"]).beside) == ("0.12", True)
+    costs.prices = {"gravity": -0.001}
+    assert costs.of(ROWS["gravity"]).words == "<0.01"
+    assert costs.of(ROWS["timestep"]).words == "–", "it cannot be left out"
+
+
+def test_what_is_off_costs_nothing_whatever_was_measured():
+    costs = EffectCosts()
+    costs.add(Timings({"crosstalk": 1.0}))
+    costs.prices = {"crosstalk": 1.0}
+    assert costs.of(ROWS["crosstalk"]).words == "–"
+
+
+def test_a_stage_that_was_switched_off_is_forgotten():
+    costs = EffectCosts()
+    costs.add(Timings({"touch": 0.2, "noise": 0.5}))
+    costs.add(Timings({"touch": 0.2}))
+    costs.prices = {"noise": 0.1}
+    assert costs.of(ROWS["noise"]).beside
+
+
+def test_the_total_is_told_beside_the_time_there_is():
+    costs = EffectCosts()
+    assert costs.total == ""
+    costs.clear(0.005)
+    costs.add(Timings({"physics": 1.0, "touch": 0.25}))
+    assert costs.total == "1.25 of 5\u2009ms a tick"
+    costs.clear(0.01)
+    assert costs.total == ""

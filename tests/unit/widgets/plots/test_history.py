@@ -1,0 +1,209 @@
+"""What the plots keep: the newest seconds in order, limits that do not flicker, changes where a slider came to rest."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.core.timing import Timings
+from widgets.plots.history import (
+    LIMIT_SHOWN_FOR,
+    LimitHistory,
+    SampleHistory,
+    SettingChanges,
+    ShownLimit,
+    TaxelHistory,
+    stage_times,
+)
+
+
+def test_it_keeps_the_last_seconds_in_order():
+    history = SampleHistory(seconds=2.0, capacity=64)
+    for k in range(200):
+        history.add(0.1 * k, {"force": float(k)})
+    ages, force = history.series("force")
+    assert ages[-1] == 0.0
+    assert ages[0] == pytest.approx(-2.0, abs=0.11)
+    assert (np.diff(ages) > 0).all()
+    assert force.tolist() == list(range(200 - len(force), 200))
+
+
+def test_a_full_ring_drops_the_oldest():
+    history = SampleHistory(seconds=100.0, capacity=8)
+    for k in range(11):
+        history.add(float(k), {"x": float(k)})
+    assert history.series("x")[1].tolist() == [3, 4, 5, 6, 7, 8, 9, 10]
+
+
+@pytest.mark.parametrize("time", [1.0, 50.0])
+def test_a_jump_in_time_starts_over(time):
+    history = SampleHistory()
+    history.add(3.0, {"x": 1.0})
+    history.add(time, {"x": 2.0})
+    assert history.series("x")[1].tolist() == [2.0]
+
+
+def test_series_that_come_and_go():
+    history = SampleHistory()
+    history.add(0.0, {"a": 1.0})
+    history.add(0.1, {"b": 2.0, "a": 3.0})
+    history.add(0.2, {"b": 4.0})
+    assert history.names == ("a", "b")
+    np.testing.assert_array_equal(history.series("a")[1], [1.0, 3.0, np.nan])
+    np.testing.assert_array_equal(history.series("b")[1], [np.nan, 2.0, 4.0])
+
+
+def test_nothing_known_is_nothing_drawn():
+    history = SampleHistory()
+    assert np.isnan(history.latest)
+    assert [len(part) for part in history.series("force")] == [0, 0]
+    history.add(0.0, {"force": 1.0})
+    history.clear()
+    assert history.names == ()
+    assert len(history.series("force")[0]) == 0
+
+
+def test_series_that_fell_silent_are_dropped():
+    history = SampleHistory(seconds=2.0)
+    for k in range(30):
+        history.add(0.125 * k, {"all": 1.0} | ({"short": 2.0} if k < 5 else {}))
+        assert history.forget_silent() == (("short",) if k == 21 else ())
+    assert history.names == ("all",)
+
+
+def test_a_taxel_asked_for_later_shows_its_past():
+    history = TaxelHistory(seconds=2.0, capacity=64)
+    for k in range(100):
+        history.add(0.1 * k, 1e3 * np.array([k, 2 * k, 0.5]))
+    ages, kilopascals = history.traces(np.array([2, 1]))
+    assert ages[-1] == 0.0
+    assert ages[0] == pytest.approx(-2.0, abs=0.11)
+    assert kilopascals.shape == (len(ages), 2)
+    np.testing.assert_allclose(kilopascals[:, 1], 2.0 * np.arange(100 - len(ages), 100))
+    assert set(kilopascals[:, 0]) == {0.5}
+
+
+def test_a_full_ring_of_taxels_drops_the_oldest():
+    history = TaxelHistory(seconds=100.0, capacity=8)
+    for k in range(11):
+        history.add(float(k), np.array([1e3 * k]))
+    assert history.traces(np.array([0]))[1][:, 0].tolist() == [3, 4, 5, 6, 7, 8, 9, 10]
+
+
+@pytest.mark.parametrize(("time", "count"), [(1.0, 2), (50.0, 2), (2.1, 5)])
+def test_taxels_start_over_after_a_jump_or_with_another_skin(time, count):
+    history = TaxelHistory()
+    assert history.traces(np.array([], int))[0].size == 0
+    for k in range(3):
+        history.add(1.0 * k, np.array([1e3, 2e3]))
+    history.add(time, np.zeros(count))
+    assert history.traces(np.array([0]))[1].tolist() == [[0.0]]
+
+
+def played(*times_and_limits, seconds=10.0):
+    memory = LimitHistory(seconds=seconds)
+    for time, limits in times_and_limits:
+        memory.take(time, limits)
+    return memory
+
+
+def test_nothing_is_told_before_anything_happened():
+    assert LimitHistory().told == ()
+    assert played((0.0, ())).rows == ()
+
+
+def test_an_active_limit_is_told_with_its_newest_words():
+    memory = played((0.0, ("energy given, 0.1 J",)), (0.1, ("energy given, 0.2 J", "joint limit")))
+    assert memory.told == (ShownLimit("energy given, 0.2 J", True), ShownLimit("joint limit", True))
+    assert [name for name, _ in memory.rows] == ["energy given", "joint limit"]
+
+
+def test_one_that_ended_stays_legible_for_a_second():
+    memory = played((0.0, ("joint limit",)), (0.5, ()))
+    assert memory.told == (ShownLimit("joint limit", False),)
+    memory.take(LIMIT_SHOWN_FOR, ())
+    assert memory.told == (ShownLimit("joint limit", False),)
+    memory.take(LIMIT_SHOWN_FOR + 0.01, ())
+    assert memory.told == ()
+    assert len(memory.rows) == 1, "the strip has it for longer"
+
+
+def test_the_active_come_first_and_then_the_newest():
+    memory = played((0.0, ("a",)), (0.2, ("b",)), (0.4, ("c",)))
+    assert [limit.words for limit in memory.told] == ["c", "b", "a"]
+    assert [limit.active for limit in memory.told] == [True, False, False]
+
+
+def test_spans_are_ages_that_end_now_while_it_is_active():
+    memory = played((0.0, ("a",)), (0.05, ("a",)), (0.1, ()), (1.0, ("a",)), (1.5, ("a",)))
+    ((_, spans),) = memory.rows
+    np.testing.assert_allclose(spans, [(-1.5, -1.45), (-0.5, 0.0)])
+
+
+def test_flicker_is_one_span():
+    memory = played(*((0.02 * k, ("a",) if k % 2 else ()) for k in range(40)))
+    ((_, spans),) = memory.rows
+    assert len(spans) == 1
+
+
+def test_what_is_long_past_is_forgotten():
+    memory = played((0.0, ("a",)), (5.0, ("b",)), (10.0, ()), (10.1, ()))
+    assert [name for name, _ in memory.rows] == ["b"]
+
+
+def test_a_span_that_began_long_ago_is_cut_at_the_edge():
+    memory = played(*((0.5 * k, ("a",)) for k in range(40)))
+    ((_, spans),) = memory.rows
+    assert spans == ((-10.0, 0.0),)
+
+
+@pytest.mark.parametrize("time", [0.0, 30.0])
+def test_time_that_jumps_starts_afresh(time):
+    memory = played((5.0, ("a",)), (time, ()))
+    assert memory.rows == memory.told == ()
+
+
+def marked(*events):
+    """Times at which it is that time, and at which something is changed."""
+    marks = SettingChanges(seconds=10.0)
+    for time, changed in events:
+        marks.at(time)
+        if changed:
+            marks.change()
+    return marks
+
+
+def test_changes_age_and_are_forgotten():
+    marks = marked((0.0, False), (1.0, True), (5.0, True), (6.0, False))
+    assert marks.ages == (-5.0, -1.0)
+    marks.at(11.5)
+    assert marks.ages == (-6.5,)
+
+
+def test_a_slider_on_its_way_is_one_change():
+    marks = marked(*((0.1 * k, True) for k in range(30)), (4.0, False))
+    assert marks.ages == pytest.approx((-1.1,))
+
+
+@pytest.mark.parametrize("time", [0.0, 40.0])
+def test_time_that_jumps_forgets(time):
+    marks = marked((2.0, False), (3.0, True), (time, False))
+    assert marks.ages == ()
+
+
+def test_before_there_is_a_time_nothing_is_marked():
+    marks = SettingChanges()
+    marks.change()
+    assert marks.ages == ()
+
+
+def test_the_sensors_effects_are_one_stage():
+    timings = Timings({"physics": 1.0, "touch": 0.5, "noise": 0.25, "sampling": 0.125, "contacts": 2.0})
+    times = stage_times(timings)
+    assert list(times) == ["physics", "touch", "sensor", "contacts"]
+    assert times["sensor"] == 0.375
+    assert sum(times.values()) == timings.total_ms
+
+
+def test_an_ideal_sensor_is_no_stage():
+    assert "sensor" not in stage_times(Timings({"physics": 1.0, "touch": 0.5}))

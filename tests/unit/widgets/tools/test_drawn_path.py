@@ -1,0 +1,226 @@
+"""A drawn path: which handle a place means, what dragging does for each kind; and a path while it is drawn."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.maps.paths import draw_path
+from widgets.interaction.polyline import simplify_polyline
+from widgets.tools.drawn_path import DrawnPath, HandleKind, PathHandle, PathSketch
+
+BENT = ((0.0, 0.0), (0.1, 0.0), (0.1, 0.06))
+RING = (*BENT, BENT[0])
+REACH = 0.004
+
+
+def moved(points, number, by):
+    changed = np.array(points)
+    changed[number] += by
+    return changed
+
+
+@pytest.mark.parametrize("kind", ["polyline", "spline"])
+def test_each_corner_of_a_free_path_is_a_handle_and_moves_alone(kind):
+    shape = DrawnPath(kind, BENT)
+    assert len(shape.handles) == 3
+    for number, corner in enumerate(BENT):
+        held = shape.held_at(np.array(corner) + [0.003, 0.0], REACH)
+        assert held == PathHandle(HandleKind.CORNER, number)
+        dragged = shape.dragged(held, np.array([0.01, -0.02]))
+        np.testing.assert_allclose(dragged.points, moved(BENT, number, [0.01, -0.02]))
+        assert dragged.kind == kind
+
+
+@pytest.mark.parametrize("kind", ["polyline", "spline"])
+def test_a_corner_is_pulled_from_the_middle_of_a_side_which_lies_on_the_curve(kind):
+    shape = DrawnPath(kind, (*BENT, (0.02, 0.09)))
+    line = draw_path(kind, shape.points).points
+    for number, middle in enumerate(shape.middles):
+        if kind == "spline":
+            assert np.linalg.norm(line - middle, axis=1).min() < 1e-12
+        held = shape.held_at(middle, REACH)
+        assert held == PathHandle(HandleKind.MIDDLE, number)
+        dragged = shape.dragged(held, np.array([0.0, 0.01]))
+        np.testing.assert_allclose(dragged.points[number + 1], middle + [0.0, 0.01])
+        assert [*dragged.points[: number + 1], *dragged.points[number + 2 :]] == list(shape.points)
+
+
+def test_the_line_moves_all_of_it():
+    shape = DrawnPath("polyline", BENT)
+    assert shape.held_at(np.array([0.03, 0.003]), REACH) == PathHandle(HandleKind.LINE)
+    np.testing.assert_allclose(
+        shape.dragged(PathHandle(HandleKind.LINE), np.array([0.01, 0.02])).points, np.array(BENT) + [0.01, 0.02]
+    )
+
+
+def test_beside_the_path_nothing_is_meant():
+    assert DrawnPath("polyline", BENT).held_at(np.array([0.03, 0.01]), REACH) is None
+
+
+def test_a_ring_has_its_first_corner_once_and_stays_closed():
+    shape = DrawnPath("polyline", RING)
+    assert shape.closed
+    assert len(shape.handles) == 3
+    assert len(shape.middles) == 3
+    dragged = shape.dragged(PathHandle(HandleKind.CORNER, 0), np.array([-0.01, 0.0]))
+    assert dragged.closed
+    np.testing.assert_allclose(dragged.points[0], [-0.01, 0.0])
+
+
+def test_a_corner_is_taken_out_as_long_as_two_are_left():
+    shape = DrawnPath("polyline", BENT)
+    assert shape.without(1).points == (BENT[0], BENT[2])
+    assert shape.without(1).without(0) is None
+
+
+def test_a_ring_of_three_without_one_is_a_line_there_and_a_larger_one_stays_closed():
+    assert DrawnPath("polyline", RING).without(0).points == BENT[1:]
+    four = DrawnPath("spline", (*BENT, (0.0, 0.06), BENT[0]))
+    left = four.without(0)
+    assert left.closed
+    assert left.points == (*BENT[1:], (0.0, 0.06), BENT[1])
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_a_box_is_dragged_by_any_of_its_corners_and_the_opposite_one_stays(number):
+    shape = DrawnPath("raster", ((0.1, 0.02), (0.0, 0.06)))  # drawn from right to left
+    handles = shape.handles
+    dragged = shape.dragged(PathHandle(HandleKind.CORNER, number), np.array([0.003, 0.004])).handles
+    np.testing.assert_allclose(dragged[number], handles[number] + [0.003, 0.004])
+    np.testing.assert_allclose(dragged[(number + 2) % 4], handles[(number + 2) % 4])
+
+
+@pytest.mark.parametrize("kind", ["raster", "lemniscate"])
+def test_what_lies_between_two_points_has_nothing_to_add_or_remove(kind):
+    shape = DrawnPath(kind, BENT)
+    assert not shape.closed
+    assert len(shape.middles) == 0
+    assert shape.without(0) is None
+    assert len(shape.handles) == (4 if kind == "raster" else 2)
+
+
+def test_a_figure_of_eight_is_dragged_by_its_ends():
+    shape = DrawnPath("lemniscate", ((0.0, 0.0), (0.1, 0.0)))
+    dragged = shape.dragged(PathHandle(HandleKind.CORNER, 1), np.array([0.0, 0.02]))
+    np.testing.assert_allclose(dragged.points, [(0.0, 0.0), (0.1, 0.02)])
+
+
+FAR, FINE, CLOSING_DISTANCE = 0.004, 0.001, 0.008
+CORNERS = np.array([[0.0, 0.0], [0.1, 0.0], [0.1, 0.06]])
+
+
+def click(sketch, point):
+    sketch.press(np.array(point), CLOSING_DISTANCE)
+    return sketch.release(FINE, CLOSING_DISTANCE)
+
+
+def begun(kind="polyline", start=CORNERS[0]):
+    sketch = PathSketch(kind, np.array(start))
+    assert not sketch.release(FINE, CLOSING_DISTANCE)
+    return sketch
+
+
+def stroke(sketch, points):
+    for point in points:
+        sketch.move(np.array(point), FAR)
+    return sketch.release(FINE, CLOSING_DISTANCE)
+
+
+def clicked():
+    sketch = begun()
+    for corner in CORNERS[1:]:
+        assert not click(sketch, corner)
+    return sketch
+
+
+def test_clicks_are_corners():
+    sketch = clicked()
+    assert sketch.can_end
+    np.testing.assert_array_equal(sketch.shape.points, CORNERS)
+
+
+def test_one_corner_is_no_path_and_neither_are_two_at_one_place():
+    sketch = begun()
+    assert not sketch.can_end
+    assert sketch.preview is None
+    click(sketch, CORNERS[0])
+    assert not sketch.can_end
+
+
+def test_the_pointer_would_be_the_next_corner():
+    sketch = clicked()
+    sketch.move(np.array([0.0, 0.06]), FAR)
+    np.testing.assert_allclose(sketch.preview.points, [*CORNERS, (0.0, 0.06)])
+    assert len(sketch.shape.points) == 3
+
+
+def test_the_first_corner_closes():
+    sketch = clicked()
+    assert click(sketch, CORNERS[0] + [0.005, 0.003])
+    assert sketch.shape.closed
+    assert sketch.shape.points[-1] == sketch.shape.points[0]
+
+
+def test_two_corners_close_to_nothing():
+    sketch = begun()
+    click(sketch, CORNERS[1])
+    assert not click(sketch, CORNERS[0])
+
+
+def test_a_stroke_alone_is_a_path_at_once_with_few_corners():
+    sketch = PathSketch("polyline", CORNERS[0])
+    line = np.concatenate([np.linspace(CORNERS[0], CORNERS[1], 40)[1:], np.linspace(CORNERS[1], CORNERS[2], 30)[1:]])
+    assert stroke(sketch, line)
+    np.testing.assert_allclose(sketch.shape.points, CORNERS)
+
+
+def test_a_stroke_after_clicks_is_a_part_of_the_path():
+    sketch = clicked()
+    sketch.press(np.array([0.05, 0.06]), CLOSING_DISTANCE)
+    assert not stroke(sketch, np.linspace([0.05, 0.06], [0.0, 0.03], 20))
+    np.testing.assert_allclose(sketch.shape.points, [*CORNERS, (0.05, 0.06), (0.0, 0.03)])
+
+
+def test_a_stroke_back_to_its_start_is_closed():
+    turn = np.linspace(0, 2 * np.pi, 60)[:, None]
+    ring = 0.04 * np.concatenate([np.cos(turn), np.sin(turn)], axis=1)
+    sketch = PathSketch("spline", ring[0])
+    assert stroke(sketch, ring[1:] + [0.001, 0.0])
+    assert sketch.shape.closed
+    assert sketch.shape.points[0] == tuple(ring[0])
+
+
+def test_a_tremor_is_no_stroke():
+    sketch = PathSketch("polyline", CORNERS[0])
+    sketch.move(CORNERS[0] + [FAR / 2, 0.0], FAR)
+    assert not sketch.release(FINE, CLOSING_DISTANCE)
+    assert not sketch.can_end
+
+
+@pytest.mark.parametrize("kind", ["lemniscate", "raster"])
+def test_two_points_are_dragged_or_clicked(kind):
+    sketch = PathSketch(kind, CORNERS[0])
+    assert stroke(sketch, np.linspace(CORNERS[0], CORNERS[2], 9))
+    np.testing.assert_allclose(sketch.shape.points, CORNERS[[0, 2]])
+    sketch = begun(kind)
+    sketch.move(CORNERS[2], FAR)
+    np.testing.assert_allclose(sketch.preview.points, CORNERS[[0, 2]])
+    assert click(sketch, CORNERS[2])
+    np.testing.assert_allclose(sketch.shape.points, CORNERS[[0, 2]])
+
+
+def test_the_last_corner_is_taken_back_until_none_is_left():
+    sketch = clicked()
+    assert sketch.take_back()
+    np.testing.assert_array_equal(sketch.shape.points, CORNERS[:2])
+    assert sketch.take_back()
+    assert not sketch.take_back()
+
+
+def test_a_wild_stroke_has_no_more_corners_than_a_hand_can_hold():
+    sketch = PathSketch("polyline", CORNERS[0])
+    wild = np.cumsum(np.random.default_rng(0).normal(0, 0.004, (3000, 2)), axis=0)
+    assert len(simplify_polyline(wild, FINE)) > 1000
+    assert stroke(sketch, wild)
+    assert 20 < len(sketch.shape.points) <= 201

@@ -1,0 +1,222 @@
+"""The editor: gestures, computed edits and history, on a real map and with edits computed at once or held back."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.editing.arrange import move, rotate
+from app.editing.document import MapDocument, rename_patch
+from app.editing.reflatten import set_lengths, set_method
+from app.editing.seams import propose_seam
+from widgets.document.map_editor import MapEditor
+from widgets.workers.scene_worker import InlineSceneWorker
+
+
+class HeldWorker(InlineSceneWorker):
+    """An inline worker that waits to be let go, as a process would take its time."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.held = []
+
+    def _request(self, content):
+        self._doing = type(content)
+        self.held.append(content)
+
+    def release(self):
+        """Do what was asked for last."""
+        super()._request(self.held.pop())
+
+
+@pytest.fixture
+def worker():
+    """One that computes when it is let go."""
+    return HeldWorker()
+
+
+@pytest.fixture
+def editor(worker, prepared):
+    """On the small arm's map, taking edits."""
+    made = MapEditor(worker)
+    made.open(MapDocument.of(prepared.map))
+    made.set_enabled(enabled=True)
+    made.heard = []
+    for name in ("failed", "told"):
+        getattr(made, name).connect(lambda text, name=name: made.heard.append((name, text)))
+    made.settled.connect(lambda _document, name: made.heard.append(("settled", name)))
+    return made
+
+
+def shift(document):
+    return move(document, [0], (0.01, 0.0))
+
+
+def test_an_edit_is_one_step_and_is_told(editor):
+    first = editor.document
+    assert editor.do("Move", shift)
+    assert editor.heard == [("settled", "Move")]
+    assert editor.history.names == ("Open", "Move")
+    editor.undo()
+    assert editor.document is first
+    assert editor.heard[-1] == ("settled", "Undo: Move")
+    editor.redo()
+    assert editor.heard[-1] == ("settled", "Redo: Move")
+
+
+def test_an_edit_that_changes_nothing_is_no_step(editor):
+    assert editor.do("Nothing", lambda document: document)
+    assert editor.history.names == ("Open",)
+    assert editor.heard == []
+
+
+def test_a_refused_edit_changes_nothing_and_says_why(editor):
+    first = editor.document
+    assert not editor.do("Rename", lambda document: rename_patch(document, 0, ""))
+    assert editor.document is first
+    assert editor.heard[0][0] == "failed"
+    assert not editor.gesture
+
+
+def test_a_gesture_changes_from_where_it_began_and_settles_once(editor):
+    shown = []
+    editor.shown.connect(shown.append)
+    editor.begin("Turn")
+    for angle in (0.1, 0.2, 0.3):
+        editor.change(lambda document, angle=angle: rotate(document, [1], angle))
+    assert editor.heard == []
+    editor.end()
+    assert editor.heard == [("settled", "Turn")]
+    assert len(shown) == 4
+    assert editor.document.layout.placements[1].angle == pytest.approx(
+        shown[0].layout.placements[1].angle + 0.2, abs=1e-12
+    )
+
+
+def test_a_cancelled_gesture_never_was(editor):
+    first = editor.document
+    editor.begin("Move")
+    editor.change(shift)
+    editor.cancel()
+    assert editor.document is first
+    assert editor.history.names == ("Open",)
+    assert editor.heard == []
+
+
+def test_undo_within_a_gesture_ends_only_the_gesture(editor):
+    editor.do("Move", shift)
+    kept = editor.document
+    editor.begin("Turn")
+    editor.change(lambda document: rotate(document, [1], 1.0))
+    editor.undo()
+    assert editor.document is kept
+
+
+def test_a_computed_edit_comes_as_one_step(editor, worker):
+    editor.ask(lambda document: set_method(document, [0], "lscm"))
+    assert editor.busy
+    worker.release()
+    assert not editor.busy
+    assert editor.history.names == ("Open", "Method")
+    assert editor.document.charts[0].method == "lscm"
+
+
+def test_undo_while_an_edit_is_computed_drops_that_edit(editor, worker):
+    editor.do("Move", shift)
+    kept = editor.document
+    editor.ask(lambda document: set_method(document, [0], "lscm"))
+    editor.undo()
+    assert not editor.busy
+    assert editor.document is kept
+    assert ("told", "Method: cancelled") in editor.heard
+
+
+def test_a_result_for_a_patch_changed_meanwhile_is_told_and_left_out(editor, worker):
+    editor.ask(lambda document: set_method(document, [0], "lscm"))
+    request = worker.held[-1]
+    editor.do("Move", shift)  # another place does not count
+    worker.release()
+    assert editor.document.charts[0].method == "lscm"
+    kept = editor.document
+    editor._asked = None
+    editor.ask(lambda document: set_method(document, [0], "arap"))
+    worker.held[-1] = request
+    worker.release()
+    assert editor.document is kept
+    assert any(kind == "told" and "changed meanwhile" in text for kind, text in editor.heard)
+
+
+def test_a_result_that_comes_while_a_hand_is_at_work_waits_for_it(editor, worker):
+    editor.ask(lambda document: set_method(document, [0], "lscm"))
+    editor.begin("Turn")
+    editor.change(lambda document: rotate(document, [1], 0.5))
+    worker.release()
+    assert editor.gesture
+    assert editor.history.names == ("Open",)
+    editor.end()
+    assert editor.history.names == ("Open", "Turn", "Method")
+    assert editor.document.charts[0].method == "lscm"
+
+
+def test_a_refinement_takes_the_place_of_its_step(editor, worker):
+    editor.do("Move", shift)
+    editor.ask(lambda document: set_method(document, [0], "lscm"), refine=True)
+    worker.release()
+    assert editor.history.names == ("Open", "Move")
+    assert editor.document.charts[0].method == "lscm"
+
+
+def test_a_proposal_waits_and_is_accepted_as_it_was_shown(editor, worker):
+    first, changed = editor.document, []
+    editor.proposal_changed.connect(lambda: changed.append(editor.proposal))
+    editor.ask(lambda document: propose_seam(document, 0), propose=True)
+    worker.release()
+    assert editor.document is first
+    assert 0 < editor.proposal.gain < 1
+    shown = editor.proposal.result.charts[0]
+    editor.accept()
+    assert editor.proposal is None
+    assert [proposal is None for proposal in changed] == [False, True]
+    assert np.array_equal(editor.document.charts[0].plane, shown.plane)
+    assert editor.history.names[-1] == "Accept a seam"
+
+
+def test_undo_declines_a_proposal(editor, worker):
+    first = editor.document
+    editor.ask(lambda document: propose_seam(document, 0), propose=True)
+    worker.release()
+    editor.undo()
+    assert editor.proposal is None
+    assert editor.document is first
+
+
+def test_what_cannot_be_asked_says_why_and_nothing_is_computed(editor):
+    editor.ask(lambda document: set_lengths(document, [0], 7.0))
+    assert not editor.busy
+    assert editor.heard[0][0] == "failed"
+
+
+def test_nothing_is_edited_while_a_recording_is_shown(editor):
+    first = editor.document
+    editor.begin("Move")
+    editor.change(shift)
+    editor.set_enabled(enabled=False)
+    assert editor.document is first
+    assert not editor.do("Move", shift)
+    editor.ask(lambda document: set_method(document, [0], "lscm"))
+    assert not editor.busy
+
+
+def test_another_document_forgets_all_of_the_one_before(editor, worker, prepared):
+    editor.select([0, 1])
+    editor.do("Move", shift)
+    editor.ask(lambda document: set_method(document, [0], "lscm"))
+    editor.open(MapDocument.of(prepared.map))
+    assert editor.history.names == ("Open",)
+    assert editor.selected == ()
+    assert not editor.busy
+
+
+def test_patches_that_do_not_exist_are_not_selected(editor):
+    editor.select([2, 0, 0, 99, -1])
+    assert editor.selected == (0, 2)

@@ -1,0 +1,300 @@
+"""Selecting taxels in either view with a real mouse's events: shown in both, never those that cannot be seen."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from tests.widgets.support.samples import middle_taxel
+from tests.widgets.support.window_driver import run, visible_skin
+from widgets.common.tool_kinds import BRUSH, ToolKind
+
+LEFT = Qt.MouseButton.LeftButton
+NONE, CTRL, SHIFT, ALT = (
+    Qt.KeyboardModifier.NoModifier,
+    Qt.KeyboardModifier.ControlModifier,
+    Qt.KeyboardModifier.ShiftModifier,
+    Qt.KeyboardModifier.AltModifier,
+)
+
+
+class Side:
+    """One of the two views, as a hand finds it."""
+
+    def __init__(self, window, name):
+        self.window, self.name = window, name
+        self.view = window.map_view if name == "map" else window.robot_view
+        self.target = self.view.viewport() if name == "map" else self.view.canvas.widget
+
+    def pixel(self, taxel):
+        return self.view.pixel_of(self.window.live.prepared.skin.taxel_point(taxel)).toPoint()
+
+    def taxels(self):
+        """Some that can be seen, the first with others around it."""
+        tactile_map, skin = self.window.live.prepared.map, self.window.live.prepared.skin
+        if self.name == "map":
+            centre, seen = middle_taxel(tactile_map, 0), np.arange(int(skin.first[1]))
+            away = np.linalg.norm(tactile_map.taxel_points[seen] - tactile_map.taxel_points[centre], axis=1)
+        else:
+            centre = self.view.taxel_at(QPointF(visible_skin(self.window)[1]).toTuple())
+            seen = np.array([k for k in range(len(skin)) if self.picked(k) == k])
+            away = np.linalg.norm(self.view.taxel_pixels()[seen] - self.view.taxel_pixels()[centre], axis=1)
+        return seen[np.argsort(away)]
+
+    def picked(self, taxel):
+        return self.view.taxel_at(self.view.pixel_of(self.window.live.prepared.skin.taxel_point(taxel)).toTuple())
+
+    def click(self, taxel, keys=NONE):
+        QTest.mouseClick(self.target, LEFT, keys, self.pixel(taxel))
+
+    def press(self, pixel, keys=NONE):
+        QTest.mousePress(self.target, LEFT, keys, pixel)
+
+    def drag(self, *pixels):
+        for pixel in pixels:
+            QTest.mouseMove(self.target, pixel)
+
+    def release(self, pixel, keys=NONE):
+        QTest.mouseRelease(self.target, LEFT, keys, pixel)
+
+
+@pytest.fixture(params=["map", "body"])
+def side(window, request):
+    run(window, 0.1)
+    window.view_presenter.set_tool(ToolKind.BOX)
+    return Side(window, request.param)
+
+
+def selected(window):
+    return window.views.selection.taxels.tolist()
+
+
+def ringed_on_body(window):
+    """Taxels that the robot view rings, of all patches."""
+    return np.concatenate(window.robot_view.scene._skin._rings._shown).tolist()
+
+
+def around(pixel, reach):
+    return [pixel + QPoint(x, y) for x, y in ((-reach, -reach), (reach, -reach), (reach, reach), (-reach, reach))]
+
+
+def test_clicks_pick_add_take_out_and_replace(window, side):
+    first, second, third = side.taxels()[[0, -1, len(side.taxels()) // 2]].tolist()
+    side.click(first)
+    assert selected(window) == [first]
+    side.click(second, CTRL)
+    side.click(third, SHIFT)
+    assert selected(window) == sorted([first, second, third])
+    side.click(second, CTRL)
+    assert selected(window) == sorted([first, third])
+    side.click(third, ALT)
+    assert selected(window) == [first]
+    side.click(second)
+    assert selected(window) == [second]
+
+
+def test_what_is_selected_in_one_view_is_marked_in_both(window, side):
+    taxel = int(side.taxels()[0])
+    before = window.map_view.grab().toImage()
+    side.click(taxel)
+    assert ringed_on_body(window) == [taxel]
+    assert window.map_view._picture._taxels._selected.tolist() == [taxel]
+    assert window.map_view.grab().toImage() != before
+    assert f"Taxel {taxel} selected" in window.findChild(object, "selection-count").text()
+
+
+def test_selecting_touches_nothing(window, side):
+    heard = []
+    window.views.poke_pressed.connect(heard.append)
+    side.click(int(side.taxels()[0]))
+    window.view_presenter.set_tool(ToolKind.LASSO)
+    side.press(side.pixel(int(side.taxels()[0])))
+    assert heard == []
+    window.view_presenter.set_tool(ToolKind.POKE)
+    side.press(side.pixel(int(side.taxels()[0])))
+    assert len(heard) == 1, "the poke is heard where it is one"
+
+
+@pytest.mark.parametrize("tool", [ToolKind.BOX, ToolKind.LASSO])
+def test_a_box_and_a_lasso_choose_what_they_enclose(window, side, tool):
+    window.view_presenter.set_tool(tool)
+    taxel = int(side.taxels()[0])
+    middle, reach = side.pixel(taxel), 40
+    corners = around(middle, reach)
+    start = middle if side.name == "body" else corners[0]
+    side.press(start)
+    # A box has only two corners; on the body it must begin on the skin, and here ends past the taxel itself.
+    path = [corners[2]] if tool is ToolKind.BOX else [*corners, corners[0]]
+    side.drag(*path)
+    outline = side.view.taxel_selector.rubber_band.outline
+    side.release(path[-1])
+    pixels = side.view.taxel_pixels()
+    low, high = outline.min(axis=0), outline.max(axis=0)
+    expected = np.flatnonzero(((pixels >= low) & (pixels <= high)).all(axis=1))
+    expected = expected[~side.view.hidden(expected)]
+    assert len(expected) >= 2
+    if tool is ToolKind.BOX:
+        assert selected(window) == expected.tolist()
+    else:
+        assert taxel in selected(window)
+        assert set(selected(window)) <= set(expected.tolist())
+    assert side.view.taxel_selector.rubber_band.outline is None
+
+
+def test_a_box_drawn_smaller_gives_back_what_it_no_longer_holds(window, side):
+    kept = int(side.taxels()[-1])
+    side.click(kept)
+    start = side.pixel(int(side.taxels()[0]))
+    side.press(start, SHIFT)
+    side.drag(start + QPoint(90, 90))
+    many = len(selected(window))
+    side.drag(start + QPoint(-1, -1))
+    assert len(selected(window)) < many
+    assert kept in selected(window)
+    side.release(start + QPoint(-1, -1))
+
+
+def test_a_brush_paints_and_its_size_matters(window, side):
+    window.view_presenter.set_tool(ToolKind.BRUSH)
+    start = side.pixel(int(side.taxels()[0]))
+    counts = []
+    for steps in (-3, 6):
+        window.views.resize_brush(steps)
+        side.press(start)
+        side.drag(start + QPoint(15, 0), start + QPoint(30, 0))
+        side.release(start + QPoint(30, 0))
+        counts.append(len(selected(window)))
+    assert counts[1] > counts[0]
+    radius = side.view.taxel_selector.rubber_band.radius
+    assert radius > BRUSH
+    chosen = side.view.taxel_pixels()[selected(window)]
+    on_line = np.clip(chosen[:, 0], start.x(), start.x() + 30)
+    away = np.hypot(chosen[:, 0] - on_line, chosen[:, 1] - start.y())
+    assert away.max() <= radius + 1e-9
+
+
+def test_bracket_keys_size_the_brush_of_both_views(window, side):
+    window.activateWindow()
+    side.view.setFocus()
+    window.view_presenter.set_tool(ToolKind.BRUSH)
+    for key, larger in ((Qt.Key.Key_BracketRight, True), (Qt.Key.Key_BracketLeft, False)):
+        before = side.view.taxel_selector.rubber_band.radius
+        QTest.keyClick(side.view, key)
+        radii = {view.taxel_selector.rubber_band.radius for view in (window.map_view, window.robot_view)}
+        assert len(radii) == 1
+        assert (radii.pop() > before) is larger
+
+
+@pytest.mark.parametrize("tool", [ToolKind.BOX, ToolKind.LASSO, ToolKind.BRUSH])
+def test_escape_gives_a_drag_up_and_then_selects_none(window, side, tool):
+    kept = int(side.taxels()[-1])
+    side.click(kept)
+    window.view_presenter.set_tool(tool)
+    start = side.pixel(int(side.taxels()[0]))
+    side.press(start)
+    side.drag(start + QPoint(20, 0), start + QPoint(40, 40), start + QPoint(0, 40))
+    assert selected(window) != [kept]
+    QTest.keyClick(side.view, Qt.Key.Key_Escape)
+    assert selected(window) == [kept]
+    side.release(start)
+    assert selected(window) == [kept], "letting go afterwards is no click"
+    QTest.keyClick(side.view, Qt.Key.Key_Escape)
+    assert selected(window) == []
+
+
+def test_a_press_that_moved_and_came_back_picks_nothing(window, side):
+    kept, other = int(side.taxels()[-1]), int(side.taxels()[0])
+    side.click(kept)
+    start = side.pixel(other)
+    side.press(start, CTRL)
+    side.drag(start + QPoint(30, 0), start)
+    side.release(start, CTRL)
+    assert selected(window) in ([kept], sorted([kept, other])), "an empty box around the press, not a toggle"
+    side.press(start)
+    side.drag(start + QPoint(30, 0), start)
+    side.release(start)
+    assert len(selected(window)) <= 1
+
+
+def test_another_tool_gives_the_gesture_up(window, side):
+    start = side.pixel(int(side.taxels()[0]))
+    side.press(start)
+    side.drag(start + QPoint(40, 40))
+    assert selected(window)
+    window.view_presenter.set_tool(ToolKind.POKE)
+    assert selected(window) == []
+    assert side.view.taxel_selector.rubber_band.outline is None
+
+
+def test_the_far_side_of_the_body_is_never_selected(window):
+    run(window, 0.1)
+    window.view_presenter.set_tool(ToolKind.LASSO)
+    side = Side(window, "body")
+    view, prepared = window.robot_view, window.live.prepared
+    start = visible_skin(window)[1]
+    side.press(start)
+    whole = [QPoint(2, 2), QPoint(view.width() - 3, 2), QPoint(view.width() - 3, view.height() - 3)]
+    side.drag(*whole, QPoint(2, view.height() - 3), QPoint(2, 2))
+    side.release(QPoint(2, 2))
+    chosen = selected(window)
+    assert 20 < len(chosen) < len(prepared.skin) - 20
+    positions, normals = view._taxels.world(view.scene.poses)
+    towards = view.scene.viewpoint.eye - positions
+    facing = np.einsum("nk,nk->n", towards, normals) > 0
+    assert facing[chosen].all()
+    # A ray to each meets the skin around it; at the rim it may pass beside.
+    met = [view._at(QPointF(*pixel)) for pixel in view.taxel_pixels()[chosen]]
+    pairs = [(positions[taxel], _world(view, prepared, at)) for taxel, at in zip(chosen, met, strict=True) if at]
+    assert len(pairs) >= 0.9 * len(chosen)
+    assert max(np.linalg.norm(taxel - place) for taxel, place in pairs) < 0.02
+    hidden = view.hidden(np.flatnonzero(facing))
+    assert hidden.any(), "some of those that look this way are behind another link"
+    assert not set(np.flatnonzero(facing)[hidden].tolist()) & set(chosen)
+
+
+def _world(view, prepared, at):
+    pose = view.scene.poses[prepared.robot.link_index[prepared.skin.patches[at.patch].link]]
+    return pose[:3, :3] @ prepared.skin.position(at) + pose[:3, 3]
+
+
+def test_all_none_and_inverse_from_the_keys_of_the_views_only(window, side):
+    count = len(window.live.prepared.skin)
+    window.activateWindow()
+    side.view.setFocus()
+    QTest.keyClick(side.view, Qt.Key.Key_A)
+    assert len(selected(window)) == count
+    side.click(int(side.taxels()[0]), ALT)
+    QTest.keyClick(side.view, Qt.Key.Key_I, CTRL)
+    assert selected(window) == [int(side.taxels()[0])]
+    QTest.keyClick(side.view, Qt.Key.Key_A, ALT)
+    assert selected(window) == []
+    window.column.setFocus()
+    QApplication.processEvents()
+    for key in (Qt.Key.Key_A, Qt.Key.Key_L, Qt.Key.Key_M):
+        QTest.keyClick(window.column, key)
+    assert selected(window) == []
+    assert window.views.tool is ToolKind.BOX
+    assert window.robot_view.morph.share == 0
+
+
+def test_one_hover_is_marked_in_both_views(window, side, qtbot):
+    taxel = int(side.taxels()[0])
+    QTest.mouseMove(side.target, side.pixel(taxel))
+    at = window.map_view._hover if side.name == "map" else window.robot_view._hover
+    assert at is not None
+    assert window.map_view._marks.hover is not None
+    np.testing.assert_allclose(
+        window.map_view._marks.hover.toTuple(), window.map_view._picture.place_of(at).toTuple(), atol=1e-9
+    )
+    mark = window.robot_view.scene._marks._hover
+    qtbot.waitUntil(lambda: mark.visibility, timeout=5000)
+    place = np.asarray(mark.user_matrix)[:3, 3]
+    assert np.linalg.norm(place - _world(window.robot_view, window.live.prepared, at)) < 2e-3
+    assert f"taxel {side.picked(taxel) if side.name == 'body' else taxel}" in window.readout.text()
+    QTest.mouseMove(side.target, QPoint(3, 3))
+    assert window.map_view._marks.hover is None
+    qtbot.waitUntil(lambda: not mark.visibility, timeout=5000)
+    assert window.readout.text() == ""

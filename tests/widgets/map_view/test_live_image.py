@@ -1,0 +1,156 @@
+"""The live image and what else a shown document stands on.
+
+One buffer in the scale's own colours, a rim carried outwards; the atlas is the map's image, flaws are the whole map's,
+a camera sees the same.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from app.editing.arrange import mirror, move, rotate, scale
+from app.editing.document import MapDocument, show_patches
+from app.editing.reflatten import apply_result, reflatten, set_lengths
+from app.maps.distortion import flaws
+from app.maps.tactile_image import TactileImage
+from tests.widgets.support.arrange_driver import bent
+from tests.widgets.support.samples import leaf_map
+from widgets.common.colours import PressureScale
+from widgets.map_view.bijectivity import FlawFinder
+from widgets.map_view.live_image import ImageAtlas, ImageSettings, LiveImage, halo_of
+from widgets.map_view.map_canvas import MapCamera
+
+
+@pytest.fixture
+def inside():
+    inside = np.zeros((20, 30), dtype=bool)
+    inside[5:15, 10:20] = True
+    return inside
+
+
+def live_image(inside):
+    return LiveImage(inside.shape, *halo_of(inside))
+
+
+def colour(live, row, column):
+    return live.image.pixel(column, row) & 0xFFFFFF
+
+
+def test_pressures_take_the_colours_of_the_scale(inside):
+    live, scale = live_image(inside), PressureScale(20.0)
+    kilopascals = np.zeros(inside.shape, np.float32)
+    kilopascals[7, 12], kilopascals[8, 12], kilopascals[9, 12] = 10.0, 20.0, 500.0
+    live.fill(kilopascals, scale)
+    half = (len(scale.lut) - 1) // 2
+    assert colour(live, 6, 12) == int(scale.lut[0]) & 0xFFFFFF
+    assert colour(live, 7, 12) == int(scale.lut[half]) & 0xFFFFFF
+    assert colour(live, 8, 12) == colour(live, 9, 12) == int(scale.lut[-1]) & 0xFFFFFF
+
+
+def test_the_rim_is_carried_outwards(inside):
+    live, scale = live_image(inside), PressureScale(20.0)
+    live.fill(np.where(inside, np.float32(20.0), np.float32(0.0)), scale)
+    top = int(scale.lut[-1]) & 0xFFFFFF
+    assert [colour(live, 10, column) == top for column in (21, 22, 24, 9, 7, 5)] == [True, True, False] * 2
+
+
+@pytest.mark.parametrize("value", [True, False])
+def test_all_or_nothing_inside(value):
+    live = live_image(np.full((4, 6), value))
+    live.fill(np.zeros((4, 6), np.float32), PressureScale(20.0))
+    assert live.image.width() == 6
+
+
+leaves = cache(leaf_map)
+
+
+@pytest.mark.parametrize("kind", ["apart", "over another", "inside another", "flipped", "hidden", "new chart"])
+def test_flaws_are_those_of_the_whole_map(kind):
+    document, finder = MapDocument.of(leaves()), FlawFinder()
+    finder.of(document)
+    between = document.map.boxes[1].mean(axis=0) - document.map.boxes[0].mean(axis=0)
+    edited = {
+        "apart": lambda: document,
+        "over another": lambda: rotate(move(document, [0], 0.7 * between), [0], 0.4),
+        "inside another": lambda: scale(move(document, [0], between), [0], 0.3),
+        "flipped": lambda: mirror(bent(document, share=3.0), [0]),
+        "hidden": lambda: show_patches(rotate(move(document, [0], 0.7 * between), [0], 0.4), [0], visible=False),
+        "new chart": lambda: _folded(move(document, [0], 0.5 * between)),
+    }[kind]()
+    found, expected = finder.of(edited), flaws(edited.map)
+    if kind == "hidden":
+        assert len(expected.overlaps)
+        assert len(found.overlaps) == len(found.flips) == 0
+        return
+    if kind in ("over another", "inside another", "new chart"):
+        assert len(expected.overlaps)
+    if kind == "new chart":
+        assert len(expected.flips)
+    assert _sorted(found.overlaps) == pytest.approx(_sorted(expected.overlaps))
+    assert _sorted(found.flips.reshape(-1, 6)) == pytest.approx(_sorted(expected.flips.reshape(-1, 6)))
+
+
+def _folded(document):
+    """A chart of which one point lies where it turns triangles over and crosses its border."""
+    chart = document.charts[0]
+    plane = chart.plane.copy()
+    plane[chart.border[0]] *= -1.5
+    charts = (replace(chart, plane=plane), *document.charts[1:])
+    return replace(document, map=replace(document.map, charts=charts))
+
+
+def _sorted(rows):
+    return rows[np.lexsort(np.round(rows, 9).T)]
+
+
+def test_the_image_is_that_of_the_whole_map(prepared):
+    atlas, whole = ImageAtlas(prepared.map), TactileImage(prepared.map, width=700)
+    pressures = 1e4 * np.random.default_rng(3).random(len(prepared.skin))
+    out = np.zeros(atlas.shape, np.float32)
+    atlas.render(pressures, out)
+    expected = whole.render(pressures)
+    patch, face, bary = atlas.places
+    held = np.flatnonzero(face >= 0)[::97]
+    points = prepared.map.to_map_many(patch[held], face[held], bary[held])
+    there = np.array([expected[whole.pixel(point)] for point in points])
+    assert len(held) > 1000
+    assert np.abs(out.ravel()[held] - there).mean() < 0.02 * out.max()
+    for number, chart in enumerate(prepared.map.charts):
+        middles = atlas.plane(number)[chart.faces].mean(axis=1)
+        columns, rows = (middles / atlas.resolution).astype(int).T
+        flat = (atlas.shape[0] - 1 - rows) * atlas.shape[1] + columns
+        assert (patch[flat] == number).mean() > 0.99
+
+
+def test_a_chart_that_outgrows_its_image_gets_coarser_pixels():
+    document = MapDocument.of(leaves())
+    first = ImageAtlas(document.map)
+    charts = (replace(document.charts[0], plane=9 * document.charts[0].plane), document.charts[1])
+    second = ImageAtlas(replace(document.map, charts=charts), known=first)
+    assert second.resolution > 2 * first.resolution
+    assert np.prod(second.shape) < 2 * np.prod(first.shape)
+
+
+def test_a_camera_over_other_content_sees_the_same():
+    camera, room = MapCamera((100.0, 50.0), (20.0, 30.0), 2.0), (640.0, 480.0)
+    other = camera.over((400.0, 700.0), (-80.0, 5.0), room)
+    assert other.to_scene((17.0, 400.0), room) == pytest.approx(camera.to_scene((17.0, 400.0), room))
+    framed = MapCamera.framing(other.content, other.origin)
+    assert framed.to_scene((320.0, 240.0), room) == pytest.approx((120.0, 355.0))
+    far = other.over((10.0, 10.0), (900.0, 900.0), room)
+    assert far.panned(1.0, 1.0, room).centre == pytest.approx(far.centre, abs=1.0)
+
+
+def test_an_undone_chart_finds_its_tile_again(prepared):
+    document = MapDocument.of(prepared.map)
+    other = apply_result(document, reflatten(set_lengths(document, [1], 0.5)))
+    first = ImageAtlas(document.map)
+    second = ImageAtlas(other.map, known=first)
+    again = ImageAtlas(document.map, known=second)
+    assert second.tiles[1] is not first.tiles[1]
+    assert all(tile is old for tile, old in zip(again.tiles, first.tiles, strict=True))
+    assert ImageAtlas(document.map, known=again, look=ImageSettings("nearest")).tiles[0] is not first.tiles[0]

@@ -1,0 +1,42 @@
+"""How the map looks, pinned: framed with two touches in both themes, and zoomed in until the taxels show."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from PySide6.QtGui import QFont
+
+from tests.widgets.support.samples import leaf_map, middle_taxel, touched
+from tests.widgets.support.snapshots import check_picture
+from widgets.common.colours import DARK, LIGHT, PressureScale
+from widgets.map_view.map_view import MapView
+
+HOVERED = 9
+
+
+@pytest.fixture
+def view(qtbot, prepared):
+    leaves = leaf_map()
+    view = MapView(DARK, PressureScale(20.0))
+    qtbot.addWidget(view)
+    view.setFont(QFont("DejaVu Sans", 10))
+    view.resize(640, 560)
+    view.show_prepared(replace(prepared, skin=leaves.skin, map=leaves))
+    view.show_frame(touched(leaves, [0, middle_taxel(leaves, 1)], radius=0.04))
+    view.set_hover(leaves.skin.taxel_point(HOVERED))
+    return view
+
+
+@pytest.mark.parametrize("theme", [DARK, LIGHT], ids=["dark", "light"])
+def test_framed(view, theme):
+    view.set_theme(theme)
+    view.show()
+    check_picture(view, f"map_view_{theme.name}")
+
+
+def test_zoomed_in_and_replaying(view):
+    view.show()
+    view.set_replaying(replaying=True)
+    view.zoom(3.0, view.pixel_of(leaf_map().skin.taxel_point(0)))
+    check_picture(view, "map_view_zoomed")

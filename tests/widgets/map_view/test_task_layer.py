@@ -1,0 +1,187 @@
+"""A law's task and the contacts' shapes as the map draws them: seen, in the right place and colour, and kept."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PySide6.QtGui import QColor
+
+from app.editing.document import MapDocument, show_patches
+from tests.widgets.support.samples import leaf_map, middle_taxel, touched
+from tests.widgets.support.snapshots import check_picture, pixels
+from widgets.common.colours import DARK, LIGHT, PressureScale
+from widgets.common.settings import OverlayOptions
+from widgets.map_view.contact_ellipses import ellipses_on_map
+from widgets.map_view.map_view import MapView
+from widgets.map_view.task_layer import ACTUAL, TARGET, WANTED, task_legend_entries
+from widgets.overlays.task_overlay import NO_TASK, ContactTrail, ReferencePath, TaskOverlay, lines_on_skin
+
+
+@pytest.fixture(scope="module")
+def tactile_map():
+    return leaf_map()
+
+
+@pytest.fixture
+def view(qtbot, tactile_map):
+    made = MapView(DARK, PressureScale())
+    qtbot.addWidget(made)
+    made.resize(700, 420)
+    made.show_document(MapDocument.of(tactile_map))
+    made.show()
+    qtbot.waitExposed(made)
+    return made
+
+
+def middle(tactile_map, patch=0):
+    return tactile_map.boxes[patch].mean(axis=0)
+
+
+def led(tactile_map, *, above=0.03):
+    """A path over both leaves, a target, and a way of the contact below the path."""
+    here, there = middle(tactile_map), middle(tactile_map, 1)
+    corners = np.array([here + [-0.06, above], here + [0.05, above], there + [0.0, above]])
+    lines = lines_on_skin(corners, tactile_map)
+    assert [line.patch for line in lines] == [0, 1]
+    way = here + np.linspace([-0.05, -0.04], [0.05, -0.04], 30)
+    at = [tactile_map.to_body(point) for point in way]
+    skin = tactile_map.skin
+    body, up = (np.array([of(one) for one in at]) for of in (skin.position, skin.normal))
+    tail = ContactTrail(np.zeros(30, int), way, body, up, np.linspace(0.98, 0.0, 30), np.zeros(30, bool))
+    crossing = np.array([[lines[0].on_map[-1], lines[1].on_map[0]]])
+    return TaskOverlay(ReferencePath(lines, crossing), tactile_map.to_body(here), 3.0, 0, tail)
+
+
+def colour(view, point):
+    """Of the pixel of a map point (2,) [m]."""
+    x, y = view._to_pixels(np.array(point)[None])[0].round().astype(int).tolist()
+    return np.array(QColor(view.grab().toImage().pixelColor(x, y)).getRgb()[:3])
+
+
+def near(one, hex_):
+    return bool(np.abs(one - QColor(hex_).getRgb()[:3]).max() < 40)
+
+
+@pytest.mark.parametrize("theme", [DARK, LIGHT], ids=lambda theme: theme.name)
+def test_what_is_wanted_is_violet_and_what_was_is_white_with_a_dark_rim(view, tactile_map, theme):
+    view.set_theme(theme)
+    task = led(tactile_map)
+    before = [colour(view, line.on_map[len(line.on_map) // 2]) for line in task.path.lines]
+    view.show_task(task)
+    for line, plain in zip(task.path.lines, before, strict=True):
+        assert near(colour(view, line.on_map[len(line.on_map) // 2]), theme.intent)
+        assert not near(plain, theme.intent)
+    now, old = task.tail.on_map[-3], task.tail.on_map[2]
+    assert colour(view, now).min() > 245
+    rim = [colour(view, now + [0.0, step * view._pixel()]).max() for step in (-3, -2, 2, 3)]
+    assert min(rim) < 80
+    faded = [colour(view, old + [0.0, step * view._pixel()]).max() for step in (-3, -2, 2, 3)]
+    assert min(faded) > min(rim) + 60
+
+
+def test_the_target_is_a_ring_with_its_middle_free(view, tactile_map):
+    plain = colour(view, middle(tactile_map))
+    view.show_task(led(tactile_map))
+    np.testing.assert_array_equal(colour(view, middle(tactile_map)), plain)
+    for dx, dy in ((9, 0), (-9, 0), (0, 9), (0, -9)):
+        assert near(colour(view, middle(tactile_map) + view._pixel() * np.array([dx, dy])), DARK.intent)
+
+
+def test_the_path_is_dotted_where_it_goes_on_elsewhere(view, tactile_map):
+    task = led(tactile_map)
+    view.show_task(task)
+    ((leaves, enters),) = task.path.crossings
+    seen = [near(colour(view, leaves + share * (enters - leaves)), DARK.intent) for share in np.linspace(0.2, 0.8, 60)]
+    assert 5 < sum(seen) < 45
+
+
+def test_a_hidden_patch_hides_its_part(view, tactile_map):
+    task = led(tactile_map)
+    view.show_task(task)
+    hidden = show_patches(MapDocument.of(tactile_map), [0], visible=False)
+    view.show_document(hidden)
+    for line, shown in zip(task.path.lines, (False, True), strict=True):
+        assert near(colour(view, line.on_map[len(line.on_map) // 2]), DARK.intent) is shown
+    assert not near(colour(view, middle(tactile_map) + [9 * view._pixel(), 0]), DARK.intent)
+
+
+def test_the_key_names_what_there_is_and_is_gone_with_the_task(view, tactile_map):
+    task = led(tactile_map)
+    assert task_legend_entries(task) == (WANTED, TARGET, ACTUAL)
+    assert task_legend_entries(replace(task, path=ReferencePath(), tail=ContactTrail())) == (TARGET,)
+    before = pixels(view.grab().toImage())
+    view.show_task(task)
+    view.show_task(NO_TASK)
+    np.testing.assert_array_equal(pixels(view.grab().toImage()), before)
+
+
+def test_the_same_picture_comes_from_what_is_kept_and_moves_with_the_map(view, tactile_map):
+    view.show_task(led(tactile_map))
+    first = pixels(view.grab().toImage())
+    np.testing.assert_array_equal(pixels(view.grab().toImage()), first)
+    view.pan(17, -9)
+    assert near(colour(view, led(tactile_map).path.lines[0].on_map[10]), DARK.intent)
+    view.pan(-17, 9)
+    np.testing.assert_array_equal(pixels(view.grab().toImage()), first)
+    view.zoom(2.0, view.viewport().rect().center().toPointF())
+    assert near(colour(view, led(tactile_map).path.lines[0].on_map[18]), DARK.intent)
+
+
+def test_the_force_is_told_beside_its_goal_for_the_contact_that_has_one(view, tactile_map):
+    frame = touched(tactile_map, [middle_taxel(tactile_map, 0), middle_taxel(tactile_map, 1)])
+    view.show_frame(frame, task=TaskOverlay(goal=3.0, contact=frame.regions[0].id))
+    first, second = (mark.text for mark in view._marks.contacts)
+    assert first.endswith("of 3.0\u2009N")
+    assert "of" not in second
+
+
+def test_contacts_are_drawn_as_they_lie_where_there_is_room(view, tactile_map):
+    frame = touched(tactile_map, [middle_taxel(tactile_map, 0)])
+    (region,) = frame.regions
+    view.show_frame(frame)
+    with_shapes = pixels(view.grab().toImage())
+    view.set_overlays(OverlayOptions(shapes=False))
+    without = pixels(view.grab().toImage())
+    changed = np.argwhere((with_shapes != without).any(axis=2))[:, ::-1]
+    assert len(changed) > 60
+    centre = view._to_pixels(tactile_map.to_map(region.at)[None])[0]
+    ellipse, error = (axes / view._pixel() for axes in ellipses_on_map(region, tactile_map))
+    away = np.stack([changed[:, 0] - centre[0], centre[1] - changed[:, 1]])
+    on_ellipse, on_circle = (np.abs(np.linalg.norm(np.linalg.solve(axes.T, away), axis=0) - 1) < 0.25
+                             for axes in (ellipse, error))  # fmt: skip
+    assert on_ellipse.sum() > 30
+    assert on_circle.sum() > 8
+    assert (on_ellipse | on_circle).mean() > 0.95
+
+
+def test_the_ellipse_follows_how_the_map_lies(tactile_map):
+    """A patch turned and drawn twice as large has its ellipse turned and twice as large."""
+    region = touched(tactile_map, [middle_taxel(tactile_map, 0)]).regions[0]
+    placed = tactile_map.layout.placements[0]
+    other = replace(placed, angle=placed.angle + 0.7, scale=2.0)
+    layout = replace(tactile_map.layout, placements=(other, *tactile_map.layout.placements[1:]))
+    before, _ = ellipses_on_map(region, tactile_map)
+    after, circle = ellipses_on_map(region, replace(tactile_map, layout=layout))
+    turn = np.array([[np.cos(0.7), np.sin(0.7)], [-np.sin(0.7), np.cos(0.7)]])
+    np.testing.assert_allclose(after, 2 * before @ turn, atol=1e-12)
+    np.testing.assert_allclose(circle @ circle.T, (2 * region.place_error) ** 2 * np.eye(2), atol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(before, axis=1), np.linalg.norm(region.axes, axis=1))
+
+
+def test_small_shapes_are_hidden_by_their_centre(view, tactile_map):
+    frame = touched(tactile_map, [middle_taxel(tactile_map, 0)], radius=0.02)
+    small = tuple(replace(r, axes=0.05 * r.axes, place_error=1e-4) for r in frame.regions)
+    view.show_frame(replace(frame, regions=small))
+    with_shapes = pixels(view.grab().toImage())
+    view.set_overlays(OverlayOptions(shapes=False))
+    np.testing.assert_array_equal(pixels(view.grab().toImage()), with_shapes)
+
+
+@pytest.mark.parametrize("theme", [DARK, LIGHT], ids=lambda theme: theme.name)
+def test_it_looks_as_it_did(view, tactile_map, theme):
+    view.set_theme(theme)
+    frame = touched(tactile_map, [middle_taxel(tactile_map, 0)])
+    view.show_frame(frame, task=replace(led(tactile_map), contact=frame.regions[0].id))
+    check_picture(view, f"task_on_map_{theme.name}")

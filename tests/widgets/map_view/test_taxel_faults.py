@@ -1,0 +1,93 @@
+"""Dead, stuck and saturated taxels on the real map: marked where they are, explained only while there are any."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPointF
+from PySide6.QtGui import QColor
+
+from app.editing.document import MapDocument, show_patches
+from tests.widgets.support.samples import touched
+from tests.widgets.support.snapshots import pixels
+from widgets.common.colours import DARK, PressureScale
+from widgets.map_view.live_image import ImageAtlas
+from widgets.map_view.map_view import MapView
+from widgets.map_view.taxel_faults import NO_FAULTS, Fault, TaxelFaults
+
+DEAD, STUCK = 40, 90
+
+
+@pytest.fixture
+def view(qtbot, prepared):
+    view = MapView(DARK, PressureScale(20.0))
+    qtbot.addWidget(view)
+    view.resize(700, 600)
+    view.show_prepared(prepared, atlas=ImageAtlas(prepared.map))
+    view.show()
+    qtbot.waitExposed(view)
+    return view
+
+
+@pytest.fixture
+def broken(prepared):
+    kinds = np.zeros(len(prepared.skin), np.int8)
+    kinds[DEAD], kinds[STUCK] = 1, 2
+    return TaxelFaults(kinds, 9e3)
+
+
+def around(view, prepared, taxel):
+    """(h, w, 3) the pixels of a taxel's mark."""
+    at = view.pixel_of(prepared.skin.taxel_point(taxel)) - QPointF(9, 9)
+    image = pixels(view.viewport().grab().toImage())
+    x, y = round(at.x()), round(at.y())
+    return image[y : y + 19, x : x + 19]
+
+
+def near(image, colour):
+    """Whether some pixel has about this colour."""
+    return bool((np.abs(image - np.array(QColor(colour).toTuple()[:3])).max(axis=2) < 40).any())
+
+
+def test_broken_taxels_are_marked_and_only_they(view, prepared, broken):
+    whole = {taxel: around(view, prepared, taxel) for taxel in (DEAD, STUCK, 10)}
+    view.set_faults(broken)
+    for taxel in (DEAD, STUCK):
+        assert near(around(view, prepared, taxel), "#1d2126"), "a dark mark on light skin"
+        assert not near(whole[taxel], "#1d2126")
+    np.testing.assert_array_equal(around(view, prepared, 10), whole[10])
+    view.set_faults(NO_FAULTS)
+    np.testing.assert_array_equal(around(view, prepared, DEAD), whole[DEAD])
+
+
+def test_a_taxel_at_its_limit_is_hatched_while_it_is(view, prepared, broken):
+    pressures = np.zeros(len(prepared.skin))
+    pressures[10] = 9e3
+    view.set_faults(broken)
+    assert Fault.SATURATED not in dict(view._marks.faults)
+    view.show_frame(replace(touched(prepared.map), pressures=pressures))
+    assert dict(view._marks.faults)[Fault.SATURATED] == "1 taxel saturated"
+    assert near(around(view, prepared, 10), "#ffffff")
+    view.show_frame(replace(touched(prepared.map), pressures=0 * pressures))
+    assert Fault.SATURATED not in dict(view._marks.faults)
+
+
+def test_the_key_is_there_only_with_faults(view, broken):
+    plain = pixels(view.viewport().grab().toImage())
+    view.set_faults(broken)
+    key = pixels(view.viewport().grab().toImage())[8:60, -140:]
+    assert not np.array_equal(key, plain[8:60, -140:])
+    view.set_faults(NO_FAULTS)
+    np.testing.assert_array_equal(pixels(view.viewport().grab().toImage()), plain)
+
+
+def test_marks_go_with_their_patch(view, prepared, broken):
+    view.set_faults(broken)
+    document = MapDocument.of(prepared.map)
+    patch = int(np.searchsorted(prepared.skin.first, DEAD, side="right")) - 1
+    view.show_document(show_patches(document, [patch], visible=False))
+    assert not near(around(view, prepared, DEAD), "#ffffff")
+    view.show_document(document)
+    assert near(around(view, prepared, DEAD), "#1d2126")

@@ -1,0 +1,125 @@
+"""The list of steps: what was done, where we are, and a click goes there."""
+
+from __future__ import annotations
+
+from functools import partial
+from time import perf_counter
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from app.editing.arrange import move
+from app.editing.document import MapDocument
+from app.editing.history import MOST_STEPS
+from widgets.panels.history_panel import ROW, HistoryPanel
+from widgets.panels.panel_column import COLUMN_WIDTH
+
+LEFT = Qt.MouseButton.LeftButton
+
+
+@pytest.fixture
+def panel(qtbot, editor):
+    made = HistoryPanel(editor)
+    qtbot.addWidget(made)
+    made.resize(COLUMN_WIDTH, 300)
+    made.show()
+    qtbot.waitExposed(made)
+    return made
+
+
+def _move(editor, steps):
+    for step in range(steps):
+        assert editor.do(f"Move {step + 1}", partial(move, numbers=[0], by=(0.001, 0.0)))
+
+
+def _rows(panel, role=Qt.ItemDataRole.DisplayRole):
+    return [panel.steps.index(row).data(role) for row in range(panel.steps.rowCount())]
+
+
+def _states(panel):
+    return [text.rsplit(", ", 1)[1] for text in _rows(panel, Qt.ItemDataRole.AccessibleTextRole)]
+
+
+def test_steps_are_named_and_the_present_one_marked(panel, editor):
+    assert not panel.list.isVisible(), "nothing was done yet"
+    _move(editor, 3)
+    assert _rows(panel) == ["Open", "Move 1", "Move 2", "Move 3"]
+    assert _states(panel) == ["done", "done", "done", "now"]
+    editor.undo()
+    editor.undo()
+    assert _states(panel) == ["done", "now", "undone", "undone"]
+    assert panel.list.height() == 4 * ROW
+
+
+def test_a_click_goes_to_the_step(panel, editor):
+    _move(editor, 3)
+    QApplication.processEvents()
+    QTest.mouseClick(panel.list.viewport(), LEFT, Qt.KeyboardModifier.NoModifier, QPoint(60, ROW + 4))
+    assert editor.history.position == 1
+    assert editor.document.layout.placements[0].offset[0] == pytest.approx(
+        0.001 + panel.steps._editor.history._steps[0].document.layout.placements[0].offset[0]
+    )
+    QTest.mouseClick(panel.list.viewport(), LEFT, Qt.KeyboardModifier.NoModifier, QPoint(60, 3 * ROW + 4))
+    assert editor.history.position == 3
+
+
+def test_keys_go_to_a_step_with_enter(panel, editor):
+    _move(editor, 2)
+    panel.list.setFocus()
+    QTest.keyClick(panel.list, Qt.Key.Key_Up)
+    assert editor.history.position == 2, "looking is not going"
+    QTest.keyClick(panel.list, Qt.Key.Key_Return)
+    assert editor.history.position == 1
+
+
+def test_a_new_step_after_undo_replaces_what_was_undone(panel, editor):
+    _move(editor, 2)
+    editor.undo()
+    editor.do("Another way", partial(move, numbers=[1], by=(0.001, 0.0)))
+    assert _rows(panel) == ["Open", "Move 1", "Another way"]
+
+
+def test_the_list_stays_at_the_present_step(panel, editor):
+    _move(editor, 40)
+    QApplication.processEvents()
+    assert panel.list.height() < 41 * ROW
+    assert panel.list.viewport().rect().contains(panel.list.visualRect(panel.steps.index(40)))
+    editor.go(5)
+    assert panel.list.viewport().rect().contains(panel.list.visualRect(panel.steps.index(5)))
+
+
+def test_a_list_that_was_folded_opens_at_the_present_step(panel, editor):
+    panel.set_folded(True)
+    _move(editor, 40)
+    panel.set_folded(False)
+    QApplication.processEvents()
+    assert panel.list.viewport().rect().contains(panel.list.visualRect(panel.steps.index(40)))
+
+
+def test_a_replay_goes_nowhere(panel, editor):
+    _move(editor, 2)
+    editor.set_enabled(enabled=False)
+    QTest.mouseClick(panel.list.viewport(), LEFT, Qt.KeyboardModifier.NoModifier, QPoint(60, 4))
+    assert editor.history.position == 2
+
+
+def test_another_document_starts_another_list(panel, editor, prepared):
+    _move(editor, 3)
+    editor.open(MapDocument.of(prepared.map), name="Load")
+    assert _rows(panel) == ["Load"]
+
+
+def test_a_thousand_steps_are_quick(panel, editor):
+    _move(editor, MOST_STEPS + 5)
+    assert panel.steps.rowCount() == len(editor.history.names) == MOST_STEPS + 1
+    seconds = []
+    for _ in range(5):
+        started = perf_counter()
+        panel._on_history_changed()
+        panel.steps._names = ()  # as if all were another history
+        panel._on_history_changed()
+        panel.repaint()
+        seconds.append(perf_counter() - started)
+    assert sorted(seconds)[2] < 0.05

@@ -1,0 +1,260 @@
+"""The panels: true numbers with units, and only what the hand moved is changed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QLabel
+
+from app.control.command import ControlSettings
+from app.editing.document import MapDocument
+from app.maps.quality import measure
+from app.session.session import Session
+from app.tactile.poke import PokePressed
+from widgets.common.panel import LabelledSlider, Panel
+from widgets.document.map_editor import MapEditor
+from widgets.panels.contacts_panel import ContactsPanel
+from widgets.panels.controller_panel import ControllerPanel
+from widgets.panels.effects_panel import EffectsPanel
+from widgets.panels.panel_column import COLUMN_WIDTH, FOLDED_AT_FIRST, PanelColumn
+from widgets.panels.quality_panel import QualityPanel
+from widgets.panels.timing_panel import VIEW_STAGE, TimingPanel
+from widgets.workers.scene_worker import InlineSceneWorker
+
+
+def shown(qtbot, panel):
+    """A panel on the screen, gone after the test."""
+    qtbot.addWidget(panel)
+    panel.resize(300, 400)
+    panel.show()
+    return panel
+
+
+def texts(panel):
+    """All words of a panel that can be seen."""
+    QApplication.processEvents()  # what was laid out just now is shown with the next events
+    return [label.text() for label in panel.findChildren(QLabel) if label.isVisible() and label.text()]
+
+
+@pytest.fixture
+def touched(prepared):
+    """A frame with one contact."""
+    session = Session(prepared, scripted=False)
+    session.submit(PokePressed(1, prepared.skin.taxel_point(70)))
+    session.advance(0.1)
+    for _ in range(5):
+        session.advance(0.1)
+    assert len(session.frame.regions) == 1
+    return session.frame
+
+
+def test_a_slider_gives_back_what_it_was_given(qtbot):
+    slider = shown(qtbot, LabelledSlider("Gain", "N", 0.0, 10.0, 0.5, "tip"))
+    for value in (0.0, 3.3, 10.0, 25.0, math.inf):
+        slider.set_value(value)
+        assert slider.value == value, "a slider shows the setting in force; it never rounds or clips it"
+    assert "∞" in texts(slider)[-1]
+
+
+def test_a_slider_moves_by_keys(qtbot):
+    slider = shown(qtbot, LabelledSlider("Gain", "N", 0.0, 10.0, 0.5, "tip"))
+    got = []
+    slider.value_changed.connect(got.append)
+    slider.set_value(3.0)
+    QTest.keyClick(slider._slider, Qt.Key.Key_Right)
+    assert got == [3.5]
+    assert "3.5\u2009N" in texts(slider)
+
+
+def test_a_slider_rests_once_the_hand_lets_go(qtbot):
+    slider = shown(qtbot, LabelledSlider("Gain", "N", 0.0, 10.0, 0.5, "tip"))
+    rested, handle = [], slider._slider
+    slider.rested.connect(rested.append)
+    handle.setSliderDown(True)
+    handle.setValue(4)
+    handle.setValue(8)
+    assert slider.held
+    assert rested == []
+    assert not slider._quiet.isActive(), "however long the hand waits"
+    handle.setSliderDown(False)
+    assert rested == [4.0]
+    handle.setSliderDown(True)
+    handle.setSliderDown(False)
+    assert rested == [4.0], "taken and left where it was"
+    for _ in range(3):
+        QTest.keyClick(handle, Qt.Key.Key_Right)
+    qtbot.waitUntil(lambda: not slider.held)
+    assert rested == [4.0, 5.5]
+
+
+def test_a_slider_of_values_that_differ_has_no_number(qtbot):
+    slider = shown(qtbot, LabelledSlider("Gain", "N", 0.0, 10.0, 0.5, "tip"))
+    slider.set_mixed()
+    assert texts(slider) == ["Gain", "—"]
+    slider.set_value(5.0)
+    assert texts(slider) == ["Gain", "5.0\u2009N"]
+
+
+def test_a_heading_folds_its_panel(qtbot):
+    panel = shown(qtbot, TimingPanel())
+    folded = []
+    panel.folded_changed.connect(folded.append)
+    assert "Real time" in texts(panel)
+    tall = panel.sizeHint().height()
+    QTest.mouseClick(panel._heading, Qt.MouseButton.LeftButton)
+    assert folded == [True]
+    assert texts(panel) == []
+    assert panel.sizeHint().height() < tall / 2
+    panel._heading.setFocus()
+    QTest.keyClick(panel._heading, Qt.Key.Key_Space)
+    assert folded == [True, False]
+    panel.set_folded(True)
+    assert panel.folded
+    assert folded == [True, False], "only the hand's folding is told"
+
+
+@pytest.fixture
+def column(qtbot, prepared):
+    editor = MapEditor(InlineSceneWorker())
+    editor.open(MapDocument.of(prepared.map))
+    editor.set_enabled(enabled=True)
+    made = PanelColumn(editor)
+    qtbot.addWidget(made)
+    made.resize(made.width(), 600)
+    made.show_prepared(prepared)
+    made.show()
+    qtbot.waitExposed(made)
+    QApplication.processEvents()
+    return made
+
+
+def test_the_column_tells_which_panels_are_folded(column):
+    assert column.folded == FOLDED_AT_FIRST
+    told = []
+    column.folded_changed.connect(told.append)
+    QTest.mouseClick(column.contacts._heading, Qt.MouseButton.LeftButton)
+    assert told == [("contacts-panel", *FOLDED_AT_FIRST)]
+    column.set_folded(["timing-panel", "a panel of another version"])
+    assert column.folded == ("timing-panel",)
+    assert len(told) == 1
+
+
+def test_a_folded_panel_out_of_sight_is_revealed(column):
+    told = []
+    column.folded_changed.connect(told.append)
+    column.set_folded(["timing-panel"])
+    column.reveal(column.timing)
+    assert column.folded == told[0] == ()
+    QApplication.processEvents()
+    seen = column.viewport().rect()
+    top = column.timing.mapTo(column.viewport(), column.timing.rect().topLeft())
+    assert seen.contains(top)
+
+
+def test_all_panels_fit_the_column(column):
+    column.set_folded(())
+    QApplication.processEvents()
+    assert column.widget().minimumSizeHint().width() <= COLUMN_WIDTH - 8, "a scroll bar must fit beside them"
+
+
+def test_another_panel_finds_its_place(column):
+    panel = Panel("Extra", "extra-panel")
+    column.add(panel, below=column.quality)
+    QApplication.processEvents()
+    assert column.quality.y() < panel.y() < column.compare.y()
+    QTest.mouseClick(panel._heading, Qt.MouseButton.LeftButton)
+    assert "extra-panel" in column.folded
+
+
+@pytest.mark.parametrize(
+    ("settings", "moved", "kept"),
+    [
+        (ControlSettings(stiffness=50.0), "damping_ratio", "stiffness"),
+        (ControlSettings(controller="hold_force", integral_time=math.inf), "force_gain", "integral_time"),
+        (ControlSettings(controller="hold_force", force_goal=3.3), "force_gain", "force_goal"),
+    ],
+)
+def test_only_the_gain_that_was_moved_changes(qtbot, settings, moved, kept):
+    panel = shown(qtbot, ControllerPanel())
+    panel.show_settings(settings)
+    got = []
+    panel.settings_edited.connect(got.append)
+    QTest.keyClick(panel.sliders.by_name[moved]._slider, Qt.Key.Key_Right)
+    assert getattr(got[0], moved) > getattr(settings, moved)
+    assert getattr(got[0], kept) == getattr(settings, kept)
+
+
+def test_a_law_shows_its_own_gains(qtbot):
+    panel = shown(qtbot, ControllerPanel())
+    got = []
+    panel.settings_edited.connect(got.append)
+    QTest.mouseClick(panel._buttons["hold_force"], Qt.MouseButton.LeftButton)
+    assert got[0].controller == "hold_force"
+    assert panel.sliders.by_name["force_goal"].isVisible()
+    assert not panel.sliders.by_name["stiffness"].isVisible()
+
+
+def test_what_limits_the_controller_is_said(qtbot, touched):
+    panel = shown(qtbot, ControllerPanel())
+    panel.show_frame(replace(touched, why_limited=("elbow at its limit",)))
+    assert "Limited: elbow at its limit" in texts(panel)
+    panel.show_frame(replace(touched, time=touched.time + 2.0, why_limited=()))
+    assert "Not limited" in texts(panel)
+
+
+def test_contacts_are_listed_with_units_and_cleared(qtbot, touched):
+    panel = shown(qtbot, ContactsPanel())
+    assert any("Nothing touches the skin" in text for text in texts(panel))
+    panel.show_frame(touched)
+    region = touched.regions[0]
+    words = texts(panel)
+    assert {"On", "N", "kPa", "mm²"} <= set(words)
+    place, told = words.index(region.link), panel.findChild(QLabel, "contacts-facts").text()
+    assert words[place : place + 4] == [
+        region.link,
+        f"{region.force:.2f}",
+        f"{1e-3 * region.peak:.1f}",
+        f"{1e6 * region.area:.0f}",
+    ]
+    assert f"{region.force:.2f} ± {region.force_error:.2f}\u2009N" in told
+    assert f"± {1e3 * region.place_error:.1f}\u2009mm" in told
+    panel.clear()
+    assert region.link not in texts(panel)
+
+
+def test_effects_say_what_is_on_and_why(qtbot, prepared):
+    panel = shown(qtbot, EffectsPanel())
+    panel.show_prepared(prepared)
+    panel.show_prepared(prepared)
+    qtbot.waitUntil(lambda: texts(panel).count("Gravity") == 1)  # rows added to a panel in sight are shown a turn later
+    assert panel.lines["gravity"].words[1] == "off"
+    assert all(line.toolTip() for line in panel.lines.values())
+
+
+def test_quality_is_empty_then_measuring_then_measured(qtbot, prepared):
+    panel = shown(qtbot, QualityPanel())
+    assert any("Open a robot" in text for text in texts(panel))
+    panel.show_prepared(prepared)
+    assert "Measuring…" in texts(panel)
+    panel.show_quality(measure(prepared.map))
+    assert "Measuring…" not in texts(panel)
+    assert panel.findChild(QLabel, "quality-bijective").text() == "yes"
+    assert panel.findChild(QLabel, "quality-taxels").text() == str(len(prepared.skin))
+
+
+def test_times_follow_the_work_and_say_real_time(qtbot, touched):
+    panel = shown(qtbot, TimingPanel())
+    for milliseconds in (1.0, 2.0, 9.0):
+        panel.add(VIEW_STAGE, milliseconds)
+    panel.show_factor(0.97)
+    panel.show_frame(touched)
+    names = [panel._grid.itemAtPosition(row, 0).widget().text() for row in range(panel._grid.rowCount())]
+    assert names == ["Real time", "Physics", "Touch", "Sensor", "Contacts", "Control", "3-D view"]
+    assert panel.findChild(QLabel, f"timing-{VIEW_STAGE}").text() == "2.00\u2009ms"
+    assert panel.findChild(QLabel, "timing-factor").text() == "0.97×"
+    panel.clear()
+    assert panel.findChild(QLabel, f"timing-{VIEW_STAGE}").text() == "–"

@@ -1,0 +1,100 @@
+"""The live plots: they keep every sample, draw only when seen, and carry their units."""
+
+from __future__ import annotations
+
+import pyqtgraph as pg
+import pytest
+from PySide6.QtWidgets import QLabel
+
+from app.control.command import ControlSettings
+from tests.widgets.support.samples import touched
+from widgets.common.colours import DARK, LIGHT
+from widgets.plots.live_plots import LivePlots
+from widgets.plots.trace_plots import nice_ceiling
+
+
+@pytest.fixture
+def plots(qtbot):
+    plots = LivePlots(DARK)
+    qtbot.addWidget(plots)
+    plots.resize(1200, 180)
+    return plots
+
+
+def drawn(plots, number):
+    """Samples in each curve of plot ``number``."""
+    item = plots.findChildren(pg.PlotWidget)[number].getPlotItem()
+    return [0 if curve.xData is None else len(curve.xData) for curve in item.listDataItems() if curve.isVisible()]
+
+
+def words(plots):
+    return " ".join(label.text() for label in plots.findChildren(QLabel)).replace("&nbsp;", " ")
+
+
+def play(plots, prepared, count):
+    for k in range(count):
+        plots.show_frame(touched(prepared.map, [10] if k % 2 else [], tick=k, time=0.02 * k))
+
+
+def test_hidden_plots_keep_samples_but_draw_nothing(plots, prepared, qtbot):
+    play(plots, prepared, 30)
+    assert drawn(plots, 0) == [0]
+    plots.show()
+    qtbot.waitExposed(plots)
+    assert drawn(plots, 0) == [30, 30], "all together, and the one region"
+    assert drawn(plots, 2) == [30] * 4
+
+
+def test_they_are_not_redrawn_for_every_frame(plots, prepared, qtbot):
+    plots.show()
+    qtbot.waitExposed(plots)
+    play(plots, prepared, 30)
+    assert 1 <= drawn(plots, 0)[0] < 30
+
+
+def test_a_restart_starts_over(plots, prepared, qtbot):
+    play(plots, prepared, 30)
+    plots.show_frame(touched(prepared.map, [], time=0.0))
+    plots.show()
+    qtbot.waitExposed(plots)
+    assert drawn(plots, 0) == [1]
+
+
+def test_units_and_the_goal_are_written(plots):
+    text = words(plots)
+    assert all(unit in text for unit in ("(N)", "(kPa)", "(ms)"))
+    assert "goal" not in text
+    plots.show_settings(ControlSettings(controller="hold_force", force_goal=3.0))
+    assert "goal 3.0" in words(plots)
+    plots.show_settings(ControlSettings())
+    assert "goal" not in words(plots)
+
+
+def test_clear_forgets(plots, prepared, qtbot):
+    plots.show()
+    qtbot.waitExposed(plots)
+    play(plots, prepared, 10)
+    plots.clear()
+    assert drawn(plots, 0) == [0]
+    assert drawn(plots, 2) == []
+
+
+def test_tall_plots_stand_on_each_other(plots, qtbot):
+    plots.show()
+    qtbot.waitExposed(plots)
+    first, second = plots.findChildren(pg.PlotWidget)[:2]
+    assert first.mapTo(plots, first.pos()).x() < second.mapTo(plots, second.pos()).x()
+    plots.resize(300, 700)
+    assert first.mapTo(plots, first.pos()).y() < second.mapTo(plots, second.pos()).y()
+
+
+def test_themes_change(plots, prepared):
+    play(plots, prepared, 5)
+    dark = plots.grab().toImage()
+    plots.set_theme(LIGHT)
+    assert plots.grab().toImage() != dark
+
+
+@pytest.mark.parametrize(("value", "top"), [(0.3, 0.5), (1.0, 1.0), (1.01, 2.0), (7.4, 10.0), (480.0, 500.0)])
+def test_tops_are_round(value, top):
+    assert nice_ceiling(value) == pytest.approx(top)

@@ -1,0 +1,227 @@
+"""The live plots of a law with a task: the response, its bounds, what limited it, and when settings were changed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pyqtgraph as pg
+import pytest
+from PySide6.QtGui import QColor
+from PySide6.QtWidgets import QApplication, QLabel
+
+from app.control.command import ControlSettings, TaskReport
+from app.control.joint_impedance import MAX_JOINT_SPEED
+from tests.widgets.support.samples import touched
+from tests.widgets.support.snapshots import pixels
+from widgets.common.colours import DARK, LIGHT
+from widgets.common.tool_kinds import SelectionMode
+from widgets.document.taxel_selection import SelectionUpdate, TaxelSelection
+from widgets.plots.live_plots import MIN_PLOT_WIDTH, LivePlots
+from widgets.plots.trace_plots import TOLERANCE, TracePlot
+
+FOLLOW = ControlSettings(controller="hybrid", task="follow_path")
+KEEP = ControlSettings(controller="qp", task="keep_force")
+NAMES = ("force", "pressure", "ms", "error", "speed")
+
+
+@pytest.fixture
+def plots(qtbot):
+    plots = LivePlots(DARK)
+    qtbot.addWidget(plots)
+    plots.resize(1300, 180)
+    plots.show()
+    qtbot.waitExposed(plots)
+    return plots
+
+
+def plot(plots, name) -> pg.PlotItem:
+    return plots.findChildren(pg.PlotWidget)[NAMES.index(name)].getPlotItem()
+
+
+def curve(plots, name, ink):
+    """The drawn curve of that ink."""
+    for item in plot(plots, name).listDataItems():
+        if item.isVisible() and QColor(pg.mkPen(item.opts["pen"]).color()).name() == ink and item.xData is not None:
+            return item
+    return None
+
+
+def level(plots, name):
+    """Where the dashed bound lies."""
+    return [line.value() for line in plot(plots, name).items if isinstance(line, pg.InfiniteLine) and line.angle == 0]
+
+
+def marks(plots, name):
+    lines = [line for line in plot(plots, name).items if isinstance(line, pg.InfiniteLine) and line.angle == 90]
+    return sorted(line.value() for line in lines if line.isVisible())
+
+
+def frame_at(prepared, time, *, error=0.002, goal=3.0, speed=0.4, limits=()):
+    report = TaskReport(error=error, force_goal=goal, energy=0.1, tank=0.9)
+    frame = touched(prepared.map, [10], tick=round(200 * time), time=time)
+    return replace(frame, velocity=np.array([0.1, -speed]), task=report, why_limited=limits)
+
+
+def play(plots, prepared, times, **what):
+    for time in times:
+        plots.show_frame(frame_at(prepared, time, **what))
+    plots._redraw()
+
+
+@pytest.mark.parametrize(
+    ("settings", "shown"),
+    [
+        (ControlSettings(), ("force", "pressure", "ms")),
+        (ControlSettings(controller="hold_force"), ("force", "limits", "pressure", "ms")),
+        (KEEP, ("force", "speed", "limits", "pressure", "ms")),
+        (FOLLOW, ("force", "error", "speed", "limits", "ms")),
+        (replace(FOLLOW, controller="parallel", task="retreat"), ("force", "speed", "limits", "pressure", "ms")),
+    ],
+)
+def test_what_is_shown_follows_from_what_the_controller_does(plots, settings, shown):
+    plots.show_settings(settings)
+    assert plots.shown == shown
+
+
+def test_what_has_no_room_beside_the_others_is_the_time(plots):
+    plots.show_settings(FOLLOW)
+    plots.resize(5 * MIN_PLOT_WIDTH - 10, 150)
+    assert plots.shown == ("force", "error", "speed", "limits")
+    plots.resize(5 * MIN_PLOT_WIDTH + 10, 150)
+    assert "ms" in plots.shown
+    plots.resize(300, 900)
+    assert "ms" in plots.shown, "one under the other there is room"
+
+
+def test_selected_taxels_keep_their_plot(plots, prepared):
+    selection = TaxelSelection()
+    selection.reset(len(prepared.skin))
+    plots.follow(selection)
+    plots.show_settings(FOLLOW)
+    assert "pressure" not in plots.shown
+    selection.take(SelectionUpdate(np.array([10]), SelectionMode.REPLACE))
+    assert "pressure" in plots.shown
+    selection.clear()
+    assert "pressure" not in plots.shown
+
+
+def test_the_error_is_drawn_in_millimetres_against_its_tolerance(plots, prepared):
+    plots.show_settings(FOLLOW)
+    play(plots, prepared, np.arange(30) * 0.02, error=0.002)
+    drawn = curve(plots, "error", QColor(DARK.text).name())
+    assert drawn.yData == pytest.approx(2.0)
+    assert level(plots, "error") == [pytest.approx(1e3 * TOLERANCE)]
+    assert "tolerance 5" in plots.findChildren(TracePlot)[NAMES.index("error")].heading.replace("&nbsp;", " ")
+
+
+def test_an_error_that_there_is_not_leaves_a_gap(plots, prepared):
+    plots.show_settings(FOLLOW)
+    play(plots, prepared, [0.0, 0.1])
+    play(plots, prepared, [0.2, 0.3], error=None)
+    drawn = curve(plots, "error", QColor(DARK.text).name())
+    assert list(np.isfinite(drawn.yData)) == [True, True, False, False]
+
+
+def test_the_fastest_joint_is_drawn_against_its_limit(plots, prepared):
+    plots.show_settings(KEEP)
+    play(plots, prepared, [0.0, 0.1], speed=0.7)
+    assert curve(plots, "speed", QColor(DARK.text).name()).yData == pytest.approx(0.7)
+    assert level(plots, "speed") == [MAX_JOINT_SPEED]
+    low, high = plot(plots, "speed").viewRange()[1]
+    assert low <= 0 < MAX_JOINT_SPEED < high
+
+
+def test_the_goal_is_drawn_as_the_task_had_it_so_that_a_step_is_seen(plots, prepared):
+    plots.show_settings(KEEP)
+    play(plots, prepared, [0.0, 0.1], goal=3.0)
+    play(plots, prepared, [0.2, 0.3], goal=6.0)
+    assert list(curve(plots, "force", QColor(DARK.intent).name()).yData) == [3, 3, 6, 6]
+    plots.show_settings(replace(KEEP, controller="impedance"))
+    play(plots, prepared, [0.4], goal=None)
+    assert np.isnan(curve(plots, "force", QColor(DARK.intent).name()).yData[-1])
+
+
+def test_a_change_of_settings_is_a_line_that_ages_in_every_plot(plots, prepared):
+    plots.show_settings(FOLLOW)
+    play(plots, prepared, [1.0, 2.0])
+    assert marks(plots, "force") == []
+    plots.show_settings(replace(FOLLOW, force_gain=0.02))
+    play(plots, prepared, [3.5])
+    for name in ("force", "error", "speed", "ms"):
+        assert marks(plots, name) == pytest.approx([-1.5])
+    plots.show_settings(replace(FOLLOW, force_gain=0.02))
+    play(plots, prepared, [4.0])
+    assert marks(plots, "force") == pytest.approx([-2.0]), "the same again is no change"
+    play(plots, prepared, [8.0, 12.5])
+    assert marks(plots, "force") == []
+
+
+def limits_words(plots):
+    return plots._strip.heading
+
+
+def test_limits_are_listed_and_counted(plots, prepared):
+    plots.show_settings(FOLLOW)
+    play(plots, prepared, [0.0])
+    assert limits_words(plots) == "Limits: none in the last 10\u2009s"
+    play(plots, prepared, [0.1, 0.2], limits=("joint limit", "joint speed"))
+    assert limits_words(plots) == "Limits, 2 now"
+    play(plots, prepared, [0.3])
+    assert limits_words(plots) == "Limits"
+    assert "joint limit, joint speed" in plots._strip.accessibleName()
+    assert plots._strip.toolTip() == "Joint limit\nJoint speed"
+
+
+def test_the_strip_draws_each_limit_when_it_was_and_counts_those_without_room(plots, prepared):
+    plots.show_settings(FOLLOW)
+    play(plots, prepared, [0.0])
+    QApplication.processEvents()
+    empty = plots._strip.grab().toImage()
+    for time in np.arange(0.1, 2.0, 0.1):
+        play(plots, prepared, [time], limits=("joint limit",))
+    QApplication.processEvents()
+    one = plots._strip.grab().toImage()
+    assert not amber(empty).any()
+    across = np.flatnonzero(amber(one).any(axis=0))
+    assert across[-1] - across[0] == pytest.approx(one.width() * 1.8 / 11.3, abs=6)
+    assert across[-1] < one.width() - 5, "now is not at the very edge"
+    many = tuple(f"limit {number}" for number in range(12))
+    play(plots, prepared, [2.1], limits=many)
+    QApplication.processEvents()
+    assert plots._strip.grab().toImage() != one
+
+
+def amber(image):
+    """(h, w) which pixels have the colour of a limit."""
+    wanted = QColor(DARK.warning)
+    return (pixels(image) == [wanted.red(), wanted.green(), wanted.blue()]).all(axis=2)
+
+
+def test_plots_that_are_not_shown_are_not_drawn(plots, prepared):
+    plots.show_settings(ControlSettings())
+    play(plots, prepared, [0.0, 0.1])
+    assert curve(plots, "error", QColor(DARK.text).name()) is None
+    plots.show_settings(FOLLOW)
+    assert len(curve(plots, "error", QColor(DARK.text).name()).yData) == 2, "but they have kept everything"
+
+
+def test_clear_forgets_the_response(plots, prepared):
+    plots.show_settings(FOLLOW)
+    play(plots, prepared, [0.0, 0.1], limits=("joint limit",))
+    plots.show_settings(replace(FOLLOW, force_gain=0.02))
+    plots.clear()
+    assert curve(plots, "error", QColor(DARK.text).name()) is None
+    assert marks(plots, "force") == []
+    assert "none" in limits_words(plots)
+
+
+def test_themes_change(plots, prepared):
+    plots.show_settings(FOLLOW)
+    play(plots, prepared, [0.0, 0.1], limits=("joint limit",))
+    dark = plots.grab().toImage()
+    plots.set_theme(LIGHT)
+    assert plots.grab().toImage() != dark
+    assert curve(plots, "speed", QColor(LIGHT.text).name()) is not None
+    said = [label.text() + label.styleSheet() for label in plots.findChildren(QLabel) if label.isVisible()]
+    assert [words for words in said if LIGHT.quiet not in words] == []

@@ -1,0 +1,233 @@
+"""A selected taxel or region has a trace in its own colour, its past included; the same colour wherever it is said."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pyqtgraph as pg
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QColor
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QLabel, QPushButton
+
+from tests.widgets.support.samples import touched
+from widgets.common.colours import DARK
+from widgets.common.tool_kinds import SelectionMode
+from widgets.document.taxel_selection import TAXEL_COLOURS, SelectionUpdate, TaxelSelection, region_colour
+from widgets.panels.contacts_panel import ContactsPanel
+from widgets.plots.live_plots import LivePlots
+from widgets.plots.trace_plots import TracePlot
+
+NEAR, OTHER = 10, 70
+LEFT = Qt.MouseButton.LeftButton
+
+
+@pytest.fixture
+def selection(prepared):
+    selection = TaxelSelection()
+    selection.reset(len(prepared.skin))
+    return selection
+
+
+@pytest.fixture
+def plots(qtbot, selection):
+    plots = LivePlots(DARK)
+    qtbot.addWidget(plots)
+    plots.resize(1200, 180)
+    plots.follow(selection)
+    plots.show()
+    qtbot.waitExposed(plots)
+    return plots
+
+
+@pytest.fixture
+def panel(qtbot, selection):
+    panel = ContactsPanel()
+    qtbot.addWidget(panel)
+    panel.resize(300, 200)
+    panel.follow(selection)
+    panel.show()
+    qtbot.waitExposed(panel)
+    return panel
+
+
+def choose(selection, *taxels, change=SelectionMode.REPLACE):
+    selection.take(SelectionUpdate(np.array(taxels, int), change))
+
+
+def ids(frame, *numbers):
+    """The same frame with these region ids."""
+    regions = tuple(replace(region, id=number) for region, number in zip(frame.regions, numbers, strict=True))
+    return replace(frame, regions=regions)
+
+
+def play(plots, prepared, count=30, *, start=0):
+    """The first region presses ever harder."""
+    for k in range(start, start + count):
+        plots.show_frame(ids(touched(prepared.map, [NEAR, OTHER], tick=k, time=0.02 * k, kilopascals=1.0 + k), 3, 4))
+
+
+def redraw(plots):
+    """What was kept since the last drawing, seen."""
+    plots.hide()
+    plots.show()
+
+
+def curves(plots, number):
+    """By ink, the curves with samples of plot ``number``."""
+    item = plots.findChildren(pg.PlotWidget)[number].getPlotItem()
+    found = [
+        curve for curve in item.listDataItems() if curve.isVisible() and curve.xData is not None and len(curve.xData)
+    ]
+    return {QColor(pg.mkPen(curve.opts["pen"]).color()).name(): curve for curve in found}
+
+
+def legend(plots, number):
+    return plots.findChildren(TracePlot)[number].heading.replace("&nbsp;", " ")
+
+
+def rows(panel):
+    return [panel.findChild(QPushButton, f"contact-{number}") for number in (1, 2, 3)]
+
+
+def test_each_region_is_traced_in_its_own_colour_and_named(plots, prepared):
+    play(plots, prepared)
+    redraw(plots)
+    drawn = curves(plots, 0)
+    assert {region_colour(3), region_colour(4), QColor(DARK.text).name()} == set(drawn)
+    both = drawn[region_colour(3)].yData + drawn[region_colour(4)].yData
+    np.testing.assert_allclose(both, drawn[QColor(DARK.text).name()].yData)
+    assert both[-1] > both[0] > 0
+    link = prepared.skin.link(prepared.skin.taxel_point(NEAR))
+    assert f'color:{region_colour(3)}">●</span> {link}' in legend(plots, 0)
+
+
+def test_a_trace_ends_where_its_region_does_and_goes_when_it_is_out_of_sight(plots, selection, prepared, qtbot):
+    play(plots, prepared)
+    selection.select_region(4)
+    plots.show_frame(ids(touched(prepared.map, [NEAR], tick=40, time=0.8), 3))
+    redraw(plots)
+    assert np.isnan(curves(plots, 0)[region_colour(4)].yData[-1])
+    assert selection.region == 4, "its past can still be seen"
+    with qtbot.waitSignal(plots.region_forgotten) as forgotten:
+        for k in range(1, 23):
+            plots.show_frame(ids(touched(prepared.map, [NEAR], tick=40, time=0.8 + 0.5 * k), 3))
+    assert forgotten.args == [4]
+    redraw(plots)
+    assert region_colour(4) not in curves(plots, 0)
+    assert selection.region is None
+
+
+def test_a_restart_forgets_the_regions_whose_ids_begin_anew(plots, selection, prepared):
+    play(plots, prepared)
+    selection.select_region(3)
+    plots.show_frame(touched(prepared.map, [], time=0.0))
+    assert selection.region is None
+
+
+def test_taxels_selected_now_show_what_they_felt_before(plots, selection, prepared):
+    play(plots, prepared)
+    choose(selection, NEAR, OTHER)
+    drawn = curves(plots, 1)
+    first, second = (drawn[ink] for ink in TAXEL_COLOURS[:2])
+    expected = [touched(prepared.map, [NEAR, OTHER], kilopascals=1.0 + k).pressures[NEAR] / 1e3 for k in range(30)]
+    np.testing.assert_allclose(first.yData, expected, rtol=1e-6)
+    assert first.xData[-1] == 0.0
+    assert len(second.xData) == 30
+    assert f'color:{TAXEL_COLOURS[0]}">○</span> {NEAR}' in legend(plots, 1)
+    assert f'color:{TAXEL_COLOURS[1]}">○</span> {OTHER}' in legend(plots, 1)
+
+
+def test_a_trace_keeps_its_colour_when_another_taxel_joins(plots, selection, prepared):
+    play(plots, prepared)
+    choose(selection, NEAR)
+    felt = curves(plots, 1)[TAXEL_COLOURS[0]].yData
+    choose(selection, 3, change=SelectionMode.ADD)
+    assert selection.taxels.tolist() == [3, NEAR]
+    np.testing.assert_array_equal(curves(plots, 1)[TAXEL_COLOURS[0]].yData, felt)
+    assert f'color:{TAXEL_COLOURS[0]}">○</span> {NEAR}' in legend(plots, 1)
+
+
+def test_many_taxels_are_their_mean_and_a_band_up_to_their_maximum(plots, selection, prepared):
+    play(plots, prepared)
+    many = np.arange(5, 25)
+    choose(selection, *many.tolist())
+    play(plots, prepared, 10, start=30)
+    redraw(plots)
+    item = plots.findChildren(pg.PlotWidget)[1].getPlotItem()
+    found = [curve.yData for curve in item.listDataItems() if curve.xData is not None and len(curve.xData)]
+    felt = touched(prepared.map, [NEAR, OTHER], kilopascals=40.0).pressures / 1e3
+    ends = sorted(values[-1] for values in found)
+    assert {len(values) for values in found} == {40}, "what they felt before they were selected, and since"
+    assert ends == pytest.approx(sorted([felt.max(), felt[many].mean(), felt[many].max()]), rel=1e-6)
+    band = next(thing for thing in item.items if isinstance(thing, pg.FillBetweenItem))
+    assert band.isVisible()
+    assert not band.path().isEmpty()
+    assert "mean of 20" in legend(plots, 1)
+    choose(selection, NEAR)
+    assert not band.isVisible()
+
+
+def test_nothing_selected_is_the_plain_plot_again(plots, selection, prepared):
+    play(plots, prepared)
+    choose(selection, NEAR)
+    selection.clear()
+    assert set(curves(plots, 1)) == {QColor(DARK.text).name()}
+    assert "Peak pressure (kPa)" in legend(plots, 1)
+
+
+def test_a_click_on_a_row_selects_its_region_everywhere_and_another_one_none(panel, plots, selection, prepared):
+    play(plots, prepared)
+    redraw(plots)
+    panel.show_frame(ids(touched(prepared.map, [NEAR, OTHER]), 3, 4))
+    heard = []
+    panel.region_selected.connect(heard.append)
+    QTest.mouseClick(rows(panel)[1], LEFT)
+    assert selection.region == 4
+    assert [row.isChecked() for row in rows(panel)] == [False, True, False]
+    drawn = curves(plots, 0)
+    assert drawn[region_colour(4)].opts["pen"].widthF() > drawn[region_colour(3)].opts["pen"].widthF()
+    assert drawn[region_colour(4)].opts["pen"].color().alpha() > drawn[region_colour(3)].opts["pen"].color().alpha()
+    link = prepared.skin.link(prepared.skin.taxel_point(OTHER))
+    assert f'color:{region_colour(4)}">●</span> <b>{link}</b>' in legend(plots, 0)
+    QTest.keyClick(rows(panel)[1], Qt.Key.Key_Space)
+    assert heard == [4, None]
+    assert not any(row.isChecked() for row in rows(panel))
+    assert curves(plots, 0)[region_colour(3)].opts["pen"].color().alpha() == 255
+
+
+def test_rows_keep_their_region_whichever_presses_harder(panel, prepared):
+    frame = ids(touched(prepared.map, [NEAR, OTHER]), 3, 4)
+    for regions in (frame.regions, frame.regions[::-1]):
+        panel.show_frame(replace(frame, regions=regions))
+        marks = [label.text() for label in panel.findChildren(QLabel) if "●" in label.text()]
+        assert [ink in mark for ink, mark in zip((region_colour(3), region_colour(4)), marks, strict=True)] == [
+            True,
+            True,
+        ]
+
+
+def test_the_selected_region_has_a_row_among_stronger_ones(panel, selection, prepared):
+    frame = ids(touched(prepared.map, [10, 30, 70, 90, 110]), 1, 2, 3, 4, 5)
+    selection.select_region(5)
+    panel.show_frame(frame)
+    assert [row.isChecked() for row in rows(panel)] == [False, False, True]
+    selection.clear()
+    assert not any(row.isChecked() for row in rows(panel))
+
+
+def test_an_empty_row_cannot_be_selected(panel, selection, prepared):
+    panel.show_frame(ids(touched(prepared.map, [NEAR]), 3))
+    QTest.mouseClick(rows(panel)[2], LEFT)
+    assert selection.region is None
+    assert not rows(panel)[2].isChecked()
+
+
+def test_thousands_of_touches_leave_no_traces_behind(plots, prepared):
+    for k in range(600):
+        plots.show_frame(ids(touched(prepared.map, [NEAR], tick=k, time=0.5 * k), k))
+    redraw(plots)
+    item = plots.findChildren(pg.PlotWidget)[0].getPlotItem()
+    assert len(item.listDataItems()) <= 23, "the last ten seconds' twenty-one, and all together"

@@ -1,0 +1,188 @@
+"""The work-precision plot under a real mouse and keyboard: a click on a point chooses its setting."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtWidgets import QApplication, QLabel
+
+from app.studies.work_precision import Curve, Diagram, Point, Setting
+from tests.widgets.support.snapshots import pixels, shared_share
+from widgets.common.colours import DARK, LIGHT, apply_theme
+from widgets.plots.curve_legend import SYMBOLS, CurveLegend, curve_colour
+from widgets.plots.work_precision_plot import WorkPrecisionPlot, format_number, log_ticks
+
+
+def point(method, at, milliseconds, error, **more):
+    return Point(milliseconds, error, Setting("flatten", method, {"at": at}, (0,)), f"at {at}", **more)
+
+
+DIAGRAM = Diagram(
+    "flatten", "Flatten", "Distortion", "%",
+    (
+        Curve("tutte", (point("tutte", 0, 3.0, 40.0, usable=False), point("tutte", 1, 10.0, 20.0)), 1),
+        Curve("lscm", (point("lscm", 0, 30.0, 9.0), point("lscm", 1, 200.0, 2.0), point("lscm", 2, 250.0, 0.0)), 3),
+    ),
+    1e-3,
+)  # fmt: skip
+TUTTE, FIRST, SECOND, EXACT = [p for p in DIAGRAM.points if p.usable]
+
+
+@pytest.fixture(params=[DARK, LIGHT], ids=["dark", "light"])
+def plot(qtbot, request):
+    apply_theme(QApplication.instance(), request.param)
+    made = WorkPrecisionPlot(request.param)
+    qtbot.addWidget(made)
+    made.resize(276, 340)
+    made.show_diagram(DIAGRAM, FIRST.setting)
+    made.show()
+    qtbot.waitExposed(made)
+    QApplication.processEvents()
+    return made
+
+
+def place(plot, wanted) -> QPoint:
+    return next(at for known, at in plot.places() if known == wanted).toPoint()
+
+
+def click(plot, qtbot, at, *, to=None):
+    view = plot.canvas.viewport()
+    qtbot.mousePress(view, Qt.MouseButton.LeftButton, pos=at)
+    qtbot.mouseMove(view, to or at)
+    qtbot.mouseRelease(view, Qt.MouseButton.LeftButton, pos=to or at)
+
+
+def detail(plot) -> str:
+    return plot.findChild(QLabel, "work-precision-detail").text()
+
+
+def test_points_lie_by_their_logarithms_within_the_canvas(plot):
+    a, b, c = (place(plot, p) for p in (TUTTE, FIRST, SECOND))
+    assert a.x() < b.x() < c.x()
+    assert a.y() < b.y() < c.y(), "less error is further down"
+    # From 10 to 30 ms is as far as from 30 to 90 ms.
+    assert (b.x() - a.x()) / (c.x() - b.x()) == pytest.approx(0.477 / 0.824, abs=0.05)
+    inside = plot.canvas.viewport().rect().adjusted(52, 0, 0, -34)
+    assert all(inside.contains(at.toPoint()) for _, at in plot.places())
+
+
+def test_no_error_at_all_lies_lowest_and_its_label_is_zero(plot):
+    assert place(plot, EXACT).y() > place(plot, SECOND).y()
+    low = plot.canvas.left_axis.zero
+    assert plot.canvas.left_axis.tickStrings([low, 1.0], 1, 1) == ["0", "10"]
+
+
+def test_a_click_on_a_point_chooses_its_setting(plot, qtbot):
+    with qtbot.waitSignal(plot.chosen) as got:
+        click(plot, qtbot, place(plot, SECOND) + QPoint(4, 3))
+    assert got.args == [SECOND.setting]
+
+
+def test_a_click_beside_on_the_present_or_on_the_way_chooses_nothing(plot, qtbot):
+    on_the_way = DIAGRAM.points[0]
+    with qtbot.assertNotEmitted(plot.chosen):
+        click(plot, qtbot, place(plot, SECOND) + QPoint(-30, -30))
+        click(plot, qtbot, place(plot, FIRST))
+        click(plot, qtbot, place(plot, on_the_way))
+    assert "On the way, not a setting" in detail(plot)
+
+
+def test_a_press_that_moved_is_no_click(plot, qtbot):
+    with qtbot.assertNotEmitted(plot.chosen):
+        click(plot, qtbot, place(plot, TUTTE), to=place(plot, SECOND))
+
+
+def test_hover_names_the_point_and_leaving_the_present_setting(plot, qtbot):
+    assert detail(plot) == "Present: Conformal (LSCM), at 0: 9\u202f%, 30\u202fms"
+    qtbot.mouseMove(plot.canvas.viewport(), place(plot, TUTTE))
+    assert plot.held == TUTTE
+    assert detail(plot) == "Tutte, at 1: 20\u202f%, 10\u202fms. Click or Enter to use it."
+    assert plot.canvas.cursor().shape() == Qt.CursorShape.PointingHandCursor
+    qtbot.mouseMove(plot.canvas.viewport(), place(plot, TUTTE) + QPoint(25, 40))
+    assert plot.held is None
+    assert detail(plot).startswith("Present:")
+
+
+def test_arrows_go_along_the_points_and_enter_uses(plot, qtbot):
+    def press(key):
+        qtbot.keyClick(plot.canvas, key)
+        return plot.held
+
+    assert press(Qt.Key.Key_Right) == FIRST, "from the present setting"
+    assert press(Qt.Key.Key_Right) == SECOND
+    assert press(Qt.Key.Key_Right) == EXACT
+    assert press(Qt.Key.Key_Right) == EXACT, "there is no slower one"
+    assert press(Qt.Key.Key_Up) == SECOND
+    with qtbot.waitSignal(plot.chosen) as got:
+        press(Qt.Key.Key_Return)
+    assert got.args == [SECOND.setting]
+    assert press(Qt.Key.Key_Left) == FIRST
+    assert press(Qt.Key.Key_Left) == TUTTE, "not the round on the way"
+    assert press(Qt.Key.Key_Down) == FIRST
+    assert press(Qt.Key.Key_Escape) is None
+
+
+def test_the_ring_goes_to_the_present_setting(plot):
+    before = pixels(plot.grab().toImage())
+    plot.show_diagram(DIAGRAM, SECOND.setting)
+    assert shared_share(before, pixels(plot.grab().toImage()), tolerance=8) < 1
+    assert detail(plot).startswith("Present: Conformal (LSCM), at 1")
+    plot.show_diagram(DIAGRAM, Setting("flatten", "slim"))
+    assert detail(plot) == "Click a point to use its setting."
+
+
+def test_a_diagram_of_one_point_or_none_is_drawn_too(plot):
+    one = Diagram("flatten", "Flatten", "Distortion", "%", (Curve("tutte", (TUTTE,), 1),))
+    plot.show_diagram(one)
+    assert len(plot.places()) == 1
+    exact = Diagram("flatten", "Flatten", "Distortion", "%", (Curve("lscm", (EXACT,), 3),))
+    plot.show_diagram(exact)
+    plot.show_diagram(Diagram("flatten", "Flatten", "Distortion", "%", ()))
+    assert plot.places() == []
+
+
+def test_the_legend_names_every_curve_and_takes_the_room_there_is(plot, qtbot):
+    names = [label.text() for label in plot.findChild(CurveLegend).findChildren(QLabel)]
+    assert names == ["Tutte", "Conformal (LSCM)", "Best for the time", "Present setting"]
+    legend = plot.findChild(CurveLegend)
+    narrow = legend.sizeHint().height()
+    plot.resize(820, 500)
+    QApplication.processEvents()
+    assert legend.sizeHint().height() < narrow
+
+
+def test_curves_are_told_apart_with_and_without_colour():
+    assert len(set(SYMBOLS)) == len(SYMBOLS) >= 7
+    for theme in (DARK, LIGHT):
+        assert len({curve_colour(theme, k).name() for k in range(len(SYMBOLS))}) == len(SYMBOLS)
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0, "0"), (0.0123456, "0.0123"), (1.5, "1.5"), (12.34, "12.3"), (639.4, "639"), (20000, "20000"), (1e-7, "1e-07")],
+)
+def test_numbers_have_three_digits(value, text):
+    assert format_number(value) == text
+
+
+@pytest.mark.parametrize(("low", "high"), [(-3, 2), (0.7, 1.7), (1.02, 1.34), (1.30, 1.31), (-8, 9)])
+@pytest.mark.parametrize("share", [0.05, 0.15, 0.4])
+def test_labels_are_round_and_never_crowded(low, high, share):
+    room = share * (high - low)
+    ticks = log_ticks(low, high, room)
+    assert len(ticks) >= 2
+    assert (ticks >= low).all()
+    assert (ticks <= high).all()
+    assert np.diff(ticks).min() >= room
+    if high - low > 1:
+        assert all(len(format_number(10**tick).strip("0.").replace(".", "")) <= 2 or abs(tick) > 4 for tick in ticks)
+
+
+def test_of_two_points_within_reach_the_nearer_is_meant(plot, qtbot):
+    near = (point("lscm", 0, 100.0, 9.0), point("lscm", 1, 104.0, 9.0), point("lscm", 2, 300.0, 1.0))
+    plot.show_diagram(Diagram("flatten", "Flatten", "Distortion", "%", (Curve("lscm", near, 3),)))
+    assert 2 < place(plot, near[1]).x() - place(plot, near[0]).x() < 12, "each is within the other's reach"
+    for wanted in near[:2]:
+        qtbot.mouseMove(plot.canvas.viewport(), place(plot, wanted))
+        assert plot.held == wanted

@@ -1,0 +1,293 @@
+"""Comparing laws from the window, under a real hand: chosen, run, looked at, put in force, written to a file."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import replace
+
+import numpy as np
+import pyqtgraph as pg
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QFileDialog, QLabel, QPushButton
+
+from app.recording.recorder import Recorder
+from app.session.session import Session
+from app.studies.controller_comparison import controller_metrics
+from app.tactile.poke import PokePressed
+from tests.widgets.support.samples import middle_taxel
+from tests.widgets.support.window_driver import run
+from widgets.common.colours import DARK, LIGHT
+from widgets.controller_comparison.comparison_plots import LETTERS, contender_pen
+from widgets.controller_comparison.comparison_view import ComparisonView
+from widgets.controller_comparison.metrics_table import NONE, ROWS, format_metric
+
+
+@pytest.fixture
+def touched_window(window, prepared):
+    """From the start, hybrid leads a finger along a path on the forearm, for a second."""
+    window.live.show_prepared(replace(prepared, scene=replace(prepared.scene, stimuli=())))
+    panel = window.column.controller
+    panel.choose_controller("hybrid")
+    panel.choose_task("follow_path")
+    window.live.reset()
+    run(window, 0.2)
+    window.live.press(window.live.prepared.skin.taxel_point(middle_taxel(prepared.map, 1)))
+    run(window, 1.0)
+    assert window.live.runner.session.frame.regions
+    return window
+
+
+@pytest.fixture
+def board(touched_window) -> ComparisonView:
+    click(touched_window.column.controller, "compare-controllers")
+    dialog = touched_window.control_presenter.comparison.dialog
+    assert dialog.isVisible()
+    return dialog.board
+
+
+def click(parent, name):
+    button = parent.findChild(QPushButton, name)
+    assert button.isVisible(), name
+    assert button.isEnabled(), name
+    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+    QApplication.processEvents()
+
+
+def note(board):
+    label = board.findChild(QLabel, "comparison-note")
+    return label.text() if label.isVisible() else ""
+
+
+def choose(box, value):
+    """Choose from a list by keys."""
+    box.setFocus()
+    QTest.keyClick(box, Qt.Key.Key_Home)
+    while box.itemData(box.currentIndex()) != value:
+        row = box.currentIndex()
+        QTest.keyClick(box, Qt.Key.Key_Down)
+        assert box.currentIndex() != row
+
+
+def curves(board, name):
+    return [item for item in board.plots.plots[name].getPlotItem().listDataItems() if item.name() in tuple(LETTERS)]
+
+
+def test_it_opens_with_the_law_in_force_and_another_on_what_was_done(board):
+    assert [card.settings.controller for card in board.cards] == ["hybrid", "qp"]
+    assert board.stimulus.occasion.touches == 1
+    assert board.stimulus.occasion.words.startswith("1.2\u2009s, 1 touch")
+    assert board.stimulus.seconds.value() == pytest.approx(1.2)
+    assert not board.stimulus.own_task
+    assert board.traces == ()
+    assert board._empty.isVisible()
+    assert not board.findChild(QPushButton, "comparison-export").isVisible()
+
+
+def test_without_a_touch_it_offers_the_scene_s_script(window):
+    window.action("compare_controllers").trigger()
+    board = window.control_presenter.comparison.board
+    assert board.stimulus.own_task
+    assert board.stimulus.occasion.inputs is None
+    assert "again and again" in board.findChild(QLabel, "stimulus-note").text()
+
+
+def test_run_draws_all_traces_and_a_table_of_their_figures(board, touched_window):
+    before = touched_window.live.runner.session.frame.tick
+    click(board, "comparison-run")
+    assert [trace.name for trace in board.traces] == ["A", "B"]
+    assert touched_window.live.runner.session.frame.tick == before, "it is run beside the session"
+    for trace, curve in zip(board.traces, curves(board, "map_error"), strict=True):
+        np.testing.assert_allclose(curve.yData, 1e3 * trace.map_error)
+        assert len(curve.xData) == 240
+    found = [controller_metrics(trace) for trace in board.traces]
+    row = next(row for row in ROWS if row.name == "map_rms_mm")
+    assert [board.table.text("map_rms_mm", k) for k in (0, 1)] == [format_metric(row, one.map_rms_mm) for one in found]
+    assert found[0].map_rms_mm > 0
+    assert not board._empty.isVisible()
+    assert note(board) == ""
+
+
+def test_the_law_in_force_gives_in_the_comparison_what_it_gave_in_the_session(board, touched_window):
+    click(board, "comparison-run")
+    frame = touched_window.live.runner.session.frame
+    assert board.traces[0].time[-1] == frame.time
+    assert board.traces[0].force[-1] == frame.regions[0].force
+    assert board.traces[0].map_error[-1] == frame.task.error
+
+
+def test_the_best_figure_is_bold(board):
+    click(board, "contender-gains-B")
+    QTest.keyClick(board.cards[1].sliders.by_name["force_gain"]._slider, Qt.Key.Key_End)
+    click(board, "comparison-run")
+    name = "force_rms_N"
+    row = [row.name for row in ROWS].index(name)
+    values = [getattr(controller_metrics(trace), name) for trace in board.traces]
+    assert values[0] != values[1]
+    bold = [board.table.item(row, column).font().bold() for column in (0, 1)]
+    assert bold == [values[0] < values[1], values[1] < values[0]]
+
+
+def test_a_contender_is_put_in_force_with_its_gains_and_the_task_stays(board, touched_window):
+    click(board, "contender-gains-B")
+    QTest.keyClick(board.cards[1].sliders.by_name["force_gain"]._slider, Qt.Key.Key_End)
+    click(board, "comparison-run")
+    click(board, "use-B")
+    settings = touched_window.column.controller.settings
+    assert (settings.controller, settings.task, settings.force_gain) == ("qp", "follow_path", 0.04)
+    run(touched_window, 0.1)
+    assert touched_window.live.runner.session.settings == settings
+
+
+def test_laws_are_added_and_left_out(board):
+    assert not board.cards[0]._remove.isVisible(), "two must stay"
+    click(board, "comparison-more")
+    click(board, "comparison-more")
+    assert [card.letter for card in board.cards] == ["A", "B", "C", "D"]
+    assert not board.findChild(QPushButton, "comparison-more").isVisible(), "more could not be told apart"
+    remove = board.cards[1]._remove
+    QTest.mouseClick(remove, Qt.MouseButton.LeftButton)
+    choose(board.cards[1]._controller, "parallel")
+    click(board, "comparison-run")
+    assert [(trace.name, trace.settings.controller) for trace in board.traces] == [
+        ("A", "hybrid"),
+        ("C", "parallel"),
+        ("D", "qp"),
+    ]
+    click(board, "comparison-more")
+    assert [card.letter for card in board.cards] == list("ABCD")
+
+
+def test_a_change_after_the_run_is_said_to_make_it_old(board):
+    choose(board.cards[0]._controller, "priority")
+    assert note(board) == ""
+    click(board, "comparison-run")
+    choose(board.cards[0]._controller, "hybrid")
+    assert "run again" in note(board)
+    assert board.traces[0].settings.controller == "priority"
+    click(board, "comparison-run")
+    assert note(board) == ""
+
+
+def test_what_is_done_meanwhile_is_taken_at_the_next_run(board, touched_window):
+    click(board, "comparison-run")
+    run(touched_window, 0.4)
+    click(board, "comparison-run")
+    assert board.traces[0].time[-1] == pytest.approx(1.6)
+    board.stimulus.seconds.setValue(0.5)
+    run(touched_window, 0.2)
+    click(board, "comparison-run")
+    assert board.traces[0].time[-1] == pytest.approx(0.5), "a time that a person chose stays"
+
+
+def test_all_can_do_the_task_set_now_instead(board, touched_window):
+    touched_window.column.controller.choose_task("keep_force")
+    choose(board.stimulus._tasks, "own")
+    click(board, "comparison-run")
+    assert {trace.settings.task for trace in board.traces} == {"keep_force"}
+    assert board.table.text("map_rms_mm", 0) == NONE
+
+
+def test_a_recording_is_a_stimulus_too(board, prepared, tmp_path, monkeypatch):
+    path = tmp_path / "other.mcap"
+    session = Session(replace(prepared, scene=replace(prepared.scene, stimuli=())))
+    with Recorder(path, session.prepared) as recorder:
+        session.submit(PokePressed(1, prepared.skin.taxel_point(30)))
+        for _ in range(80):
+            recorder.write(session.tick(), session.inputs)
+    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_args: (str(path), ""))
+    choose(board.stimulus._box, "file")
+    assert board.stimulus._box.words == "other.mcap"
+    assert board.stimulus.seconds.value() == pytest.approx(0.4)
+    click(board, "comparison-run")
+    assert board.traces[0].touched.any()
+
+
+def test_a_recording_that_cannot_be_read_changes_nothing_and_is_told(board, tmp_path):
+    path = tmp_path / "torn.mcap"
+    path.write_bytes(b"nothing")
+    board.stimulus.open_recording(path)
+    assert "torn.mcap" in note(board)
+    assert board.stimulus.occasion.touches == 1
+
+
+def test_traces_are_written_and_what_cannot_be_is_told(board, touched_window, tmp_path, monkeypatch):
+    click(board, "comparison-run")
+    path = tmp_path / "controllers.csv"
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(path), ""))
+    click(board, "comparison-export")
+    with path.open() as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == sum(len(trace) for trace in board.traces)
+    touched_window.control_presenter.comparison.export(str(tmp_path / "no folder" / "controllers.csv"))
+    assert "cannot be written" in note(board)
+
+
+def test_a_failure_is_told_and_what_was_there_stays(board, touched_window):
+    click(board, "comparison-run")
+    touched_window.control_presenter.comparison.comparison_worker.failed.emit("It broke.")
+    assert note(board) == "▲ It broke."
+    assert len(board.traces) == 2
+
+
+def test_progress_and_cancel_stand_in_the_place_of_run(board):
+    board.show_progress("1.0 of 2.0\u2009s", 0.5)
+    assert board._progress.value() == 500
+    assert not board.findChild(QPushButton, "comparison-run").isVisible()
+    click(board, "comparison-cancel")
+    assert board.findChild(QPushButton, "comparison-run").isVisible()
+    assert note(board) == ""
+
+
+def test_one_that_stopped_is_named_with_its_reason(board):
+    click(board, "comparison-run")
+    torn = replace(board.traces[1], ended="the simulation diverged.")
+    board.show_compared((board.traces[0], torn))
+    assert note(board) == "▲ B: Quadratic program stopped at 1.20\u2009s: the simulation diverged."
+
+
+def test_each_stroke_differs_in_colour_and_dash():
+    for theme in (DARK, LIGHT):
+        pens = [contender_pen(theme, letter) for letter in LETTERS]
+        assert len({pen.color().name() for pen in pens}) == len({tuple(pen.dashPattern()) for pen in pens}) == 4
+
+
+def test_the_theme_follows_the_window(board, touched_window):
+    click(board, "comparison-run")
+    dark = [ink_of(item) for item in curves(board, "force")]
+    touched_window.set_theme("light")
+    assert [ink_of(item) for item in curves(board, "force")] != dark
+    touched_window.set_theme("dark")
+    assert [ink_of(item) for item in curves(board, "force")] == dark
+
+
+def ink_of(item):
+    return pg.mkPen(item.opts["pen"]).color().name()
+
+
+def test_a_double_click_shows_all_of_the_time_again(board):
+    click(board, "comparison-run")
+    plot = board.plots.plots["force"]
+    plot.setXRange(0.2, 0.4, padding=0)
+    middle = plot.viewport().rect().center()
+    QTest.mouseDClick(plot.viewport(), Qt.MouseButton.LeftButton, pos=middle)
+    QTest.mouseRelease(plot.viewport(), Qt.MouseButton.LeftButton, pos=middle)
+    low, high = plot.getPlotItem().viewRange()[0]
+    assert low <= 0
+    assert high >= 1.2
+
+
+def test_the_menu_has_laws_and_tasks_by_keys(window):
+    for controller in ("qp", "impedance", "parallel"):
+        window.action(f"controller_{controller}").trigger()
+        assert window.column.controller.settings.controller == controller
+        assert window.action(f"controller_{controller}").isChecked()
+    window.action("task_retreat").trigger()
+    assert window.column.controller.settings.task == "retreat"
+    assert not window.action("start_again").isEnabled()
+    window.action("task_follow_path").trigger()
+    window.action("start_again").trigger()
+    assert window.column.controller.settings.starts == 1
+    window.action("controller_impedance").trigger()
+    assert not window.action("task_retreat").isEnabled(), "that controller has no task"

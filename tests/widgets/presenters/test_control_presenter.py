@@ -1,0 +1,212 @@
+"""Leading the arm in the real window: tools and keys in, settings to the session, path and target in both views."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from app.editing.arrange import move
+from tests.widgets.support.map_view_driver import LEFT, NONE
+from tests.widgets.support.robot_view_driver import skin_pixel
+from tests.widgets.support.samples import middle_taxel
+from tests.widgets.support.window_driver import press_map, run
+from widgets.common.tool_kinds import ToolKind
+
+
+def pixels(window, patch=0, *, away=((-0.03, 0.0), (0.0, 0.03), (0.03, 0.0))):
+    """Map points around the middle of a patch, and their pixels of the map view."""
+    points = window.live.prepared.map.boxes[patch].mean(axis=0) + np.array(away)
+    return points, [QPoint(*one) for one in window.map_view._to_pixels(points).round().astype(int).tolist()]
+
+
+def click(view, pixel):
+    QTest.mouseMove(view, pixel)
+    QTest.mouseClick(view, LEFT, NONE, pixel)
+
+
+def draw(window, *, kind="polyline"):
+    """Take the tool by its key, draw through three places of the upper arm's map."""
+    window.map_view.setFocus()
+    QTest.keyClick(window.map_view, Qt.Key.Key_D)
+    assert window.views.tool is ToolKind.PATH
+    window.action(f"path_{kind}").trigger()
+    points, where = pixels(window)
+    for pixel in where:
+        click(window.map_view.viewport(), pixel)
+    QTest.keyClick(window.map_view, Qt.Key.Key_Return)
+    return points
+
+
+def settings(window):
+    run(window, 0.02)
+    return window.live.runner.session.settings
+
+
+def test_a_path_drawn_on_the_map_is_what_the_session_follows(window):
+    points = draw(window)
+    led = settings(window)
+    assert (led.controller, led.task, led.path_kind) == ("hybrid", "follow_path", "polyline")
+    np.testing.assert_allclose(led.path, points, atol=3e-3)
+    assert window.column.controller._settings == led
+    shown = window.map_view._task
+    assert shown is window.robot_view._task
+    np.testing.assert_allclose(shown.path.lines[0].on_map[0], led.path[0], atol=1e-5)
+    window.robot_view.draw_now()
+    ribbons = window.robot_view.scene._task_marks._kinds["path"]
+    assert [bool(ribbon.actor.visibility) for ribbon in ribbons] == [True, False, False]
+
+
+def test_the_target_held_on_the_body_is_that_of_the_map(window, prepared):
+    window.action("set_target").trigger()
+    view, pixel = window.robot_view, skin_pixel(window.robot_view, prepared)
+    at = view._at(pixel.toPointF())
+    click(view.canvas.widget, pixel)
+    led = settings(window)
+    assert (led.controller, led.task) == ("hybrid", "hold_point")
+    np.testing.assert_allclose(led.path, [prepared.map.to_map(at)], atol=1e-9)
+    assert window.map_view._task.target.patch == at.patch
+
+
+def test_a_path_is_drawn_on_the_body(window, prepared):
+    window.action("draw_path").trigger()
+    window.action("path_polyline").trigger()
+    view, pixel = window.robot_view, skin_pixel(window.robot_view, prepared)
+    view.setFocus()
+    places = [pixel, pixel + QPoint(12, 0), pixel + QPoint(12, 12)]
+    ats = [view._at(place.toPointF()) for place in places]
+    assert all(at is not None for at in ats)
+    for place in places:
+        click(view.canvas.widget, place)
+    assert len(view._marks.spots) == 3
+    assert view._marks.strokes
+    QTest.keyClick(view, Qt.Key.Key_Return)
+    np.testing.assert_allclose(settings(window).path, [prepared.map.to_map(at) for at in ats], atol=1e-9)
+
+
+def test_backspace_takes_a_corner_back_and_does_not_start_the_scene_again(window):
+    run(window, 0.2)
+    window.map_view.setFocus()
+    window.action("draw_path").trigger()
+    window.action("path_polyline").trigger()
+    _, where = pixels(window)
+    for pixel in where[:2]:
+        click(window.map_view.viewport(), pixel)
+    QTest.keyClick(window.map_view, Qt.Key.Key_Backspace)
+    assert window.live.runner.session.frame.time > 0.1
+    QTest.keyClick(window.map_view, Qt.Key.Key_Backspace)
+    assert window.action("undo").text() == "Undo choose the path's shape"
+    QTest.keyClick(window.map_view, Qt.Key.Key_Backspace)  # nothing is drawn: it is the window's again
+    assert window.live.runner.session.frame.time < 0.1
+
+
+def test_undo_is_of_the_path_with_its_tool_and_of_the_map_with_others(window):
+    window.editor.do("Move", lambda document: move(document, [2], (0.01, 0.0)))
+    draw(window)
+    undo = window.action("undo")
+    assert undo.text() == "Undo draw a path"
+    QTest.keyClick(window.map_view, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    assert settings(window).path == ()
+    assert window.editor.history.position == 1
+    assert "Taken back: draw a path" in window.statusBar().currentMessage()
+    assert window.action("redo").text() == "Redo draw a path"
+    window.action("redo").trigger()
+    assert len(settings(window).path) == 3
+    window.action("poke").trigger()
+    assert undo.text() == "Undo move"
+    undo.trigger()
+    assert window.editor.history.position == 0
+    assert len(settings(window).path) == 3
+
+
+def test_undo_while_drawing_takes_the_last_corner_back(window):
+    window.action("draw_path").trigger()
+    _, where = pixels(window)
+    click(window.map_view.viewport(), where[0])
+    assert window.action("undo").isEnabled()
+    window.action("undo").trigger()
+    assert not window.action("undo").isEnabled()
+
+
+def test_the_panel_s_gains_stay_when_a_path_is_taken_back(window):
+    draw(window)
+    window.live.set_settings(replace(settings(window), force_gain=0.03))
+    window.action("undo").trigger()
+    led = settings(window)
+    assert led.path == ()
+    assert led.force_gain == 0.03
+
+
+def test_menu_clears_and_turns_the_force(window):
+    assert not window.action("clear_path").isEnabled()
+    draw(window)
+    window.action("more_force").trigger()
+    assert settings(window).force_goal == 3.5
+    window.action("less_force").trigger()
+    assert settings(window).force_goal == 3.0
+    window.action("clear_path").trigger()
+    led = settings(window)
+    assert led.path == ()
+    assert led.controller == "hybrid"
+    assert not window.action("clear_path").isEnabled()
+
+
+def test_the_shape_chosen_in_the_menu_is_the_panel_s(window):
+    window.action("path_raster").trigger()
+    assert settings(window).path_kind == "raster"
+    assert settings(window).controller == "impedance"
+    window.live.set_settings(replace(settings(window), path_kind="spline"))
+    assert window.action("path_spline").isChecked()
+
+
+def test_a_press_with_the_tool_pokes_nothing(window):
+    draw(window)
+    run(window, 0.1)
+    assert not window.live.touches()
+
+
+def test_target_and_force_are_shown_while_time_stands_still(window):
+    window.live.set_paused(paused=True)
+    window.action("set_target").trigger()
+    points, (pixel, *_) = pixels(window)
+    click(window.map_view.viewport(), pixel)
+    task = window.map_view._task
+    np.testing.assert_allclose(window.live.prepared.map.to_map(task.target), points[0], atol=3e-3)
+
+
+def test_wanted_and_actual_are_shown_live_and_in_replay(window, tmp_path):
+    taxel = middle_taxel(window.live.prepared.map, 0)
+    window.live.set_settings(replace(settings(window), controller="hybrid", task="follow_path", path_speed=0.03))
+    window.live.start_recording(tmp_path / "led.mcap")
+    pixel = press_map(window, taxel)
+    run(window, 1.6)
+    live = window.map_view._task
+    assert live.path
+    assert live.target is not None
+    assert live.goal == 3.0
+    words = [mark.text for mark in window.map_view._marks.contacts]
+    assert any("of 3.0\u2009N" in text for text in words)
+    QTest.mouseRelease(window.map_view.viewport(), LEFT, NONE, pixel)
+    window.live.stop_recording()
+    window.live.open_recording(tmp_path / "led.mcap")
+    assert not window.action("draw_path").isEnabled()
+    for second in np.arange(0.1, 1.6, 0.1):
+        window.live.show_time(second)
+    replayed = window.map_view._task
+    np.testing.assert_allclose(replayed.path.lines[0].on_map, live.path.lines[0].on_map, atol=1e-9)
+    assert replayed.target is not None
+    assert replayed.goal == 3.0
+    window.live.back_to_live()
+    QApplication.processEvents()
+    assert window.action("draw_path").isEnabled()
+
+
+@pytest.mark.parametrize("name", ["draw_path", "set_target"])
+def test_without_an_arm_to_lead_the_tools_are_off(qtbot, window, name):
+    assert window.action(name).isEnabled()
+    window.control_tools_presenter.lead.set_enabled(enabled=False)
+    assert not window.action(name).isEnabled()

@@ -1,0 +1,205 @@
+"""Effects chosen in the real window: they act live, keep the state, are asked about, refused, recorded and replayed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QPushButton, QToolButton
+
+from app.scene.scene import with_override
+from app.scene.stability import stability_warning
+from app.session.inputs import EffectsChanged
+from app.studies.work_precision import Setting
+from tests.widgets.support.window_driver import press_map, run
+from widgets.map_view.taxel_faults import Fault
+
+LEFT = Qt.MouseButton.LeftButton
+
+
+@pytest.fixture
+def panel(window):
+    return window.column.effects
+
+
+def wish(panel, key, value):
+    """As the row's box asks when a person chose."""
+    line = panel.lines[key]
+    line.box.activated.emit(next(k for k in range(line.box.count()) if line.box.itemData(k) == value))
+
+
+def in_force(window):
+    return window.live.runner.session.effects
+
+
+def test_a_wish_acts_at_the_next_tick_and_keeps_the_state(window, panel):
+    run(window, 0.2)
+    press_map(window, 70)
+    run(window, 0.4)
+    before = window.live.runner.session.frame
+    assert before.pokes
+    assert before.regions
+    wish(panel, "noise", "on")
+    run(window, 0.005)
+    after = window.live.runner.session.frame
+    assert in_force(window).sensor.noise is not None
+    assert after.tick == before.tick + 1
+    assert [poke.id for poke in after.pokes] == [poke.id for poke in before.pokes]
+    np.testing.assert_allclose(after.posture, before.posture, atol=1e-3)
+    assert panel.lines["noise"].words[1] == "on"
+    assert panel.lines["noise"].marked
+
+
+def test_auto_undoes_a_wish(window, panel):
+    opened = window.effects_presenter.scene
+    wish(panel, "noise", "on")
+    wish(panel, "friction", "on")
+    run(window, 0.01)
+    wish(panel, "noise", "auto")
+    run(window, 0.01)
+    assert in_force(window) == with_override(opened, "friction", "on").effects
+    QTest.mouseClick(panel.findChild(QPushButton, "effects-all-auto"), LEFT)
+    run(window, 0.01)
+    assert in_force(window) == opened.effects
+    assert not any(line.marked for line in panel.lines.values())
+
+
+def test_a_wish_for_what_is_so_anyway_is_kept_with_the_scene(window, panel):
+    wish(panel, "joint_limits", "on")
+    run(window, 0.01)
+    assert panel.lines["joint_limits"].marked
+    assert window.effects_presenter.scene.overrides["joint_limits"] == "on"
+    changes = [act for _, act in window.live.runner.session.inputs if isinstance(act, EffectsChanged)]
+    assert not changes, "nothing was simulated otherwise"
+
+
+def test_what_is_refused_is_said_and_the_panel_goes_back(window, panel):
+    refused = replace(window.effects_presenter.scene.effects, timestep=0.003)
+    window.live.set_effects(refused)
+    run(window, 0.05)
+    assert "whole number" in window.notification_bar.text
+    assert window.live.mode == "live", "the session goes on"
+    assert window.live.runner.session.frame.tick
+    assert panel.lines["timestep"].words[1] == "0.001 s"
+
+
+def test_a_scene_that_contradicts_itself_is_said_before_anything_changes(window, panel):
+    panel.wished.emit("timestep", 0.003)
+    assert "whole number" in window.notification_bar.text
+    run(window, 0.01)
+    assert in_force(window) == window.effects_presenter.scene.effects
+
+
+@pytest.fixture
+def in_a_corner(window, panel):
+    """A wish that enters a corner was made: bodies touch, integrated by long explicit steps."""
+    wish(panel, "contact", "all")
+    run(window, 0.01)
+    wish(panel, "integrator", "euler")
+    run(window, 0.01)
+    for step in (0.0025, 0.005):
+        scene = with_override(window.effects_presenter.scene, "timestep", step)
+        if stability_warning(scene.effects, scene.layer) != stability_warning(
+            window.effects_presenter.scene.effects, window.effects_presenter.scene.layer
+        ):
+            wish(panel, "timestep", step)
+            return scene
+    return pytest.fail("the table knows no corner here")
+
+
+def test_a_corner_is_asked_about_before_it_is_entered(window, panel, in_a_corner):
+    assert "Contact" in window.notification_bar.text or "contact" in window.notification_bar.text
+    run(window, 0.02)
+    assert in_force(window).timestep != in_a_corner.effects.timestep
+    assert panel.lines["timestep"].words[1] == "0.001 s"
+    button = window.notification_bar.findChild(QToolButton, "message-remedy")
+    assert button.text() == "Use anyway"
+    QTest.mouseClick(button, LEFT)
+    run(window, 0.005)
+    assert in_force(window).timestep == in_a_corner.effects.timestep
+    assert panel.findChild(object, "effects-warnings").isVisibleTo(panel)
+
+
+def test_a_corner_can_be_kept_away_from(window, panel, in_a_corner):
+    before = in_force(window)
+    keep = window.notification_bar.findChild(QToolButton, "message-dismiss")
+    assert keep.text() == "Keep"
+    QTest.mouseClick(keep, LEFT)
+    run(window, 0.02)
+    assert in_force(window) == before
+    assert window.notification_bar.text == ""
+
+
+def test_effects_survive_a_reset_even_when_asked_for_while_paused(window, panel):
+    window.action("pause").trigger()
+    wish(panel, "noise", "on")
+    window.action("reset").trigger()
+    window.action("pause").trigger()
+    run(window, 0.02)
+    assert in_force(window).sensor.noise is not None
+    assert panel.lines["noise"].words[1] == "on"
+
+
+def test_a_replay_shows_the_recordings_effects_and_takes_no_wishes(window, panel, tmp_path):
+    wish(panel, "noise", "on")
+    run(window, 0.1)
+    path = tmp_path / "effects.mcap"
+    window.live.start_recording(path)
+    run(window, 0.2)
+    wish(panel, "friction", "on")
+    run(window, 0.2)
+    window.live.stop_recording()
+    wish(panel, "noise", "auto")
+    run(window, 0.1)
+    window.live.open_recording(path)
+    assert panel.lines["noise"].words[1] == "on"
+    assert panel.lines["friction"].words[1] == "off"
+    assert not panel.lines["noise"].box.isEnabled()
+    window.live.show_time(window.live.player.duration)
+    assert panel.lines["friction"].words[1] == "on"
+    window.live.back_to_live()
+    assert panel.lines["noise"].words[1] == "off"
+    assert panel.lines["friction"].words[1] == "on", "as it was left"
+    assert panel.lines["noise"].box.isEnabled()
+
+
+def test_dead_taxels_are_marked_while_they_are_simulated(window, panel):
+    wish(panel, "dead_taxels", "on")
+    run(window, 0.02)
+    assert Fault.DEAD in dict(window.map_view._marks.faults)
+    wish(panel, "dead_taxels", "auto")
+    run(window, 0.02)
+    assert window.map_view._marks.faults == ()
+
+
+def test_prices_measured_beside_reach_the_panel(window, panel):
+    panel.set_folded(False)
+    panel.folded_changed.emit(False)
+    window.live.cost_worker.run()
+    cost = panel.lines["joint_limits"].words[2]
+    assert cost not in ("…", "–")
+    assert panel.lines["friction"].words[2] == "–"
+
+
+def test_a_law_chosen_by_its_accuracy_controls(window):
+    """Controller and speed are taken, the gains stay, and the point is the one in force from then on."""
+    before = window.live.runner.session.settings
+    chosen = Setting("control", "parallel", {"path_speed_mm_s": 30.0})
+    window.column.accuracy.chosen.emit(chosen)
+    run(window, 0.02)
+    settings = window.live.runner.session.settings
+    assert (settings.controller, settings.task, settings.path_speed) == ("parallel", "follow_path", 0.03)
+    assert settings.force_goal == before.force_goal
+    assert window.column.accuracy._told["control"] == chosen
+    assert window.column.controller.settings == settings
+
+
+def test_a_model_chosen_by_its_accuracy_is_simulated(window, panel):
+    window.column.accuracy.chosen.emit(Setting("touch", "punch"))
+    run(window, 0.02)
+    assert in_force(window).skin == "punch"
+    assert panel.lines["skin"].words[1] == "punch"
+    assert window.column.accuracy._told["touch"] == Setting("touch", "punch")

@@ -1,0 +1,181 @@
+"""Files in the window: recordings, robots, scenes, files dropped on it, and closing in the middle of it all."""
+
+from __future__ import annotations
+
+import multiprocessing as mp
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
+from PySide6.QtGui import QAction, QDropEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QFileDialog, QMenu
+
+from app.recording.player import RecordingPlayer
+from app.recording.verify import verify
+from app.scene.scene_file import load_scene, scene_names
+from tests.widgets.support.window_driver import press_map, run
+from widgets.session.backends import INLINE
+from widgets.workers.scene_worker import SceneWorker
+
+
+@pytest.fixture
+def backends():
+    """Scenes are prepared in a process, as they are for a person."""
+    return replace(INLINE, worker=SceneWorker)
+
+
+def test_record_stop_replay_scrub_and_back(window, tmp_path):
+    window.action("record").trigger()
+    assert window.live.recorder is not None
+    press_map(window, 70)
+    run(window, 0.6)
+    QTest.mouseRelease(window.map_view.viewport(), Qt.MouseButton.LeftButton)
+    run(window, 0.2)
+    window.action("record").trigger()
+    (file,) = (tmp_path / "recordings").glob("*.mcap")
+    assert str(file) in window.notification_bar.text
+    player = RecordingPlayer(file)
+    assert len(player) == round(0.8 / window.live.prepared.scene.tick)
+    assert verify(player).identical
+    window.file_presenter.open_path(str(file))
+    assert window.live.mode == "replaying"
+    window.timeline.scrubbed.emit(0.5)
+    assert window.live._shown.regions, "half a second in, the finger was down"
+    window.action("pause").trigger()
+    assert window.timeline.playhead.playing
+    window.action("pause").trigger()
+    quality = window.column.quality.findChild(object, "quality-bijective")
+    window.live.map_quality_worker.run()
+    assert quality.text() == "yes"
+    window.timeline.live_requested.emit()
+    assert window.live.mode == "live"
+    assert window.live._shown.tick == window.live.runner.session.frame.tick
+
+
+def test_closing_while_recording_completes_the_file(window, tmp_path):
+    window.action("record").trigger()
+    run(window, 0.3)
+    window.close()
+    (file,) = (tmp_path / "recordings").glob("*.mcap")
+    assert RecordingPlayer(file).complete
+
+
+@pytest.mark.parametrize("name", ["nothing.urdf", "picture.docx", "broken.mcap"])
+def test_a_bad_file_gives_one_message_and_keeps_the_scene(window, qtbot, tmp_path, name):
+    path = tmp_path / name
+    if name != "nothing.urdf":
+        path.write_bytes(b"not what it says")
+    before = window.live.prepared
+    window.file_presenter.open_path(str(path))
+    qtbot.waitUntil(lambda: bool(window.notification_bar.text), timeout=20_000)
+    assert str(path) in window.notification_bar.text
+    assert "Traceback" not in window.notification_bar.text
+    assert window.live.prepared is before
+    assert window.live.mode == "live"
+    run(window, 0.1)
+
+
+def test_a_file_can_be_dropped(window, tmp_path):
+    path = tmp_path / "picture.docx"
+    path.write_bytes(b"?")
+    data = QMimeData()
+    data.setUrls([QUrl.fromLocalFile(str(path))])
+    event = QDropEvent(
+        QPointF(400, 400), Qt.DropAction.CopyAction, data, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+    )
+    window.dropEvent(event)
+    assert "cannot be opened" in window.notification_bar.text
+
+
+def test_another_robot_is_prepared_beside_the_running_one(window, qtbot, tmp_path):
+    path = tmp_path / "ball.obj"
+    steps = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+    ring = [(0.1 * np.cos(a), 0.1 * np.sin(a), z) for z in (0.0, 0.2) for a in steps]
+    faces = [
+        f"f {i + 1} {(i + 1) % 24 + 1} {i + 25}\nf {(i + 1) % 24 + 1} {(i + 1) % 24 + 25} {i + 25}" for i in range(24)
+    ]
+    path.write_text("\n".join(["v {:.5f} {:.5f} {:.5f}".format(*v) for v in ring] + faces))
+    with qtbot.waitSignal(window.live.prepared_changed, timeout=60_000):
+        window.file_presenter.open_path(str(path))
+    assert window.live.prepared.robot.joints == ()
+    assert window.live.mode == "live"
+    run(window, 0.2)
+    assert window.settings.recent[0] == str(path)
+
+
+def test_loading_can_be_cancelled_and_the_old_scene_stays(window, qtbot):
+    before = window.live.prepared
+    with qtbot.waitSignal(window.live.loading_ended, timeout=10_000):
+        window.file_presenter.open_robot("arm")
+        window.live.cancel_loading()
+    assert window.live.prepared is before
+    run(window, 0.1)
+
+
+def test_closing_during_loading_leaves_no_process(window):
+    window.file_presenter.open_robot("arm")
+    assert window.live.worker.process.pid in {process.pid for process in mp.active_children()}
+    window.close()
+    assert window.live.worker.process.pid is None
+    assert not mp.active_children()
+
+
+def test_reset_starts_again_and_ends_the_recording(window, tmp_path):
+    run(window, 0.3)
+    window.action("record").trigger()
+    run(window, 0.2)
+    window.action("reset").trigger()
+    assert window.live.recorder is None
+    assert window.live.runner.session.frame.tick == 0
+    (file,) = (tmp_path / "recordings").glob("*.mcap")
+    assert verify(RecordingPlayer(file)).identical
+
+
+def test_every_shipped_scene_is_offered_by_its_title(window, monkeypatch):
+    opened = []
+    monkeypatch.setattr(window.live, "open_scene", opened.append)
+    menu = window.findChild(QMenu, "scenes")
+    for _ in range(2):
+        menu.aboutToShow.emit()
+    assert len(menu.actions()) == len(scene_names()) + 2, "a line and the way to a file"
+    for name in scene_names():
+        item = window.findChild(QAction, f"scene-{name}")
+        assert item.text() == (load_scene(name).title or name)
+        item.trigger()
+        assert opened[-1].name == load_scene(name).name
+    assert len(opened) == len(scene_names()) >= 8
+
+
+def test_a_scene_is_saved_with_the_effects_that_were_chosen(window, monkeypatch, tmp_path):
+    window.column.effects.wished.emit("friction", "on")
+    run(window, 0.02)
+    path = tmp_path / "mine"
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(path), ""))
+    window.action("save_scene").trigger()
+    saved = path.with_suffix(".toml")
+    assert str(saved) in window.notification_bar.text
+    assert str(saved) in window.settings.recent
+    again = load_scene(str(saved))
+    assert again.effects == window.live.runner.session.effects
+    assert again == replace(window.effects_presenter.scene, name=again.name)
+
+
+def test_a_scene_that_cannot_be_saved_says_why(window, tmp_path):
+    window.scene_file_presenter.save(str(tmp_path / "no such folder" / "scene.toml"))
+    assert "cannot be written" in window.notification_bar.text
+
+
+def test_a_scene_of_ones_own_is_opened_from_its_file(window, monkeypatch, tmp_path):
+    path = tmp_path / "own.toml"
+    path.write_text('robot = "arm"\n[effects]\nfriction = "maybe"\n')
+    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_args: (str(path), ""))
+    window.action("open_scene").trigger()
+    assert "own.toml" in window.notification_bar.text
+    assert "maybe" in window.notification_bar.text
+    opened = []
+    monkeypatch.setattr(window.live, "open_scene", opened.append)
+    path.write_text('robot = "arm"\n[effects]\nfriction = "on"\n')
+    window.action("open_scene").trigger()
+    assert opened[0].effects.friction

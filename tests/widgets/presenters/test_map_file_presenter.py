@@ -1,0 +1,181 @@
+"""Maps as files from the window: saved, opened, exported, saved by themselves, found after a crash, asked about."""
+
+from __future__ import annotations
+
+import pickle
+
+import numpy as np
+import pytest
+from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox
+
+from app.editing.arrange import move, rotate
+from app.editing.document_file import load_document, save_document
+from app.maps.formats.map_file import save_map
+from app.studies.testbeds.reference_bodies import flat_map
+
+
+@pytest.fixture
+def files(window):
+    """Of a window with one edit that is not saved."""
+    assert not window.map_edit_presenter.files.unsaved
+    window.editor.do("Turn", lambda document: rotate(document, [1], 0.5))
+    return window.map_edit_presenter.files
+
+
+def message(window):
+    """What the message bar says."""
+    return window.notification_bar.text
+
+
+def answer(window, button):
+    """Answer the question about unsaved edits, as a click would."""
+    (box,) = [box for box in window.findChildren(QMessageBox) if box.objectName() == "leave" and box.isVisible()]
+    box.button(button).click()
+    QApplication.processEvents()
+
+
+def test_an_edit_is_unsaved_until_it_is_saved_or_undone(window, files, tmp_path, monkeypatch):
+    assert files.unsaved
+    assert window.isWindowModified()
+    window.editor.undo()
+    assert not files.unsaved
+    window.editor.redo()
+    chosen = tmp_path / "my map"
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(chosen), ""))
+    window.action("save_map").trigger()
+    assert not files.unsaved
+    assert not window.isWindowModified()
+    assert files.path == tmp_path / "my map.npz"
+    assert "my map.npz" in window.windowTitle()
+    saved, present = load_document(files.path), window.editor.document
+    assert saved.layout == present.layout
+    assert all(np.array_equal(a.plane, b.plane) for a, b in zip(saved.charts, present.charts, strict=True))
+
+
+def test_a_second_save_asks_nothing(window, files, tmp_path, monkeypatch):
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(tmp_path / "a.npz"), ""))
+    window.action("save_map").trigger()
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: pytest.fail("asked again"))
+    window.editor.do("Move", lambda document: move(document, [0], (0.1, 0.0)))
+    window.action("save_map").trigger()
+    assert not files.unsaved
+    assert load_document(tmp_path / "a.npz").layout == window.editor.document.layout
+
+
+def test_a_map_that_cannot_be_saved_is_said_and_stays_unsaved(window, files, tmp_path, monkeypatch):
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(tmp_path / "none" / "a.npz"), ""))
+    window.action("save_map").trigger()
+    assert files.unsaved
+    assert "cannot be written" in message(window)
+
+
+def test_a_saved_map_is_opened_as_one_edit_and_kept_there(window, files, tmp_path):
+    turned = window.editor.document
+    save_document(turned, tmp_path / "turned.npz")
+    window.editor.undo()
+    first = window.editor.document
+    window.file_presenter.open_path(str(tmp_path / "turned.npz"))
+    assert window.editor.document.layout == turned.layout
+    assert window.editor.history.names[-1] == "Open turned.npz"
+    assert files.path == tmp_path / "turned.npz"
+    assert not files.unsaved
+    window.editor.undo()
+    assert window.editor.document is first
+    assert files.unsaved, "the file has the other layout"
+
+
+@pytest.mark.parametrize("kind", ["another skin", "garbage", "missing"])
+def test_a_map_that_does_not_fit_is_refused_and_nothing_changes(window, files, tmp_path, kind):
+    path, present = tmp_path / "other.npz", window.editor.document
+    if kind == "another skin":
+        save_map(flat_map(30), path)
+    elif kind == "garbage":
+        path.write_bytes(b"no map")
+    window.file_presenter.open_path(str(path))
+    assert window.editor.document is present
+    assert files.path is None
+    assert message(window)
+
+
+@pytest.mark.parametrize("ending", [".obj", ".svg", ".csv", ".npz", ".png"])
+def test_a_map_is_exported_for_other_programs(window, files, tmp_path, monkeypatch, ending):
+    path = tmp_path / f"map{ending}"
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(path), ""))
+    window.action("export_map").trigger()
+    assert path.stat().st_size > 1000
+    assert files.unsaved, "an export is no save"
+
+
+def test_an_export_of_an_unknown_kind_is_refused(window, files, tmp_path):
+    files.export(str(tmp_path / "map.doc"))
+    assert "Choose one of" in message(window)
+
+
+def test_closing_with_unsaved_edits_asks_and_cancel_stays(window, files):
+    assert not window.close()
+    assert window.isVisible()
+    answer(window, QMessageBox.StandardButton.Cancel)
+    assert window.isVisible()
+    assert files.unsaved
+
+
+def test_closing_may_save(window, files, tmp_path, monkeypatch):
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(tmp_path / "a.npz"), ""))
+    layout = window.editor.document.layout
+    window.close()
+    answer(window, QMessageBox.StandardButton.Save)
+    assert not window.isVisible()
+    assert load_document(tmp_path / "a.npz").layout == layout
+
+
+def test_a_save_that_is_not_made_does_not_close(window, files, monkeypatch):
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: ("", ""))
+    window.close()
+    answer(window, QMessageBox.StandardButton.Save)
+    assert window.isVisible()
+
+
+def test_closing_may_give_the_edits_up(window, files):
+    window.close()
+    answer(window, QMessageBox.StandardButton.Discard)
+    assert not window.isVisible()
+
+
+def test_opening_another_robot_asks_too(window, files):
+    present = window.editor.document
+    window.file_presenter.open_robot("arm")
+    answer(window, QMessageBox.StandardButton.Cancel)
+    assert window.editor.document is present
+
+
+def test_what_a_crash_left_is_offered_and_taken_back_as_an_edit(window, files, prepared, tmp_path):
+    files.autosave()
+    files._wait()
+    edited = window.editor.document
+    window.live.show_prepared(reopened(prepared))  # as a new start of the program would
+    assert window.editor.history.names == ("Open",)
+    assert "not saved when the program ended" in message(window)
+    files.autosave()
+    window.action("restore_map").trigger()
+    assert window.editor.document.layout == edited.layout
+    assert window.editor.history.names == ("Open", "Restore")
+
+
+def test_nothing_is_offered_after_a_good_end(window, files, prepared):
+    files.autosave()
+    files.give_up()
+    window.live.show_prepared(reopened(prepared))
+    assert message(window) == ""
+
+
+def test_a_copy_that_cannot_be_written_is_said_once(window, files, monkeypatch, tmp_path):
+    blocked = tmp_path / "blocked"
+    files._file._folder = blocked
+    files.autosave()
+    files._wait()
+    assert "cannot be written" in message(window)
+
+
+def reopened(prepared):
+    """The same scene, as another process would hand it over."""
+    return pickle.loads(pickle.dumps(prepared))

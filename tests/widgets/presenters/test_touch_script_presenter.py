@@ -1,0 +1,130 @@
+"""The Touch menu in the real window: a hand becomes a script, a script touches, a load is weighed; a stop is kept."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QFileDialog, QToolButton
+
+from app.recording.player import RecordingPlayer
+from app.stimuli.stimulus_file import load_stimuli
+from tests.widgets.support.window_driver import blow_up, press_map, run
+
+LEFT = Qt.MouseButton.LeftButton
+
+
+@pytest.fixture
+def script(tmp_path, monkeypatch):
+    """The file that both dialogs answer with."""
+    path = tmp_path / "mine.toml"
+    for name in ("getSaveFileName", "getOpenFileName"):
+        monkeypatch.setattr(QFileDialog, name, lambda *_args: (str(path), ""))
+    return path
+
+
+def poke(window, taxel, seconds):
+    """Press, hold, lift."""
+    pixel = press_map(window, taxel)
+    run(window, seconds)
+    QTest.mouseRelease(window.map_view.viewport(), LEFT, pos=pixel)
+    run(window, 0.1)
+
+
+def test_what_a_hand_did_plays_again_as_a_script(window, script):
+    run(window, 0.1)
+    poke(window, 70, 0.4)
+    felt = window.live.runner.session.prepared.skin.taxel_point(70).patch
+    window.action("save_script").trigger()
+    assert "1 touch" in window.notification_bar.text
+    assert len(load_stimuli(script)) == 1
+    window.column.effects.wished.emit("friction", "on")
+    run(window, 0.02)
+    window.action("play_script").trigger()
+    session = window.live.runner.session
+    assert session.frame.tick == 0
+    assert session.scripted
+    assert session.effects.friction, "the scene starts again as it was chosen"
+    run(window, 0.3)
+    (told,) = session.frame.pokes
+    assert told.at.patch == felt
+    point = session.prepared.skin.taxel_point(70)
+    away = session.prepared.skin.position(told.at) - session.prepared.skin.position(point)
+    assert np.linalg.norm(away) < 0.01
+
+
+def test_two_touches_are_two_lines(window, script):
+    run(window, 0.1)
+    poke(window, 70, 0.2)
+    poke(window, 20, 0.2)
+    window.action("save_script").trigger()
+    assert "2 touches" in window.notification_bar.text
+    assert len(load_stimuli(script)) == 2
+
+
+def test_without_a_touch_there_is_nothing_to_save(window, script):
+    run(window, 0.2)
+    window.action("save_script").trigger()
+    assert "press the skin" in window.notification_bar.text
+    assert not script.exists()
+    run(window, 0.1)
+    poke(window, 70, 0.2)
+    window.action("reset").trigger()
+    window.action("save_script").trigger()
+    assert not script.exists(), "what was before the reset is gone"
+
+
+def test_a_bad_script_changes_nothing_and_is_named(window, script):
+    run(window, 0.2)
+    session = window.live.runner.session
+    script.write_text('[[stimuli]]\nkind = "pok"\n')
+    window.action("play_script").trigger()
+    assert "poke" in window.notification_bar.text
+    assert window.live.runner.session is session
+    script.write_text('[[stimuli]]\nkind = "poke"\npatch = "no such patch"\n')
+    window.action("play_script").trigger()
+    assert "no such patch" in window.notification_bar.text
+    assert window.live.runner.session is session
+
+
+def test_a_known_load_reads_its_weight(window):
+    window.action("weigh").trigger()
+    words = window.notification_bar.text
+    assert words.startswith("0.1\u2009kg reads 0.9")
+    assert "(wanted 0.981\u2009N)" in words
+    assert not window.loading_bar.busy
+
+
+def test_weighing_shows_that_it_does_and_can_be_cancelled(window):
+    window.live.cost_worker.weighing.emit()
+    assert window.loading_bar.busy
+    QTest.mouseClick(window.loading_bar.findChild(QToolButton, "loading-cancel"), LEFT)
+    assert not window.loading_bar.busy
+
+
+def test_nothing_of_it_is_there_in_a_replay(window, tmp_path):
+    window.live.start_recording(tmp_path / "short.mcap")
+    run(window, 0.1)
+    window.live.stop_recording()
+    window.live.open_recording(tmp_path / "short.mcap")
+    for name in ("save_script", "play_script", "weigh"):
+        assert not window.action(name).isEnabled()
+    window.live.back_to_live()
+    assert window.action("weigh").isEnabled()
+
+
+def test_a_stop_can_be_kept_as_a_report(window, tmp_path):
+    run(window, 0.2)
+    blow_up(window.live)
+    button = window.notification_bar.findChild(QToolButton, "message-second-remedy")
+    assert button.text() == "Save report"
+    QTest.mouseClick(button, LEFT)
+    (path,) = (tmp_path / "recordings").glob("stopped*.mcap")
+    assert str(path) in window.notification_bar.text, "the answer to the press stays to be read"
+    player = RecordingPlayer(path)
+    assert player.failure is not None
+    assert "diverged" in str(player.failure[1])
+    window.action("reset").trigger()
+    assert window.live.mode == "live"
+    assert not window.live.can_report

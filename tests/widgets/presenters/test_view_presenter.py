@@ -1,0 +1,233 @@
+"""What is shown besides touch: true numbers, the same picture on map and body, remembered for the next launch."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QColor
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from app.editing.pins import add_pin
+from app.maps.distortion import distortion, flaws, stretch
+from app.maps.tactile_map import TactileMap
+from tests.widgets.support.samples import middle_taxel, touched
+from tests.widgets.support.snapshots import pixels, shared_share
+from widgets.common.colours import BETWEEN_DOTS, DARK, PressureScale, StretchScale
+from widgets.common.settings import MARKS, BaseLayer, OverlayOptions, Settings
+from widgets.map_view.map_coordinates import format_three_digits
+from widgets.map_view.map_view import MapView
+from widgets.window.main_window import MainWindow
+
+STRETCHES = [(BaseLayer.ANGLE, "angle"), (BaseLayer.AREA, "area")]
+
+
+def look(widget):
+    """Its pixels as on the screen now."""
+    QApplication.processEvents()
+    return pixels(widget.grab().toImage()).astype(int)
+
+
+def body(window, qtbot):
+    """The robot view's pixels, once it has drawn."""
+    with qtbot.waitSignal(window.robot_view.drawn, timeout=5000):
+        window.robot_view.request()
+    return look(window.robot_view)
+
+
+def colour_at(view, at):
+    """Red, green, blue of the map at a body point."""
+    x, y = view.pixel_of(at).toPoint().toTuple()
+    colour = QColor(view.viewport().grab().toImage().pixel(x, y))
+    return [colour.red(), colour.green(), colour.blue()]
+
+
+def place(map_, face):
+    """The middle of a face, numbered through the patches."""
+    first = np.cumsum([0, *(len(chart.faces) for chart in map_.charts)])
+    patch = int(np.searchsorted(first, face, side="right")) - 1
+    return replace(map_.skin.taxel_point(0), patch=patch, face=int(face - first[patch]), weights=(1 / 3, 1 / 3, 1 / 3))
+
+
+def show(window, taxels, *, kilopascals=25.0, regions=True):
+    """Both views with the robot as it stands, touched around these taxels by hand."""
+    felt, stands = touched(window.live.prepared.map, taxels, kilopascals=kilopascals), window.live.runner.session.frame
+    kept = felt.regions if regions else ()
+    window.views.show_frame(replace(stands, pressures=felt.pressures, regions=kept, pokes=()))
+    QApplication.processEvents()
+
+
+def between_taxels(map_, patch):
+    """A face, numbered through the patches, near the middle of one but not under a taxel's dot."""
+    middles = map_.uv[patch][map_.charts[patch].faces].mean(axis=1)
+    away = np.linalg.norm(middles[:, None] - map_.taxel_points, axis=2).min(axis=1)
+    outside = np.linalg.norm(middles - middles.mean(axis=0), axis=1) > 0.3 * np.ptp(middles, axis=0).min()
+    return int(np.where(outside, 0, away).argmax()) + sum(len(chart.faces) for chart in map_.charts[:patch])
+
+
+@pytest.fixture
+def still(window, prepared):
+    """The window with nothing touched, and nothing moving."""
+    window.live.set_paused(paused=True)
+    show(window, [])
+    return window
+
+
+@pytest.mark.parametrize(("ground", "measure"), STRETCHES)
+def test_the_numbers_printed_are_those_measured(still, prepared, ground, measure):
+    still.action(f"ground_{ground.value}").trigger()
+    legend, spread = still.map_view._marks.legend, stretch(prepared.map, measure).spread
+    assert legend.title == ground.title
+    said = legend.lines[0].replace("\u2009", " ")
+    assert said == f"Median ×{spread.median:.2f}   95 % ×{spread.p95:.2f}   max ×{format_three_digits(spread.max)}"
+    assert legend.lines[1] == "0 triangles flipped, 0 overlapping"
+    assert legend.strip
+    assert not legend.faulty
+
+
+@pytest.mark.parametrize(("ground", "measure"), STRETCHES)
+def test_the_face_under_the_pointer_tells_its_stretch(still, prepared, ground, measure):
+    still.action(f"ground_{ground.value}").trigger()
+    values = getattr(distortion(prepared.map), measure)
+    worst = int(values.argmax())
+    words = still.map_view.words_for(place(prepared.map, worst))
+    assert f"{measure}s ×{format_three_digits(float(values[worst]))}" in words
+    still.action("ground_pressure").trigger()
+    assert "×" not in still.map_view.words_for(place(prepared.map, worst))
+
+
+@pytest.mark.parametrize(("ground", "measure"), STRETCHES)
+def test_the_map_has_the_colour_of_its_stretch(still, prepared, ground, measure):
+    still.action(f"ground_{ground.value}").trigger()
+    values = getattr(distortion(prepared.map), measure)
+    for patch in range(len(prepared.map.charts)):
+        face = between_taxels(prepared.map, patch)
+        at = place(prepared.map, face)
+        wanted = StretchScale().rgb(values[[face]])[0].astype(int)
+        assert np.abs(np.array(colour_at(still.map_view, at)) - wanted).max() <= 16
+
+
+@pytest.mark.parametrize("ground", [BaseLayer.ANGLE, BaseLayer.AREA, BaseLayer.CHECKER, BaseLayer.CIRCLES])
+def test_body_and_map_wear_the_same_picture(still, qtbot, ground):
+    bare, plain = body(still, qtbot), still.map_view.skin_texture.pixels.copy()
+    still.action(f"ground_{ground.value}").trigger()
+    worn = body(still, qtbot)
+    assert shared_share(worn, bare, tolerance=6) < 0.98
+    assert (still.map_view.skin_texture.pixels != plain).mean() > 0.1
+    still.action("ground_pressure").trigger()
+    assert shared_share(body(still, qtbot), bare, tolerance=6) > 0.999
+    assert (still.map_view.skin_texture.pixels == plain).all()
+
+
+@pytest.mark.parametrize("ground", list(BaseLayer))
+def test_touch_stays_the_loudest_on_every_ground(still, prepared, ground):
+    still.action(f"ground_{ground.value}").trigger()
+    at = prepared.skin.taxel_point(middle_taxel(prepared.map, 0))
+    before = np.array(colour_at(still.map_view, at))
+    show(still, [middle_taxel(prepared.map, 0)], regions=False)
+    red, _, blue = colour_at(still.map_view, at)
+    assert red - blue > 100 > before[0] - before[2]
+
+
+@pytest.mark.parametrize("name", MARKS)
+def test_each_mark_goes_on_and_off(still, prepared, name):
+    still.editor.do("Pin", lambda document: add_pin(document, prepared.skin.taxel_point(40)))
+    show(still, [middle_taxel(prepared.map, 0)])
+    before = look(still.map_view)
+    shown = still.action(f"mark_{name}").isChecked()
+    still.action(f"mark_{name}").trigger()
+    assert still.action(f"mark_{name}").isChecked() is not shown
+    other = look(still.map_view)
+    assert (other != before).any(axis=-1).sum() > 20
+    still.action(f"mark_{name}").trigger()
+    np.testing.assert_array_equal(look(still.map_view), before)
+
+
+def test_dots_are_the_picture_and_what_lies_between_is_bare(still, prepared, qtbot):
+    bare = body(still, qtbot)
+    still.action("mark_dots").trigger()
+    shown = look(still.map_view).reshape(-1, 3)[:, :3]
+    for colour in (BETWEEN_DOTS, PressureScale().table[0]):
+        assert (np.abs(shown - np.array(colour)).max(axis=1) <= 3).sum() > 1000
+    assert shared_share(body(still, qtbot), bare, tolerance=6) < 0.99
+    taxel = middle_taxel(prepared.map, 0)
+    show(still, [taxel], regions=False)
+    red, _, blue = colour_at(still.map_view, prepared.skin.taxel_point(taxel))
+    assert red - blue > 100
+
+
+def test_keys_choose_grounds_and_marks(still):
+    for number, ground in enumerate(BaseLayer, start=1):
+        QTest.keyClick(still, Qt.Key(Qt.Key.Key_0 + number), Qt.KeyboardModifier.ControlModifier)
+        assert still.views.overlays.ground is ground
+    assert still.views.overlays.seams
+    QTest.keyClick(still, Qt.Key.Key_S, Qt.KeyboardModifier.AltModifier)
+    assert not still.views.overlays.seams
+
+
+def test_the_next_launch_remembers(still, prepared, tmp_path, backends):
+    still.action("ground_circles").trigger()
+    still.action("mark_border").trigger()
+    still.action("mark_taxel_ids").trigger()
+    wanted = OverlayOptions(BaseLayer.CIRCLES, border=False, taxel_ids=True)
+    assert still.views.overlays == wanted
+    still.settings._store.sync()
+    later = MainWindow(Settings(tmp_path / "window.ini"), backends=backends)
+    assert later.views.overlays == wanted
+    assert later.action("ground_circles").isChecked()
+    assert not later.action("mark_border").isChecked()
+    later.live.show_prepared(prepared)
+    assert later.map_view._marks.legend.title == "Circles"
+    later.close()
+    later.deleteLater()
+
+
+@pytest.mark.parametrize(
+    "overlays", [OverlayOptions(), OverlayOptions(BaseLayer.AREA, seams=False, taxel_ids=True, dots=True)]
+)
+def test_settings_are_words(overlays):
+    assert OverlayOptions.from_text(overlays.to_text()) == overlays
+    for strange in ("", "  ", "sunset dots", "\x00"):
+        assert OverlayOptions.from_text(strange) == OverlayOptions()
+
+
+def flipped_map(prepared):
+    """The arm's map with one inner point pulled far over its neighbours."""
+    chart = prepared.map.charts[0]
+    plane = chart.plane.copy()
+    inner = np.linalg.norm(plane - plane.mean(axis=0), axis=1).argmin()
+    plane[inner] += [0.03, 0.0]
+    return TactileMap(prepared.skin, (replace(chart, plane=plane), *prepared.map.charts[1:]), prepared.map.layout)
+
+
+@pytest.mark.parametrize("ground", [BaseLayer.PRESSURE, BaseLayer.ANGLE])
+def test_flips_are_marked_red_and_counted_whatever_is_shown(qtbot, prepared, ground):
+    view = MapView(DARK, PressureScale())
+    qtbot.addWidget(view)
+    view.resize(700, 600)
+    view.set_overlays(OverlayOptions(ground))
+    spoiled = flipped_map(prepared)
+    found = flaws(spoiled).flips
+    assert len(found) > 0
+    reds = []
+    for map_ in (prepared.map, spoiled):
+        view.show_prepared(replace(prepared, map=map_))
+        view.show()
+        qtbot.waitExposed(view)
+        shown = look(view)
+        # Where the view has the map, by its taxels; then half way from each flip's middle to its corners, not its dot.
+        fit = np.linalg.lstsq(np.c_[map_.taxel_points, np.ones(len(map_.skin))], view.taxel_pixels(), rcond=None)[0]
+        inner = 0.5 * (found + found.mean(axis=1, keepdims=True)).reshape(-1, 2)
+        columns, rows = np.rint(np.c_[inner, np.ones(len(inner))] @ fit).astype(int).T
+        reds.append(shown[rows, columns, 0] - shown[rows, columns, 1])
+    assert reds[0].max() < 40
+    assert np.median(reds[1]) > 60
+    noun = "triangle" if len(found) == 1 else "triangles"
+    legend = view._marks.legend
+    assert legend.lines[-1].startswith(f"{len(found)} {noun} flipped")
+    assert legend.faulty
+    if ground is BaseLayer.PRESSURE:
+        assert legend.title == "Not one-to-one"

@@ -1,0 +1,137 @@
+"""The scene's objects in the robot view: where the frame says, in place, in the picture, and nothing without any."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+from app.recording.player import RecordingPlayer
+from app.recording.recorder import Recorder
+from app.scene.object_meshes import make_objects
+from app.scene.objects import ObjectSpec
+from app.session.session import Session
+from widgets.common.colours import DARK, LIGHT, PressureScale
+from widgets.robot_view.robot_scene import RobotScene
+
+BALL = ObjectSpec("ball", "sphere", size=(0.06,), at=(0.2, 0.5, 0.4), mass=0.2)
+CRATE = ObjectSpec("crate", "box", size=(0.2, 0.1, 0.1), at=(0.5, -0.1, 0.05), turn=(0.0, 0.0, 30.0))
+PROBE = ObjectSpec("finger", "probe", size=(0.02,), at=(0.4, 0.2, 0.5))
+FLOOR = ObjectSpec("floor", "plane")
+FAR = ObjectSpec("far", "box", size=(0.2, 0.2, 0.2), at=(9.0, 0.0, 0.1))
+
+
+@pytest.fixture
+def plotter():
+    plotter = pv.Plotter(off_screen=True, window_size=(240, 200), lighting="none")
+    yield plotter
+    plotter.close()
+
+
+@pytest.fixture
+def scene(plotter):
+    return RobotScene(plotter, DARK, PressureScale())
+
+
+def among(prepared, *specs):
+    """The small arm among these objects, with weight."""
+    scene = replace(prepared.scene, objects=specs, task="push", overrides={"gravity": "on"})
+    return replace(prepared, scene=scene, objects=make_objects(scene))
+
+
+def test_without_objects_nothing_is_drawn_or_kept(scene, plotter, prepared):
+    scene.show_prepared(prepared)
+    bare = len(plotter.actors)
+    assert scene._objects._solids == []
+    scene.show_prepared(among(prepared, BALL))
+    assert len(plotter.actors) == bare + 1
+    scene.show_prepared(prepared)
+    assert len(plotter.actors) == bare
+
+
+def test_objects_stand_where_the_scene_puts_them_and_go_where_the_frame_says(scene, plotter, prepared):
+    prepared = among(prepared, BALL, CRATE)
+    scene.show_prepared(prepared)
+    start = [spec.pose.matrix for spec in (BALL, CRATE)]
+    np.testing.assert_allclose([actor.user_matrix for actor in scene._objects._solids], start)
+    session = Session(prepared, scripted=False)
+    for _ in range(20):
+        session.tick()
+    assert session.frame.objects[0, 2, 3] < BALL.at[2] - 0.01, "the ball falls"
+    names = list(plotter.actors)
+    scene.show_frame(session.frame)
+    np.testing.assert_allclose([actor.user_matrix for actor in scene._objects._solids], session.frame.objects)
+    assert list(plotter.actors) == names, "nothing is created while frames flow"
+
+
+def test_a_frame_in_which_only_an_object_moved_is_another_picture(scene, prepared):
+    prepared = among(prepared, BALL)
+    scene.show_prepared(prepared)
+    frame = Session(prepared, scripted=False).frame
+    scene.show_frame(frame)
+    moved = frame.objects.copy()
+    moved[0, 0, 3] += 0.01
+    assert scene.shows(replace(frame, tick=1))
+    assert not scene.shows(replace(frame, objects=moved))
+
+
+def corners(body):
+    return body.spec.pose.points(body.mesh.vertices)
+
+
+def test_near_objects_are_in_the_picture_and_far_ones_do_not_shrink_it(scene, prepared):
+    size = (240, 200)
+    bodies = among(prepared, BALL, CRATE).objects
+    scene.show_prepared(among(prepared, BALL, CRATE))
+    for body in bodies:
+        pixels = scene.viewpoint.pixels(corners(body), size)
+        assert (pixels > 0).all()
+        assert (pixels < size).all()
+    scene.show_prepared(prepared)
+    alone = scene.viewpoint.eye
+    scene.show_prepared(among(prepared, FAR, FLOOR))
+    np.testing.assert_allclose(scene.viewpoint.eye, alone)
+
+
+def test_a_floor_of_the_scene_takes_the_place_of_ours(scene, plotter, prepared):
+    scene.show_prepared(prepared)
+    assert "ground" in plotter.actors
+    scene.show_prepared(among(prepared, FLOOR))
+    assert "ground" not in plotter.actors
+    wall = replace(FLOOR, turn=(90.0, 0.0, 0.0), at=(0.0, 1.0, 0.0))
+    scene.show_prepared(among(prepared, wall))
+    assert "ground" in plotter.actors, "a wall is no floor"
+
+
+@pytest.mark.parametrize("theme", [DARK, LIGHT])
+def test_objects_are_quiet_and_a_probe_looks_like_a_finger(scene, prepared, theme):
+    scene.show_prepared(among(prepared, CRATE, PROBE))
+    scene.set_theme(theme)
+    crate, probe = scene._objects._solids
+    assert probe.prop.color.hex_rgb == theme.text
+    assert probe.prop.opacity < 1
+    red, green, blue = crate.prop.color.float_rgb
+    assert max(red, green, blue) - min(red, green, blue) < 0.15, "a grey"
+
+
+def test_objects_fade_while_the_skin_lies_flat_and_come_back(scene, prepared):
+    scene.show_prepared(among(prepared, CRATE, PROBE, FLOOR))
+    before = [actor.prop.opacity for actor in scene._objects._solids]
+    scene.morph(1.0)
+    assert all(actor.prop.opacity < 0.1 for actor in scene._objects._solids)
+    scene.morph(0.0)
+    assert [actor.prop.opacity for actor in scene._objects._solids] == before
+
+
+def test_a_replay_shows_where_objects_were(scene, prepared, tmp_path):
+    prepared = among(prepared, BALL)
+    session, path = Session(prepared, scripted=False), tmp_path / "falling.mcap"
+    with Recorder(path, prepared) as recorder:
+        for _ in range(10):
+            recorder.write(session.tick(), session.inputs)
+    player = RecordingPlayer(path)
+    scene.show_prepared(player.prepared)
+    scene.show_frame(player.frame(len(player) - 1))
+    np.testing.assert_allclose(scene._objects._solids[0].user_matrix, session.frame.objects[0])

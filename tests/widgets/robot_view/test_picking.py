@@ -1,0 +1,73 @@
+"""Skin under a ray: what is seen is what is picked, wherever the links are."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.robots.kinematics import Configuration
+from app.scene.object_meshes import primitive_mesh
+from app.scene.objects import ObjectSpec, SceneObject
+from widgets.robot_view.camera import CameraRay
+from widgets.robot_view.picking import SkinPicker
+
+
+@pytest.fixture(scope="module")
+def picker(prepared):
+    return SkinPicker(prepared)
+
+
+def place(prepared, poses, at):
+    pose = poses[prepared.robot.link_index[prepared.skin.link(at)]]
+    normal = pose[:3, :3] @ prepared.skin.normal(at)
+    return pose[:3, :3] @ prepared.skin.position(at) + pose[:3, 3], normal
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_ray_onto_a_taxel_from_close_by_finds_it_in_any_posture(prepared, picker, seed):
+    rng = np.random.default_rng(seed)
+    configuration = Configuration(prepared.robot)
+    configuration.update(prepared.robot.home + rng.uniform(-0.3, 0.3, len(prepared.robot.home)))
+    poses = configuration.poses()
+    for taxel in range(0, len(prepared.skin), 7):
+        point, normal = place(prepared, poses, prepared.skin.taxel_point(taxel))
+        found = picker.pick(CameraRay(point + 2e-3 * normal, -normal), poses)
+        assert found is not None
+        np.testing.assert_allclose(place(prepared, poses, found)[0], point, atol=2e-4)
+
+
+def test_what_is_in_front_wins_and_bare_links_hide_the_skin(prepared, picker):
+    poses = Configuration(prepared.robot).poses()
+    rng = np.random.default_rng(0)
+    hidden = 0
+    for taxel in range(len(prepared.skin)):
+        point, _ = place(prepared, poses, prepared.skin.taxel_point(taxel))
+        direction = rng.normal(size=3)
+        direction /= np.linalg.norm(direction)
+        found = picker.pick(CameraRay(point - 3.0 * direction, direction), poses)
+        if found is None:
+            hidden += 1
+            continue
+        met, normal = place(prepared, poses, found)
+        assert (met - point) @ direction <= 1e-4
+        assert normal @ direction < 0.2  # the side that looks at the eye
+    assert 0 < hidden < len(prepared.skin) / 2
+
+
+def test_beside_the_robot_there_is_no_skin(prepared, picker):
+    away = CameraRay(np.array([5.0, 0.0, 5.0]), np.array([1.0, 0.0, 0.0]))
+    assert picker.pick(away, Configuration(prepared.robot).poses()) is None
+
+
+def test_an_object_in_front_hides_the_skin_wherever_it_stands(prepared):
+    crate = ObjectSpec("crate", "box", size=(0.1, 0.1, 0.1))
+    picker = SkinPicker(replace(prepared, objects=(SceneObject(crate, primitive_mesh(crate)),)))
+    links = Configuration(prepared.robot).poses()
+    point, normal = place(prepared, links, prepared.skin.taxel_point(0))
+    ray = CameraRay(point + 0.3 * normal, -normal)
+    away, between = np.eye(4), np.eye(4)
+    away[:3, 3], between[:3, 3] = point + [0.0, 0.0, 5.0], point + 0.15 * normal
+    assert picker.pick(ray, np.concatenate([links, away[None]])) is not None
+    assert picker.pick(ray, np.concatenate([links, between[None]])) is None

@@ -1,0 +1,125 @@
+"""The canvases and when they draw: sharpness against time, many requests in one picture, a canvas chosen by hand."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtWidgets import QWidget
+
+from app.core.errors import DisplayError
+from widgets.robot_view.plotter_widget import ImageCanvas, make_canvas
+from widgets.robot_view.robot_canvas import HALF_RESOLUTION_FROM_MS, REDRAW_UP_TO_MS, REST_MS, RenderScheduler
+
+
+class SlowCanvas(QWidget):
+    """A canvas that takes as long as it is told, on a clock of its own."""
+
+    def __init__(self, milliseconds):
+        super().__init__()
+        self.plotter, self.widget = None, self
+        self.milliseconds, self.time, self.qualities = milliseconds, 0.0, []
+
+    def clock(self):
+        return self.time
+
+    def draw(self, *, quality=1.0):
+        self.qualities.append(quality)
+        self.time += 1e-3 * self.milliseconds * quality**2
+
+    def close_plotter(self):
+        """Nothing to give back."""
+
+
+@pytest.fixture
+def draw(qtbot):
+    def make(milliseconds):
+        canvas = SlowCanvas(milliseconds)
+        qtbot.addWidget(canvas)
+        return canvas, RenderScheduler(canvas, canvas, clock=canvas.clock)
+
+    return make
+
+
+def test_many_requests_become_one_picture_then_a_sharp_one(draw, qtbot):
+    canvas, drawing = draw(5.0)
+    for _ in range(20):
+        drawing.request()
+    assert canvas.qualities == []
+    qtbot.waitUntil(lambda: len(canvas.qualities) == 2)
+    assert canvas.qualities == [1.0, 2.0]
+
+
+def test_a_slow_picture_is_hasty_while_the_view_is_turned_and_whole_at_rest(draw, qtbot):
+    canvas, drawing = draw(HALF_RESOLUTION_FROM_MS + 10)
+    drawing.now()
+    drawing.request(moving=True)
+    qtbot.waitUntil(lambda: len(canvas.qualities) == 3)
+    assert canvas.qualities == [1.0, 0.5, 2.0]
+
+
+def test_a_very_slow_picture_is_not_drawn_again_for_beauty(draw, qtbot):
+    canvas, drawing = draw(REDRAW_UP_TO_MS + 20)
+    drawing.now()
+    drawing.request()
+    qtbot.waitUntil(lambda: len(canvas.qualities) == 2)
+    with qtbot.assertNotEmitted(drawing.drawn, wait=REST_MS + 100):
+        assert canvas.qualities == [1.0, 1.0]
+
+
+def test_stopped_it_draws_no_more(draw, qtbot):
+    _, drawing = draw(5.0)
+    with qtbot.assertNotEmitted(drawing.drawn, wait=50):
+        drawing.request()
+        drawing.stop()
+
+
+@pytest.fixture
+def canvas(qtbot):
+    canvas = ImageCanvas()
+    qtbot.addWidget(canvas)
+    canvas.resize(120, 80)
+    canvas.show()
+    yield canvas
+    canvas.close_plotter()
+
+
+@pytest.mark.parametrize("quality", [0.5, 1.0, 2.0])
+def test_the_picture_fills_the_widget_at_any_quality(canvas, quality):
+    canvas.plotter.set_background("#102030")
+    canvas.draw(quality=quality)
+    image = canvas.grab().toImage()
+    ratio = image.devicePixelRatio()
+    for x, y in ((0, 0), (119, 79), (60, 40)):
+        colour = image.pixelColor(round(x * ratio), round(y * ratio))
+        assert (colour.red(), colour.green(), colour.blue()) == (0x10, 0x20, 0x30)
+
+
+def test_up_is_up(canvas):
+    canvas.plotter.set_background("black", top="white")
+    canvas.draw()
+    image = canvas.grab().toImage()
+    assert image.pixelColor(60, 2).lightness() > 200 > 60 > image.pixelColor(60, 77).lightness()
+
+
+def test_closed_it_keeps_its_last_picture(canvas):
+    canvas.plotter.set_background("white")
+    canvas.draw()
+    before = canvas.grab().toImage()
+    canvas.close_plotter()
+    canvas.draw()
+    canvas.close_plotter()
+    assert canvas.grab().toImage() == before
+
+
+def test_without_a_display_and_by_hand_it_is_the_image(qtbot, monkeypatch):
+    for wanted in ("", "image"):
+        monkeypatch.setenv("TACTILE_MAPS_CANVAS", wanted)
+        canvas = make_canvas()
+        qtbot.addWidget(canvas.widget)
+        assert isinstance(canvas, ImageCanvas)
+        canvas.close_plotter()
+
+
+def test_an_unknown_canvas_is_refused(monkeypatch):
+    monkeypatch.setenv("TACTILE_MAPS_CANVAS", "crayons")
+    with pytest.raises(DisplayError, match="crayons"):
+        make_canvas()

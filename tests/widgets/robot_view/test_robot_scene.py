@@ -1,0 +1,148 @@
+"""The robot's actors on a plain plotter: in place from frame to frame, replaced whole from robot to robot."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+from app.robots.kinematics import Configuration
+from app.session.session import Session
+from app.tactile.poke import PokePressed
+from widgets.common.colours import DARK, LIGHT, PressureScale
+from widgets.robot_view.robot_scene import RobotScene
+
+
+@pytest.fixture
+def plotter():
+    plotter = pv.Plotter(off_screen=True, window_size=(240, 200), lighting="none")
+    yield plotter
+    plotter.close()
+
+
+@pytest.fixture
+def scene(plotter, prepared):
+    scene = RobotScene(plotter, DARK, PressureScale())
+    scene.show_prepared(prepared)
+    return scene
+
+
+@pytest.fixture(scope="module")
+def pressed(prepared):
+    """A session in which a finger has pressed for half a second, and the arm has yielded."""
+    session = Session(prepared, scripted=False)
+    session.submit(PokePressed(0, prepared.skin.taxel_point(len(prepared.skin) // 2)))
+    for _ in range(100):
+        session.tick()
+    assert session.frame.regions
+    return session.frame
+
+
+def skin_colours(plotter):
+    """Colours of all skin vertices, as drawn."""
+    parts = [actor.mapper.dataset.point_data for actor in plotter.actors.values() if hasattr(actor.mapper, "dataset")]
+    return np.concatenate([np.array(data["touch"]) for data in parts if "touch" in data])
+
+
+def test_at_rest_all_skin_has_the_colour_of_zero(plotter, scene, prepared):
+    colours = skin_colours(plotter)
+    assert len(colours) == sum(len(patch.surface.vertices) for patch in prepared.skin.patches)
+    np.testing.assert_array_equal(np.unique(colours, axis=0), [PressureScale().table[0]])
+
+
+def test_a_touch_colours_the_skin_around_it_and_no_more(plotter, scene, prepared, pressed):
+    scene.show_frame(pressed)
+    colours = skin_colours(plotter).astype(int)
+    touched = np.abs(colours - PressureScale().table[0]).max(axis=1) > 2
+    vertices = np.concatenate([patch.surface.vertices for patch in prepared.skin.patches])
+    patch = np.repeat(np.arange(len(prepared.skin.patches)), [len(p.surface.vertices) for p in prepared.skin.patches])
+    region = pressed.regions[0]
+    assert touched.any()
+    assert (patch[touched] == region.at.patch).all()
+    assert np.linalg.norm(vertices[touched] - region.point, axis=1).max() < 0.1
+
+
+def test_links_stand_where_the_posture_puts_them(plotter, scene, prepared, pressed):
+    scene.show_frame(pressed)
+    configuration = Configuration(prepared.robot)
+    assert np.abs(pressed.posture - prepared.robot.home).max() > 1e-4
+    configuration.update(pressed.posture)
+    np.testing.assert_allclose(scene.poses, configuration.poses())
+    drawn = [actor.user_matrix for actor in plotter.actors.values() if "touch" in actor.mapper.dataset.point_data]
+    wanted = [configuration.pose(patch.link).matrix for patch in prepared.skin.patches]
+    np.testing.assert_allclose(drawn, wanted)
+
+
+def test_an_arrow_is_as_long_as_its_force(scene, pressed):
+    scene.show_frame(pressed)
+    ((arrow, region),) = scene.forces
+    assert region is pressed.regions[0]
+    assert np.linalg.norm(arrow[0] - arrow[1]) == pytest.approx(0.012 * region.force)
+
+
+def test_frames_create_nothing(plotter, scene, pressed, prepared):
+    names = list(plotter.actors)
+    for _ in range(3):
+        scene.show_frame(pressed)
+        scene.set_hover(prepared.skin.taxel_point(0))
+        scene.set_hover(None)
+    assert list(plotter.actors) == names
+
+
+def test_the_same_frame_is_shown_and_another_is_not(scene, prepared, pressed):
+    assert not scene.shows(pressed)
+    scene.show_frame(pressed)
+    assert scene.shows(pressed)
+    rest = Session(prepared, scripted=False).frame
+    assert not scene.shows(rest)
+
+
+def test_another_robot_replaces_everything(plotter, scene, prepared, pressed):
+    scene.show_frame(pressed)
+    names = len(plotter.actors)
+    scene.show_prepared(prepared)
+    assert len(plotter.actors) == names
+    assert scene.forces == []
+    np.testing.assert_allclose(scene.poses, Configuration(prepared.robot).poses())
+
+
+def test_a_theme_changes_the_ground_and_keeps_the_skin(plotter, scene):
+    colours, count = skin_colours(plotter), len(plotter.actors)
+    scene.set_theme(LIGHT)
+    assert plotter.background_color.hex_rgb == LIGHT.window
+    np.testing.assert_array_equal(skin_colours(plotter), colours)
+    assert len(plotter.actors) == count
+
+
+def test_framed_the_whole_robot_is_in_the_picture(plotter, scene, prepared):
+    poses = dict(zip(prepared.robot.link_index, scene.poses, strict=True))
+    points = [
+        link.mesh.vertices @ poses[link.name][:3, :3].T + poses[link.name][:3, 3]
+        for link in prepared.robot.links
+        if link.mesh is not None
+    ]
+    pixels = scene.viewpoint.pixels(np.concatenate(points), (240, 200))
+    assert (pixels > 0).all()
+    assert (pixels < (240, 200)).all()
+    assert (np.ptp(pixels, axis=0) / (240, 200)).max() > 0.6
+
+
+def test_our_arithmetic_agrees_with_the_picture(plotter, scene, prepared):
+    """VTK projects a point where ``Viewpoint`` does."""
+    scene.fit_depth()
+    plotter.render_window.Render()
+    point = prepared.skin.patches[0].surface.vertices[0]
+    plotter.renderer.SetWorldPoint(*point, 1.0)
+    plotter.renderer.WorldToDisplay()
+    x, y, _ = plotter.renderer.GetDisplayPoint()
+    np.testing.assert_allclose(scene.viewpoint.pixels(point, (240, 200))[0], (x, 200 - y), atol=0.6)
+
+
+def test_before_a_robot_it_draws_nothing_and_asks_nothing(plotter):
+    scene = RobotScene(plotter, DARK, PressureScale())
+    scene.set_hover(None)
+    scene.set_theme(LIGHT)
+    scene.set_scale(PressureScale(5.0))
+    scene.frame_all()
+    assert scene.forces == []
+    assert len(plotter.actors) == 0

@@ -1,0 +1,302 @@
+"""The skin on its way from the body to the map: where it lies, its texture, and that it stays live.
+
+It is poked, hovered and selected there, and the touch goes with it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from tests.widgets.support.samples import middle_taxel, touched
+from tests.widgets.support.snapshots import pixels, shared_share
+from tests.widgets.support.window_driver import run, visible_skin
+from widgets.common.tool_kinds import SelectionMode, ToolKind
+from widgets.document.taxel_selection import SelectionUpdate
+from widgets.robot_view.camera import CameraRay
+from widgets.robot_view.skin_actors import morphed, ray_mesh_intersection
+
+LEFT = Qt.MouseButton.LeftButton
+
+
+@pytest.fixture
+def still(window):
+    """The window while time stands still, after a moment of life."""
+    run(window, 0.1)
+    window.live.set_paused(paused=True)
+    return window
+
+
+def lay(window, share):
+    """Move the slider."""
+    slider = window.robot_view.morph.slider
+    slider.setValue(round(share * slider.maximum()))
+    QApplication.processEvents()
+    assert window.robot_view.morph.share == share
+
+
+def points(window):
+    """For each patch the corners (k, 3) of the skin as they lie now, world frame."""
+    return [np.array(mesh.points) for mesh in window.robot_view.scene._skin._textured._meshes]
+
+
+def on_body(window):
+    """For each patch the corners (k, 3) of its chart on the body, world frame."""
+    prepared, poses = window.live.prepared, window.robot_view.scene.poses
+    places = []
+    for patch, chart in zip(prepared.skin.patches, prepared.map.charts, strict=True):
+        pose = poses[prepared.robot.link_index[patch.link]]
+        places.append(patch.surface.vertices[chart.vertex_of] @ pose[:3, :3].T + pose[:3, 3])
+    return places
+
+
+def look(window, qtbot):
+    """The robot view's pixels, once it has drawn."""
+    with qtbot.waitSignal(window.robot_view.drawn, timeout=5000):
+        window.robot_view.request()
+    QApplication.processEvents()
+    return pixels(window.robot_view.grab().toImage())
+
+
+def show(window, taxels, *, kilopascals=25.0):
+    """Both views with the robot as it stands, touched around these taxels by hand."""
+    felt, stands = touched(window.live.prepared.map, taxels, kilopascals=kilopascals), window.live.runner.session.frame
+    window.views.show_frame(replace(stands, pressures=felt.pressures, regions=felt.regions, pokes=()))
+    QApplication.processEvents()
+
+
+def test_at_the_end_the_skin_lies_as_on_the_map_facing_the_eye(still):
+    lay(still, 1.0)
+    plane = still.robot_view.scene._plane
+    np.testing.assert_allclose(plane[:3, :3].T @ plane[:3, :3], np.eye(3), atol=1e-9)
+    for flat, places in zip(points(still), still.live.prepared.map.uv, strict=True):
+        local = (flat - plane[:3, 3]) @ plane[:3, :3]
+        np.testing.assert_allclose(local[:, :2], places, atol=1e-6)
+        np.testing.assert_allclose(local[:, 2], 0, atol=1e-6)
+    right, up, forward = still.robot_view.scene.viewpoint.axes
+    np.testing.assert_allclose(plane[:3, 2], -forward, atol=1e-9)
+    np.testing.assert_allclose(plane[:3, :2].T, [right, up], atol=1e-9)
+
+
+def test_half_way_each_corner_is_half_way_between_body_and_map(still):
+    bodies = on_body(still)
+    lay(still, 1.0)
+    flats = points(still)
+    lay(still, 0.5)
+    for half, flat, there in zip(points(still), flats, bodies, strict=True):
+        np.testing.assert_allclose(half, 0.5 * (flat + there), atol=1e-6)
+
+
+def test_at_the_start_the_skin_is_the_body_again(still, qtbot):
+    before = look(still, qtbot)
+    lay(still, 0.01)
+    for near, there in zip(points(still), on_body(still), strict=True):
+        assert np.linalg.norm(near - there, axis=1).max() < 0.02
+    lay(still, 1.0)
+    assert shared_share(look(still, qtbot), before, tolerance=8) < 0.9
+    lay(still, 0.0)
+    assert still.robot_view.scene._skin._textured is None
+    assert shared_share(look(still, qtbot), before, tolerance=8) > 0.995
+
+
+def test_normals_stay_of_length_one_all_the_way(still):
+    prepared = still.live.prepared
+    patch, chart = prepared.skin.patches[0], prepared.map.charts[0]
+    places, normals = patch.surface.vertices[chart.vertex_of], patch.surface.vertex_normals[chart.vertex_of]
+    for share in (0.0, 0.3, 1.0):
+        _, turned = morphed(places, normals, prepared.map.uv[0], np.eye(4), np.eye(4), share)
+        np.testing.assert_allclose(np.linalg.norm(turned, axis=1), 1, atol=1e-9)
+    assert np.allclose(turned, [0, 0, 1])
+
+
+@pytest.mark.parametrize("share", [0.5, 1.0])
+def test_live_touch_goes_with_the_skin(still, qtbot, share):
+    show(still, [])
+    lay(still, share)
+    bare = look(still, qtbot).astype(int)
+    taxel = middle_taxel(still.live.prepared.map, 0)
+    show(still, [taxel])
+    hot = look(still, qtbot).astype(int)
+    ruddier = (hot[..., 0] - hot[..., 2]) - (bare[..., 0] - bare[..., 2]) > 60
+    assert ruddier.sum() > 30
+    scene = still.robot_view.scene
+    point, _ = scene._skin.point(still.live.prepared.skin.taxel_point(taxel), scene.poses, scene._plane)
+    size = (still.robot_view.width(), still.robot_view.height())
+    x, y = scene.viewpoint.pixels(point[None], size)[0]
+    rows, columns = np.nonzero(ruddier)
+    if share == 1.0:  # half way it may look aside
+        assert np.hypot(columns.mean() - x, rows.mean() - y) < 20
+    show(still, [])
+    assert shared_share(look(still, qtbot), bare, tolerance=8) > 0.995
+
+
+def test_the_robot_that_moves_takes_the_half_laid_skin_along(window, qtbot):
+    run(window, 0.1)
+    lay(window, 0.5)
+    frame = window.live.runner.session.frame
+    bodies, halves = on_body(window), points(window)
+    with qtbot.waitSignal(window.robot_view.drawn, timeout=5000):
+        window.views.show_frame(replace(frame, posture=frame.posture + 0.2))
+    moved = [now - then for now, then in zip(on_body(window), bodies, strict=True)]
+    assert max(np.abs(step).max() for step in moved) > 0.01
+    for now, then, step in zip(points(window), halves, moved, strict=True):
+        np.testing.assert_allclose(now - then, 0.5 * step, atol=1e-6)
+
+
+def test_rings_of_selected_taxels_go_along(still):
+    prepared = still.live.prepared
+    taxel = middle_taxel(prepared.map, 0)
+    still.views.selection.take(SelectionUpdate(np.array([taxel]), SelectionMode.REPLACE))
+    scene = still.robot_view.scene
+    for share in (1.0, 0.5, 0.0):
+        lay(still, share)
+        point, normal = scene._skin.point(prepared.skin.taxel_point(taxel), scene.poses, scene._plane)
+        actor = scene._skin._rings.actors[0]
+        ring = np.array(actor.mapper.dataset.points)
+        matrix = np.array(actor.user_matrix)
+        middle = (ring @ matrix[:3, :3].T + matrix[:3, 3]).mean(axis=0)
+        assert np.linalg.norm(middle - point) < 3e-3
+        assert (middle - point) @ normal > 0, "above the skin"
+
+
+def test_no_contact_is_drawn_on_the_bare_body_meanwhile(still, qtbot):
+    with qtbot.waitSignal(still.robot_view.drawn, timeout=5000):
+        show(still, [middle_taxel(still.live.prepared.map, 0)])
+    assert still.robot_view.scene.forces
+    lay(still, 0.5)
+    assert not still.robot_view.scene.forces
+    lay(still, 0.0)
+    assert still.robot_view.scene.forces
+
+
+def test_laying_the_skin_flat_lifts_the_finger(window):
+    run(window, 0.1)
+    heard = []
+    window.views.poke_pressed.connect(heard.append)
+    window.views.poke_released.connect(lambda: heard.append("released"))
+    _, pixel = visible_skin(window)
+    QTest.mousePress(window.robot_view.canvas.widget, LEFT, pos=pixel)
+    assert len(heard) == 1
+    lay(window, 0.5)
+    assert heard[-1] == "released"
+
+
+def test_the_key_goes_to_the_other_end_and_back(still, qtbot):
+    still.activateWindow()
+    still.map_view.setFocus()
+    morph = still.robot_view.morph
+    QTest.keyClick(still.map_view, Qt.Key.Key_M)
+    qtbot.waitUntil(lambda: morph.share == 1.0, timeout=3000)
+    QTest.keyClick(still.map_view, Qt.Key.Key_M)
+    qtbot.waitUntil(lambda: morph.share == 0.0, timeout=3000)
+
+
+def test_another_robot_begins_on_its_body(still, prepared):
+    lay(still, 1.0)
+    still.live.show_prepared(prepared)
+    assert still.robot_view.morph.share == 0
+    assert not still.robot_view.scene.morphed
+
+
+@pytest.fixture
+def flat(window):
+    """The window with the skin laid flat."""
+    run(window, 0.1)
+    window.robot_view.morph.slider.setValue(100)
+    QApplication.processEvents()
+    return window
+
+
+def pixel(window, taxel):
+    """Where a taxel is in the robot view, on the skin as it lies."""
+    view = window.robot_view
+    point, _ = view.scene._skin.point(window.live.prepared.skin.taxel_point(taxel), view.scene.poses, view.scene._plane)
+    return QPointF(*view.scene.viewpoint.pixels(point[None], (view.width(), view.height()))[0])
+
+
+def test_all_of_the_flat_skin_is_in_the_picture_before_the_eye(flat):
+    view = flat.robot_view
+    corners = np.concatenate([np.array(mesh.points) for mesh in view.scene._skin._textured._meshes])
+    pixels = view.scene.viewpoint.pixels(corners, (view.width(), view.height()))
+    assert (pixels > 0).all()
+    assert (pixels < [view.width(), view.height()]).all()
+    assert np.ptp(pixels, axis=0).max() > 0.4 * min(view.width(), view.height()), "not smaller than need be"
+
+
+@pytest.mark.parametrize("patch", [0, 1, 2])
+def test_a_press_on_the_flat_skin_pokes_there(flat, patch):
+    skin, heard = flat.live.prepared.skin, []
+    flat.views.poke_pressed.connect(heard.append)
+    taxel = middle_taxel(flat.live.prepared.map, patch)
+    QTest.mousePress(flat.robot_view.canvas.widget, LEFT, pos=pixel(flat, taxel).toPoint())
+    assert len(heard) == 1
+    assert heard[0].patch == patch
+    assert np.linalg.norm(skin.position(heard[0]) - skin.position(skin.taxel_point(taxel))) < 5e-3
+    view = flat.robot_view
+    point, _ = view.scene._skin.point(heard[0], view.scene.poses, view.scene._plane)
+    there = view.scene.viewpoint.pixels(point[None], (view.width(), view.height()))[0]
+    np.testing.assert_allclose(there, pixel(flat, taxel).toPoint().toTuple(), atol=0.05)
+
+
+def test_the_corners_of_chart_and_body_are_the_same_ones(flat):
+    prepared = flat.live.prepared
+    for patch, chart in zip(prepared.skin.patches, prepared.map.charts, strict=True):
+        np.testing.assert_array_equal(chart.vertex_of[chart.faces], patch.surface.faces)
+
+
+def test_the_hover_is_one_with_the_map(flat):
+    taxel = middle_taxel(flat.live.prepared.map, 1)
+    QTest.mouseMove(flat.robot_view.canvas.widget, pixel(flat, taxel).toPoint())
+    assert flat.map_view._marks.hover is not None
+    assert f"taxel {taxel}" in flat.readout.text()
+    QTest.mouseMove(flat.robot_view.canvas.widget, QPoint(4, 4))
+    assert flat.map_view._marks.hover is None
+
+
+def test_a_box_on_the_flat_skin_selects_what_lies_in_it(flat):
+    flat.view_presenter.set_tool(ToolKind.BOX)
+    view, target = flat.robot_view, flat.robot_view.canvas.widget
+    start = pixel(flat, middle_taxel(flat.live.prepared.map, 0)).toPoint()
+    QTest.mousePress(target, LEFT, pos=start)
+    QTest.mouseMove(target, start + QPoint(60, 40))
+    QTest.mouseRelease(target, LEFT, pos=start + QPoint(60, 40))
+    count = len(flat.live.prepared.skin)
+    pixels = np.array([pixel(flat, taxel).toTuple() for taxel in range(count)])
+    low = np.array(start.toTuple())
+    inside = ((pixels > low) & (pixels < low + [60, 40])).all(axis=1)
+    assert inside.sum() >= 2
+    np.testing.assert_array_equal(flat.views.selection.mask, inside)
+    np.testing.assert_allclose(view.taxel_pixels(), pixels, atol=1e-6)
+
+
+def test_beside_the_flat_skin_the_view_turns(flat):
+    heard = []
+    flat.views.poke_pressed.connect(heard.append)
+    before = flat.robot_view.scene.viewpoint.eye.copy()
+    target = flat.robot_view.canvas.widget
+    QTest.mousePress(target, LEFT, pos=QPoint(8, 40))
+    QTest.mouseMove(target, QPoint(60, 60))
+    QTest.mouseRelease(target, LEFT, pos=QPoint(60, 60))
+    assert heard == []
+    assert np.linalg.norm(flat.robot_view.scene.viewpoint.eye - before) > 0.01
+
+
+def test_the_first_triangle_along_a_ray_is_met_from_either_side():
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1]], float)
+    faces = np.array([[0, 1, 2], [3, 5, 4]])
+    for height, way, expected in ((2.0, -1.0, 1), (-1.0, 1.0, 0), (0.5, 1.0, 1), (0.5, -1.0, 0)):
+        ray = CameraRay(np.array([0.25, 0.5, height]), np.array([0.0, 0.0, way]))
+        away, face, weights = ray_mesh_intersection(points, faces, ray)
+        assert face == expected
+        np.testing.assert_allclose(weights @ points[faces[face]], ray.origin + away * ray.direction, atol=1e-12)
+    beside = CameraRay(np.array([0.8, 0.8, 2.0]), np.array([0.0, 0.0, -1.0]))
+    assert np.isinf(ray_mesh_intersection(points, faces, beside)[0])
+    behind = CameraRay(np.array([0.25, 0.25, 2.0]), np.array([0.0, 0.0, 1.0]))
+    assert np.isinf(ray_mesh_intersection(points, faces, behind)[0])
+    along = CameraRay(np.array([-1.0, 0.0, 0.0]), np.array([1.0, 0.0, 0.0]))
+    assert np.isinf(ray_mesh_intersection(points, faces[:1], along)[0]), "edge on there is nothing to meet"

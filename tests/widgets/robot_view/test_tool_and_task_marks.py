@@ -1,0 +1,171 @@
+"""A law's task and the contacts' shapes on the body: in place, moved with the link, rebuilt only when they change."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+from app.control.command import ControlChanged, ControlSettings
+from app.session.session import Session
+from app.tactile.poke import PokePressed
+from tests.widgets.support.snapshots import shared_share
+from widgets.common.colours import DARK, LIGHT, PressureScale, rgb
+from widgets.overlays.task_overlay import ContactTrail
+from widgets.overlays.task_overlay_builder import TaskOverlayBuilder
+from widgets.robot_view.robot_scene import RobotScene
+from widgets.robot_view.tool_and_task_marks import TaskMarks
+
+
+@pytest.fixture(scope="module")
+def led(prepared):
+    """What is shown while the arm follows a path about a finger's place, and the frame."""
+    session = Session(prepared, scripted=False)
+    settings = ControlSettings(controller="hybrid", task="follow_path", path_speed=0.03)
+    sight = TaskOverlayBuilder()
+    sight.show_map(prepared.map)
+    sight.show_settings(settings)
+    session.submit(ControlChanged(settings))
+    session.submit(PokePressed(0, prepared.skin.taxel_point(len(prepared.skin) // 2)))
+    for _ in range(200):
+        sight.show_frame(session.tick())
+    assert sight.shown.path
+    assert sight.shown.target is not None
+    return sight.shown, session.frame
+
+
+@pytest.fixture
+def plotter():
+    made = pv.Plotter(off_screen=True, window_size=(320, 260))
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def marks(plotter, prepared):
+    return TaskMarks(plotter, DARK, prepared)
+
+
+def look(plotter):
+    """(h, w, 3) what the plotter draws now."""
+    plotter.render()
+    return plotter.screenshot(return_img=True).astype(np.int16)
+
+
+def shown(marks, kind):
+    """(k, 3) corners of all that is drawn of a kind, link frames, and the inks (t, 3) of its triangles."""
+    flats = [flat for flat in marks._kinds[kind] if flat.actor.visibility]
+    if not flats:
+        return np.zeros((0, 3)), np.zeros((0, 3))
+    return (np.concatenate([np.array(flat._mesh.points) for flat in flats]),
+            np.concatenate([np.array(flat._mesh.cell_data["ink"]) for flat in flats]))  # fmt: skip
+
+
+def way(task, age):
+    """A contact's way along the first piece of the path."""
+    line = task.path.lines[0]
+    count = len(line.on_map)
+    return ContactTrail(np.full(count, line.patch), line.on_map, line.on_body, line.normals, np.full(count, age),
+                np.zeros(count, bool))  # fmt: skip
+
+
+def test_nothing_is_drawn_without_a_task(marks):
+    assert not any(actor.visibility for _, actor in marks.link_actors)
+
+
+def test_the_path_lies_on_the_skin_in_the_controller_s_colour(marks, led):
+    task, _ = led
+    marks.show(task)
+    corners, inks = shown(marks, "path")
+    wanted = np.concatenate([line.on_body for line in task.path.lines])
+    away = np.linalg.norm(corners[:, None] - wanted[None], axis=2)
+    assert away.min(axis=1).max() < 0.012
+    assert away.min(axis=0).max() < 0.012
+    violet = (255 * np.array(rgb(DARK.intent))).round()
+    assert 0.3 < (inks == violet).all(axis=1).mean() < 0.9
+
+
+def test_the_target_is_around_its_place_and_leaves_it_free(marks, led, prepared):
+    task, _ = led
+    marks.show(task)
+    corners, _ = shown(marks, "target")
+    away = np.linalg.norm(corners - prepared.skin.position(task.target), axis=1)
+    width = away.max()
+    assert away.min() > 0.25 * width
+    np.testing.assert_allclose(corners.mean(axis=0), prepared.skin.position(task.target), atol=0.2 * width)
+
+
+def test_the_contact_s_way_grows_thin_as_it_fades(marks, led):
+    task, _ = led
+    areas = []
+    for age in (0.0, 0.95):
+        marks.show(replace(task, tail=way(task, age)))
+        corners, _ = shown(marks, "tail")
+        sides = corners.reshape(-1, 3, 3)
+        areas.append(np.linalg.norm(np.cross(sides[:, 1] - sides[:, 0], sides[:, 2] - sides[:, 0]), axis=1).sum())
+    assert 0.1 * areas[0] < areas[1] < 0.7 * areas[0]
+
+
+def test_only_what_changed_is_built_again(marks, led, monkeypatch):
+    task, _ = led
+    marks.show(task)
+    filled = []
+    kinds = {id(flat): kind for kind, flats in marks._kinds.items() for flat in flats}
+    kind_of_flat = type(marks._kinds["path"][0])
+    fill = kind_of_flat.fill
+    monkeypatch.setattr(
+        kind_of_flat, "fill", lambda flat, pieces: (filled.append(kinds[id(flat)]), fill(flat, pieces))[1]
+    )
+    marks.show(replace(task, goal=9.0))
+    assert filled == []
+    marks.show(replace(task, target=None))
+    assert set(filled) == {"target"}
+    assert len(shown(marks, "target")[0]) == 0
+
+
+def test_it_is_hidden_while_the_skin_lies_flat(marks, led):
+    task, _ = led
+    marks.hide(hidden=True)
+    marks.show(task)
+    assert not any(actor.visibility for _, actor in marks.link_actors)
+    marks.hide(hidden=False)
+    assert len(shown(marks, "path")[0])
+
+
+@pytest.mark.parametrize("theme", [DARK, LIGHT], ids=lambda theme: theme.name)
+def test_all_of_it_is_seen_in_the_picture(plotter, prepared, led, theme):
+    task, frame = led
+    scene = RobotScene(plotter, theme, PressureScale())
+    scene.show_prepared(prepared)
+    scene.show_frame(frame)
+    skin, pose = prepared.skin, scene.poses[prepared.robot.link_index[frame.regions[0].link]]
+    focus, away = pose[:3, :3] @ skin.position(task.target) + pose[:3, 3], pose[:3, :3] @ skin.normal(task.target)
+    scene.look(replace(scene.viewpoint, eye=focus + 0.5 * away, focus=focus))
+    before = look(plotter)
+    scene.show_task(task)
+    after = look(plotter)
+    assert shared_share(after, before, tolerance=24) < 0.9995
+    scene.show_task(type(task)())
+    again = look(plotter)
+    np.testing.assert_array_equal(again, before)
+
+
+def test_a_contact_s_ellipse_has_its_axes_and_can_be_left_out(plotter, prepared, led):
+    _, frame = led
+    region = frame.regions[0]
+    scene = RobotScene(plotter, DARK, PressureScale())
+    scene.show_prepared(prepared)
+    scene.show_frame(frame)
+    (ellipse, *_), (error, *_) = scene._marks._ellipses, scene._marks._errors
+    turn = scene.poses[prepared.robot.link_index[region.link]][:3, :3]
+    np.testing.assert_allclose(ellipse.user_matrix[:3, :2].T, region.axes @ turn.T, atol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(error.user_matrix[:3, :2], axis=0), region.place_error)
+    scene.show_shapes(shown=False)
+    assert not ellipse.visibility
+    scene.show_frame(replace(frame, tick=frame.tick + 1))
+    assert not ellipse.visibility
+    scene.show_shapes(shown=True)
+    scene.show_frame(replace(frame, tick=frame.tick + 2))
+    assert ellipse.visibility

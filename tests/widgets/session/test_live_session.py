@@ -1,0 +1,219 @@
+"""The live session without a window: intents in, facts out, and nothing that was good is lost."""
+
+from __future__ import annotations
+
+import gc
+from dataclasses import replace
+
+import pytest
+
+from app.control.command import ControlSettings
+from app.recording.player import RecordingPlayer
+from app.tactile.poke import PokePressed
+from tests.widgets.support.window_driver import blow_up
+from widgets.session.backends import INLINE
+from widgets.session.live_session import LiveSession
+
+
+@pytest.fixture
+def live(qtbot, prepared):
+    """A session that runs when told to, showing the small arm."""
+    made = LiveSession(backends=INLINE)
+    made.show_prepared(prepared)
+    yield made
+    made.close()
+    made.deleteLater()
+
+
+@pytest.fixture
+def told(live):
+    """Everything the session says, as (signal, argument)."""
+    facts = []
+    for name in ("failed", "halted", "saved", "mode_changed", "recording_changed", "settings_changed", "frame_ready"):
+        getattr(live, name).connect(lambda content, name=name: facts.append((name, content)))
+    return facts
+
+
+def said(told, name):
+    """What one signal said."""
+    return [content for fact, content in told if fact == name]
+
+
+def recorded(live, path, seconds=0.3):
+    """Record so many seconds to a file."""
+    live.start_recording(path)
+    live.runner.run_for(seconds)
+    live.stop_recording()
+    return path
+
+
+def test_before_a_scene_nothing_can_be_done_and_nothing_breaks(qtbot):
+    live = LiveSession(backends=INLINE)
+    assert live.mode == "empty"
+    live.release()
+    live.set_paused(paused=True)
+    live.step()
+    live.reset()
+    live.stop_recording()
+    live.start_recording("never.mcap")
+    live.back_to_live()
+    live.show_time(1.0)
+    live.pump()
+    assert live.mode == "empty"
+    live.close()
+    live.deleteLater()
+
+
+def test_each_frame_is_told_once(live, told):
+    live.runner.run_for(0.1)
+    live.pump()
+    live.pump()
+    (frame,) = said(told, "frame_ready")
+    assert frame.tick == 20
+
+
+def test_a_press_takes_effect_at_the_next_tick(live, prepared):
+    live.press(prepared.skin.taxel_point(70))
+    live.runner.run_for(0.1)
+    (press,) = [(tick, act) for tick, act in live.runner.session.inputs if isinstance(act, PokePressed) and act.id == 1]
+    assert press[0] == 1
+    assert live.runner.session.frame.pokes[-1].force > 0
+
+
+def test_the_speed_chosen_outlives_the_scene(live, prepared):
+    live.set_speed(2.0)
+    live.show_prepared(prepared)
+    assert live.runner.speed == 2.0
+
+
+def test_every_tick_is_recorded_not_every_picture(live, told, tmp_path):
+    path = recorded(live, tmp_path / "all.mcap")
+    assert len(RecordingPlayer(path)) == 60
+    assert said(told, "saved") == [str(path)]
+    assert said(told, "recording_changed") == [str(path), None]
+
+
+def test_a_recording_is_never_written_over(live, told, tmp_path):
+    path = tmp_path / "kept.mcap"
+    path.write_bytes(b"mine")
+    live.start_recording(path)
+    assert live.recorder is None
+    assert str(path) in said(told, "failed")[0]
+    assert path.read_bytes() == b"mine"
+
+
+def test_a_failed_simulation_keeps_the_recording_and_a_reset_helps(live, told, tmp_path, prepared):
+    path = tmp_path / "failed.mcap"
+    live.start_recording(path)
+    live.runner.run_for(0.2)
+    blow_up(live)
+    assert "diverged" in said(told, "halted")[0]
+    assert live.mode == "paused"
+    assert live.recorder is None
+    assert RecordingPlayer(path).complete
+    assert len(RecordingPlayer(path)) == 40
+    live.reset()
+    assert live.mode == "live"
+    assert said(told, "halted") == said(told, "halted")[:1], "it is said once"
+    live.runner.run_for(0.1)
+    assert live.runner.session.frame.tick == 20
+
+
+def test_a_person_who_paused_stays_paused_after_a_reset(live):
+    live.set_paused(paused=True)
+    live.reset()
+    assert live.mode == "paused"
+
+
+def test_settings_asked_for_while_paused_survive_a_reset(live, told):
+    live.set_paused(paused=True)
+    live.set_settings(ControlSettings(controller="hold_force"))
+    live.reset()
+    live.step()
+    assert live.runner.session.settings.controller == "hold_force"
+    assert said(told, "settings_changed")[-1].controller == "hold_force"
+
+
+def test_a_replay_shows_the_settings_that_were_in_force(live, told, tmp_path):
+    path = tmp_path / "controllers.mcap"
+    live.start_recording(path)
+    live.runner.run_for(0.2)
+    live.set_settings(ControlSettings(controller="hold_force"))
+    live.runner.run_for(0.2)
+    live.set_settings(ControlSettings(stiffness=20.0))
+    live.runner.run_for(0.2)
+    live.stop_recording()
+    live.open_recording(path)
+    seen = []
+    for seconds in (0.1, 0.3, 0.5):
+        live.show_time(seconds)
+        seen.append(said(told, "settings_changed")[-1])
+    assert [settings.controller for settings in seen] == ["impedance", "hold_force", "impedance"]
+    assert seen[-1].stiffness == 20.0
+    live.show_time(0.3)
+    live.back_to_live()
+    assert said(told, "settings_changed")[-1].stiffness == 20.0, "the live session's own again"
+
+
+@pytest.mark.parametrize("paused", [False, True])
+def test_back_from_a_replay_time_is_as_it_was(live, tmp_path, paused):
+    path = recorded(live, tmp_path / "replay.mcap")
+    live.set_paused(paused=paused)
+    live.open_recording(path)
+    live.open_recording(path)  # a second replay must not take the first one's pause for the person's
+    assert live.mode == "replaying"
+    live.back_to_live()
+    assert live.mode == ("paused" if paused else "live")
+
+
+def test_a_replay_begins_with_its_first_frame_even_if_the_live_one_has_its_number(live, told, tmp_path):
+    path = recorded(live, tmp_path / "same.mcap", seconds=0.005)
+    live.pump()
+    tick = live.runner.session.frame.tick
+    told.clear()
+    live.open_recording(path)
+    (frame,) = said(told, "frame_ready")
+    assert frame.tick == tick
+    assert frame is not live.runner.session.frame
+
+
+def test_the_hand_cannot_touch_a_recording(live, tmp_path, prepared):
+    live.open_recording(recorded(live, tmp_path / "look.mcap"))
+    before = list(live.runner.session.inputs)
+    live.press(prepared.skin.taxel_point(70))
+    live.set_settings(ControlSettings(stiffness=3.0))
+    live.reset()
+    live.back_to_live()
+    live.runner.run_for(0.05)
+    hand = [act for _, act in live.runner.session.inputs[len(before) :] if getattr(act, "id", 0) == 1]
+    assert not hand
+    assert live.runner.session.settings.stiffness != 3.0
+    assert live.runner.session.frame.tick == 70
+
+
+def test_a_bad_recording_leaves_the_session_running(live, told, tmp_path):
+    path = tmp_path / "bad.mcap"
+    path.write_bytes(b"nothing of the sort")
+    live.open_recording(path)
+    assert live.mode == "live"
+    assert str(path) in said(told, "failed")[0]
+
+
+def test_a_scene_that_cannot_run_leaves_the_last_one(live, told, prepared):
+    stroke = replace(prepared.scene.stimuli[0], patch="no such patch")
+    live.show_prepared(replace(prepared, scene=replace(prepared.scene, stimuli=(stroke,))))
+    assert live.prepared is prepared
+    assert "no such patch" in said(told, "failed")[0]
+    live.runner.run_for(0.05)
+    assert live.runner.session.frame.tick == 10
+
+
+def test_the_thread_is_the_default_and_ends(qtbot, prepared):
+    live = LiveSession()
+    live.show_prepared(prepared)
+    qtbot.waitUntil(lambda: live.runner.session.frame.tick > 5, timeout=10_000)
+    thread = live.runner._thread
+    live.close()
+    assert not thread.is_alive()
+    live.deleteLater()
+    gc.collect()

@@ -1,0 +1,127 @@
+"""The runners: one by hand, one by the wall clock; whatever fails in the session, the window hears of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from app.session.inputs import EffectsChanged
+from app.session.session import Session
+from widgets.session.session_runner import InlineRunner, ThreadRunner
+
+
+class FailingSession(Session):
+    """A real session whose next ticks fail, as when nobody foresaw something."""
+
+    broken: Exception | None = None
+
+    def tick(self):
+        """Fail if told to."""
+        if self.broken is not None:
+            raise self.broken
+        return super().tick()
+
+
+def diverge(session):
+    """Let the physics run away at the next tick."""
+    session._simulation._data.qvel[:] = 1e9
+
+
+@pytest.fixture
+def session(prepared):
+    """A session that can be made to fail."""
+    return FailingSession(prepared)
+
+
+@pytest.fixture
+def thread(session):
+    """A runner on a thread that is gone after the test."""
+    ticks = []
+    runner = ThreadRunner(session, ticks.append)
+    runner.ticks = ticks
+    yield runner
+    runner.stop()
+    assert not runner._thread.is_alive()
+
+
+def test_time_passes_only_when_told(session):
+    ticks = []
+    runner = InlineRunner(session, ticks.append)
+    runner.run_for(0.25)
+    assert session.frame.time == pytest.approx(0.25)
+    assert [frame.tick for frame in ticks] == list(range(1, 51)), "every tick is told, not every picture"
+    runner.paused = True
+    runner.run_for(1.0)
+    assert session.frame.time == pytest.approx(0.25)
+    runner.step()
+    assert session.frame.tick == 51
+
+
+def test_the_same_time_gives_the_same_frames(prepared):
+    ends = []
+    for _ in range(2):
+        runner = InlineRunner(Session(prepared), lambda _frame: None)
+        runner.run_for(0.5)
+        ends.append(runner.session.frame)
+    assert (ends[0].posture == ends[1].posture).all()
+    assert (ends[0].pressures == ends[1].pressures).all()
+
+
+def test_a_diverged_session_pauses_and_says_why(session):
+    runner = InlineRunner(session, lambda _frame: None)
+    diverge(session)
+    runner.run_for(0.1)
+    assert runner.paused
+    assert runner.halted
+    assert "diverged" in str(runner.failure)
+    runner.reset()
+    assert runner.failure is None
+    assert not runner.halted
+    assert session.frame.tick == 0
+
+
+def test_a_refused_input_is_told_and_time_goes_on(session):
+    runner = InlineRunner(session, lambda _frame: None)
+    runner.submit(EffectsChanged(replace(session.effects, timestep=0.003)))
+    runner.run_for(0.1)
+    assert "whole number" in str(runner.failure)
+    assert not runner.paused
+    assert not runner.halted
+    assert session.frame.tick == 19, "the tick that was asked for it is left out"
+
+
+def test_the_thread_runs_by_the_clock_and_stops(thread, qtbot):
+    qtbot.waitUntil(lambda: thread.session.frame.time > 0.2, timeout=10_000)
+    with thread.lock:
+        assert len(thread.ticks) == thread.session.frame.tick
+    assert thread.real_time_factor > 0
+    thread.paused = True
+    with thread.lock:
+        tick = thread.session.frame.tick
+    thread.stop()
+    assert thread.session.frame.tick == tick
+
+
+def test_time_that_cannot_be_kept_up_with_is_dropped(session):
+    """A clock that jumps an hour a look: the session does a bounded batch, not an hour's worth."""
+    looks = iter(range(10**6))
+    runner = ThreadRunner(session, lambda _frame: None, clock=lambda: 3600.0 * next(looks))
+    runner.stop()
+    assert session.frame.time < 60.0
+    assert runner.real_time_factor < 0.01
+
+
+@pytest.mark.parametrize("why", ["diverged", "nobody foresaw this"])
+def test_a_failure_on_the_thread_is_kept_for_the_window(thread, qtbot, monkeypatch, tmp_path, why):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    with thread.lock:
+        if why == "diverged":
+            diverge(thread.session)
+        else:
+            thread.session.broken = ZeroDivisionError(why)
+    qtbot.waitUntil(lambda: thread.failure is not None, timeout=10_000)
+    assert thread.paused
+    assert thread.halted
+    assert thread._thread.is_alive(), "the thread lives on, so that a reset can help"
+    assert why in str(thread.failure)

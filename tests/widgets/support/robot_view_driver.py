@@ -1,0 +1,91 @@
+"""A hand on a real robot view: what it emits, where skin is, what it looks like, the wheel."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QWheelEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from app.session.session import Session
+from app.tactile.poke import PokePressed
+from widgets.common.colours import DARK, PressureScale
+from widgets.robot_view.robot_view import RobotView
+
+LEFT, MIDDLE, NONE = Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton, Qt.KeyboardModifier.NoModifier
+SHIFT = Qt.KeyboardModifier.ShiftModifier
+BESIDE = QPoint(4, 4)
+
+
+def open_view(qtbot) -> RobotView:
+    """An empty view on the screen; whoever opens it closes it."""
+    view = RobotView(DARK, PressureScale())
+    qtbot.addWidget(view)
+    view.resize(480, 400)
+    view.show()
+    qtbot.waitExposed(view)
+    return view
+
+
+class Heard:
+    """Remembers what a view emitted."""
+
+    def __init__(self, view):
+        self.acts, self.hovers, self.drawn = [], [], []
+        view.poke_pressed.connect(self._on_pressed)
+        view.poke_moved.connect(self._on_moved)
+        view.poke_released.connect(self._on_released)
+        view.hovered.connect(self.hovers.append)
+        view.drawn.connect(self.drawn.append)
+
+    def _on_pressed(self, at):
+        self.acts.append(("pressed", at))
+
+    def _on_moved(self, at):
+        self.acts.append(("moved", at))
+
+    def _on_released(self):
+        self.acts.append(("released", None))
+
+    @property
+    def kinds(self):
+        return [kind for kind, _ in self.acts]
+
+
+def skin_pixel(view, prepared) -> QPoint:
+    """A pixel on the skin with skin all around it."""
+    eye = view.scene.viewpoint.eye
+    poses = view.scene.poses
+    for taxel in range(len(prepared.skin)):
+        at = prepared.skin.taxel_point(taxel)
+        pose = poses[prepared.robot.link_index[prepared.skin.link(at)]]
+        towards = eye - (pose[:3, :3] @ prepared.skin.position(at) + pose[:3, 3])
+        if pose[:3, :3] @ prepared.skin.normal(at) @ towards > 0.9 * np.linalg.norm(towards):
+            return view.pixel_of(at).toPoint()
+    pytest.fail("no taxel faces the eye")
+
+
+def pressed_frame(view, prepared, skin):
+    """A frame in which a finger has pressed for half a second at a skin pixel."""
+    heard = Heard(view)
+    QTest.mouseClick(view.canvas.widget, LEFT, NONE, skin)
+    session = Session(prepared, scripted=False)
+    session.submit(PokePressed(0, heard.acts[0][1]))
+    for _ in range(100):
+        session.tick()
+    assert session.frame.regions
+    return session.frame
+
+
+def picture(view):
+    view.draw_now()
+    return view.grab().toImage()
+
+
+def wheel(view, notches):
+    place = QPointF(view.rect().center())
+    event = QWheelEvent(place, view.mapToGlobal(place), QPoint(), QPoint(0, 120 * notches),
+                        Qt.MouseButton.NoButton, NONE, Qt.ScrollPhase.NoScrollPhase, False)  # fmt: skip
+    QApplication.sendEvent(view.canvas.widget, event)

@@ -1,0 +1,175 @@
+"""The timeline under real keys and a real mouse."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QComboBox, QLabel, QPushButton
+
+from widgets.common.colours import DARK, LIGHT
+from widgets.timeline.timeline import EMPTY, ScrubBar, Timeline
+
+LEFT, NONE, SHIFT = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.ShiftModifier
+
+
+@pytest.fixture
+def timeline(qtbot):
+    timeline = Timeline(DARK)
+    qtbot.addWidget(timeline)
+    timeline.resize(900, 56)
+    timeline.show()
+    qtbot.waitExposed(timeline)
+    return timeline
+
+
+@pytest.fixture
+def replay(timeline):
+    timeline.set_recording(10.0, [(1.0, 2.0), (4.0, 4.01)], frame_seconds=0.1)
+    return timeline
+
+
+@pytest.fixture
+def heard(timeline):
+    heard = {"scrubbed": [], "played": [], "speed": [], "live": 0}
+    timeline.scrubbed.connect(heard["scrubbed"].append)
+    timeline.play_toggled.connect(heard["played"].append)
+    timeline.speed_changed.connect(heard["speed"].append)
+    return heard
+
+
+def key(timeline, *presses, modifier=NONE):
+    bar = timeline.findChild(ScrubBar)
+    for press in presses:
+        QTest.keyClick(bar, press, modifier)
+
+
+def words(timeline):
+    return " ".join(label.text() for label in timeline.findChildren(QLabel) if label.isVisible())
+
+
+def test_it_says_what_would_fill_it(timeline):
+    assert words(timeline) == EMPTY
+    assert not timeline.findChild(ScrubBar).isVisible()
+    assert not timeline.findChild(QPushButton, "timeline-play").isVisible()
+
+
+def test_it_counts_what_is_recorded(timeline):
+    timeline.set_live(64.25)
+    assert "Recording" in words(timeline)
+    assert "1:04.2" in words(timeline)
+    timeline.set_live(None)
+    assert words(timeline) == EMPTY
+
+
+def test_a_recording_fills_it(replay):
+    assert replay.findChild(ScrubBar).isVisible()
+    assert "0:00.0 / 0:10.0" in words(replay)
+
+
+def test_the_mouse_scrubs(replay, heard):
+    bar = replay.findChild(ScrubBar)
+    QTest.mousePress(bar, LEFT, NONE, QPoint(round(bar.x_of(5.0)), 20))
+    QTest.mouseMove(bar, QPoint(round(bar.x_of(7.5)), 30))
+    QTest.mouseRelease(bar, LEFT, NONE, QPoint(round(bar.x_of(7.5)), 30))
+    QTest.mouseMove(bar, QPoint(round(bar.x_of(1.0)), 30))
+    assert heard["scrubbed"] == pytest.approx([5.0, 7.5], abs=10.0 / bar.width())
+    QTest.mouseClick(bar, LEFT, NONE, QPoint(0, 20))
+    assert replay.playhead.time == 0.0
+
+
+def test_keys_step_and_jump(replay, heard):
+    key(replay, Qt.Key.Key_Right, Qt.Key.Key_Right, Qt.Key.Key_Left)
+    key(replay, Qt.Key.Key_Right, modifier=SHIFT)
+    key(replay, Qt.Key.Key_End, Qt.Key.Key_Home)
+    assert heard["scrubbed"] == pytest.approx([0.1, 0.2, 0.1, 1.1, 10.0, 0.0])
+
+
+def test_space_plays_pauses_and_starts_over_at_the_end(replay, heard):
+    key(replay, Qt.Key.Key_Space)
+    replay.advance(2.0)
+    key(replay, Qt.Key.Key_Space)
+    replay.advance(2.0)
+    assert replay.playhead.time == pytest.approx(2.0)
+    key(replay, Qt.Key.Key_End, Qt.Key.Key_Space)
+    assert heard["played"] == [True, False, True]
+    assert replay.playhead.time == 0.0
+    replay.advance(60.0)
+    assert heard["played"][-1] is False
+    assert heard["scrubbed"][-1] == 10.0
+
+
+def test_the_button_says_what_it_does(replay, heard):
+    button = replay.findChild(QPushButton, "timeline-play")
+    assert button.text() == "Play"
+    QTest.mouseClick(button, LEFT)
+    assert button.text() == "Pause"
+    assert heard["played"] == [True]
+
+
+def test_speed(replay, heard):
+    speeds = replay.findChild(QComboBox)
+    assert [speeds.itemText(k) for k in range(speeds.count())] == ["0.1×", "0.25×", "0.5×", "1×", "2×", "5×"]
+    QTest.keyClick(speeds, Qt.Key.Key_Down)
+    assert heard["speed"] == [2.0]
+    replay.toggle_play()
+    replay.advance(1.0)
+    assert replay.playhead.time == pytest.approx(2.0)
+    replay.set_recording(10.0, [])
+    assert replay.playhead.speed == 2.0
+
+
+def test_a_held_bar_is_not_pulled_from_the_hand(replay):
+    bar = replay.findChild(ScrubBar)
+    replay.toggle_play()
+    place = QPoint(round(bar.x_of(5.0)), 20)
+    QTest.mousePress(bar, LEFT, NONE, place)
+    held = replay.playhead.time
+    replay.advance(1.0)
+    assert replay.playhead.time == held
+    QTest.mouseRelease(bar, LEFT, NONE, place)
+    replay.advance(1.0)
+    assert replay.playhead.time == pytest.approx(held + 1.0)
+
+
+def test_the_time_can_be_set_from_outside_in_silence(replay, heard):
+    replay.set_time(3.21)
+    assert "0:03.2" in words(replay)
+    assert heard["scrubbed"] == []
+
+
+def test_back_to_live(replay, heard, qtbot):
+    replay.toggle_play()
+    with qtbot.waitSignal(replay.live_requested):
+        QTest.mouseClick(replay.findChild(QPushButton, "timeline-live"), LEFT)
+    replay.set_live(None)
+    assert heard["played"] == [True, False]
+    assert words(replay) == EMPTY
+    key(replay, Qt.Key.Key_Space)
+    assert heard["played"] == [True, False]
+
+
+def test_hover_shows_a_time_and_themes_change(replay):
+    bar = replay.findChild(ScrubBar)
+    before = bar.grab().toImage()
+    QTest.mouseMove(bar, QPoint(400, 20))
+    assert bar.grab().toImage() != before
+    replay.set_theme(LIGHT)
+    light = bar.grab().toImage()
+    replay.set_theme(DARK)
+    assert bar.grab().toImage() != light
+
+
+def test_an_edit_of_the_map_is_marked_and_named_under_the_pointer(qtbot):
+    bar = ScrubBar(DARK)
+    qtbot.addWidget(bar)
+    bar.resize(600, 48)
+    bar.show_recording(10.0, [])
+    bare = bar.grab().toImage()
+    bar.show_recording(10.0, [], [(4.0, "Move")])
+    marked = bar.grab().toImage()
+    assert marked != bare
+    QTest.mouseMove(bar, QPoint(round(bar.x_of(4.0)) + 2, 24))
+    named = bar.grab().toImage()
+    bar.show_recording(10.0, [])
+    assert named != bar.grab().toImage(), "its name stands beside the time"

@@ -1,0 +1,56 @@
+"""Opening a window where there is none to open: one sentence with a remedy, never an abort."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from app.core.errors import DisplayError
+from widgets.window.application import require_display
+
+ROOT = Path(__file__).resolve().parents[3]
+NOBODY = ":4711"
+linux = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="displays are named like this on Linux only")
+
+
+@pytest.fixture
+def on_screen(monkeypatch):
+    """An environment that wants a real window."""
+    for name in ("QT_QPA_PLATFORM", "DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    return monkeypatch
+
+
+def test_without_a_display_the_remedy_is_told(on_screen):
+    with pytest.raises(DisplayError, match=r"no display.*xvfb-run"):
+        require_display()
+
+
+@linux
+@pytest.mark.parametrize("name", ["DISPLAY", "WAYLAND_DISPLAY"])
+def test_a_display_that_does_not_answer_is_named(on_screen, tmp_path, name):
+    on_screen.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    on_screen.setenv(name, NOBODY)
+    with pytest.raises(DisplayError, match=f"does not answer.*{name}={NOBODY}"):
+        require_display()
+
+
+def test_a_platform_without_a_screen_needs_no_display(on_screen):
+    on_screen.setenv("QT_QPA_PLATFORM", "offscreen:size=800x600")
+    require_display()
+
+
+@linux
+def test_the_program_says_so_instead_of_aborting(on_screen, tmp_path):
+    """Qt itself would end the process with a core dump here."""
+    environment = dict(os.environ) | {"DISPLAY": NOBODY, "PYTHONPATH": str(ROOT), "XDG_CONFIG_HOME": str(tmp_path)}
+    done = subprocess.run(
+        [sys.executable, "-m", "app", "gui"], env=environment, capture_output=True, text=True, timeout=60, check=False
+    )
+    assert done.returncode == 1, done.stderr
+    assert "does not answer" in done.stderr
+    assert "Traceback" not in done.stderr

@@ -1,0 +1,376 @@
+"""The whole window, real at every joint: real widgets, real events, the real simulation, time passed by hand; and its
+states.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QAction
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QToolButton
+
+from app.editing.arrange import move
+from app.editing.pins import add_pin
+from tests.widgets.support.snapshots import check_picture
+from tests.widgets.support.window_driver import blow_up, press_map, run, visible_skin
+from widgets.actions.registry import ACTIONS
+from widgets.common.colours import DARK, LIGHT
+from widgets.common.notification_bar import NotificationBar
+from widgets.common.settings import BaseLayer
+from widgets.common.tool_kinds import ToolKind
+
+
+def test_it_opens_alive(window):
+    run(window, 1.5)
+    frame = window.live.runner.session.frame
+    assert window.live.runner.session.scripted
+    assert frame.regions, "the scripted stroke must keep the map alive"
+    assert "1 contact" in window.column.contacts.findChild(object, "contacts-summary").text()
+    assert "× real time" in window.session_bar.factor.text()
+
+
+def test_a_press_on_the_body_and_on_the_map_are_the_same_act(window):
+    _, pixel = visible_skin(window)
+    felt = []
+    window.live.touched.connect(lambda: felt.append(True))
+    QTest.mousePress(window.robot_view.canvas.widget, Qt.MouseButton.LeftButton, pos=pixel)
+    run(window, 0.3)
+    from_body = window.live.runner.session.frame.pokes[-1].at
+    QTest.mouseRelease(window.robot_view.canvas.widget, Qt.MouseButton.LeftButton, pos=pixel)
+    run(window, 0.1)
+    assert not window.live.runner.session.frame.pokes
+    map_pixel = window.map_view.pixel_of(from_body).toPoint()
+    QTest.mousePress(window.map_view.viewport(), Qt.MouseButton.LeftButton, pos=map_pixel)
+    run(window, 0.3)
+    from_map = window.live.runner.session.frame.pokes[-1].at
+    QTest.mouseRelease(window.map_view.viewport(), Qt.MouseButton.LeftButton, pos=map_pixel)
+    skin = window.live.prepared.skin
+    assert felt
+    assert from_map.patch == from_body.patch
+    # One pixel of the map is a good millimetre.
+    assert np.linalg.norm(skin.position(from_map) - skin.position(from_body)) < 3e-3
+
+
+def test_force_grows_while_held_and_ends_with_the_release(window):
+    pixel = press_map(window, 70)
+    forces = []
+    for _ in range(6):
+        run(window, 0.1)
+        forces.append(window.live.runner.session.frame.pokes[-1].force)
+    assert forces[0] > 0
+    assert forces == sorted(forces)
+    assert forces[-1] > 2 * forces[0]
+    (region,) = window.live.runner.session.frame.regions
+    assert region.force == pytest.approx(forces[-1], rel=1e-6)
+    QTest.mouseRelease(window.map_view.viewport(), Qt.MouseButton.LeftButton, pos=pixel)
+    run(window, 0.1)
+    assert not window.live.runner.session.frame.regions
+
+
+def test_a_drag_strokes(window):
+    skin = window.live.prepared.skin
+    first, last = skin.neighbours[len(skin.neighbours) // 2]
+    press_map(window, int(first))
+    run(window, 0.4)
+    before = window.live.runner.session.frame
+    pixel = window.map_view.pixel_of(skin.taxel_point(int(last))).toPoint()
+    QTest.mouseMove(window.map_view.viewport(), pixel)
+    run(window, 0.05)
+    after = window.live.runner.session.frame
+    assert after.pokes[-1].at != before.pokes[-1].at
+    assert after.pokes[-1].force > 0.5 * before.pokes[-1].force, "a stroke keeps its depth"
+    QTest.mouseRelease(window.map_view.viewport(), Qt.MouseButton.LeftButton, pos=pixel)
+
+
+def test_hints_go_with_the_first_touch_and_stay_away(window):
+    assert not window.hint_bar.isHidden()
+    press_map(window, 70)
+    assert window.hint_bar.isHidden()
+    assert window.settings.hints_read
+
+
+def test_holding_force_is_a_click_away_and_works(window):
+    QTest.mouseClick(window.column.controller._buttons["hold_force"], Qt.MouseButton.LeftButton)
+    press_map(window, 70)
+    run(window, 3.0)
+    frame = window.live.runner.session.frame
+    assert window.live.runner.session.settings.controller == "hold_force"
+    assert frame.regions[0].force == pytest.approx(window.live.runner.session.settings.force_goal, rel=0.05)
+    assert np.abs(frame.posture - window.live.prepared.robot.home).max() > 0.01, "the arm must have moved"
+
+
+def test_gains_are_live(window):
+    slider = window.column.controller.sliders.by_name["stiffness"]._slider
+    before = window.live.runner.session.settings.stiffness
+    QTest.keyClick(slider, Qt.Key.Key_Right)
+    run(window, 0.05)
+    assert window.live.runner.session.settings.stiffness > before
+
+
+def test_pause_and_step(window):
+    window.action("pause").trigger()
+    assert window.live.mode == "paused"
+    tick = window.live.runner.session.frame.tick
+    run(window, 0.2)
+    assert window.live.runner.session.frame.tick == tick
+    window.action("step").trigger()
+    assert window.live.runner.session.frame.tick == tick + 1
+    window.action("pause").trigger()
+    run(window, 0.05)
+    assert window.live.runner.session.frame.tick > tick + 1
+
+
+def test_hover_is_shared(window):
+    at, pixel = visible_skin(window)
+    seen = []
+    window.robot_view.hovered.connect(seen.append)
+    QTest.mouseMove(window.robot_view.canvas.widget, pixel + QPoint(1, 0))
+    QTest.mouseMove(window.robot_view.canvas.widget, pixel)
+    assert seen
+    assert seen[-1].patch == at.patch
+
+
+def test_both_themes(window):
+    window.action("theme").trigger()
+    assert window.theme == LIGHT
+    run(window, 0.05)
+    light = window.grab().toImage().pixelColor(window.width() // 2, 12).lightness()
+    window.action("theme").trigger()
+    run(window, 0.05)
+    assert window.theme == DARK
+    assert light > 200 > window.grab().toImage().pixelColor(window.width() // 2, 12).lightness()
+
+
+def test_the_pressure_scale_is_shared(window):
+    window.colour_bar.maximum_changed.emit(20.0)
+    assert window.views.scale.maximum == 20.0
+    assert window.map_view._scale.maximum == 20.0
+
+
+def test_quality_is_shown(window):
+    window.show_quality()
+    assert window.column.quality.findChild(object, "quality-flips").text() == "0"
+    assert window.column.quality.findChild(object, "quality-bijective").text() == "yes"
+
+
+def test_the_picture_of_the_whole_window(window):
+    """Menus, bars, both views, panels and plots; the changing digits of the clock are left out."""
+    window.hint_bar.show()
+    run(window, 1.0)
+    window.robot_view.draw_now()
+    QApplication.processEvents()
+    window.session_bar.show_factor(1.0)
+    window.column.timing.hide()
+    window.plots.hide()
+    QApplication.processEvents()
+    window.robot_view.draw_now()
+    check_picture(window, "window_dark", share=0.97)
+
+
+def test_the_picture_of_the_window_in_which_the_map_is_edited(window, qtbot):
+    """A patch moved and selected, pins in another, the stretch of areas under it all; the light theme."""
+    window.set_theme("light")
+    window.editor.do("Move", lambda document: move(document, [2], (0.05, -0.02)))
+    window.editor.do("Pin", lambda document: add_pin(document, document.skin.taxel_point(10)))
+    window.view_presenter.set_tool(ToolKind.ARRANGE)
+    window.editor.select([2])
+    window.view_presenter.set_ground(BaseLayer.AREA)
+    window.hint_bar.hide()
+    run(window, 0.1)
+    window.session_bar.show_factor(1.0)
+    window.column.timing.hide()
+    window.plots.hide()
+    qtbot.waitUntil(lambda: window.bottom.height() < 100)  # what is below gives its room to the views, in its own time
+    window.views.frame_all()
+    QApplication.processEvents()
+    window.robot_view.draw_now()
+    check_picture(window, "window_editing_light", share=0.97)
+
+
+def test_another_robot_loads_beside_the_one_that_lives(window, qtbot):
+    window.live.loading.emit("Placing taxels", 0.4)
+    assert window.loading_bar.busy
+    assert not window.robot_view._card.isVisible(), "the last good robot stays in sight"
+    run(window, 0.1)
+    press_map(window, 70)
+    run(window, 0.1)
+    assert window.live.runner.session.frame.pokes, "and can be touched"
+    QTest.mouseClick(window.loading_bar.findChild(QToolButton, "loading-cancel"), Qt.MouseButton.LeftButton)
+    assert not window.loading_bar.busy
+
+
+def test_loading_moves_nothing_however_long_its_words(window):
+    window.resize(1280, 800)
+    QApplication.processEvents()
+    places = {part: part.geometry() for part in (window.session_bar, window.views, window.session_bar.factor)}
+    window.loading_bar.show_progress("Flattening a patch with a name that nobody would want to read " * 3, 0.4)
+    QApplication.processEvents()
+    assert {part: part.geometry() for part in places} == places
+
+
+def test_a_button_that_changes_its_word_moves_no_other(window):
+    def places():
+        QApplication.processEvents()
+        buttons = [window.session_bar.widgetForAction(window.action(name)) for name in ("step", "reset", "record")]
+        return [part.geometry() for part in (*buttons, window.session_bar.speed)]
+
+    before = places()
+    window.action("pause").trigger()
+    window.action("record").trigger()
+    assert places() == before
+    for name in ("pause", "step", "reset", "record"):
+        button = window.session_bar.widgetForAction(window.action(name))
+        assert button.sizeHint().width() <= button.width(), f"{button.text()} is cut"
+
+
+def test_a_halted_simulation_offers_its_reset(window):
+    run(window, 0.2)
+    blow_up(window.live)
+    assert "diverged" in window.notification_bar.text
+    assert window.live.mode == "paused"
+    button = window.notification_bar.findChild(QToolButton, "message-remedy")
+    assert button.isVisible()
+    assert button.text() == "Reset"
+    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+    assert window.live.mode == "live"
+    assert not window.notification_bar.isVisible()
+
+
+def test_a_message_without_remedy_has_no_button_left_from_the_one_before(qtbot, window):
+    window.notification_bar.say("one", remedies=[window.action("reset")])
+    window.notification_bar.say("two")
+    assert not window.notification_bar.findChild(QToolButton, "message-remedy").isVisible()
+    assert window.action("reset").text() == "Reset"
+
+
+def test_a_message_can_be_dismissed(window):
+    window.notification_bar.say("one")
+    QTest.mouseClick(window.notification_bar.findChild(QToolButton, "message-dismiss"), Qt.MouseButton.LeftButton)
+    assert window.notification_bar.text == ""
+
+
+def test_the_readout_speaks_for_both_views(window):
+    run(window, 0.1)
+    at, pixel = visible_skin(window)
+    widget = window.robot_view.canvas.widget
+    QTest.mouseMove(widget, pixel + QPoint(1, 0))
+    QTest.mouseMove(widget, pixel)
+    from_body = window.readout.text()
+    assert from_body.startswith(window.live.prepared.skin.patches[at.patch].name)
+    assert "kPa" in from_body
+    QTest.mouseMove(window.map_view.viewport(), window.map_view.pixel_of(at).toPoint())
+    assert window.readout.text().split("·")[:2] == from_body.split("·")[:2]
+    QTest.mouseMove(window.map_view.viewport(), QPoint(2, 2))
+    assert window.readout.text() == ""
+
+
+def test_the_readout_follows_the_pressure(window):
+    pixel = press_map(window, 70)
+    run(window, 0.5)
+    QTest.mouseRelease(window.map_view.viewport(), Qt.MouseButton.LeftButton, pos=pixel)
+    QTest.mouseMove(window.map_view.viewport(), pixel)
+    before = window.readout.text()
+    run(window, 0.2)
+    assert "0.00\u2009kPa" in window.readout.text()
+    assert before != window.readout.text()
+
+
+def test_right_steps_while_paused_and_only_then(window):
+    window.robot_view.setFocus()
+    tick = window.live.runner.session.frame.tick
+    QTest.keyClick(window.robot_view, Qt.Key.Key_Right)
+    assert window.live.runner.session.frame.tick == tick
+    QTest.keyClick(window.robot_view, Qt.Key.Key_Space)
+    assert window.live.mode == "paused"
+    QTest.keyClick(window.robot_view, Qt.Key.Key_Right)
+    assert window.live.runner.session.frame.tick == tick + 1
+
+
+def test_right_still_turns_a_gain_while_paused(window):
+    window.action("pause").trigger()
+    tick = window.live.runner.session.frame.tick
+    slider = window.column.controller.sliders.by_name["stiffness"]
+    before = slider.value
+    QTest.keyClick(slider._slider, Qt.Key.Key_Right)
+    assert slider.value > before
+    assert window.live.runner.session.frame.tick == tick
+
+
+@pytest.mark.parametrize(
+    ("key", "name"),
+    [
+        (Qt.Key.Key_F1, "keys"),
+        (Qt.Key.Key_Question, "keys"),
+        (Qt.Key.Key_F3, "timing"),
+        (Qt.Key.Key_Backspace, "reset"),
+    ],
+)
+def test_keys_do_what_the_table_says(window, key, name):
+    done = []
+    window.action(name).triggered.connect(lambda: done.append(name))
+    window.action("keys").triggered.disconnect()
+    window.action("keys").triggered.connect(lambda: done.append("keys"))
+    window.robot_view.setFocus()
+    QTest.keyClick(window, key)
+    assert name in done
+
+
+def test_no_key_means_two_things():
+    keys = [key for spec in ACTIONS for key in spec.keys]
+    assert len(keys) == len(set(keys))
+
+
+def test_timing_comes_into_sight_even_when_hidden(window):
+    window.action("panels").trigger()
+    assert not window.panels.isVisible()
+    window.action("timing").trigger()
+    QApplication.processEvents()
+    panel = window.column.timing
+    top = panel.mapTo(window.column.viewport(), QPoint(0, 0)).y()
+    assert window.panels.isVisible()
+    assert 0 <= top <= window.column.viewport().height() - panel.height()
+
+
+def test_reset_layout_brings_everything_back(window):
+    window.action("panels").trigger()
+    window.action("plots").trigger()
+    window.views._splitter.setSizes([2000, 400])
+    window.action("reset_layout").trigger()
+    QApplication.processEvents()
+    assert window.panels.isVisible()
+    assert window.bottom.isVisible()
+    left, right = window.views._splitter.sizes()
+    assert abs(left - right) <= 2
+
+
+@pytest.mark.parametrize("size", [(1400, 900), (1280, 800)])
+def test_views_keep_their_share(window, size):
+    window.resize(*size)
+    QApplication.processEvents()
+    assert window.views.width() >= 0.7 * window.width()
+    assert min(window.views._splitter.sizes()) >= 400
+
+
+def test_a_message_bar_grows_with_its_words(qtbot, window):
+    bar = NotificationBar(window.theme, window.views)
+    bar.say("short")
+    low = bar.height()
+    bar.say("long " * 80, remedies=[QAction("Help", bar)])
+    assert bar.height() > low
+    assert window.views.rect().contains(bar.geometry())
+
+
+def test_the_eye_sees_a_replay_is_no_live_session(window, tmp_path):
+    window.live.start_recording(tmp_path / "one.mcap")
+    run(window, 0.2)
+    window.live.stop_recording()
+    window.live.open_recording(tmp_path / "one.mcap")
+    assert window.session_bar.factor.text() == "Replay"
+    assert not window.column.controller.isEnabled()
+    for name in ("step", "reset", "record"):
+        assert not window.action(name).isEnabled()
+    window.column.timing.refresh()
+    assert window.column.timing._values["factor"].text() == "–"
+    assert window.map_view.pixel_of(window.live.prepared.skin.taxel_point(70)) != QPointF()

@@ -1,0 +1,84 @@
+"""The process that runs laws side by side: real, cancelled, killed, and refused."""
+
+from __future__ import annotations
+
+import os
+import signal
+
+import numpy as np
+import pytest
+
+from app.control.command import ControlChanged, ControlSettings
+from app.studies.controller_comparison import MOST_SECONDS, Contender
+from app.tactile.poke import PokePressed
+from widgets.workers.comparison_worker import (
+    ComparisonRequest,
+    ComparisonStimulus,
+    ComparisonWorker,
+    InlineComparisonWorker,
+)
+
+START = 20_000
+"""For a process to start on a busy machine [ms]."""
+LAWS = (Contender("A", ControlSettings(controller="hybrid")), Contender("B", ControlSettings(controller="qp")))
+
+
+@pytest.fixture
+def comparison_worker(qtbot):
+    made = ComparisonWorker()
+    yield made
+    made.close()
+
+
+def match(prepared, *, seconds=0.3):
+    acts = ((0, ControlChanged(ControlSettings())), (2, PokePressed(1, prepared.skin.taxel_point(20))))
+    return ComparisonRequest(ComparisonStimulus(prepared, acts, 1.0), LAWS, seconds, own_task=True)
+
+
+def test_laws_are_run_beside_and_give_what_they_give_here(comparison_worker, prepared, qtbot):
+    told = []
+    comparison_worker.progressed.connect(lambda text, done: told.append(done))
+    with qtbot.waitSignal(comparison_worker.compared, timeout=START) as beside:
+        comparison_worker.run(match(prepared))
+        assert comparison_worker.busy
+    assert not comparison_worker.busy
+    assert comparison_worker.process.pid is None, "it ends when it is done"
+    assert told[0] == 0
+    assert told[-1] == 1
+    here = InlineComparisonWorker()
+    with qtbot.waitSignal(here.compared) as inline:
+        here.run(match(prepared))
+    for one, other in zip(beside.args[0], inline.args[0], strict=True):
+        assert np.array_equal(one.force, other.force)
+        assert np.array_equal(one.joint_speed, other.joint_speed)
+        assert not one.force.flags.writeable
+
+
+def test_it_can_be_cancelled_and_asked_again(comparison_worker, prepared, qtbot):
+    got = []
+    comparison_worker.compared.connect(got.append)
+    with qtbot.waitSignal(comparison_worker.progressed, timeout=START, check_params_cb=lambda _text, done: done > 0):
+        comparison_worker.run(match(prepared, seconds=MOST_SECONDS))
+    comparison_worker.close()
+    assert not comparison_worker.busy
+    with qtbot.waitSignal(comparison_worker.compared, timeout=START):
+        comparison_worker.run(match(prepared))
+    assert len(got) == 1
+
+
+@pytest.mark.parametrize("make", [ComparisonWorker, InlineComparisonWorker])
+def test_what_cannot_be_run_is_told(make, prepared, qtbot):
+    made = make()
+    with qtbot.waitSignal(made.failed, timeout=START) as failed:
+        made.run(match(prepared, seconds=2 * MOST_SECONDS))
+    assert "such a time" in failed.args[0]
+    assert not made.busy
+    made.close()
+
+
+def test_a_process_that_dies_is_told(comparison_worker, prepared, qtbot):
+    with qtbot.waitSignal(comparison_worker.progressed, timeout=START, check_params_cb=lambda _text, done: done > 0):
+        comparison_worker.run(match(prepared, seconds=MOST_SECONDS))
+    with qtbot.waitSignal(comparison_worker.failed, timeout=START) as failed:
+        os.kill(comparison_worker.process.pid, signal.SIGKILL)
+    assert "ended unexpectedly" in failed.args[0]

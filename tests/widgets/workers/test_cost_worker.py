@@ -1,0 +1,73 @@
+"""The bench: a real process that prices effects and weighs a known load on copies of the scene."""
+
+from __future__ import annotations
+
+import multiprocessing as mp
+import os
+import signal
+
+import pytest
+
+from app.scene.scene import with_override
+from widgets.workers.cost_worker import MASS, CostWorker
+
+LONG = 60_000
+
+
+@pytest.fixture
+def cost_worker():
+    """A cost_worker whose process is gone after the test."""
+    made = CostWorker()
+    yield made
+    made.close()
+    made.deleteLater()
+    assert not mp.active_children(), "a process outlived its test"
+
+
+def test_a_load_is_weighed_beside(cost_worker, prepared, qtbot):
+    with qtbot.waitSignal(cost_worker.weighed, timeout=LONG) as got:
+        cost_worker.weigh(prepared, prepared.scene.effects)
+        assert cost_worker.busy_weighing
+    weighed = got.args[0]
+    assert weighed.wanted_N == pytest.approx(9.81 * MASS)
+    assert abs(weighed.error) < 0.01
+    assert not cost_worker.busy_weighing
+
+
+def test_a_scene_without_a_skin_cannot_weigh_and_says_why(cost_worker, prepared, qtbot):
+    with qtbot.waitSignal(cost_worker.failed, timeout=LONG) as got:
+        cost_worker.weigh(prepared, with_override(prepared.scene, "skin", "off").effects)
+    assert "weighed" in got.args[0]
+    assert not cost_worker.busy_weighing
+
+
+def test_weighing_can_be_cancelled(cost_worker, prepared, qtbot):
+    told = []
+    cost_worker.weighed.connect(told.append)
+    cost_worker.weigh(prepared, prepared.scene.effects)
+    cost_worker.cancel_weighing()
+    assert not cost_worker.busy_weighing
+    assert cost_worker.process.pid is None
+    cost_worker.cancel_weighing()
+    assert told == []
+
+
+def test_prices_are_of_what_is_on_and_only_the_newest_is_measured(cost_worker, prepared, qtbot):
+    told = []
+    cost_worker.priced.connect(told.append)
+    for wish in ("on", "auto", "on", "auto", "on"):
+        cost_worker.price(prepared, with_override(prepared.scene, "noise", wish).effects)
+    qtbot.waitUntil(lambda: not cost_worker.process.waiting, timeout=LONG)
+    assert len(told) <= 2
+    assert "noise" in told[-1]
+    assert "friction" not in told[-1]
+
+
+def test_a_bench_that_dies_says_so_and_the_next_load_is_weighed(cost_worker, prepared, qtbot):
+    with qtbot.waitSignal(cost_worker.failed, timeout=LONG) as got:
+        cost_worker.weigh(prepared, prepared.scene.effects)
+        qtbot.waitUntil(lambda: cost_worker.process.pid is not None, timeout=LONG)
+        os.kill(cost_worker.process.pid, signal.SIGKILL)
+    assert "unexpectedly" in got.args[0]
+    with qtbot.waitSignal(cost_worker.weighed, timeout=LONG):
+        cost_worker.weigh(prepared, prepared.scene.effects)

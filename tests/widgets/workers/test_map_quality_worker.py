@@ -1,0 +1,96 @@
+"""The measurer: a real process that keeps the body's distances and measures the newest map asked for."""
+
+from __future__ import annotations
+
+import multiprocessing as mp
+import os
+import signal
+
+import pytest
+
+from app.editing.arrange import scale
+from app.editing.document import MapDocument
+from app.editing.reflatten import apply_result, reflatten, set_method
+from app.maps.comparison import compare_maps
+from app.maps.quality import measure
+from widgets.workers.map_quality_worker import InlineMapQualityWorker, MapQualityWorker
+
+LONG = 60_000
+
+
+@pytest.fixture
+def map_quality_worker():
+    """A map_quality_worker whose process is gone after the test."""
+    made = MapQualityWorker()
+    yield made
+    made.close()
+    made.deleteLater()
+    assert not mp.active_children(), "a process outlived its test"
+
+
+def test_a_map_is_measured_as_it_would_be_here(map_quality_worker, prepared, qtbot):
+    with qtbot.waitSignal(map_quality_worker.measured, timeout=LONG) as got:
+        map_quality_worker.measure(prepared.map)
+    assert facts(got.args[0]) == facts(measure(prepared.map))
+    assert got.args[0].round_trip_mm < 2, "a pixel of this map is a millimetre and a half across"
+    assert got.args[0].force_error < 1e-12
+
+
+def test_maps_that_were_overtaken_are_never_measured(map_quality_worker, prepared, qtbot):
+    document, got = MapDocument.of(prepared.map), []
+    map_quality_worker.measured.connect(got.append)
+    for step in range(30):
+        map_quality_worker.measure(scale(document, [0], 1 + step / 10).map)
+    qtbot.waitUntil(lambda: not map_quality_worker.process.waiting, timeout=LONG)
+    assert len(got) <= 2
+    assert facts(got[-1]) == facts(measure(scale(document, [0], 3.9).map))
+
+
+def test_an_edited_chart_is_measured_as_it_is_now(map_quality_worker, prepared, qtbot):
+    document = MapDocument.of(prepared.map)
+    edited = apply_result(document, reflatten(set_method(document, [1], "lscm"))).map
+    for map_ in (prepared.map, edited, prepared.map):
+        with qtbot.waitSignal(map_quality_worker.measured, timeout=LONG) as got:
+            map_quality_worker.measure(map_)
+        assert facts(got.args[0]) == facts(measure(map_))
+
+
+def facts(quality):
+    """All but what depends on the image's pixels, which the process lays in each chart's own frame."""
+    return {key: value for key, value in quality.to_json().items() if key not in ("round_trip_mm", "force_error")}
+
+
+def test_the_window_never_waits_for_a_process_to_read(map_quality_worker, prepared, qtbot):
+    """A pipe holds 64 kB: a larger request, written before it is read, would hold up whoever writes it."""
+    map_quality_worker.measure(prepared.map)
+    assert not map_quality_worker.process._busy, "nothing is written before it reads"
+    assert map_quality_worker.process.waiting == 2, "skin and map wait here, not in the pipe"
+    with qtbot.waitSignal(map_quality_worker.measured, timeout=LONG):
+        pass
+    qtbot.waitUntil(lambda: map_quality_worker.process.ready, timeout=LONG)
+    assert not map_quality_worker.process.waiting
+
+
+def test_two_maps_are_compared(map_quality_worker, prepared, qtbot):
+    larger = scale(MapDocument.of(prepared.map), [0], 2.0).map
+    with qtbot.waitSignal(map_quality_worker.compared, timeout=LONG) as got:
+        map_quality_worker.compare(prepared.map, larger)
+    assert got.args[0].to_json() == compare_maps(prepared.map, larger).to_json()
+
+
+def test_a_process_that_dies_is_told_and_replaced(map_quality_worker, prepared, qtbot):
+    with qtbot.waitSignal(map_quality_worker.failed, timeout=LONG) as failure:
+        map_quality_worker.measure(prepared.map)
+        os.kill(map_quality_worker.process.pid, signal.SIGKILL)
+    assert "ended unexpectedly" in failure.args[0]
+    with qtbot.waitSignal(map_quality_worker.measured, timeout=LONG):
+        map_quality_worker.measure(prepared.map)
+
+
+def test_inline_it_measures_when_told_to(prepared, qtbot):
+    map_quality_worker, got = InlineMapQualityWorker(), []
+    map_quality_worker.measured.connect(got.append)
+    map_quality_worker.measure(prepared.map)
+    assert not got
+    map_quality_worker.run()
+    assert len(got) == 1

@@ -1,0 +1,158 @@
+"""The worker: a real process that prepares, is cancelled, replaced and killed, and never takes the window with it."""
+
+from __future__ import annotations
+
+import multiprocessing as mp
+import os
+import signal
+from dataclasses import replace
+
+import pytest
+
+from app.editing.document import MapDocument
+from app.editing.reflatten import apply_result, set_method
+from app.scene.scene_file import load_scene
+from widgets.workers.scene_worker import SceneWorker
+
+LONG = 60_000
+
+
+@pytest.fixture
+def worker():
+    """A worker whose process is gone after the test."""
+    made = SceneWorker()
+    yield made
+    made.close()
+    made.deleteLater()
+    assert not mp.active_children(), "a process outlived its test"
+
+
+@pytest.fixture
+def document(prepared):
+    """The small arm's map, to be edited."""
+    return MapDocument.of(prepared.map)
+
+
+@pytest.fixture
+def scene():
+    """Few taxels, so that preparing takes a second or two."""
+    scene = load_scene("arm")
+    return replace(scene, cover=replace(scene.cover, taxels=60))
+
+
+def test_a_scene_comes_back_prepared(worker, scene, qtbot):
+    stages = []
+    worker.progressed.connect(lambda text, done: stages.append((text, done)))
+    with qtbot.waitSignal(worker.prepared, timeout=LONG) as got:
+        worker.prepare(scene)
+        assert worker.busy
+    assert len(got.args[0].skin) == 60
+    assert not worker.busy
+    assert len(stages) > 3
+    assert [done for _, done in stages] == sorted(done for _, done in stages), "progress never goes back"
+
+
+def test_a_bad_scene_fails_with_its_own_words_and_the_next_one_works(worker, scene, qtbot):
+    with qtbot.waitSignal(worker.failed, timeout=LONG) as failure:
+        worker.prepare(replace(scene, robot="no-such-robot"))
+    assert "no-such-robot" in failure.args[0]
+    assert not worker.busy
+    with qtbot.waitSignal(worker.prepared, timeout=LONG):
+        worker.prepare(scene)
+
+
+def test_the_newest_request_wins(worker, scene, qtbot):
+    got = []
+    worker.prepared.connect(got.append)
+    worker.prepare(replace(scene, title="first"))
+    worker.prepare(replace(scene, title="second"))
+    qtbot.waitUntil(lambda: not worker.process.waiting, timeout=LONG)
+    assert [prepared.scene.title for prepared in got] == ["second"]
+
+
+def test_cancelling_drops_the_request_and_leaves_a_process_ready(worker, scene, qtbot):
+    worker.prepare(scene)
+    first = worker.process.pid
+    worker.cancel()
+    assert not worker.busy
+    assert worker.process.pid is not None
+    assert worker.process.pid != first
+    with qtbot.assertNotEmitted(worker.failed, wait=200):
+        assert not worker.busy
+
+
+def test_a_process_that_died_at_rest_is_replaced(worker, scene, qtbot):
+    worker.warm()
+    os.kill(worker.process.pid, signal.SIGKILL)
+    os.waitid(os.P_PID, worker.process.pid, os.WEXITED | os.WNOWAIT)
+    with qtbot.waitSignal(worker.prepared, timeout=LONG):
+        worker.prepare(scene)
+
+
+def test_a_process_that_dies_at_work_is_told_and_replaced(worker, scene, qtbot):
+    worker.prepare(scene)
+    with qtbot.waitSignal(worker.failed, timeout=LONG) as failure:
+        os.kill(worker.process.pid, signal.SIGKILL)
+    assert "ended unexpectedly" in failure.args[0]
+    assert not worker.busy
+    with qtbot.waitSignal(worker.prepared, timeout=LONG):
+        worker.prepare(scene)
+
+
+def test_closing_ends_the_process_and_may_be_repeated(worker):
+    worker.warm()
+    assert mp.active_children()
+    worker.close()
+    worker.close()
+    assert not mp.active_children()
+
+
+def test_a_patch_is_laid_flat_anew_with_progress(worker, document, qtbot):
+    told = []
+    worker.edit_progressed.connect(lambda text, done: told.append((text, done)))
+    with qtbot.waitSignal(worker.reflattened, timeout=LONG) as got:
+        worker.reflatten(set_method(document, [0], "lscm"))
+        assert worker.editing
+        assert not worker.busy
+    assert apply_result(document, got.args[0]).charts[0].method == "lscm"
+    assert not worker.editing
+    assert told
+
+
+def test_an_edit_that_is_refused_says_why(worker, document, qtbot):
+    request = set_method(document, [0], "lscm")
+    request = replace(
+        request, jobs=(replace(request.jobs[0], wanted=replace(request.jobs[0].wanted, method="nosuch")),)
+    )
+    with qtbot.waitSignal(worker.edit_failed, timeout=LONG) as failure:
+        worker.reflatten(request)
+    assert "nosuch" in failure.args[0]
+
+
+def test_a_cancelled_edit_never_comes(worker, document, qtbot):
+    got = []
+    worker.reflattened.connect(got.append)
+    worker.reflatten(set_method(document, [0], "lscm"))
+    worker.cancel_edit()
+    with qtbot.waitSignal(worker.reflattened, timeout=LONG):
+        worker.reflatten(set_method(document, [1], "arap"))
+    assert [result.request.jobs[0].number for result in got] == [1]
+
+
+def test_a_scene_goes_before_an_edit(worker, document, scene, qtbot):
+    with qtbot.waitSignal(worker.edit_failed, timeout=LONG) as dropped:
+        worker.reflatten(set_method(document, [0], "lscm"))
+        worker.prepare(scene)
+    assert dropped.args == [""]
+    with qtbot.waitSignal(worker.edit_failed, timeout=LONG) as refused:
+        worker.reflatten(set_method(document, [0], "lscm"))
+    assert "being opened" in refused.args[0]
+    with qtbot.waitSignal(worker.prepared, timeout=LONG):
+        pass
+
+
+def test_a_process_that_dies_at_an_edit_is_told(worker, document, qtbot):
+    with qtbot.waitSignal(worker.edit_failed, timeout=LONG) as failure:
+        worker.reflatten(set_method(document, [0], "slim"))
+        os.kill(worker.process.pid, signal.SIGKILL)
+    assert "the map before it is kept" in failure.args[0]

@@ -1,0 +1,205 @@
+"""Colours: two themes, and the one scale that means pressure in both views."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtGui import QColor, QFont, QPalette
+from PySide6.QtWidgets import QApplication, QStyleFactory
+
+from app.core.arrays import FloatArray
+
+
+@dataclass(frozen=True)
+class Theme:
+    """Neutral greys and four accents, as hex.
+
+    Attributes:
+        name: ``dark`` or ``light``.
+        window: Ground of the views.
+        panel: Ground of panels.
+        text: Words.
+        quiet: Words of less weight; 4.5:1 on the panel at least.
+        line: Hairlines.
+        accent: What the user holds or selected.
+        intent: What the controller wants.
+        warning: Amber.
+        fault: Red.
+        body: Links without skin.
+    """
+
+    name: str
+    window: str
+    panel: str
+    text: str
+    quiet: str
+    line: str
+    accent: str = "#22b8cf"
+    intent: str = "#845ef7"
+    warning: str = "#f59f00"
+    fault: str = "#e03131"
+    body: str = "#5a636d"
+
+
+DARK = Theme("dark", "#1d2126", "#252a31", "#e6e8eb", "#9aa3ad", "#343b44")
+LIGHT = Theme("light", "#f4f5f7", "#ffffff", "#1d2126", "#5b6570", "#d8dce1", body="#8b949e")
+THEMES = {theme.name: theme for theme in (DARK, LIGHT)}
+
+DEFAULT_MAXIMUM = 30.0
+"""Top of the pressure scale [kPa]: on the arm's skin an 8 mm fingertip reads about 15 kPa at 4 N, 30 at 8, 58 at 15."""
+
+# Light neutral (the bare skin) through yellow and orange to deep red: lightness falls all the way, so that the order
+# can be read in grey and by colour-blind eyes (tested by simulation).
+_STOPS = np.array([0.0, 0.14, 0.35, 0.6, 0.8, 1.0])
+_COLOURS = np.array(
+    [[224, 227, 230], [243, 209, 122], [243, 165, 58], [222, 95, 34], [172, 36, 32], [92, 6, 22]], dtype=np.float64
+)
+
+
+@dataclass(frozen=True)
+class PressureScale:
+    """Pressure to colour, from zero to ``maximum`` [kPa]; what lies above has the last colour."""
+
+    maximum: float = DEFAULT_MAXIMUM
+
+    @cached_property
+    def table(self) -> NDArray[np.uint8]:
+        """(256, 3) red, green, blue."""
+        at = np.linspace(0, 1, 256)
+        return np.stack([np.interp(at, _STOPS, _COLOURS[:, k]) for k in range(3)], axis=1).round().astype(np.uint8)
+
+    @cached_property
+    def lut(self) -> NDArray[np.uint32]:
+        """(256,) the same as opaque 0xffRRGGBB words, for QImage."""
+        return words32(self.table)
+
+    def rgb(self, kilopascals: FloatArray) -> NDArray[np.uint8]:
+        """(k, 3) colours of pressures (k,) [kPa]."""
+        index = np.clip(np.asarray(kilopascals) * (255.0 / self.maximum), 0, 255).astype(np.uint8)
+        colours: NDArray[np.uint8] = self.table[index]
+        return colours
+
+
+BETWEEN_DOTS = (140, 149, 159)
+"""Red, green, blue of the skin between taxels that are shown as dots: darker than any untouched dot."""
+
+# Blue for shown smaller, brown for larger, the skin's own neutral for kept: dull, so that touch stays the loudest.
+_STRETCH = np.array(
+    [[31, 75, 128], [84, 132, 178], [163, 190, 214], [224, 227, 230], [204, 183, 160], [158, 119, 84], [101, 65, 36]],
+    dtype=np.float64,
+)
+
+
+@dataclass(frozen=True)
+class StretchScale:
+    """Factors of stretch to colour, evenly in their logarithm from 1 / ``most`` through 1 to ``most``."""
+
+    most: float = 2.0
+
+    @cached_property
+    def table(self) -> NDArray[np.uint8]:
+        """(255, 3) red, green, blue; the middle one is for 1."""
+        at, stops = np.linspace(-1, 1, 255), np.linspace(-1, 1, len(_STRETCH))
+        return np.stack([np.interp(at, stops, _STRETCH[:, k]) for k in range(3)], axis=1).round().astype(np.uint8)
+
+    def rgb(self, factors: FloatArray) -> NDArray[np.uint8]:
+        """(k, 3) colours of factors (k,); what lies beyond an end has its colour."""
+        with np.errstate(divide="ignore"):
+            share = np.log(np.asarray(factors)) / np.log(self.most)
+        colours: NDArray[np.uint8] = self.table[np.rint(127 * (1 + np.clip(share, -1, 1))).astype(np.int64)]
+        return colours
+
+
+def words32(colours: NDArray[np.uint8]) -> NDArray[np.uint32]:
+    """Colours (..., 3) as opaque 0xffRRGGBB words (...), for QImage."""
+    red, green, blue = np.moveaxis(colours.astype(np.uint32), -1, 0)
+    return np.uint32(0xFF000000) | red << np.uint32(16) | green << np.uint32(8) | blue
+
+
+def rgb(colour: str) -> tuple[float, float, float]:
+    """Red, green, blue, 0 to 1, of a hex colour."""
+    return tuple(int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5))  # type: ignore[return-value]
+
+
+def mixed(first: str, second: str, share: float) -> str:
+    """The hex colour ``share`` of the way from ``first`` to ``second``."""
+    pairs = zip(rgb(first), rgb(second), strict=True)
+    return "#" + "".join(f"{round(255 * (a + share * (b - a))):02x}" for a, b in pairs)
+
+
+def apply_theme(app: QApplication, theme: Theme) -> None:
+    """Dress the whole application: Fusion, our palette, one small style sheet.
+
+    The desktop's own colour scheme is not asked: it is not told reliably without a desktop.
+    """
+    app.setStyle(QStyleFactory.create("Fusion"))
+    app.setPalette(_palette(theme))
+    font = QFont(app.font())
+    font.setPixelSize(13)
+    font.setFeature(QFont.Tag("tnum"), 1)
+    app.setFont(font)
+    app.setStyleSheet(_style_sheet(theme))
+
+
+def _palette(theme: Theme) -> QPalette:
+    palette, role = QPalette(), QPalette.ColorRole
+    dim = mixed(theme.panel, theme.text, 0.08)
+    colours = {
+        role.Window: theme.panel,
+        role.WindowText: theme.text,
+        role.Base: theme.window,
+        role.AlternateBase: theme.panel,
+        role.Text: theme.text,
+        role.PlaceholderText: theme.quiet,
+        role.Button: dim,
+        role.ButtonText: theme.text,
+        role.ToolTipBase: theme.panel,
+        role.ToolTipText: theme.text,
+        role.Highlight: theme.accent,
+        role.HighlightedText: "#10151a",
+        role.Link: theme.accent,
+        role.BrightText: theme.fault,
+        role.Mid: theme.line,
+        role.Dark: theme.line,
+        role.Light: dim,
+        role.Shadow: theme.window,
+    }
+    for which, colour in colours.items():
+        palette.setColor(which, QColor(colour))
+    for which in (role.WindowText, role.Text, role.ButtonText):
+        palette.setColor(QPalette.ColorGroup.Disabled, which, QColor(mixed(theme.panel, theme.quiet, 0.65)))
+    return palette
+
+
+def _style_sheet(theme: Theme) -> str:
+    hover = mixed(theme.panel, theme.text, 0.10)
+    return f"""
+        QToolTip {{ color: {theme.text}; background: {theme.panel}; border: 1px solid {theme.line}; padding: 4px; }}
+        QToolBar {{ background: {theme.panel}; border: 0; border-bottom: 1px solid {theme.line}; spacing: 4px;
+                    padding: 4px 8px; }}
+        QToolButton {{ border: 0; border-radius: 4px; padding: 5px 8px; }}
+        QToolButton:hover {{ background: {hover}; }}
+        QPushButton {{ border: 1px solid {theme.line}; border-radius: 4px; padding: 5px 10px;
+                       background: {mixed(theme.panel, theme.text, 0.06)}; }}
+        QPushButton:hover {{ background: {hover}; }}
+        QPushButton:focus {{ border-color: {theme.accent}; }}
+        QPushButton:checked {{ background: {mixed(theme.panel, theme.accent, 0.38)}; border-color: {theme.accent}; }}
+        QPushButton:disabled {{ color: {mixed(theme.panel, theme.quiet, 0.65)}; }}
+        QToolButton:checked {{ background: {mixed(theme.panel, theme.accent, 0.28)}; }}
+        QStatusBar {{ background: {theme.panel}; color: {theme.quiet}; border-top: 1px solid {theme.line}; }}
+        QStatusBar::item {{ border: 0; }}
+        QDockWidget {{ titlebar-close-icon: none; }}
+        QScrollArea, QScrollArea > QWidget > QWidget {{ background: {theme.panel}; border: 0; }}
+        QMenuBar {{ background: {theme.panel}; }}
+        QMenu {{ background: {theme.panel}; border: 1px solid {theme.line}; padding: 4px; }}
+        QMenu::item {{ padding: 5px 24px 5px 12px; border-radius: 3px; }}
+        QMenu::item:selected {{ background: {mixed(theme.panel, theme.accent, 0.28)}; color: {theme.text}; }}
+        QMenu::item:disabled {{ color: {mixed(theme.panel, theme.quiet, 0.65)}; }}
+        QMenu::separator {{ height: 1px; background: {theme.line}; margin: 4px 8px; }}
+        QSplitter::handle {{ background: {theme.line}; }}
+        *[role="heading"] {{ font-size: 13px; font-weight: 600; }}
+        *[role="caption"] {{ font-size: 11px; color: {theme.quiet}; }}
+    """

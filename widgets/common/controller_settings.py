@@ -1,0 +1,191 @@
+"""The controller's settings for a person: labels and tool tips of controllers, tasks and paths, ranges of all gains.
+
+``ControllerSliders`` shows those settings that the chosen controller and task use; ``GainsByController`` (no Qt)
+remembers each controller's own gains while another one is tried, and where they began. Used by the controller panel,
+the menus and the comparison of controllers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from functools import partial
+from typing import Any, NamedTuple, cast
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QVBoxLayout, QWidget
+
+from app.control.command import ControllerName, ControlSettings
+from app.control.controllers import effective_settings
+from widgets.common.panel import LabelledSlider
+
+CONTROLLERS = {
+    "impedance": ("Hold posture", "The arm is a spring to its home posture: it yields to a touch and returns"),
+    "hold_force": ("Hold force", "The arm retreats from or follows a touch so that its force stays at the goal"),
+    "admittance": ("Admittance", "Force moves a mass in a viscous liquid, and the arm goes where it goes; no integral"),
+    "hybrid": ("Hybrid", "Force along the contact's normal, position across it"),
+    "parallel": ("Parallel", "Position and force both act everywhere, and the integral of force has the last word"),
+    "projection": ("Projection", "Errors of the touch, chosen by a matrix; takes the map for the skin without stretch"),
+    "priority": ("Priority", "Force first, then the place on the map, then the rest posture"),
+    "qp": ("Quadratic program", "Force and place within bounds on speed, acceleration, joints and forces"),
+}
+"""Words and tool tip by controller."""
+SETTING_CHOICES = {
+    "task": (
+        "What to do with a touch",
+        {
+            "keep_force": "Keep the force",
+            "hold_point": "Hold the contact at a point",
+            "follow_path": "Follow a path on the map",
+            "balance": "Balance all contacts",
+            "retreat": "Retreat from touch",
+            "guide": "Be guided by touch",
+        },
+    ),
+    "path_kind": (
+        "The path's shape",
+        {"polyline": "Polyline", "spline": "Spline", "lemniscate": "Figure of eight", "raster": "Raster"},
+    ),
+    "gains": (
+        "Gains that a slow or late skin could not hold",
+        {"limited": "Gains held to the skin's rate", "as_given": "Gains as they are set"},
+    ),
+    "jacobian": (
+        "How the map is taken to lie on the body",
+        {"smoothed": "Map smoothed over two rings", "raw": "Map as each triangle says"},
+    ),
+}
+"""Tool tip, and words by value, of each setting that is chosen from a list."""
+
+RESTART_LABELS = {"follow_path": "Start the path again", "hold_point": "Hold where it is now"}
+"""What starting a task afresh does, by the tasks that remember a place."""
+
+
+class SliderSpec(NamedTuple):
+    """A slider: its text, unit, range and step as shown, shown units per SI unit, and tool tip."""
+
+    text: str
+    unit: str
+    low: float
+    high: float
+    step: float
+    scale: float
+    tip: str
+
+
+SLIDERS = {
+    "stiffness": SliderSpec(
+        "Stiffness", "rad/s", 1.0, 30.0, 0.5, 1.0, "Natural frequency of every joint about its home; higher yields less"
+    ),
+    "damping_ratio": SliderSpec("Damping ratio", "", 0.1, 2.0, 0.05, 1.0, "1 returns without overshoot"),
+    "force_goal": SliderSpec("Force goal", "N", 0.0, 15.0, 0.5, 1.0, "The contact force to keep; 0 only retreats"),
+    "force_gain": SliderSpec(
+        "Force gain",
+        "mm/s per N",
+        1.0,
+        40.0,
+        1.0,
+        1e3,
+        "Retreat or approach speed for each newton too much or too little",
+    ),
+    "integral_time": SliderSpec(
+        "Integral time", "s", 0.05, 2.0, 0.05, 1.0, "Shorter removes lasting errors faster, and overshoots more"
+    ),
+    "position_gain": SliderSpec(
+        "Position gain", "1/s", 0.0, 12.0, 0.5, 1.0, "Speed on the map for each metre that the contact is off"
+    ),
+    "inertia_time": SliderSpec("Inertia", "ms", 0.0, 300.0, 10.0, 1e3, "How slowly the controller takes up a speed"),
+    "path_speed": SliderSpec("Path speed", "mm/s", 0.0, 60.0, 1.0, 1e3, "Along the path, on the map"),
+    "path_size": SliderSpec(
+        "Path size", "mm", 10.0, 100.0, 5.0, 1e3, "Of a path laid about the place first touched, when none is drawn"
+    ),
+    "max_force": SliderSpec("Stop above", "N", 5.0, 100.0, 5.0, 1.0, "A contact with more force stops the arm"),
+}
+"""By setting, in the order shown."""
+
+
+GAIN_SETTINGS = (
+    "stiffness", "damping_ratio", "force_gain", "integral_time", "position_gain", "gains", "inertia_time", "jacobian",
+)  # fmt: skip
+"""Settings that say how a controller works; the others say what it is to do."""
+
+
+class GainsByController:
+    """Gains by controller. Mutable: ``switched`` and ``begin``.
+
+    Attributes:
+        defaults: Where gains began, and go back to.
+    """
+
+    def __init__(self) -> None:
+        self.begin(ControlSettings())
+
+    def begin(self, defaults: ControlSettings) -> None:
+        """Another scene: forget the gains of the one before."""
+        self.defaults = defaults
+        self._known: dict[str, dict[str, Any]] = {}
+
+    def switched(self, settings: ControlSettings, controller: str) -> ControlSettings:
+        """The settings with another controller: with the gains it had when it was last in force, else with those of
+        now.
+        """
+        self._known[settings.controller] = {name: getattr(settings, name) for name in GAIN_SETTINGS}
+        return replace(settings, controller=cast("ControllerName", controller), **self._known.get(controller, {}))
+
+    def reset(self, settings: ControlSettings) -> ControlSettings:
+        """The settings with all gains where they began."""
+        began: dict[str, Any] = {name: getattr(self.defaults, name) for name in GAIN_SETTINGS}
+        return replace(settings, **began)
+
+
+class ControllerSliders(QWidget):
+    """Emits settings as a hand turns them; a double-click on a name puts that one back to where it began.
+
+    Args:
+        names: Of ``SLIDERS``, in the order shown.
+        parent: Qt parent.
+    """
+
+    settings_edited = Signal(object)
+    """ControlSettings wanted."""
+
+    def __init__(self, names: Iterable[str] = SLIDERS, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._settings = self._defaults = ControlSettings()
+        self.by_name: dict[str, LabelledSlider] = {}
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(8)
+        for name in names:
+            spec = SLIDERS[name]
+            slider = LabelledSlider(spec.text, spec.unit, spec.low, spec.high, spec.step, spec.tip, self)
+            slider.setObjectName(f"gain-{name}")
+            slider.value_changed.connect(partial(self._on_value_changed, name))
+            slider.default_wanted.connect(partial(self._on_default_wanted, name))
+            self.by_name[name] = slider
+            column.addWidget(slider)
+        self.set_defaults(self._defaults)
+
+    def set_defaults(self, defaults: ControlSettings) -> None:
+        """Where the numbers began."""
+        self._defaults = defaults
+        for name, slider in self.by_name.items():
+            spec = SLIDERS[name]
+            slider.set_default_tip(f"{getattr(defaults, name) * spec.scale:.4g}\u2009{spec.unit}".strip())
+
+    def show_settings(self, settings: ControlSettings) -> None:
+        """Show the settings in force."""
+        self._settings, names = settings, effective_settings(settings)
+        for name, slider in self.by_name.items():
+            slider.set_value(getattr(settings, name) * SLIDERS[name].scale)
+            slider.setVisible(name in names)
+
+    def _on_value_changed(self, name: str, value: float) -> None:
+        self._edit(name, value / SLIDERS[name].scale)
+
+    def _on_default_wanted(self, name: str) -> None:
+        self._edit(name, getattr(self._defaults, name))
+
+    def _edit(self, name: str, value: float) -> None:
+        changed: dict[str, Any] = {name: value}
+        self.settings_edited.emit(replace(self._settings, **changed))

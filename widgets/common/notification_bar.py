@@ -1,0 +1,166 @@
+"""Slim bars that float over the views: one message at a time, and the first hints. Nothing modal.
+
+They float because a bar that pushed the views aside would move the robot under a finger that is pressing it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import QEvent, QObject, Qt, Signal
+from PySide6.QtGui import QAction, QShowEvent
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QToolButton, QVBoxLayout, QWidget
+
+from widgets.common.colours import Theme, mixed
+
+_EDGE = 12
+_CAPTIONS = 26
+"""Height of the line of captions along the views' lower edge [px]: scale, readout, legend of the arrows."""
+HINTS = ("Press the skin or the map to poke it", "Drag along it to stroke", "Ctrl+R records what happens")
+
+
+class FloatingBar(QWidget):
+    """A bar in the upper middle or the lower right of its parent.
+
+    Args:
+        parent: What it floats over.
+        widest: It takes this width [px] where the parent has room; None for as much as it needs, in the lower
+            right, where a map seldom reaches, above the captions.
+    """
+
+    def __init__(self, parent: QWidget, *, widest: int | None = None) -> None:
+        super().__init__(parent)
+        self._parent, self._widest = parent, widest
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        parent.installEventFilter(self)
+
+    def place(self) -> None:
+        """Take the place that the parent's size gives, above what else is there."""
+        width = min(self._parent.width() - 2 * _EDGE, self._widest or self.sizeHint().width())
+        height = self.heightForWidth(width) if self.hasHeightForWidth() else self.sizeHint().height()
+        aside, below = self._parent.width() - width, self._parent.height() - height - _EDGE - _CAPTIONS
+        self.move(*((aside - _EDGE, below) if self._widest is None else (aside // 2, _EDGE)))
+        self.resize(width, height)
+        self.raise_()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Qt: the parent was resized."""
+        if event.type() == QEvent.Type.Resize:
+            self.place()
+        return False
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Qt: take the place."""
+        super().showEvent(event)
+        self.place()
+
+
+class NotificationBar(FloatingBar):
+    """Says what went wrong, or what was done, until closed or replaced."""
+
+    def __init__(self, theme: Theme, parent: QWidget) -> None:
+        super().__init__(parent, widest=720)
+        self.setObjectName("message-bar")
+        self._theme, self._fault = theme, False
+        self._said = self._answered = 0
+        self._text = QLabel(self)
+        self._text.setObjectName("message-text")
+        self._text.setWordWrap(True)
+        self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Minimum)
+        self._remedies = [self._make_button("message-remedy"), self._make_button("message-second-remedy")]
+        self._close = self._make_button("message-dismiss")
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(12, 6, 8, 6)
+        layout.addWidget(self._text)
+        for button in (*self._remedies, self._close):
+            layout.addWidget(button)
+        self.hide()
+
+    @property
+    def text(self) -> str:
+        """What is said; empty when nothing is."""
+        return self._text.text() if not self.isHidden() else ""
+
+    def say(
+        self, text: str, *, fault: bool = False, remedies: Sequence[QAction] = (), dismiss: str = "Dismiss"
+    ) -> None:
+        """Show a message.
+
+        Args:
+            text: What happened, or what is asked.
+            fault: Something failed.
+            remedies: What helps, up to two buttons.
+            dismiss: What the button is called that does nothing but close.
+        """
+        self._said += 1
+        self._text.setText(text)
+        for number, button in enumerate(self._remedies):
+            for action in button.actions():
+                button.removeAction(action)
+            if number < len(remedies):
+                button.setDefaultAction(remedies[number])
+            button.setVisible(number < len(remedies))
+        self._close.setText(dismiss)
+        self._fault = fault
+        self.setAccessibleName(text)
+        self._update_state()
+        self.show()
+        self.place()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        self._theme = theme
+        self._update_state()
+
+    def _make_button(self, name: str) -> QToolButton:
+        button = QToolButton(self)
+        button.setObjectName(name)
+        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
+        button.pressed.connect(self._on_pressed)
+        button.clicked.connect(self._on_clicked)
+        return button
+
+    def _on_pressed(self) -> None:
+        self._answered = self._said
+
+    def _on_clicked(self) -> None:
+        """What was answered goes, unless the answer itself had something to say."""
+        if self._answered == self._said:
+            self.hide()
+
+    def _update_state(self) -> None:
+        edge = self._theme.fault if self._fault else self._theme.accent
+        ground = mixed(self._theme.panel, edge, 0.14)
+        self.setStyleSheet(
+            f"#message-bar {{ background: {ground}; border: 1px solid {edge}; border-left: 4px solid {edge};"
+            " border-radius: 6px; }"
+        )
+
+
+class HintBar(FloatingBar):
+    """Three hints for the first minutes; gone once the skin has been touched, or when dismissed."""
+
+    dismissed = Signal()
+
+    def __init__(self, theme: Theme, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setObjectName("hint-bar")
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(12, 8, 12, 8)
+        layout.setSpacing(4)
+        for number, text in enumerate(HINTS, start=1):
+            label = QLabel(f"{number}  {text}", self)
+            label.setObjectName(f"hint-{number}")
+            layout.addWidget(label)
+        close = QToolButton(self)
+        close.setText("Got it")
+        close.setObjectName("hint-dismiss")
+        close.clicked.connect(self.dismissed)
+        layout.addWidget(close, 0, Qt.AlignmentFlag.AlignRight)
+        self.set_theme(theme)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        ground = mixed(theme.panel, theme.accent, 0.10)
+        self.setStyleSheet(f"#hint-bar {{ background: {ground}; border: 1px solid {theme.line}; border-radius: 6px; }}")

@@ -1,0 +1,317 @@
+"""What all panels are made of: the base class, its collapsible heading, sliders, combo boxes and value labels.
+
+A panel is a heading that folds a column of content; groups are told apart by space, not by frames. ``FlatComboBox`` is
+a combo box for a column of many: words and a chevron, with a frame only under the pointer or the keyboard focus.
+"""
+
+from __future__ import annotations
+
+import math
+
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt, QTimer, Signal
+from PySide6.QtGui import (
+    QFont,
+    QKeySequence,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPalette,
+    QPen,
+    QPolygonF,
+    QShortcut,
+    QWheelEvent,
+)
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QComboBox,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QSizePolicy,
+    QSlider,
+    QVBoxLayout,
+    QWidget,
+)
+
+_HEADING_CHEVRON = 4.0
+"""Half its width [px]."""
+
+
+class CollapsibleHeading(QAbstractButton):
+    """Bold words and a chevron at the end of the line: up and it is open; checked means folded."""
+
+    def __init__(self, text: str, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setText(text)
+        self.setCheckable(True)
+        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # a click leaves the keys to the view that has them
+        self.setCursor(Qt.CursorShape.PointingHandCursor)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.toggled.connect(self._on_toggled)
+        self._on_toggled(False)
+
+    def sizeHint(self) -> QSize:
+        """Qt: a line of words, and the chevron."""
+        metrics = self.fontMetrics()
+        return QSize(metrics.horizontalAdvance(self.text()) + 32, metrics.height() + 4)
+
+    def minimumSizeHint(self) -> QSize:
+        """Qt: as much as the words need."""
+        return self.sizeHint()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Qt: words at the left, the chevron at the right, a line below while the keys come here."""
+        painter, palette = QPainter(self), self.palette()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        font = QFont(self.font())
+        font.setWeight(QFont.Weight.DemiBold)
+        painter.setFont(font)
+        painter.setPen(palette.color(QPalette.ColorRole.WindowText))
+        painter.drawText(self.rect(), Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, self.text())
+        marked = self.underMouse() or self.hasFocus()
+        role = QPalette.ColorRole.Link if marked else QPalette.ColorRole.PlaceholderText
+        painter.setPen(QPen(palette.color(role), 1.6, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
+        middle = QRectF(self.rect()).center()
+        tip = -_HEADING_CHEVRON / 2 if not self.isChecked() else _HEADING_CHEVRON / 2
+        corners = [QPointF(x, tip if x == 0 else -tip) for x in (-_HEADING_CHEVRON, 0.0, _HEADING_CHEVRON)]
+        painter.translate(self.width() - _HEADING_CHEVRON - 2, middle.y())
+        painter.drawPolyline(QPolygonF(corners))
+
+    def _on_toggled(self, folded: bool) -> None:
+        self.setToolTip("Unfold" if folded else "Fold")
+        self.setAccessibleName(f"{self.text()}, folded" if folded else self.text())
+
+
+_SETTLE_MS = 300
+"""Keys and the wheel have come to rest after this long."""
+
+
+SLIM_SCROLL_BAR = """
+    QScrollBar:vertical { width: 8px; margin: 0; background: transparent; border: 0; }
+    QScrollBar::handle:vertical { background: palette(mid); border-radius: 4px; min-height: 32px; }
+    QScrollBar::add-line:vertical, QScrollBar::sub-line:vertical { height: 0; }
+    QScrollBar::add-page:vertical, QScrollBar::sub-page:vertical { background: transparent; }
+"""
+"""Scroll bars that take little room."""
+MIXED_VALUES = "—"
+"""What stands for values that differ."""
+
+
+class Panel(QWidget):
+    """A heading and a column; a click on the heading folds the column away.
+
+    Args:
+        heading: In words.
+        name: Of the object, in settings and tests.
+    """
+
+    folded_changed = Signal(bool)
+    """The hand folded or unfolded it."""
+
+    def __init__(self, heading: str, name: str, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName(name)
+        self.setAccessibleName(heading)
+        self._heading, self._body = CollapsibleHeading(heading, self), QWidget(self)
+        self._heading.setObjectName(f"{name}-heading")
+        self._heading.toggled.connect(self._body.setHidden)
+        self._heading.clicked.connect(self.folded_changed)
+        self.column = QVBoxLayout(self._body)
+        self.column.setContentsMargins(0, 0, 0, 0)
+        self.column.setSpacing(8)
+        whole = QVBoxLayout(self)
+        whole.setContentsMargins(12, 12, 12, 4)
+        whole.setSpacing(8)
+        whole.addWidget(self._heading)
+        whole.addWidget(self._body)
+
+    @property
+    def folded(self) -> bool:
+        """Whether only the heading is shown."""
+        return self._heading.isChecked()
+
+    def set_folded(self, folded: bool) -> None:
+        """Fold or unfold it without emitting."""
+        self._heading.setChecked(folded)
+
+    def caption(self, text: str = "") -> QLabel:
+        """A quiet line of small text at the end of the column."""
+        label = QLabel(text, self)
+        label.setProperty("role", "caption")
+        label.setWordWrap(True)
+        label.setMinimumWidth(1)  # a long path in it is cut, and does not widen the panel
+        self.column.addWidget(label)
+        return label
+
+    def grid(self) -> QGridLayout:
+        """A grid for rows of facts at the end of the column."""
+        grid = QGridLayout()
+        grid.setHorizontalSpacing(12)
+        grid.setVerticalSpacing(4)
+        self.column.addLayout(grid)
+        return grid
+
+
+def value_label(text: str, parent: QWidget, *, right: bool = False) -> QLabel:
+    """A label for a changing fact."""
+    label = QLabel(text, parent)
+    side = Qt.AlignmentFlag.AlignRight if right else Qt.AlignmentFlag.AlignLeft
+    label.setAlignment(side | Qt.AlignmentFlag.AlignVCenter)
+    return label
+
+
+class _ClickableLabel(QLabel):
+    """A name that may be double-clicked."""
+
+    double_clicked = Signal()
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        """Qt."""
+        event.accept()
+        self.double_clicked.emit()
+
+
+class LabelledSlider(QWidget):
+    """A name, a slider over a range, and the value with its unit."""
+
+    value_changed = Signal(float)
+    rested = Signal(float)
+    """The hand let go of a value other than before, for what is too slow to follow it."""
+    default_wanted = Signal()
+    """Its name was double-clicked, or Delete was pressed on the slider: for whoever knows a value to go back to."""
+
+    def __init__(
+        self, text: str, unit: str, low: float, high: float, step: float, tip: str, parent: QWidget | None = None
+    ) -> None:
+        super().__init__(parent)
+        self._unit, self._low, self._high, self._step = unit, low, high, step
+        self._number = self._rest = low
+        self._name, self._value = _ClickableLabel(text, self), value_label("", self, right=True)
+        self._slider = QSlider(Qt.Orientation.Horizontal, self)
+        self._slider.setRange(0, round((high - low) / step))
+        self._slider.setAccessibleName(text)
+        self._slider.setToolTip(tip)
+        self._slider.valueChanged.connect(self._on_slider_moved)
+        self._slider.sliderReleased.connect(self._on_rested)
+        self._name.double_clicked.connect(self.default_wanted)
+        delete = QShortcut(QKeySequence(Qt.Key.Key_Delete), self._slider)
+        delete.setContext(Qt.ShortcutContext.WidgetShortcut)
+        delete.activated.connect(self.default_wanted)
+        self._quiet = QTimer(self)
+        self._quiet.setSingleShot(True)
+        self._quiet.setInterval(_SETTLE_MS)
+        self._quiet.timeout.connect(self._on_rested)
+        top = QHBoxLayout()
+        top.addWidget(self._name)
+        top.addWidget(self._value)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(2)
+        column.addLayout(top)
+        column.addWidget(self._slider)
+        self._show()
+
+    @property
+    def value(self) -> float:
+        """In the unit shown."""
+        return self._number
+
+    def set_value(self, value: float) -> None:
+        """Show a value without emitting; outside the range the handle waits at the end, and the number is true."""
+        self._number = self._rest = value
+        self._quiet.stop()
+        near = min(max(value, self._low), self._high)
+        blocked = self._slider.blockSignals(True)
+        self._slider.setValue(round((near - self._low) / self._step))
+        self._slider.blockSignals(blocked)
+        self._show()
+
+    @property
+    def held(self) -> bool:
+        """Whether the hand has it, so that it must not be set from elsewhere."""
+        return self._slider.isSliderDown() or self._quiet.isActive()
+
+    def set_mixed(self) -> None:
+        """Show that there is no one value; the handle waits in the middle."""
+        self.set_value(0.5 * (self._low + self._high))
+        self._rest = math.nan
+        self._value.setText(MIXED_VALUES)
+        self._slider.setAccessibleDescription("several values")
+
+    def set_default_tip(self, words: str) -> None:
+        """Say on its name what going back means."""
+        self._name.setToolTip(f"Double-click for {words}, or press Delete on the slider")
+
+    def set_tip(self, tip: str) -> None:
+        """Say something else about it, such as why it is disabled."""
+        self._slider.setToolTip(tip)
+        self.setToolTip(tip)
+
+    def _on_slider_moved(self, position: int) -> None:
+        self._number = self._low + self._step * position
+        self._show()
+        self.value_changed.emit(self.value)
+        if not self._slider.isSliderDown():
+            self._quiet.start()
+
+    def _on_rested(self) -> None:
+        self._quiet.stop()
+        if self._number != self._rest:
+            self._rest = self._number
+            self.rested.emit(self._number)
+
+    def _show(self) -> None:
+        decimals = max(0, len(f"{self._step:.3f}".rstrip("0").split(".")[1]))
+        number = f"{self._number:.{decimals}f}" if math.isfinite(self._number) else "∞"
+        self._value.setText(f"{number}\u2009{self._unit}" if self._unit else number)
+        self._slider.setAccessibleDescription(self._value.text())
+
+
+_PAD, _CHEVRON, _ROUND = 6.0, 3.5, 4.0
+"""Beside the words, half the chevron's width, radius of the frame's corners [px]."""
+
+
+class FlatComboBox(QComboBox):
+    """Says what is in force, whatever its list calls that; a passing wheel does not turn it."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._words, self._quiet = "", False
+        self.setAttribute(Qt.WidgetAttribute.WA_Hover)
+
+    @property
+    def words(self) -> str:
+        """What it says."""
+        return self._words
+
+    def say(self, words: str, *, quiet: bool = False) -> None:
+        """Say this from now on; ``quiet`` for what is off."""
+        self._words, self._quiet = words, quiet
+        self.setAccessibleDescription(words)
+        self.update()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Qt: words, chevron, and a frame where it is about to be used."""
+        painter, palette = QPainter(self), self.palette()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        box = QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5)
+        used = self.isEnabled() and (self.underMouse() or self.hasFocus())
+        if used:
+            painter.setPen(palette.color(QPalette.ColorRole.Link if self.hasFocus() else QPalette.ColorRole.Mid))
+            painter.setBrush(palette.color(QPalette.ColorRole.Button))
+            painter.drawRoundedRect(box, _ROUND, _ROUND)
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+        quiet = palette.color(QPalette.ColorRole.PlaceholderText)
+        painter.setPen(quiet if self._quiet and self.isEnabled() else palette.color(QPalette.ColorRole.ButtonText))
+        words = box.adjusted(_PAD, 0, -4 * _CHEVRON, 0)
+        text = self.fontMetrics().elidedText(self._words, Qt.TextElideMode.ElideRight, int(words.width()))
+        painter.drawText(words, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, text)
+        if self.isEnabled():
+            painter.setPen(QPen(quiet, 1.4, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
+            painter.translate(box.right() - _PAD - _CHEVRON, box.center().y() - _CHEVRON / 4)
+            corners = [QPointF(x, _CHEVRON / 2 if x == 0 else -_CHEVRON / 2) for x in (-_CHEVRON, 0.0, _CHEVRON)]
+            painter.drawPolyline(QPolygonF(corners))
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Qt: the wheel scrolls the panel; it never changes what is simulated."""
+        event.ignore()

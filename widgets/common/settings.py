@@ -1,0 +1,155 @@
+"""What the window remembers between launches, in one file a person can read; the overlay options among it.
+
+``OverlayOptions`` is the setting of View > Overlay: one base layer under the touch, and marks on or off.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from enum import Enum
+from pathlib import Path
+
+from platformdirs import user_config_path
+from PySide6.QtCore import QByteArray, QSettings
+
+
+class BaseLayer(Enum):
+    """What bare skin looks like; each value is the end of the name of the action that chooses it."""
+
+    PRESSURE = "pressure"
+    ANGLE = "angle"
+    AREA = "area"
+    CHECKER = "checker"
+    CIRCLES = "circles"
+
+    @property
+    def title(self) -> str:
+        """As in the legend."""
+        return _TITLES[self]
+
+
+_TITLES = {
+    BaseLayer.PRESSURE: "Pressure",
+    BaseLayer.ANGLE: "Stretch of angles",
+    BaseLayer.AREA: "Stretch of areas",
+    BaseLayer.CHECKER: "Checker",
+    BaseLayer.CIRCLES: "Circles",
+}
+
+
+@dataclass(frozen=True)
+class OverlayOptions:
+    """The setting of View > Overlay.
+
+    Attributes:
+        ground: What bare skin looks like.
+        seams: Whether cuts are dashed.
+        border: Whether the skin's end is lined.
+        pins: Whether pins are shown, whatever the tool.
+        contours: Whether touched areas are lined.
+        shapes: Whether contacts have their ellipse, and the circle in which their centre lies.
+        taxel_ids: Whether taxels are numbered.
+        dots: Whether each taxel is a dot of its own, instead of a picture interpolated between them.
+    """
+
+    ground: BaseLayer = BaseLayer.PRESSURE
+    seams: bool = True
+    border: bool = True
+    pins: bool = False
+    contours: bool = True
+    shapes: bool = True
+    taxel_ids: bool = False
+    dots: bool = False
+
+    def with_mark(self, name: str, *, shown: bool) -> OverlayOptions:
+        """The same with one mark on or off; ``name`` is one of ``MARKS``."""
+        marks = {mark: getattr(self, mark) for mark in MARKS} | {name: shown}
+        return OverlayOptions(self.ground, **marks)
+
+    def to_text(self) -> str:
+        """For the settings' file: the ground and the marks that are on."""
+        return " ".join([self.ground.value, *(name for name in MARKS if getattr(self, name))])
+
+    @classmethod
+    def from_text(cls, text: str) -> OverlayOptions:
+        """From the settings' file; what is not known there is as it first was."""
+        ground, *marks = text.split() or [""]
+        if ground not in [known.value for known in BaseLayer]:
+            return cls()
+        return cls(BaseLayer(ground), **{name: name in marks for name in MARKS})
+
+
+MARKS = tuple(field.name for field in fields(OverlayOptions) if field.name != "ground")
+
+
+_RECENT = 8
+
+
+class Settings:
+    """Theme, window shape, overlays, recent files, and whether the hints were read.
+
+    Args:
+        path: The INI file; by default the user's own.
+    """
+
+    def __init__(self, path: Path | None = None) -> None:
+        file = path or user_config_path("tactile-maps", appauthor=False) / "window.ini"
+        self._store = QSettings(str(file), QSettings.Format.IniFormat)
+
+    @property
+    def theme(self) -> str:
+        """``dark`` or ``light``."""
+        value = self._store.value("theme", "dark")
+        return value if value in ("dark", "light") else "dark"
+
+    @theme.setter
+    def theme(self, name: str) -> None:
+        self._store.setValue("theme", name)
+
+    @property
+    def hints_read(self) -> bool:
+        """Whether the first hints need not be shown again."""
+        return str(self._store.value("hints_read", "false")).lower() == "true"
+
+    @hints_read.setter
+    def hints_read(self, read: bool) -> None:
+        self._store.setValue("hints_read", "true" if read else "false")
+
+    @property
+    def recent(self) -> list[str]:
+        """Files opened lately, newest first."""
+        value = self._store.value("recent", [])
+        return [value] if isinstance(value, str) else [str(item) for item in value] if isinstance(value, list) else []
+
+    def add_recent(self, path: str) -> None:
+        """Put a file on top of the recent ones."""
+        self._store.setValue("recent", [path, *(item for item in self.recent if item != path)][:_RECENT])
+
+    @property
+    def overlays(self) -> OverlayOptions:
+        """What View > Overlay was set to."""
+        return OverlayOptions.from_text(str(self._store.value("overlays", "")))
+
+    @overlays.setter
+    def overlays(self, overlays: OverlayOptions) -> None:
+        self._store.setValue("overlays", overlays.to_text())
+
+    @property
+    def folded(self) -> tuple[str, ...] | None:
+        """The panels of which only the heading shows; None if that was never chosen."""
+        value = self._store.value("folded")
+        return None if value is None else tuple(str(value).split())
+
+    @folded.setter
+    def folded(self, names: tuple[str, ...]) -> None:
+        self._store.setValue("folded", " ".join(names))
+
+    @property
+    def geometry(self) -> QByteArray | None:
+        """The window's shape when it was last closed."""
+        value = self._store.value("geometry")
+        return value if isinstance(value, QByteArray) and not value.isEmpty() else None
+
+    @geometry.setter
+    def geometry(self, shape: QByteArray) -> None:
+        self._store.setValue("geometry", shape)

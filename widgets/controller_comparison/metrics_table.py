@@ -1,0 +1,119 @@
+"""The figures of all contenders: a row a figure, a column a contender, the best in bold."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QFont
+from PySide6.QtWidgets import QAbstractItemView, QFrame, QHeaderView, QTableWidget, QTableWidgetItem, QWidget
+
+from app.studies.controller_comparison import ControllerTrace, controller_metrics
+
+NONE = "—"
+_FLAT = """
+    QTableWidget, QTableCornerButton::section { background: transparent; border: 0; }
+    QHeaderView { background: transparent; }
+    QHeaderView::section { background: transparent; border: 0; padding: 2px 4px; }
+"""
+_ROW = 22
+_NEARLY = 1e-3
+"""Relative; nearer figures are equally good."""
+
+
+class Row(NamedTuple):
+    """One figure: its name in ``LawFigures``, its words, its unit, shown units per unit, and whether less is better."""
+
+    name: str
+    words: str
+    unit: str
+    scale: float = 1.0
+    better: bool = True
+
+
+ROWS = (
+    Row("map_rms_mm", "Error on the map, rms", "mm"),
+    Row("map_p95_mm", "Error on the map, p95", "mm"),
+    Row("body_rms_mm", "Error on the body, rms", "mm"),
+    Row("body_p95_mm", "Error on the body, p95", "mm"),
+    Row("force_rms_N", "Force off its goal, rms", "N"),
+    Row("force_std_N", "Force ripple, std", "N"),
+    Row("force_max_N", "Greatest force", "N"),
+    Row("lost", "Contact lost", "%", 100.0),
+    Row("limited", "Limited", "%", 100.0),
+    Row("limit", "Limited most by", ""),
+    Row("joint_speed_max", "Fastest joint", "rad/s"),
+    Row("energy_J", "Energy given, at most", "J", 1.0, better=False),
+    Row("control_ms", "Time of the controller, median", "ms"),
+    Row("control_p95_ms", "Time of the controller, p95", "ms"),
+)
+
+
+class MetricsTable(QTableWidget):
+    """Shows figures; decides only which is best."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(len(ROWS), 0, parent)
+        self.setObjectName("controller-figures")
+        self.setAccessibleName("Figures")
+        self.setVerticalHeaderLabels([f"{row.words} ({row.unit})" if row.unit else row.words for row in ROWS])
+        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
+        self.setShowGrid(False)
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setStyleSheet(_FLAT)
+        self.setWordWrap(False)
+        self.verticalHeader().setDefaultSectionSize(_ROW)
+        self.verticalHeader().setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+        wrapped = Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignBottom | Qt.TextFlag.TextWordWrap
+        self.horizontalHeader().setDefaultAlignment(Qt.AlignmentFlag(int(wrapped)))
+        self.horizontalHeader().setFixedHeight(2 * _ROW)
+        self.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+
+    def show_traces(self, traces: Sequence[ControllerTrace], titles: Sequence[str]) -> None:
+        """Measure and show these."""
+        figures = [controller_metrics(trace) for trace in traces]
+        self.setColumnCount(len(traces))
+        self.setHorizontalHeaderLabels(list(titles))
+        for number, row in enumerate(ROWS):
+            values = [getattr(figure, row.name) for figure in figures]
+            best = _best(values) if row.better and row.unit else None
+            for column, value in enumerate(values):
+                self.setItem(number, column, _cell(row, value, bold=column == best))
+
+    def text(self, name: str, column: int) -> str:
+        """What a cell says."""
+        item = self.item([row.name for row in ROWS].index(name), column)
+        return item.text() if item is not None else ""
+
+
+def format_metric(row: Row, value: float | str) -> str:
+    """Three significant digits, the words of what is said in words, and what stands for nothing."""
+    if isinstance(value, str):
+        return value or NONE
+    if not math.isfinite(value):
+        return NONE
+    shown = row.scale * value
+    return f"{shown:.{max(2 - math.floor(math.log10(abs(shown))), 0)}f}" if 1e-3 <= abs(shown) < 1e3 else f"{shown:.3g}"
+
+
+def _cell(row: Row, value: float | str, *, bold: bool) -> QTableWidgetItem:
+    item = QTableWidgetItem(format_metric(row, value))
+    item.setTextAlignment(Qt.AlignmentFlag.AlignCenter)
+    if isinstance(value, str):
+        item.setToolTip(value)
+    font = QFont()
+    font.setBold(bold)
+    item.setFont(font)
+    return item
+
+
+def _best(values: Sequence[float]) -> int | None:
+    """Which is least; None where none is less than all others."""
+    known = sorted((value, number) for number, value in enumerate(values) if math.isfinite(value))
+    if len(known) < 2 or known[1][0] - known[0][0] <= _NEARLY * abs(known[1][0]):
+        return None
+    return known[0][1]

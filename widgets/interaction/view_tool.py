@@ -1,0 +1,116 @@
+"""What a view asks of a tool that edits the map or sets a task: mouse and keys go to it while it is selected.
+
+``ShortcutOverrideFilter`` gives the tool those keys that are also shortcuts of the window, such as Backspace while
+something is drawn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from PySide6.QtCore import QEvent, QObject, Qt, Signal
+from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QWheelEvent
+from PySide6.QtWidgets import QWidget
+
+from app.core.arrays import FloatArray
+from app.geometry.mesh import SurfacePoint
+from widgets.common.colours import Theme
+from widgets.overlays.body_overlays import NO_MARKS, ToolMarks
+
+ToPixels = Callable[[FloatArray], FloatArray]
+"""From map points (k, 2) [m] to pixels of the viewport (k, 2)."""
+
+
+@dataclass(frozen=True, eq=False)
+class PointerHit:
+    """What is under the pointer.
+
+    Attributes:
+        at: The place of the skin; None beside it.
+        point: (2,) the map point [m]; None in the robot view.
+        pixel: How large a pixel is there [m].
+    """
+
+    at: SurfacePoint | None
+    point: FloatArray | None
+    pixel: float
+
+
+class ViewTool(QObject):
+    """A tool that does nothing, as the views know it.
+
+    Those that edit change the document through the editor alone, those that lead the arm its settings through the lead.
+    """
+
+    hint = ""
+    """What the mouse and the keys do with it, for people."""
+    drawn = Signal()
+    """``paint`` would draw something else now."""
+
+    def press(self, place: PointerHit, event: QMouseEvent) -> bool:
+        """The left button went down. Whether a gesture begins, which owns the mouse until the release."""
+        return False
+
+    def move(self, place: PointerHit, event: QMouseEvent) -> None:
+        """The pointer moved, held or hovering."""
+
+    def release(self, place: PointerHit, event: QMouseEvent) -> None:
+        """The left button came up."""
+
+    def wheel(self, place: PointerHit, event: QWheelEvent) -> bool:
+        """The wheel turned. Whether it was for this tool."""
+        return False
+
+    def key(self, event: QKeyEvent) -> bool:
+        """A key was pressed in the view. Whether it was for this tool."""
+        return False
+
+    def wants(self, key: Qt.Key) -> bool:
+        """Whether a key that is also one of the window's would now be for this tool."""
+        return False
+
+    def cancel(self) -> bool:
+        """Escape was pressed, the focus went or another tool was taken. Whether there was a gesture to give up."""
+        return False
+
+    def paint(self, painter: QPainter, to_pixels: ToPixels, theme: Theme) -> None:
+        """Draw over the view, in the viewport's pixels."""
+
+    def body_marks(self) -> ToolMarks:
+        """What is marked on the body, where the robot view draws it in three dimensions."""
+        return NO_MARKS
+
+    def paint_body(self, painter: QPainter, theme: Theme) -> None:
+        """Draw over the robot view, in its pixels, what is at no place of the skin: the brush, words."""
+
+    def leave(self) -> None:
+        """The pointer left the view."""
+
+    def cursor(self, place: PointerHit) -> Qt.CursorShape:
+        """What the pointer looks like there."""
+        return Qt.CursorShape.ArrowCursor
+
+
+class ShortcutOverrideFilter(QObject):
+    """Watches a view, and says so when Qt asks whether a key is to be none of the window's.
+
+    Args:
+        view: Whose keys.
+
+    Attributes:
+        tool: The one in the hand, or None.
+    """
+
+    def __init__(self, view: QWidget) -> None:
+        super().__init__(view)
+        self.tool: ViewTool | None = None
+        view.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Qt: take what the tool wants; the key itself then comes to the view."""
+        if self.tool is None or event.type() != QEvent.Type.ShortcutOverride or not isinstance(event, QKeyEvent):
+            return False
+        if self.tool.wants(Qt.Key(event.key())):
+            event.accept()
+        return event.isAccepted()

@@ -1,0 +1,130 @@
+"""From the view to the skin and back, without Qt: scene units, map metres, the body point and the words for it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from app.core.arrays import FloatArray
+from app.geometry.mesh import SurfacePoint
+from app.maps.layout import MapLayout, Placement
+from app.maps.tactile_map import TactileMap
+from app.skin.skin import Skin
+
+SCENE_SIZE = 1000.0
+"""The map's longer side in scene units. Hundreds, because Qt draws cosmetic points badly in a scene of size one."""
+
+
+@dataclass(frozen=True)
+class SceneTransform:
+    """Places map metres (y up) in the scene (y down), the map's upper left corner at the scene's origin.
+
+    Attributes:
+        left: Smallest map x [m].
+        top: Largest map y [m].
+        scale: Scene units per metre.
+        size: Width and height of the map [scene units].
+    """
+
+    left: float
+    top: float
+    scale: float
+    size: tuple[float, float]
+
+    @classmethod
+    def around(cls, bounds: FloatArray) -> SceneTransform:
+        """The frame whose longer side is ``SCENE_SIZE``; ``bounds``: (2, 2) smallest and largest [m]."""
+        (left, bottom), (right, top) = np.asarray(bounds, dtype=np.float64)
+        extent = max(right - left, top - bottom)
+        scale = SCENE_SIZE / extent if extent > 0 else SCENE_SIZE
+        return cls(float(left), float(top), float(scale), (float(right - left) * scale, float(top - bottom) * scale))
+
+    def to_scene(self, points: FloatArray) -> FloatArray:
+        """Map points (..., 2) [m] as scene points."""
+        points = np.asarray(points, dtype=np.float64)
+        return np.stack([(points[..., 0] - self.left), (self.top - points[..., 1])], axis=-1) * self.scale
+
+    def to_map(self, points: FloatArray) -> FloatArray:
+        """Scene points (..., 2) as map points [m]."""
+        points = np.asarray(points, dtype=np.float64) / self.scale
+        return np.stack([points[..., 0] + self.left, self.top - points[..., 1]], axis=-1)
+
+    def placed(self, placement: Placement) -> FloatArray:
+        """(3, 2) that takes a chart's points [m] into the scene: a row (x, y, 1) times this is the scene point."""
+        corners = placement.apply(np.array([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]]))
+        scene = self.to_scene(corners)
+        return np.concatenate([scene[:2] - scene[2], scene[2:]])
+
+
+def pick(tactile_map: TactileMap, frame: SceneTransform, x: float, y: float) -> SurfacePoint | None:
+    """The body point under a scene point; None outside all patches."""
+    return tactile_map.to_body(frame.to_map(np.array([x, y])))
+
+
+def nearest_taxel(tactile_map: TactileMap, at: SurfacePoint) -> int | None:
+    """Number of the taxel of the same patch that is nearest on the map; None for a patch without taxels."""
+    first, end = tactile_map.skin.first[at.patch], tactile_map.skin.first[at.patch + 1]
+    if first == end:
+        return None
+    away = tactile_map.taxel_points[first:end] - tactile_map.to_map(at)
+    return int(first + np.argmin(np.einsum("kd,kd->k", away, away)))
+
+
+class VisiblePatches:
+    """The patches of a map that are shown: a press goes through those that are hidden.
+
+    Args:
+        tactile_map: The map.
+        numbers: The patches that are shown.
+    """
+
+    def __init__(self, tactile_map: TactileMap, numbers: Sequence[int]) -> None:
+        self._numbers = numbers
+        self._map = tactile_map
+        if len(numbers) < len(tactile_map.charts):
+            patches, placements = tactile_map.skin.patches, tactile_map.layout.placements
+            self._map = TactileMap(
+                Skin(tuple(patches[k] for k in numbers)),
+                tuple(tactile_map.charts[k] for k in numbers),
+                MapLayout(tuple(placements[k] for k in numbers)),
+            )
+
+    def hit(self, frame: SceneTransform, x: float, y: float) -> SurfacePoint | None:
+        """The body point under a scene point; None outside all shown patches."""
+        at = pick(self._map, frame, x, y)
+        return None if at is None else SurfacePoint(self._numbers[at.patch], at.face, at.weights)
+
+
+def readout_text(tactile_map: TactileMap, at: SurfacePoint, pressures: FloatArray | None, *, name: str = "") -> str:
+    """Patch, taxel, its pressure and the place on the map, for the hover readout.
+
+    Args:
+        tactile_map: The map.
+        at: The place.
+        pressures: (taxels,) [Pa].
+        name: Of the patch, where a person gave it another than the skin's.
+    """
+    facts = [name or tactile_map.skin.patches[at.patch].name]
+    taxel = nearest_taxel(tactile_map, at)
+    if taxel is not None:
+        facts.append(f"taxel {taxel}")
+        if pressures is not None:
+            facts.append(f"{format_three_digits(float(pressures[taxel]) / 1e3)}\u2009kPa")
+    x, y = 1e3 * tactile_map.to_map(at)
+    facts.append(f"x {x:.1f}, y {y:.1f}\u2009mm")
+    return "  ·  ".join(facts)
+
+
+def format_three_digits(value: float) -> str:
+    """Three significant digits without an exponent, and nothing finer than a hundredth."""
+    magnitude = abs(value)
+    decimals = 2 if magnitude < 9.995 else 1 if magnitude < 99.95 else 0
+    return f"{value:.{decimals}f}"
+
+
+def nice_floor(most: float) -> float:
+    """The largest of 1, 2, 5 times a power of ten that is at most ``most``."""
+    power = 10.0 ** np.floor(np.log10(most))
+    return float(power * next(step for step in (5, 2, 1) if step * power <= most * (1 + 1e-9)))

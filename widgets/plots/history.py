@@ -1,0 +1,255 @@
+"""The last seconds of what is plotted: samples in ring buffers, spans of limits, times of changed settings. No Qt.
+
+``SampleHistory`` keeps a few named series, ``TaxelHistory`` all taxels, so that one selected now shows its past;
+``LimitHistory`` the spans in which each limit bounded the controller, said for a while after they ended so that none
+flickers by unread; ``SettingChanges`` when settings were changed. ``stage_times`` sums the sensor's effects to one
+stage.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from app.core.arrays import FloatArray, IntArray
+from app.core.timing import Timings
+from app.scene.effects import SENSOR_KEYS
+from app.studies.controller_comparison import limit_name
+
+
+class SampleHistory:
+    """Samples of named series over time. Mutable: ``add`` and ``clear``.
+
+    Args:
+        seconds: How far back to keep [s]; also the width of the window shown.
+        capacity: Most samples kept.
+    """
+
+    def __init__(self, *, seconds: float = 10.0, capacity: int = 2048) -> None:
+        self.seconds = seconds
+        self._times = np.full(capacity, np.nan)
+        self._values: dict[str, FloatArray] = {}
+        self._count = 0
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The series, in the order they first came."""
+        return tuple(self._values)
+
+    @property
+    def latest(self) -> float:
+        """Time of the newest sample [s]; NaN when there is none."""
+        return float(self._times[(self._count - 1) % len(self._times)]) if self._count else float("nan")
+
+    def clear(self) -> None:
+        """Forget all samples and series."""
+        self._values, self._count = {}, 0
+        self._times.fill(np.nan)
+
+    def add(self, time: float, values: dict[str, float]) -> None:
+        """Keep ``values`` at ``time`` [s]; time running backwards or jumping ahead starts a new history."""
+        if self._count and not 0 <= time - self.latest <= self.seconds:
+            self.clear()
+        place = self._count % len(self._times)
+        for name in values:
+            if name not in self._values:
+                self._values[name] = np.full(len(self._times), np.nan)
+        for name, series in self._values.items():
+            series[place] = values.get(name, np.nan)
+        self._times[place] = time
+        self._count += 1
+
+    def series(self, name: str) -> tuple[FloatArray, FloatArray]:
+        """Ages (k,) [s], rising to 0 at the newest sample, and the values (k,) of the last ``seconds``; maybe none."""
+        if name not in self._values:
+            return np.zeros(0), np.zeros(0)
+        order = self._order()
+        ages = self._times[order] - self.latest
+        kept = ages >= -self.seconds
+        return ages[kept], self._values[name][order][kept]
+
+    def forget_silent(self) -> tuple[str, ...]:
+        """Drop the series that said nothing in the last ``seconds``; their names. Cost: 5 µs a series."""
+        recent = self._times >= self.latest - self.seconds
+        silent = tuple(name for name, values in self._values.items() if not np.isfinite(values[recent]).any())
+        for name in silent:
+            del self._values[name]
+        return silent
+
+    def _order(self) -> IntArray:
+        return _oldest_first(self._count, len(self._times))
+
+
+class TaxelHistory:
+    """Pressures of every taxel, so that one selected now shows what it felt before. Mutable: ``add`` and ``clear``.
+
+    Args:
+        seconds: How far back to keep [s].
+        capacity: Most frames kept; ten seconds at 100 a second. They take 4 bytes a taxel each.
+    """
+
+    def __init__(self, *, seconds: float = 10.0, capacity: int = 1000) -> None:
+        self.seconds = seconds
+        self._times = np.full(capacity, np.nan)
+        self._pressures = np.zeros((capacity, 0), np.float32)
+        self._count = 0
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self._count = 0
+        self._times.fill(np.nan)
+
+    def add(self, time: float, pressures: FloatArray) -> None:
+        """Keep pressures (taxels,) [Pa] at ``time`` [s]; another skin, or time that jumps, starts a new history."""
+        latest = self._times[(self._count - 1) % len(self._times)]
+        if len(pressures) != self._pressures.shape[1]:
+            self._pressures = np.empty((len(self._times), len(pressures)), np.float32)
+            self.clear()
+        elif self._count and not 0 <= time - latest <= self.seconds:
+            self.clear()
+        place = self._count % len(self._times)
+        self._times[place], self._pressures[place] = time, pressures
+        self._count += 1
+
+    def traces(self, taxels: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Ages (n,) [s], rising to 0, and pressures (n, k) [kPa] of ``taxels`` (k,) in the last ``seconds``.
+
+        Cost: 1 ms for all of 1000 taxels at 60 frames a second.
+        """
+        order = _oldest_first(self._count, len(self._times))
+        ages = self._times[order] - self._times[order[-1:]]
+        kept = ages >= -self.seconds
+        return ages[kept], 1e-3 * self._pressures[np.ix_(order[kept], taxels)].astype(float)
+
+
+def _oldest_first(count: int, size: int) -> IntArray:
+    """Places in a ring of ``size`` that ``count`` samples were put into."""
+    return np.arange(count) if count <= size else (np.arange(size) + count) % size
+
+
+LIMIT_SHOWN_FOR = 1.0
+"""How long a limit is still said after it ended [s]."""
+_MERGE_SPANS_WITHIN = 0.1
+"""What ends and begins again within this is one span [s]."""
+
+
+class ShownLimit(NamedTuple):
+    """One limit as it is told: the newest words for it, and whether it is active now or only was."""
+
+    words: str
+    active: bool
+
+
+class LimitHistory:
+    """Spans of time by limit. Mutable: ``take`` and ``clear``.
+
+    Args:
+        seconds: How far back to remember [s].
+    """
+
+    def __init__(self, *, seconds: float = 10.0) -> None:
+        self.seconds = seconds
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self._now = math.nan
+        self._spans: dict[str, list[list[float]]] = {}
+        self._words: dict[str, str] = {}
+        self._active: tuple[str, ...] = ()
+
+    def take(self, time: float, limits: Sequence[str]) -> None:
+        """These bound the controller at ``time`` [s]; time that jumps, or runs backwards, starts a new memory."""
+        if not 0 <= time - self._now <= self.seconds:
+            self.clear()
+        before, self._now = self._active, time
+        self._active = tuple(dict.fromkeys(limit_name(limit) for limit in limits))
+        self._words |= {limit_name(limit): limit for limit in limits}
+        for name in self._active:
+            spans = self._spans.setdefault(name, [])
+            if spans and (name in before or time - spans[-1][1] <= _MERGE_SPANS_WITHIN):
+                spans[-1][1] = time
+            else:
+                spans.append([time, time])
+        self._forget()
+
+    @property
+    def told(self) -> tuple[ShownLimit, ...]:
+        """Those active now as they came, then those that ended within ``LEGIBLE``, the newest first."""
+        ended = [(spans[-1][1], name) for name, spans in self._spans.items() if name not in self._active]
+        recent = [name for end, name in sorted(ended, reverse=True) if self._now - end <= LIMIT_SHOWN_FOR]
+        return (
+            *(ShownLimit(self._words[name], True) for name in self._active),
+            *(ShownLimit(self._words[name], False) for name in recent),
+        )
+
+    @property
+    def rows(self) -> tuple[tuple[str, tuple[tuple[float, float], ...]], ...]:
+        """Name and spans of each limit remembered, first come first, as ages [s], 0 for now and below before."""
+        return tuple(
+            (name, tuple((max(start - self._now, -self.seconds), end - self._now) for start, end in spans))
+            for name, spans in self._spans.items()
+        )
+
+    def _forget(self) -> None:
+        oldest = self._now - self.seconds
+        for name in tuple(self._spans):
+            self._spans[name] = [span for span in self._spans[name] if span[1] >= oldest]
+            if not self._spans[name]:
+                del self._spans[name], self._words[name]
+
+
+_MERGE_CHANGES_WITHIN = 0.4
+"""Changes that follow each other within this are one, at the last of them [s]: a slider on its way."""
+
+
+class SettingChanges:
+    """Times of changes. Mutable: ``change``, ``at`` a time, and ``clear``.
+
+    Args:
+        seconds: How far back to remember [s].
+    """
+
+    def __init__(self, *, seconds: float = 10.0) -> None:
+        self._seconds = seconds
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self._now = math.nan
+        self._times: list[float] = []
+
+    def at(self, time: float) -> None:
+        """It is ``time`` [s] now; time that jumps, or runs backwards, forgets the changes before."""
+        if not 0 <= time - self._now <= self._seconds:
+            self._times = []
+        self._now = time
+        self._times = [when for when in self._times if time - when <= self._seconds]
+
+    def change(self) -> None:
+        """Something was changed just now."""
+        if not math.isfinite(self._now):
+            return
+        if self._times and self._now - self._times[-1] <= _MERGE_CHANGES_WITHIN:
+            self._times.pop()
+        self._times.append(self._now)
+
+    @property
+    def ages(self) -> tuple[float, ...]:
+        """Of the changes [s], 0 for now and below before."""
+        return tuple(when - self._now for when in self._times)
+
+
+SENSOR_STAGE = "sensor"
+
+
+def stage_times(timings: Timings) -> dict[str, float]:
+    """Milliseconds by stage; the sensor's effects, each of which is timed, stand together after touch."""
+    times: dict[str, float] = {}
+    for stage, milliseconds in timings.ms.items():
+        name = SENSOR_STAGE if stage in SENSOR_KEYS else stage
+        times[name] = times.get(name, 0.0) + milliseconds
+    return times

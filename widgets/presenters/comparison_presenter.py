@@ -1,0 +1,165 @@
+"""Opens the comparison of laws, gives it what the session has, and puts what was chosen in force."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QDialog, QFileDialog, QVBoxLayout, QWidget
+
+from app.control.command import ControlSettings
+from app.control.controllers import CONTROL_SCHEMES
+from app.core.errors import RecordingError, TactileMapsError
+from app.core.files import write_atomically
+from app.studies.controller_comparison import ControllerTrace, trace_csv, with_fields
+from widgets.common.colours import Theme
+from widgets.common.controller_settings import GAIN_SETTINGS
+from widgets.controller_comparison.comparison_view import ComparisonView
+from widgets.workers.comparison_worker import ComparisonRequest, ComparisonWorker
+
+if TYPE_CHECKING:
+    from widgets.window.main_window import MainWindow
+
+
+CSV_FILTER = "Table (*.csv)"
+
+
+class ComparisonPresenter(QObject):
+    """The comparison's window, made when it is first wanted.
+
+    Args:
+        window: With its session, effects, column and message bar made.
+        make_comparer: What runs the controllers.
+    """
+
+    def __init__(self, window: MainWindow, make_comparer: Callable[[QObject], ComparisonWorker]) -> None:
+        super().__init__(window)
+        self._window, self._live = window, window.live
+        self.comparison_worker = make_comparer(self)
+        self.comparison_worker.failed.connect(self._on_failed)
+        self.comparison_worker.progressed.connect(self._on_progressed)
+        self.comparison_worker.compared.connect(self._on_compared)
+        self.dialog: ComparisonDialog | None = None
+        window.column.controller.comparison_requested.connect(self.open)
+        window.action("compare_controllers").triggered.connect(self.open)
+
+    @property
+    def board(self) -> ComparisonView | None:
+        """What the window holds; None before it was first opened."""
+        return self.dialog.board if self.dialog is not None else None
+
+    def open(self) -> None:
+        """Show the window, with what the session has by now."""
+        first = self.dialog is None
+        if self.dialog is None:
+            self.dialog = ComparisonDialog(self._window.theme, self._window)
+            board = self.dialog.board
+            board.asked.connect(self.run)
+            board.cancelled.connect(self._on_cancelled)
+            board.used.connect(self.use)
+            board.export_asked.connect(self.choose_export)
+            board.begin(_first_two(self._window.column.controller.settings))
+        self._refresh()
+        if first:
+            self.dialog.board.stimulus.begin()
+        self.dialog.show()
+        self.dialog.activateWindow()
+
+    def run(self) -> None:
+        """Run the contenders on the stimulus, as it is by now."""
+        board = self.board
+        if board is None:
+            return
+        self._refresh()
+        occasion = board.stimulus.occasion
+        if occasion is None:
+            board.show_failed("There is nothing to compare controllers on: open a robot, or choose a recording.")
+            return
+        task = self._window.column.controller.settings
+        contenders = tuple(replace(one, settings=with_controller(task, one.settings)) for one in board.contenders)
+        self.comparison_worker.run(
+            ComparisonRequest(occasion, contenders, board.stimulus.seconds.value(), board.stimulus.own_task)
+        )
+
+    def use(self, settings: ControlSettings) -> None:
+        """Put a contender's controller and gains in force; what is to be done stays."""
+        self._window.column.controller.take(with_controller(self._window.column.controller.settings, settings))
+
+    def choose_export(self) -> None:
+        """Ask where to write the traces."""
+        path, _ = QFileDialog.getSaveFileName(self.dialog, "Export traces", "controllers.csv", CSV_FILTER)
+        if path:
+            self.export(path)
+
+    def export(self, path: str) -> None:
+        """Write all traces as a table."""
+        board = self.board
+        if board is None:
+            return
+        try:
+            write_atomically(Path(path), trace_csv(board.traces), error=RecordingError)
+        except TactileMapsError as error:
+            board.show_failed(str(error))
+        else:
+            self._window.notification_bar.say(f"Saved {path}")
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        if self.board is not None:
+            self.board.set_theme(theme)
+
+    def close(self) -> None:
+        """End what is being run, and close the window."""
+        self.comparison_worker.close()
+        if self.dialog is not None:
+            self.dialog.close()
+
+    def _refresh(self) -> None:
+        if self.board is not None:
+            scene = self._window.effects_presenter.scene
+            self.board.stimulus.show_live(self._live.done(), self._live.scripted(scene) if scene else None)
+
+    def _on_progressed(self, text: str, fraction: float) -> None:
+        if self.board is not None:
+            self.board.show_progress(text, fraction)
+
+    def _on_compared(self, traces: tuple[ControllerTrace, ...]) -> None:
+        if self.board is not None:
+            self.board.show_compared(traces)
+
+    def _on_failed(self, text: str) -> None:
+        if self.board is not None:
+            self.board.show_failed(text)
+
+    def _on_cancelled(self) -> None:
+        self.comparison_worker.close()
+        if self.board is not None:
+            self.board.rest()
+
+
+class ComparisonDialog(QDialog):
+    """A window beside the main one."""
+
+    def __init__(self, theme: Theme, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setObjectName("controller-comparison")
+        self.setWindowTitle("Compare controllers")
+        self.resize(1120, 720)
+        self.board = ComparisonView(theme, self)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(self.board)
+
+
+def with_controller(settings: ControlSettings, controller: ControlSettings) -> ControlSettings:
+    """Settings with the controller and the gains of others."""
+    return with_fields(settings, controller, ("controller", *GAIN_SETTINGS))
+
+
+def _first_two(settings: ControlSettings) -> tuple[ControlSettings, ControlSettings]:
+    """What is in force, and another controller to compare it with."""
+    first = settings if settings.controller in CONTROL_SCHEMES else replace(settings, controller="hybrid")
+    return first, replace(first, controller="qp" if first.controller != "qp" else "hybrid")

@@ -1,0 +1,200 @@
+"""The robot beside its map, the colour bar between them: one hover, one selection, one scale, one state."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QHBoxLayout, QSplitter, QVBoxLayout, QWidget
+
+from app.control.command import ControlSettings
+from app.editing.document import MapDocument
+from app.geometry.mesh import SurfacePoint
+from app.session.frame import Frame
+from app.session.prepare import PreparedScene
+from widgets.common.colour_bar import ColourBar
+from widgets.common.colours import PressureScale, Theme
+from widgets.common.settings import BaseLayer, OverlayOptions
+from widgets.common.tool_kinds import BRUSH, ToolKind, resized_brush
+from widgets.document.taxel_selection import TaxelSelection
+from widgets.interaction.view_tool import ViewTool
+from widgets.map_view.map_view import MapView
+from widgets.overlays.task_overlay_builder import TaskOverlayBuilder
+from widgets.robot_view.robot_view import RobotView
+
+_NARROWEST = 400
+
+
+class LinkedViews(QWidget):
+    """Both views as one: what is shown in one is shown in the other, and a hand on either is the same hand."""
+
+    poke_pressed = Signal(object)
+    """A finger pressed the skin at a SurfacePoint, in either view."""
+    poke_moved = Signal(object)
+    """It stroked to a SurfacePoint."""
+    poke_released = Signal()
+    """It lifted."""
+    open_requested = Signal()
+    """The button of an empty view was pressed."""
+    cancel_requested = Signal()
+    """The button of a loading view was pressed."""
+    hovered = Signal(object)
+    """The SurfacePoint under the pointer in either view, or None."""
+    read_out = Signal(str)
+    """What is under the pointer: patch, taxel, pressure and place; empty for nothing."""
+
+    def __init__(self, theme: Theme, scale: PressureScale, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.robot, self.map, self.bar = RobotView(theme, scale), MapView(theme, scale), ColourBar(theme, scale)
+        self.scale, self.selection, self.tool = scale, TaxelSelection(self), ToolKind.POKE
+        self.selection.changed.connect(self._on_selection_changed)
+        self.brush, self.overlays, self._task = BRUSH, OverlayOptions(), TaskOverlayBuilder()
+        self._hover: SurfacePoint | None = None
+        self._words = ""
+        self._lay_out()
+        self.bar.maximum_changed.connect(self._on_maximum_changed)
+        self.map.picture_changed.connect(self._overlay_body)
+        for view, other in ((self.robot, self.map), (self.map, self.robot)):
+            view.poke_pressed.connect(self.poke_pressed)
+            view.poke_moved.connect(self.poke_moved)
+            view.poke_released.connect(self.poke_released)
+            view.open_requested.connect(self.open_requested)
+            view.cancel_requested.connect(self.cancel_requested)
+            view.taxel_selector.chosen.connect(self.selection.take)
+            view.taxel_selector.abandoned.connect(self.selection.abandon)
+            view.cleared.connect(self.selection.clear)
+            view.hovered.connect(other.set_hover)
+            view.hovered.connect(self._on_hovered)
+
+    def _lay_out(self) -> None:
+        right = QWidget()
+        row = QHBoxLayout(right)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(0)
+        row.addWidget(self.bar)
+        row.addWidget(self.map, 1)
+        self._splitter = QSplitter(Qt.Orientation.Horizontal)
+        self._splitter.setChildrenCollapsible(False)
+        self._splitter.setHandleWidth(1)
+        for side in (self.robot, right):
+            side.setMinimumWidth(_NARROWEST)
+            self._splitter.addWidget(side)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(self._splitter)
+        self.level()
+
+    def level(self) -> None:
+        """Give both sides the same width."""
+        self._splitter.setSizes([1000, 1000])
+
+    def show_prepared(self, prepared: PreparedScene) -> None:
+        """Another robot and map."""
+        self.robot.show_prepared(prepared)
+        self.map.show_prepared(prepared)
+        self.selection.reset(len(prepared.skin))
+        self._overlay_body()
+        self._task.show_map(prepared.map)
+        self._on_hovered(None)
+
+    def show_frame(self, frame: Frame) -> None:
+        """Another instant; the map first, it is what the finger waits for."""
+        self._task.show_frame(frame)
+        self.map.show_frame(frame, task=self._task.shown)
+        self.map.viewport().repaint()
+        self.robot.show_frame(frame)
+        self.robot.show_task(self._task.shown)
+        self.bar.set_peak(1e-3 * float(frame.pressures.max(initial=0.0)))
+        self._read_out()
+
+    def show_settings(self, settings: ControlSettings) -> None:
+        """By these the arm is led in what is shown."""
+        self._task.show_settings(settings)
+        self._show_task()
+
+    def _show_task(self) -> None:
+        for view in (self.map, self.robot):
+            view.show_task(self._task.shown)
+
+    def show_loading(self, text: str, fraction: float) -> None:
+        """The first robot is being prepared."""
+        for view in (self.robot, self.map):
+            view.show_loading(text, fraction)
+
+    def show_last(self) -> None:
+        """Back to what was shown before, or to nothing."""
+        for view in (self.robot, self.map):
+            view.show_last()
+
+    def show_mode(self, mode: str) -> None:
+        """``live``, ``paused``, ``replaying`` or ``empty``."""
+        for view in (self.robot, self.map):
+            view.set_replaying(replaying=mode == "replaying")
+            view.set_paused(paused=mode == "paused")
+
+    def set_overlays(self, overlays: OverlayOptions) -> None:
+        """Both show what View > Overlay asks for."""
+        self.overlays = overlays
+        self.map.set_overlays(overlays)
+        self.robot.show_shapes(shown=overlays.shapes)
+        self._overlay_body()
+        self._read_out()
+
+    def _overlay_body(self) -> None:
+        """The body wears the map's picture where there is one; touch alone it draws finer by itself."""
+        textured = self.overlays.ground is not BaseLayer.PRESSURE
+        self.robot.set_overlay(self.map.skin_texture, textured=textured, dotted=self.overlays.dots)
+
+    def set_tool(self, tool: ToolKind) -> None:
+        """Both hands take another tool."""
+        self.tool = tool
+        for view in (self.robot, self.map):
+            view.set_tool(tool)
+
+    def set_view_tool(self, tool: ViewTool | None) -> None:
+        """The tool that edits or leads, in both hands; None for one that does neither."""
+        for view in (self.robot, self.map):
+            view.set_view_tool(tool)
+
+    def show_document(self, document: MapDocument, *, in_hand: bool = False, led: bool = True) -> None:
+        """The same skin's map, edited; ``in_hand`` while a gesture changes it, ``led`` where the arm is led by it."""
+        self.map.show_document(document, in_hand=in_hand)
+        if not in_hand:
+            self.robot.show_map(document.map)
+            self._task.show_map(document.map, led=led)
+            self._show_task()
+        self._read_out()
+
+    def resize_brush(self, steps: int) -> None:
+        """Make the brush so many steps larger, or smaller where negative."""
+        self.brush = resized_brush(self.brush, steps)
+        for view in (self.robot, self.map):
+            view.taxel_selector.set_radius(self.brush)
+
+    def frame_all(self) -> None:
+        """Both show everything."""
+        self.robot.frame_all()
+        self.map.frame_all()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        for part in (self.robot, self.map, self.bar):
+            part.set_theme(theme)
+
+    def _on_maximum_changed(self, kilopascals: float) -> None:
+        self.scale = PressureScale(kilopascals)
+        for part in (self.robot, self.map, self.bar):
+            part.set_scale(self.scale)
+
+    def _on_selection_changed(self) -> None:
+        for view in (self.robot, self.map):
+            view.set_selection(self.selection.taxels, self.selection.inks)
+
+    def _on_hovered(self, at: SurfacePoint | None) -> None:
+        self._hover = at
+        self.hovered.emit(at)
+        self._read_out()
+
+    def _read_out(self) -> None:
+        words = self.map.words_for(self._hover)
+        if words != self._words:
+            self._words = words
+            self.read_out.emit(words)

@@ -1,0 +1,246 @@
+"""Where the map being edited is kept: saved, saved by itself, found again after a crash, and never lost unasked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from platformdirs import user_state_path
+from PySide6.QtCore import QObject, QTimer, Signal
+from PySide6.QtWidgets import QFileDialog, QMessageBox
+
+from app.core.errors import TactileMapsError
+from app.editing.document import MapDocument
+from app.editing.document_file import DocumentFile, load_document
+from app.editing.layout_import import adopt_document
+from app.maps.formats.export import ENDINGS, write_map
+from app.session.prepare import PreparedScene
+from widgets.document.map_editor import MapEditor
+
+if TYPE_CHECKING:
+    from widgets.window.main_window import MainWindow
+
+
+AUTOSAVE_MS = 20_000
+_MAPS = "Tactile maps (*.npz)"
+
+
+class MapFilePresenter(QObject):
+    """The file of the document in ``editor``. Mutable.
+
+    Args:
+        window: Asks and tells.
+        editor: Whose document it keeps.
+    """
+
+    changed = Signal()
+    """Another file, or another answer to whether there is something to save."""
+
+    def __init__(self, window: MainWindow, editor: MapEditor) -> None:
+        super().__init__(window)
+        self._window, self._editor = window, editor
+        self._file: DocumentFile | None = None
+        self._recovered: MapDocument | None = None
+        self._writer = ThreadPoolExecutor(max_workers=1, thread_name_prefix="autosave")
+        self._writing: Future[bool] | None = None
+        self._timer = QTimer(self)
+        self._timer.setInterval(AUTOSAVE_MS)
+        self._timer.timeout.connect(self.autosave)
+        self._timer.start()
+        editor.history_changed.connect(self.changed)
+
+    @property
+    def unsaved(self) -> bool:
+        """Whether closing now would lose an edit."""
+        document = self._editor.document
+        return self._file is not None and document is not None and self._file.unsaved(document)
+
+    @property
+    def path(self) -> Path | None:
+        """The map's file; None until it has one."""
+        return None if self._file is None else self._file.path
+
+    def begin(self, prepared: PreparedScene) -> None:
+        """Another scene's map: as it was made it need not be kept. What a crash left of its edits is offered."""
+        self._wait()
+        document = self._editor.document
+        self._file = DocumentFile(None, document, folder=autosave_folder(prepared.robot.name))
+        self._recovered = None
+        try:
+            found = self._file.recovery()
+            if found is not None and document is not None:
+                recovered = load_document(found.file)
+                adopt_document(document, recovered)
+                self._recovered = recovered
+        except TactileMapsError:
+            self._recovered = None  # of another skin, or half written: nothing that could be taken back
+        if self._recovered is not None:
+            self._window.notification_bar.say(
+                "Edits of this map were not saved when the program ended.",
+                remedies=[self._window.action("restore_map")],
+            )
+        self.changed.emit()
+
+    def restore(self) -> None:
+        """Take back what a crash left, as one edit."""
+        recovered, self._recovered = self._recovered, None
+        if recovered is not None:
+            self._editor.do("Restore", lambda document: adopt_document(document, recovered))
+
+    # Saving.
+
+    def save(self) -> bool:
+        """Save where it is kept; ask where, the first time. Whether it is saved."""
+        if self.path is None:
+            return self.choose_save()
+        return self._save(self.path)
+
+    def choose_save(self) -> bool:
+        """Ask where to save. Whether it is saved."""
+        path = self._ask_path("Save map", _MAPS, ".npz")
+        return bool(path) and self._save(Path(path))
+
+    def _save(self, path: Path) -> bool:
+        document = self._editor.document
+        if self._file is None or document is None:
+            return False
+        self._wait()
+        try:
+            self._file.save_as(document, path)
+        except TactileMapsError as error:
+            self._window.notification_bar.say(str(error), fault=True)
+            return False
+        self._window.notification_bar.say(f"Saved {path}")
+        self._window.settings.add_recent(str(path))
+        self.changed.emit()
+        return True
+
+    def choose_export(self) -> None:
+        """Ask where to write the map for other programs."""
+        kinds = ";;".join(f"{ending[1:].upper()} (*{ending})" for ending in ENDINGS)
+        path = self._ask_path("Export map", kinds, "")
+        if path:
+            self.export(path)
+
+    def export(self, path: str) -> None:
+        """Write the map as the file's ending says."""
+        document = self._editor.document
+        if document is None:
+            return
+        try:
+            write_map(document.map, path)
+        except TactileMapsError as error:
+            self._window.notification_bar.say(str(error), fault=True)
+        else:
+            self._window.notification_bar.say(f"Exported {path}")
+
+    def _ask_path(self, title: str, kinds: str, ending: str) -> str:
+        prepared = self._window.live.prepared
+        if prepared is None:
+            return ""
+        path, _ = QFileDialog.getSaveFileName(self._window, title, f"{prepared.robot.name}{ending}", kinds)
+        return path if not path or Path(path).suffix else path + ending
+
+    # Opening.
+
+    def choose_open(self) -> None:
+        """Ask for a saved map."""
+        path, _ = QFileDialog.getOpenFileName(self._window, "Open map", "", f"{_MAPS};;All files (*)")
+        if path:
+            self.open(path)
+
+    def open(self, path: str) -> bool:
+        """Take over a saved map of this skin, as one edit; it is saved there from then on. Whether it was taken."""
+        if self._file is None:
+            self._window.notification_bar.say(f"{path}: open the robot first that this map is of.", fault=True)
+            return False
+        try:
+            other = load_document(path)
+        except TactileMapsError as error:
+            self._window.notification_bar.say(str(error), fault=True)
+            return False
+        if not self._editor.do(f"Open {Path(path).name}", lambda document: adopt_document(document, other)):
+            return False
+        self._wait()
+        self._file.drop_autosave()
+        self._file = DocumentFile(Path(path), self._editor.document)
+        self._window.settings.add_recent(path)
+        self.changed.emit()
+        return True
+
+    # Not losing anything.
+
+    def autosave(self) -> None:
+        """Keep a copy of what is not saved, beside the window's work."""
+        document = self._editor.document
+        if self._file is None or document is None or self._editor.gesture or not self._written():
+            return
+        if self._recovered is None or self._file.unsaved(document):
+            self._writing = self._writer.submit(self._file.autosave, document)
+
+    def _written(self) -> bool:
+        """Whether the last copy is written; said once, if it could not be."""
+        if self._writing is None:
+            return True
+        if not self._writing.done():
+            return False
+        writing, self._writing = self._writing, None
+        if isinstance(error := writing.exception(), TactileMapsError):
+            self._window.notification_bar.say(str(error), fault=True)
+            self._timer.stop()
+        return True
+
+    def _wait(self) -> None:
+        if self._writing is not None:
+            self._writing.exception()
+            self._written()
+
+    def leave(self, then: Callable[[], None]) -> None:
+        """Do ``then``, which loses the document, once whatever is unsaved is saved or given up."""
+        if not self.unsaved:
+            then()
+            return
+        button = QMessageBox.StandardButton
+        box = QMessageBox(
+            QMessageBox.Icon.NoIcon,
+            "Save the map?",
+            "The map has edits that are not saved.",
+            button.Save | button.Discard | button.Cancel,
+            self._window,
+        )
+        box.setObjectName("leave")
+        box.setDefaultButton(button.Save)
+
+        def answered(answer: int) -> None:
+            if answer == button.Discard:
+                self.give_up()
+            if answer == button.Discard or (answer == button.Save and self.save()):
+                then()
+
+        box.finished.connect(answered)
+        box.open()
+
+    def give_up(self) -> None:
+        """What is not saved is not wanted."""
+        self._wait()
+        if self._file is not None:
+            try:
+                self._file.drop_autosave()
+            except TactileMapsError as error:
+                self._window.notification_bar.say(str(error), fault=True)
+            self._file = None
+
+    def close(self) -> None:
+        """Finish writing; the copy of a saved map goes."""
+        self._timer.stop()
+        self._wait()
+        self._writer.shutdown()
+
+
+def autosave_folder(robot: str) -> Path:
+    """Where maps without a file of their own are kept until they have one."""
+    folder = user_state_path("tactile-maps", appauthor=False) / "autosave" / "".join(c for c in robot if c.isalnum())
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder

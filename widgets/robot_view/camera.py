@@ -1,0 +1,200 @@
+"""The camera of the robot view: pixels to rays, points to pixels, framing, and its moves by hand (orbit, pan, zoom).
+
+Pure arithmetic of a perspective camera; knows neither Qt nor VTK. Pixels count from the upper left corner. Last, from
+which side a scene is first looked at: the usual one, unless the robot hides there what it is about.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from app.core.arrays import FloatArray, readonly
+from app.geometry.raycast import RayCaster
+from app.session.prepare import PreparedScene
+
+
+@dataclass(frozen=True, eq=False)
+class CameraRay:
+    """A ray from the eye through a pixel, world frame.
+
+    Attributes:
+        origin: (3,) [m].
+        direction: (3,) unit.
+    """
+
+    origin: FloatArray
+    direction: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Viewpoint:
+    """A perspective camera.
+
+    Attributes:
+        eye: (3,) [m], world.
+        focus: (3,) [m] what it looks at; not the eye.
+        up: (3,) roughly up; not along the line of sight.
+        view_angle: Vertical, full [degrees].
+    """
+
+    eye: FloatArray
+    focus: FloatArray
+    up: FloatArray
+    view_angle: float
+
+    def __post_init__(self) -> None:
+        for name in ("eye", "focus", "up"):
+            object.__setattr__(self, name, readonly(getattr(self, name)))
+
+    @classmethod
+    def of(cls, camera: Any) -> Viewpoint:
+        """The viewpoint of a PyVista camera as it is now."""
+        return cls(camera.position, camera.focal_point, camera.up, float(camera.view_angle))
+
+    def to(self, camera: Any) -> None:
+        """Let a PyVista camera look from here."""
+        camera.position, camera.focal_point, camera.up = self.eye.tolist(), self.focus.tolist(), self.up.tolist()
+        camera.view_angle = self.view_angle
+
+    @cached_property
+    def axes(self) -> FloatArray:
+        """(3, 3) rows right, up and forward: unit vectors of the picture, world frame."""
+        forward = (self.focus - self.eye) / self.distance
+        right = np.cross(forward, self.up)
+        right /= np.linalg.norm(right)
+        return readonly([right, np.cross(right, forward), forward])
+
+    @property
+    def distance(self) -> float:
+        """From the eye to the focus [m]."""
+        return float(np.linalg.norm(self.focus - self.eye))
+
+    def ray(self, pixel: tuple[float, float], size: tuple[int, int]) -> CameraRay:
+        """The ray through a pixel of a picture of this width and height [px]."""
+        half = np.tan(np.radians(self.view_angle) / 2) / (size[1] / 2)
+        direction = np.array([half * (pixel[0] - size[0] / 2), half * (size[1] / 2 - pixel[1]), 1.0]) @ self.axes
+        return CameraRay(self.eye, direction / np.linalg.norm(direction))
+
+    def pixels(self, points: FloatArray, size: tuple[int, int]) -> FloatArray:
+        """(k, 2) where points (k, 3) [m] appear in a picture of this size; NaN for those not in front of the eye."""
+        across, above, depth = ((np.atleast_2d(points) - self.eye) @ self.axes.T).T
+        depth = np.where(depth > 0, depth, np.nan)
+        scale = size[1] / 2 / np.tan(np.radians(self.view_angle) / 2) / depth
+        return np.stack([size[0] / 2 + scale * across, size[1] / 2 - scale * above], axis=1)
+
+
+def framing(points: FloatArray, away: FloatArray, aspect: float, *, view_angle: float, fill: float) -> Viewpoint:
+    """The nearest viewpoint in a direction from which all points are in the picture, z up.
+
+    Each point must lie inside four planes through the eye; the tightest pair of planes decides how far away it is, and
+    the slack of the other pair is shared evenly.
+
+    Args:
+        points: (k, 3) [m], at least one.
+        away: (3,) from the points to the eye; not along z.
+        aspect: Width by height of the picture.
+        view_angle: Vertical, full [degrees].
+        fill: Share of the picture's width or height that the points may take.
+    """
+    away = np.asarray(away, dtype=np.float64) / np.linalg.norm(away)
+    middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    axes = Viewpoint(middle + away, middle, np.array([0.0, 0.0, 1.0]), view_angle).axes
+    x, y, z = ((points - middle) @ axes.T).T
+    slope = fill * np.tan(np.radians(view_angle) / 2) * np.array([aspect, 1.0])
+    ahead = [np.max(side - tan * z) for tan, axis in zip(slope, (x, y), strict=True) for side in (axis, -axis)]
+    right, left, top, bottom = ahead
+    depth = min(-(right + left) / (2 * slope[0]), -(top + bottom) / (2 * slope[1]), float(z.min()) - 1e-3)
+    eye = np.array([(right - left) / 2, (top - bottom) / 2, depth]) @ axes + middle
+    ahead_of_eye = max(float(z.mean()) - depth, 1e-3)
+    return Viewpoint(eye, eye + ahead_of_eye * axes[2], np.array([0.0, 0.0, 1.0]), view_angle)
+
+
+_LOWEST, _HIGHEST = np.radians(-85), np.radians(88)
+_TURN_PER_HEIGHT = 2 * np.pi / 1.5
+
+
+def orbit(view: Viewpoint, dx: float, dy: float, height: int) -> Viewpoint:
+    """Turn about the focus by pixels dragged in a view of this height; z stays up, the poles are not crossed."""
+    away = view.eye - view.focus
+    azimuth = np.arctan2(away[1], away[0]) - _TURN_PER_HEIGHT * dx / height
+    elevation = np.arcsin(np.clip(away[2] / view.distance, -1, 1)) + _TURN_PER_HEIGHT * dy / height
+    elevation = np.clip(elevation, _LOWEST, _HIGHEST)
+    flat = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
+    direction = np.cos(elevation) * flat + np.array([0.0, 0.0, np.sin(elevation)])
+    return replace(view, eye=view.focus + view.distance * direction, up=np.array([0.0, 0.0, 1.0]))
+
+
+def look_from(view: Viewpoint, normal: FloatArray) -> Viewpoint:
+    """Look at the focus from the side that ``normal`` (3,) points to, as near to it as the poles allow; z stays up.
+
+    Seen from above or below, the way round is kept.
+    """
+    away = view.eye - view.focus
+    azimuth = np.arctan2(normal[1], normal[0]) if np.abs(normal[:2]).max() > 1e-9 else np.arctan2(away[1], away[0])
+    elevation = np.clip(np.arcsin(np.clip(normal[2] / np.linalg.norm(normal), -1, 1)), _LOWEST, _HIGHEST)
+    flat = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
+    direction = np.cos(elevation) * flat + np.array([0.0, 0.0, np.sin(elevation)])
+    return replace(view, eye=view.focus + view.distance * direction, up=np.array([0.0, 0.0, 1.0]))
+
+
+def pan(view: Viewpoint, dx: float, dy: float, height: int) -> Viewpoint:
+    """Move eye and focus together, so that what is as deep as the focus follows the pointer."""
+    right, up, _ = view.axes
+    pixel = 2 * view.distance * np.tan(np.radians(view.view_angle) / 2) / height
+    step = pixel * (dy * up - dx * right)
+    return replace(view, eye=view.eye + step, focus=view.focus + step)
+
+
+def zoom(view: Viewpoint, factor: float, *, nearest: float = 0.02, farthest: float = 100.0) -> Viewpoint:
+    """Go closer to the focus by ``factor`` (> 1) or away (< 1), within these distances [m]."""
+    distance = float(np.clip(view.distance / factor, nearest, farthest))
+    return replace(view, eye=view.focus + (view.eye - view.focus) * (distance / view.distance))
+
+
+DEFAULT_DIRECTION = np.array([0.45, 0.95, 0.42])
+"""From the robot to the eye: its front is +x, z is up, and the side is that of a left arm."""
+_SIDES = np.array([[1, 1, 1], [-1, 1, 1], [1, -1, 1], [-1, -1, 1]])
+_POINTS, _LIFT = 24, 1e-3
+_LEAST_GAIN = 0.2
+"""A share of all objects, on the mean, that another side must show more of: people know the usual one."""
+
+
+def initial_direction(prepared: PreparedScene, poses: FloatArray) -> FloatArray:
+    """(3,) from the robot to the eye.
+
+    Args:
+        prepared: The scene.
+        poses: (links, 4, 4) of the robot at home, world.
+
+    Cost: 10 ms a link where there are objects, else none.
+    """
+    if not prepared.objects:
+        return DEFAULT_DIRECTION
+    links = [(number, link.mesh) for number, link in enumerate(prepared.robot.links) if link.mesh is not None]
+    casters = [(poses[number], RayCaster(mesh)) for number, mesh in links if len(mesh.faces)]
+    points = np.concatenate([_object_points(prepared, number) for number in range(len(prepared.objects))])
+    seen = [np.mean([not _hidden(point, side, casters) for point in points]) for side in _SIDES * DEFAULT_DIRECTION]
+    best = int(np.argmax(seen))
+    return (_SIDES[best] if seen[best] > seen[0] + _LEAST_GAIN else _SIDES[0]) * DEFAULT_DIRECTION
+
+
+def _object_points(prepared: PreparedScene, number: int) -> FloatArray:
+    """(k, 3) corners of an object, spread over it, world [m]."""
+    body = prepared.objects[number]
+    corners = body.mesh.vertices[np.linspace(0, len(body.mesh.vertices) - 1, _POINTS).astype(int)]
+    return body.spec.pose.points(corners)
+
+
+def _hidden(point: FloatArray, away: FloatArray, casters: list[tuple[FloatArray, RayCaster]]) -> bool:
+    """Whether the robot stands between a point and an eye far away in that direction."""
+    along = away / np.linalg.norm(away)
+    start = point + _LIFT * along
+    for pose, caster in casters:
+        turn = pose[:3, :3].T
+        if caster.first_hit(turn @ (start - pose[:3, 3]), turn @ along) is not None:
+            return True
+    return False

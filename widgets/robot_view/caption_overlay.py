@@ -1,0 +1,216 @@
+"""What lies over the robot, drawn by Qt: forces in words, the arrows' scale, the orientation cube, replaying or paused.
+
+The cube in the corner says where x, y and z point, and turns the view; its visible faces are found without Qt.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPaintEvent, QPen, QPolygonF
+from PySide6.QtWidgets import QWidget
+
+from app.core.arrays import FloatArray
+from widgets.common.colours import Theme, mixed
+from widgets.interaction.select_gesture import RubberBand, paint_rubber_band
+from widgets.interaction.view_tool import ViewTool
+
+_NAMES = (("X", "\u2212X"), ("Y", "\u2212Y"), ("Z", "\u2212Z"))
+_RING = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+_LEGIBLE = 0.3
+
+
+@dataclass(frozen=True, eq=False)
+class CubeFace:
+    """One face that looks at the eye.
+
+    Attributes:
+        corners: (4, 2) in half edges from the cube's middle, x to the right and y down.
+        facing: 0 seen from the side, 1 seen straight on.
+        name: Its axis, or nothing where it is too slanted to be read.
+        normal: (3,) its axis with its sign, world frame.
+    """
+
+    corners: FloatArray
+    facing: float
+    name: str
+    normal: FloatArray
+
+    def holds(self, x: float, y: float) -> bool:
+        """Whether a point in half edges from the cube's middle, y down, lies on it."""
+        sides, arms = np.roll(self.corners, -1, axis=0) - self.corners, np.array([x, y]) - self.corners
+        turns = sides[:, 0] * arms[:, 1] - sides[:, 1] * arms[:, 0]
+        return bool((turns >= 0).all() or (turns <= 0).all())
+
+
+def cube_faces(axes: FloatArray) -> list[CubeFace]:
+    """The faces of a cube along the world's axes that can be seen, parallel projection.
+
+    Args:
+        axes: (3, 3) rows right, up and forward of the picture, world frame.
+    """
+    faces = []
+    for axis in range(3):
+        for side, name in zip((1.0, -1.0), _NAMES[axis], strict=True):
+            facing = -side * float(axes[2, axis])
+            if facing <= 1e-6:
+                continue
+            corners = np.insert(_RING, axis, side, axis=1) @ axes[:2].T * [1.0, -1.0]
+            faces.append(CubeFace(corners, facing, name if facing > _LEGIBLE else "", side * np.eye(3)[axis]))
+    return faces
+
+
+EDGE = 12.0
+"""Distance of captions from the view's edge [px]."""
+CUBE = 15.0
+"""Half edge of the orientation cube [px]."""
+
+
+@dataclass(frozen=True, eq=False)
+class ForceCaption:
+    """A contact's force in words.
+
+    Attributes:
+        arrow: (2, 2) tail and tip of its arrow [px].
+        text: The words.
+        away: Whether it presses on the side that looks away from the eye; said more quietly.
+    """
+
+    arrow: FloatArray
+    text: str
+    away: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Captions:
+    """Everything said over the body at one instant.
+
+    Attributes:
+        forces: One for each arrow.
+        legend: What the arrows' length means.
+        axes: (3, 3) rows right, up and forward of the picture; None before there is one.
+        replaying: Whether all this comes from a recording; said by the word and a coloured edge.
+        paused: Whether time stands still; said by the word.
+        rubber_band: What a gesture draws.
+    """
+
+    forces: tuple[ForceCaption, ...] = ()
+    legend: str = ""
+    axes: FloatArray | None = field(default=None)
+    replaying: bool = False
+    paused: bool = False
+    rubber_band: RubberBand = field(default_factory=RubberBand)
+
+
+class CaptionOverlay(QWidget):
+    """A transparent sheet over the canvas; the mouse goes through it.
+
+    Attributes:
+        tool: May draw over everything; None for none.
+    """
+
+    def __init__(self, theme: Theme, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._theme, self._captions = theme, Captions()
+        self.tool: ViewTool | None = None
+        self.setObjectName("robot-overlay")
+        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self._caption, self._figure = QFont(self.font()), QFont(self.font())
+        self._caption.setPixelSize(11)
+        self._figure.setPixelSize(13)
+        self._figure.setWeight(QFont.Weight.DemiBold)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        self._theme = theme
+        self.update()
+
+    def say(self, captions: Captions) -> None:
+        """Show these captions."""
+        self._captions = captions
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Qt: captions, cube, edge."""
+        painter, said, room = QPainter(self), self._captions, QRectF(self.rect())
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        for force in said.forces:
+            if np.isfinite(force.arrow).all():  # not behind the eye
+                self._paint_force(painter, force, room)
+        if said.legend:
+            height = QFontMetricsF(self._caption).height() + 4
+            self._paint_chip(
+                painter, QPointF(EDGE, room.bottom() - EDGE - height), said.legend, self._caption, quiet=True
+            )
+        if said.axes is not None:
+            self._paint_cube(painter, said.axes, self._cube_middle())
+        paint_rubber_band(painter, said.rubber_band, self._theme)
+        if self.tool is not None:
+            painter.save()
+            self.tool.paint_body(painter, self._theme)
+            painter.restore()
+        if said.replaying:
+            pen = QPen(QColor(self._theme.accent), 3)
+            pen.setJoinStyle(Qt.PenJoinStyle.MiterJoin)
+            painter.setPen(pen)
+            painter.drawRect(room.adjusted(1.5, 1.5, -1.5, -1.5))
+        if said.replaying or said.paused:
+            word = "Replaying" if said.replaying else "Paused"
+            self._paint_chip(painter, QPointF(EDGE, EDGE), word, self._figure)
+        painter.end()
+
+    def cube_face_at(self, pixel: QPointF) -> CubeFace | None:
+        """The face of the orientation cube under a pixel; None beside it."""
+        if self._captions.axes is None:
+            return None
+        away = (pixel - self._cube_middle()) / CUBE
+        return next((face for face in cube_faces(self._captions.axes) if face.holds(away.x(), away.y())), None)
+
+    def near_cube(self, pixel: QPointF) -> bool:
+        """Whether a pixel is where the orientation cube can be, however it is turned."""
+        away = pixel - self._cube_middle()
+        return self._captions.axes is not None and bool(np.hypot(away.x(), away.y()) < 2 * CUBE)
+
+    def _cube_middle(self) -> QPointF:
+        return QPointF(self.width() - 3 * CUBE, self.height() - 3 * CUBE)
+
+    def _paint_force(self, painter: QPainter, force: ForceCaption, room: QRectF) -> None:
+        """Write beyond the arrow's tail, so that neither the arrow nor the touch is covered."""
+        metrics, arrow = QFontMetricsF(self._figure), force.arrow
+        half = 0.5 * np.array([metrics.horizontalAdvance(force.text) + 16, metrics.height() + 6])
+        along = arrow[0] - arrow[1]
+        length = float(np.linalg.norm(along))
+        along = along / length if length > 4 else np.array([0.0, -1.0])
+        clear = 6 + max(20.0 - length, 0.0) + float(np.min(half / np.maximum(np.abs(along), 1e-6)))
+        low, high = half + EDGE, np.array([room.width(), room.height()]) - half - EDGE
+        corner = np.clip(arrow[0] + clear * along, low, np.maximum(low, high)) - half
+        self._paint_chip(painter, QPointF(*corner.tolist()), force.text, self._figure, quiet=force.away)
+
+    def _paint_chip(self, painter: QPainter, corner: QPointF, text: str, font: QFont, *, quiet: bool = False) -> None:
+        metrics, pad = QFontMetricsF(font), 8.0 if font.pixelSize() > 11 else 6.0
+        box = QRectF(corner.x(), corner.y(), metrics.horizontalAdvance(text) + 2 * pad, metrics.height() + pad - 2)
+        ground = QColor(self._theme.panel)
+        ground.setAlpha(225)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(ground)
+        painter.drawRoundedRect(box, 4, 4)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.setFont(font)
+        painter.setPen(QColor(self._theme.quiet if quiet else self._theme.text))
+        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
+
+    def _paint_cube(self, painter: QPainter, axes: FloatArray, middle: QPointF) -> None:
+        theme = self._theme
+        painter.setFont(self._caption)
+        for face in cube_faces(axes):
+            corners = [QPointF(middle.x() + CUBE * x, middle.y() + CUBE * y) for x, y in face.corners.tolist()]
+            painter.setPen(QPen(QColor(mixed(theme.panel, theme.quiet, 0.55)), 1))
+            painter.setBrush(QColor(mixed(theme.panel, theme.quiet, 0.08 + 0.22 * face.facing)))
+            painter.drawPolygon(QPolygonF(corners))
+            x, y = (CUBE * np.mean(face.corners, axis=0)).tolist()
+            box = QRectF(middle.x() + x - 20, middle.y() + y - 20, 40, 40)
+            painter.setPen(QColor(theme.text))
+            painter.drawText(box, Qt.AlignmentFlag.AlignCenter, face.name)
+        painter.setBrush(Qt.BrushStyle.NoBrush)

@@ -1,0 +1,151 @@
+"""Marks on the body: centres of pressure with force arrows and shapes, fingertips, the hover."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+
+from app.contacts.regions import ContactRegion
+from app.core.arrays import FloatArray
+from app.session.frame import Frame
+from app.session.prepare import PreparedScene
+from widgets.common.colours import Theme
+from widgets.robot_view.vtk_meshes import set_matrix
+
+ARROW_LENGTH = 0.012
+"""Metres of arrow per newton."""
+MAX_ARROW = 0.25
+SHAPE_INK = "#5b6570"
+"""Of ellipses and error circles, on skin that is light in both themes."""
+SMALLEST_ERROR = 0.001
+"""Radius below which the mark of the centre hides the circle [m]."""
+_MAX_CONTACTS = 8
+
+
+class ContactMarks:
+    """A fixed set of small actors, placed and shown as needed: nothing is created while frames flow.
+
+    Args:
+        plotter: Where to draw.
+        theme: Accents.
+        prepared: Whose skin is marked.
+        shapes: Whether contacts have their ellipse, and the circle in which their centre lies.
+    """
+
+    def __init__(self, plotter: Any, theme: Theme, prepared: PreparedScene, *, shapes: bool = True) -> None:
+        self._index = prepared.robot.link_index
+        self._size = 0.015
+        disc = pv.Disc(inner=0.86, outer=1.0, c_res=48)  # a ring, so that the touch within stays in sight
+        hover = pv.Disc(inner=0.62, outer=1.0, c_res=48)
+        ball = pv.Sphere(theta_resolution=24, phi_resolution=16)
+        arrow = pv.Arrow(start=(0, 0, 1), direction=(0, 0, -1), tip_length=0.3, tip_radius=0.07, shaft_radius=0.022)
+        self._discs = [_add(plotter, disc, theme.accent, lit=False) for _ in range(_MAX_CONTACTS)]
+        self._arrows = [_add(plotter, arrow, theme.accent, lit=False) for _ in range(_MAX_CONTACTS)]
+        self._balls = [_add(plotter, ball, theme.text, lit=True, opacity=0.25) for _ in range(_MAX_CONTACTS)]
+        self._ellipses = [
+            _add(plotter, _dashed_circle(every=2), SHAPE_INK, lit=False, line_width=1.0) for _ in range(_MAX_CONTACTS)
+        ]
+        self._errors = [
+            _add(plotter, _dashed_circle(every=1), SHAPE_INK, lit=False, line_width=1.0) for _ in range(_MAX_CONTACTS)
+        ]
+        self._hover = _add(plotter, hover, theme.accent, lit=False)
+        self._shapes = shapes
+        self.forces: list[tuple[FloatArray, ContactRegion]] = []
+        """Each arrow's tail and tip (2, 3) [m], world, and the region whose force it stands for."""
+
+    def show_frame(self, frame: Frame, poses: FloatArray) -> None:
+        """Place discs and arrows at the regions' centres of pressure, and a ball at each fingertip."""
+        regions, pokes = frame.regions[:_MAX_CONTACTS], frame.pokes[:_MAX_CONTACTS]
+        self.forces = []
+        for actors in (self._discs, self._arrows, self._ellipses, self._errors):
+            for actor in actors[len(regions) :]:
+                actor.visibility = False
+        for region, disc, arrow in zip(regions, self._discs, self._arrows, strict=False):
+            pose = poses[self._index[region.link]]
+            point, normal = pose[:3, :3] @ region.point + pose[:3, 3], pose[:3, :3] @ region.normal
+            _place(disc, point + 0.001 * normal, normal, self._size, self._size)
+            length = min(ARROW_LENGTH * region.force, MAX_ARROW)
+            _place(arrow, point + 0.002 * normal, normal, 0.08, max(length, 1e-3))
+            self.forces.append((point + np.outer([0.002 + length, 0.002], normal), region))
+            self._place_shape(len(self.forces) - 1, region, point, pose[:3, :3])
+        for actor in self._balls[len(pokes) :]:
+            actor.visibility = False
+        for poke, ball in zip(pokes, self._balls, strict=False):
+            _place(ball, poke.point + poke.radius * poke.normal, poke.normal, 2 * poke.radius, 2 * poke.radius)
+
+    def _place_shape(self, number: int, region: ContactRegion, point: FloatArray, turn: FloatArray) -> None:
+        """The ellipse and the error circle of a region at ``point`` [m], whose link is turned so."""
+        normal, axes = turn @ region.normal, region.axes @ turn.T
+        lengths = np.linalg.norm(axes, axis=1)
+        seen = self._shapes and bool(lengths.min() > 0)
+        circle = axes / np.maximum(lengths, 1e-12)[:, None] * region.place_error
+        for actor, own, least in (
+            (self._ellipses[number], axes, 0.0),
+            (self._errors[number], circle, SMALLEST_ERROR),
+        ):
+            actor.visibility = seen and bool(np.linalg.norm(own[0]) > least)
+            if actor.visibility:
+                matrix = np.eye(4)
+                matrix[:3, 0], matrix[:3, 1], matrix[:3, 2] = own[0], own[1], normal
+                matrix[:3, 3] = point + 0.0015 * normal
+                set_matrix(actor, matrix)
+
+    def show_shapes(self, *, shown: bool) -> None:
+        """Draw ellipses and error circles from the next frame on, or do not."""
+        self._shapes = shown
+        if not shown:
+            for actor in (*self._ellipses, *self._errors):
+                actor.visibility = False
+
+    def hide(self) -> None:
+        """Show no contact and no finger."""
+        self.forces = []
+        for actor in (*self._discs, *self._arrows, *self._balls, *self._ellipses, *self._errors):
+            actor.visibility = False
+
+    def set_hover(self, where: tuple[FloatArray, FloatArray] | None) -> None:
+        """Ring the place under the pointer: position (3,) [m] and unit normal (3,), world frame."""
+        if where is None:
+            self._hover.visibility = False
+        else:
+            point, normal = where
+            _place(self._hover, point + 0.0015 * normal, normal, 0.006, 0.006)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        for ball in self._balls:
+            ball.prop.color = theme.text
+
+
+def _dashed_circle(*, every: int) -> pv.PolyData:
+    """A dashed unit circle; dotted with each of its short sides apart, else with a pair of them to a dash."""
+    turn = np.linspace(0, 2 * np.pi, 73)[:-1]
+    points = np.stack([np.cos(turn), np.sin(turn), np.zeros(72)], axis=1)
+    starts = np.arange(0, 72, every + 1)
+    lines = [np.append(every + 1, (start + np.arange(every + 1)) % 72) for start in starts]
+    return pv.PolyData(points, lines=np.concatenate(lines))
+
+
+def _add(
+    plotter: Any, mesh: pv.PolyData, colour: str, *, lit: bool, opacity: float = 1.0, line_width: float | None = None
+) -> Any:
+    actor = plotter.add_mesh(
+        mesh, color=colour, lighting=lit, opacity=opacity, pickable=False, reset_camera=False, show_scalar_bar=False,
+        line_width=line_width,
+    )  # fmt: skip
+    actor.visibility = False
+    return actor
+
+
+def _place(actor: Any, point: FloatArray, normal: FloatArray, width: float, length: float) -> None:
+    """Show an actor at ``point`` with its z axis along ``normal``, scaled across and along it."""
+    aside = np.eye(3)[np.abs(normal).argmin()]
+    x = np.cross(aside, normal)
+    x /= np.linalg.norm(x)
+    matrix = np.eye(4)
+    matrix[:3, 0], matrix[:3, 1], matrix[:3, 2] = width * x, width * np.cross(normal, x), length * normal
+    matrix[:3, 3] = point
+    actor.user_matrix = matrix
+    actor.visibility = True

@@ -1,0 +1,144 @@
+"""Two widgets that show a PyVista plotter: one that works everywhere, one for a display with OpenGL.
+
+Decision: ``pyvistaqt.QtInteractor`` alone will not do. Without a display it crashes the process, and on software OpenGL
+it draws each frame twice. ``ImageCanvas`` renders off screen and paints the pixels: it works with no X server at all
+and is faster on software OpenGL. ``OpenGLCanvas`` spares the read-back where there is
+real hardware.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from typing import Any, Protocol
+
+import pyvista as pv
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QGuiApplication, QImage, QOffscreenSurface, QOpenGLContext, QPainter, QPaintEvent
+from PySide6.QtWidgets import QWidget
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
+
+from app.core.errors import DisplayError
+
+if sys.platform == "linux":
+    # Off-screen windows by EGL: with no X server to look for there is nothing to complain about.
+    os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+
+pv.global_theme.multi_samples = 1  # 4 samples cost four to five times the frame on software OpenGL
+
+
+class Canvas(Protocol):
+    """A widget with a plotter. ``draw`` renders now; ``close_plotter`` gives everything back."""
+
+    plotter: Any
+    widget: QWidget
+
+    def draw(self, *, quality: float = 1.0) -> None:
+        """Render the scene, at ``quality`` times the display's own resolution where the canvas can."""
+
+    def close_plotter(self) -> None:
+        """Release the render window; the widget draws nothing after this."""
+
+
+class ImageCanvas(QWidget):
+    """Renders off screen and paints the picture; works on every platform Qt runs on."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.plotter: Any = pv.Plotter(off_screen=True, window_size=(64, 64), lighting="none")
+        self.widget: QWidget = self
+        self._pixels = vtkUnsignedCharArray()
+        self._image: QImage | None = None
+        self._closed = False
+        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
+        self.setMouseTracking(True)
+
+    def draw(self, *, quality: float = 1.0) -> None:
+        """Render at ``quality`` times the widget's size in device pixels, and repaint."""
+        if self._closed:
+            return
+        ratio = self.devicePixelRatioF() * quality
+        width, height = max(round(self.width() * ratio), 1), max(round(self.height() * ratio), 1)
+        window = self.plotter.render_window
+        if tuple(window.GetSize()) != (width, height):
+            window.SetSize(width, height)
+        window.Render()
+        window.GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, self._pixels)
+        rows = vtk_to_numpy(self._pixels).reshape(height, width, 4)
+        self._rows = rows[::-1].tobytes()  # upper row first; kept, because the image only points to it
+        self._image = QImage(self._rows, width, height, 4 * width, QImage.Format.Format_RGBX8888)
+        self.update()
+
+    def close_plotter(self) -> None:
+        """Release the render window."""
+        if not self._closed:
+            self._closed = True
+            self.plotter.close()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Qt: the last picture, or the plain ground."""
+        painter = QPainter(self)
+        if self._image is None:
+            painter.fillRect(self.rect(), self.palette().base())
+        else:
+            painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+            painter.drawImage(self.rect(), self._image)
+        painter.end()
+
+
+class OpenGLCanvas:
+    """``pyvistaqt.QtInteractor`` on a display with OpenGL. Its own mouse handling is not used."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        from pyvistaqt import QtInteractor
+
+        self.plotter: Any = QtInteractor(parent, auto_update=False, lighting="none", multi_samples=1)
+        self.widget: QWidget = self.plotter
+        self.widget.setMouseTracking(True)
+        self.widget.setAcceptDrops(False)  # it would load any dropped file by itself
+
+    def draw(self, *, quality: float = 1.0) -> None:
+        """Ask for one paint at the display's resolution; ``render`` would render twice."""
+        self.plotter.update()
+
+    def close_plotter(self) -> None:
+        """Release the render window."""
+        self.plotter.close()
+
+
+def make_canvas(parent: QWidget | None = None) -> Canvas:
+    """The canvas that suits this display; ``TACTILE_MAPS_CANVAS`` = ``image`` or ``opengl`` decides by hand.
+
+    Raises:
+        DisplayError: The variable says something else.
+    """
+    wanted = os.environ.get("TACTILE_MAPS_CANVAS", "")
+    if wanted not in ("", "image", "opengl"):
+        raise DisplayError(
+            "there is no such canvas",
+            place="TACTILE_MAPS_CANVAS",
+            value=wanted,
+            remedy="Say image or opengl, or unset it",
+        )
+    if wanted == "opengl" or (wanted != "image" and _has_hardware_opengl()):
+        return OpenGLCanvas(parent)
+    return ImageCanvas(parent)
+
+
+def _has_hardware_opengl() -> bool:
+    """Whether Qt can make an OpenGL context here that is not software."""
+    if QGuiApplication.platformName() not in ("xcb", "wayland", "windows", "cocoa"):
+        return False
+    surface, context = QOffscreenSurface(), QOpenGLContext()
+    surface.create()
+    if not (surface.isValid() and context.create() and context.makeCurrent(surface)):
+        return False
+    renderer = _renderer_name(context)
+    context.doneCurrent()
+    return not any(word in renderer.lower() for word in ("llvmpipe", "softpipe", "swrast", "software"))
+
+
+def _renderer_name(context: QOpenGLContext) -> str:
+    functions = context.functions()
+    return str(functions.glGetString(0x1F01)) if functions is not None else "software"  # GL_RENDERER

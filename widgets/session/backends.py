@@ -1,0 +1,39 @@
+"""What does the window's work: threads and processes while a person waits, or all of it here and now."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from PySide6.QtCore import QObject
+
+from widgets.session.session_runner import InlineRunner, SessionRunner, ThreadRunner
+from widgets.workers.comparison_worker import ComparisonWorker, InlineComparisonWorker
+from widgets.workers.cost_worker import CostWorker, InlineCostWorker
+from widgets.workers.map_quality_worker import InlineMapQualityWorker, MapQualityWorker
+from widgets.workers.scene_worker import InlineSceneWorker, SceneWorker
+
+
+@dataclass(frozen=True)
+class Backends:
+    """How each is made.
+
+    Attributes:
+        runner: Drives the session.
+        worker: Prepares scenes and lays patches flat.
+        map_quality_worker: Measures maps.
+        cost_worker: Measures on copies of the scene.
+        comparison_worker: Runs controllers side by side.
+    """
+
+    runner: Callable[..., SessionRunner]
+    worker: Callable[[QObject], SceneWorker]
+    map_quality_worker: Callable[[QObject], MapQualityWorker]
+    cost_worker: Callable[[QObject], CostWorker]
+    comparison_worker: Callable[[QObject], ComparisonWorker]
+
+
+BACKGROUND = Backends(ThreadRunner, SceneWorker, MapQualityWorker, CostWorker, ComparisonWorker)
+"""A thread and four processes beside the window, which never waits."""
+INLINE = Backends(InlineRunner, InlineSceneWorker, InlineMapQualityWorker, InlineCostWorker, InlineComparisonWorker)
+"""Here and now, and only when told to: deterministic, for tests and pictures."""

@@ -1,0 +1,191 @@
+"""Starts the application: on a display, or without one for a picture.
+
+Whether a window can be opened is asked before Qt: where it cannot, Qt ends the process instead of saying so.
+Off-screen rendering must not look for an X server; VTK reads its variable when it is imported, so the environment is
+set before VTK and Qt are.
+"""
+
+from __future__ import annotations
+
+import ctypes.util
+import os
+import socket
+import sys
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from types import TracebackType
+
+from PySide6.QtCore import QLibraryInfo
+
+from app.core.errors import DisplayError, describe_unexpected_error
+from app.scene.scene import Scene
+from app.session.prepare import prepare
+
+_REMEDY = "Run it in a desktop session or under xvfb-run; run, replay and screenshot need no display"
+_ON_SCREEN = ("", "xcb", "wayland")
+
+
+def require_display() -> None:
+    """Return when there is a display that answers and Qt can draw on it; costs a few milliseconds.
+
+    Raises:
+        DisplayError: None is named, the one that is does not answer, or a library that Qt needs for it is missing.
+    """
+    if os.environ.get("QT_QPA_PLATFORM", "").split(":")[0] not in _ON_SCREEN:
+        return
+    named = {name: os.environ[name] for name in ("DISPLAY", "WAYLAND_DISPLAY") if os.environ.get(name)}
+    if not named:
+        raise DisplayError(
+            "there is no display to open a window on",
+            place="DISPLAY, WAYLAND_DISPLAY",
+            value="not set",
+            remedy=_REMEDY,
+        )
+    if "WAYLAND_DISPLAY" in named and _wayland_answers(named["WAYLAND_DISPLAY"]):
+        return
+    if not ("DISPLAY" in named and _x11_answers()):
+        text = ", ".join(f"{name}={value}" for name, value in named.items())
+        raise DisplayError("the display does not answer", value=text, remedy=_REMEDY)
+    _require_xcb_libraries()
+
+
+def _wayland_answers(name: str) -> bool:
+    with socket.socket(socket.AF_UNIX) as end:
+        try:
+            end.connect(str(Path(os.environ.get("XDG_RUNTIME_DIR", "/")) / name))
+        except OSError:
+            return False
+    return True
+
+
+def _x11_answers() -> bool:
+    """Ask as Qt will: through libxcb, which knows about hosts, numbers and permissions."""
+    try:
+        xcb = ctypes.CDLL(ctypes.util.find_library("xcb") or "libxcb.so.1")
+    except OSError:
+        return True  # it is among the libraries asked for by name next
+    xcb.xcb_connect.restype = ctypes.c_void_p
+    connection = ctypes.c_void_p(xcb.xcb_connect(None, None))
+    failed = bool(xcb.xcb_connection_has_error(connection))
+    xcb.xcb_disconnect(connection)
+    return not failed
+
+
+def _require_xcb_libraries() -> None:
+    plugin = Path(QLibraryInfo.path(QLibraryInfo.LibraryPath.PluginsPath)) / "platforms" / "libqxcb.so"
+    try:
+        ctypes.CDLL(str(plugin))
+    except OSError as error:
+        raise DisplayError(
+            "Qt misses a library for this display",
+            value=error,
+            remedy="Install it; on Debian assets/install/install.sh installs all of them",
+        ) from error
+
+
+# Off-screen rendering must not look for an X server; VTK reads this when it is imported, below.
+os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+os.environ.setdefault("QT_API", "pyside6")
+
+from PySide6.QtWidgets import QApplication
+
+from widgets.common.colours import THEMES, apply_theme
+from widgets.common.settings import Settings
+from widgets.session.backends import INLINE
+from widgets.session.session_runner import InlineRunner
+from widgets.window.main_window import MainWindow
+
+
+def launch(scene: Scene) -> int:
+    """Open the window on ``scene`` and return when it is closed.
+
+    Raises:
+        DisplayError: There is no display that answers, or Qt lacks what it needs to draw on it.
+    """
+    if sys.platform.startswith("linux"):
+        require_display()
+    app = make_application()
+    settings = Settings()
+    apply_theme(app, THEMES[settings.theme])
+    window = MainWindow(settings)
+    sys.excepthook = partial(_on_unexpected, window)
+    window.show()
+    window.live.open_scene(scene)
+    return app.exec()
+
+
+def _on_unexpected(
+    window: MainWindow, kind: type[BaseException], error: BaseException, trace: TracebackType | None
+) -> None:
+    """What nobody foresaw in a slot: said in the window, kept in a file, and the window lives on."""
+    if issubclass(kind, KeyboardInterrupt):
+        window.close()
+    else:
+        window.notification_bar.say(describe_unexpected_error(error.with_traceback(trace)), fault=True)
+
+
+def screenshot(
+    scene: Scene,
+    path: str | Path,
+    *,
+    at: float = 2.0,
+    theme: str = "dark",
+    size: tuple[int, int] = (1400, 900),
+    progress: Callable[[str, float], None] = lambda _text, _fraction: None,
+) -> None:
+    """Save a picture of the whole window after ``at`` simulated seconds of the scene; needs no display.
+
+    Raises:
+        TactileMapsError: The scene cannot be prepared, or the picture not be written.
+    """
+    os.environ["QT_QPA_PLATFORM"] = "offscreen"
+    prepared = prepare(scene, progress=progress)
+    app = make_application()
+    apply_theme(app, THEMES[theme])
+    window = picture_window(theme, size)
+    try:
+        window.live.show_prepared(prepared)
+        _play(window, at)
+        if not window.grab().save(str(path)):
+            raise DisplayError(
+                "the picture cannot be written",
+                file=path,
+                remedy="Choose a folder you may write to and a name that ends in .png",
+            )
+    finally:
+        window.close()
+
+
+def _play(window: MainWindow, seconds: float) -> None:
+    """Let simulated time pass and show where it ended, as finely as a picture deserves."""
+    QApplication.processEvents()
+    assert isinstance(window.live.runner, InlineRunner)
+    for _ in range(round(seconds / 0.05)):
+        window.live.runner.run_for(0.05)
+        window.live.pump()
+    window.show_quality()
+    QApplication.processEvents()
+    window.robot_view.draw_now(quality=2.0)
+    QApplication.processEvents()
+
+
+def picture_window(theme: str, size: tuple[int, int]) -> MainWindow:
+    """A window that runs only when told to and remembers nothing; for pictures and tests."""
+    settings = Settings(Path(os.devnull))
+    settings.theme = theme
+    window = MainWindow(settings, backends=INLINE)
+    window.resize(*size)
+    window.show()
+    return window
+
+
+def make_application() -> QApplication:
+    """The Qt application, made once a process."""
+    app = QApplication.instance()
+    if isinstance(app, QApplication):
+        return app
+    app = QApplication(sys.argv[:1])
+    app.setApplicationName("Tactile Maps")
+    app.setDesktopFileName("tactile-maps")
+    return app

@@ -1,0 +1,128 @@
+"""A process beside the window that runs several controllers on the same stimulus, and that stimulus as a value."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from PySide6.QtCore import QObject, Signal
+
+from app.core.errors import TactileMapsError
+from app.session.inputs import SessionInput
+from app.session.prepare import PreparedScene
+from app.studies.controller_comparison import Contender, compare_controllers
+from app.tactile.poke import PokePressed
+from widgets.workers.worker_process import Reply, RequestHandler, WorkerProcess
+
+
+@dataclass(frozen=True, eq=False)
+class ComparisonStimulus:
+    """A scene and what was done in it.
+
+    Attributes:
+        prepared: The scene.
+        inputs: (tick, input) from its start; None for its own script.
+        seconds: How long it lasted, or is to last.
+    """
+
+    prepared: PreparedScene
+    inputs: tuple[tuple[int, SessionInput], ...] | None
+    seconds: float
+
+    @property
+    def touches(self) -> int:
+        """How often the skin was, or is to be, touched."""
+        if self.inputs is None:
+            return len(self.prepared.scene.stimuli)
+        return sum(isinstance(act, PokePressed) for _, act in self.inputs)
+
+    @property
+    def words(self) -> str:
+        """Like "12.4 s, 3 touches"."""
+        touches = f"{self.touches} touch{'es' * (self.touches != 1)}" if self.touches else "no touch"
+        return f"{touches}, again and again" if self.inputs is None else f"{self.seconds:.1f}\u2009s, {touches}"
+
+
+_DIED = "Comparing ended unexpectedly; what was compared before is kept. Run it again, for fewer seconds."
+
+
+@dataclass(frozen=True, eq=False)
+class ComparisonRequest:
+    """Who is compared on what, for how long, and whose task they do; see ``side_by_side``."""
+
+    occasion: ComparisonStimulus
+    contenders: tuple[Contender, ...]
+    seconds: float
+    own_task: bool
+
+
+def make_handler() -> RequestHandler:
+    """In the process: matches in; progress and traces out."""
+
+    def serve(request: Any, tell: Reply) -> None:
+        match: ComparisonRequest = request
+        traces = compare_controllers(
+            match.occasion.prepared,
+            match.contenders,
+            inputs=match.occasion.inputs,
+            seconds=match.seconds,
+            own_task=match.own_task,
+            progress=lambda *how: tell("progress", how),
+        )
+        tell("compared", traces)
+
+    return serve
+
+
+class ComparisonWorker(QObject):
+    """Runs one match at a time, in a process of its own, so that nothing of the window disturbs its clock."""
+
+    progressed = Signal(str, float)
+    """How far it is: seconds in words, and 0 to 1."""
+    compared = Signal(tuple)
+    """A LawTrace of each contender."""
+    failed = Signal(str)
+    """Why there are none."""
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.process = WorkerProcess("compare controllers", make_handler, self)
+        self.process.answered.connect(self._on_answered)
+        self.process.ended.connect(self._on_ended)
+
+    @property
+    def busy(self) -> bool:
+        """Whether controllers are being run."""
+        return bool(self.process.waiting)
+
+    def run(self, match: ComparisonRequest) -> None:
+        """Run these controllers; what was being run is dropped."""
+        self.close()
+        self.progressed.emit("starting", 0.0)
+        self.process.send(match)
+
+    def close(self) -> None:
+        """End the process, whatever it does."""
+        self.process.close()
+
+    def _on_answered(self, kind: str, content: Any) -> None:
+        if kind == "progress":
+            self.progressed.emit(*content)
+        elif kind in ("compared", "failed"):
+            self.close()
+            (self.compared if kind == "compared" else self.failed).emit(content)
+
+    def _on_ended(self) -> None:
+        self.close()
+        self.failed.emit(_DIED)
+
+
+class InlineComparisonWorker(ComparisonWorker):
+    """Runs them at once, while the caller waits: deterministic, for tests and pictures."""
+
+    def run(self, match: ComparisonRequest) -> None:
+        """Run these controllers now."""
+        try:
+            make_handler()(match, self._on_answered)
+        except TactileMapsError as error:
+            self.failed.emit(str(error))

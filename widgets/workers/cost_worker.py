@@ -1,0 +1,150 @@
+"""A process beside the window that measures on copies of the scene: what effects cost, and what a known load reads."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from PySide6.QtCore import QObject, Signal
+
+from app.core.errors import TactileMapsError
+from app.scene.effects import Effects
+from app.session.prepare import PreparedScene
+from app.simulation.known_load_check import WeighingResult, weigh
+from app.studies.ablation import ablation_cost
+from widgets.workers.worker_process import Reply, RequestHandler, WorkerProcess
+
+MASS = 0.1
+"""Of the known load [kg]."""
+_INLINE_SECONDS = 0.2
+_DIED = "Measuring beside ended unexpectedly; the scene goes on. Try again."
+
+
+@dataclass(frozen=True)
+class _MeasureCosts:
+    """Measure what each effect costs in the scene sent last."""
+
+    effects: Effects
+
+
+@dataclass(frozen=True)
+class _Weigh:
+    """Lay the known load on the skin of the scene sent last."""
+
+    effects: Effects
+
+
+def make_handler() -> RequestHandler:
+    """In the process: a scene, and what to measure of it, in; prices and weights out."""
+    known: list[PreparedScene] = []
+
+    def serve(request: object, tell: Reply) -> None:
+        if isinstance(request, PreparedScene):
+            known[:] = [request]
+        elif isinstance(request, _MeasureCosts):
+            tell("priced", dict(ablation_cost(known[0], effects=request.effects)))
+        elif isinstance(request, _Weigh):
+            tell("weighed", _weighed(known[0], request.effects))
+
+    return serve
+
+
+def _weighed(prepared: PreparedScene, effects: Effects) -> WeighingResult:
+    return weigh(prepared.robot, prepared.skin, prepared.scene.layer, effects.skin, mass=MASS)
+
+
+class CostWorker(QObject):
+    """Measures one thing at a time, and of prices only the newest asked for."""
+
+    priced = Signal(object)
+    """Milliseconds a tick by effect, of the effects asked for last."""
+    weighing = Signal()
+    """The known load is being weighed from now on."""
+    weighed = Signal(object)
+    """The Weighed of it."""
+    failed = Signal(str)
+    """Why something is not known."""
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.process = WorkerProcess("cost_worker", make_handler, self)
+        self.process.answered.connect(self._on_answered)
+        self.process.ended.connect(self._on_ended)
+        self.busy_weighing = False
+        self._scene: PreparedScene | None = None
+        self._next: _MeasureCosts | None = None
+
+    def price(self, prepared: PreparedScene, effects: Effects) -> None:
+        """Measure what each of these effects costs a tick of a scene. Cost: 2 s, beside."""
+        fresh = self._take(prepared)
+        self._next = _MeasureCosts(effects)
+        if fresh or not self.process.waiting:
+            self._send()
+
+    def weigh(self, prepared: PreparedScene, effects: Effects) -> None:
+        """Lay the known load on the skin of a scene, read by these effects' model. Cost: 1 to 5 s, beside."""
+        self._take(prepared)
+        self.process.send(_Weigh(effects))
+        self.busy_weighing = True
+        self.weighing.emit()
+
+    def cancel_weighing(self) -> None:
+        """Drop the load; what was priced is kept by whoever was told."""
+        if self.busy_weighing:
+            self.close()
+
+    def close(self) -> None:
+        """End the process, whatever it does."""
+        self._scene, self._next, self.busy_weighing = None, None, False
+        self.process.close()
+
+    def _take(self, prepared: PreparedScene) -> bool:
+        """Whether it is another scene than before; that one's measurements are dropped."""
+        fresh = prepared is not self._scene
+        if fresh:
+            self.close()
+            self._scene = prepared
+            self.process.send(prepared)
+        return fresh
+
+    def _send(self) -> None:
+        request, self._next = self._next, None
+        if request is not None:
+            self.process.send(request)
+
+    def _on_answered(self, kind: str, content: Any) -> None:
+        if kind == "done":
+            self._send()
+        elif kind == "priced":
+            if self._next is None:
+                self.priced.emit(content)
+        else:
+            self.busy_weighing = False
+            (self.weighed if kind == "weighed" else self.failed).emit(content)
+
+    def _on_ended(self) -> None:
+        self.close()
+        self.failed.emit(_DIED)
+
+
+class InlineCostWorker(CostWorker):
+    """Prices when told to, weighs at once, while the caller waits: deterministic, for tests and pictures."""
+
+    def price(self, prepared: PreparedScene, effects: Effects) -> None:
+        """Remember what to price for ``run``."""
+        self._newest = prepared, effects
+
+    def run(self) -> None:
+        """Measure the newest prices asked for."""
+        prepared, effects = self._newest
+        self.priced.emit(dict(ablation_cost(prepared, effects=effects, seconds=_INLINE_SECONDS)))
+
+    def weigh(self, prepared: PreparedScene, effects: Effects) -> None:
+        """Weigh at once."""
+        self.weighing.emit()
+        try:
+            weighed = _weighed(prepared, effects)
+        except TactileMapsError as error:
+            self.failed.emit(str(error))
+        else:
+            self.weighed.emit(weighed)
