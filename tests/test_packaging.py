@@ -30,6 +30,10 @@ def test_the_wheel_holds_the_three_packages_and_no_tests(wheel):
     assert tops == {"app", "widgets", "assets"}
     assert "assets/robots/arm/arm.xml" in names
     assert "assets/scenes/arm.toml" in names
+    assert {"app/py.typed", "widgets/py.typed", "assets/py.typed"} <= set(names)
+    stubs = {str(path.relative_to(ROOT)) for package in tops for path in (ROOT / package).rglob("*.pyi")}
+    assert len(stubs) > 15
+    assert stubs <= set(names)
     assert not [name for name in names if name.startswith("assets/install") or name.endswith(".pyc")]
 
 

@@ -8,3 +8,7 @@ pressure times area. ``self_touch`` links the two regions where the robot touche
 contacts do. ``pipeline`` is all of
 that together, as its settings say.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -14,3 +14,7 @@ that a stiff ``joint_impedance`` holds.
 
 ``behaviours``: contact events may change the settings.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

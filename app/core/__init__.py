@@ -7,3 +7,7 @@
 ``toml``        TOML that people write, with located mistakes
 ``sparse_ldl``  sparse symmetric systems solved by LDL' factoring
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -9,3 +9,7 @@ packs patches; ``layout_import`` takes over another layout of the same skin. Edi
 
 Nothing here waits, reads a clock or knows a window: a window keeps one history, shows its present and edits it.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -12,3 +12,7 @@ large patches by the coarse cage of ``reduced_model``.
 
 Nothing here knows a map of several patches; that is ``app.maps``.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -12,3 +12,7 @@
 ``point_location``  which triangle of the plane holds a point, among many
 ``triangle_walk``   the same, from a triangle near by
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

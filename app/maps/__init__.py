@@ -13,3 +13,7 @@ body), all together in ``quality``; ``comparison`` sets two maps side by side, a
 
 ``formats`` keeps maps in files and takes them to other programs; ``learned`` makes maps from touch alone.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

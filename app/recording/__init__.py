@@ -9,3 +9,7 @@
 - ``frame_codec``: frames as bytes.
 - ``message_codecs``: inputs, events and failures as JSON; the list of topics.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -12,3 +12,7 @@
 ``mujoco_spec``  MJCF text, spec and compiled model, there and back
 ``kinematics``   where the links are at a posture, and how they move with the joints
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

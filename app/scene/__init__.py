@@ -9,3 +9,7 @@
 - ``effect_decision``: which effects the needs call for and why, and what is missing then.
 - ``stability``: which time steps hold which contacts, as measured.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -7,3 +7,7 @@
   of the run.
 - ``runtime_settings``: the settings in force at one instant.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

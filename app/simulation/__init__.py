@@ -11,3 +11,7 @@
 - ``step_checks``: divergence, tunnelling, commands.
 - ``known_load_check``: a known weight laid on the skin.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

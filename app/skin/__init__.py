@@ -17,3 +17,7 @@ Read in this order:
 ``calibration_error``  the skin as a calibration with errors would have it
 ``formats``            taxels in the files of other programs
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

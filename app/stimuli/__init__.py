@@ -7,3 +7,7 @@
 - ``stimulus_file``: stimuli as TOML.
 - ``stimuli_from_pokes``: what a person did, as stimuli.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

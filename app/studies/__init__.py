@@ -14,3 +14,7 @@ Read in this order:
 ``ablation``    what each effect of a scene costs, by leaving it out
 ``controller_comparison``  several controllers on the same stimulus: traces and metrics
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -9,3 +9,7 @@ the tilt of a bed of springs (``winkler``). ``receptive_field`` says what each t
 surface. ``sensor_effects`` are what the electronics add (noise, thresholds, delays), ``sensor_chain`` runs those that
 are on.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

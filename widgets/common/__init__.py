@@ -5,3 +5,7 @@ launches, ``controller_settings`` what of a controller can be chosen, in words. 
 ``file_types`` says what a file is by its name. ``colour_bar``,
 ``notification_bar``, ``placeholder_card`` and ``panel`` are widgets of more than one place.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -5,3 +5,7 @@ it,
 ``comparison_view`` is all of it together. The process is in ``workers``, what connects it to the window in
 ``presenters``.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -9,3 +9,7 @@ view is.
 of
 ``bijectivity``. ``map_painter`` draws what lies over it, with ``contact_ellipses`` and the ``task_layer``.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

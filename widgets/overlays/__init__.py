@@ -4,3 +4,7 @@
 it together. ``body_overlays`` is what the robot view draws on the body for others: the map as a texture and the marks
 of a tool. ``painting`` draws pins, lines, handles and labels with a QPainter.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -7,3 +7,7 @@
 ``history_panel``, ``accuracy_panel``, ``timing_panel`` and ``effects_panel``. Their base class and controls are in
 ``widgets.common.panel``, their diagrams in ``widgets.plots``.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -4,3 +4,7 @@
 ``live_plots`` puts them side by side and chooses which are shown. ``work_precision_plot`` is error against time, both
 logarithmic; ``curve_legend`` has the colours and markers by which curves are told apart.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -6,3 +6,7 @@ and overlays to the views; ``map_edit_presenter`` is the Edit menu, ``control_pr
 ``comparison_presenter`` the comparison of controllers, ``touch_script_presenter`` the Touch menu, ``effects_presenter``
 what is simulated. ``notification_presenter`` says what failed, stopped or was saved.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

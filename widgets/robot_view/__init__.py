@@ -9,3 +9,7 @@ knows no Qt: ``skin_actors``, ``object_actors``, ``contact_marks``, ``tool_and_t
 ``surface_marks``) on
 ``vtk_meshes``. ``camera`` and ``picking`` are arithmetic: pixel to ray, ray to skin, and the camera moved by hand.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -5,3 +5,7 @@ to; ``active_settings`` tells settings, effects, behaviours and reading in force
 writes ticks to a file. ``backends`` says what does the work: a thread and processes beside the window, or all of it
 inline.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -3,3 +3,7 @@
 ``playhead`` is the rule of where a replay stands, without Qt; ``timeline`` draws it with its bar, buttons and keys.
 Neither reads a clock: whoever plays passes the elapsed time in.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

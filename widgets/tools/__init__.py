@@ -6,3 +6,7 @@ and ``interest_tool`` stand on them. ``arrange_tool`` moves, turns and scales pa
 ``control_settings_editor`` knows the settings in force and their undo steps;
 ``control_tool`` is what ``path_tool`` and ``target_tool`` share, ``drawn_path`` the path under the mouse.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -5,3 +5,7 @@ stand ``scene_worker`` (prepares scenes, flattens patches anew), ``map_quality_w
 ``cost_worker`` (what effects cost, and the weight check), ``accuracy_worker`` (work-precision diagrams) and
 ``comparison_worker`` (several controllers on one stimulus).
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -9,3 +9,7 @@ the link would know without a skin. ``estimation`` makes them by name, and gives
 Net shear is in none of them: below a cover it adds up to zero in every taxel's normal stress (Cerruti's field has no
 mean), so taxels that feel normal stress cannot observe it, and nothing here pretends to estimate it.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -5,3 +5,7 @@
 the
 file's ending.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -13,3 +13,7 @@ scaling and SMACOF. The builders, one a file: ``information_distance``, ``geodes
 
 ``isomap`` belongs here by its method, not by its source: it takes distances over the body, not touch.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

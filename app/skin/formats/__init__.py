@@ -11,3 +11,7 @@
 ``urdf_tactile``             sensors in URDF as tactile_toolbox defines them (.urdf)
 ``foreign_file``             what the readers share: bounded reading, whole writing, errors with the file's name
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -8,3 +8,7 @@ model), ``simulation`` (which integrator, how long a time step), ``control`` (wh
 consists
 of is in ``app.studies.work_precision``.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

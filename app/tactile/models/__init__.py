@@ -5,3 +5,7 @@ In order of what they know: ``point`` a force and a place, ``water_fill`` also t
 moment, ``half_space`` also the cover between surface and taxel. ``foundation`` makes the force itself, from the body's
 depth in an elastic layer; ``depth`` is MuJoCo's own sensor, for comparison.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

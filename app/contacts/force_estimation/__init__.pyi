@@ -1,0 +1,22 @@
+from .estimate import (
+    ESTIMATORS,
+    ContactReading,
+    EstimatorName,
+    ForceEstimate,
+    ForceEstimator,
+    Wrench,
+    wrench_of_torques,
+)
+from .estimation import RegionForceEstimator, build_estimator
+
+__all__ = [
+    "ESTIMATORS",
+    "ContactReading",
+    "EstimatorName",
+    "ForceEstimate",
+    "ForceEstimator",
+    "RegionForceEstimator",
+    "Wrench",
+    "build_estimator",
+    "wrench_of_torques",
+]

@@ -1,0 +1,19 @@
+from .closest_point import ClosestPoint
+from .geodesics import Geodesics
+from .mesh import Mesh, SurfacePoint
+from .pose import Pose
+from .raycast import RayCaster
+from .repair import clean_mesh, repair_mesh
+from .wrap import wrap_mesh
+
+__all__ = [
+    "ClosestPoint",
+    "Geodesics",
+    "Mesh",
+    "Pose",
+    "RayCaster",
+    "SurfacePoint",
+    "clean_mesh",
+    "repair_mesh",
+    "wrap_mesh",
+]

@@ -1,0 +1,31 @@
+from .build import build_map
+from .comparison import TaxelLayout, compare_maps
+from .interpolation import INTERPOLATIONS
+from .jacobian import MapJacobian
+from .layout import MapLayout, Placement, pack_charts
+from .paths import MapPath, draw_path
+from .quality import MapQuality, measure
+from .seam_transitions import SeamTransitions
+from .tactile_image import TactileImage
+from .tactile_map import TactileMap
+from .topography import BodyDistances, measure_topography
+
+__all__ = [
+    "INTERPOLATIONS",
+    "BodyDistances",
+    "MapJacobian",
+    "MapLayout",
+    "MapPath",
+    "MapQuality",
+    "Placement",
+    "SeamTransitions",
+    "TactileImage",
+    "TactileMap",
+    "TaxelLayout",
+    "build_map",
+    "compare_maps",
+    "draw_path",
+    "measure",
+    "measure_topography",
+    "pack_charts",
+]

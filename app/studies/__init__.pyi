@@ -1,0 +1,22 @@
+from .ablation import ablation_cost
+from .catalogue import STUDY_NAMES
+from .controller_comparison import Contender, compare_controllers, controller_metrics, trace_csv
+from .study import Study, run_cases
+from .work_precision import Setting, Subject, Trial, diagram, pareto_front, run_trials
+
+__all__ = [
+    "STUDY_NAMES",
+    "Contender",
+    "Setting",
+    "Study",
+    "Subject",
+    "Trial",
+    "ablation_cost",
+    "compare_controllers",
+    "controller_metrics",
+    "diagram",
+    "pareto_front",
+    "run_cases",
+    "run_trials",
+    "trace_csv",
+]

@@ -1,0 +1,7 @@
+from .registry import STAGES, edits_map, reflatten_for
+
+__all__ = [
+    "STAGES",
+    "edits_map",
+    "reflatten_for",
+]

@@ -1,0 +1,33 @@
+from .elastic_layer import ElasticLayer
+from .half_space_stress import GridBlur, disc_stress, subsurface_field
+from .loads import Box, Cylinder, Load, MeshShape, Plane, Shape, Sphere, sphere_load
+from .poke import Finger, PokeMoved, PokePressed, PokeReleased, PokeState
+from .receptive_field import ReceptiveField, cell_field, disc_field, quadrature_points
+from .sensor_chain import SensorChain
+from .sensor_effects import SensorEffects
+
+__all__ = [
+    "Box",
+    "Cylinder",
+    "ElasticLayer",
+    "Finger",
+    "GridBlur",
+    "Load",
+    "MeshShape",
+    "Plane",
+    "PokeMoved",
+    "PokePressed",
+    "PokeReleased",
+    "PokeState",
+    "ReceptiveField",
+    "SensorChain",
+    "SensorEffects",
+    "Shape",
+    "Sphere",
+    "cell_field",
+    "disc_field",
+    "disc_stress",
+    "quadrature_points",
+    "sphere_load",
+    "subsurface_field",
+]

@@ -1,0 +1,6 @@
+from .contact_model import CONTACT_MODELS, ContactModel
+
+__all__ = [
+    "CONTACT_MODELS",
+    "ContactModel",
+]

@@ -1,0 +1,5 @@
+from .comparison_view import ComparisonView
+
+__all__ = [
+    "ComparisonView",
+]

@@ -1,0 +1,5 @@
+from .panel_column import PanelColumn
+
+__all__ = [
+    "PanelColumn",
+]

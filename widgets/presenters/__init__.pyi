@@ -1,0 +1,5 @@
+from .linked_views import LinkedViews
+
+__all__ = [
+    "LinkedViews",
+]

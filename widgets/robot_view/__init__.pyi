@@ -1,0 +1,5 @@
+from .robot_view import RobotView
+
+__all__ = [
+    "RobotView",
+]

@@ -1,0 +1,7 @@
+from .playhead import Playhead
+from .timeline import Timeline
+
+__all__ = [
+    "Playhead",
+    "Timeline",
+]
