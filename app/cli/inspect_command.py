@@ -12,7 +12,7 @@ from app.core.errors import Finding, TactileMapsError
 from app.maps.formats.map_file import load_map
 from app.maps.quality import measure
 from app.recording.player import RecordingPlayer
-from app.robots.library import find_robot
+from app.robots.library import load_robot
 from app.robots.robot import Robot
 from app.scene.scene import Scene
 from app.scene.scene_file import scene_names
@@ -67,7 +67,7 @@ def describe(name: str) -> dict[str, Any]:
         return _layout(name)
     if ending == ".toml" or name in scene_names():
         return _scene(open_scene(name))
-    return {"kind": "robot", **_robot(find_robot(name))}
+    return {"kind": "robot", **_robot(load_robot(name))}
 
 
 def _robot(robot: Robot) -> dict[str, Any]:

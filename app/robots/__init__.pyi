@@ -1,6 +1,6 @@
 from .kinematics import Configuration
-from .library import RobotEntry, find_robot, list_robots
-from .load import load_robot
+from .library import RobotEntry, list_robots, load_robot
+from .load import load_robot_file
 from .mesh_files import read_mesh
 from .robot import Joint, Link, Robot
 
@@ -10,8 +10,8 @@ __all__ = [
     "Link",
     "Robot",
     "RobotEntry",
-    "find_robot",
     "list_robots",
     "load_robot",
+    "load_robot_file",
     "read_mesh",
 ]

@@ -17,7 +17,7 @@ from pathlib import Path
 from xml.etree.ElementTree import Element
 
 from app.core.errors import RobotError
-from app.robots.load import XML_SUFFIXES, load_robot
+from app.robots.load import XML_SUFFIXES, load_robot_file
 from app.robots.mesh_files import MESH_SUFFIXES
 from app.robots.mjcf import load_mjcf
 from app.robots.robot import Robot
@@ -124,26 +124,30 @@ def list_robots() -> tuple[RobotEntry, ...]:
     return (*own, *(entry for entry in menagerie if entry.name not in _OWN))
 
 
-def find_robot(name_or_path: str) -> Robot:
-    """The robot called ``name_or_path``, or read from that file.
+def load_robot(source: str | Path) -> Robot:
+    """The robot of that name, or read from that file.
 
     Looks among our own names, then for a file, then in the folder ``MENAGERIE_ROOT``, then in the package
     mujoco_menagerie, which downloads.
+
+    Args:
+        source: A name as ``list_robots`` tells them, or a file: MJCF, URDF or a bare mesh.
 
     Raises:
         RobotError: There is no such robot; the message lists the names and the closest one.
         MeshError: One of its meshes is not usable.
     """
-    if name_or_path in _OWN:
-        return replace(_OWN[name_or_path](), source=name_or_path)
-    if _looks_like_a_file(name_or_path):
-        return load_robot(name_or_path)
+    name = str(source)
+    if name in _OWN:
+        return replace(_OWN[name](), source=name)
+    if _looks_like_a_file(name):
+        return load_robot_file(name)
     files = _menagerie_files()
-    if name_or_path in files:
-        return load_mjcf(files[name_or_path], name=name_or_path)
+    if name in files:
+        return load_mjcf(files[name], name=name)
     if find_spec("mujoco_menagerie") is not None:
-        return _download(name_or_path)
-    raise _unknown(name_or_path)
+        return _download(name)
+    raise _unknown(name)
 
 
 def _arm() -> Robot:

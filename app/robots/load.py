@@ -54,7 +54,7 @@ def load_bare_mesh(path: Path, *, name: str | None = None) -> Robot:
 XML_SUFFIXES = (".xml", ".mjcf", ".urdf")
 
 
-def load_robot(source: str | Path, *, package_roots: Sequence[Path] = ()) -> Robot:
+def load_robot_file(source: str | Path, *, package_roots: Sequence[Path] = ()) -> Robot:
     """Read a robot from MJCF, URDF, or a bare mesh, which becomes a robot of one link.
 
     Args:

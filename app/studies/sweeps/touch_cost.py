@@ -17,7 +17,7 @@ import numpy as np
 from app.control.command import JointCommand
 from app.core.arrays import FloatArray
 from app.geometry.mesh import Mesh
-from app.robots.library import find_robot
+from app.robots.library import load_robot
 from app.robots.mujoco_spec import compile_spec, robot_spec
 from app.robots.robot import Link, Robot
 from app.scene.effects import Effects, SkinModel
@@ -201,7 +201,7 @@ def _model(name: str, count: int, model: str, seed: int) -> tuple[ContactModel, 
 @lru_cache(maxsize=1)
 def bare_step() -> float:
     """Seconds of a step of our own arm with nothing on it, on this machine now."""
-    robot = find_robot("arm")
+    robot = load_robot("arm")
     model = compile_spec(robot_spec(robot), source=robot.source)
     data = mujoco.MjData(model)
     return timed(lambda: mujoco.mj_step(model, data, _STEPS), repeats=25).median / _STEPS

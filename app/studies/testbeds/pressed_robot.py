@@ -19,7 +19,7 @@ from app.core.arrays import FloatArray
 from app.core.errors import SimulationError, SkinError
 from app.geometry.mesh import SurfacePoint
 from app.robots.kinematics import Configuration
-from app.robots.library import find_robot
+from app.robots.library import load_robot
 from app.robots.robot import Robot
 from app.scene.effects import Effects, Integrator
 from app.scene.object_meshes import primitive_mesh
@@ -60,7 +60,7 @@ class PressedRobot:
 @lru_cache(maxsize=4)
 def pressed_arm(taxels: int, seed: int = 0) -> PressedRobot:
     """The arm in so many taxels. Cost: 1 s at 1,000, kept."""
-    robot = find_robot("arm")
+    robot = load_robot("arm")
     return press_robot(
         robot, cover_robot(robot, CoverSpec(("upper_arm", "forearm", "hand"), taxels=taxels, seed=seed)), "forearm"
     )

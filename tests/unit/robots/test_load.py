@@ -13,7 +13,7 @@ import trimesh
 
 from app.core.errors import MeshError, RobotError
 from app.robots.kinematics import Configuration
-from app.robots.load import CLEARANCE, load_bare_mesh, load_robot
+from app.robots.load import CLEARANCE, load_bare_mesh, load_robot_file
 from app.robots.mujoco_spec import compile_spec, robot_spec
 
 
@@ -83,14 +83,14 @@ def test_a_mesh_without_area_is_refused(tmp_path: Path) -> None:
 
 
 def test_each_kind_of_file_finds_its_reader(tiny: Path, urdf: Callable[[str], Path]) -> None:
-    assert load_robot(tiny).name == "tiny"
-    assert load_robot(str(urdf("rod.stl"))).name == "two"
-    assert load_robot(tiny.parent / "meshes" / "rod.stl").links[0].name == "mesh"
+    assert load_robot_file(tiny).name == "tiny"
+    assert load_robot_file(str(urdf("rod.stl"))).name == "two"
+    assert load_robot_file(tiny.parent / "meshes" / "rod.stl").links[0].name == "mesh"
 
 
 def test_urdf_under_the_name_of_xml_is_still_urdf(urdf: Callable[[str], Path]) -> None:
     path = urdf("rod.stl").rename(urdf("rod.stl").with_name("two.xml"))
-    assert load_robot(path).name == "two"
+    assert load_robot_file(path).name == "two"
 
 
 @pytest.mark.parametrize(("name", "problem"), [("absent.xml", "no such file"), ("absent.stl", "no such file"),
@@ -98,12 +98,12 @@ def test_urdf_under_the_name_of_xml_is_still_urdf(urdf: Callable[[str], Path]) -
 def test_what_is_no_robot_file_is_said(tmp_path: Path, name: str, problem: str) -> None:
     (tmp_path / "notes.txt").write_text("notes")
     with pytest.raises(RobotError, match=problem) as caught:
-        load_robot(tmp_path / name)
+        load_robot_file(tmp_path / name)
     assert str(tmp_path / name) in str(caught.value)
 
 
 def test_a_robot_crosses_to_another_process_unchanged(tiny: Path) -> None:
-    robot = load_robot(tiny)
+    robot = load_robot_file(tiny)
     again = pickle.loads(pickle.dumps(robot))
     assert (again.mjcf, again.assets, again.joints) == (robot.mjcf, robot.assets, robot.joints)
     assert np.array_equal(again.home, robot.home)
@@ -111,5 +111,5 @@ def test_a_robot_crosses_to_another_process_unchanged(tiny: Path) -> None:
 
 
 def test_reading_twice_gives_the_same_robot(tiny: Path) -> None:
-    first, second = load_robot(tiny), load_robot(tiny)
+    first, second = load_robot_file(tiny), load_robot_file(tiny)
     assert (first.mjcf, first.assets) == (second.mjcf, second.assets)

@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 
 from app.core.errors import RobotError
-from app.robots.load import load_robot
+from app.robots.load import load_robot_file
 from app.robots.mujoco_spec import compile_spec, robot_spec, spec_text
 
 
 def test_a_robot_is_self_contained_and_in_radians(tiny: Path) -> None:
-    robot = load_robot(tiny)
+    robot = load_robot_file(tiny)
     for file in tiny.parent.rglob("*.*"):
         file.unlink()
     spec = robot_spec(robot)
@@ -24,13 +24,13 @@ def test_a_robot_is_self_contained_and_in_radians(tiny: Path) -> None:
 
 
 def test_each_spec_is_fresh(tiny: Path) -> None:
-    robot = load_robot(tiny)
+    robot = load_robot_file(tiny)
     robot_spec(robot).worldbody.add_body(name="extra")
     assert robot_spec(robot).body("extra") is None
 
 
 def test_text_mujoco_cannot_read_or_build_is_said_in_one_line(tiny: Path) -> None:
-    robot = load_robot(tiny)
+    robot = load_robot_file(tiny)
     with pytest.raises(RobotError, match="cannot read") as caught:
         robot_spec(replace(robot, mjcf="<mujoco><nonsense/></mujoco>"))
     assert "\n" not in str(caught.value)
@@ -39,6 +39,6 @@ def test_text_mujoco_cannot_read_or_build_is_said_in_one_line(tiny: Path) -> Non
 
 
 def test_text_comes_back_in_radians_or_with_a_reason(tiny: Path) -> None:
-    spec = robot_spec(load_robot(tiny))
+    spec = robot_spec(load_robot_file(tiny))
     compile_spec(spec, source="tiny")
     assert 'angle="radian"' in spec_text(spec, source="tiny")

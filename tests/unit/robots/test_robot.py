@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 
 from app.core.errors import RobotError
-from app.robots.load import load_robot
+from app.robots.load import load_robot_file
 
 
 def test_links_are_found_by_name_or_refused_with_the_valid_ones(tiny: Path) -> None:
-    robot = load_robot(tiny)
+    robot = load_robot_file(tiny)
     assert robot.link("rod") is robot.links[robot.link_index["rod"]]
     with pytest.raises(RobotError, match=r"tail.*Choose one of: base, rod"):
         robot.link("tail")

@@ -17,7 +17,7 @@ from app.contacts.force_estimation.estimate import (
 )
 from app.core.errors import MapError, RobotError
 from app.robots.kinematics import Configuration
-from app.robots.library import find_robot
+from app.robots.library import load_robot
 from tests.support.touch import bar
 from tests.unit.contacts.force_estimation.readings_by_hand import SKIN, reading, without_region
 
@@ -36,7 +36,7 @@ def test_a_wrench_is_six_finite_numbers(value):
 
 def test_the_torques_of_an_arm_tell_the_force_at_its_hand():
     """Seven joints tell all six numbers: a push at a known point comes back, with its moment."""
-    robot = find_robot("arm")
+    robot = load_robot("arm")
     configuration = Configuration(robot)
     random = np.random.default_rng(0)
     for link in ("hand",):

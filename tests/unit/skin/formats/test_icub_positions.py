@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from app.core.errors import Finding, RobotError, SkinError
-from app.robots.library import find_robot, icub_folder
+from app.robots.library import icub_folder, load_robot
 from app.skin.formats import icub_positions
 from app.skin.formats.icub_positions import (
     import_icub_skin,
@@ -200,7 +200,7 @@ def test_real_files_hold_what_was_measured() -> None:
 @needs_icub
 @pytest.mark.parametrize(("file", "count"), [("left_arm.txt", 350), ("left_forearm_V2.txt", 148)])
 def test_real_taxels_are_worn_by_icub(file: str, count: int) -> None:
-    skin = import_icub_skin(find_robot("icub"), REAL / file)
+    skin = import_icub_skin(load_robot("icub"), REAL / file)
     assert len(skin) == count
     for patch in skin.patches:
         assert (patch.taxels.areas > 0).all()
@@ -213,7 +213,7 @@ def test_real_taxels_are_worn_by_icub(file: str, count: int) -> None:
 @needs_icub
 def test_real_taxels_in_another_frame_are_refused_with_their_distance() -> None:
     with pytest.raises(SkinError, match="torso.txt.*20 mm from the link chest.*median 7"):
-        import_icub_skin(find_robot("icub"), REAL / "torso.txt")
+        import_icub_skin(load_robot("icub"), REAL / "torso.txt")
 
 
 def test_what_is_written_reads_back_sorted_by_row(tmp_path: Path) -> None:
