@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from app.control.command import ControlChanged
-from app.session.inputs import MapEdited, SessionInput
+from app.session.inputs import SessionInput
 from app.session.runtime_settings import RuntimeSettings
 from app.session.session import Session
 from widgets.session.session_signals import SessionSignals
@@ -49,8 +49,7 @@ class ActiveSettings:
         """What was asked of the live session and has not taken effect in it yet, as in one that is paused."""
         if self.asked is None:
             return []
-        now = session.runtime_settings
-        return [act for act in self.asked.since(now) if not isinstance(act, MapEdited)]  # the editor keeps the map
+        return self.asked.since(session.runtime_settings)
 
     def forget(self) -> None:
         """Something else is shown: what is in force there is told even where it is the same."""

@@ -108,9 +108,9 @@ class RunningSession(SessionSignals):
 
     def edit_map(self, map_: TactileMap, name: str) -> None:
         """Contacts are placed and controlled by an edited map, from the next tick on."""
-        if (running := self._running) and map_ is not self._map:
+        if self._running and map_ is not self._map:
             self._map = self._shown_map = map_
-            running.submit(MapEdited(name, map_))
+            self._submit(MapEdited(name, map_))
 
     def _tell_map(self, map_: TactileMap) -> None:
         if map_ is not self._shown_map:
@@ -220,8 +220,7 @@ class LiveSession(RunningSession):
             self.runner.stop()
         self._live, self._shown = prepared, None
         self._map = self._shown_map = prepared.map
-        self.runner = self._engines.runner(session, self._on_tick)
-        self.runner.speed = self._speed
+        self.runner = self._engines.runner(session, self._on_tick, speed=self._speed)
         self._show_other(prepared)
         self._active_settings.begin(session)
         self.mode_changed.emit(self.mode)
@@ -261,10 +260,9 @@ class LiveSession(RunningSession):
         if (running := self._running) is None:
             return
         with running.lock:
-            frame, failure = running.session.frame, running.failure
-            torn, running.failure = self._recording_writer.take_failure(), None
+            frame, failure, running.failure = running.session.frame, running.failure, None
             behaved = self._active_settings.behaved(running.session)
-        if torn is not None:
+        if (torn := self._recording_writer.take_failure()) is not None:
             self.failed.emit(str(torn))
             self.recording_changed.emit(None)
         if failure is not None:
@@ -292,7 +290,7 @@ class LiveSession(RunningSession):
         if running is None or self._live is None or self._recording_writer.recorder is not None:
             return
         try:
-            self._recording_writer.begin(path, self._live, running.lock, overwrite=overwrite)
+            self._recording_writer.begin(Recorder(path, self._live, overwrite=overwrite))
         except TactileMapsError as error:
             self.failed.emit(str(error))
         else:
@@ -303,7 +301,7 @@ class LiveSession(RunningSession):
         if self.runner is None or self._recording_writer.recorder is None:
             return
         try:
-            self.saved.emit(str(self._recording_writer.complete(self.runner.lock)))
+            self.saved.emit(str(self._recording_writer.complete()))
         except TactileMapsError as error:
             self.failed.emit(str(error))
         self.recording_changed.emit(None)

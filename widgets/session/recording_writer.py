@@ -1,66 +1,109 @@
-"""What keeps a running session in a file, and what a file says about the session that ran."""
+"""Writes a running session to a file beside it: ticks are handed over in memory, a thread of its own meets the disk."""
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Sequence
-from contextlib import AbstractContextManager
 from pathlib import Path
+from queue import SimpleQueue
 
 from app.core.errors import RecordingError, TactileMapsError
 from app.recording.recorder import Recorder
 from app.session.frame import Frame
 from app.session.inputs import SessionInput
-from app.session.prepare import PreparedScene
 
-Lock = AbstractContextManager[bool | None]
+MOST_WAITING = 4000
+"""Ticks that may wait for a slow disk: 20 s of them, about 40 MB for 1000 taxels."""
+
+_Inputs = tuple[tuple[int, SessionInput], ...]
 
 
 class RecordingWriter:
-    """The recording being written, if there is one. Mutable, only under the runner's lock; two methods take it.
-
-    Attributes:
-        recorder: Where ticks go; None while nothing is recorded.
-    """
+    """The recording being written, if there is one. Mutable; ``write`` may be called from another thread."""
 
     def __init__(self) -> None:
-        self.recorder: Recorder | None = None
-        self._torn: tuple[Recorder, TactileMapsError] | None = None
+        self._file: _OpenFile | None = None
+
+    @property
+    def recorder(self) -> Recorder | None:
+        """Where ticks go; None while nothing is recorded."""
+        return None if self._file is None else self._file.recorder
+
+    def begin(self, recorder: Recorder) -> None:
+        """Write there from now on. ``complete`` closes it."""
+        self._file = _OpenFile(recorder)
 
     def write(self, frame: Frame, inputs: Sequence[tuple[int, SessionInput]]) -> None:
-        """Keep a tick. A file that takes no more is put aside and told by ``take_failure``; the session goes on."""
-        if self.recorder is None:
-            return
-        try:
-            self.recorder.write(frame, inputs)
-        except TactileMapsError as error:
-            self._torn, self.recorder = (self.recorder, error), None
+        """Keep a tick, with all inputs since the session's reset. Never waits for the disk.
 
-    def begin(self, path: str | Path, prepared: PreparedScene, lock: Lock, *, overwrite: bool = False) -> None:
-        """Write to a new file from now on. Raises RecordingError when it exists or cannot be written."""
-        recorder = Recorder(path, prepared, overwrite=overwrite)
-        with lock:
-            self.recorder = recorder
+        A file that takes no more is left as it is and told by ``take_failure``; the session goes on.
+        """
+        if (file := self._file) is not None:
+            file.put(frame, inputs)
 
-    def complete(self, lock: Lock) -> Path:
-        """Stop writing and complete the file, outside the lock; its path. Raises RecordingError when that fails."""
-        with lock:
-            recorder = self.take_recorder()
-        assert recorder is not None
-        recorder.close()
-        return recorder.path
-
-    def take_recorder(self) -> Recorder | None:
-        """Stop writing; the recorder, to be closed by the caller outside the lock."""
-        recorder, self.recorder = self.recorder, None
-        return recorder
+    def complete(self) -> Path:
+        """Stop, write what waits and complete the file; its path. Raises RecordingError when that fails."""
+        file, self._file = self._file, None
+        assert file is not None
+        file.finish()
+        if file.error is not None:
+            file.recorder.abandon()
+            raise file.error
+        file.recorder.close()
+        return file.recorder.path
 
     def take_failure(self) -> TactileMapsError | None:
         """Why writing ended by itself since the last question; what was written by then stays readable."""
-        if self._torn is None:
+        file = self._file
+        if file is None or file.error is None:
             return None
-        (recorder, error), self._torn = self._torn, None
-        recorder.abandon()
-        return error
+        self._file = None
+        file.finish()
+        file.recorder.abandon()
+        return file.error
+
+
+class _OpenFile:
+    """One recorder and the thread that feeds it. Mutable."""
+
+    def __init__(self, recorder: Recorder) -> None:
+        self.recorder = recorder
+        self.error: TactileMapsError | None = None
+        self._handed_over = 0
+        self._inputs: list[tuple[int, SessionInput]] = []  # the thread's own: the session's list goes on growing
+        self._queue: SimpleQueue[tuple[Frame, _Inputs] | None] = SimpleQueue()
+        self._thread = threading.Thread(target=self._loop, name="recording", daemon=True)
+        self._thread.start()
+
+    def put(self, frame: Frame, inputs: Sequence[tuple[int, SessionInput]]) -> None:
+        """Hand a tick over."""
+        if self.error is not None:
+            return
+        if self._queue.qsize() >= MOST_WAITING:
+            self.error = RecordingError(
+                "the disk is too slow for this recording",
+                file=self.recorder.path,
+                value=f"{MOST_WAITING} ticks wait to be written",
+                remedy="Record to a faster disk; what was written so far can be read with recover",
+            )
+            return
+        new, self._handed_over = tuple(inputs[self._handed_over :]), len(inputs)
+        self._queue.put((frame, new))
+
+    def finish(self) -> None:
+        """Wait until all that was handed over is written, or refused."""
+        self._queue.put(None)
+        self._thread.join()
+
+    def _loop(self) -> None:
+        while (item := self._queue.get()) is not None:
+            frame, new = item
+            self._inputs += new
+            if self.error is None:
+                try:
+                    self.recorder.write(frame, self._inputs)
+                except TactileMapsError as error:
+                    self.error = error
 
 
 def make_recording_folder(folder: Path) -> None:

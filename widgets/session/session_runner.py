@@ -1,4 +1,4 @@
-"""What drives a session: wall time in batches on a thread, or time handed in by a test."""
+"""What drives a session: the wall clock on a thread, or time handed in by a test."""
 
 from __future__ import annotations
 
@@ -9,22 +9,48 @@ from collections.abc import Callable
 from app.core.errors import SimulationError, TactileMapsError, describe_unexpected_error
 from app.session.frame import Frame
 from app.session.inputs import SessionInput
-from app.session.session import Session
+from app.session.session import MAX_TICKS, Session
 
 BATCH_SECONDS = 0.010
-"""Seconds between two batches: longer than Python's thread switch, shorter than a drawn frame."""
-_LONGEST = 0.1
+"""Seconds between two batches of ticks: longer than Python's thread switch, shorter than a drawn frame."""
+LONGEST_GAP = 0.1
+"""Wall seconds that one batch makes up for at most; the rest of a longer gap is dropped."""
 _SMOOTH = 0.1
 
 
+class FairLock:
+    """A lock for two threads that neither can take twice while the other waits. Not reentrant.
+
+    ``threading.Lock`` may be taken again by the thread that has just released it. One that ticks without a rest would
+    keep the other waiting for its whole batch.
+    """
+
+    def __init__(self) -> None:
+        self._turn, self._held = threading.Lock(), threading.Lock()
+
+    @property
+    def wanted(self) -> bool:
+        """Whether a thread waits for it."""
+        return self._turn.locked()
+
+    def __enter__(self) -> None:
+        with self._turn:
+            self._held.acquire()
+
+    def __exit__(self, *_error: object) -> None:
+        self._held.release()
+
+
 class SessionRunner:
-    """A session and whether, how fast and for whom it runs. Mutable; one lock guards it all.
+    """A session and whether, how fast and for whom it runs. Mutable; one lock guards it all, held for a tick at most.
 
     Args:
         session: What to run.
-        each: Told every tick's frame, under the lock: the recorder.
+        each: Told every tick's frame, under the lock: keep it short.
+        speed: Simulated seconds per wall second asked for.
 
     Attributes:
+        lock: Guards the session; not reentrant.
         paused: Whether time stands still.
         speed: Simulated seconds per wall second asked for.
         real_time_factor: And reached, smoothed over about a second.
@@ -32,10 +58,10 @@ class SessionRunner:
         halted: Whether it stopped by itself, and stands still until its reset.
     """
 
-    def __init__(self, session: Session, each: Callable[[Frame], None]) -> None:
+    def __init__(self, session: Session, each: Callable[[Frame], None], *, speed: float = 1.0) -> None:
         self.session, self._each = session, each
-        self.lock = threading.RLock()
-        self.paused, self.speed, self.real_time_factor = False, 1.0, 0.0
+        self.lock = FairLock()
+        self.paused, self.speed, self.real_time_factor = False, speed, 0.0
         self.failure: TactileMapsError | None = None
         self.halted = False
 
@@ -47,7 +73,7 @@ class SessionRunner:
     def step(self) -> None:
         """One tick while paused."""
         with self.lock:
-            self._run(self.session.prepared.scene.tick)
+            self._tick()
 
     def reset(self) -> None:
         """Start the session again."""
@@ -58,10 +84,10 @@ class SessionRunner:
     def stop(self) -> None:
         """End for good; the session stays as it is."""
 
-    def _run(self, seconds: float) -> None:
-        """Advance. Why it did not is kept for whoever asks; an input that was refused does not stop the session."""
+    def _tick(self) -> None:
+        """One tick. Why there was none is kept for whoever asks; a refused input does not stop the session."""
         try:
-            self.session.advance(seconds, each=self._each)
+            self._each(self.session.tick())
         except TactileMapsError as error:
             self.failure = error
             if self.session.failure is not None:
@@ -76,21 +102,34 @@ class InlineRunner(SessionRunner):
 
     def run_for(self, seconds: float) -> None:
         """Simulate so many seconds now, unless paused."""
-        tick = self.session.prepared.scene.tick
-        for _ in range(round(seconds / tick)):
+        for _ in range(round(seconds / self.session.prepared.scene.tick)):
             if not self.paused:
-                self._run(tick)
+                with self.lock:
+                    self._tick()
         self.real_time_factor = 0.0 if self.paused else 1.0
 
 
 class ThreadRunner(SessionRunner):
-    """Runs by the wall clock on a thread of its own. Time it cannot keep up with is dropped; the factor tells."""
+    """Runs by the wall clock on a thread of its own. Time it cannot keep up with is dropped; the factor tells.
+
+    Args:
+        session: As ``SessionRunner``.
+        each: As ``SessionRunner``.
+        speed: As ``SessionRunner``.
+        clock: Wall time [s].
+    """
 
     def __init__(
-        self, session: Session, each: Callable[[Frame], None], *, clock: Callable[[], float] = time.perf_counter
+        self,
+        session: Session,
+        each: Callable[[Frame], None],
+        *,
+        speed: float = 1.0,
+        clock: Callable[[], float] = time.perf_counter,
     ) -> None:
-        super().__init__(session, each)
+        super().__init__(session, each, speed=speed)
         self._clock, self._ended = clock, threading.Event()
+        self._remainder = 0.0
         self._thread = threading.Thread(target=self._loop, name="session", daemon=True)
         self._thread.start()
 
@@ -104,15 +143,27 @@ class ThreadRunner(SessionRunner):
         while not self._ended.wait(BATCH_SECONDS):
             now = self._clock()
             elapsed, last = now - last, now
-            with self.lock:
-                before = self.session.frame.time
-                if not self.paused:
-                    self._run_guarded(min(elapsed, _LONGEST) * self.speed)
-                self._measure(self.session.frame.time - before, elapsed)
+            simulated = 0.0
+            for _ in range(self._ticks_due(elapsed)):
+                with self.lock:  # for one tick: the window never waits for longer
+                    if self.paused or self._ended.is_set():
+                        break
+                    before = self.session.frame.time
+                    self._tick_guarded()
+                    simulated += self.session.frame.time - before
+            self._measure(simulated, elapsed)
 
-    def _run_guarded(self, seconds: float) -> None:
+    def _ticks_due(self, elapsed: float) -> int:
+        """Whole ticks of ``elapsed`` wall seconds at the speed asked for; the part of a tick left over is kept."""
+        tick = self.session.prepared.scene.tick
+        self._remainder += min(elapsed, LONGEST_GAP) * self.speed
+        count = int(self._remainder / tick + 1e-9)
+        self._remainder = max(self._remainder - count * tick, 0.0)
+        return min(count, MAX_TICKS)
+
+    def _tick_guarded(self) -> None:
         try:
-            self._run(seconds)
+            self._tick()
         except Exception as error:  # the thread's last door: beyond it nobody would notice that time stands still
             self.failure = SimulationError(describe_unexpected_error(error), remedy="Reset starts the scene again")
             self._halt()

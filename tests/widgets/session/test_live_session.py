@@ -9,7 +9,9 @@ import pytest
 
 from app.control.command import ControlSettings
 from app.recording.player import RecordingPlayer
+from app.session.inputs import MapEdited
 from app.tactile.poke import PokePressed
+from tests.widgets.support.samples import shifted
 from tests.widgets.support.window_driver import blow_up
 from widgets.session.backends import INLINE
 from widgets.session.live_session import LiveSession
@@ -132,6 +134,17 @@ def test_settings_asked_for_while_paused_survive_a_reset(live, told):
     live.step()
     assert live.runner.session.settings.controller == "hold_force"
     assert said(told, "settings_changed")[-1].controller == "hold_force"
+
+
+def test_a_map_edited_while_paused_leads_the_arm_after_a_reset(live, prepared):
+    live.set_paused(paused=True)
+    edited = shifted(prepared.map, (0.1, 0.0))
+    live.edit_map(edited, "Move")
+    live.reset()
+    live.set_paused(paused=False)
+    live.runner.run_for(0.05)
+    assert live.runner.session.map is edited
+    assert [act.map for _, act in live.runner.session.inputs if isinstance(act, MapEdited)] == [edited]
 
 
 def test_a_replay_shows_the_settings_that_were_in_force(live, told, tmp_path):

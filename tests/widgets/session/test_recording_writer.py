@@ -1,50 +1,125 @@
-"""The tape: it writes while it can, says once why it no longer does, and knows which settings were in force."""
+"""The recording writer: it never keeps the session waiting, and says once why it no longer writes."""
 
 from __future__ import annotations
 
 import os
+import threading
 from pathlib import Path
 
 import pytest
 
+from app.core.errors import RecordingError
 from app.recording.player import RecordingPlayer
 from app.recording.recorder import Recorder
+from app.recording.verify import verify
 from app.session.session import Session
+from app.tactile.poke import Finger, PokePressed
+from widgets.session import recording_writer
 from widgets.session.recording_writer import RecordingWriter
 
 FULL = Path("/dev/full")
 
 
+class GatedRecorder(Recorder):
+    """A real one on a disk that stands still until ``gate`` is set."""
+
+    def __init__(self, *args):
+        super().__init__(*args)
+        self.gate, self.writing = threading.Event(), threading.Event()
+
+    def write(self, frame, inputs):
+        """Wait for the disk."""
+        self.writing.set()
+        self.gate.wait()
+        super().write(frame, inputs)
+
+
 def test_without_a_recorder_nothing_is_written(prepared):
-    tape = RecordingWriter()
-    tape.write(Session(prepared).frame, [])
-    assert tape.take_recorder() is None
-    assert tape.take_failure() is None
+    writer = RecordingWriter()
+    writer.write(Session(prepared).frame, [])
+    assert writer.recorder is None
+    assert writer.take_failure() is None
 
 
 def test_what_was_written_can_be_read(prepared, tmp_path):
-    tape, session = RecordingWriter(), Session(prepared)
-    tape.recorder = Recorder(tmp_path / "kept.mcap", prepared)
+    writer, session = RecordingWriter(), Session(prepared)
+    writer.begin(Recorder(tmp_path / "kept.mcap", prepared))
     for _ in range(20):
-        tape.write(session.tick(), session.inputs)
-    tape.take_recorder().close()
+        session.tick()
+        writer.write(session.frame, session.inputs)
+    assert writer.complete() == tmp_path / "kept.mcap"
+    assert writer.recorder is None
     assert len(RecordingPlayer(tmp_path / "kept.mcap")) == 20
 
 
+def test_a_disk_that_stands_still_keeps_nobody_waiting_and_nothing_is_lost(prepared, tmp_path):
+    writer, session = RecordingWriter(), Session(prepared)
+    recorder = GatedRecorder(tmp_path / "slow.mcap", prepared)
+    writer.begin(recorder)
+    for tick in range(20):
+        if tick == 10:
+            session.submit(PokePressed(1, prepared.skin.taxel_point(70), Finger()))
+        session.tick()
+        writer.write(session.frame, session.inputs)
+    assert recorder.writing.wait(10)
+    assert recorder.frames == 0, "the disk still stands"
+    recorder.gate.set()
+    writer.complete()
+    kept = RecordingPlayer(tmp_path / "slow.mcap")
+    assert len(kept) == 20
+    assert verify(kept).identical
+    assert [tick for tick, act in kept.inputs if isinstance(act, PokePressed) and act.id == 1] == [11]
+
+
+def test_a_disk_that_never_comes_back_ends_the_recording_and_says_so(prepared, tmp_path, monkeypatch):
+    monkeypatch.setattr(recording_writer, "MOST_WAITING", 5)
+    writer, session = RecordingWriter(), Session(prepared)
+    recorder = GatedRecorder(tmp_path / "slow.mcap", prepared)
+    writer.begin(recorder)
+    for _ in range(10):
+        session.tick()
+        writer.write(session.frame, session.inputs)
+    recorder.gate.set()
+    assert "too slow" in str(writer.take_failure())
+    assert writer.recorder is None
+    assert writer.take_failure() is None
+
+
 @pytest.mark.skipif(not FULL.exists(), reason="needs /dev/full, a disk that is full")
-def test_a_full_disk_is_told_once_and_the_session_goes_on(prepared, tmp_path):
-    path, tape, session = tmp_path / "torn.mcap", RecordingWriter(), Session(prepared)
-    tape.recorder = Recorder(path, prepared)
+def test_a_full_disk_is_told_once_and_the_session_goes_on(prepared, tmp_path, qtbot):
+    path, writer, session = tmp_path / "torn.mcap", RecordingWriter(), Session(prepared)
+    recorder = Recorder(path, prepared)
+    writer.begin(recorder)
+    for _ in range(20):
+        session.tick()
+        writer.write(session.frame, session.inputs)
+    qtbot.waitUntil(lambda: recorder.frames == 20, timeout=10_000)
     with FULL.open("wb") as full:
-        for _ in range(20):
-            tape.write(session.tick(), session.inputs)
-        os.dup2(full.fileno(), tape.recorder._stream.fileno())
+        os.dup2(full.fileno(), recorder._stream.fileno())
     for _ in range(50):
-        tape.write(session.tick(), session.inputs)
-    assert tape.recorder is None
+        session.tick()
+        writer.write(session.frame, session.inputs)
     assert session.frame.tick == 70
-    assert str(path) in str(tape.take_failure())
-    assert tape.take_failure() is None
+    told = []
+    qtbot.waitUntil(lambda: told.append(writer.take_failure()) or told[-1] is not None, timeout=10_000)
+    assert str(path) in str(told[-1])
+    assert writer.recorder is None
+    assert writer.take_failure() is None
     kept = RecordingPlayer(path)
     assert len(kept) >= 12, "whole chunks written before the disk was full stay readable"
     assert not kept.complete
+
+
+@pytest.mark.skipif(not FULL.exists(), reason="needs /dev/full, a disk that is full")
+def test_what_fails_while_it_is_completed_is_raised(prepared, tmp_path):
+    writer, session = RecordingWriter(), Session(prepared)
+    recorder = Recorder(tmp_path / "torn.mcap", prepared)
+    writer.begin(recorder)
+    with FULL.open("wb") as full:
+        os.dup2(full.fileno(), recorder._stream.fileno())
+    for _ in range(50):
+        session.tick()
+        writer.write(session.frame, session.inputs)
+    with pytest.raises(RecordingError, match=r"torn\.mcap"):
+        writer.complete()
+    assert writer.recorder is None

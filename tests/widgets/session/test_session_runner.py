@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import replace
+from itertools import accumulate, chain, repeat
 
 import pytest
 
@@ -101,6 +103,69 @@ def test_the_thread_runs_by_the_clock_and_stops(thread, qtbot):
         tick = thread.session.frame.tick
     thread.stop()
     assert thread.session.frame.tick == tick
+
+
+class GatedSession(Session):
+    """A real session whose ticks are slow: each waits for a turn of ``gate``."""
+
+    def __init__(self, prepared):
+        super().__init__(prepared)
+        self.gate, self.entered = threading.Semaphore(0), threading.Event()
+
+    def tick(self):
+        """Wait for a turn."""
+        self.entered.set()
+        self.gate.acquire()
+        return super().tick()
+
+
+def test_whoever_asks_waits_for_one_tick_not_for_a_batch(prepared, qtbot):
+    session, seen = GatedSession(prepared), []
+    runner = ThreadRunner(session, lambda _frame: None, clock=accumulate(repeat(0.1)).__next__)
+    assert session.entered.wait(10)
+
+    def ask():
+        with runner.lock:
+            seen.append(session.frame.tick)
+
+    asking = threading.Thread(target=ask)
+    asking.start()
+    qtbot.waitUntil(lambda: runner.lock.wanted, timeout=10_000)
+    session.gate.release(1000)
+    asking.join()
+    runner.stop()
+    assert seen == [1], "a batch is twenty ticks"
+
+
+def looks(*gaps):
+    """A clock that shows these gaps [s] between looks, then stands still; and an event that is set at its end."""
+    ended = threading.Event()
+    shown = chain(accumulate(gaps, initial=0.0), repeat(sum(gaps)))
+    count = iter(range(10**9))
+
+    def clock():
+        if next(count) > len(gaps):
+            ended.set()
+        return next(shown)
+
+    return clock, ended
+
+
+@pytest.mark.parametrize(("speed", "gaps", "ticks"), [
+    (1.0, [0.010] * 10, 20),
+    (0.5, [0.010] * 10, 10),
+    (2.0, [0.010] * 10, 40),
+    (1.0, [0.007] * 10, 14),
+    (0.5, [3600.0], 10),
+    (0.5, [3600.0, 0.010], 11),
+])  # fmt: skip
+def test_a_session_runs_at_the_speed_asked_for_and_makes_up_a_tenth_of_a_second_at_most(session, speed, gaps, ticks):
+    clock, ended = looks(*gaps)
+    told = []
+    runner = ThreadRunner(session, told.append, speed=speed, clock=clock)
+    assert ended.wait(10)
+    runner.stop()
+    assert len(told) == ticks
 
 
 def test_time_that_cannot_be_kept_up_with_is_dropped(session):
