@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
+import tomllib
+from importlib.metadata import packages_distributions
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -60,3 +63,36 @@ def test_app_starts_without_a_screen():
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
+
+
+def imported_packages(path):
+    """The top names of other people's packages that a file imports, at its top or inside a function."""
+    names = []
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf8"))):
+        if isinstance(node, ast.Import):
+            names += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            names.append(node.module)
+    return {name.split(".")[0] for name in names} - set(sys.stdlib_module_names) - set(PACKAGES)
+
+
+def normalized(name):
+    """As package indexes compare names (PEP 503)."""
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+def test_what_is_imported_is_declared_and_what_is_declared_is_imported():
+    """A package that comes along with another today may stay away tomorrow."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf8"))["project"]
+    extras = project["optional-dependencies"]
+    wanted = [*project["dependencies"], *extras["robots"], *extras["menagerie"]]
+    declared = {normalized(re.match(r"[\w.-]+", line)[0]) for line in wanted}
+    providers = packages_distributions()
+    imported = {name for path in SOURCES for name in imported_packages(path)}
+    undeclared = {
+        name for name in imported if not declared & {normalized(each) for each in providers.get(name, [name])}
+    }
+    assert not undeclared
+    used = {normalized(each) for name in imported for each in providers.get(name, [name])}
+    # pyvistaqt imports qtpy, and the wheel of iCub's models is found by its files.
+    assert declared - used == {"qtpy", "icub-models", "matplotlib"}

@@ -16,14 +16,11 @@ from statistics import fmean
 from types import MappingProxyType
 from typing import Any, get_args
 
-import mujoco
-
 from app.control.command import JointCommand
 from app.core.errors import SimulationError
 from app.scene.effects import EFFECTS, SENSOR_KEYS, Effects
 from app.session.prepare import PreparedScene, Progress
 from app.session.session import Session, substeps
-from app.simulation.model_assembly import assemble
 from app.simulation.simulation import Simulation
 from app.tactile.poke import PokeInput
 from app.tactile.sensor_effects import SensorEffects
@@ -109,37 +106,6 @@ def without_effect(effects: Effects, key: str) -> Effects:
         return replace(effects, sensor=replace(effects.sensor, **{key: None}))
     off: dict[str, Any] = {key: _PLAINEST if key == "integrator" else EFFECTS[key].value("off")}
     return replace(effects, **off)
-
-
-def all_effects_off(effects: Effects) -> Effects:
-    """The same time step, dynamics and integrator, and nothing else."""
-    bare = replace(effects, sensor=SensorEffects())
-    for key in ("fingers", "contact", "gravity", "friction", "joint_limits", "joint_friction", "skin"):
-        bare = without_effect(bare, key)
-    return bare
-
-
-def bare_step_ms(
-    prepared: PreparedScene,
-    *,
-    effects: Effects | None = None,
-    seconds: float = 0.2,
-    clock: Clock = time.perf_counter,
-) -> float:
-    """Milliseconds of one ``mj_step`` of the robot with everything off: the measure of all prices.
-
-    The mean over turns of 100 steps, the slowest and the fastest left out; arguments and errors as ``price``.
-    """
-    model = assemble(prepared.robot, prepared.skin, all_effects_off(effects or prepared.scene.effects))
-    data = mujoco.MjData(model)
-    data.qpos[:] = prepared.robot.home
-    turns: list[float] = []
-    end = clock() + seconds
-    while len(turns) < _FEWEST or clock() < end:
-        start = clock()
-        mujoco.mj_step(model, data, nstep=100)
-        turns.append(clock() - start)
-    return 1e3 * _trimmed_mean(turns) / 100
 
 
 def _trimmed_mean(values: Sequence[float]) -> float:

@@ -1,18 +1,18 @@
 """Pictures of a map as PNG: the tactile image in grey, with its scale in the file, and the map coloured by distortion.
 
 The tactile image has eight or sixteen bits. The other picture colours each place by how much it is stretched or
-squeezed, taxels as dots. The format is that of the PNG specification (W3C, third edition): signature, then chunks of
-length, name, data and CRC.
+squeezed, taxels as dots.
 """
 
 from __future__ import annotations
 
-import struct
-import zlib
 from collections.abc import Mapping
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
+from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 
 from app.core.arrays import FloatArray
 from app.core.errors import MapError
@@ -21,8 +21,8 @@ from app.maps.tactile_image import TactileImage
 from app.maps.tactile_map import TactileMap
 from app.skin.formats.foreign_file import write_bytes
 
-_SIGNATURE = b"\x89PNG\r\n\x1a\n"
-_GREY, _COLOUR = 0, 2
+_INCH = 0.0254
+"""[m]; a picture's density is written per inch."""
 
 
 def write_image_png(
@@ -50,7 +50,7 @@ def write_image_png(
     if not (np.isfinite(scale) and scale > 0):
         raise MapError("the full scale must be above zero", value=full_scale)
     largest = 2**bits - 1
-    levels = np.rint(np.clip(values / scale, 0, 1) * largest).astype(f">u{bits // 8}")
+    levels = np.rint(np.clip(values / scale, 0, 1) * largest).astype(f"u{bits // 8}")
     texts = {
         "Software": "Tactile Maps",
         "Full scale kPa": repr(scale),
@@ -65,27 +65,17 @@ def png_bytes(levels: np.ndarray, texts: Mapping[str, str], density: FloatArray)
     """A picture in PNG's own form.
 
     Args:
-        levels: (rows, columns) grey, 8 or 16 bits big-endian, or (rows, columns, 3) red, green, blue of 8 bits.
+        levels: (rows, columns) grey, of 8 or 16 bits, or (rows, columns, 3) red, green, blue of 8 bits.
         texts: Put into the file under their names.
         density: (2,) pixels a metre across and up.
     """
-    height, width = levels.shape[:2]
-    kind = _GREY if levels.ndim == 2 else _COLOUR
-    values = np.ascontiguousarray(levels).view(np.uint8).reshape(height, -1)
-    rows = np.pad(values, ((0, 0), (1, 0)))  # each row begins with its filter, none
-    x, y = np.rint(density).clip(1, 2**31 - 1).astype(int).tolist()
-    chunks = [
-        _chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8 * levels.itemsize, kind, 0, 0, 0)),
-        _chunk(b"pHYs", struct.pack(">IIB", x, y, 1)),
-        *(_chunk(b"tEXt", key.encode() + b"\0" + text.encode()) for key, text in texts.items()),
-        _chunk(b"IDAT", zlib.compress(rows.tobytes(), 6)),
-        _chunk(b"IEND", b""),
-    ]
-    return _SIGNATURE + b"".join(chunks)
-
-
-def _chunk(name: bytes, data: bytes) -> bytes:
-    return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+    info = PngInfo()
+    for key, text in texts.items():
+        info.add_text(key, text)
+    data = BytesIO()
+    x, y = (_INCH * density).tolist()
+    Image.fromarray(levels).save(data, "PNG", pnginfo=info, dpi=(x, y))
+    return data.getvalue()
 
 
 WIDTH = 1600

@@ -8,7 +8,7 @@ import pytest
 
 from app.scene.effects import EFFECTS, SENSOR_KEYS, Effects
 from app.stimuli.stimulus_kinds import Poke
-from app.studies.ablation import ablation_cost, all_effects_off, bare_step_ms, without_effect
+from app.studies.ablation import ablation_cost, without_effect
 from app.tactile.sensor_effects import AreaAveraging, Noise, SensorEffects
 from tests.support.touch import prepared_bar
 
@@ -83,18 +83,6 @@ def test_leaving_out_changes_one_effect_and_twice_is_once(key):
     assert without_effect(once, key) == once
     changed = [name for name in vars(full) if getattr(full, name) != getattr(once, name)]
     assert changed in ([key], ["sensor"], [])
-
-
-def test_all_off_keeps_what_cannot_be_off():
-    full = Effects(contact="all", gravity="on", friction=True, joint_friction=True, timestep=0.002, sensor=NOISY)
-    bare = all_effects_off(full)
-    assert (bare.timestep, bare.integrator, bare.dynamics) == (0.002, full.integrator, True)
-    assert bare == all_effects_off(bare) == all_effects_off(Effects(timestep=0.002))
-
-
-def test_a_bare_step_takes_time():
-    assert bare_step_ms(BAR, seconds=0.0) > 0
-    assert bare_step_ms(BAR, seconds=0.0, clock=Ticking()) == pytest.approx(10.0)
 
 
 def test_a_robot_that_cannot_move_has_prices_too():
