@@ -127,11 +127,15 @@ class MapEditor(MapEditorSignals):
         self._show(name)
 
     def set_enabled(self, *, enabled: bool) -> None:
-        """Take edits, or do not; what is in the hand is given up, and what is being computed goes on."""
+        """Take edits, or do not; what is in the hand is given up.
+
+        What is being computed goes on; a result that comes while no edits are taken waits until they are again.
+        """
         if enabled != self.enabled:
             self.cancel()
             self.enabled = enabled
             self.enabled_changed.emit(enabled)
+            self._take_late()
 
     def select(self, numbers: Iterable[int]) -> None:
         """Select these patches, and no others."""
@@ -182,7 +186,7 @@ class MapEditor(MapEditorSignals):
         self.history.end()
         if changed:
             self._show(name)
-        self._put_in_late()
+        self._take_late()
 
     def cancel(self) -> None:
         """The gesture never was."""
@@ -191,7 +195,7 @@ class MapEditor(MapEditorSignals):
         self._before = None
         self.history.cancel()
         self.shown.emit(self.history.present)
-        self._put_in_late()
+        self._take_late()
 
     # Edits that are computed.
 
@@ -300,18 +304,22 @@ class MapEditor(MapEditorSignals):
         if asked is None or self.history is None:
             return
         self._rest()
+        if not self.enabled or (self.gesture and not asked.propose):
+            self._late = asked, result  # another document is looked at, or the hand goes first
+        else:
+            self._take(asked, result)
+
+    def _take_late(self) -> None:
+        """What was computed while it could not be put in."""
+        if self._late is not None and self.enabled:
+            late, self._late = self._late, None
+            self._take(*late)
+
+    def _take(self, asked: _PendingEdit, result: ReflattenResult) -> None:
         if asked.propose:
             self.proposal = Proposal(result, _gain(result))
             self.proposal_changed.emit()
-        elif self.gesture:
-            self._late = asked, result  # the hand goes first
-        else:
-            self._put_in(result, asked.name, refine=asked.refine and asked.position == self.history.position)
-
-    def _put_in_late(self) -> None:
-        late, self._late = self._late, None
-        if late is not None and self.history is not None:
-            asked, result = late
+        elif self.history is not None:
             self._put_in(result, asked.name, refine=asked.refine and asked.position == self.history.position)
 
     def _put_in(self, result: ReflattenResult, name: str, *, refine: bool) -> None:

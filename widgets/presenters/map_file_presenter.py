@@ -11,7 +11,7 @@ from platformdirs import user_state_path
 from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtWidgets import QFileDialog, QMessageBox
 
-from app.core.errors import TactileMapsError
+from app.core.errors import TactileMapsError, describe_unexpected_error
 from app.editing.document import MapDocument
 from app.editing.document_file import DocumentFile, load_document
 from app.editing.layout_import import adopt_document
@@ -43,6 +43,7 @@ class MapFilePresenter(QObject):
         self._window, self._editor = window, editor
         self._file: DocumentFile | None = None
         self._recovered: MapDocument | None = None
+        self._discarded = False  # unsaved edits need not outlive the document, once it really goes
         self._writer = ThreadPoolExecutor(max_workers=1, thread_name_prefix="autosave")
         self._writing: Future[bool] | None = None
         self._timer = QTimer(self)
@@ -64,7 +65,7 @@ class MapFilePresenter(QObject):
 
     def begin(self, prepared: PreparedScene) -> None:
         """Another scene's map: as it was made it need not be kept. What a crash left of its edits is offered."""
-        self._wait()
+        self._release()
         document = self._editor.document
         self._file = DocumentFile(None, document, folder=autosave_folder(prepared.robot.name))
         self._recovered = None
@@ -187,8 +188,10 @@ class MapFilePresenter(QObject):
         if not self._writing.done():
             return False
         writing, self._writing = self._writing, None
-        if isinstance(error := writing.exception(), TactileMapsError):
-            self._window.notification_bar.say(str(error), fault=True)
+        if (error := writing.exception()) is not None:
+            foreseen = isinstance(error, TactileMapsError)
+            text = str(error) if foreseen else f"Edits are not saved by themselves: {describe_unexpected_error(error)}."
+            self._window.notification_bar.say(text, fault=True)
             self._timer.stop()
         return True
 
@@ -198,7 +201,11 @@ class MapFilePresenter(QObject):
             self._written()
 
     def leave(self, then: Callable[[], None]) -> None:
-        """Do ``then``, which loses the document, once whatever is unsaved is saved or given up."""
+        """Do ``then``, which may lose the document, once whatever is unsaved is saved or may be lost.
+
+        Until another document begins or the window closes, this one stays as it is: a scene may fail to open.
+        """
+        self._discarded = False
         if not self.unsaved:
             then()
             return
@@ -214,9 +221,8 @@ class MapFilePresenter(QObject):
         box.setDefaultButton(button.Save)
 
         def answered(answer: int) -> None:
-            if answer == button.Discard:
-                self.give_up()
-            if answer == button.Discard or (answer == button.Save and self.save()):
+            self._discarded = answer == button.Discard
+            if self._discarded or (answer == button.Save and self.save()):
                 then()
 
         box.finished.connect(answered)
@@ -224,18 +230,24 @@ class MapFilePresenter(QObject):
 
     def give_up(self) -> None:
         """What is not saved is not wanted."""
+        self._discarded = True
+        self._release()
+        self._file = None
+
+    def _release(self) -> None:
+        """The document goes; with it the copy of what a person gave up."""
         self._wait()
-        if self._file is not None:
+        if self._file is not None and self._discarded:
             try:
                 self._file.drop_autosave()
             except TactileMapsError as error:
                 self._window.notification_bar.say(str(error), fault=True)
-            self._file = None
+        self._discarded = False
 
     def close(self) -> None:
-        """Finish writing; the copy of a saved map goes."""
+        """Finish writing; the copy of what was given up goes."""
         self._timer.stop()
-        self._wait()
+        self._release()
         self._writer.shutdown()
 
 

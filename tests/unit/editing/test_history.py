@@ -157,6 +157,20 @@ def test_bytes_have_a_bound_and_are_given_back(document, reflattened):
     assert tight.names == ("Method",)
 
 
+def test_a_refined_step_holds_the_bytes_of_its_better_version_only(document, reflattened):
+    history = History(document)
+    history.do("Method", reflattened)
+    held = history.bytes
+    better = move(reflattened, [0], (0.1, 0.0))
+    history.refine(better)
+    assert history.bytes == held, "the same arrays, the same step"
+    history.refine(move(document, [0], (0.1, 0.0)))
+    assert history.bytes < held, "the other chart is free"
+    again = History(document)
+    again.do("Move", move(document, [0], (0.2, 0.0)))
+    assert history.bytes == again.bytes
+
+
 def test_steps_that_are_not_shown_hold_nothing_that_can_be_computed(history):
     documents = _done(history, 2)
     assert documents[2].map.taxel_points is not None

@@ -207,6 +207,31 @@ def test_nothing_is_edited_while_a_recording_is_shown(editor):
     assert not editor.busy
 
 
+@pytest.mark.parametrize("propose", [False, True])
+def test_a_result_that_comes_while_a_recording_is_shown_waits_until_edits_are_taken_again(editor, worker, propose):
+    shown, edit = [], propose_seam if propose else (lambda document, number: set_method(document, [number], "lscm"))
+    editor.ask(lambda document: edit(document, 0), propose=propose)
+    editor.set_enabled(enabled=False)
+    for signal in (editor.shown, editor.proposal_changed):
+        signal.connect(lambda *told: shown.append(told))
+    worker.release()
+    assert not editor.busy
+    assert shown == []
+    assert editor.heard == []
+    editor.set_enabled(enabled=True)
+    assert len(shown) == 1
+    assert editor.history.names == (("Open",) if propose else ("Open", "Method"))
+
+
+def test_a_result_that_waited_is_not_put_into_another_document(editor, worker, prepared):
+    editor.ask(lambda document: set_method(document, [0], "lscm"))
+    editor.set_enabled(enabled=False)
+    worker.release()
+    editor.open(MapDocument.of(prepared.map))
+    editor.set_enabled(enabled=True)
+    assert editor.history.names == ("Open",)
+
+
 def test_another_document_forgets_all_of_the_one_before(editor, worker, prepared):
     editor.select([0, 1])
     editor.do("Move", shift)

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox
 
 from app.editing.arrange import move, rotate
-from app.editing.document_file import load_document, save_document
+from app.editing.document_file import DocumentFile, load_document, save_document
 from app.maps.formats.map_file import save_map
+from app.scene.scene_file import load_scene
 from app.studies.testbeds.reference_bodies import flat_map
 
 
@@ -148,6 +151,46 @@ def test_opening_another_robot_asks_too(window, files):
     assert window.editor.document is present
 
 
+def test_edits_given_up_for_a_scene_that_fails_to_open_are_still_there_and_unsaved(window, files, tmp_path):
+    present = window.editor.document
+    window.file_presenter.open_scene(replace(load_scene("arm"), robot="no-such-robot"))
+    answer(window, QMessageBox.StandardButton.Discard)
+    assert "no-such-robot" in message(window)
+    assert window.editor.document is present
+    assert files.unsaved
+    assert window.isWindowModified()
+    files.autosave()
+    files._wait()
+    assert list((tmp_path / "state").rglob("*.autosave"))
+    assert not window.close()
+    answer(window, QMessageBox.StandardButton.Cancel)
+    assert files._save(tmp_path / "kept.npz")
+    assert load_document(tmp_path / "kept.npz").layout == present.layout
+
+
+def test_edits_given_up_for_a_scene_that_is_shown_are_gone_with_their_copy(window, files, prepared, tmp_path):
+    files.autosave()
+    files._wait()
+    assert list((tmp_path / "state").rglob("*.autosave"))
+    files.leave(lambda: window.live.show_prepared(reopened(prepared)))
+    answer(window, QMessageBox.StandardButton.Discard)
+    assert not files.unsaved
+    assert message(window) == ""
+    assert not list((tmp_path / "state").rglob("*.autosave"))
+
+
+def test_an_autosave_waits_for_the_hand(window, files, tmp_path):
+    window.editor.begin("Move")
+    window.editor.change(lambda document: move(document, [0], (0.1, 0.0)))
+    files.autosave()
+    files._wait()
+    assert not list((tmp_path / "state").rglob("*.autosave"))
+    window.editor.end()
+    files.autosave()
+    files._wait()
+    assert list((tmp_path / "state").rglob("*.autosave"))
+
+
 def test_what_a_crash_left_is_offered_and_taken_back_as_an_edit(window, files, prepared, tmp_path):
     files.autosave()
     files._wait()
@@ -168,12 +211,32 @@ def test_nothing_is_offered_after_a_good_end(window, files, prepared):
     assert message(window) == ""
 
 
-def test_a_copy_that_cannot_be_written_is_said_once(window, files, monkeypatch, tmp_path):
-    blocked = tmp_path / "blocked"
-    files._file._folder = blocked
+def test_a_copy_that_cannot_be_written_is_said_once(window, files, qtbot, tmp_path):
+    files._file._folder = tmp_path / "blocked"
+    files._timer.setInterval(1)
+    qtbot.waitUntil(lambda: "cannot be written" in message(window), timeout=10_000)
+    said = window.notification_bar._said
+    asked = []
+    again = QTimer(window)
+    again.timeout.connect(lambda: asked.append(files._timer.isActive()))
+    again.start(1)
+    qtbot.waitUntil(lambda: len(asked) > 100, timeout=10_000)
+    again.stop()
+    assert not any(asked)
+    assert window.notification_bar._said == said
+
+
+def test_a_copy_that_fails_in_a_way_nobody_foresaw_is_said_too(window, files, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+
+    class Broken(DocumentFile):
+        def autosave(self, document):
+            raise ZeroDivisionError("nobody foresaw this")
+
+    files._file = Broken(None, None, folder=tmp_path)
     files.autosave()
     files._wait()
-    assert "cannot be written" in message(window)
+    assert "nobody foresaw this" in message(window)
 
 
 def reopened(prepared):
