@@ -1,7 +1,7 @@
 from .centre_of_pressure import SensorUncertainty
 from .detection import ContactDetector
 from .events import ContactEvent, EventDetector
-from .pipeline import ContactPipeline, ReadingSettings
+from .pipeline import ContactPipeline, ReadingSettings, read_contacts
 from .regions import ContactRegion
 from .self_touch import SelfTouchMatcher
 from .tracking import RegionTracker
@@ -16,4 +16,5 @@ __all__ = [
     "RegionTracker",
     "SelfTouchMatcher",
     "SensorUncertainty",
+    "read_contacts",
 ]

@@ -46,6 +46,11 @@ class ContactRegion:
         partner: Id of the region on another link that touches this one; 0 for none known.
         merged: Ids of the regions that have become part of this one at this frame.
         split_from: Id of the region that this one has come off at this frame; 0 for none.
+
+    Example:
+        >>> (contact,) = tm.read_contacts(tactile_map, tm.press_skin(skin, skin.taxel_point(30)))
+        >>> contact.link, contact.map_point.shape, contact.area > 0
+        ('hand', (2,), True)
     """
 
     id: int

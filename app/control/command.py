@@ -76,6 +76,11 @@ class ControlSettings:
         path_speed: Along the path, on the map [m/s].
         starts: Another number than before starts the task afresh, as a path from its beginning.
         max_force: A contact with more [N] stops the arm; the QP keeps every contact under 80 % of it.
+
+    Example:
+        >>> settings = tm.ControlSettings(controller="hold_force", force_goal=2.0)
+        >>> tm.Session.of(robot, tactile_map, settings=settings).settings.force_goal
+        2.0
     """
 
     controller: ControllerName = "impedance"

@@ -26,6 +26,13 @@ class TactileMapsError(Exception):
         place: Where in the file: a line, an element, a mesh, a row.
         value: The offending value.
         remedy: What the user can do, as a sentence without a full stop.
+
+    Example:
+        >>> try:
+        ...     tm.load_robot("arn")
+        ... except tm.TactileMapsError as error:
+        ...     print(error.value, "->", error.remedy)
+        arn -> Did you mean arm? Choose one of: arm, two_arms, ur5e, icub, or give the path of a file
     """
 
     def __init__(

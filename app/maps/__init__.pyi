@@ -7,12 +7,13 @@ from .paths import MapPath, draw_path
 from .quality import MapQuality, measure
 from .seam_transitions import SeamTransitions
 from .tactile_image import TactileImage
-from .tactile_map import TactileMap
+from .tactile_map import BodyPoint, TactileMap, back_project
 from .topography import BodyDistances, measure_topography
 
 __all__ = [
     "INTERPOLATIONS",
     "BodyDistances",
+    "BodyPoint",
     "MapJacobian",
     "MapLayout",
     "MapPath",
@@ -22,6 +23,7 @@ __all__ = [
     "TactileImage",
     "TactileMap",
     "TaxelLayout",
+    "back_project",
     "build_map",
     "compare_maps",
     "draw_path",

@@ -78,6 +78,11 @@ def measure(
         sources: See ``BodyDistances``, where they are made here.
         seed: Likewise.
 
+    Example:
+        >>> quality = tm.measure(tactile_map)
+        >>> quality.flips, quality.overlaps, quality.trustworthiness > 0.9
+        (0, 0, True)
+
     Cost: 3.3 s for 1000 taxels on 21,000 faces; 40 ms with distances and images at hand.
     """
     body = BodyDistances(map_.skin, sources=sources, seed=seed) if distances is None else distances

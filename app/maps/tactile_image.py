@@ -92,6 +92,12 @@ class TactileImage:
         MapError: A resolution that is not above zero, or so fine that the image would have more than 2^24 pixels; an
             interpolation that does not exist.
 
+    Example:
+        >>> image = tm.TactileImage(tactile_map, width=128)
+        >>> pressures = tm.press_skin(skin, skin.taxel_point(30), force=3.0)
+        >>> print(f"{image.render(pressures).max():.0f} kPa, {image.force(image.render(pressures)):.2f} N")
+        6 kPa, 3.00 N
+
     Cost: 0.1 s to build at 512 pixels across and 0.2 ms to render, with barycentric interpolation.
     """
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -73,6 +74,10 @@ class RecordingPlayer:
     def __len__(self) -> int:
         return len(self._places)
 
+    def __iter__(self) -> Iterator[Frame]:
+        """All frames in order, each unpacked when its turn comes."""
+        return map(self.frame, range(len(self)))
+
     @property
     def duration(self) -> float:
         """From the first frame to the last [s]."""
@@ -127,3 +132,22 @@ class RecordingPlayer:
         return [
             message for _, message in mcap_reader.chunk_messages(self._contents.chunks[chunk], self._contents.channels)
         ]
+
+
+def open_recording(path: str | Path) -> RecordingPlayer:
+    """A recording's scene, frames and inputs; one that was cut off is read as far as it goes.
+
+    Args:
+        path: The file.
+
+    Raises:
+        RecordingError: It cannot be read, is not ours, or holds no frame.
+
+    Example:
+        >>> player = tm.open_recording("touch.mcap")
+        >>> len(player), round(player.duration, 3)
+        (21, 0.1)
+        >>> player.frame(20).tick
+        20
+    """
+    return RecordingPlayer(path)

@@ -1,12 +1,14 @@
 """Writes a session to a file while it runs, so that what was recorded survives whatever happens next.
 
-``save_failure_report`` keeps what stopped a session, as a recording that stops again when it is replayed.
+``record`` writes what a session does within a block. ``save_failure_report`` keeps what stopped a session, as a
+recording that stops again when it is replayed.
 """
 
 from __future__ import annotations
 
 import platform
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from importlib.metadata import version
 from itertools import takewhile
 from pathlib import Path
@@ -197,3 +199,33 @@ def save_failure_report(session: Session, path: str | Path, *, overwrite: bool =
     with Recorder(path, session.prepared, overwrite=overwrite) as recorder:
         recorder.fail(failure)
     return Path(path)
+
+
+@contextmanager
+def record(session: Session, path: str | Path, *, overwrite: bool = False) -> Iterator[Recorder]:
+    """Write every tick of ``session`` to a file while the block runs, the frame it begins with included.
+
+    Where the physics gives up, the file says so, and replays to the same stop.
+
+    Args:
+        session: Which.
+        path: The file, usually ``.mcap``; it must not exist.
+        overwrite: Replace an existing file.
+
+    Raises:
+        RecordingError: The file exists or cannot be written.
+
+    Example:
+        >>> with tm.record(session, "touch.mcap") as recording:
+        ...     frame = session.run_for(0.1)
+        >>> recording.frames
+        21
+    """
+    with Recorder(path, session.prepared, overwrite=overwrite) as recorder:
+        recorder.write(session.frame, session.inputs)
+        with session.watched(lambda frame: recorder.write(frame, session.inputs)):
+            try:
+                yield recorder
+            finally:
+                if session.failure is not None:
+                    recorder.fail(session.failure)

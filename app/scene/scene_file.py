@@ -120,6 +120,11 @@ def load_scene(name: str, *, check: Callable[[Scene], None] = _accept) -> Scene:
 
     Raises:
         SceneError: There is none, or it has a mistake; the message names the line and the key.
+
+    Example:
+        >>> scene = tm.load_scene("slide")
+        >>> scene.robot, scene.task
+        ('arm', 'slide')
     """
     path = asset("scenes", f"{name}.toml") if name in scene_names() else Path(name)
     if not path.is_file():

@@ -44,6 +44,11 @@ class Frame:
         task: How the controller's task goes; None under a controller without one.
         estimates: What the force estimator in force answered, by region; empty with the area sum. A region whose
             estimate refused has the area sum.
+
+    Example:
+        >>> frame = session.tick()
+        >>> frame.pressures.shape, frame.posture.shape
+        ((60,), (7,))
     """
 
     tick: int

@@ -63,6 +63,12 @@ def prepare(scene: Scene, *, progress: Progress = _silent) -> PreparedScene:
     Raises:
         TactileMapsError: Any part says what is wrong with the scene, its objects, the robot or the skin.
 
+    Example:
+        >>> scene = tm.Scene("touch", robot="arm", cover=tm.CoverSpec(links=("hand",), taxels=40))
+        >>> prepared = tm.prepare(scene)
+        >>> len(prepared.skin), prepared.map.taxel_points.shape
+        (40, (40, 2))
+
     Cost: 2 to 5 s for 1000 taxels.
     """
     objects = make_objects(scene)  # first, since it costs nothing and may fail

@@ -7,7 +7,8 @@ to which pressure the scene's sensor reads (``skin_readings``).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 
 import numpy as np
 
@@ -20,16 +21,19 @@ from app.control.loop_stability import SensorTiming
 from app.core.arrays import FloatArray
 from app.core.errors import SimulationError, TactileMapsError
 from app.core.timing import Stopwatch
+from app.geometry.mesh import SurfacePoint
 from app.maps.tactile_map import TactileMap
+from app.robots.robot import Robot
 from app.scene.effects import Effects
 from app.scene.motion import Motion
+from app.scene.scene import Scene
 from app.session.frame import Failure, Frame
 from app.session.inputs import BehavioursChanged, EffectsChanged, MapEdited, ReadingChanged, SessionInput
 from app.session.prepare import PreparedScene
 from app.session.runtime_settings import RuntimeSettings
 from app.simulation.simulation import Simulation
 from app.stimuli.stimulus_player import StimulusPlayer
-from app.tactile.poke import PokePressed, PokeReleased
+from app.tactile.poke import Finger, PokePressed, PokeReleased
 
 
 def substeps(tick: float, timestep: float) -> int:
@@ -88,6 +92,13 @@ class Session:
 
     Raises:
         TactileMapsError: The scene and its effects cannot be simulated.
+
+    Example:
+        >>> session = tm.Session.of(robot, tactile_map)
+        >>> session.press(skin.taxel_point(30), force=3.0)
+        >>> frame = session.run_for(4.0)  # the arm yields while the finger advances
+        >>> print(f"{frame.regions[0].force:.1f} N on {frame.regions[0].link}")
+        3.0 N on hand
     """
 
     def __init__(
@@ -124,7 +135,20 @@ class Session:
         self._motion = Motion(robot, scene.motion) if scene.motion else None
         self._stimulus = StimulusPlayer(skin, scene.stimuli, tick=scene.tick)
         self._watch = Stopwatch()
+        self._watchers: list[Callable[[Frame], None]] = []
         self.reset()
+
+    @classmethod
+    def of(cls, robot: Robot, map_: TactileMap, *, settings: ControlSettings | None = None) -> Session:
+        """A session of a robot in the skin of a map, alone in the world, with nobody touching it yet.
+
+        Args:
+            robot: Who wears the skin.
+            map_: The tactile map of its skin.
+            settings: Of the controller; by default impedance, which holds the home posture.
+        """
+        scene = Scene(name=robot.name, robot=robot.name)
+        return cls(PreparedScene(scene, robot, map_.skin, map_), settings=settings)
 
     def reset(self) -> None:
         """Back to the start: robot at home, objects in their places, no finger, the scripted hand playing.
@@ -184,6 +208,48 @@ class Session:
             self._end_script()
         self._waiting.append(session_input)
 
+    def press(self, at: SurfacePoint, *, force: float = 3.0, finger: int = 1) -> None:
+        """Press the skin with a finger from the next tick on, until ``release``.
+
+        The finger advances until it pushes with ``force``, and follows a skin that yields. Pressing elsewhere with a
+        finger that is down moves it there.
+
+        Args:
+            at: Where: a point of the skin, such as ``Skin.taxel_point`` and ``TactileMap.to_body`` give.
+            force: Along the skin's inward normal, in the end [N].
+            finger: Which.
+
+        Raises:
+            SimulationError: There is no such force; a place that is not on the skin is refused by the tick.
+        """
+        self.submit(PokePressed(finger, at, Finger(max_force=force)))
+
+    def release(self, *, finger: int = 1) -> None:
+        """Lift a finger at the next tick."""
+        self.submit(PokeReleased(finger))
+
+    @contextmanager
+    def watched(self, each: Callable[[Frame], None]) -> Iterator[None]:
+        """Tell ``each`` the frame of every tick while the block runs, however the session is stepped."""
+        self._watchers.append(each)
+        try:
+            yield
+        finally:
+            self._watchers.remove(each)
+
+    def run_for(self, seconds: float) -> Frame:
+        """Simulate ``seconds``, rounded to whole ticks, as fast as it goes; the last frame.
+
+        Raises:
+            SimulationError: There is no such time.
+            TactileMapsError: As ``tick``.
+        """
+        if not (math.isfinite(seconds) and seconds >= 0):
+            raise SimulationError("a session cannot run so long", value=f"{seconds} s", remedy="Choose 0 s or more")
+        for _ in range(round(seconds / self.prepared.scene.tick)):
+            self.tick()
+        return self.frame
+
     def advance(self, elapsed: float, *, each: Callable[[Frame], None] | None = None) -> Frame:
         """Simulate ``elapsed`` seconds in whole ticks, keeping the remainder; the frame of the last tick.
 
@@ -224,6 +290,8 @@ class Session:
         except SimulationError as error:
             self.failure = Failure(self.frame.tick + 1, error, tuple(self.inputs), self.frame)
             raise
+        for each in tuple(self._watchers):
+            each(self.frame)
         return self.frame
 
     def _take_effect(self) -> None:

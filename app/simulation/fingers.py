@@ -12,6 +12,7 @@ from app.skin.skin import Skin
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.loads import Load, sphere_load
 from app.tactile.poke import Finger, PokeInput, PokePressed, PokeReleased, PokeState
+from app.tactile.press import check_place
 
 _STABLE_DT = 0.6
 """An explicit spring stays stable while dt < 0.6 sqrt(m / k); measured, for a mass without damping."""
@@ -127,7 +128,7 @@ class Fingers:
         return np.array(rows, dtype=np.float64).ravel()
 
     def _touch(self, data: mujoco.MjData, at: SurfacePoint, finger: Finger) -> _Touch:
-        _check_place(self._skin, at)
+        check_place(self._skin, at)
         touch = _Touch(self._skin, self._body, at, finger)
         touch.point, touch.normal = touch.world(data)
         self._refuse_stiff(data, touch)
@@ -187,11 +188,3 @@ class _Touch:
         finger = self.finger
         return [self.body, *self.local, *self.local_normal, *self.point, *self.normal, self.depth, self.force,
                 finger.stiffness, finger.radius, finger.max_force, finger.speed]  # fmt: skip
-
-
-def _check_place(skin: Skin, at: SurfacePoint) -> None:
-    """Refuse a place that is not on the skin; a hostile recording may name one."""
-    known = 0 <= at.patch < len(skin.patches) and 0 <= at.face < len(skin.patches[at.patch].surface.faces)
-    weights = np.asarray(at.weights, dtype=np.float64)
-    if not (known and weights.shape == (3,) and (weights >= -1e-6).all() and abs(weights.sum() - 1) < 1e-6):
-        raise SimulationError("there is no such place on the skin", value=at, remedy="Press where there is skin")

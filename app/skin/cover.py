@@ -40,6 +40,10 @@ class CoverSpec:
         taxels: How many in all, shared out by area.
         thickness: Of the cover over the link's mesh [m].
         seed: Of the one random choice: where each patch's first taxel lies.
+
+    Example:
+        >>> tm.CoverSpec(links=("upper_arm", "forearm"), taxels=400).thickness
+        0.003
     """
 
     links: tuple[str, ...] = ()
@@ -84,20 +88,26 @@ def _silent(_text: str, _fraction: float) -> None:
     """No progress wanted."""
 
 
-def cover_robot(robot: Robot, spec: CoverSpec, *, progress: Progress = _silent) -> Skin:
+def cover_robot(robot: Robot, spec: CoverSpec | None = None, *, progress: Progress = _silent) -> Skin:
     """Cover ``robot`` as ``spec`` says.
 
     Args:
         robot: Its links' meshes may be in any state; see ``geometry.wrap``.
-        spec: What is wanted.
+        spec: What is wanted; by default 1000 taxels on the three links that show the most of themselves.
         progress: Told what is being done and how far it is, 0 to 1; may raise to cancel.
 
     Raises:
         SkinError: No link can wear skin, or a named link has no geometry.
         RobotError: A named link does not exist.
 
+    Example:
+        >>> skin = tm.cover_robot(robot, tm.CoverSpec(links=("hand",), taxels=60))
+        >>> len(skin), [patch.link for patch in skin.patches]
+        (60, ['hand'])
+
     Cost: about 1 s for 1000 taxels on three links.
     """
+    spec = spec or CoverSpec()
     links = spec.links or choose_links(robot)
     meshes, findings = _cleaned_links(robot)
     _check_links(robot, links, meshes)

@@ -49,6 +49,11 @@ class SkinOptions:
         robot: Who wears the taxels of a file: None for iCub with iCub positions and nobody otherwise.
         surface: Of a bare mesh: its ``outer`` surface, ``all`` of it, or a ``cover`` over it, as robots get.
         thickness: Of a cover [m].
+
+    Example:
+        >>> options = tm.SkinOptions(links=("hand",), thickness=0.002)
+        >>> options.surface
+        'outer'
     """
 
     placement: PlacementSpec = field(default_factory=lambda: PlacementSpec(taxels=_DEFAULT_TAXELS))
@@ -63,18 +68,23 @@ class SkinOptions:
             raise SkinError("there is no such surface", place="surface", value=self.surface, remedy=remedy)
 
 
-def open_skin(source: str | Path, wanted: SkinOptions | None = None, *, progress: Progress = _silent) -> Skin:
+def open_skin(source: str | Path, options: SkinOptions | None = None, *, progress: Progress = _silent) -> Skin:
     """The skin that ``source`` holds or can wear; what was repaired on the way is among its findings.
 
     Args:
         source: A file, or a robot's name.
-        wanted: How taxels are placed where the source has none, and who wears them.
+        options: How taxels are placed where the source has none, and who wears them.
         progress: Told what is being done and how far it is, 0 to 1; may raise to cancel.
 
     Raises:
         TactileMapsError: The source cannot be read, or cannot wear what is wanted.
+
+    Example:
+        >>> tm.save_map(tactile_map, "hand.npz")
+        >>> [patch.name for patch in tm.open_skin("hand.npz").patches]
+        ['hand']
     """
-    spec, path = wanted or SkinOptions(), Path(source)
+    spec, path = options or SkinOptions(), Path(source)
     ending = path.suffix.lower()
     if ending == ".npz":
         return _read_own_npz(path, spec)

@@ -96,6 +96,11 @@ class Skin:
     Attributes:
         patches: In a stable order.
         findings: What was noticed and repaired while making it.
+
+    Example:
+        >>> at = skin.taxel_point(30)
+        >>> skin.link(at), skin.position(at).shape, skin.areas.shape
+        ('hand', (3,), (60,))
     """
 
     patches: tuple[Patch, ...]

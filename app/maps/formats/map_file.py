@@ -165,6 +165,9 @@ def save_map(map_: TactileMap, path: str | Path) -> None:
 
     Raises:
         MapError: The file cannot be written.
+
+    Example:
+        >>> tm.save_map(tactile_map, "hand.npz")
     """
     write_atomically(Path(path), map_to_bytes(map_), error=MapError)
 
@@ -175,6 +178,11 @@ def load_map(path: str | Path) -> TactileMap:
     Raises:
         MapError: There is no such file, or it is not a sound map.
         SkinError: The skin in it is not sound.
+
+    Example:
+        >>> tm.save_map(tactile_map, "hand.npz")
+        >>> len(tm.load_map("hand.npz").skin)
+        60
     """
     return map_from_bytes(read_bounded_file(Path(path), error=MapError, most=MAX_UNPACKED_BYTES), file=path)
 

@@ -8,9 +8,10 @@ import pytest
 from app.contacts.centre_of_pressure import SensorUncertainty
 from app.contacts.detection import TOUCH_THRESHOLD
 from app.contacts.force_estimation.estimate import ESTIMATORS
-from app.contacts.pipeline import ContactPipeline, ReadingSettings, reading_from
+from app.contacts.pipeline import ContactPipeline, ReadingSettings, read_contacts, reading_from
 from app.contacts.tracking import DWELL, GAP, MISSED
-from app.core.errors import SceneError
+from app.core.errors import MapError, SceneError
+from app.tactile.press import press_skin
 from app.tactile.sensor_effects import AreaAveraging, DeadTaxels, Noise, Sampling, SensorEffects
 from tests.support.touch import arm, prepared_bar
 
@@ -123,3 +124,24 @@ def test_an_edited_map_is_used():
     sense = ContactPipeline(BAR.robot, BAR.map, SensorEffects())
     sense.use(BAR.map)
     assert sense.read(1, 0.01, HOME, PRESSED)[0].id == 1
+
+
+@pytest.mark.parametrize("estimator", ["area-sum", "local-nnls", "tikhonov"])
+def test_one_reading_is_read_without_a_past(estimator):
+    prepared = prepared_bar()
+    skin, at = prepared.skin, prepared.skin.taxel_point(30)
+    pressures = press_skin(skin, at, force=3.0, model="water-fill" if estimator == "area-sum" else "half-space")
+    (contact,) = read_contacts(prepared.map, pressures, estimator=estimator)
+    assert contact.force == pytest.approx(3.0, rel=1e-9 if estimator == "area-sum" else 0.2)
+    assert np.linalg.norm(contact.point - skin.position(at)) < 0.01
+    assert read_contacts(prepared.map, pressures, threshold=1e6) == ()
+
+
+def test_what_cannot_be_read_is_refused():
+    map_ = prepared_bar().map
+    with pytest.raises(MapError, match="not the pressures of this skin"):
+        read_contacts(map_, np.zeros(3))
+    with pytest.raises(MapError, match="not read from pressures"):
+        read_contacts(map_, np.zeros(len(map_.skin)), estimator="lumped")
+    with pytest.raises(SceneError, match="no such force estimator"):
+        read_contacts(map_, np.zeros(len(map_.skin)), estimator="nnls")

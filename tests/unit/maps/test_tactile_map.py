@@ -8,7 +8,7 @@ import pytest
 from app.core.errors import MapError
 from app.geometry.mesh import SurfacePoint
 from app.maps.layout import MapLayout, Placement
-from app.maps.tactile_map import TactileMap
+from app.maps.tactile_map import TactileMap, back_project
 
 
 def _places(map_, count=400, seed=0):
@@ -117,3 +117,17 @@ def test_parts_that_do_not_belong_together_are_refused(three_patches):
         TactileMap(skin, charts[:2], layout)
     with pytest.raises(MapError, match="surface's faces"):
         TactileMap(skin, charts[::-1], layout)
+
+
+def test_a_map_point_is_taken_back_to_its_link(three_patches):
+    skin = three_patches.skin
+    for taxel in range(0, len(skin), 7):
+        place, at = back_project(three_patches, three_patches.taxel_points[taxel]), skin.taxel_point(taxel)
+        assert place.link == skin.link(at)
+        np.testing.assert_allclose(place.link_position, skin.position(at), atol=1e-9)
+        assert np.linalg.norm(place.link_normal) == pytest.approx(1.0)
+
+
+def test_a_point_beside_the_map_is_refused(three_patches):
+    with pytest.raises(MapError, match="no skin behind.*taxel_points"):
+        back_project(three_patches, three_patches.bounds[1] + 1.0)

@@ -13,8 +13,8 @@ import pytest
 
 from app.control.command import ControlSettings
 from app.core.errors import RecordingError, SimulationError
-from app.recording.player import RecordingPlayer
-from app.recording.recorder import Recorder, save_failure_report
+from app.recording.player import RecordingPlayer, open_recording
+from app.recording.recorder import Recorder, record, save_failure_report
 from app.recording.recover import recover
 from app.recording.verify import verify
 from app.session.session import Session
@@ -193,3 +193,25 @@ def test_a_session_that_goes_on_has_nothing_to_report(tmp_path):
     with pytest.raises(RecordingError, match="nothing to report"):
         save_failure_report(Session(UNSTEADY), tmp_path / "report.mcap")
     assert not (tmp_path / "report.mcap").exists()
+
+
+def test_a_block_is_recorded_and_replays_bit_for_bit(prepared, tmp_path):
+    session, path = Session(prepared, scripted=False), tmp_path / "block.mcap"
+    session.run_for(0.02)
+    session.press(prepared.skin.taxel_point(0), force=1.0)
+    with record(session, path) as recorder:
+        session.run_for(0.1)
+    session.tick()
+    player = open_recording(path)
+    assert recorder.frames == len(player) == 21
+    assert [frame.tick for frame in player] == list(range(4, 25))
+    assert verify(player).identical
+
+
+def test_a_block_in_which_the_physics_gives_up_says_so(prepared, tmp_path):
+    session, path = Session(prepared, scripted=False), tmp_path / "stopped.mcap"
+    session.submit(PokePressed(1, prepared.skin.taxel_point(0), Finger(speed=1e9, max_force=1e12, stiffness=100.0)))
+    with pytest.raises(SimulationError), record(session, path):
+        session.run_for(5.0)
+    assert session.failure is not None
+    assert open_recording(path).failure[0] == session.failure.tick

@@ -234,3 +234,44 @@ def test_a_scene_may_set_the_controller():
     assert quiet(replace(BAR, scene=replace(BAR.scene, control={"force_goal": 5.0}))).settings.force_goal == 5.0
     with pytest.raises(SceneError, match="no such controller setting"):
         quiet(replace(BAR, scene=replace(BAR.scene, control={"magic": 1.0})))
+
+
+def test_a_press_grows_to_its_force_and_ends_when_it_is_released():
+    session = Session(BAR, scripted=False, settings=ControlSettings(controller="hold_force"))
+    session.press(AT, force=1.5)
+    frame = session.run_for(1.0)
+    assert [poke.force for poke in frame.pokes] == [1.5]
+    assert sum(region.force for region in frame.regions) == pytest.approx(1.5)
+    session.release()
+    assert not session.tick().pokes
+
+
+def test_a_session_runs_for_all_of_its_seconds():
+    session = quiet()
+    assert session.run_for(1.0).time == pytest.approx(1.0)
+    assert session.frame.tick > MAX_TICKS
+
+
+@pytest.mark.parametrize("seconds", [float("nan"), float("inf"), -0.1])
+def test_seconds_that_are_none_are_refused(seconds):
+    session = quiet()
+    with pytest.raises(SimulationError, match="cannot run so long"):
+        session.run_for(seconds)
+    assert session.tick().tick == 1
+
+
+def test_a_watcher_is_told_every_tick_until_its_block_ends():
+    session, seen = quiet(), []
+    with session.watched(lambda frame: seen.append(frame.tick)):
+        session.advance(0.015)
+        session.run_for(0.01)
+    session.tick()
+    assert seen == [1, 2, 3, 4, 5]
+
+
+def test_a_session_of_a_robot_and_a_map_is_alone_in_the_world():
+    session = Session.of(BAR.robot, BAR.map, settings=ControlSettings(controller="hold_force"))
+    assert session.settings.controller == "hold_force"
+    assert not session.scripted
+    assert session.prepared.skin is BAR.map.skin
+    assert not session.run_for(0.05).regions

@@ -1,0 +1,60 @@
+from .contacts.pipeline import read_contacts
+from .contacts.regions import ContactRegion
+from .control.command import ControlSettings
+from .core.errors import TactileMapsError
+from .maps.build import build_map
+from .maps.comparison import compare_maps
+from .maps.formats.map_file import load_map, save_map
+from .maps.quality import measure
+from .maps.tactile_image import TactileImage
+from .maps.tactile_map import TactileMap, back_project
+from .plot import draw_contacts, draw_forces, draw_map
+from .recording.player import open_recording
+from .recording.recorder import record
+from .robots.kinematics import Configuration
+from .robots.library import list_robots, load_robot
+from .robots.robot import Robot
+from .scene.scene import Scene
+from .scene.scene_file import load_scene
+from .session.frame import Frame
+from .session.prepare import prepare
+from .session.session import Session
+from .skin.cover import CoverSpec, cover_robot
+from .skin.open import SkinOptions, open_skin
+from .skin.skin import Skin
+from .tactile.press import press_skin
+
+__all__ = [
+    "Configuration",
+    "ContactRegion",
+    "ControlSettings",
+    "CoverSpec",
+    "Frame",
+    "Robot",
+    "Scene",
+    "Session",
+    "Skin",
+    "SkinOptions",
+    "TactileImage",
+    "TactileMap",
+    "TactileMapsError",
+    "back_project",
+    "build_map",
+    "compare_maps",
+    "cover_robot",
+    "draw_contacts",
+    "draw_forces",
+    "draw_map",
+    "list_robots",
+    "load_map",
+    "load_robot",
+    "load_scene",
+    "measure",
+    "open_recording",
+    "open_skin",
+    "prepare",
+    "press_skin",
+    "read_contacts",
+    "record",
+    "save_map",
+]

@@ -1,0 +1,60 @@
+"""``import app``: every name documented, and every example in its documentation runs."""
+
+from __future__ import annotations
+
+import doctest
+import inspect
+import sys
+
+import pytest
+
+import app
+
+PUBLIC = tuple(app.__all__)
+
+
+@pytest.fixture(scope="module")
+def notebook(tmp_path_factory):
+    """What the docstrings' examples go on from, and a folder to write in."""
+    import matplotlib as mpl
+
+    folder = tmp_path_factory.mktemp("notebook")
+    names: dict[str, object] = {}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.setitem(mpl.rcParams, "backend", "agg")
+        _run(app.__doc__, "app", names)
+        _run(inspect.getdoc(app.record), "record", names)
+        yield names
+
+
+@pytest.fixture(autouse=True)
+def _no_figure_stays():
+    yield
+    if "matplotlib.pyplot" in sys.modules:
+        sys.modules["matplotlib.pyplot"].close("all")
+
+
+def _run(text: str | None, name: str, names: dict[str, object]) -> int:
+    """Run the examples in ``text`` with ``names``, which they may change; how many there were."""
+    test = doctest.DocTestParser().get_doctest(text or "", names, name, None, None)
+    told: list[str] = []
+    result = doctest.DocTestRunner(verbose=False).run(test, out=told.append, clear_globs=False)
+    names.update(test.globs)
+    assert not result.failed, "".join(told)
+    return result.attempted
+
+
+def test_about_thirty_names():
+    assert 25 <= len(PUBLIC) <= 35
+
+
+@pytest.mark.parametrize("name", PUBLIC)
+def test_the_example_of_a_public_name_runs(name, notebook):
+    examples = 1 if name == "record" else _run(inspect.getdoc(getattr(app, name)), name, dict(notebook))
+    assert examples, f"{name} has no example"
+
+
+def test_the_packages_docstring_names_all_of_them():
+    assert app.__doc__
+    assert not [name for name in PUBLIC if f"``{name}``" not in app.__doc__]

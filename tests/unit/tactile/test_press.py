@@ -1,0 +1,49 @@
+"""A ball pressed on a skin that stands still."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.core.errors import SimulationError
+from app.geometry.mesh import SurfacePoint
+from app.tactile.models.contact_model import CONTACT_MODELS
+from app.tactile.press import press_skin
+from tests.support.touch import prepared_bar
+
+SKIN = prepared_bar().skin
+
+
+@pytest.mark.parametrize("model", CONTACT_MODELS)
+def test_the_pressures_add_up_to_the_force(model):
+    pressures = press_skin(SKIN, SKIN.taxel_point(10), force=3.0, model=model)
+    assert pressures.shape == (len(SKIN),)
+    assert pressures @ SKIN.areas == pytest.approx(3.0, rel=1e-9)
+
+
+def test_it_presses_where_it_is_told():
+    pressures = press_skin(SKIN, SKIN.taxel_point(10))
+    place = np.concatenate([patch.taxels.positions for patch in SKIN.patches])
+    centre = pressures * SKIN.areas @ place / 3.0
+    assert np.linalg.norm(centre - place[10]) < 0.01
+
+
+def test_no_force_presses_nothing():
+    assert not press_skin(SKIN, SKIN.taxel_point(0), force=0.0).any()
+
+
+@pytest.mark.parametrize(
+    ("changed", "word"),
+    [
+        ({"force": float("nan")}, "force"),
+        ({"force": -1.0}, "force"),
+        ({"radius": 0.0}, "radius"),
+        ({"model": "water-fil"}, "water-fill"),
+        ({"at": SurfacePoint(99, 0, (1.0, 0.0, 0.0))}, "place"),
+        ({"at": SurfacePoint(0, 0, (2.0, 0.0, 0.0))}, "place"),
+    ],
+)
+def test_what_cannot_be_is_refused(changed, word):
+    arguments = {"at": SKIN.taxel_point(0)} | changed
+    with pytest.raises(SimulationError, match=word):
+        press_skin(SKIN, arguments.pop("at"), **arguments)
