@@ -27,7 +27,7 @@ ENDLESS = """
 import sys
 from app.recording.recorder import Recorder
 from app.session.session import Session
-from tests.recordings import small_arm
+from tests.support.recordings import small_arm
 prepared = small_arm()
 session = Session(prepared)
 with Recorder(sys.argv[1], prepared) as recorder:
@@ -66,8 +66,8 @@ def test_a_disk_that_fills_up_keeps_what_was_written(prepared, tmp_path):
     path = tmp_path / "cut.mcap"
     code = (
         "import resource, signal, sys\n"
-        "from app.errors import RecordingError\nfrom app.recording.recorder import Recorder\n"
-        "from app.session.session import Session\nfrom tests.recordings import small_arm\n"
+        "from app.core.errors import RecordingError\nfrom app.recording.recorder import Recorder\n"
+        "from app.session.session import Session\nfrom tests.support.recordings import small_arm\n"
         "prepared = small_arm(); session = Session(prepared); recorder = Recorder(sys.argv[1], prepared)\n"
         "recorder.write(session.tick(), session.inputs)\n"
         "import os; size = os.path.getsize(sys.argv[1]) + 200_000\n"
