@@ -95,4 +95,4 @@ def test_what_is_imported_is_declared_and_what_is_declared_is_imported():
     assert not undeclared
     used = {normalized(each) for name in imported for each in providers.get(name, [name])}
     # pyvistaqt imports qtpy, and the wheel of iCub's models is found by its files.
-    assert declared - used == {"qtpy", "icub-models", "matplotlib"}
+    assert declared - used == {"qtpy", "icub-models"}
