@@ -1,10 +1,31 @@
-"""What every test stands on: no screen, its own settings folder, seeded randomness."""
+"""What every test stands on: no screen, one thread for linear algebra, and which cases run by default.
+
+    sh tests/run.sh          # the default: at most eight minutes on two cores
+    sh tests/run.sh --all    # everything: every case, more examples, and the benchmarks, once each
+    pytest --cpu             # afterwards: CPU seconds by folder, by file and of the dearest tests
+
+What the default leaves out is marked:
+
+* ``@pytest.mark.long``: a test, or one case, that only ``--all`` runs: a sweep, a catalogue, a soak.
+* ``@pytest.mark.rotating``: of stacked ``parametrize`` every value runs, each with one value of the others in turn; all
+  combinations only in ``--all``.
+* ``@pytest.mark.sampled(n)``: of many cases ``n`` run, spread evenly over the list.
+* ``examples(n)`` (``tests.support.examples``): hypothesis tries a fifth as many.
+
+What a mutation of the code would break must break in the default (``python -m tests.mutate``). Where a test is named by
+its node id, nothing is left out.
+"""
 
 from __future__ import annotations
 
 import os
 
+# Before NumPy: two workers on two cores leave no core for a second thread.
+for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(threads, "1")
 if not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
 os.environ.setdefault("QT_API", "pyside6")
+
+pytest_plugins = ["tests.support.cpu_report", "tests.support.default_cases"]

@@ -1,5 +1,10 @@
 #!/bin/sh
-# The whole check, from nothing: installs what it needs, then lint, types, import rules and every test, without a display.
+# The whole check, from nothing: installs what it needs, then lint, types, import rules and tests, without a display.
+#
+#     sh tests/run.sh          at most eight minutes on two cores from an installed environment
+#     sh tests/run.sh --all    every test and case
+#
+# Anything more is handed to pytest; `tests/conftest.py` says what the default leaves out.
 set -eu
 cd "$(dirname "$0")/.."
 sh assets/install/install.sh --tests
@@ -7,7 +12,7 @@ export QT_QPA_PLATFORM=offscreen
 unset DISPLAY WAYLAND_DISPLAY || true
 .venv/bin/ruff check .
 .venv/bin/ruff format --check --quiet .
-.venv/bin/mypy
-.venv/bin/lint-imports
 .venv/bin/typos
-.venv/bin/python -m pytest "$@"
+.venv/bin/lint-imports
+.venv/bin/mypy
+.venv/bin/python -m pytest --numprocesses logical --dist worksteal "$@"

@@ -24,7 +24,7 @@ from app.skin.mesh_skin import skin_of_mesh
 from app.skin.placement import PlacementSpec
 from app.skin.reconstruct import skin_from_taxels
 from app.skin.skin import Patch, Skin
-from app.skin.skin_file import load_skin
+from app.skin.skin_file import FORMAT, MAP_FORMAT, load_skin
 from app.skin.usable_surface import patch_name
 
 MeshSurface = Literal["outer", "all", "cover"]
@@ -114,7 +114,7 @@ def _cover_spec(wanted: SkinOptions) -> CoverSpec:
 def _read_own_npz(path: Path, wanted: SkinOptions) -> Skin:
     """A skin or map of ours, or else a table of taxels: all are npz."""
     ours = array_format(read_bounded_file(path, error=SkinError, most=MAX_UNPACKED_BYTES))
-    return _read_foreign_taxels(path, wanted) if ours is None else load_skin(path)
+    return load_skin(path) if ours in (FORMAT, MAP_FORMAT) else _read_foreign_taxels(path, wanted)
 
 
 def _has_sensors(path: Path) -> bool:

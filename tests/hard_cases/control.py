@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+import pytest
 
 from app.control.command import ControlChanged, ControlSettings
 from app.control.controllers import CONTROL_SCHEMES
@@ -70,9 +71,13 @@ class HardCase:
         return Course(self.session(controller), seconds or self.seconds, acts=self.acts)
 
 
-def runs(cases: Mapping[str, HardCase]) -> list[tuple[str, str]]:
-    """Every case with every controller for which it is promised."""
-    return [(name, controller) for name, case in cases.items() for controller in case.controllers]
+def runs(cases: Mapping[str, HardCase]) -> list[Any]:
+    """Every case with every controller for which it is promised; by default with one, controllers taking turns."""
+    return [
+        pytest.param(name, controller, marks=() if turn == k % len(case.controllers) else pytest.mark.long)
+        for k, (name, case) in enumerate(cases.items())
+        for turn, controller in enumerate(case.controllers)
+    ]
 
 
 def check(case: HardCase, controller: str) -> None:

@@ -175,6 +175,7 @@ def wrapped(name: str, closing: float) -> tuple[Mesh, WrappedMesh, float]:
     return mesh, wrap_mesh(mesh, thickness=thickness, voxel=1.2 * thickness, closing=closing * thickness), thickness
 
 
+@pytest.mark.rotating
 @pytest.mark.parametrize("closing", CLOSINGS)
 @pytest.mark.parametrize("name", HARD_MESHES)
 def test_a_wrap_is_one_closed_surface_around_the_mesh(name: str, closing: float) -> None:
@@ -189,6 +190,7 @@ def test_a_wrap_is_one_closed_surface_around_the_mesh(name: str, closing: float)
     assert surface.face_areas.min() > 0
 
 
+@pytest.mark.rotating
 @pytest.mark.parametrize("closing", CLOSINGS)
 @pytest.mark.parametrize("name", HARD_MESHES)
 def test_a_wrap_keeps_the_thickness(name: str, closing: float) -> None:

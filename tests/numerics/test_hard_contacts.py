@@ -55,6 +55,7 @@ def probed(name: str, model: str) -> Run:
     return play(place(name).probed(model), Place.resting())
 
 
+@pytest.mark.rotating
 @pytest.mark.parametrize("model", EXACT)
 @pytest.mark.parametrize("name", PLACES)
 def test_all_of_a_fingers_force_is_felt_wherever_it_strokes(name, model):
@@ -67,6 +68,7 @@ def test_all_of_a_fingers_force_is_felt_wherever_it_strokes(name, model):
         assert felt == pytest.approx(force, rel=1e-9, abs=1e-12) or frame.notes
 
 
+@pytest.mark.rotating
 @pytest.mark.parametrize("model", EXACT)
 @pytest.mark.parametrize("name", PLACES)
 def test_a_stroke_never_jumps(name, model):
@@ -115,6 +117,7 @@ def test_two_contacts_that_merge_become_one_of_the_two():
     assert run.frames[-1].regions[0].force == pytest.approx(6.0, rel=0.02)
 
 
+@pytest.mark.rotating
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("name", PLACES)
 def test_a_probe_is_felt_as_hard_as_its_spring_pushes(name, model):
@@ -131,6 +134,7 @@ def test_a_probe_is_felt_as_hard_as_its_spring_pushes(name, model):
         assert run.forces[-1] == pytest.approx(wanted, rel=1e-3)
 
 
+@pytest.mark.rotating
 @pytest.mark.parametrize("model", EXACT)
 @pytest.mark.parametrize("name", PLACES)
 def test_contact_is_never_lost_on_the_way(name, model):

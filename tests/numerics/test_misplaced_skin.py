@@ -127,7 +127,7 @@ def test_a_session_feels_the_true_skin_and_believes_the_other():
     """Pressures are the true skin's, bit for bit; the contact is put where the calibration says its taxels are."""
     prepared = forearm()
     believed = build_map(with_calibration_error(prepared.skin, 0.004, seed=5))
-    true, said = (beside_ball(ControlSettings(law="hybrid"), believed=map_) for map_ in (None, believed))
+    true, said = (beside_ball(ControlSettings(controller="hybrid"), believed=map_) for map_ in (None, believed))
     frames = [session.frame for session in (true, said)]
     assert np.array_equal(frames[0].pressures, frames[1].pressures)
     (here,), (there,) = (frame.regions for frame in frames)

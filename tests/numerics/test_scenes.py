@@ -65,7 +65,7 @@ def test_the_scripted_stroke_is_felt_and_force_is_conserved(prepared):
 
 def test_a_held_contact_stays_at_the_set_force_and_the_arm_comes_home(prepared):
     session = Session(prepared)
-    session.submit(ControlChanged(ControlSettings(law="hold_force", force_goal=3.0)))
+    session.submit(ControlChanged(ControlSettings(controller="hold_force", force_goal=3.0)))
     session.submit(PokePressed(1, prepared.skin.taxel_point(facing_taxel(prepared))))
     forces = []
     for _ in range(800):

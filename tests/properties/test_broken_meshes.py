@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from hypothesis import Phase, event, given, settings
+from hypothesis import Phase, event, given
 from hypothesis import strategies as st
 
 from app.core.errors import TactileMapsError
@@ -16,6 +16,7 @@ from app.skin.mesh_skin import skin_of_mesh
 from app.skin.placement import PlacementSpec
 from tests.hard_cases.mesh_laws import check_map, check_skin
 from tests.support.child_process import Child
+from tests.support.examples import examples
 from tests.support.surfaces import cap, eight, frustum, sheet, sphere, torus
 
 SHAPES = {
@@ -86,7 +87,7 @@ def child() -> Iterator[Child]:
     process.close()
 
 
-@settings(max_examples=60, derandomize=True, deadline=None, phases=[Phase.generate])  # a hang is not worth shrinking
+@examples(60, derandomize=True, phases=[Phase.generate])  # a hang is not worth shrinking
 @given(
     shape=st.sampled_from(sorted(SHAPES)),
     breaks=st.lists(st.sampled_from(BREAKS[:-2]), max_size=5, unique=True).map(tuple),

@@ -7,7 +7,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from app.control.command import CHOICES, RANGES, ControlChanged, ControlSettings
@@ -16,6 +16,7 @@ from app.control.joint_impedance import MAX_JOINT_SPEED, MAX_LEAD
 from app.session.session import Session
 from app.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
 from app.tactile.sensor_effects import Noise, Sampling, SensorEffects
+from tests.support.examples import examples
 from tests.support.touch import arm
 from tests.unit.control.contacts_by_hand import TICK, touch_on
 
@@ -42,7 +43,7 @@ def run(first, second, ticks):
     return commands, controller.why_limited
 
 
-@settings(max_examples=150, deadline=None)
+@examples(150)
 @given(SETTINGS, SETTINGS, TICKS)
 def test_commands_are_finite_bounded_and_the_same_again(first, second, ticks):
     commands, why = run(first, second, ticks)
@@ -111,7 +112,7 @@ def run_session(first, sensor, seed, acts):
     return session, frames
 
 
-@settings(max_examples=40, deadline=None)
+@examples(40)
 @given(SESSION_SETTINGS, SENSORS, st.integers(0, 9), ACTS)
 def test_a_session_is_finite_bounded_and_the_same_again(first, sensor, seed, acts):
     session, frames = run_session(first, sensor, seed, acts)

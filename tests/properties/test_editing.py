@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
@@ -39,6 +39,7 @@ from app.flattening.pinned_patch import PinnedPatch
 from app.geometry.mesh import Mesh, SurfacePoint
 from app.maps.build import build_map
 from app.maps.quality import overlaps
+from tests.support.examples import examples
 from tests.support.surfaces import cap, frustum, sheet, skin_of
 
 COUNT = 3
@@ -278,9 +279,7 @@ class RestlessHand(RuleBasedStateMachine):
             assert self.file.unsaved(self.present) == (self.present is not self.on_disk)
 
 
-RestlessHand.TestCase.settings = settings(
-    max_examples=20, stateful_step_count=40, deadline=None, suppress_health_check=[HealthCheck.too_slow]
-)
+RestlessHand.TestCase.settings = examples(20, stateful_step_count=40, suppress_health_check=[HealthCheck.too_slow])
 test_a_restless_hand = RestlessHand.TestCase
 
 
@@ -325,7 +324,7 @@ def act(patch, chart, what, *how):
     return ""
 
 
-@settings(max_examples=150, deadline=None, derandomize=True)
+@examples(150, derandomize=True)
 @given(st.integers(0, len(SURFACES) - 1), st.booleans(), st.sampled_from([0.0, 0.6, 1.0]), st.lists(acts, max_size=14))
 def test_no_hand_makes_a_flip(which, by_proxy, lengths, done):
     surface, chart = SURFACES[which], CHARTS[which]
@@ -341,7 +340,7 @@ def test_no_hand_makes_a_flip(which, by_proxy, lengths, done):
             assert np.isfinite(patch.lags).all()
 
 
-@settings(max_examples=12, deadline=None, derandomize=True)
+@examples(12, derandomize=True)
 @given(st.integers(0, len(SURFACES) - 1), st.lists(acts, min_size=2, max_size=8))
 def test_any_hand_leaves_a_map_that_settles_one_to_one_or_stays(which, done):
     surface, chart = SURFACES[which], CHARTS[which]
@@ -384,7 +383,7 @@ def test_the_order_of_faces_and_pins_does_not_matter(which):
 
 
 @pytest.mark.parametrize("which", range(len(SURFACES)))
-@settings(max_examples=5, deadline=None, derandomize=True)
+@examples(5, derandomize=True)
 @given(turn=st.floats(-3, 3), shift=st.tuples(st.floats(-2, 2), st.floats(-2, 2)), size=st.sampled_from([0.01, 1, 100]))
 def test_turned_moved_and_enlarged_it_is_the_same(which, turn, shift, size):
     surface, chart = SURFACES[which], CHARTS[which]

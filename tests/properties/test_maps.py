@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -21,6 +21,7 @@ from app.maps.layout import MapLayout, Placement
 from app.maps.paths import MapPath, split_at_borders
 from app.maps.seam_transitions import SeamTransitions
 from app.maps.tactile_map import TactileMap
+from tests.support.examples import examples
 from tests.support.surfaces import blocks, frustum, sheet, skin_of
 from tests.support.touch import arm
 from tests.unit.control.two_plates import two_plates
@@ -60,7 +61,7 @@ def _parts(step):
     return [np.where(np.arange(3) == axis, step, 0) for axis in np.flatnonzero(step)]
 
 
-@settings(max_examples=40, deadline=None)
+@examples(40)
 @given(cells)
 def test_any_heap_of_blocks_is_laid_flat(chosen):
     chosen = _face_connected(chosen)
@@ -70,7 +71,7 @@ def test_any_heap_of_blocks_is_laid_flat(chosen):
     assert crossings(chart.plane[boundary_loops(chart.faces)[0]]) == 0
 
 
-@settings(max_examples=25, deadline=None)
+@examples(25)
 @given(hnp.arrays(float, (7, 5), elements=st.floats(-0.04, 0.04)))
 def test_any_landscape_is_laid_flat(heights):
     surface = sheet(6, 4, shape=lambda x, y: heights)
@@ -81,7 +82,7 @@ def test_any_landscape_is_laid_flat(heights):
     assert chart.energies[-1] <= chart.energies[0]
 
 
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(hnp.arrays(float, (5, 2, 2), elements=numbers))
 def test_rotation_svd_rebuilds_any_matrix(matrices):
     u, s, vt = rotation_svd(matrices)
@@ -89,7 +90,7 @@ def test_rotation_svd_rebuilds_any_matrix(matrices):
     np.testing.assert_allclose(np.einsum("fij,fj,fjk->fik", u, s, vt), matrices, atol=1e-9 * size)
 
 
-@settings(max_examples=40, deadline=None)
+@examples(40)
 @given(st.floats(-10, 10), st.tuples(st.floats(-5, 5), st.floats(-5, 5)), st.booleans())
 def test_any_layout_can_be_asked_both_ways(angle, offset, mirrored):
     # The second patch stands well apart from wherever the first may be put.
@@ -102,7 +103,7 @@ def test_any_layout_can_be_asked_both_ways(angle, offset, mirrored):
     assert map_to_bytes(map_from_bytes(map_to_bytes(moved))) == map_to_bytes(moved)
 
 
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(st.integers(0, len(DATA) - 1), st.integers(1, 255))
 def test_a_file_with_any_byte_changed_opens_whole_or_is_refused_by_name(place, change):
     damaged = bytearray(DATA)
@@ -127,7 +128,7 @@ def laid_from(transitions, points, *, drawn=True):
     return path, SurfacePath(path, transitions, drawn=drawn)
 
 
-@settings(max_examples=200, deadline=None)
+@examples(200)
 @given(POINTS, SHARES)
 def test_on_skin_without_seams_a_drawn_path_is_what_of_the_drawing_is_inside(points, shares):
     path, laid = laid_from(FLAT, points)
@@ -148,7 +149,7 @@ def test_on_skin_without_seams_a_drawn_path_is_what_of_the_drawing_is_inside(poi
         assert np.linalg.norm(FLAT.map.skin.position(again) - FLAT.map.skin.position(at)) < 1e-6
 
 
-@settings(max_examples=100, deadline=None)
+@examples(100)
 @given(st.integers(0, 299), st.lists(st.tuples(st.floats(-0.2, 0.2), st.floats(-0.2, 0.2)), max_size=6), st.booleans())
 def test_on_the_arm_it_jumps_on_the_body_at_crossings_alone(taxel, steps, drawn):
     map_ = arm().map
@@ -168,7 +169,7 @@ def test_on_the_arm_it_jumps_on_the_body_at_crossings_alone(taxel, steps, drawn)
     assert sum(len(line.points) > 0 for line in laid.points_on_body) == len(laid.crossings) + 1
 
 
-@settings(max_examples=100, deadline=None)
+@examples(100)
 @given(POINTS, SHARES)
 def test_there_and_back_is_the_same_way(points, shares):
     path, laid = laid_from(FLAT, points)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -12,6 +12,7 @@ from app.geometry.connectivity import bow_tie_vertices, edge_table, face_compone
 from app.skin.formats.taxel_set import TaxelSet
 from app.skin.placement import PlacementSpec, SphereZone, allowed_faces, place_taxels, refine_for_spec
 from app.skin.reconstruct import reconstruct_skin
+from tests.support.examples import examples
 from tests.support.surfaces import frustum, sheet
 
 SURFACES = (
@@ -21,7 +22,7 @@ SURFACES = (
 )
 
 
-@settings(max_examples=30, deadline=None)
+@examples(30)
 @given(
     surface=st.sampled_from(SURFACES),
     taxels=st.integers(1, 60),
@@ -54,7 +55,7 @@ places = hnp.arrays(
 )
 
 
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(places=places, flat=st.integers(0, 2), jitter=st.sampled_from([0.0, 1e-7, 1e-4]), seed=st.integers(0, 99))
 def test_any_cloud_becomes_a_skin_that_keeps_every_taxel(places, flat, jitter, seed):
     points = places * (np.arange(3) >= flat) + jitter * np.random.default_rng(seed).normal(size=places.shape)

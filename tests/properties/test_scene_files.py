@@ -8,7 +8,7 @@ import re
 from functools import cache
 
 import numpy as np
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from app.core.errors import SceneError
@@ -21,6 +21,7 @@ from app.stimuli.stimulus_kinds import Babble, FingerPath, Grasp, Poke, Roll, St
 from app.stimuli.stimulus_player import StimulusPlayer
 from app.tactile.babbling import KINDS as WAYS
 from app.tactile.poke import PokeMoved, PokePressed, PokeReleased
+from tests.support.examples import examples
 from tests.support.touch import arm
 
 TEXT = """title = "x"
@@ -73,7 +74,7 @@ ODD = ("nan", "-inf", "-1", "0", "1e400", "1" + "0" * 400, "1" + "0" * 5000, '"5
 LINES = TEXT.splitlines()
 
 
-@settings(max_examples=400, deadline=None)
+@examples(400)
 @given(st.integers(0, len(LINES) - 1), st.sampled_from(ODD), st.sampled_from(["value", "key", "gone", "twice"]))
 def test_one_odd_line(number, odd, what):
     line = LINES[number]
@@ -88,13 +89,13 @@ def test_one_odd_line(number, odd, what):
     check(text)
 
 
-@settings(max_examples=200, deadline=None)
+@examples(200)
 @given(st.text(max_size=200))
 def test_any_text(text):
     check(text)
 
 
-@settings(max_examples=200, deadline=None)
+@examples(200)
 @given(st.integers(0, len(TEXT)), st.integers(0, 20), st.text('[]{}"=.#\n', max_size=5))
 def test_a_bite_out_of_it(start, length, instead):
     check(TEXT[:start] + instead + TEXT[start + length :])
@@ -155,7 +156,7 @@ stimuli = st.one_of(
 
 
 @given(script=st.lists(stimuli, max_size=6))
-@settings(max_examples=60, deadline=None)
+@examples(60)
 def test_text_says_what_the_stimuli_say(script):
     assert stimuli_from_toml(stimuli_to_toml(script), file="script") == tuple(script)
 
@@ -181,7 +182,7 @@ def recorded(script) -> tuple:
 
 
 @given(taxel=taxels, hold=ticks, tip=st.fixed_dictionaries(tips))
-@settings(max_examples=40, deadline=None)
+@examples(40)
 def test_a_poke_played_and_recorded_is_the_same_poke(taxel, hold, tip):
     patch, place = exact(taxel)
     poke = Poke(patch=arm().skin.patches[patch].name, at=place, hold=hold, begin=0.0, **tip)
@@ -192,7 +193,7 @@ def test_a_poke_played_and_recorded_is_the_same_poke(taxel, hold, tip):
 
 
 @given(ends=st.tuples(taxels, taxels), hold=ticks, speed=numbers(0.02, 0.3), tip=st.fixed_dictionaries(tips))
-@settings(max_examples=40, deadline=None)
+@examples(40)
 def test_a_stroke_played_and_recorded_goes_the_same_way(ends, hold, speed, tip):
     (patch, start), (other, end) = map(exact, ends)
     assume(patch == other and np.linalg.norm(np.subtract(start, end)) > 0.005)
@@ -206,7 +207,7 @@ def test_a_stroke_played_and_recorded_goes_the_same_way(ends, hold, speed, tip):
 
 
 @given(seed=st.integers(0, 1000), way=st.sampled_from(WAYS), taxel=taxels)
-@settings(max_examples=15, deadline=None)
+@examples(15)
 def test_whatever_plays_is_recorded_and_plays_again(seed, way, taxel):
     patch, place = exact(taxel)
     name = arm().skin.patches[patch].name

@@ -6,7 +6,7 @@ import copy
 from dataclasses import replace
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from app.tactile.sensor_chain import SensorChain
@@ -23,6 +23,7 @@ from app.tactile.sensor_effects import (
     SensorEffects,
     Threshold,
 )
+from tests.support.examples import examples
 from tests.support.sensors import ALL_ON, STAGES, readings, row
 
 TAXELS = 7
@@ -62,7 +63,7 @@ def assert_same(one, other):
 
 
 @given(choice=effects, tick=ticks, seed=st.integers(0, 2**70), pressures=presses)
-@settings(max_examples=150, deadline=None)
+@examples(150)
 def test_a_replay_and_a_reset_read_the_same_and_every_reading_is_a_number(choice, tick, seed, pressures):
     one, other = chain(choice, tick, seed), chain(choice, tick, seed)
     start, first = one.state(), readings(one, pressures)
@@ -75,7 +76,7 @@ def test_a_replay_and_a_reset_read_the_same_and_every_reading_is_a_number(choice
 
 
 @given(choice=effects, tick=ticks, before=presses, after=presses)
-@settings(max_examples=100, deadline=None)
+@examples(100)
 def test_a_copy_has_the_state_and_the_state_is_the_future(choice, tick, before, after):
     one = chain(choice, tick, 0)
     readings(one, before)
@@ -86,7 +87,7 @@ def test_a_copy_has_the_state_and_the_state_is_the_future(choice, tick, before, 
 
 
 @given(choice=effects, one=presses, other=presses, after=presses)
-@settings(max_examples=100, deadline=None)
+@examples(100)
 def test_two_pasts_that_end_in_one_state_have_one_future(choice, one, other, after):
     """Buffers, masks and the place of the random numbers are not in the state, and follow from it all the same."""
     creep = choice.hysteresis and replace(choice.hysteresis, seconds=1e-3)
@@ -101,7 +102,7 @@ def test_two_pasts_that_end_in_one_state_have_one_future(choice, one, other, aft
 
 
 @given(name=st.sampled_from(STAGES), at=st.integers(0, 10), again=st.integers(0, 10))
-@settings(max_examples=100, deadline=None)
+@examples(100)
 def test_switching_one_live_leaves_what_the_others_do_unchanged(name, at, again):
     """What each of the other stages adds, draws or remembers is that of a chain in which nothing was switched."""
     live, steady = chain(ALL_ON, 0.005, 1), chain(ALL_ON, 0.005, 1)
@@ -124,7 +125,7 @@ def test_switching_one_live_leaves_what_the_others_do_unchanged(name, at, again)
 
 
 @given(choice=effects, tick=ticks, seed=st.integers(0, 100), pressures=presses)
-@settings(max_examples=100, deadline=None)
+@examples(100)
 def test_the_chain_keeps_what_its_last_stages_promise(choice, tick, seed, pressures):
     at_work = chain(replace(choice, sampling=None), tick, seed)
     for read in readings(at_work, pressures):

@@ -6,7 +6,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from hypothesis import HealthCheck, assume, example, given, settings
+from hypothesis import HealthCheck, assume, example, given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -19,6 +19,7 @@ from app.skin.formats.icub_layout import IcubLayout, LayoutModule, apply_layout,
 from app.skin.formats.icub_module_orientation import propose_orientations, reoriented
 from app.skin.formats.taxel_files import read_taxel_sets, read_taxels, write_taxels
 from app.skin.formats.taxel_set import TaxelSet
+from tests.support.examples import examples
 from tests.support.surfaces import frustum, sheet, skin_of
 from tests.unit.skin.formats.example_taxels import dome, strip
 
@@ -66,7 +67,7 @@ def by_number(taxels: TaxelSet, name: str):
     return values if values is None or name == "faces" else values[np.argsort(taxels.numbers)]
 
 
-@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
+@examples(100, suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
 @given(taxel_sets(), st.sampled_from(sorted(KEPT)))
 @example(dome(), ".txt")
 def test_what_is_written_reads_back(taxels, ending):
@@ -85,7 +86,7 @@ def test_what_is_written_reads_back(taxels, ending):
             np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-12 if name == "normals" else 0, err_msg=name)
 
 
-@settings(max_examples=40, deadline=None)
+@examples(40)
 @given(st.lists(st.tuples(lengths, lengths, st.floats(-50, 50), st.booleans()), min_size=1, max_size=9))
 def test_any_layout_reads_back(places):
     modules = tuple(LayoutModule(3 * k, x / 3, y / 3, turn, flip, k / 7) for k, (x, y, turn, flip) in enumerate(places))
@@ -97,7 +98,7 @@ def test_any_layout_reads_back(places):
     np.testing.assert_allclose([m.gain for m in back.modules], [m.gain for m in modules], rtol=1e-9)
 
 
-@settings(max_examples=25, deadline=None)
+@examples(25)
 @given(st.lists(st.integers(0, 5), min_size=7, max_size=7), st.integers(0, 99))
 def test_any_confusion_of_modules_is_undone_or_at_least_untorn(states, seed):
     taxels, true = strip(7)
@@ -112,7 +113,7 @@ def test_any_confusion_of_modules_is_undone_or_at_least_untorn(states, seed):
     np.testing.assert_allclose(right[inner], apply_layout(taxels, true).points[inner], atol=3e-5)
 
 
-@settings(max_examples=25, deadline=None)
+@examples(25)
 @given(st.floats(-10, 10), st.tuples(lengths, lengths), st.booleans())
 def test_any_map_reads_back_from_obj(angle, offset, mirrored):
     # The second patch stands well apart from wherever the first may be put.
@@ -138,7 +139,7 @@ def samples() -> dict[str, bytes]:
 SAMPLES = samples()
 
 
-@settings(max_examples=250, deadline=None)
+@examples(250)
 @given(
     st.sampled_from(sorted(SAMPLES)),
     st.floats(0, 0.9999),

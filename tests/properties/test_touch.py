@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -38,6 +38,7 @@ from app.tactile.sensor_effects import (
     SensorEffects,
 )
 from app.tactile.winkler import winkler_level
+from tests.support.examples import examples
 from tests.support.touch import arm, prepared_bar
 
 SKIN = arm().skin
@@ -95,7 +96,7 @@ def _surface_along(shape, direction):
 
 
 @given(load=loads(), which=st.integers(0, 1))
-@settings(max_examples=300, deadline=None)
+@examples(300)
 def test_the_sum_of_pressure_times_area_is_the_force(models, load, which):
     model = models[which]
     pressures = model.pressures([load])
@@ -107,7 +108,7 @@ def test_the_sum_of_pressure_times_area_is_the_force(models, load, which):
 
 
 @given(several=st.lists(loads(st.floats(1e-3, 1e3)), min_size=1, max_size=5), which=st.integers(0, 1))
-@settings(max_examples=60, deadline=None)
+@examples(60)
 def test_several_loads_add_up(models, several, which):
     model = models[which]
     together, apart = model.pressures(several), sum(model.pressures([load]) for load in several)
@@ -116,7 +117,7 @@ def test_several_loads_add_up(models, several, which):
 
 
 @given(load=loads(st.floats(1e-3, 1e3)), seed=st.integers(0, 50), away=st.floats(0, 2.0))
-@settings(max_examples=60, deadline=None)
+@examples(60)
 def test_a_link_moved_with_all_that_presses_it_feels_the_same(load, seed, away):
     motion = Pose(Rotation.random(random_state=seed).as_matrix(), np.array([away, -0.3, 0.1]))
     patches = tuple(_moved(patch, motion) for patch in SKIN.patches if patch.link == load.link)
@@ -144,7 +145,7 @@ def _moved(patch: Patch, motion: Pose) -> Patch:
     floors=st.lists(st.tuples(st.floats(0, 0.1), st.floats(1e-9, 1e-3)), min_size=1, max_size=60),
     volume=st.floats(1e-12, 1.0),
 )
-@settings(max_examples=300, deadline=None)
+@examples(300)
 def test_the_level_of_water_is_that_of_bisection(floors, volume):
     gaps, areas = np.array(floors).T
     low, high = gaps.min(), gaps.max() + volume / areas.min() + 1.0
@@ -180,7 +181,7 @@ def play(script) -> list:
 
 
 @given(script=st.lists(acts, min_size=1, max_size=25))
-@settings(max_examples=25, deadline=None)
+@examples(25)
 def test_any_hand_gives_frames_that_mean_something_and_repeat(script):
     frames = play(script)
     areas = arm().skin.areas
@@ -251,7 +252,7 @@ def repeat(played: Session) -> list[Frame]:
 
 
 @given(script=switches, press=st.integers(0, 3))
-@settings(max_examples=20, deadline=None)
+@examples(20)
 def test_any_switches_give_frames_that_mean_something_and_repeat_bit_for_bit(script, press):
     session, frames = play_toggles(script, press=press)
     assert sum(isinstance(act, EffectsChanged) for _, act in session.inputs) == len(script)
@@ -262,7 +263,7 @@ def test_any_switches_give_frames_that_mean_something_and_repeat_bit_for_bit(scr
 
 
 @given(script=switches, press=st.integers(0, 3))
-@settings(max_examples=12, deadline=None)
+@examples(12)
 def test_switching_effects_moves_nothing_by_itself(script, press):
     """Where the robot is when an effect is switched is where it goes on: within what a tick moves it."""
     session, _ = play_toggles(script[:-1] or script, press=press)
@@ -275,7 +276,7 @@ def test_switching_effects_moves_nothing_by_itself(script, press):
 
 
 @given(effects=effects)
-@settings(max_examples=12, deadline=None)
+@examples(12)
 def test_a_reset_repeats_what_a_fresh_session_with_these_effects_does(effects):
     session = Session(bar(), scripted=False)
     session.tick()

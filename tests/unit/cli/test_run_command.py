@@ -36,7 +36,7 @@ def unsteady_scene(tmp_path):
 
 def test_the_recording_is_named_and_stops_again(unsteady_scene, tmp_path, capsys):
     target = str(tmp_path / "run.mcap")
-    assert main(["run", "--unsteady_scene", unsteady_scene, "--for", "5", "-o", target]) == 1
+    assert main(["run", "--scene", unsteady_scene, "--for", "5", "-o", target]) == 1
     said = capsys.readouterr().err
     assert "the simulation diverged" in said
     assert "joint" in said
@@ -53,7 +53,7 @@ def test_the_recording_is_named_and_stops_again(unsteady_scene, tmp_path, capsys
 
 
 def test_without_a_recording_it_says_how_to_keep_one(unsteady_scene, capsys):
-    assert main(["run", "--unsteady_scene", unsteady_scene, "--for", "5"]) == 1
+    assert main(["run", "--scene", unsteady_scene, "--for", "5"]) == 1
     assert "--output" in capsys.readouterr().err
 
 

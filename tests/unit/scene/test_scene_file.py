@@ -89,7 +89,7 @@ def test_the_text_is_stable():
     ("robot = 'arm'\n[cover]\nlinks = [1]", "line 3, cover.links.*word in quotes"),
     ("robot = 'arm'\n[cover]\ntask = 'view'", "line 3, cover.task.*at the top"),
     ("robot = 'arm'\n[layer]\npoisson = 0.5", "line 3, layer.poisson.*0 to 0.49"),
-    ("robot = 'arm'\n[control]\nlaw = [1]", "line 3, control.controller"),
+    ("robot = 'arm'\n[control]\ncontroller = [1]", "line 3, control.controller"),
     ("robot = 'arm'\n[control]\npath = 3", "line 3, control.path.*must be a list"),
     ("robot = 'arm'\n[control]\npath = [[0, 1],\n[0.2]]", "line 4, control.path.*list of 2, but it has 1"),
     ("robot = 'arm'\n[control]\npath = [[0, 1],\n\n[0.2, '1 mm']]", "line 5, control.path.*metres: write 0.001"),

@@ -81,7 +81,7 @@ def test_what_is_missing_is_named(scene):
     ("robot = 'arm'\ntaxel_file = 'gone.txt'", "line 3, taxel_file.*gone.txt"),
     ("robot = 'arm'\n[cover]\nlinks = [\n'hand',\n'wing']", "line 6, cover.links.*wing"),
     ("robot = 'arm'\n[control]\n\nstiff_ness = 3", "line 5, control.stiff_ness.*stiffness"),
-    ("robot = 'arm'\n[control]\nlaw = 'magic'", "line 4, control.controller.*magic"),
+    ("robot = 'arm'\n[control]\ncontroller = 'magic'", "line 4, control.controller.*magic"),
     ("robot = 'arm'\n[control]\nstiffness = 1e9", "line 4, control.stiffness"),
     ("robot = 'arm'\n[contacts]\nestimator = 'tikonov'", "line 4, contacts.estimator.*Did you mean tikhonov"),
     ("robot = 'arm'\n[contacts]\n\nthreshold = -1", "line 5, contacts.threshold.*Choose 1 to"),

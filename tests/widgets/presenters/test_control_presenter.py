@@ -208,5 +208,5 @@ def test_wanted_and_actual_are_shown_live_and_in_replay(window, tmp_path):
 @pytest.mark.parametrize("name", ["draw_path", "set_target"])
 def test_without_an_arm_to_lead_the_tools_are_off(qtbot, window, name):
     assert window.action(name).isEnabled()
-    window.control_tools_presenter.lead.set_enabled(enabled=False)
+    window.control_tools_presenter.settings_editor.set_enabled(enabled=False)
     assert not window.action(name).isEnabled()

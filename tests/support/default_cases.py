@@ -1,0 +1,67 @@
+"""``--all`` and the marks ``long``, ``rotating`` and ``sampled``: what runs by default (see ``tests/conftest.py``)."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from pathlib import Path
+
+from hypothesis import settings
+
+BENCHMARKS = Path(__file__).resolve().parents[1] / "benchmarks"
+
+
+def pytest_addoption(parser):
+    """Add ``--all``."""
+    parser.addoption("--all", action="store_true", help="every case, not only those of the default")
+
+
+def pytest_configure(config):
+    """Declare the marks, and how many examples hypothesis tries; see ``tests.support.examples``."""
+    config.addinivalue_line("markers", "long: only with --all")
+    config.addinivalue_line("markers", "rotating: by default each value of each parameter, the others taking turns")
+    config.addinivalue_line("markers", "sampled(n): by default n of its cases, spread evenly")
+    settings.register_profile("all", max_examples=100)
+    settings.register_profile("default", max_examples=20)
+    settings.load_profile("all" if everything(config) else "default")
+
+
+def everything(config) -> bool:
+    """Whether nothing is left out: so it was asked, or a test is named."""
+    return config.getoption("--all") or any("::" in str(arg) for arg in config.args)
+
+
+def pytest_collection_modifyitems(config, items):
+    """Deselect what the default leaves out."""
+    if everything(config):
+        return
+    named = [Path(str(arg)).resolve() for arg in config.args]
+    benchmarks = any(path.is_relative_to(BENCHMARKS) for path in named)
+    cases = defaultdict(list)
+    for item in items:
+        cases[item.nodeid.split("[")[0]].append(item)
+    kept = {
+        item.nodeid
+        for group in cases.values()
+        for item in _default(group)
+        if not item.get_closest_marker("long") and (benchmarks or not item.path.is_relative_to(BENCHMARKS))
+    }
+    config.hook.pytest_deselected(items=[item for item in items if item.nodeid not in kept])
+    items[:] = [item for item in items if item.nodeid in kept]
+
+
+def _default(cases: list) -> list:
+    """Of all cases of one test those that run by default."""
+    mark = cases[0].get_closest_marker("sampled")
+    if mark and len(cases) > mark.args[0]:
+        count = mark.args[0]
+        return [cases[(2 * k + 1) * len(cases) // (2 * count)] for k in range(count)]
+    if not cases[0].get_closest_marker("rotating"):
+        return cases
+    indices = [case.callspec.indices for case in cases]
+    sizes = {name: 1 + max(row[name] for row in indices) for name in indices[0]}
+    longest = max(sizes, key=sizes.__getitem__)
+    return [
+        case
+        for case, row in zip(cases, indices, strict=True)
+        if all(at == row[longest] % sizes[name] for name, at in row.items())
+    ]
