@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 from app.contacts.events import EVENT_KINDS, ContactEvent, EventKind
 from app.control.command import ControlSettings, check_settings, settings_from
 from app.core.errors import SceneError, did_you_mean
 from app.skin.skin import Skin
 
+SettingValue: TypeAlias = int | float | str | tuple[tuple[float, float], ...]
+"""Of the controller: a number, a word, or points on the map [m]."""
 ENDING_EVENTS = ("tap", "release")
 """Events that are told only once they are over."""
 _MOST_TIMES, _MOST_FORCE = 5, 200.0
@@ -39,7 +41,7 @@ class Behaviour:
     times: int = 1
     above: float = 0.0
     until_released: bool = False
-    then: Mapping[str, float | str] = field(default_factory=dict)
+    then: Mapping[str, SettingValue] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.on not in EVENT_KINDS:

@@ -13,6 +13,7 @@ from math import isfinite
 from typing import Literal, TypeAlias, get_args
 
 from app.core.arrays import FloatArray, readonly
+from app.core.codec import AnyFloat
 from app.core.errors import SceneError
 from app.geometry.mesh import SurfacePoint
 from app.maps.jacobian import JacobianKind
@@ -88,7 +89,7 @@ class ControlSettings:
     damping_ratio: float = 1.0
     force_goal: float = 3.0
     force_gain: float = 0.005
-    integral_time: float = 0.3
+    integral_time: AnyFloat = 0.3
     task: TaskName = "keep_force"
     position_gain: float = 4.0
     gains: GainsMode = "limited"
@@ -164,7 +165,8 @@ def check_settings(settings: ControlSettings) -> ControlSettings:
             )
     for name, (low, high) in RANGES.items():
         value = getattr(settings, name)
-        if not (isinstance(value, int | float) and low <= value <= high):  # NaN is in no range
+        number = isinstance(value, int | float) and not isinstance(value, bool)
+        if not (number and low <= value <= high):  # NaN is in no range
             raise SceneError(
                 "that setting is out of range",
                 place=f"control.{name}",

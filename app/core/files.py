@@ -17,7 +17,7 @@ import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from tokenize import TokenError
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,8 +65,10 @@ MAX_UNPACKED_BYTES = 2**30
 """Of all arrays of one file together, unpacked."""
 MAX_MEMBERS = 10_000
 MAX_HEADER_BYTES = 2**24
-_DAMAGE = (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, RuntimeError, TokenError)
-"""What damaged archives raise; a packing method that zipfile does not know is a NotImplementedError, a RuntimeError."""
+ZIP_DAMAGE = (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, RuntimeError, NotImplementedError)
+"""What damaged archives raise."""
+_DAMAGE = (*ZIP_DAMAGE, TokenError, RecursionError, MemoryError)
+"""What damaged archives of arrays raise: the header of an array is read by Python's parser."""
 _HEADER = "header"
 _READ_HEADER = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
 
@@ -152,19 +154,52 @@ def _read_member(
 ) -> NDArray[Any]:
     """One array; its stated shape is compared with the bytes that are there before any memory is taken."""
     with archive.open(member) as stream:
-        version = np.lib.format.read_magic(stream)
-        if version not in _READ_HEADER:
-            raise error("an array has an unknown format", file=file, place=member.filename, value=version)
-        shape, fortran, dtype = _READ_HEADER[version](stream)
-        if dtype.kind not in "fiub":
-            raise error(
-                "only arrays of numbers are allowed",
-                file=file,
-                place=member.filename,
-                value=dtype,
-                remedy="Pickled objects are never read, since they can run code",
-            )
-        body = stream.read()
+        return _read_stream(stream, place=member.filename, file=file, error=error)
+
+
+def pack_array(values: NDArray[Any]) -> bytes:
+    """One array of numbers as npy."""
+    buffer = io.BytesIO()
+    np.save(buffer, values, allow_pickle=False)
+    return buffer.getvalue()
+
+
+def unpack_array(
+    data: bytes, *, place: str, file: str | Path | None = None, error: type[TactileMapsError]
+) -> NDArray[Any]:
+    """The array of ``pack_array``.
+
+    Args:
+        data: The bytes, from anyone.
+        place: What to call it in errors.
+        file: What holds it, for errors.
+        error: The kind of error to raise.
+
+    Raises:
+        TactileMapsError: Of kind ``error``: not an npy, damaged, pickled, or of another shape than its bytes.
+    """
+    try:
+        return _read_stream(io.BytesIO(data), place=place, file=file, error=error)
+    except _DAMAGE as cause:
+        raise error("an array is damaged", file=file, place=place, value=cause) from cause
+
+
+def _read_stream(
+    stream: IO[bytes], *, place: str, file: str | Path | None, error: type[TactileMapsError]
+) -> NDArray[Any]:
+    version = np.lib.format.read_magic(stream)
+    if version not in _READ_HEADER:
+        raise error("an array has an unknown format", file=file, place=place, value=version)
+    shape, fortran, dtype = _READ_HEADER[version](stream)
+    if dtype.kind not in "fiub":
+        raise error(
+            "only arrays of numbers are allowed",
+            file=file,
+            place=place,
+            value=dtype,
+            remedy="Pickled objects are never read, since they can run code",
+        )
+    body = stream.read()
     if any(n < 0 for n in shape) or math.prod(shape) * dtype.itemsize != len(body):
-        raise error("an array's shape does not fit its bytes", file=file, place=member.filename, value=shape)
+        raise error("an array's shape does not fit its bytes", file=file, place=place, value=shape)
     return np.frombuffer(body, dtype).reshape(shape, order="F" if fortran else "C")

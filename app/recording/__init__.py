@@ -1,7 +1,7 @@
 """Sessions in files: MCAP, self-contained, readable after a crash, replayable and verifiable.
 
 - ``recorder``: writes a session while it runs, or what stopped it.
-- ``mcap_reader``: reads without trust whatever is left of a file.
+- ``mcap_file``: the file: how one begins, and reading without trust whatever is left of one.
 - ``player``: a recording opened for replay.
 - ``verify``: simulates it again and compares every state.
 - ``recover``: salvages a recording that was cut off.

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import io
-import json
 import zipfile
-import zlib
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import dataclass
 from pathlib import PurePosixPath
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
-from app.core.errors import Finding, RecordingError, TactileMapsError
-from app.core.files import pack_arrays, unpack_arrays
+from app.core.arrays import FloatArray
+from app.core.codec import dump_json, load_json
+from app.core.errors import Finding, MeshError, RecordingError, TactileMapsError
+from app.core.files import ZIP_DAMAGE, pack_array, pack_arrays, unpack_array, unpack_arrays
 from app.geometry.mesh import Mesh
 from app.maps.formats.map_file import map_from_bytes, map_to_bytes
 from app.robots.robot import Joint, Link, Robot
@@ -23,6 +22,8 @@ from app.scene.objects import ObjectSpec, SceneObject
 from app.scene.scene_file import scene_from_toml, scene_to_toml
 from app.session.prepare import PreparedScene
 
+DAMAGED = "The recording is damaged, or was not made by this program"
+"""What a person is told of data that cannot be trusted."""
 SCENE, ROBOT, MAP, OBJECTS = "scene.toml", "robot.zip", "map.npz", "objects.npz"
 MEDIA_TYPES = {
     SCENE: "application/toml",
@@ -30,6 +31,7 @@ MEDIA_TYPES = {
     MAP: "application/x-npz",
     OBJECTS: "application/x-npz",
 }
+_HEADER, _MJCF = "header.json", "robot.xml"
 _MAX_UNPACKED = 1_000_000_000
 _MAX_MEMBERS = 5000
 
@@ -95,38 +97,46 @@ def objects_from_bytes(data: bytes, specs: Sequence[ObjectSpec]) -> tuple[SceneO
 
     Raises:
         RecordingError: Damaged, or not the surfaces of these objects.
-        MeshError: A surface is none.
     """
     header, arrays = unpack_arrays(data, error=RecordingError)
     if header.get("names") != [spec.name for spec in specs]:
         raise RecordingError("the surfaces are not those of the scene's objects", value=header.get("names"))
     try:
-        meshes = [Mesh(arrays[f"vertices {number}"], arrays[f"faces {number}"]) for number in range(len(specs))]
-    except (KeyError, ValueError) as error:
-        raise RecordingError("an object's surface is damaged", value=error) from error
+        meshes = [
+            _checked_mesh(arrays[f"vertices {number}"], arrays[f"faces {number}"], place=f"object {spec.name}")
+            for number, spec in enumerate(specs)
+        ]
+    except KeyError as error:
+        raise RecordingError("an object has no surface", value=error, remedy=DAMAGED) from error
     return tuple(SceneObject(spec, mesh) for spec, mesh in zip(specs, meshes, strict=True))
+
+
+@dataclass(frozen=True, eq=False)
+class RobotHeader:
+    """What a robot has besides files and meshes; the attributes are those of ``Robot``, of the links the names."""
+
+    name: str
+    source: str
+    links: tuple[str, ...]
+    joints: tuple[Joint, ...]
+    home: FloatArray
+    findings: tuple[Finding, ...]
 
 
 def robot_to_zip(robot: Robot) -> bytes:
     """The robot as a zip: ``robot.xml`` and its files (any MuJoCo tool opens them), and a header for what is ours."""
-    header = {
-        "name": robot.name,
-        "source": robot.source,
-        "links": [link.name for link in robot.links],
-        "joints": [[j.name, j.lower, j.upper, j.slide] for j in robot.joints],
-        "home": robot.home.tolist(),
-        "findings": [asdict(finding) for finding in robot.findings],
-    }
+    links = tuple(link.name for link in robot.links)
+    header = RobotHeader(robot.name, robot.source, links, robot.joints, robot.home, robot.findings)
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("header.json", json.dumps(header))
-        archive.writestr("robot.xml", robot.mjcf)
+        archive.writestr(_HEADER, dump_json(header))
+        archive.writestr(_MJCF, robot.mjcf)
         for name, data in robot.assets.items():
             archive.writestr(f"assets/{name}", data)
         for number, link in enumerate(robot.links):
             if link.mesh is not None:
-                archive.writestr(f"meshes/{number}.npy", _array(link.mesh.vertices))
-                archive.writestr(f"meshes/{number}.faces.npy", _array(link.mesh.faces))
+                archive.writestr(f"meshes/{number}.npy", pack_array(link.mesh.vertices))
+                archive.writestr(f"meshes/{number}.faces.npy", pack_array(link.mesh.faces))
     return buffer.getvalue()
 
 
@@ -140,30 +150,18 @@ def robot_from_zip(data: bytes, *, file: str) -> Robot:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             _check_members(archive.infolist(), file)
             parts = {name: archive.read(name) for name in archive.namelist()}
-        header = json.loads(parts["header.json"])
-        links = tuple(Link(str(name), _mesh(parts, number)) for number, name in enumerate(header["links"]))
-        return Robot(
-            name=str(header["name"]),
-            source=str(header["source"]),
-            mjcf=parts["robot.xml"].decode(),
-            assets={name.removeprefix("assets/"): part for name, part in parts.items() if name.startswith("assets/")},
-            links=links,
-            joints=tuple(Joint(str(n), float(low), float(high), bool(s)) for n, low, high, s in header["joints"]),
-            home=np.array(header["home"], dtype=np.float64),
-            findings=tuple(Finding(**finding) for finding in header["findings"]),
-        )
-    except (
-        zipfile.BadZipFile,
-        zlib.error,
-        NotImplementedError,
-        OSError,
-        ValueError,
-        KeyError,
-        TypeError,
-        RuntimeError,
-        EOFError,
-    ) as error:
-        raise RecordingError("the recording's robot is damaged", file=file, value=error) from error
+        mjcf = parts[_MJCF].decode()
+        found = parts[_HEADER]
+    except (*ZIP_DAMAGE, KeyError) as error:
+        raise RecordingError("the recording's robot is damaged", file=file, value=error, remedy=DAMAGED) from error
+    header = load_json(RobotHeader, found, error=RecordingError, place=f"robot, {_HEADER}", file=file, remedy=DAMAGED)
+    if header.home.shape != (len(header.joints),):
+        where = f"robot, {_HEADER}: home"
+        raise RecordingError("there is not one number a joint", file=file, place=where, value=header.home.shape,
+                             remedy=DAMAGED)  # fmt: skip
+    links = tuple(Link(name, _mesh(parts, number, file)) for number, name in enumerate(header.links))
+    assets = {name.removeprefix("assets/"): part for name, part in parts.items() if name.startswith("assets/")}
+    return Robot(header.name, header.source, mjcf, assets, links, header.joints, header.home, header.findings)
 
 
 def _check_members(members: list[zipfile.ZipInfo], file: str) -> None:
@@ -177,14 +175,27 @@ def _check_members(members: list[zipfile.ZipInfo], file: str) -> None:
         )
 
 
-def _array(values: np.ndarray) -> bytes:
-    buffer = io.BytesIO()
-    np.save(buffer, values, allow_pickle=False)
-    return buffer.getvalue()
-
-
-def _mesh(parts: dict[str, bytes], number: int) -> Mesh | None:
-    if f"meshes/{number}.npy" not in parts:
+def _mesh(parts: dict[str, bytes], number: int, file: str) -> Mesh | None:
+    names = {"vertices": f"meshes/{number}.npy", "faces": f"meshes/{number}.faces.npy"}
+    if names["vertices"] not in parts:
         return None
-    vertices = np.load(io.BytesIO(parts[f"meshes/{number}.npy"]), allow_pickle=False)
-    return Mesh(vertices, np.load(io.BytesIO(parts[f"meshes/{number}.faces.npy"]), allow_pickle=False))
+    if names["faces"] not in parts:
+        raise RecordingError("a mesh has no faces", file=file, place=f"robot, {names['faces']}", remedy=DAMAGED)
+    arrays = {
+        key: unpack_array(parts[name], place=f"robot, {name}", file=file, error=RecordingError)
+        for key, name in names.items()
+    }
+    return _checked_mesh(**arrays, file=file, place=f"robot, link {number}")
+
+
+def _checked_mesh(vertices: NDArray[Any], faces: NDArray[Any], *, place: str, file: str | None = None) -> Mesh:
+    """A mesh of arrays from anyone."""
+    kinds, shapes = (vertices.dtype.kind, faces.dtype.kind), (vertices.shape[1:], faces.shape[1:])
+    if kinds[0] != "f" or kinds[1] not in "iu" or shapes != ((3,), (3,)):
+        found = f"{vertices.shape} {vertices.dtype}, {faces.shape} {faces.dtype}"
+        raise RecordingError("these are not the arrays of a mesh", file=file, place=place, value=found, remedy=DAMAGED)
+    try:
+        return Mesh(vertices, faces)
+    except MeshError as error:
+        where = ", ".join(filter(None, (place, error.place)))
+        raise RecordingError(error.problem, file=file, place=where, value=error.value, remedy=DAMAGED) from error

@@ -1,23 +1,9 @@
-"""Frames as bytes, exact to the last bit.
+"""Frames as bytes, exact to the last bit; read without trust.
 
-A message is little-endian, without padding:
-
-    int64  tick                     float64 time [s]
-    int32  joints, taxels, objects, pokes, regions, region taxels in all, bytes of words
-    float64  posture, velocity (joints each), pressures [Pa] (taxels), command posture, stiffness, damping, torque
-    float64  per object (16): its pose in the world as a homogeneous matrix, row by row
-    float64  per poke (14): id, patch, face, 3 weights, force [N], point [m] (3), normal (3), radius [m]
-    float64  per region (34): id, patch, face, 3 weights, force [N], area [m²], peak [Pa], map point [m] (2),
-             point in the link [m] (3), normal in the link (3), number of taxels, 1 where a seam tears it (else 0),
-             mean [Pa], half-axes in the link [m] (2 x 3) and on the map [m] (2 x 2), standard uncertainty of place [m]
-             and force [N], id of the partner in self-touch (0: none), id of the region it split from at this tick (0:
-             none)
-    int32    taxel numbers of all regions, one after the other
-    UTF-8 JSON  {"why_limited": [...], "notes": [...], "ms": {stage: milliseconds}, "merged": {id: [ids that became
-             part of it at this tick]}, "task": {field: value of TaskReport}; null under a controller without a task,
-             "estimates": {id: {field: value of ForceEstimate}}; where there are none, nothing}
-
-Floats in JSON are written so that they read back equal.
+What every frame has in number is binary, by the constants here; the rest, ``FrameText``, is JSON by ``app.core.codec``.
+A message is little-endian, without padding: ``HEADER``, ``ARRAYS``, a ``POKE`` for each finger, a ``REGION`` for each
+contact region, the regions' taxel numbers one region after the other (int32), and the JSON. ``FRAME_SCHEMA`` says the
+same in the file.
 """
 
 from __future__ import annotations
@@ -25,196 +11,329 @@ from __future__ import annotations
 import json
 import struct
 from collections.abc import Mapping
-from dataclasses import asdict, fields
-from typing import Any
+from dataclasses import dataclass
+from operator import attrgetter
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from app.contacts.force_estimation.estimate import ForceEstimate
 from app.contacts.regions import ContactRegion
 from app.control.command import JointCommand, TaskReport
+from app.core.arrays import FloatArray, IntArray
+from app.core.codec import dump_json, json_schema, load_json
 from app.core.errors import RecordingError
 from app.core.timing import Timings
 from app.geometry.mesh import SurfacePoint
+from app.recording.bundle import DAMAGED
 from app.session.frame import Frame
+from app.session.prepare import PreparedScene
 from app.skin.skin import Skin
 from app.tactile.poke import PokeState
 
-_ESTIMATE_FIELDS = tuple(field.name for field in fields(ForceEstimate))
-
-
-def estimates_to_json(estimates: Mapping[int, ForceEstimate]) -> dict[str, Any]:
-    """Every field by its name, by region. Cost: 5 µs each."""
-    return {
-        str(region): {name: _json_value(getattr(one, name)) for name in _ESTIMATE_FIELDS}
-        for region, one in estimates.items()
+HEADER: Mapping[str, str] = MappingProxyType(
+    {
+        "tick": "q",
+        "time": "d",
+        "joints": "i",
+        "taxels": "i",
+        "objects": "i",
+        "pokes": "i",
+        "regions": "i",
+        "region taxels": "i",
+        "text bytes": "i",
     }
+)
+"""Name and type (as in ``struct``) of each number: which frame, when [s], and how many there are of what follows."""
+ARRAYS: Mapping[str, str] = MappingProxyType(
+    {
+        "posture": "joints",
+        "velocity": "joints",
+        "pressures": "taxels",
+        "command.posture": "joints",
+        "command.stiffness": "joints",
+        "command.damping": "joints",
+        "command.torque": "joints",
+        "objects": "objects",
+    }
+)
+"""By attribute of the frame, how many float64 it has; ``objects`` are 16 each, poses row by row. SI units."""
+_PLACE: list[tuple[Any, ...]] = [("at.patch", "<i4"), ("at.face", "<i4"), ("at.weights", "<f8", (3,))]
+POKE = np.dtype(
+    [
+        ("id", "<i8"),
+        *_PLACE,
+        ("force", "<f8"),
+        ("point", "<f8", (3,)),
+        ("normal", "<f8", (3,)),
+        ("radius", "<f8"),
+    ]
+)
+"""Attributes of a ``PokeState``."""
+REGION = np.dtype(
+    [
+        ("id", "<i8"),
+        *_PLACE,
+        ("force", "<f8"),
+        ("area", "<f8"),
+        ("peak", "<f8"),
+        ("mean", "<f8"),
+        ("map_point", "<f8", (2,)),
+        ("point", "<f8", (3,)),
+        ("normal", "<f8", (3,)),
+        ("axes", "<f8", (2, 3)),
+        ("map_axes", "<f8", (2, 2)),
+        ("place_error", "<f8"),
+        ("force_error", "<f8"),
+        ("partner", "<i8"),
+        ("split_from", "<i8"),
+        ("torn", "u1"),
+        ("taxels.size", "<i4"),
+    ]
+)
+"""Attributes of a ``ContactRegion``; its link follows from its place, and what it merged with stands in the text."""
 
 
-def estimates_from_json(raw: Mapping[str, Any]) -> dict[int, ForceEstimate]:
-    """The estimates of ``estimates_to_json``, equal to the last bit.
+@dataclass(frozen=True)
+class FrameText:
+    """What a frame has in words or in varying number, as JSON.
 
-    Raises:
-        ValueError: A number is none, or a field is missing (KeyError) or of another kind (TypeError).
+    Attributes:
+        why_limited: As in ``Frame``.
+        notes: The same.
+        ms: Milliseconds by stage.
+        merged: By region, the ids that became part of it at this tick; only of those that have any.
+        task: As in ``Frame``.
+        estimates: The same.
     """
-    return {int(region): _estimate(one) for region, one in raw.items()}
+
+    why_limited: tuple[str, ...]
+    notes: tuple[str, ...]
+    ms: Mapping[str, float]
+    merged: Mapping[int, tuple[int, ...]]
+    task: TaskReport | None
+    estimates: Mapping[int, ForceEstimate]
 
 
-def _json_value(value: Any) -> Any:
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    return [value.patch, value.face, *value.weights] if isinstance(value, SurfacePoint) else value
+def _columns(record: np.dtype[Any]) -> list[str]:
+    return [f"{name}: {record[name].base.name}{list(record[name].shape) or ''}" for name in record.names or ()]
 
 
-def _estimate(raw: Mapping[str, Any]) -> ForceEstimate:
-    at, whole = raw["at"], ("effective_rank", "unknowns")
-    known: dict[str, Any] = {
-        "at": None if at is None else SurfacePoint(int(at[0]), int(at[1]), (float(at[2]), float(at[3]), float(at[4]))),
-        "taxels": np.array(raw["taxels"], dtype=np.int64),
-        "forces": np.array(raw["forces"], dtype=np.float64),
-        "refused": str(raw["refused"]),
+FRAME_SCHEMA = json.dumps(
+    {
+        "title": "tactile_maps.Frame",
+        "description": "Little-endian without padding: header, arrays of float64, pokes, regions, int32 taxel numbers "
+        "of all regions, text as JSON in UTF-8",
+        "header": dict(HEADER),
+        "arrays": dict(ARRAYS),
+        "poke": _columns(POKE),
+        "region": _columns(REGION),
+        "text": json_schema(FrameText),
     }
-    known |= {name: int(raw[name]) for name in whole}
-    known |= {name: float(raw[name]) for name in _ESTIMATE_FIELDS if name not in known}
-    return ForceEstimate(**known)
+)
 
-
-_HEAD = struct.Struct("<qd7i")
-_OBJECT, _POKE, _REGION = 16, 14, 34
-FRAME_SCHEMA = json.dumps({"title": "tactile_maps.Frame", "description": __doc__})
+_HEADER = struct.Struct("<" + "".join(HEADER.values()))
+_POSE = 16
+_FINITE = ("force", "area", "peak", "mean", "map_point", "point", "normal", "axes", "map_axes")
+"""Of a region; its error bars may be infinite."""
+_arrays_of, _poke_row, _region_row = attrgetter(*ARRAYS), attrgetter(*POKE.names or ()), attrgetter(*REGION.names or ())
 
 
 def encode_frame(frame: Frame) -> bytes:
-    """One frame as a message."""
-    merged = {region.id: region.merged for region in frame.regions if region.merged}
-    text: dict[str, Any] = {
-        "why_limited": frame.why_limited,
-        "notes": frame.notes,
-        "ms": frame.timings.ms,
-        "merged": merged,
-        "task": None if frame.task is None else asdict(frame.task),
-    }
-    if frame.estimates:
-        text["estimates"] = estimates_to_json(frame.estimates)
-    words = json.dumps(text).encode()
-    taxels = [region.taxels for region in frame.regions]
-    head = _HEAD.pack(
+    """One frame as a message. Cost: 30 µs, 10 µs a region and 10 µs an estimate."""
+    regions = frame.regions
+    text = FrameText(
+        frame.why_limited,
+        frame.notes,
+        frame.timings.ms,
+        {region.id: region.merged for region in regions if region.merged},
+        frame.task,
+        frame.estimates,
+    )
+    words = dump_json(text)
+    taxels = [region.taxels.astype("<i4").tobytes() for region in regions]
+    head = _HEADER.pack(
         frame.tick,
         frame.time,
         len(frame.posture),
         len(frame.pressures),
         len(frame.objects),
         len(frame.pokes),
-        len(frame.regions),
-        sum(map(len, taxels)),
+        len(regions),
+        sum(map(len, taxels)) // 4,
         len(words),
     )
-    command = frame.command
-    numbers: list[Any] = [
-        frame.posture,
-        frame.velocity,
-        frame.pressures,
-        command.posture,
-        command.stiffness,
-        command.damping,
-        command.torque,
-        frame.objects.ravel(),
-    ]
-    numbers += [[p.id, *_place_row(p.at), p.force, *p.point, *p.normal, p.radius] for p in frame.pokes]
-    numbers += [_region_row(region) for region in frame.regions]
-    body = np.concatenate([np.asarray(part, dtype="<f8") for part in numbers]).astype("<f8").tobytes()
-    return head + body + np.concatenate([*taxels, []]).astype("<i4").tobytes() + words
+    arrays = [np.asarray(values, dtype="<f8").tobytes() for values in _arrays_of(frame)]
+    pokes = np.array([_poke_row(poke) for poke in frame.pokes], dtype=POKE).tobytes() if frame.pokes else b""
+    rows = np.array([_region_row(region) for region in regions], dtype=REGION).tobytes() if regions else b""
+    return b"".join([head, *arrays, pokes, rows, *taxels, words])
 
 
-def _region_row(r: ContactRegion) -> list[float]:
-    row = [r.id, *_place_row(r.at), r.force, r.area, r.peak, *r.map_point, *r.point, *r.normal, len(r.taxels), r.torn]
-    return [*row, r.mean, *r.axes.flat, *r.map_axes.flat, r.place_error, r.force_error, r.partner, r.split_from]
-
-
-def _place_row(at: SurfacePoint) -> tuple[float, ...]:
-    return (at.patch, at.face, *at.weights)
-
-
-def decode_frame(data: bytes, skin: Skin) -> Frame:
+def decode_frame(data: bytes, prepared: PreparedScene, *, file: str | None = None) -> Frame:
     """The frame of a message.
 
+    Args:
+        data: The message, from anyone.
+        prepared: The scene that was recorded.
+        file: Where it came from, for errors.
+
     Raises:
-        RecordingError: The message is not a frame of this skin.
+        RecordingError: It is damaged, or a frame of another scene: the place says which part.
     """
-    try:
-        return _decode_frame(data, skin)
-    except (struct.error, ValueError, IndexError, KeyError, TypeError) as error:
-        raise RecordingError("a frame of the recording is damaged", value=error) from error
+    return _FrameReader(data, prepared, file).frame()
 
 
-def _decode_frame(data: bytes, skin: Skin) -> Frame:
-    tick, time, joints, taxels, objects, pokes, regions, members, words = _HEAD.unpack_from(data)
-    before = 6 * joints + taxels + _OBJECT * objects + _POKE * pokes
-    room = len(data) - _HEAD.size - 4 * members - words - 8 * before
-    sizes = (joints, taxels, objects, pokes, regions, members, words)
-    if min(sizes) < 0 or (taxels, room) != (len(skin), 8 * _REGION * regions):
-        raise ValueError("its sizes do not add up")
-    count = before + _REGION * regions
-    numbers = np.frombuffer(data, "<f8", count, _HEAD.size)
-    named = np.frombuffer(data, "<i4", members, _HEAD.size + 8 * count).astype(np.int64)
-    text = json.loads(data[len(data) - words :])
-    parts = np.split(numbers, np.cumsum([joints, joints, taxels, *[joints] * 4, _OBJECT * objects, _POKE * pokes]))
-    rows, merged = parts[9].reshape(regions, _REGION), text["merged"]
-    groups = np.split(named, np.cumsum(rows[:, 17].astype(int))[:-1]) if regions else []
-    return Frame(
-        tick,
-        time,
-        parts[0],
-        parts[1],
-        parts[2],
-        tuple(_region(row, group, skin, merged) for row, group in zip(rows, groups, strict=True)),
-        tuple(_poke(row) for row in parts[8].reshape(pokes, _POKE)),
-        JointCommand(*parts[3:7]),
-        tuple(map(str, text["why_limited"])),
-        Timings({str(stage): float(ms) for stage, ms in text["ms"].items()}),
-        parts[7].reshape(objects, 4, 4),
-        tuple(map(str, text["notes"])),
-        task=_task(text["task"]),
-        estimates=estimates_from_json(text.get("estimates", {})),
-    )
+class _Sizes(NamedTuple):
+    """How many there are, in the order of ``HEADER``."""
+
+    joints: int
+    taxels: int
+    objects: int
+    pokes: int
+    regions: int
+    members: int
+    text: int
 
 
-def _task(raw: dict[str, Any] | None) -> TaskReport | None:
-    if raw is None:
-        return None
-    target, laid_at = raw["target"], raw["laid_at"]
-    place = None if target is None else _place_from_row([target["patch"], target["face"], *target["weights"]])
-    return TaskReport(**{**raw, "target": place, "laid_at": None if laid_at is None else (laid_at[0], laid_at[1])})
+class _FrameReader:
+    """Takes a message apart from its beginning to its end; what is not sound is refused with its place."""
+
+    def __init__(self, data: bytes, prepared: PreparedScene, file: str | None) -> None:
+        self._data, self._skin, self._file = data, prepared.skin, file
+        if len(data) < _HEADER.size:
+            raise self._refusal("the frame is too short", "header", f"{len(data)} bytes")
+        self._tick, self._time, *counts = _HEADER.unpack_from(data)
+        self._sizes, self._at = _Sizes(*counts), _HEADER.size
+        if self._tick < 0 or not np.isfinite(self._time):
+            raise self._refusal("there is no such time", "header", f"tick {self._tick}, {self._time} s")
+        self._check_sizes(prepared)
+
+    def _check_sizes(self, prepared: PreparedScene) -> None:
+        sizes = self._sizes
+        if min(sizes) < 0:
+            raise self._refusal("a number of parts is negative", "header", tuple(sizes))
+        known = (len(prepared.robot.joints), len(prepared.skin), len(prepared.objects))
+        if (sizes.joints, sizes.taxels, sizes.objects) != known:
+            raise self._refusal("the frame is of another robot, skin or scene", "header", tuple(sizes))
+        floats = sum(self._length(of) for of in ARRAYS.values())
+        records = sizes.pokes * POKE.itemsize + sizes.regions * REGION.itemsize
+        if self._at + 8 * floats + records + 4 * sizes.members + sizes.text != len(self._data):
+            raise self._refusal("the sizes do not add up", "header", f"{len(self._data)} bytes")
+
+    def frame(self) -> Frame:
+        """The frame; called once."""
+        arrays = {name: self._take(np.dtype("<f8"), self._length(of)) for name, of in ARRAYS.items()}
+        for name in ("posture", "velocity", "objects"):
+            self._check_finite(arrays[name], name)
+        pokes, regions = self._take(POKE, self._sizes.pokes), self._take(REGION, self._sizes.regions)
+        members = self._take(np.dtype("<i4"), self._sizes.members)
+        text = load_json(FrameText, self._data[self._at :], error=RecordingError, place="/frame", file=self._file,
+                         remedy=DAMAGED)  # fmt: skip
+        return Frame(
+            tick=self._tick,
+            time=self._time,
+            posture=arrays["posture"],
+            velocity=arrays["velocity"],
+            pressures=arrays["pressures"],
+            regions=self._regions(regions, members, text),
+            pokes=self._pokes(pokes),
+            command=JointCommand(**{name.partition(".")[2]: arrays[name] for name in ARRAYS if "." in name}),
+            why_limited=text.why_limited,
+            timings=Timings(dict(text.ms)),
+            objects=arrays["objects"].reshape(-1, 4, 4),
+            notes=text.notes,
+            task=self._task(text.task),
+            estimates=self._estimates(text.estimates),
+        )
+
+    def _length(self, of: str) -> int:
+        return getattr(self._sizes, of) * (_POSE if of == "objects" else 1)
+
+    def _take(self, dtype: np.dtype[Any], count: int) -> Any:
+        """(count,) the next values."""
+        values = np.frombuffer(self._data, dtype, count, self._at)
+        self._at += values.nbytes
+        return values
+
+    def _pokes(self, rows: Any) -> tuple[PokeState, ...]:
+        if not len(rows):
+            return ()
+        for name in ("force", "point", "normal", "radius"):
+            self._check_finite(rows[name], f"pokes.{name}")
+        places = self._places(rows, "pokes")
+        return tuple(PokeState(at=at, **values) for at, values in zip(places, _fields(rows), strict=True))
+
+    def _regions(self, rows: Any, members: IntArray, text: FrameText) -> tuple[ContactRegion, ...]:
+        counts = rows["taxels.size"]
+        if (counts < 0).any() or int(counts.sum(dtype=np.int64)) != len(members):
+            raise self._refusal("the regions' taxels do not add up", "regions.taxels.size", counts.tolist())
+        if not len(rows):
+            return ()
+        if members.size and not 0 <= members.min() <= members.max() < len(self._skin):
+            raise self._refusal("there is no such taxel", "regions.taxels", f"{members.min()} to {members.max()}")
+        if (rows["torn"] > 1).any():
+            raise self._refusal("this must be 0 or 1", "regions.torn", rows["torn"].tolist())
+        for name in _FINITE:
+            self._check_finite(rows[name], f"regions.{name}")
+        places, groups = self._places(rows, "regions"), np.split(members, np.cumsum(counts)[:-1])
+        return tuple(
+            ContactRegion(
+                **values | {"torn": bool(values["torn"])},
+                at=at,
+                taxels=taxels,
+                link=self._skin.link(at),
+                merged=text.merged.get(values["id"], ()),
+            )
+            for values, at, taxels in zip(_fields(rows), places, groups, strict=True)
+        )
+
+    def _places(self, rows: Any, part: str) -> list[SurfacePoint]:
+        columns = (rows[name].tolist() for name in ("at.patch", "at.face", "at.weights"))
+        places = [SurfacePoint(patch, face, (a, b, c)) for patch, face, (a, b, c) in zip(*columns, strict=True)]
+        for number, at in enumerate(places):
+            check_place(at, self._skin, place=f"/frame: {part}[{number}].at", file=self._file)
+        return places
+
+    def _task(self, task: TaskReport | None) -> TaskReport | None:
+        if task is not None and task.target is not None:
+            check_place(task.target, self._skin, place="/frame: task.target", file=self._file)
+        return task
+
+    def _estimates(self, estimates: Mapping[int, ForceEstimate]) -> Mapping[int, ForceEstimate]:
+        for number, estimate in estimates.items():
+            if estimate.at is not None:
+                check_place(estimate.at, self._skin, place=f"/frame: estimates.{number}.at", file=self._file)
+        return estimates
+
+    def _check_finite(self, values: FloatArray, name: str) -> None:
+        if not np.isfinite(values).all():
+            raise self._refusal("this must be a finite number", name, values[~np.isfinite(values)][0])
+
+    def _refusal(self, problem: str, part: str, value: object) -> RecordingError:
+        return RecordingError(problem, file=self._file, place=f"/frame: {part}", value=value, remedy=DAMAGED)
 
 
-def _poke(row: Any) -> PokeState:
-    return PokeState(int(row[0]), _place_from_row(row[1:6]), float(row[6]), row[7:10], row[10:13], float(row[13]))
+def _fields(rows: Any) -> list[dict[str, Any]]:
+    """Of each row its values by name; without those of a place and of lengths."""
+    names = [name for name in rows.dtype.names if "." not in name]
+    columns = [rows[name] if rows[name].ndim > 1 else rows[name].tolist() for name in names]
+    return [dict(zip(names, values, strict=True)) for values in zip(*columns, strict=True)]
 
 
-def _region(row: Any, taxels: Any, skin: Skin, merged: dict[str, list[int]]) -> ContactRegion:
-    at, id_ = _place_from_row(row[1:6]), int(row[0])
-    return ContactRegion(
-        id_,
-        taxels,
-        float(row[6]),
-        float(row[7]),
-        float(row[8]),
-        row[9:11],
-        at,
-        skin.link(at),
-        row[11:14],
-        row[14:17],
-        bool(row[18]),
-        merged=tuple(map(int, merged.get(str(id_), ()))),
-        mean=float(row[19]),
-        axes=row[20:26].reshape(2, 3),
-        map_axes=row[26:30].reshape(2, 2),
-        place_error=float(row[30]),
-        force_error=float(row[31]),
-        partner=int(row[32]),
-        split_from=int(row[33]),
-    )
+def check_place(at: SurfacePoint, skin: Skin, *, place: str, file: str | None = None) -> None:
+    """Refuse a place that is not on the skin.
 
+    Args:
+        at: Read from a recording.
+        skin: Of its scene.
+        place: Where it stands, for the error.
+        file: The recording, for the error.
 
-def _place_from_row(row: Any) -> SurfacePoint:
-    return SurfacePoint(int(row[0]), int(row[1]), (float(row[2]), float(row[3]), float(row[4])))
+    Raises:
+        RecordingError: No such patch or face, or weights that are none.
+    """
+    known = 0 <= at.patch < len(skin.patches) and 0 <= at.face < len(skin.patches[at.patch].surface.faces)
+    # NaN compares false
+    if not (known and min(at.weights) >= -1e-6 and abs(sum(at.weights) - 1) < 1e-6):
+        raise RecordingError("there is no such place on the skin", file=file, place=place, value=at, remedy=DAMAGED)

@@ -13,7 +13,7 @@ from mcap.records import Message
 
 from app.contacts.events import RECENT_EVENTS, ContactEvent
 from app.core.errors import RecordingError, SimulationError
-from app.recording import bundle, mcap_reader
+from app.recording import bundle, mcap_file
 from app.recording.frame_codec import decode_frame
 from app.recording.message_codecs import decode_event, decode_failure, decode_input
 from app.session.frame import Frame
@@ -44,11 +44,11 @@ class RecordingPlayer:
     """
 
     def __init__(self, path: str | Path) -> None:
-        self.path = Path(path)
-        contents = mcap_reader.read_recording(path)
+        self.path, file = Path(path), str(path)
+        contents = mcap_file.read_recording(path)
         self._contents = contents
         self.versions, self.complete = contents.metadata, contents.complete
-        self.prepared = bundle.unpack_scene(contents.attachments, file=str(path))
+        self.prepared = bundle.unpack_scene(contents.attachments, file=file)
         self._start = RuntimeSettings.of_scene(self.prepared)
         self.inputs: list[tuple[int, SessionInput]] = []
         self.failure: tuple[int, SimulationError] | None = None
@@ -56,16 +56,16 @@ class RecordingPlayer:
         self._places: list[tuple[int, int]] = []
         times = []
         for number, chunk in enumerate(contents.chunks):
-            for place, (topic, message) in enumerate(mcap_reader.chunk_messages(chunk, contents.channels)):
+            for place, (topic, message) in enumerate(mcap_file.chunk_messages(chunk, contents.channels)):
                 if topic == "/frame":
                     self._places.append((number, place))
                     times.append(1e-9 * message.log_time)
                 elif topic == "/input":
-                    self.inputs.append(decode_input(message.data, self.prepared.map))
+                    self.inputs.append(decode_input(message.data, self.prepared.map, file=file))
                 elif topic == "/event":
-                    self.events.append(decode_event(message.data))
+                    self.events.append(decode_event(message.data, self.prepared.skin, file=file))
                 elif topic == "/failure":
-                    self.failure = decode_failure(message.data)
+                    self.failure = decode_failure(message.data, file=file)
         if not times:
             raise RecordingError("the recording holds no frame", file=path)
         self.times = np.array(times)
@@ -86,7 +86,7 @@ class RecordingPlayer:
     def frame(self, number: int) -> Frame:
         """Frame ``number``, from 0. Raises RecordingError when it is damaged; cost about 0.2 ms."""
         chunk, place = self._places[number]
-        frame = decode_frame(self._unpacked(chunk)[place].data, self.prepared.skin)
+        frame = decode_frame(self._unpacked(chunk)[place].data, self.prepared, file=str(self.path))
         known = bisect_right(self.events, frame.tick, key=lambda event: event.tick)
         return (
             replace(frame, recent=tuple(self.events[max(known - RECENT_EVENTS, 0) : known][::-1])) if known else frame
@@ -130,7 +130,7 @@ class RecordingPlayer:
 
     def _unpack(self, chunk: int) -> list[Message]:
         return [
-            message for _, message in mcap_reader.chunk_messages(self._contents.chunks[chunk], self._contents.channels)
+            message for _, message in mcap_file.chunk_messages(self._contents.chunks[chunk], self._contents.channels)
         ]
 
 

@@ -18,15 +18,15 @@ from typing import BinaryIO
 from mcap.writer import CompressionType, Writer
 
 from app.core.errors import RecordingError
-from app.recording import bundle
+from app.recording.bundle import pack_scene
 from app.recording.frame_codec import encode_frame
-from app.recording.message_codecs import TOPICS, encode_event, encode_failure, encode_input
+from app.recording.mcap_file import begin_recording
+from app.recording.message_codecs import encode_event, encode_failure, encode_input
 from app.session.frame import Failure, Frame
 from app.session.inputs import SessionInput
 from app.session.prepare import PreparedScene
 from app.session.session import Session
 
-FORMAT = "5"
 FRAMES_A_CHUNK = 6
 """A killed process loses at most the frames of the chunk being filled."""
 _WRITE_REMEDY = "Free space or choose another folder; what was written so far can be read with recover"
@@ -63,18 +63,9 @@ class Recorder:
             ) from error
 
     def _begin(self, prepared: PreparedScene) -> None:
-        writer = self._writer
-        writer.start(profile="", library="tactile-maps")
-        writer.add_metadata(
-            "tactile-maps",
-            versions() | {"format": FORMAT, "seed": str(prepared.scene.seed), "tick_s": repr(prepared.scene.tick)},
-        )
-        for name, data in bundle.pack_scene(prepared).items():
-            writer.add_attachment(0, 0, name, bundle.MEDIA_TYPES[name], data)
-        self._channels = {}
-        for topic, (name, text, encoding) in TOPICS.items():
-            number = writer.register_schema(name, "jsonschema", text.encode())
-            self._channels[topic] = writer.register_channel(topic, encoding, number)
+        scene = prepared.scene
+        metadata = versions() | {"seed": str(scene.seed), "tick_s": repr(scene.tick)}
+        self._channels = begin_recording(self._writer, metadata, pack_scene(prepared))
         self._stream.flush()
 
     def write(self, frame: Frame, inputs: Sequence[tuple[int, SessionInput]]) -> None:

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 
 from mcap.records import Message
 from mcap.writer import CompressionType, Writer
 
 from app.core.errors import RecordingError
-from app.recording import mcap_reader
-from app.recording.bundle import MEDIA_TYPES
-from app.recording.message_codecs import TOPICS
+from app.recording import mcap_file
 
 
 @dataclass(frozen=True)
@@ -40,9 +39,8 @@ def recover(source: str | Path, target: str | Path, *, overwrite: bool = False) 
     source, target = Path(source), Path(target)
     if source.resolve() == target.resolve():
         raise RecordingError("a recording cannot be recovered into itself", file=target, remedy="Name another file")
-    contents = mcap_reader.read_recording(source)
-    ticks = []
-    chunks = [mcap_reader.chunk_messages(chunk, contents.channels) for chunk in contents.chunks]
+    contents = mcap_file.read_recording(source)
+    chunks = [mcap_file.chunk_messages(chunk, contents.channels) for chunk in contents.chunks]
     ticks = [message.sequence for chunk in chunks for topic, message in chunk if topic == "/frame"]
     if not ticks:
         raise RecordingError("nothing can be recovered: no whole frame is left", file=source)
@@ -57,20 +55,9 @@ def recover(source: str | Path, target: str | Path, *, overwrite: bool = False) 
     return RecoveryResult(len(ticks), ticks[-1] - ticks[0] + 1 - len(ticks), contents.complete, str(target))
 
 
-def _write(writer: Writer, contents: mcap_reader.RecordingContents, chunks: list[list[tuple[str, Message]]]) -> None:
-    writer.start(profile="", library="tactile-maps")
-    if contents.metadata:
-        writer.add_metadata("tactile-maps", contents.metadata)
-    for name, data in contents.attachments.items():
-        writer.add_attachment(0, 0, name, MEDIA_TYPES.get(name, "application/octet-stream"), data)
-    channels = {}
-    for topic, (name, text, encoding) in TOPICS.items():
-        number = writer.register_schema(name, "jsonschema", text.encode())
-        channels[topic] = writer.register_channel(topic, encoding, number)
-    for chunk in chunks:
-        for topic, message in chunk:
-            if topic in channels:
-                writer.add_message(
-                    channels[topic], message.log_time, message.data, message.publish_time, message.sequence
-                )
+def _write(writer: Writer, contents: mcap_file.RecordingContents, chunks: list[list[tuple[str, Message]]]) -> None:
+    channels = mcap_file.begin_recording(writer, contents.metadata, contents.attachments)
+    for topic, message in chain.from_iterable(chunks):
+        if topic in channels:
+            writer.add_message(channels[topic], message.log_time, message.data, message.publish_time, message.sequence)
     writer.finish()

@@ -22,7 +22,8 @@ class Verification:
     Attributes:
         frames: Frames compared.
         identical: Whether posture, velocity, pressures, objects and estimated forces of all of them are equal, bit for
-            bit, and a session that stopped by itself stopped again at the same tick with the same words.
+            bit, and a session that stopped by itself stopped again at the same tick, by an error of the same type with
+            the same place and value.
         max_difference: Largest difference of any posture, velocity, object's pose, estimated force (SI) or pressure
             (kPa); inf where one of the two runs stopped.
         first_difference: Tick of the first difference; None when identical.
@@ -111,9 +112,14 @@ class _Resimulation:
         tick, error = self._recorded
         if failure is None:
             return None, tick
-        if (failure.tick, failure.problem) != (tick, str(error)):
+        if (failure.tick, _identity(failure.error)) != (tick, _identity(error)):
             return None, min(tick, failure.tick)
         return failure.problem, None
+
+
+def _identity(error: SimulationError) -> tuple[object, ...]:
+    """What makes two errors the same: their type, where and what; not how that is worded."""
+    return type(error), error.place, None if error.value is None else str(error.value)
 
 
 def _changed_versions(player: RecordingPlayer) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from app.core.arrays import FloatArray, readonly
+from app.core.codec import AnyFloat
 from app.core.errors import Finding, RobotError
 from app.geometry.mesh import Mesh
 
@@ -36,8 +37,8 @@ class Joint:
     """
 
     name: str
-    lower: float
-    upper: float
+    lower: AnyFloat
+    upper: AnyFloat
     slide: bool = False
 
 

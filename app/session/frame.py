@@ -95,5 +95,5 @@ class Failure:
 
     @property
     def problem(self) -> str:
-        """The message, for people and for comparing."""
+        """The message, for people; replays compare the error itself."""
         return str(self.error)

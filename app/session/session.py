@@ -19,7 +19,7 @@ from app.control.command import ControlChanged, ControlSettings
 from app.control.controller_manager import ControllerManager
 from app.control.loop_stability import SensorTiming
 from app.core.arrays import FloatArray
-from app.core.errors import SimulationError, TactileMapsError
+from app.core.errors import MapError, SimulationError, TactileMapsError
 from app.core.timing import Stopwatch
 from app.geometry.mesh import SurfacePoint
 from app.maps.tactile_map import TactileMap
@@ -32,6 +32,7 @@ from app.session.inputs import BehavioursChanged, EffectsChanged, MapEdited, Rea
 from app.session.prepare import PreparedScene
 from app.session.runtime_settings import RuntimeSettings
 from app.simulation.simulation import Simulation
+from app.skin.skin import Skin
 from app.stimuli.stimulus_player import StimulusPlayer
 from app.tactile.poke import Finger, PokePressed, PokeReleased
 
@@ -64,6 +65,22 @@ def skin_readings(effects: Effects, tick: float) -> SensorTiming:
 
 MAX_TICKS = 20
 """Of one ``advance``: the rest of the wall time is dropped, so that a slow machine runs slower instead of choking."""
+
+
+def _checked_map(map_: TactileMap, skin: Skin) -> TactileMap:
+    """The map, if its skin has the taxels of ``skin``; they may be believed to lie elsewhere.
+
+    Raises:
+        MapError: It is of another skin.
+    """
+    worn, mapped = (tuple((patch.link, len(patch.taxels)) for patch in one.patches) for one in (skin, map_.skin))
+    if worn != mapped:
+        raise MapError(
+            "the map is of another skin",
+            value=f"{len(map_.skin)} taxels on {len(mapped)} patches",
+            remedy=f"Use a map of the session's skin, with {len(skin)} taxels on {len(worn)} patches",
+        )
+    return map_
 
 
 class Session:
@@ -120,7 +137,7 @@ class Session:
         self._simulation = Simulation(
             robot, skin, effects, objects=prepared.objects, layer=scene.layer, tick=scene.tick, seed=scene.seed
         )
-        self.map = map_ or self._start.map
+        self.map = self._start.map if map_ is None else _checked_map(map_, skin)
         self._contacts = ContactPipeline(
             robot,
             self.map,
@@ -201,7 +218,12 @@ class Session:
         """Let a person do something at the start of the next tick. The first press ends the scripted hand's show.
 
         What a behaviour did in a recorded session is not taken: it is derived again.
+
+        Raises:
+            MapError: The map of an edit is of another skin; the session is as if it had not come.
         """
+        if isinstance(session_input, MapEdited):
+            _checked_map(session_input.map, self.prepared.skin)
         if isinstance(session_input, ControlChanged) and session_input.by:
             return
         if isinstance(session_input, PokePressed) and self.scripted:
@@ -254,12 +276,16 @@ class Session:
         """Simulate ``elapsed`` seconds in whole ticks, keeping the remainder; the frame of the last tick.
 
         Args:
-            elapsed: Seconds to simulate.
+            elapsed: Seconds to simulate, finite and not negative.
             each: Told every tick's frame, as a recorder wants it.
 
         Raises:
+            SimulationError: There is no such time; nothing changed.
             TactileMapsError: As ``tick``.
         """
+        if not (math.isfinite(elapsed) and elapsed >= 0.0):
+            remedy = "Give seconds, finite and not negative"
+            raise SimulationError("there is no such time to simulate", place="elapsed", value=elapsed, remedy=remedy)
         self._remainder += elapsed
         count = int(self._remainder / self.prepared.scene.tick + 1e-9)
         self._remainder = max(self._remainder - count * self.prepared.scene.tick, 0.0)
@@ -319,9 +345,9 @@ class Session:
             elif isinstance(session_input, BehavioursChanged):
                 self._behaviours.use(session_input.behaviours)
             elif isinstance(session_input, MapEdited):
+                self._contacts.use(session_input.map)
+                self._controller.use(session_input.map)
                 self.map = session_input.map
-                self._contacts.use(self.map)
-                self._controller.use(self.map)
             elif isinstance(session_input, EffectsChanged):
                 self._use(session_input.effects)
             elif isinstance(session_input, ReadingChanged):

@@ -13,7 +13,7 @@ from typing import Any
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QToolButton, QVBoxLayout, QWidget
 
-from app.control.behaviours import ENDING_EVENTS, Behaviour
+from app.control.behaviours import ENDING_EVENTS, Behaviour, SettingValue
 from app.session.prepare import PreparedScene
 from widgets.common.panel import FlatComboBox, Panel
 
@@ -55,7 +55,7 @@ def event_text(behaviour: Behaviour) -> str:
     return known + (f" > {behaviour.above:g}\u2009N" if behaviour.above else "")
 
 
-def response_text(then: Mapping[str, float | str]) -> str:
+def response_text(then: Mapping[str, SettingValue]) -> str:
     """What follows: as the list calls it, else setting by setting."""
     for known, text in RESPONSE_CHOICES:
         if known == dict(then):
@@ -63,7 +63,9 @@ def response_text(then: Mapping[str, float | str]) -> str:
     return ", ".join(f"{name.replace('_', ' ')} {_value_text(value)}" for name, value in then.items())
 
 
-def _value_text(value: float | str) -> str:
+def _value_text(value: SettingValue) -> str:
+    if isinstance(value, tuple):
+        return f"of {len(value)} points"
     return value.replace("_", " ") if isinstance(value, str) else f"{value:g}"
 
 

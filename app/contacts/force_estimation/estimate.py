@@ -16,6 +16,7 @@ import numpy as np
 
 from app.contacts.regions import ContactRegion
 from app.core.arrays import FloatArray, IntArray, readonly
+from app.core.codec import AnyFloat
 from app.core.errors import MapError
 from app.geometry.mesh import SurfacePoint
 from app.robots.kinematics import Configuration
@@ -132,7 +133,7 @@ class ForceEstimate:
     at: SurfacePoint | None
     taxels: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     forces: FloatArray = field(default_factory=lambda: np.zeros(0))
-    condition: float = 1.0
+    condition: AnyFloat = 1.0
     effective_rank: int = 0
     unknowns: int = 0
     residual: float = 0.0

@@ -10,11 +10,18 @@ import pytest
 
 from app.contacts.force_estimation.estimate import ForceEstimate
 from app.contacts.pipeline import ReadingSettings
+from app.contacts.regions import ContactRegion
+from app.control.command import TaskReport
 from app.core.errors import RecordingError
 from app.geometry.mesh import SurfacePoint
-from app.recording.frame_codec import FRAME_SCHEMA, decode_frame, encode_frame, estimates_from_json, estimates_to_json
+from app.recording.frame_codec import FRAME_SCHEMA, POKE, REGION, FrameText, decode_frame, encode_frame
+from app.scene.object_meshes import primitive_mesh
+from app.scene.objects import ObjectSpec, SceneObject
 from app.session.session import Session
-from app.tactile.poke import PokePressed
+from app.studies.testbeds.reference_bodies import flat_map
+from app.tactile.poke import PokePressed, PokeState
+
+BALL = ObjectSpec("ball", "sphere", size=(0.05,))
 
 TOLD = ForceEstimate(
     1 / 3, SurfacePoint(1, 2, (0.1, 0.2, 0.7)), np.array([3, 5]), np.array([0.1, 1 / 3 - 0.1]), float("inf"), 1, 2,
@@ -23,24 +30,17 @@ TOLD = ForceEstimate(
 REFUSED = ForceEstimate(2.0, None, refused="No force is felt")
 
 
-def test_they_read_back_to_the_last_bit():
+def test_estimates_in_a_frame_read_back_to_the_last_bit(touched, prepared):
     plain = ForceEstimate(1.0, None)
     names = [field.name for field in fields(ForceEstimate) if field.name not in ("refused",)]
     same = [name for name in names if np.array_equal(getattr(TOLD, name), getattr(plain, name))]
     assert not same, "each field must differ from its usual value here"
-    again = estimates_from_json(json.loads(json.dumps(estimates_to_json({4: TOLD, 9: REFUSED}))))
+    frame = replace(touched, estimates={4: TOLD, 9: REFUSED})
+    again = decode_frame(encode_frame(frame), prepared).estimates
     assert again.keys() == {4, 9}
     for one, other in ((again[4], TOLD), (again[9], REFUSED)):
         for field in fields(one):
             assert np.array_equal(getattr(one, field.name), getattr(other, field.name)), field.name
-
-
-@pytest.mark.parametrize("change", [{"force": "much"}, {"at": [1, 2]}, {"taxels": "all"}, {"at": 3}])
-def test_damage_is_noticed(change):
-    raw = json.loads(json.dumps(estimates_to_json({4: TOLD})))
-    raw["4"] |= change
-    with pytest.raises((ValueError, TypeError, KeyError, IndexError)):
-        estimates_from_json(raw)
 
 
 @pytest.fixture
@@ -56,7 +56,7 @@ def touched(prepared):
 
 
 def test_a_frame_reads_back_equal_to_the_last_bit(touched, prepared):
-    again = decode_frame(encode_frame(touched), prepared.skin)
+    again = decode_frame(encode_frame(touched), prepared)
     assert (again.tick, again.time, again.why_limited) == (touched.tick, touched.time, touched.why_limited)
     assert again.timings == touched.timings
     for name in ("posture", "velocity", "pressures"):
@@ -79,24 +79,105 @@ def test_a_frame_reads_back_equal_to_the_last_bit(touched, prepared):
         assert (one.id, one.at, one.force, one.radius) == (other.id, other.at, other.force, other.radius)
 
 
-def test_a_damaged_frame_is_refused_by_name(touched, prepared):
+def test_a_frame_of_the_wrong_length_is_refused(touched, prepared):
     whole = encode_frame(touched)
     absurd = whole[:16] + (2**31 - 1).to_bytes(4, "little") + whole[20:]
-    for data in (b"", whole[:10], whole[:-1], whole + b"x", absurd):
-        with pytest.raises(RecordingError, match="frame of the recording is damaged"):
-            decode_frame(data, prepared.skin)
+    negative = whole[:28] + (-1).to_bytes(4, "little", signed=True) + whole[32:]
+    for data in (b"", whole[:10], whole[:-1], whole + b"x", absurd, negative):
+        with pytest.raises(RecordingError, match="/frame"):
+            decode_frame(data, prepared)
+
+
+def test_a_frame_of_another_robot_skin_or_scene_is_refused(touched, prepared):
+    ball = SceneObject(BALL, primitive_mesh(BALL))
+    fewer = replace(prepared.robot, joints=prepared.robot.joints[1:], home=prepared.robot.home[1:])
+    for other in (replace(prepared, robot=fewer), replace(prepared, objects=(ball,)),
+                  replace(prepared, skin=flat_map(30).skin)):  # fmt: skip
+        with pytest.raises(RecordingError, match="another robot, skin or scene"):
+            decode_frame(encode_frame(touched), other)
+
+
+AT = SurfacePoint(0, 0, (1.0, 0.0, 0.0))
+POKED = PokeState(1, AT, 1.0, np.zeros(3), np.zeros(3), 0.01)
+WRONG = [replace(AT, patch=-1), replace(AT, patch=99), replace(AT, face=10**9), replace(AT, face=-1)]
+WRONG += [replace(AT, weights=weights) for weights in ((np.nan, 0.0, 1.0), (2.0, 2.0, 2.0), (-1.0, 1.0, 1.0))]
+NOT_FINITE = (float("nan"), float("inf"))
+
+
+def change_region(frame, **changes):
+    return replace(frame, regions=(replace(frame.regions[0], **changes), *frame.regions[1:]))
+
+
+@pytest.mark.parametrize(("place", "change"), [
+    *[("regions[0].at", lambda frame, at=at: change_region(frame, at=at)) for at in WRONG],
+    *[("pokes[1].at", lambda frame, at=at: replace(frame, pokes=(POKED, replace(POKED, at=at)))) for at in WRONG],
+    *[("task.target", lambda frame, at=at: replace(frame, task=TaskReport(at))) for at in WRONG[:4]],
+    *[("estimates.4.at", lambda f, at=at: replace(f, estimates={4: replace(TOLD, at=at)})) for at in WRONG[:4]],
+    *[("regions.force", lambda frame, bad=bad: change_region(frame, force=bad)) for bad in NOT_FINITE],
+    *[("regions.map_point", lambda frame, bad=bad: change_region(frame, map_point=[0.0, bad])) for bad in NOT_FINITE],
+    *[("pokes.radius", lambda frame, bad=bad: replace(frame, pokes=(replace(POKED, radius=bad),)))
+      for bad in NOT_FINITE],
+    *[("posture", lambda frame, bad=bad: replace(frame, posture=frame.posture + bad)) for bad in NOT_FINITE],
+    *[("velocity", lambda frame, bad=bad: replace(frame, velocity=frame.velocity + bad)) for bad in NOT_FINITE],
+    *[("header", lambda frame, bad=bad: replace(frame, time=bad)) for bad in NOT_FINITE],
+    ("header", lambda frame: replace(frame, tick=-1)),
+    ("estimates.4.force", lambda frame: replace(frame, estimates={4: replace(TOLD, force=float("nan"))})),
+    ("estimates.4.forces[1]", lambda f: replace(f, estimates={4: replace(TOLD, forces=[1.0, float("nan")])})),
+    ("regions.taxels", lambda frame: change_region(frame, taxels=[10**6])),
+    ("regions.taxels", lambda frame: change_region(frame, taxels=[-1])),
+    ("task.error", lambda frame: replace(frame, task=TaskReport(error=float("inf")))),
+])  # fmt: skip
+def test_what_no_session_answers_is_refused_with_its_place(place, change, touched, prepared):
+    whole = encode_frame(replace(touched, estimates={4: replace(TOLD, at=AT)}))
+    assert decode_frame(whole, prepared).tick == touched.tick
+    changed = encode_frame(change(touched))
+    with pytest.raises(RecordingError) as refused:
+        decode_frame(changed, prepared, file="x.mcap")
+    assert place in refused.value.place
+    assert refused.value.file == "x.mcap"
+    assert refused.value.remedy
+
+
+@pytest.mark.parametrize("count", [-1, 3, 2**31 - 1])
+def test_numbers_of_taxels_that_do_not_add_up_are_refused(count, touched, prepared):
+    whole = bytearray(encode_frame(replace(touched, regions=touched.regions[:1])))
+    known = len(touched.regions[0].taxels)
+    assert count != known
+    floats = 6 * len(touched.posture) + len(touched.pressures) + 16 * len(touched.objects)
+    row = 8 + 8 + 7 * 4 + 8 * floats + POKE.itemsize * len(touched.pokes)
+    at = row + REGION.fields["taxels.size"][1]
+    assert int.from_bytes(whole[at : at + 4], "little") == known, "this must be where the number stands"
+    whole[at : at + 4] = count.to_bytes(4, "little", signed=True)
+    with pytest.raises(RecordingError, match=r"regions\.taxels\.size"):
+        decode_frame(bytes(whole), prepared)
+
+
+def test_readings_and_commands_may_be_no_numbers(touched, prepared):
+    """The last frame before a session stops may hold what stopped it."""
+    command = replace(touched.command, torque=touched.command.torque * np.nan)
+    frame = replace(touched, pressures=touched.pressures * np.nan, command=command)
+    again = decode_frame(encode_frame(frame), prepared)
+    assert np.isnan(again.pressures).all()
+    assert np.isnan(again.command.torque).all()
+
+
+def test_all_of_a_region_and_a_finger_is_in_the_bytes():
+    elsewhere = {ContactRegion: {"taxels", "link", "merged"}, PokeState: set()}
+    for kind, record in ((ContactRegion, REGION), (PokeState, POKE)):
+        names = {name.partition(".")[0] for name in record.names} - {"taxels"}
+        assert names == {field.name for field in fields(kind)} - elsewhere[kind], kind
 
 
 def test_a_torn_region_stays_torn(touched, prepared):
     torn = replace(touched, regions=tuple(replace(region, torn=True) for region in touched.regions))
-    assert all(region.torn for region in decode_frame(encode_frame(torn), prepared.skin).regions)
+    assert all(region.torn for region in decode_frame(encode_frame(torn), prepared).regions)
 
 
 def test_all_that_is_known_of_a_region_reads_back(touched, prepared):
     region = replace(touched.regions[0], partner=7, split_from=3, merged=(4, 5), place_error=1 / 3)
     assert region.axes.any()
     assert region.mean > 0
-    (again,) = decode_frame(encode_frame(replace(touched, regions=(region,))), prepared.skin).regions
+    (again,) = decode_frame(encode_frame(replace(touched, regions=(region,))), prepared).regions
     for field in fields(region):
         one, other = getattr(again, field.name), getattr(region, field.name)
         assert np.array_equal(one, other), field.name
@@ -105,7 +186,8 @@ def test_all_that_is_known_of_a_region_reads_back(touched, prepared):
 def test_objects_and_notes_read_back(touched, prepared):
     poses = np.random.default_rng(0).normal(size=(3, 4, 4))
     frame = replace(touched, objects=poses, notes=("the hand has no skin there",))
-    again = decode_frame(encode_frame(frame), prepared.skin)
+    balls = (SceneObject(BALL, primitive_mesh(BALL)),) * 3
+    again = decode_frame(encode_frame(frame), replace(prepared, objects=balls))
     assert again.objects.tobytes() == poses.tobytes()
     assert again.notes == frame.notes
     assert [poke.force for poke in again.pokes] == [poke.force for poke in touched.pokes]
@@ -120,7 +202,7 @@ def test_estimates_read_back(estimator, prepared):
         session.tick()
     frame = session.frame
     assert frame.estimates.keys() == {region.id for region in frame.regions} != set()
-    again = decode_frame(encode_frame(frame), prepared.skin)
+    again = decode_frame(encode_frame(frame), prepared)
     assert again.estimates.keys() == frame.estimates.keys()
     for number, one in frame.estimates.items():
         for field in fields(one):
@@ -128,5 +210,7 @@ def test_estimates_read_back(estimator, prepared):
 
 
 def test_the_schema_describes_the_bytes():
-    assert "pressures" in FRAME_SCHEMA
-    assert "estimates" in FRAME_SCHEMA
+    schema = json.loads(FRAME_SCHEMA)
+    assert set(schema["arrays"]) >= {"posture", "pressures", "command.torque", "objects"}
+    assert "axes: float64[2, 3]" in schema["region"]
+    assert set(schema["text"]["properties"]) == {field.name for field in fields(FrameText)}

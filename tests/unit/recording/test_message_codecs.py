@@ -17,13 +17,10 @@ from app.editing.arrange import move, rotate
 from app.editing.document import MapDocument
 from app.geometry.mesh import SurfacePoint
 from app.recording.message_codecs import (
-    EVENT_SCHEMA,
     TOPICS,
     decode_event,
     decode_failure,
     decode_input,
-    effects_from_json,
-    effects_to_json,
     encode_event,
     encode_failure,
     encode_input,
@@ -41,36 +38,32 @@ EVERY = {name: get_args(hint)[0]() for name, hint in get_type_hints(SensorEffect
 FULL = Effects(gravity="on", contact="all", friction=True, timestep=1 / 3000, sensor=SensorEffects(**EVERY))
 
 
-def damaged(**changes) -> dict:
-    return json.loads(json.dumps(effects_to_json(FULL))) | changes
-
-
 @pytest.mark.parametrize("effects", [Effects(), FULL])
-def test_they_read_back_equal(effects):
-    assert effects_from_json(json.loads(json.dumps(effects_to_json(effects)))) == effects
-
-
-def test_every_field_is_there():
-    raw = effects_to_json(Effects())
+def test_effects_read_back_equal(effects, prepared):
+    message = encode_input(1, EffectsChanged(effects), prepared.map)
+    raw = json.loads(message)["input"]["effects"]
     assert set(raw) == {field.name for field in fields(Effects)}
     assert set(raw["sensor"]) == {field.name for field in fields(SensorEffects)}
+    assert decode_input(message, prepared.map) == (1, EffectsChanged(effects))
 
 
-@pytest.mark.parametrize("raw", [
-    None, [], {}, "effects", damaged(magic=1), damaged(gravity="moon"), damaged(gravity=["on"]), damaged(friction=1),
-    damaged(friction="on"), damaged(timestep="fast"), damaged(timestep=float("nan")), damaged(timestep=True),
-    damaged(sensor=None), damaged(sensor={}), damaged(sensor=damaged()["sensor"] | {"noise": 3}),
-    damaged(sensor=damaged()["sensor"] | {"noise": {"sd": "loud"}}),
-    damaged(sensor=damaged()["sensor"] | {"noise": {"sd": 1.0, "colour": 2.0}}),
+@pytest.mark.parametrize(("changes", "place"), [
+    ({"magic": 1}, "effects"), ({"gravity": "moon"}, "effects.gravity"), ({"gravity": ["on"]}, "effects.gravity"),
+    ({"friction": 1}, "effects.friction"), ({"friction": "on"}, "effects.friction"),
+    ({"timestep": "fast"}, "effects.timestep"), ({"timestep": True}, "effects.timestep"),
+    ({"timestep": float("nan")}, "/input"), ({"sensor": None}, "effects.sensor"), ({"sensor": {}}, "effects.sensor"),
+    ({"noise": 3}, "effects.sensor.noise"), ({"noise": {"sd": "loud"}}, "effects.sensor.noise.sd"),
+    ({"noise": {"sd": 1.0, "colour": 2.0}}, "effects.sensor.noise"), ({"noise": {"sd": -1.0}}, "sensor.noise"),
 ])  # fmt: skip
-def test_what_is_damaged_is_refused(raw):
-    with pytest.raises(ValueError, match="effects"):
-        effects_from_json(raw)
-
-
-def test_an_option_out_of_range_is_refused():
-    with pytest.raises(SimulationError, match="noise"):
-        effects_from_json(damaged(sensor=damaged()["sensor"] | {"noise": {"sd": -1.0}}))
+def test_damaged_effects_are_refused_with_their_place(changes, place, prepared):
+    raw = json.loads(encode_input(1, EffectsChanged(FULL), prepared.map))
+    effects = raw["input"]["effects"]
+    (effects["sensor"] if "noise" in changes else effects).update(changes)
+    with pytest.raises(RecordingError) as refused:
+        decode_input(json.dumps(raw).encode(), prepared.map, file="x.mcap")
+    assert refused.value.file == "x.mcap"
+    assert place in refused.value.place
+    assert refused.value.remedy
 
 
 AT = SurfacePoint(1, 7, (0.1, 0.2, 0.7))
@@ -108,36 +101,58 @@ def test_an_edit_of_another_skins_map_is_refused(prepared):
     data = encode_input(3, MapEdited("Move", prepared.map), prepared.map)
     other = flat_map(30)
     assert len(other.charts) != len(prepared.map.charts)
-    with pytest.raises(RecordingError, match="input of the recording is damaged"):
+    with pytest.raises(RecordingError, match=r"/input: input\.map"):
         decode_input(data, other)
 
 
-@pytest.mark.parametrize(
-    "data",
-    [
-        b"",
-        b"{}",
-        b"[1]",
-        b"null",
-        b'{"tick": 1, "kind": "format disk"}',
-        b'{"tick": 1, "kind": "move", "id": 1}',
-        b'{"tick": "x", "kind": "release", "id": 1}',
-        b'{"tick": 1, "kind": "edit", "name": "x"}',
-        b'{"tick": 1, "kind": "effects"}',
-        b'{"tick": 1, "kind": "effects", "effects": {"gravity": "off"}}',
-        b'{"tick": 1, "kind": "press", "id": 1, "at": {"patch": 0, "face": 0, "weights": [1, 0, 0]}, '
-        b'"finger": {"stiffness": -1}}',
-        b'{"tick": 1, "kind": "edit", "name": "x", "map": "AAAA"}',
-        b'{"tick": 1, "kind": "reading", "settings": {"estimator": "guess"}}',
-        b'{"tick": 1, "kind": "reading", "settings": {"threshold": -1}}',
-        b'{"tick": 1, "kind": "reading", "settings": {"sum": 1}}',
-        b"\xff\xfe",
-        b'{"tick": 1, "kind": "press", "id": 1, "at": {"patch": 0, "face": 0, "weights": [1]}, "finger": {}}',
-    ],
-)
-def test_a_damaged_input_is_refused_by_name(data, prepared):
-    with pytest.raises(RecordingError, match="input of the recording is damaged"):
-        decode_input(data, prepared.map)
+def message(**fields) -> bytes:
+    return json.dumps({"tick": 1, "input": fields}).encode()
+
+
+PLACE = {"patch": 0, "face": 0, "weights": [1, 0, 0]}
+FINGER = {"stiffness": 1e3, "radius": 0.008, "max_force": 20.0, "speed": 0.012}
+READING = {"kind": "ReadingChanged", "settings": {"estimator": "tikhonov", "threshold": None, "wrench_noise": 0.0}}
+
+
+def test_the_examples_are_sound_before_they_are_damaged(prepared):
+    pressed = decode_input(message(kind="PokePressed", id=1, at=PLACE, finger=FINGER), prepared.map)[1]
+    assert pressed == PokePressed(1, SurfacePoint(0, 0, (1.0, 0.0, 0.0)), Finger())
+    assert decode_input(message(**READING), prepared.map)[1] == ReadingChanged(ReadingSettings("tikhonov"))
+
+
+@pytest.mark.parametrize(("data", "place"), [
+    (b"", "/input"), (b"\xff\xfe", "/input"), (b"{}", "/input"), (b"[1]", "/input"), (b"null", "/input"),
+    (b"[" * 200_000, "/input"), (b'{"tick": 1, "input": ' + b"[" * 200_000 + b"]" * 200_000 + b"}", "/input"),
+    (b'{"tick": 1, "input": {"kind": "PokeReleased", "id": NaN}}', "/input"),
+    (b'{"tick": 1e999, "input": {"kind": "PokeReleased", "id": 1}}', "/input: tick"),
+    (b'{"tick": 1.0, "input": {"kind": "PokeReleased", "id": 1}}', "/input: tick"),
+    (b'{"tick": true, "input": {"kind": "PokeReleased", "id": 1}}', "/input: tick"),
+    (b'{"tick": 9223372036854775808, "input": {"kind": "PokeReleased", "id": 1}}', "/input: tick"),
+    (b'{"tick": 1, "input": {"kind": "PokeReleased", "id": 1}, "more": 1}', "/input"),
+    (message(kind="FormatDisk"), "/input: input.kind"), (message(id=1), "/input: input"),
+    (message(kind="PokeMoved", id=1), "/input: input"),
+    (message(kind="PokeReleased", id="x"), "/input: input.id"),
+    (message(kind="PokeReleased", id=1e999), "/input"),
+    (message(kind="MapEdit", name="x"), "/input: input"),
+    (message(kind="MapEdit", name="x", map="AAAA"), "/input: input.map"),
+    (message(kind="MapEdit", name="x", map="no base64!"), "/input: input.map"),
+    (message(kind="PokeMoved", id=1, at=PLACE | {"weights": [1]}), "/input: input.at.weights"),
+    (message(kind="PokeMoved", id=1, at=PLACE | {"weights": [1, 0, "x"]}), "/input: input.at.weights[2]"),
+    (message(kind="PokeMoved", id=1, at=PLACE | {"weights": [1, 1, 0]}), "/input: input.at"),
+    (message(kind="PokeMoved", id=1, at=PLACE | {"patch": -1}), "/input: input.at"),
+    (message(kind="PokeMoved", id=1, at=PLACE | {"face": 10**9}), "/input: input.at"),
+    (message(kind="PokePressed", id=1, at=PLACE, finger={}), "/input: input.finger"),
+    (message(kind="PokePressed", id=1, at=PLACE, finger=FINGER | {"stiffness": -1}), "/input: input.finger"),
+    (message(kind="ReadingChanged", settings={"sum": 1}), "/input: input.settings"),
+    (message(kind="ReadingChanged", settings=READING["settings"] | {"threshold": -1}), "/input: input.settings"),
+    (message(kind="ReadingChanged", settings=READING["settings"] | {"estimator": "guess"}), "input.settings.estimator"),
+])  # fmt: skip
+def test_a_damaged_input_is_refused_with_its_place(data, place, prepared):
+    with pytest.raises(RecordingError) as refused:
+        decode_input(data, prepared.map, file="x.mcap")
+    assert place in refused.value.place
+    assert "x.mcap" in str(refused.value)
+    assert refused.value.remedy
 
 
 EVENT = ContactEvent(12, 0.1 + 0.2, "stroke", "ended", (3, 4), ("forearm", "hand"), AT, AT, 1 / 3, 0.7, 0.1)
@@ -145,26 +160,33 @@ EVENT = ContactEvent(12, 0.1 + 0.2, "stroke", "ended", (3, 4), ("forearm", "hand
 
 @pytest.mark.parametrize("kind", EVENT_KINDS)
 @pytest.mark.parametrize("to", [None, AT])
-def test_an_event_reads_back_equal(kind, to):
+def test_an_event_reads_back_equal(kind, to, prepared):
     event = replace(EVENT, kind=kind, to=to)
-    assert decode_event(encode_event(event)) == event
+    assert decode_event(encode_event(event), prepared.skin) == event
 
 
 def test_a_message_has_all_that_the_schema_promises():
-    said, schema = json.loads(encode_event(EVENT)), json.loads(EVENT_SCHEMA)
+    said, schema = json.loads(encode_event(EVENT)), json.loads(TOPICS["/event"][1])
     assert set(said) == set(schema["required"]) == set(schema["properties"])
+    promised = schema["properties"]["event"]
+    assert set(said["event"]) == set(promised["required"]) == set(promised["properties"])
+    assert promised["properties"]["kind"] == {"enum": list(EVENT_KINDS)}
     assert said["words"] == EVENT.words
-    assert said["at"] == {"patch": 1, "face": 7, "weights": [0.1, 0.2, 0.7]}
+    assert said["event"]["at"] == {"patch": 1, "face": 7, "weights": [0.1, 0.2, 0.7]}
 
 
 @pytest.mark.parametrize(
     "data",
-    [b"", b"{}", b"[]", b"null", encode_event(EVENT)[:-1], encode_event(EVENT).replace(b"stroke", b"kick")]
-    + [encode_event(EVENT).replace(b'"ended"', b'"paused"'), encode_event(EVENT).replace(b"0.7]", b"0.7, 1]")],
+    [b"", b"{}", b"[]", b"null", encode_event(EVENT)[:-1], encode_event(EVENT).replace(b'"stroke"', b'"kick"')]
+    + [encode_event(EVENT).replace(b'"ended"', b'"paused"'), encode_event(EVENT).replace(b"0.7]", b"0.7,1]")]
+    + [encode_event(EVENT).replace(b'"tick":12', tick) for tick in (b'"tick":1e999', b'"tick":null')]
+    + [encode_event(EVENT).replace(b'"patch":1', patch) for patch in (b'"patch":-1', b'"patch":99')]
+    + [encode_event(EVENT).replace(b"[3,4]", b"[" * 200_000 + b"]" * 200_000)],
 )
-def test_a_damaged_event_is_refused_by_name(data):
-    with pytest.raises(RecordingError, match="contact event of the recording is damaged"):
-        decode_event(data)
+def test_a_damaged_event_is_refused_with_its_place(data, prepared):
+    assert data != encode_event(EVENT)
+    with pytest.raises(RecordingError, match="/event"):
+        decode_event(data, prepared.skin)
 
 
 @pytest.fixture
@@ -214,7 +236,7 @@ def test_a_failure_reads_as_it_did(error):
 
 @pytest.mark.parametrize("data", [b"", b"{}", b"[]", b'{"tick": 1, "problem": "x"}', b'{"tick": "soon"}'])
 def test_a_damaged_failure_is_refused_by_name(data):
-    with pytest.raises(RecordingError, match="failure that ended the recording is damaged"):
+    with pytest.raises(RecordingError, match="/failure"):
         decode_failure(data)
 
 

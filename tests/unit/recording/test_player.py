@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 import io
+import json
 import zipfile
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from mcap.reader import make_reader
 
-from app.core.errors import RecordingError
-from app.core.files import pack_arrays
+from app.core.errors import Finding, RecordingError
+from app.core.files import pack_array, pack_arrays
 from app.recording.bundle import objects_from_bytes, objects_to_bytes, robot_from_zip, robot_to_zip
 from app.recording.player import RecordingPlayer
+from app.recording.recorder import Recorder
+from app.recording.recover import recover
+from app.robots.robot import Joint
 from app.scene.object_meshes import primitive_mesh
 from app.scene.objects import ObjectSpec, SceneObject
 from app.session.inputs import EffectsChanged
+from tests.support.touch import bar
 
 BALL = ObjectSpec("ball", "sphere", size=(0.05,))
 BALL_BODY = SceneObject(BALL, primitive_mesh(BALL))
@@ -130,8 +136,63 @@ def test_a_pickled_mesh_is_refused(prepared):
     with zipfile.ZipFile(rebuilt, "w") as archive:
         for name in members.namelist():
             archive.writestr(name, buffer.getvalue() if name == "meshes/0.npy" else members.read(name))
-    with pytest.raises(RecordingError, match="robot is damaged"):
+    with pytest.raises(RecordingError, match=r"meshes/0\.npy: only arrays of numbers"):
         robot_from_zip(rebuilt.getvalue(), file="x.mcap")
+
+
+def npy_header(text: str) -> bytes:
+    """An npy file that has only a header."""
+    padded = text.ljust(118) + "\n"
+    return b"\x93NUMPY\x01\x00" + len(padded).to_bytes(2, "little") + padded.encode()
+
+
+HEADER = json.loads(zipfile.ZipFile(io.BytesIO(robot_to_zip(bar()))).read("header.json"))
+
+
+@pytest.mark.parametrize(("name", "data", "place"), [
+    ("meshes/0.npy", npy_header("{'descr': '<f8', 'fortran_order': False, 'shape': (10000000000000, 3), }"), "0.npy"),
+    ("meshes/0.npy", npy_header("{'descr': '<f8', 'fortran_order': False, 'shape': (-1, 3), }"), "0.npy"),
+    ("meshes/0.npy", npy_header("{'descr': '<f8', 'fortran_order': False, 'shape': " + "(" * 5000 + "}"), "0.npy"),
+    ("meshes/0.npy", npy_header("{'descr': '<f8', 'fortran_order': False, 'shape': " + "-" * 9000 + "1}"), "0.npy"),
+    ("meshes/0.npy", b"", "0.npy"),
+    ("meshes/0.npy", pack_array(np.full((3, 3), np.nan)), "link 0"),
+    ("meshes/0.npy", pack_array(np.zeros((3, 3), dtype=complex)), "0.npy"),
+    ("meshes/0.npy", pack_array(np.zeros(9)), "link 0"),
+    ("meshes/0.faces.npy", pack_array(np.array([[0.0, np.nan, 1.0]])), "link 0"),
+    ("meshes/0.faces.npy", pack_array(np.array([[0, 1, 10**9]])), "link 0"),
+    ("header.json", b"[" * 200_000, "header.json"),
+    ("header.json", json.dumps(HEADER | {"home": []}).encode(), "home"),
+    ("header.json", json.dumps(HEADER | {"home": ["nan"]}).encode(), "home[0]"),
+    ("header.json", json.dumps(HEADER | {"links": [3]}).encode(), "links[0]"),
+    ("header.json", json.dumps(HEADER | {"joints": [HEADER["joints"][0] | {"slide": 1}]}).encode(), "joints[0].slide"),
+])  # fmt: skip
+def test_a_damaged_part_of_the_robot_is_refused_with_its_place(name, data, place):
+    members = zipfile.ZipFile(io.BytesIO(robot_to_zip(bar())))
+    assert name in members.namelist()
+    rebuilt = io.BytesIO()
+    with zipfile.ZipFile(rebuilt, "w") as archive:
+        for known in members.namelist():
+            archive.writestr(known, data if known == name else members.read(known))
+    with pytest.raises(RecordingError) as refused:
+        robot_from_zip(rebuilt.getvalue(), file="x.mcap")
+    assert refused.value.file == "x.mcap"
+    assert place in refused.value.place
+
+
+def test_a_robot_without_limits_reads_back():
+    free = replace(bar(), joints=(Joint("hinge", float("-inf"), float("inf")),), findings=(Finding("a", "b", "c", 2),))
+    again = robot_from_zip(robot_to_zip(free), file="x.mcap")
+    assert (again.joints, again.findings, again.home.tolist()) == (free.joints, free.findings, free.home.tolist())
+
+
+def test_a_recording_of_another_format_is_named(tmp_path, monkeypatch, prepared):
+    monkeypatch.setattr("app.recording.mcap_file.FORMAT", "5")
+    old = tmp_path / "old.mcap"
+    Recorder(old, prepared).close()
+    monkeypatch.undo()
+    for opened in (RecordingPlayer, lambda path: recover(path, tmp_path / "new.mcap")):
+        with pytest.raises(RecordingError, match=r"old\.mcap: the recording has another format \(found: 5\)"):
+            opened(old)
 
 
 def test_objects_stand_alone():

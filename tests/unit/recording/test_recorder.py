@@ -178,12 +178,30 @@ def test_stopping_at_another_tick_is_noticed(tmp_path, later):
     assert outcome.first_difference == tick + min(later, 0)
 
 
-def test_other_words_are_noticed_and_so_is_a_stop_that_was_not_recorded(tmp_path):
+def test_the_same_failure_in_other_words_is_the_same(tmp_path):
     session = stopped(path=tmp_path / "run.mcap")
     player = RecordingPlayer(tmp_path / "run.mcap")
-    tick, _ = player.failure
-    player.failure = (tick, SimulationError("the moon fell down"))
-    assert verify(player).first_difference == tick == session.failure.tick
+    tick, error = player.failure
+    player.failure = (tick, SimulationError("it broke down", place=error.place, value=error.value, remedy="Wait"))
+    outcome = verify(player)
+    assert (outcome.identical, outcome.stopped) == (True, session.failure.problem)
+
+
+@pytest.mark.parametrize("other", [{"place": "joint elbow"}, {"value": "position 3"}, {"value": None}])
+def test_another_failure_is_noticed(tmp_path, other):
+    session = stopped(path=tmp_path / "run.mcap")
+    player = RecordingPlayer(tmp_path / "run.mcap")
+    tick, error = player.failure
+    same = {"place": error.place, "value": error.value, "remedy": error.remedy}
+    player.failure = (tick, SimulationError(error.problem, **same | other))
+    outcome = verify(player)
+    assert (outcome.identical, outcome.stopped) == (False, None)
+    assert outcome.first_difference == tick == session.failure.tick
+
+
+def test_a_stop_that_was_not_recorded_is_noticed(tmp_path):
+    stopped(path=tmp_path / "run.mcap")
+    player = RecordingPlayer(tmp_path / "run.mcap")
     player.inputs = [item for item in player.inputs if item[0] == 0]
     player.failure = None
     assert not verify(player).identical, "without the finger it does not move as recorded"

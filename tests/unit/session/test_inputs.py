@@ -12,14 +12,15 @@ from app.scene.effects import Effects
 from app.session.inputs import BehavioursChanged, EffectsChanged, MapEdited, ReadingChanged, SessionInput
 from app.studies.testbeds.reference_bodies import flat_map
 from app.tactile.poke import PokeMoved, PokePressed, PokeReleased
-from tests.support.touch import bar_skin
 
 
 def test_every_input_can_be_recorded():
-    at, map_ = bar_skin().taxel_point(3), flat_map(30)
+    map_ = flat_map(30)
+    at = map_.skin.taxel_point(3)
     edit = MapEdited("Move", map_)
     acts = [PokePressed(1, at), PokeMoved(1, at), PokeReleased(1), ControlChanged(ControlSettings())]
-    behaviour = Behaviour("tap", "bar", 2, 1 / 3, then={"task": "retreat", "force_goal": 0.1})
+    then = {"task": "retreat", "force_goal": 0.1, "starts": 3, "path": ((0.0, 0.1), (0.2, 0.3))}
+    behaviour = Behaviour("tap", "bar", 2, 1 / 3, then=then)
     acts += [BehavioursChanged((behaviour,)), EffectsChanged(Effects(gravity="on"))]
     acts += [ReadingChanged(ReadingSettings("tikhonov", threshold=2e3)), edit]
     assert {type(act) for act in acts} == set(get_args(SessionInput))

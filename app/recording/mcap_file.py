@@ -1,9 +1,9 @@
-"""What is left of a recording, read without trust: complete, cut off, or hostile."""
+"""The MCAP file of a recording: begun by whoever writes one, and read without trust: complete, cut off, or hostile."""
 
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import BinaryIO
@@ -12,9 +12,15 @@ import zstandard
 from mcap.exceptions import McapError
 from mcap.records import Attachment, Channel, Chunk, Footer, McapRecord, Message, Metadata
 from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.writer import Writer
 
 from app.core.errors import RecordingError
+from app.recording.bundle import MEDIA_TYPES
+from app.recording.message_codecs import TOPICS
 
+FORMAT = "6"
+"""Of the messages; another one is not read."""
+_METADATA = "tactile-maps"
 MAX_CHUNK = 256_000_000
 MAX_RECORD = 1_500_000_000
 _DAMAGE = (
@@ -30,6 +36,28 @@ _DAMAGE = (
 )
 """What reading damaged bytes may raise in the MCAP library."""
 _MAGIC = b"\x89MCAP0\r\n"
+
+
+def begin_recording(writer: Writer, metadata: Mapping[str, str], attachments: Mapping[str, bytes]) -> Mapping[str, int]:
+    """Write what goes before the messages.
+
+    Args:
+        writer: Of a new file.
+        metadata: The format and what the numbers depend on.
+        attachments: Data by name, see ``bundle``.
+
+    Returns:
+        Each topic's channel.
+    """
+    writer.start(profile="", library="tactile-maps")
+    writer.add_metadata(_METADATA, {**metadata, "format": FORMAT})
+    for name, data in attachments.items():
+        writer.add_attachment(0, 0, name, MEDIA_TYPES.get(name, "application/octet-stream"), data)
+    channels = {}
+    for topic, (name, text, encoding) in TOPICS.items():
+        schema = writer.register_schema(name, "jsonschema", text.encode())
+        channels[topic] = writer.register_channel(topic, encoding, schema)
+    return channels
 
 
 @dataclass
@@ -55,7 +83,7 @@ def read_recording(path: str | Path) -> RecordingContents:
     """Read all there is, up to the first damage.
 
     Raises:
-        RecordingError: The file cannot be opened or is not MCAP at all.
+        RecordingError: The file cannot be opened, is not MCAP at all, or its messages are of another format.
     """
     path, contents = Path(path), RecordingContents()
     try:
@@ -67,6 +95,10 @@ def read_recording(path: str | Path) -> RecordingContents:
                 _collect(record, contents)
     except OSError as error:
         raise RecordingError("the recording cannot be read", file=path, value=error.strerror or error) from error
+    found = contents.metadata.get("format", FORMAT)
+    if found != FORMAT:
+        remedy = f"This program reads format {FORMAT}; replay it with the version that made it"
+        raise RecordingError("the recording has another format", file=path, value=found, remedy=remedy)
     return contents
 
 
@@ -76,24 +108,14 @@ def _records(stream: BinaryIO) -> Iterator[McapRecord]:
     while True:
         try:
             yield next(records)
-        except (
-            StopIteration,
-            McapError,
-            struct.error,
-            EOFError,
-            ValueError,
-            KeyError,
-            AssertionError,
-            OverflowError,
-            MemoryError,
-        ):
+        except (StopIteration, *_DAMAGE):
             return
 
 
 def _collect(record: McapRecord, contents: RecordingContents) -> None:
     if isinstance(record, Attachment):
         contents.attachments[record.name] = record.data
-    elif isinstance(record, Metadata) and record.name == "tactile-maps":
+    elif isinstance(record, Metadata) and record.name == _METADATA:
         contents.metadata = dict(record.metadata)
     elif isinstance(record, Channel):
         contents.channels[record.id] = record.topic
