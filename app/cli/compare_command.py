@@ -1,4 +1,4 @@
-"""``compare``: run several controllers on the same stimulus, and tell how each did."""
+"""``compare``: run several controllers on the same stimulus and compare how well they do."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _COLUMNS = {
     "map_rms_mm": "map mm",
     "body_rms_mm": "body mm",
     "force_rms_N": "force N",
-    "force_max_N": "most N",
+    "force_max_N": "max N",
     "lost": "lost",
     "limited": "limited",
     "joint_speed_max": "rad/s",
@@ -118,9 +118,7 @@ def _write(folder: str | None, traces: Sequence[ControllerTrace]) -> Path | None
 
 def _print_table(figures: dict[str, ControllerMetrics], ended: dict[str, str], *, recorded: bool) -> None:
     wide = max(len("controller"), *(len(name) for name in figures))
-    print_line(
-        f"{'controller':<{wide}}  " + "  ".join(f"{title:>8}" for title in _COLUMNS.values()) + "  limited most by"
-    )
+    print_line(f"{'controller':<{wide}}  " + "  ".join(f"{title:>8}" for title in _COLUMNS.values()) + "  main limit")
     for name, found in figures.items():
         cells = "  ".join(f"{_cell(column, getattr(found, column)):>8}" for column in _COLUMNS)
         print_line(f"{name:<{wide}}  {cells}  {found.limit or '-'}")

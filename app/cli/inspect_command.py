@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from app.cli.output import print_fields, print_json, print_line, progress_line
+from app.cli.output import plain_text, print_fields, print_json, print_line, progress_line
 from app.core.errors import Finding, TactileMapsError
 from app.maps.formats.map_file import load_map
 from app.maps.quality import measure
@@ -194,15 +194,11 @@ def _problems(findings: Iterable[Finding]) -> list[dict[str, Any]]:
 
 
 def _text(value: object) -> str:
-    if isinstance(value, dict):
-        return ", ".join(f"{key} {item}" for key, item in value.items())
-    if isinstance(value, list):
-        return ", ".join(_item(item) for item in value)
-    return str(value)
+    return ", ".join(_item(item) for item in value) if isinstance(value, list) else plain_text(value)
 
 
 def _item(item: object) -> str:
     """A patch or an object in few words."""
     if not isinstance(item, dict):
-        return str(item)
+        return plain_text(item)
     return f"{item['name']} ({item['taxels']} taxels)" if "taxels" in item else f"{item['name']} ({item['kind']})"

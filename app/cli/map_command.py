@@ -1,6 +1,6 @@
 """``map``: make a tactile map from whatever there is, write it, and say how good it is.
 
-With ``--learn`` the map is learned from touch: from babbling on the skin, or from what a recording felt.
+With ``--learn`` the map is learned from touch: from babbling on the skin, or from the readings of a recording.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ def print_quality(result: Mapping[str, Any]) -> None:
             "Angles, s1 / s2": _spread_text(result["angle"]),
             "Areas": _spread_text(result["area"]),
             "Neighbour distances": f"{_percent_text(result['edge_error'])} off (rms)",
-            "Neighbours torn apart": f"{_percent_text(result['torn'])} by {result['seam_mm']:.0f} mm of seams",
+            "Separated neighbours": f"{_percent_text(result['torn'])} on {result['seam_mm']:.0f} mm of seams",
             "Stress": _number_text(result["stress"]),
             "Rank correlation": _number_text(result["spearman"]),
             "Trustworthiness": _number_text(result["trustworthiness"]),
@@ -211,7 +211,7 @@ def _comparison(arguments: argparse.Namespace, map_: TactileMap, body: BodyDista
         candidates = propose_orientations(taxels, layout, seed=arguments.seed)
         findings += [found] if (found := candidates.finding(path.name)) else []
         other = drawn_layout(
-            apply_layout(taxels, candidates.apply(layout) if arguments.mend_modules else layout), map_.skin
+            apply_layout(taxels, candidates.apply(layout) if arguments.fix_modules else layout), map_.skin
         )
     else:
         other = drawn_layout(read_taxels(path), map_.skin)

@@ -21,7 +21,18 @@ def print_fields(rows: Mapping[str, object]) -> None:
     """Aligned facts for a person."""
     width = max((len(name) for name in rows), default=0)
     for name, value in rows.items():
-        print_line(f"{name:<{width}}  {value}")
+        print_line(f"{name:<{width}}  {plain_text(value)}")
+
+
+def plain_text(value: object) -> str:
+    """A fact as a person reads it: numbers with four digits, what belongs together with commas between."""
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, dict):
+        return ", ".join(f"{key} {plain_text(item)}" for key, item in value.items())
+    if isinstance(value, list | tuple):
+        return ", ".join(plain_text(item) for item in value)
+    return str(value)
 
 
 def print_json(result: Mapping[str, Any]) -> None:

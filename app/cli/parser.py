@@ -57,7 +57,7 @@ def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: i
     inspect = commands.add_parser("inspect", help="what a robot, skin, map, taxel file, scene or recording holds")
     inspect.add_argument("input", metavar="FILE|NAME")
     _json(inspect)
-    weigh = commands.add_parser("weigh", help="lay a known weight on the skin: it must read its weight")
+    weigh = commands.add_parser("weigh", help="check the skin with a known weight: it must read its weight")
     weigh.add_argument("input", nargs="?", default="arm", metavar="SCENE|ROBOT", help="whose skin (default arm)")
     weigh.add_argument("--mass", type=_positive, default=0.1, metavar="KG", help="of the weight (default 0.1)")
     weigh.add_argument("--model", metavar="NAME", help="contact model (default: the scene's)")
@@ -65,9 +65,9 @@ def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: i
     replay = commands.add_parser("replay", help="step through a recording")
     replay.add_argument("input", metavar="FILE.mcap")
     replay.add_argument("--verify", action="store_true", help="simulate the recorded inputs again and compare")
-    replay.add_argument("--stimuli", metavar="FILE.toml", help="write what the hand did as a script")
+    replay.add_argument("--stimuli", metavar="FILE.toml", help="write the touches of the recording as a script")
     _json(replay)
-    recover = commands.add_parser("recover", help="salvage a recording that was cut off")
+    recover = commands.add_parser("recover", help="recover what is intact of a recording that was cut off")
     recover.add_argument("input", metavar="FILE.mcap")
     recover.add_argument("-o", "--output", required=True, metavar="FIXED.mcap")
     recover.add_argument("--overwrite", action="store_true", help="replace an existing file")
@@ -75,14 +75,14 @@ def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: i
 
 
 def _add_compare(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]
-    compare = commands.add_parser("compare", help="run several controllers on the same stimulus, and tell how each did")
+    compare = commands.add_parser("compare", help="run several controllers on the same stimulus and compare them")
     compare.add_argument("input", metavar="SCENE|FILE.mcap", help="a scene's script, or what was done in a recording")
     compare.add_argument(
         "--controllers", required=True, metavar="NAME,NAME", help="impedance, hold_force, hybrid, qp, ..."
     )
-    compare.add_argument("--task", metavar="NAME", help="instead of the scene's or the recording's: follow_path, ...")
-    compare.add_argument("--for", dest="seconds", type=_positive, metavar="SECONDS", help="simulated seconds each")
-    compare.add_argument("-o", "--output", metavar="DIR", help="write every tick of every controller there, as CSV")
+    compare.add_argument("--task", metavar="NAME", help="instead of that of the scene or recording: follow_path, ...")
+    compare.add_argument("--for", dest="seconds", type=_positive, metavar="SECONDS", help="simulated seconds")
+    compare.add_argument("-o", "--output", metavar="DIR", help="write every tick of every controller there as CSV")
     _json(compare)
 
 
@@ -101,7 +101,7 @@ def _add_study(commands: argparse._SubParsersAction) -> None:  # type: ignore[ty
         type=int,
         default=1,
         metavar="N",
-        help="cases at once, 0 for one a core; they disturb each other's times",
+        help="cases run in parallel, 0 for one per core; they disturb each other's times",
     )
     study.add_argument("--quick", action="store_true", help="a few small cases only")
     study.add_argument("--seed", type=int, default=0)
@@ -119,27 +119,51 @@ def _add_map(commands: argparse._SubParsersAction) -> None:  # type: ignore[type
     add("-o", "--output", metavar="FILE", help=".npz (everything), .obj (with UV), .svg, .png, .json (Genoa), .csv")
     add("--method", default="symmetric-dirichlet", help="symmetric-dirichlet (default), tutte, harmonic, lscm, ...")
     add("--lengths", type=float, default=1.0, metavar="0-1", help="keep lengths (1, default) or angles (0)")
-    add("--cut", "--seams", dest="seams", type=int, metavar="N", help="extra seams a patch (default: what is worth it)")
+    add(
+        "--cut",
+        "--seams",
+        dest="seams",
+        type=int,
+        metavar="N",
+        help="extra seams per patch (default: automatic)",
+    )
     add("--uv", metavar="FILE.obj", help="take the map from this unwrapped OBJ instead of flattening")
     add("--learn", metavar="BUILDER", help="learn the map from touch: information-distance, geodesic-information, ...")
-    add("--babble", default="unbiased", choices=("unbiased", "self-touch", "multi-touch", "biased"))
-    add("--touches", type=int, default=3000, metavar="N", help="to learn from (default 3000)")
-    add("--compare", metavar="FILE", help="a map (.npz), layout (.ini) or table with u, v to measure beside it")
     add(
-        "--mend-modules",
+        "--babble",
+        default="unbiased",
+        choices=("unbiased", "self-touch", "multi-touch", "biased"),
+        help="distribution of the random touches to learn from (default unbiased)",
+    )
+    add("--touches", type=int, default=3000, metavar="N", help="number of random touches (default 3000)")
+    add("--compare", metavar="FILE", help="measure this map (.npz), layout (.ini) or table with u, v as well")
+    add(
+        "--fix-modules",
         action="store_true",
-        help="put modules of a compared layout that seem turned or mirrored right",
+        help="correct modules of a compared layout that seem rotated or mirrored",
     )
-    add("--links", nargs="+", default=[], metavar="LINK", help="links to cover, or the one that wears the taxels")
+    add("--links", nargs="+", default=[], metavar="LINK", help="links to cover, or the link that carries the taxels")
     add(
-        "--robot", metavar="NAME", help="who wears a taxel file; 'none' joins the taxels alone (default: icub for .txt)"
+        "--robot",
+        metavar="NAME",
+        help="that carries a taxel file (default: icub for .txt); 'none' joins the taxels alone",
     )
-    add("--surface", default="outer", choices=("outer", "all", "cover"), help="of a bare mesh (default outer)")
-    add("--taxels", type=int, default=1000, help="how many to place (default 1000)")
+    add(
+        "--surface",
+        default="outer",
+        choices=("outer", "all", "cover"),
+        help="of a bare mesh (default outer)",
+    )
+    add("--taxels", type=int, default=1000, help="number of taxels to place (default 1000)")
     add("--pitch", type=float, metavar="MM", help="distance between taxels, instead of their number")
-    add("--pattern", default="even", choices=("even", "hexagonal", "modules"), help="how they lie (default even)")
-    add("--density", choices=("curvature",), help="more taxels where the surface bends")
-    add("--keep-border", type=float, metavar="MM", help="no taxels so near a border")
+    add(
+        "--pattern",
+        default="even",
+        choices=("even", "hexagonal", "modules"),
+        help="arrangement (default even)",
+    )
+    add("--density", choices=("curvature",), help="more taxels where curvature is high")
+    add("--keep-border", type=float, metavar="MM", help="no taxels within this distance of a border")
     add("--seed", type=int, default=0)
     _json(make)
 

@@ -1,4 +1,4 @@
-"""``recover``: salvage a recording that was cut off."""
+"""``recover``: what is intact of a recording that was cut off."""
 
 from __future__ import annotations
 

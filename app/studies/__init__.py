@@ -3,14 +3,14 @@ window runs.
 
 Read in this order:
 
-``study``       what a study is (a question, its cases, how one is measured), and running its cases in several processes
+``work_precision``  what a stage of the program is, a setting of it, and a trial of that: errors and milliseconds
+``stages``      the stages, each with what measures a trial; the window tries them on the user's own skin
 ``testbeds``    bodies, touches, pressed robots and paths whose truth is known
+``study``       what a study is (a question, its cases, how one is measured), and running its cases in several processes
 ``sweeps``      the studies themselves, one a file, called as the command line calls them (``map_cost`` is ``study
-                map-cost``)
-``figures``     curves and bars of a study;  ``report`` writes CSV, JSON and one HTML page;  ``catalogue`` names all
-                studies, without loading them
-``work_precision``  the same question asked of the user's own skin: settings tried, and error against milliseconds
-``stages``      the stages of the program for which it is asked
+                map-cost``); those of a stage make its trials on testbeds
+``rows``        tables of studies, and statistics;  ``figures`` draws them: curves and bars;  ``report`` writes CSV,
+                JSON and one HTML page;  ``catalogue`` names all studies, without loading them
 ``ablation``    what each effect of a scene costs, by leaving it out
 ``controller_comparison``  several controllers on the same stimulus: traces and metrics
 """

@@ -1,5 +1,5 @@
 from .ablation import ablation_cost
-from .catalogue import STUDY_NAMES
+from .catalogue import STUDY_NAMES, load_study
 from .controller_comparison import Contender, compare_controllers, controller_metrics, trace_csv
 from .study import Study, run_cases
 from .work_precision import Setting, Subject, Trial, diagram, pareto_front, run_trials
@@ -15,6 +15,7 @@ __all__ = [
     "compare_controllers",
     "controller_metrics",
     "diagram",
+    "load_study",
     "pareto_front",
     "run_cases",
     "run_trials",

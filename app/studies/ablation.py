@@ -66,8 +66,8 @@ def ablation_cost(
     """Milliseconds a tick that each effect which is on costs, by its key, in the order of ``EFFECTS``.
 
     The scripted hand touches while it is measured. What is left out takes with it what depends on it (no contact, no
-    friction of contacts), so prices need not add up; noise may make one slightly negative. An effect without which
-    this scene cannot run has no price; neither has one that is off.
+    friction of contacts), so costs need not add up; noise may make one slightly negative. An effect without which
+    this scene cannot run has none; neither has one that is off.
 
     Args:
         prepared: The scene, made real.
@@ -142,7 +142,7 @@ def _record_run(prepared: PreparedScene, effects: Effects, seconds: float, clock
 
 
 def _effects_to_leave_out(effects: Effects) -> tuple[str, ...]:
-    """Effects that only leaving out can price."""
+    """Effects whose cost only leaving them out can show."""
     return (
         *_WITHIN_PHYSICS,
         *(("skin",) if effects.skin in _PHYSICAL_MODELS else ()),

@@ -28,6 +28,7 @@ from app.session.frame import Frame
 from app.session.inputs import BehavioursChanged, EffectsChanged, MapEdited, ReadingChanged, SessionInput
 from app.session.prepare import PreparedScene
 from app.session.session import Session
+from app.studies.rows import p95, rms
 
 TRACE_COLUMNS = ("time", "force", "force_goal", "map_error", "body_error", "joint_speed", "energy", "control_ms")
 """Traces that are numbers, in the order of a file's columns."""
@@ -147,11 +148,11 @@ def controller_metrics(trace: ControllerTrace) -> ControllerMetrics:
     departure = (trace.force - trace.force_goal)[np.isfinite(trace.force_goal)]
     said = Counter(limit_name(limit) for limits in trace.limits for limit in limits)
     return ControllerMetrics(
-        map_rms_mm=1e3 * _rms(trace.map_error),
-        map_p95_mm=1e3 * _p95(trace.map_error),
-        body_rms_mm=1e3 * _rms(trace.body_error),
-        body_p95_mm=1e3 * _p95(trace.body_error),
-        force_rms_N=_rms(departure),
+        map_rms_mm=1e3 * rms(trace.map_error),
+        map_p95_mm=1e3 * p95(trace.map_error),
+        body_rms_mm=1e3 * rms(trace.body_error),
+        body_p95_mm=1e3 * p95(trace.body_error),
+        force_rms_N=rms(departure),
         force_std_N=float(departure.std()) if departure.size else np.nan,
         force_max_N=_highest(trace.force),
         lost=_share(~felt[trace.touched & np.logical_or.accumulate(felt)]),
@@ -160,7 +161,7 @@ def controller_metrics(trace: ControllerTrace) -> ControllerMetrics:
         limited=_share(np.array([bool(limits) for limits in trace.limits], dtype=np.bool_)),
         limit=said.most_common(1)[0][0] if said else "",
         control_ms=float(np.median(trace.control_ms)) if len(trace) else np.nan,
-        control_p95_ms=_p95(trace.control_ms),
+        control_p95_ms=p95(trace.control_ms),
         seconds=float(trace.time[-1]) if len(trace) else 0.0,
     )
 
@@ -187,16 +188,6 @@ def trace_csv(traces: Sequence[ControllerTrace]) -> bytes:
 
 def _finite(values: FloatArray) -> FloatArray:
     return values[np.isfinite(values)]
-
-
-def _rms(values: FloatArray) -> float:
-    known = _finite(values)
-    return float(np.sqrt(np.mean(known**2))) if known.size else np.nan
-
-
-def _p95(values: FloatArray) -> float:
-    known = _finite(values)
-    return float(np.percentile(known, 95)) if known.size else np.nan
 
 
 def _highest(values: FloatArray) -> float:

@@ -1,27 +1,59 @@
-"""Figures of a study as SVG: curves on logarithmic axes, and bars.
+"""Figures of a study, drawn with matplotlib: curves on logarithmic axes, and bars.
 
-A ``Figure`` is a work-precision diagram: error against seconds, both logarithmic, one curve a method, one panel a
-setting. A ``BarChart`` has one named amount a line, the largest on top: for costs, which have names but no error.
-Colours are Okabe and Ito's, told apart by everybody.
+A ``Figure`` is a work-precision diagram: error against time, both logarithmic, one curve a method, one panel a subject.
+A ``BarChart`` has one named amount a line, the largest on top: for costs, which have names but no error.
+``panels`` makes panels from rows. ``figure_svg`` gives an element for an HTML page that is the same at every run; what
+is drawn in the text's colour follows the page, light or dark. Other colours are Okabe and Ito's, which colour-blind
+people can tell apart.
 """
 
 from __future__ import annotations
 
+import hashlib
+import io
 import math
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from app.core.arrays import FloatArray
+from app.studies.rows import Row, number
 
-_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f7f7f", "#000000")
-"""Okabe and Ito's, told apart by everybody."""
-_WIDTH, _HEIGHT, _LEFT, _TOP, _RIGHT, _BOTTOM = 330, 250, 58, 30, 12, 44
-_LEGEND, _LINE = 190, 17
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
+    from matplotlib.figure import Figure as Canvas
+
+_INK = "#010101"
+"""Drawn so and then written as ``currentColor``; plain black is left out of SVG by matplotlib."""
+_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f7f7f", _INK)
+_MARKERS = "osD^v"
+"""For more curves than there are colours."""
+_STYLE: dict[Any, Any] = {
+    "svg.fonttype": "none",
+    "text.parse_math": False,
+    "font.size": 8.0,
+    "lines.markersize": 3.0,
+    "lines.linewidth": 1.2,
+    "axes.titlesize": 8.0,
+    "axes.titleweight": "bold",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    **dict.fromkeys(
+        ("text.color", "axes.labelcolor", "axes.edgecolor", "xtick.color", "ytick.color", "grid.color"), _INK
+    ),
+    "grid.alpha": 0.2,
+}
+_WIDTH, _HEIGHT, _LEGEND = 3.1, 2.5, 1.9
+"""Of a panel, and of the legend [inch]."""
+_BAR_WIDTH, _BAR_PITCH, _BAR_AXIS = 9.0, 0.2, 0.7
 _COLUMNS = 3
-_MOST_TICKS = 6
+_MARGIN = 0.25
+"""At least so many decades are shown on either side of the points: a tick lies within."""
 
 Points = Sequence[tuple[float, float]]
 
@@ -33,12 +65,12 @@ class Panel:
     Attributes:
         title: What is the same for all its curves.
         curves: Points (x, y) by method, in the order they are joined.
-        spreads: (x, lowest, highest) by method, drawn as upright lines: how sure the points are.
+        intervals: (x, low, high) by method, drawn as upright lines: confidence intervals of the points.
     """
 
     title: str
     curves: Mapping[str, Points]
-    spreads: Mapping[str, Sequence[tuple[float, float, float]]] = field(default_factory=dict)
+    intervals: Mapping[str, Sequence[tuple[float, float, float]]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -49,7 +81,7 @@ class Figure:
         title: The question.
         x: Name and unit of the horizontal axis.
         y: Likewise of the vertical one.
-        panels: One for each setting.
+        panels: One for each subject.
         least: Smaller errors are drawn here: a logarithm knows no zero.
         note: What has to be said beside it, in a sentence or two.
     """
@@ -62,126 +94,6 @@ class Figure:
     note: str = ""
 
 
-def figure_svg(figure: Figure) -> str:
-    """The figure as one SVG element. A method keeps its colour in all panels; what is not finite does not show."""
-    names = list(dict.fromkeys(name for panel in figure.panels for name in panel.curves))
-    colour = {name: _COLOURS[k % len(_COLOURS)] for k, name in enumerate(names)}
-    columns = max(min(_COLUMNS, len(figure.panels)), 1)
-    rows = -(-len(figure.panels) // columns)
-    width, height = columns * _WIDTH + _LEGEND, max(rows * _HEIGHT, _TOP + _LINE * len(colour))
-    parts = [f'<g transform="translate({columns * _WIDTH},{_TOP})">{_legend(colour)}</g>']
-    for number, panel in enumerate(figure.panels):
-        row, column = divmod(number, columns)
-        inner = _panel(panel, figure, colour)
-        parts.append(f'<g transform="translate({column * _WIDTH},{row * _HEIGHT})">{inner}</g>')
-    size = f'viewBox="0 0 {width} {height}" width="{width}" height="{height}"'
-    head = f'<svg xmlns="http://www.w3.org/2000/svg" {size} role="img" font-family="sans-serif" font-size="11">'
-    return f"{head}<title>{escape(figure.title)}</title>{''.join(parts)}</svg>"
-
-
-def _panel(panel: Panel, figure: Figure, colour: Mapping[str, str]) -> str:
-    curves = {name: _log_points(points, figure.least) for name, points in panel.curves.items()}
-    spans = {name: _log_intervals(rows, figure.least) for name, rows in panel.spreads.items() if name in curves}
-    every = np.concatenate([*curves.values(), *(ends.reshape(-1, 2) for ends in spans.values()), np.zeros((0, 2))])
-    title = _text(_WIDTH / 2, 18, panel.title, 'text-anchor="middle" font-weight="bold"')
-    if not len(every):
-        return title + _text(_WIDTH / 2, _HEIGHT / 2, "nothing measured", 'text-anchor="middle" fill="#888"')
-    axes = _Axes.around(every)
-    lines = [_curve(axes.place(points), name, colour[name]) for name, points in curves.items() if len(points)]
-    lines += [_interval_line(axes.place(ends), colour[name]) for name, rows in spans.items() for ends in rows]
-    return title + axes.drawn(figure) + "".join(lines)
-
-
-def _log_points(points: Points, least: float) -> FloatArray:
-    """Decimal logarithms (k, 2) of the points that have them."""
-    kept = [(x, max(y, least)) for x, y in points if np.isfinite([x, y]).all() and x > 0]
-    return np.asarray(np.log10(np.array(kept, dtype=np.float64).reshape(-1, 2)))
-
-
-def _log_intervals(rows: Sequence[tuple[float, float, float]], least: float) -> FloatArray:
-    """Decimal logarithms (k, 2, 2) of both ends of the upright lines that have them."""
-    ends = [_log_points([(x, low), (x, high)], least) for x, low, high in rows]
-    return np.array([pair for pair in ends if len(pair) == 2]).reshape(-1, 2, 2)
-
-
-@dataclass(frozen=True, eq=False)
-class _Axes:
-    """Corners (2,) of what is shown, as decimal logarithms."""
-
-    low: FloatArray
-    high: FloatArray
-
-    @staticmethod
-    def around(points: FloatArray) -> _Axes:
-        low, high = points.min(axis=0), points.max(axis=0)
-        margin = np.maximum(0.06 * (high - low), 0.1)
-        return _Axes(low - margin, high + margin)
-
-    def place(self, points: FloatArray) -> FloatArray:
-        """Where ``points`` (k, 2) lie in the panel, y down."""
-        share = (points - self.low) / (self.high - self.low)
-        size = np.array([_WIDTH - _LEFT - _RIGHT, _TOP + _BOTTOM - _HEIGHT])
-        return share * size + [_LEFT, _HEIGHT - _BOTTOM]
-
-    def drawn(self, figure: Figure) -> str:
-        """Frame, grid lines at round numbers, and names."""
-        (left, bottom), (right, top) = self.place(np.stack([self.low, self.high]))
-        parts = [f'<path d="M{left:.1f},{top:.1f}V{bottom:.1f}H{right:.1f}" fill="none" stroke="#444"/>']
-        for value in _ticks(self.low[0], self.high[0]):
-            x = self.place(np.array([[value, 0.0]]))[0, 0]
-            parts.append(f'<path d="M{x:.1f},{top:.1f}V{bottom:.1f}" stroke="#ddd"/>')
-            parts.append(_text(x, bottom + 14, _label(value), 'text-anchor="middle"'))
-        for value in _ticks(self.low[1], self.high[1]):
-            y = self.place(np.array([[0.0, value]]))[0, 1]
-            parts.append(f'<path d="M{left:.1f},{y:.1f}H{right:.1f}" stroke="#ddd"/>')
-            parts.append(_text(left - 4, y + 4, _label(value), 'text-anchor="end"'))
-        parts.append(_text(0.5 * (left + right), bottom + 32, figure.x, 'text-anchor="middle"'))
-        middle = 0.5 * (top + bottom)
-        parts.append(_text(12, middle, figure.y, f'text-anchor="middle" transform="rotate(-90 12 {middle:.1f})"'))
-        return "".join(parts)
-
-
-def _ticks(low: float, high: float) -> FloatArray:
-    """Logarithms of a few powers of ten within; of 1, 2 and 5 times them where there is but one or none."""
-    decades = np.arange(np.ceil(low), np.floor(high) + 1)
-    if len(decades) > 1:
-        return decades[:: -(-len(decades) // _MOST_TICKS)]
-    fine = np.add.outer(np.arange(np.floor(low), high + 1), np.log10([1, 2, 5])).ravel()
-    return fine[(fine >= low) & (fine <= high)]
-
-
-def _label(value: float) -> str:
-    return f"{10**value:.0e}".replace("e-0", "e-").replace("e+0", "e") if abs(value) > 3 else f"{10**value:.4g}"
-
-
-def _curve(places: FloatArray, name: str, colour: str) -> str:
-    line = " ".join(f"{x:.1f},{y:.1f}" for x, y in places)
-    dots = "".join(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="2.6"/>' for x, y in places)
-    joined = f'<polyline points="{line}" fill="none" stroke="{colour}" stroke-width="1.6"/>'
-    return f'<g fill="{colour}"><title>{escape(name)}</title>{joined}{dots}</g>'
-
-
-def _interval_line(ends: FloatArray, colour: str) -> str:
-    (x, low), (_, high) = ends
-    return f'<path d="M{x:.1f},{low:.1f}V{high:.1f}" stroke="{colour}" stroke-width="1" opacity="0.6"/>'
-
-
-def _legend(colour: Mapping[str, str]) -> str:
-    rows = [
-        f'<circle cx="12" cy="{_LINE * k + 8}" r="4" fill="{shade}"/>' + _text(22, _LINE * k + 12, name, "")
-        for k, (name, shade) in enumerate(colour.items())
-    ]
-    return "".join(rows)
-
-
-def _text(x: float, y: float, text: str, style: str) -> str:
-    return f'<text x="{x:.1f}" y="{y:.1f}" {style}>{escape(text)}</text>'
-
-
-_CHART_WIDTH, _LABEL_WIDTH, _BAR_PITCH, _CHART_TOP, _CHART_BOTTOM, _CHART_RIGHT = 900, 210, 18, 8, 26, 60
-_BAR_COLOUR = "#0072b2"
-
-
 @dataclass(frozen=True)
 class BarChart:
     """Amounts by name.
@@ -189,7 +101,7 @@ class BarChart:
     Attributes:
         title: The question.
         x: What the amounts are, with their unit.
-        amounts: Not below zero; what is not finite does not show.
+        amounts: What is not finite is left out.
         note: What has to be said beside it, in a sentence or two.
     """
 
@@ -199,23 +111,128 @@ class BarChart:
     note: str = ""
 
 
-def bar_chart_svg(bars: BarChart) -> str:
-    """The chart as one SVG element, on a linear axis from zero, each bar with its number behind it."""
-    shown = sorted(((v, name) for name, v in bars.amounts.items() if math.isfinite(v)), reverse=True)
-    height = _CHART_TOP + _BAR_PITCH * max(len(shown), 1) + _CHART_BOTTOM
-    most = max([value for value, _ in shown if value > 0], default=1.0)
-    lines = "".join(_bar(number, name, value, most) for number, (value, name) in enumerate(shown))
-    axis = f'<text x="{_LABEL_WIDTH}" y="{height - 8}" fill="#444">{escape(bars.x)}</text>'
-    size = f'viewBox="0 0 {_CHART_WIDTH} {height}" width="{_CHART_WIDTH}" height="{height}"'
-    head = f'<svg xmlns="http://www.w3.org/2000/svg" {size} role="img" font-family="sans-serif" font-size="11">'
-    nothing = "" if shown else f'<text x="{_LABEL_WIDTH}" y="{_CHART_TOP + 12}" fill="#888">nothing measured</text>'
-    return f"{head}<title>{escape(bars.title)}</title>{lines}{nothing}{axis}</svg>"
+def panels(
+    rows: Sequence[Row], panel: Callable[[Row], str], curve: Callable[[Row], str], *, x: str, y: str
+) -> list[Panel]:
+    """One panel for each title that ``panel`` gives, one curve for each name that ``curve`` gives, as they first come.
+
+    Args:
+        rows: Of a study; points are joined in their order.
+        panel: The title of a row's panel.
+        curve: The name of a row's curve.
+        x: A column.
+        y: Another one.
+    """
+    found: dict[str, dict[str, list[tuple[float, float]]]] = {}
+    for row in rows:
+        points = found.setdefault(panel(row), {}).setdefault(curve(row), [])
+        points.append((number(row.get(x)), number(row.get(y))))
+    return [Panel(title, curves) for title, curves in found.items()]
 
 
-def _bar(number: int, name: str, value: float, most: float) -> str:
-    y, long = _CHART_TOP + _BAR_PITCH * number, max(value, 0.0) / most * (_CHART_WIDTH - _LABEL_WIDTH - _CHART_RIGHT)
-    return (
-        f'<text x="{_LABEL_WIDTH - 8}" y="{y + 12}" text-anchor="end">{escape(name)}</text>'
-        f'<rect x="{_LABEL_WIDTH}" y="{y + 2}" width="{long:.1f}" height="{_BAR_PITCH - 4}" fill="{_BAR_COLOUR}"/>'
-        f'<text x="{_LABEL_WIDTH + long + 4:.1f}" y="{y + 12}">{value:.3g}</text>'
-    )
+def figure_svg(figure: Figure | BarChart) -> str:
+    """The figure as one SVG element, to stand in an HTML page among others. Cost: 0.1 s a panel, 1 s for the first."""
+    from matplotlib import rc_context
+
+    prefix = hashlib.blake2b(figure.title.encode(), digest_size=4).hexdigest()
+    with rc_context({**_STYLE, "svg.hashsalt": prefix}):
+        text = io.StringIO()
+        nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+        draw(figure).savefig(text, format="svg", transparent=True, metadata=nothing)
+    svg = text.getvalue()
+    svg = svg[svg.index("<svg") :].replace(_INK, "currentColor")
+    # Several figures stand in one page: each has names of its own.
+    svg = re.sub(r'( id="|url\(#|href="#)', rf"\g<1>f{prefix}-", svg)
+    head, _, body = svg.partition(">")
+    return f'{head} role="img"><title>{escape(figure.title)}</title>{body.strip()}'
+
+
+def draw(figure: Figure | BarChart) -> Canvas:
+    """The figure as one of matplotlib's, which belongs to no window. A method keeps its colour in all panels."""
+    return _draw_bars(figure) if isinstance(figure, BarChart) else _draw_panels(figure)
+
+
+def _draw_panels(figure: Figure) -> Canvas:
+    from matplotlib.figure import Figure as Canvas
+    from matplotlib.lines import Line2D
+
+    columns = max(min(_COLUMNS, len(figure.panels)), 1)
+    rows = max(-(-len(figure.panels) // columns), 1)
+    canvas = Canvas(figsize=(columns * _WIDTH + _LEGEND, rows * _HEIGHT), layout="constrained")
+    names = list(dict.fromkeys(name for panel in figure.panels for name in panel.curves))
+    looks = {
+        name: (_COLOURS[k % len(_COLOURS)], _MARKERS[k // len(_COLOURS) % len(_MARKERS)])
+        for k, name in enumerate(names)
+    }
+    for place, panel in enumerate(figure.panels):
+        axes = canvas.add_subplot(rows, columns, place + 1)
+        axes.set_title(panel.title)
+        _draw_panel(axes, panel, figure, looks)
+    if names:
+        keys = [Line2D([], [], color=colour, marker=marker) for colour, marker in looks.values()]
+        canvas.legend(keys, names, loc="outside right upper", frameon=False)
+    return canvas
+
+
+def _draw_panel(axes: Axes, panel: Panel, figure: Figure, looks: Mapping[str, tuple[str, str]]) -> None:
+    curves = {name: _drawable(points, figure.least) for name, points in panel.curves.items()}
+    spans = {
+        name: [ends for x, low, high in rows if len(ends := _drawable([(x, low), (x, high)], figure.least)) == 2]
+        for name, rows in panel.intervals.items()
+        if name in curves
+    }
+    every = np.concatenate([*curves.values(), *(ends for rows in spans.values() for ends in rows), np.zeros((0, 2))])
+    if not len(every):
+        _say_nothing_measured(axes)
+        return
+    axes.set(xscale="log", yscale="log", xlabel=figure.x, ylabel=figure.y)
+    axes.grid(visible=True)
+    (left, bottom), (right, top) = every.min(axis=0).tolist(), every.max(axis=0).tolist()
+    axes.set(xlim=_limits(axes.xaxis, left, right), ylim=_limits(axes.yaxis, bottom, top))
+    for name, points in curves.items():
+        if len(points):
+            colour, marker = looks[name]
+            axes.plot(*points.T, label=name, color=colour, marker=marker)
+    for name, rows in spans.items():
+        for ends in rows:
+            axes.plot(*ends.T, color=looks[name][0], linewidth=0.8, alpha=0.6, label="_interval")
+
+
+def _drawable(points: Points, least: float) -> FloatArray:
+    """The points (k, 2) that have a logarithm."""
+    kept = [(x, max(y, least)) for x, y in points if np.isfinite([x, y]).all() and x > 0]
+    return np.array(kept, dtype=np.float64).reshape(-1, 2)
+
+
+def _limits(axis: Axis, low: float, high: float) -> tuple[float, float]:
+    """``low`` and ``high`` with a margin; ticks are set at powers of ten, or at 1, 2 and 5 where these are few."""
+    from matplotlib.ticker import LogLocator, NullFormatter
+
+    start, end = math.log10(low), math.log10(high)
+    margin = max(0.06 * (end - start), _MARGIN)
+    few = end - start + 2 * margin < 2
+    axis.set_major_locator(LogLocator(subs=(1, 2, 5) if few else (1,), numticks=8))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter(NullFormatter())
+    return 10 ** (start - margin), 10 ** (end + margin)
+
+
+def _draw_bars(chart: BarChart) -> Canvas:
+    from matplotlib.figure import Figure as Canvas
+
+    shown = sorted((value, name) for name, value in chart.amounts.items() if math.isfinite(value))
+    canvas = Canvas(figsize=(_BAR_WIDTH, _BAR_PITCH * max(len(shown), 1) + _BAR_AXIS), layout="constrained")
+    axes = canvas.add_subplot()
+    if not shown:
+        _say_nothing_measured(axes)
+        return canvas
+    bars = axes.barh([name for _, name in shown], [value for value, _ in shown], color=_COLOURS[0])
+    axes.bar_label(bars, fmt="{:.3g}", padding=3)
+    axes.margins(x=0.08, y=0.02)
+    axes.set_xlabel(chart.x)
+    return canvas
+
+
+def _say_nothing_measured(axes: Axes) -> None:
+    axes.set_axis_off()
+    axes.text(0.5, 0.5, "nothing measured", ha="center", va="center", transform=axes.transAxes)

@@ -19,8 +19,9 @@ from importlib.metadata import version
 from pathlib import Path
 
 from app.core.errors import UsageError
-from app.studies.figures import BarChart, Figure, bar_chart_svg, figure_svg
-from app.studies.study import Row, Study
+from app.studies.figures import BarChart, Figure, figure_svg
+from app.studies.rows import Row
+from app.studies.study import Study
 
 _LIBRARIES = ("tactile-maps", "numpy", "scipy", "libigl")
 _LINUX_NAMES = Path("/proc/cpuinfo")
@@ -46,12 +47,14 @@ def _processor() -> str:
     return platform.processor() or platform.machine()
 
 
-_STYLE = """body{font:14px/1.5 sans-serif;max-width:1060px;margin:2em auto;padding:0 1em;color:#222}
+_STYLE = """:root{color-scheme:light dark;--text:#222;--page:#fff;--line:#ddd;--note:#555}
+@media(prefers-color-scheme:dark){:root{--text:#ddd;--page:#16191d;--line:#3a3f45;--note:#aaa}}
+body{font:14px/1.5 sans-serif;max-width:1060px;margin:2em auto;padding:0 1em;color:var(--text);background:var(--page)}
 h1{margin-bottom:0}h2{margin-top:2em}table{border-collapse:collapse;font-size:12px}
-th,td{padding:2px 8px;text-align:right;border-bottom:1px solid #ddd;white-space:nowrap}
-th{position:sticky;top:0;background:#fff}td:first-child,th:first-child{text-align:left}
+th,td{padding:2px 8px;text-align:right;border-bottom:1px solid var(--line);white-space:nowrap}
+th{position:sticky;top:0;background:var(--page)}td:first-child,th:first-child{text-align:left}
 .table{max-height:32em;overflow:auto}svg{max-width:100%;height:auto}
-.note{color:#555;max-width:60em}"""
+.note{color:var(--note);max-width:60em}"""
 
 
 @dataclass(frozen=True)
@@ -148,7 +151,7 @@ def _html(outcome: StudyResult) -> str:
 
 def _figure_html(figure: Figure | BarChart) -> str:
     note = f'<p class="note">{escape(figure.note)}</p>' if figure.note else ""
-    return (bar_chart_svg(figure) if isinstance(figure, BarChart) else figure_svg(figure)) + note
+    return figure_svg(figure) + note
 
 
 def _table(rows: Sequence[Row]) -> str:

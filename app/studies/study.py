@@ -1,37 +1,25 @@
 """A study: one question, the cases to ask it of, how to measure one, and how to draw the answer.
 
+Studies of a stage of the program (``map_cost``, ``image_cost``, ``touch_cost``, ``step_cost``) try the stage's settings
+on subjects whose truth is known; what they measure by are the stage's own trials, and their rows are those.
+
 ``run_cases`` measures the cases in this process or in several and puts their rows in one table, in the order of the
 cases whatever the number of processes. Everything random in a measurement comes from its case.
 """
 
 from __future__ import annotations
 
-import time
 import warnings
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
-from typing import Any
-
-import numpy as np
-from joblib import Parallel, delayed
-from joblib.externals.loky import get_reusable_executor
 
 from app.core.errors import TactileMapsError
 from app.studies.figures import BarChart, Figure
+from app.studies.rows import Case, Row
 
-Row = Mapping[str, str | float | int | bool | None]
-Case = Mapping[str, Any]
 Measure = Callable[[Case], Sequence[Row]]
 Progress = Callable[[str, float], None]
-
-
-@dataclass(frozen=True)
-class Times:
-    """What an action took, over several times of doing it [s]."""
-
-    median: float
-    p95: float
 
 
 def run_cases(measure: Measure, cases: Sequence[Case], *, jobs: int = 1, progress: Progress) -> list[Row]:
@@ -58,21 +46,13 @@ def run_cases(measure: Measure, cases: Sequence[Case], *, jobs: int = 1, progres
     return rows
 
 
-def timed(action: Callable[[], object], *, repeats: int, clock: Callable[[], float] = time.perf_counter) -> Times:
-    """Do ``action`` once to warm up, then ``repeats`` times by the clock."""
-    action()
-    seconds = []
-    for _ in range(repeats):
-        start = clock()
-        action()
-        seconds.append(clock() - start)
-    return Times(float(np.median(seconds)), float(np.percentile(seconds, 95)))
-
-
 def _each_result(measure: Measure, cases: Sequence[Case], jobs: int) -> Generator[Sequence[Row]]:
     if jobs == 1:
         yield from (_measure_case(measure, case) for case in cases)
         return
+    from joblib import Parallel, delayed
+    from joblib.externals.loky import get_reusable_executor
+
     parallel = Parallel(n_jobs=jobs, return_as="generator")
     found = parallel(delayed(_measure_case)(measure, case) for case in cases)
     try:

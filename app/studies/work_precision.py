@@ -1,9 +1,12 @@
-"""Work-precision on the user's own skin: error against milliseconds, and settings to choose by it.
+"""Work-precision: error against milliseconds, and settings to choose by it.
 
 A stage of the program (cutting, flattening, the image, touch, simulation, control) lists the settings worth trying,
-tries one, and says which is in force. ``run_trials`` tries them all, ``diagram`` draws what came out: one curve a
-method, in one of the stage's errors; ``pareto_front`` are the settings that no other beats in both. A further stage is
-one entry in ``stages.registry``.
+tries one, and says which is in force. ``run_trials`` tries them all on the user's own skin, ``diagram`` draws what came
+out: one curve a method, in one of the stage's errors; ``pareto_front`` are the settings that no other beats in both. A
+further stage is one entry in ``stages.registry``.
+
+Studies in ``sweeps`` make the same trials on subjects whose truth is known: ``trial_row`` is a trial in their tables,
+``work_precision_figures`` are their diagrams. ``timed`` is the one stopwatch.
 """
 
 from __future__ import annotations
@@ -12,14 +15,16 @@ import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TypeVar
+from typing import Generic, TypeVar
+
+import numpy as np
 
 from app.core.errors import TactileMapsError
 from app.editing.document import MapDocument
 from app.editing.reflatten import ReflattenRequest
 from app.session.prepare import PreparedScene
-
-_RUNS, _ENOUGH = 3, 0.2
+from app.studies.figures import Figure, panels
+from app.studies.rows import Cell, Row
 
 Value = str | int | float
 Progress = Callable[[str, float], None]
@@ -83,6 +88,7 @@ class Trial:
         note: What had to be done besides, or why it could not be done.
         usable: Whether it can be chosen; a round on the way of an iterative method cannot.
         joined: Whether it belongs to the method's line.
+        p95_ms: 95 % of the runs took less [ms]; None where it was not done often enough to tell.
     """
 
     setting: Setting
@@ -92,6 +98,7 @@ class Trial:
     note: str = ""
     usable: bool = True
     joined: bool = True
+    p95_ms: float | None = None
 
 
 @dataclass(frozen=True)
@@ -113,6 +120,10 @@ class ErrorKind:
     least: float
 
 
+def _not_in_the_document(_subject: Subject) -> None:
+    return
+
+
 @dataclass(frozen=True)
 class Stage:
     """One part of the way from skin to image.
@@ -125,9 +136,9 @@ class Stage:
         errors: In which its diagram can be drawn; the first is what it is about.
         settings: Those worth trying, the present one among them where it can be tried.
         trials: Tries one; the last trial is the setting's own. Raises a named error where it cannot be done.
-        current: The setting in force; None where there is none, or it is not in the document.
         fingerprint: In few letters what the trials depend on, so that one can tell when they are out of date.
         seconds: About how long all of it takes.
+        current: The setting in force; None where there is none, or it is the scene's and not the document's.
         reflatten: What the editor must compute for a setting to be in force; None where it is no edit of the map.
     """
 
@@ -138,9 +149,9 @@ class Stage:
     errors: tuple[ErrorKind, ...]
     settings: Callable[[Subject], Sequence[Setting]]
     trials: Callable[[Subject, Setting], Iterable[Trial]]
-    current: Callable[[Subject], Setting | None]
     fingerprint: Callable[[Subject], str]
     seconds: Callable[[Subject], float]
+    current: Callable[[Subject], Setting | None] = _not_in_the_document
     reflatten: Callable[[MapDocument, Setting], ReflattenRequest] | None = None
 
 
@@ -246,21 +257,83 @@ def pareto_front(points: Iterable[Point]) -> tuple[Point, ...]:
     return tuple(best)
 
 
-def median_run(
+@dataclass(frozen=True, eq=False)
+class Timed(Generic[Result]):
+    """An action done several times.
+
+    Attributes:
+        result: Of the run that took the middle time.
+        seconds: (k,) of every run, in order.
+    """
+
+    result: Result
+    seconds: tuple[float, ...]
+
+    @property
+    def ms(self) -> float:
+        """The middle time [ms]; of two in the middle the shorter."""
+        return 1e3 * sorted(self.seconds)[(len(self.seconds) - 1) // 2]
+
+    @property
+    def p95_ms(self) -> float:
+        """95 % of the runs took less [ms]."""
+        return 1e3 * float(np.percentile(self.seconds, 95))
+
+
+def timed(
     action: Callable[[], Result],
     *,
-    most: int = _RUNS,
-    enough: float = _ENOUGH,
+    repeats: int = 3,
+    budget: float = math.inf,
+    warm_up: bool = False,
     clock: Callable[[], float] = time.perf_counter,
-) -> tuple[Result, float]:
-    """Do ``action`` ``most`` times, or until ``enough`` seconds are spent: result and seconds of the middle run."""
-    runs: list[tuple[float, Result]] = []
-    while len(runs) < most and sum(seconds for seconds, _ in runs) < enough:
+) -> Timed[Result]:
+    """Do ``action`` by the clock ``repeats`` times, or until ``budget`` [s] is spent; once more before to warm up."""
+    if warm_up:
+        action()
+    results: list[Result] = []
+    seconds: list[float] = []
+    while len(seconds) < repeats and sum(seconds) < budget:
         start = clock()
-        made = action()
-        runs.append((clock() - start, made))
-    seconds, made = sorted(runs, key=lambda run: run[0])[(len(runs) - 1) // 2]
-    return made, seconds
+        results.append(action())
+        seconds.append(clock() - start)
+    middle = sorted(range(len(seconds)), key=seconds.__getitem__)[(len(seconds) - 1) // 2]
+    return Timed(results[middle], tuple(seconds))
+
+
+def trial_row(trial: Trial) -> dict[str, Cell]:
+    """A trial as columns of a study's table; what it was tried with is the case's."""
+    often = {} if trial.p95_ms is None else {"p95_ms": trial.p95_ms}
+    return {"ms": trial.milliseconds, **often, **trial.errors, "note": trial.note}
+
+
+def work_precision_figures(
+    rows: Sequence[Row],
+    errors: Iterable[ErrorKind],
+    *,
+    panel: Callable[[Row], str],
+    method: Callable[[Row], str] = lambda row: str(row["method"]),
+    x: str = "ms",
+    x_name: str = "milliseconds",
+    title: str = "{}",
+) -> list[Figure]:
+    """Error against time, a figure for each kind of error, in it a panel for each subject and a curve for each method.
+
+    Args:
+        rows: Of a study; points are joined in their order.
+        errors: Whose keys are columns.
+        panel: Title of the panel of a row.
+        method: Name of the curve of a row.
+        x: Column of the time.
+        x_name: As shown.
+        title: Of a figure; braces stand for the error's name.
+    """
+    return [
+        Figure(
+            title.format(kind.name), x_name, kind.unit, panels(rows, panel, method, x=x, y=kind.key), least=kind.least
+        )
+        for kind in errors
+    ]
 
 
 _TITLES = {

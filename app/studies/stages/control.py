@@ -94,11 +94,6 @@ def _robot_beside_ball(prepared: PreparedScene) -> PreparedScene:
     return beside_ball(prepared)
 
 
-def current_setting(subject: Subject) -> None:
-    """None: it is the session's, not the document's."""
-    return
-
-
 def fingerprint(subject: Subject) -> str:
     """The robot, its cover, what the sensor does, and how the map lies."""
     if subject.prepared is None:
@@ -124,7 +119,6 @@ STAGE = Stage(
     ERRORS,
     settings,
     trials,
-    current_setting,
     fingerprint,
     seconds,
 )

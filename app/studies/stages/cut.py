@@ -93,8 +93,8 @@ STAGE = Stage(
     ERRORS,
     settings,
     trials,
-    current_setting,
     fingerprint,
     seconds,
+    current_setting,
     reflatten_for,
 )

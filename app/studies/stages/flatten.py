@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-import numpy as np
-
 from app.editing.document import MapDocument, PatchEdit
 from app.editing.reflatten import ReflattenRequest, request_reflatten
 from app.editing.seams import extra_seams
@@ -22,8 +20,6 @@ from app.studies.stages.timed_flattening import (
 from app.studies.work_precision import Setting, Stage, Subject, Trial
 
 _LENGTHS = (0.75, 0.5, 0.25, 0.0)
-_ROUNDS = 8
-"""At most so many rounds of a method are told, spread evenly over the logarithm of their number."""
 
 
 def settings(subject: Subject) -> list[Setting]:
@@ -41,19 +37,12 @@ def trials(subject: Subject, setting: Setting) -> Iterator[Trial]:
     laid = flatten_timed(patches, (edit for _, edit in _patch_edits(subject.document, setting)))
     lengths = setting.values.get("lengths", 1.0)
     if lengths == 1.0:
-        for number in _shown_rounds(len(laid.rounds)):
+        for number in laid.shown[:-1]:
             errors = {"distortion": distortion_percent(laid.rounds[number])}
             yield Trial(setting, f"after round {number + 1}", 1e3 * laid.seconds[number], errors, usable=False)
     name = "" if lengths == 1.0 else f"{lengths:g} of the way from angles to lengths"
     errors = chart_errors(patches, laid.charts, laid.rounds[-1])
     yield Trial(setting, name, 1e3 * laid.seconds[-1], errors, laid.note, joined=lengths == 1.0)
-
-
-def _shown_rounds(count: int) -> list[int]:
-    """Numbers of at most ``_ROUNDS`` of the rounds before the last, the first among them."""
-    if count < 2:
-        return []
-    return np.unique(np.rint(np.geomspace(1, count - 1, min(count - 1, _ROUNDS))).astype(int) - 1).tolist()
 
 
 def current_setting(subject: Subject) -> Setting | None:
@@ -107,8 +96,8 @@ STAGE = Stage(
     ERRORS,
     settings,
     trials,
-    current_setting,
     fingerprint,
     seconds,
+    current_setting,
     reflatten_for,
 )

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
-from dataclasses import dataclass
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from app.core.arrays import FloatArray, IntArray
@@ -14,11 +16,12 @@ from app.maps.interpolation import INTERPOLATIONS
 from app.maps.tactile_image import TactileImage, round_trip_mm
 from app.maps.tactile_map import TactileMap
 from app.skin.skin import Skin
-from app.studies.work_precision import ErrorKind, Setting, Stage, Subject, Trial, median_run
+from app.studies.rows import p95, rms
+from app.studies.work_precision import ErrorKind, Setting, Stage, Subject, Trial, timed
 
 PIXELS = (64, 128, 256, 512)
 """Side of a square with as many pixels as the image."""
-_PLACES, _FRAMES, _SEED = 20_000, 15, 0
+_PLACES, _FRAMES, _BUDGET, _SEED = 20_000, 15, 0.2, 0
 _PRESS = 2.0
 """Radius of a press, in pitches of the taxels."""
 _WAVE = 12.0
@@ -43,17 +46,56 @@ def trials(subject: Subject, setting: Setting) -> Iterator[Trial]:
     image = TactileImage(map_, resolution=resolution(map_, pixels), interpolation=setting.method)
     places = sample_fields(map_.skin)
     where = _pixels(image, map_.to_map_many(places.patch, places.face, places.weights))
-    field = np.random.default_rng(_SEED).uniform(0, 1e3, len(map_.skin))
-    image.render(field)
-    _, frame = median_run(lambda: image.render(field), most=_FRAMES)
-    trip = round_trip_mm(map_, image)
-    errors = {
-        "press": _rms_percent(image, where, places.press, places.pressed),
-        "smooth": _rms_percent(image, where, places.smooth, np.ones(len(where), dtype=bool)),
-        "place": float(np.percentile(trip[np.isfinite(trip)], 95)) if np.isfinite(trip).any() else float("nan"),
+    there, taxels = places.press
+    fields = {
+        "press": KnownField(taxels, where[places.pressed], there[places.pressed]),
+        "smooth": KnownField(places.smooth[1], where, places.smooth[0]),
     }
     rows, columns = image.shape
-    yield Trial(setting, f"{columns} × {rows} pixels", 1e3 * frame, errors)
+    tried = frame_trial(
+        setting, lambda values: image.render(1e3 * values), fields, name=f"{columns} × {rows} pixels", budget=_BUDGET
+    )
+    yield replace(tried, errors={**tried.errors, "place": p95(round_trip_mm(map_, image))})
+
+
+@dataclass(frozen=True, eq=False)
+class KnownField:
+    """A field from 0 to 1 that is known at the taxels and at some pixels.
+
+    Attributes:
+        taxels: (taxels,) its values there.
+        pixels: (k,) numbers of pixels, row by row.
+        truth: (k,) its values at these.
+    """
+
+    taxels: FloatArray
+    pixels: IntArray
+    truth: FloatArray
+
+
+def frame_trial(
+    setting: Setting,
+    render: Callable[[FloatArray], NDArray[np.floating]],
+    fields: Mapping[str, KnownField],
+    *,
+    name: str = "",
+    repeats: int = _FRAMES,
+    budget: float = math.inf,
+) -> Trial:
+    """The milliseconds of a frame, and the rms error of the image of each field, in percent of its range.
+
+    Args:
+        setting: What is tried.
+        render: From values at the taxels to an image.
+        fields: By the error's key.
+        name: Of the trial.
+        repeats: Frames by the clock, after one to warm up.
+        budget: No frame is begun after so long [s].
+    """
+    first = next(iter(fields.values()))
+    frame = timed(lambda: render(first.taxels), repeats=repeats, budget=budget, warm_up=True)
+    errors = {key: 100 * rms(render(field.taxels).ravel()[field.pixels] - field.truth) for key, field in fields.items()}
+    return Trial(setting, name, frame.ms, errors, p95_ms=frame.p95_ms)
 
 
 def resolution(map_: TactileMap, pixels: int) -> float:
@@ -144,15 +186,6 @@ def _pixels(image: TactileImage, points: FloatArray) -> IntArray:
     return (rows - 1 - up) * columns + column
 
 
-def _rms_percent(
-    image: TactileImage, where: IntArray, field: tuple[FloatArray, FloatArray], counted: np.ndarray
-) -> float:
-    """Rms error of a field, known at places and taxels, in percent of its range."""
-    there, taxels = field
-    shown = image.render(1e3 * taxels).ravel()[where]
-    return 100 * float(np.sqrt(np.mean((shown - there)[counted] ** 2)))
-
-
 def fingerprint(subject: Subject) -> str:
     """The charts."""
     digest = hashlib.blake2b(digest_size=8)
@@ -166,20 +199,14 @@ def seconds(subject: Subject) -> float:
     return 2 + 1e-3 * len(subject.document.skin)
 
 
-def current_setting(subject: Subject) -> None:
-    """None: it is the view's, not the document's."""
-    return
-
-
 STAGE = Stage(
     "image",
     "Image",
-    "Which interpolation shows a touch best, with how many pixels, in how much of a frame's time?",
+    "Which interpolation is the most accurate, with how many pixels, and how long does a frame take?",
     tuple(INTERPOLATIONS),
     ERRORS,
     settings,
     trials,
-    current_setting,
     fingerprint,
     seconds,
 )

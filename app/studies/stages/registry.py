@@ -1,4 +1,4 @@
-"""The stages by name: those that make the map, then what is seen of it and felt on it, and how all of it moves."""
+"""The stages by name: those that make the map, then its image and its readings, and how all of it moves."""
 
 from __future__ import annotations
 

@@ -19,15 +19,20 @@ from app.studies.testbeds.pressed_robot import (
     run_press,
 )
 from app.studies.work_precision import ErrorKind, Setting, Stage, Subject, Trial
+from app.tactile.elastic_layer import ElasticLayer
 
 STEPS_MS = (0.5, 1.0, 2.0, 4.0, 8.0)
 INTEGRATORS: tuple[Integrator, ...] = get_args(Integrator)
+BOUNCES = "the contact bounces"
+"""Note of a trial whose contact does not hold as it should."""
 ERRORS = (
     ErrorKind("posture_mrad", "Posture", "mrad", "How far joints are off while the robot gives way to a probe's press, "
               "root mean square, against a time step of 0.05 ms.", 1e-4),
     ErrorKind("force_percent", "Held force", "%", "How far the mean force of the press is off, once it is held.", 1e-6),
     ErrorKind("ripple_percent", "Ripple of the force", "%", "How much the held force goes up and down by step: "
               "its standard deviation.", 1e-6),
+    ErrorKind("lost_percent", "Contact lost", "% of the time", "At how many steps nothing touches, once the press is "
+              "held.", 1e-1),
 )  # fmt: skip
 
 
@@ -43,8 +48,23 @@ def trials(subject: Subject, setting: Setting) -> Iterator[Trial]:
     if subject.prepared is None:
         raise SimulationError("there is no robot to press", remedy="Open a robot")
     arm, fine = _pressed_and_reference(subject.prepared)
+    yield step_trial(setting, arm, subject.prepared.scene.layer, fine)
+
+
+def step_trial(setting: Setting, arm: PressedRobot, layer: ElasticLayer, fine: PressRun) -> Trial:
+    """A robot pressed with one integrator at one time step; the milliseconds are those of a simulated second.
+
+    Args:
+        setting: Integrator and time step.
+        arm: What is pressed.
+        layer: Its cover.
+        fine: The run that counts as the truth.
+
+    Raises:
+        SimulationError: It does not hold until the end, or there is no such integrator.
+    """
     step = float(setting.values["timestep_ms"])
-    run = run_press(arm, effects_at_step(_integrator(setting.method), step), subject.prepared.scene.layer)
+    run = run_press(arm, effects_at_step(_integrator(setting.method), step), layer)
     if run.stopped:
         raise SimulationError(f"{step:g} ms: {run.stopped}")
     off, ripple = run.force_errors(fine)
@@ -52,9 +72,10 @@ def trials(subject: Subject, setting: Setting) -> Iterator[Trial]:
         "posture_mrad": 1e3 * run.posture_error(fine),
         "force_percent": 1e2 * off,
         "ripple_percent": 1e2 * ripple,
+        "lost_percent": 1e2 * run.lost,
     }
-    note = "" if run.steady(fine) else "the contact bounces"
-    yield Trial(setting, f"{step:g}\u2009ms", run.ms, errors, note)
+    note = "" if run.steady(fine) else BOUNCES
+    return Trial(setting, f"{step:g}\u2009ms", run.ms, errors, note)
 
 
 @lru_cache(maxsize=1)
@@ -69,11 +90,6 @@ def _integrator(name: str) -> Integrator:
         if known == name:
             return known
     raise SimulationError("there is no such integrator", value=name, remedy=f"Choose among: {', '.join(INTEGRATORS)}")
-
-
-def current_setting(subject: Subject) -> None:
-    """None: it is the scene's, not the document's."""
-    return
 
 
 def fingerprint(subject: Subject) -> str:
@@ -101,7 +117,6 @@ STAGE = Stage(
     ERRORS,
     settings,
     trials,
-    current_setting,
     fingerprint,
     seconds,
 )

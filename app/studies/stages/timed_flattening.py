@@ -6,6 +6,7 @@ import hashlib
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -17,12 +18,17 @@ from app.flattening.newton import Iterate
 from app.maps.build import flatten_patch
 from app.maps.topography import TORN
 from app.skin.skin import Patch
-from app.studies.work_precision import ErrorKind, Subject, median_run
+from app.studies.work_precision import ErrorKind, Subject, timed
 
+MOST_ROUNDS = 8
+"""So many rounds of an iterative method are shown."""
+DISTORTION = ErrorKind(
+    "distortion", "Distortion", "%", "As if every length of the skin were shown too long by so much.", 1e-3
+)
 ERRORS = (
-    ErrorKind("distortion", "Distortion", "%", "As if every length of the skin were shown too long by so much.", 1e-3),
+    DISTORTION,
     ErrorKind("angles", "Angles", "°", "How far the corners of the skin's triangles are off, root mean square.", 1e-3),
-    ErrorKind("torn", "Torn neighbours", "%", "Neighbouring taxels that are twice as far apart on the map.", 1e-2),
+    ErrorKind("torn", "Separated neighbours", "%", "Neighbouring taxels that are twice as far apart on the map.", 1e-2),
 )
 
 
@@ -34,53 +40,76 @@ class TimedFlattening:
         charts: One for each patch.
         rounds: Mean energy over all patches after each round.
         seconds: When each round was there, the last when all was checked.
+        iterates: Of each patch, every round.
     """
 
     charts: tuple[Chart, ...]
     rounds: tuple[float, ...]
     seconds: tuple[float, ...]
+    iterates: tuple[tuple[Iterate, ...], ...]
 
     @property
     def note(self) -> str:
         """What had to be done besides."""
         return "; ".join(dict.fromkeys(finding.action for chart in self.charts for finding in chart.findings))
 
+    @property
+    def shown(self) -> list[int]:
+        """Numbers of at most ``MOST_ROUNDS`` rounds, first and last among them, evenly over their logarithm."""
+        count = len(self.rounds)
+        return np.unique(np.rint(np.geomspace(1, count, min(count, MOST_ROUNDS))).astype(int) - 1).tolist()
+
 
 def flatten_timed(
-    patches: Sequence[Patch], wanted: Iterable[PatchEdit], *, clock: Callable[[], float] = time.perf_counter
+    patches: Sequence[Patch],
+    wanted: Iterable[PatchEdit],
+    *,
+    repeats: int = 3,
+    budget: float = 0.2,
+    clock: Callable[[], float] = time.perf_counter,
 ) -> TimedFlattening:
-    """Lay each patch flat as wanted, up to three times, and keep the run of middle length. Pins are left out.
+    """Lay each patch flat as wanted, repeatedly, and keep the run of middle length. Pins are left out.
+
+    Args:
+        patches: What is laid flat.
+        wanted: How, for each.
+        repeats: At most so many runs of a patch.
+        budget: No run is begun after so long [s].
+        clock: Seconds from any origin.
 
     Raises:
         MapError: One of them cannot be laid flat so.
     """
     runs = [
-        median_run(lambda patch=patch, edit=edit: _flatten_once(patch, edit, clock), clock=clock)[0]  # type: ignore[misc]
+        timed(partial(_flatten_once, patch, edit, clock), repeats=repeats, budget=budget, clock=clock).result
         for patch, edit in zip(patches, wanted, strict=True)
     ]
     areas = np.array([patch.surface.area for patch in patches])
     count = max(len(seconds) for *_, seconds in runs)
+    # Where one seam more was tried and not kept, the last round is not the chart's.
+    reached = [[*(each.energy for each in iterates[:-1]), chart.energies[-1]] for chart, iterates, _ in runs]
     # Where one patch is done before another, it waits.
-    energies = np.array([[*energy, *(count - len(energy)) * energy[-1:]] for _, energy, _ in runs])
+    energies = np.array([[*energy, *(count - len(energy)) * energy[-1:]] for energy in reached])
     seconds = np.array([[*times, *(count - len(times)) * times[-1:]] for *_, times in runs])
     rounds = areas @ energies / areas.sum()
-    return TimedFlattening(
-        tuple(chart for chart, *_ in runs), tuple(rounds.tolist()), tuple(seconds.sum(axis=0).tolist())
-    )
+    charts, iterates, _ = zip(*runs, strict=True)
+    return TimedFlattening(charts, tuple(rounds.tolist()), tuple(seconds.sum(axis=0).tolist()), iterates)
 
 
-def _flatten_once(patch: Patch, edit: PatchEdit, clock: Callable[[], float]) -> tuple[Chart, list[float], list[float]]:
-    energies: list[float] = []
+def _flatten_once(
+    patch: Patch, edit: PatchEdit, clock: Callable[[], float]
+) -> tuple[Chart, tuple[Iterate, ...], list[float]]:
+    """The chart, every round on the way, and when each was there, the last when all was checked [s]."""
+    iterates: list[Iterate] = []
     seconds: list[float] = []
     start = clock()
 
     def note(iterate: Iterate) -> None:
-        energies.append(iterate.energy)
+        iterates.append(iterate)
         seconds.append(clock() - start)
 
     chart = flatten_patch(patch, method=edit.method, lengths=edit.lengths, seams=edit.seams, told=note)
-    # Where one seam more was tried and not kept, the last round is not the chart's.
-    return chart, [*energies[:-1], chart.energies[-1]], [*seconds[:-1], clock() - start]
+    return chart, tuple(iterates), [*seconds[:-1], clock() - start]
 
 
 def chart_errors(patches: Sequence[Patch], charts: Sequence[Chart], energy: float) -> dict[str, float]:

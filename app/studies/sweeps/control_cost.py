@@ -30,7 +30,8 @@ from app.maps.tactile_map import TactileMap
 from app.session.prepare import PreparedScene
 from app.skin.calibration_error import ErrorUnit, with_calibration_error
 from app.studies.figures import BarChart, Figure, Panel
-from app.studies.study import Case, Row, Study
+from app.studies.rows import Case, Row, distinct, number
+from app.studies.study import Study
 from app.studies.sweeps.speed_search import SpeedSearchResult, Tolerances, find_fastest_speed
 from app.studies.testbeds.force_loop import critical_gain
 from app.studies.testbeds.path_following import PathSetup, beside_ball, forearm_skin_scene, place_to_press
@@ -194,14 +195,14 @@ def least_time(length: float, tolerance: float, period: float, delay: int) -> fl
     return length * period / (critical_gain(delay) * tolerance)
 
 
-BOUND = "theory, speed not told"
+BOUND = "theory, without feed-forward of the speed"
 _DRAWS, _SURE = 2000, (2.5, 97.5)
 _FACTOR_FIGURES = {
     "tolerance": (
         "Time against the tolerance on the body",
         "mm, 95 % of the errors within",
         "Theory's l T / (L* e) counts the skin's readings alone. Here the posture loop lags by 50 ms besides, which "
-        "the path's speed, told ahead, does not make good: so it takes several times longer, and less so for more "
+        "the path's speed, fed forward, does not make good: so it takes several times longer, and less so for more "
         "tolerance, until it is the force that limits.",
     ),
     "rate": (
@@ -215,7 +216,7 @@ _FACTOR_FIGURES = {
         "readings late, and a half",
         "Readings that come at once are waited for less long than the posture loop's lag of 50 ms, which theory's "
         "ideal servo has not. With more delay theory's wait is the longer one; what is then faster than theory is so "
-        "since controllers are told the path's speed.",
+        "since controllers feed the path's speed forward.",
     ),
     "noise": (
         "Time against noise on every taxel",
@@ -249,10 +250,10 @@ def figures(rows: Sequence[Row]) -> list[Figure | BarChart]:
             BarChart(
                 f"Time by {words}, {robot}",
                 "seconds for the path, median over seeds",
-                {f"{row_law}, {level}": middle for (row_law, level), middle in _by_name(of, robot).items()},
+                {f"{controller}, {level}": middle for (controller, level), middle in _by_name(of, robot).items()},
                 note=_impossible_note(of, robot),
             )
-            for robot in _distinct(of, "robot")
+            for robot in distinct(of, "robot")
         ]
     return made
 
@@ -265,7 +266,7 @@ def _rows_with_nominal(rows: Sequence[Row], factor: str) -> list[Row]:
     for by, jacobian in dict.fromkeys((row["by"], row["jacobian"]) for row in of):
         same = {"factor": factor, "level": NOMINAL[factor], "by": by}
         of += [{**row, **same} for row in nominal if row["jacobian"] == jacobian]
-    return of if isinstance(NOMINAL[factor], str) else sorted(of, key=lambda row: _number(row["level"]))
+    return of if isinstance(NOMINAL[factor], str) else sorted(of, key=lambda row: number(row["level"]))
 
 
 def _panels(rows: Sequence[Row], factor: str) -> list[Panel]:
@@ -279,19 +280,19 @@ def _panels(rows: Sequence[Row], factor: str) -> list[Panel]:
 
 
 def _panel(title: str, rows: Sequence[Row], factor: str) -> Panel:
-    curves, spreads = {}, {}
-    for controller in _distinct(rows, "controller"):
+    curves, intervals = {}, {}
+    for controller in distinct(rows, "controller"):
         of = [row for row in rows if row["controller"] == controller]
         found = [
-            (_level_position(factor, level), *bootstrap_median(_seconds(of, level))) for level in _distinct(of, "level")
+            (_level_position(factor, level), *bootstrap_median(_seconds(of, level))) for level in distinct(of, "level")
         ]
         curves[str(controller)] = [(x, middle) for x, middle, _, _ in found]
-        spreads[str(controller)] = [(x, low, high) for x, _, low, high in found]
+        intervals[str(controller)] = [(x, low, high) for x, _, low, high in found]
     if factor in ("tolerance", "rate", "delay"):
         curves[BOUND] = [
-            (_level_position(factor, level), _time_bound(rows, level)) for level in _distinct(rows, "level")
+            (_level_position(factor, level), _time_bound(rows, level)) for level in distinct(rows, "level")
         ]
-    return Panel(title, curves, spreads)
+    return Panel(title, curves, intervals)
 
 
 def bootstrap_median(seconds: Sequence[float]) -> tuple[float, float, float]:
@@ -308,25 +309,17 @@ def bootstrap_median(seconds: Sequence[float]) -> tuple[float, float, float]:
 
 
 def _seconds(rows: Sequence[Row], level: object) -> list[float]:
-    return [_number(row["seconds"]) for row in rows if row["level"] == level]
-
-
-def _number(value: object) -> float:
-    return float(value) if isinstance(value, int | float) and math.isfinite(value) else math.inf
+    return [number(row["seconds"], math.inf) for row in rows if row["level"] == level]
 
 
 def _time_bound(rows: Sequence[Row], level: object) -> float:
-    return next(_number(row["bound_s"]) for row in rows if row["level"] == level)
+    return next(number(row["bound_s"], math.inf) for row in rows if row["level"] == level)
 
 
 def _level_position(factor: str, level: object) -> float:
     """Where a level is drawn: a logarithm knows no zero."""
-    value = _number(level)
+    value = number(level)
     return value + 0.5 if factor == "delay" else max(value, _DRAWN_FOR_ZERO.get(factor, value))
-
-
-def _distinct(rows: Sequence[Row], key: str) -> list[str | float | int | bool | None]:
-    return list(dict.fromkeys(row[key] for row in rows))
 
 
 def _by_name(rows: Sequence[Row], robot: object) -> dict[tuple[str, str], float]:
@@ -335,7 +328,7 @@ def _by_name(rows: Sequence[Row], robot: object) -> dict[tuple[str, str], float]
     kinds = dict.fromkeys((str(row["controller"]), str(row["level"])) for row in of)
     return {
         (controller, level): bootstrap_median(
-            [_number(row["seconds"]) for row in of if (row["controller"], row["level"]) == (controller, level)]
+            [number(row["seconds"], math.inf) for row in of if (row["controller"], row["level"]) == (controller, level)]
         )[0]
         for controller, level in kinds
     }
@@ -372,7 +365,7 @@ _QUICK: Mapping[str, Sequence[float | str]] = {
 }
 QUICK_SIZE = 0.02
 """Of the path where time is short [m]."""
-_QUICK_LAWS = ("hybrid", "qp")
+_QUICK_CONTROLLERS = ("hybrid", "qp")
 
 
 def cases(quick: bool, seed: int) -> list[Case]:
@@ -391,7 +384,7 @@ def cases(quick: bool, seed: int) -> list[Case]:
         for number in range(seed, seed + (1 if quick else SEEDS))
         for robot in (ROBOTS[:1] if quick else ROBOTS)
         for factor, level, jacobian, by in _levels(robot, quick)
-        for controller in (_QUICK_LAWS if quick else CONTROL_SCHEMES)
+        for controller in (_QUICK_CONTROLLERS if quick else CONTROL_SCHEMES)
     ]
 
 
@@ -467,7 +460,7 @@ STUDY = Study(
     "pressure times area: one of these at a time is otherwise. Gains follow rate and delay by the calm gain L* of a "
     "sampled loop. Seeds differ in taxels, noise and calibration, the same for all controllers and levels; points "
     "are medians over them, upright lines their 95 % bootstrap interval. What is missing in a diagram is not "
-    "possible at any speed from 4 to 128 mm/s; its row tells the least error.",
+    "possible at any speed from 4 to 128 mm/s; its row has the least error.",
     cases,
     measure,
     figures,

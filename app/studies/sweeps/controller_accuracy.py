@@ -13,13 +13,13 @@ import numpy as np
 from app.contacts.pipeline import ReadingSettings
 from app.control.command import ControllerName, ControlSettings
 from app.control.controllers import CONTROL_SCHEMES
-from app.core.arrays import FloatArray
 from app.maps.paths import path_about
 from app.scene.object_meshes import make_objects
 from app.scene.objects import ObjectSpec
 from app.session.prepare import PreparedScene
 from app.studies.figures import BarChart, Figure, Panel
-from app.studies.study import Case, Row, Study
+from app.studies.rows import Case, Row, finite_or_none, number, p95, rms
+from app.studies.study import Study
 from app.studies.testbeds.force_loop import ForceLoop, force_loop_at_goal, predicted_gain_limit
 from app.studies.testbeds.path_following import (
     SKIN_LINKS,
@@ -172,25 +172,25 @@ def duration(settings: ControlSettings) -> float:
 
 def _place_errors(course: PathRun) -> dict[str, float | None]:
     return {
-        "body_rms_mm": _finite_or_none(1e3 * course.error_rms),
-        "body_p95_mm": _finite_or_none(1e3 * course.error_p95),
-        "map_rms_mm": _finite_or_none(1e3 * _rms(course.map_error)),
-        "map_p95_mm": _finite_or_none(1e3 * _p95(course.map_error)),
+        "body_rms_mm": finite_or_none(1e3 * course.error_rms),
+        "body_p95_mm": finite_or_none(1e3 * course.error_p95),
+        "map_rms_mm": finite_or_none(1e3 * rms(course.map_error)),
+        "map_p95_mm": finite_or_none(1e3 * p95(course.map_error)),
     }
 
 
 def _force_errors(course: PathRun) -> dict[str, float | None]:
     off = course.force - GOAL
     return {
-        "force_bias_N": _finite_or_none(float(off.mean())),
-        "force_rms_N": _finite_or_none(_rms(off)),
-        "force_p95_N": _finite_or_none(course.force_p95(GOAL)),
+        "force_bias_N": finite_or_none(float(off.mean())),
+        "force_rms_N": finite_or_none(rms(off)),
+        "force_p95_N": finite_or_none(course.force_p95(GOAL)),
     }
 
 
 def _limits(course: PathRun, settings: ControlSettings) -> dict[str, str | float | None]:
     return {
-        "finished_s": _finite_or_none(course.finished),
+        "finished_s": finite_or_none(course.finished),
         "asked_s": duration(settings),
         "lost_percent": 100 * float((course.force <= 0).mean()) if len(course.force) else 100.0,
         "fastest_joint": float(course.speed.max(initial=0.0)),
@@ -200,20 +200,6 @@ def _limits(course: PathRun, settings: ControlSettings) -> dict[str, str | float
         "limited": "; ".join(course.why_limited),
         "stopped": course.stopped,
     }
-
-
-def _rms(values: FloatArray) -> float:
-    known = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(known**2))) if len(known) else math.nan
-
-
-def _p95(values: FloatArray) -> float:
-    known = values[np.isfinite(values)]
-    return float(np.percentile(known, 95)) if len(known) else math.nan
-
-
-def _finite_or_none(value: float) -> float | None:
-    return value if math.isfinite(value) else None
 
 
 def figures(rows: Sequence[Row]) -> list[Figure | BarChart]:
@@ -233,7 +219,7 @@ def figures(rows: Sequence[Row]) -> list[Figure | BarChart]:
     skin = [row for row in rows if row["sensor"] == "skin"]
     cost = {
         str(controller): float(
-            np.median([_number(row["control_ms"]) for row in skin if row["controller"] == controller])
+            np.median([number(row["control_ms"]) for row in skin if row["controller"] == controller])
         )
         for controller in dict.fromkeys(row["controller"] for row in skin)
     }
@@ -252,9 +238,7 @@ def figures(rows: Sequence[Row]) -> list[Figure | BarChart]:
 def _curves(rows: Sequence[Row]) -> dict[str, list[tuple[float, float]]]:
     return {
         str(controller): [
-            (_number(row["force_rms_N"]), _number(row["body_p95_mm"]))
-            for row in rows
-            if row["controller"] == controller
+            (number(row["force_rms_N"]), number(row["body_p95_mm"])) for row in rows if row["controller"] == controller
         ]
         for controller in dict.fromkeys(row["controller"] for row in rows)
     }
@@ -266,13 +250,9 @@ def _matches(row: Row, robot: object, path: object, sensor: object) -> bool:
 
 def _median(rows: Sequence[Row], key: str, robot: object, path: object, sensor: object) -> float:
     """Of what is known; nan where nothing is."""
-    values = [_number(row[key]) for row in rows if _matches(row, robot, path, sensor)]
+    values = [number(row[key]) for row in rows if _matches(row, robot, path, sensor)]
     known = [value for value in values if math.isfinite(value)]
     return float(np.median(known)) if known else math.nan
-
-
-def _number(value: object) -> float:
-    return float(value) if isinstance(value, int | float) else math.nan
 
 
 STUDY = Study(
@@ -284,7 +264,7 @@ STUDY = Study(
     "the force would swing there by the theory of the whole arm, or the controller's own if less. Errors on the body"
     " are from where the ball truly touches to where the path wants it, those on the map as the controller has them; "
     "force is what truly presses. The skin reads with a noise of 100 Pa a taxel; the wrench is that of the whole "
-    "link, exact or with the noise of a real sensor, and is told by the skin when there is contact. A robot that is "
+    "link, exact or with the noise of a real sensor, and learns from the skin when there is contact. A robot that is "
     "not installed says so under problem.",
     cases,
     measure,

@@ -14,7 +14,8 @@ from app.scene.effects import EFFECTS, ContactScope, Effects, Integrator, SkinMo
 from app.simulation.model_assembly import assemble
 from app.simulation.simulation import Simulation
 from app.studies.figures import BarChart
-from app.studies.study import Case, Row, Study
+from app.studies.rows import Case, Row, number
+from app.studies.study import Study
 from app.studies.testbeds.pressed_robot import PressedRobot, pressed_arm
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.poke import Finger, PokePressed
@@ -46,10 +47,10 @@ class EffectCase:
 def effect_cases() -> tuple[EffectCase, ...]:
     """Every effect in every choice that costs something of its own, each on the least that it needs.
 
-    Touch is felt from a finger; friction and contact need the probe; what the sensor adds needs a skin.
+    Touch comes from a finger; friction and contact need the probe; what the sensor adds needs a skin.
     """
     touched = replace(ALL_OFF, fingers=True)
-    felt, met = replace(touched, skin="water-fill"), replace(ALL_OFF, contact="probe")
+    pressed, met = replace(touched, skin="water-fill"), replace(ALL_OFF, contact="probe")
     rows: list[tuple[str, str, Effects, Effects]] = [
         ("none", "", ALL_OFF, ALL_OFF),
         *(("gravity", word, replace(ALL_OFF, gravity=word), ALL_OFF) for word in ("on", "compensated")),
@@ -61,13 +62,13 @@ def effect_cases() -> tuple[EffectCase, ...]:
         ("friction", "on", replace(met, friction=True), met),
         *(("skin", w, replace(touched, skin=w), touched) for w in get_args(SkinModel)[1:] if w not in _PHYSICAL),
         *(("skin", w, replace(met, skin=w), met) for w in _PHYSICAL),
-        *((key, "on", _sensing(felt, key), felt) for key, entry in EFFECTS.items() if entry.sensor is not None),
+        *((key, "on", _sensing(pressed, key), pressed) for key, entry in EFFECTS.items() if entry.sensor is not None),
     ]
     return tuple(EffectCase(*row) for row in rows)
 
 
-def _sensing(felt: Effects, key: str) -> Effects:
-    return replace(felt, sensor=replace(felt.sensor, **{key: EFFECTS[key].value("on")}))
+def _sensing(pressed: Effects, key: str) -> Effects:
+    return replace(pressed, sensor=replace(pressed.sensor, **{key: EFFECTS[key].value("on")}))
 
 
 def cases(quick: bool, seed: int) -> list[Case]:
@@ -100,7 +101,7 @@ def measure(case: Case) -> list[Row]:
         {
             "ratio": float(np.median(with_it / bare)),
             "ratio_p95": float(np.percentile(with_it / bare, 95)),
-            "price": float(np.median((with_it - without) / bare)),
+            "cost": float(np.median((with_it - without) / bare)),
             "step_us": 1e6 * float(np.median(with_it)),
             "bare_us": 1e6 * float(np.median(bare)),
         }
@@ -141,21 +142,21 @@ def _session_stepper(arm: PressedRobot, effects: Effects) -> Callable[[int], Non
 def _time_in_turns(acts: Mapping[str, Callable[[int], None]], rounds: int) -> Mapping[str, Any]:
     """(rounds,) seconds of one step by act; a round does each once: they share whatever else the machine does."""
     seconds = {name: np.zeros(rounds) for name in acts}
-    for number in range(-1, rounds):  # the first is to warm up
+    for turn in range(-1, rounds):  # the first is to warm up
         for name, act in acts.items():
             start = time.perf_counter()
             act(_TICKS_A_ROUND)
-            seconds[name][number] = (time.perf_counter() - start) / (_TICKS_A_ROUND * _STEPS_A_TICK)
+            seconds[name][turn] = (time.perf_counter() - start) / (_TICKS_A_ROUND * _STEPS_A_TICK)
     return seconds
 
 
 def figures(rows: Sequence[Row]) -> list[BarChart]:
-    """The price of each effect, dearest first, for each number of taxels."""
+    """The cost of each effect, the highest first, for each number of taxels."""
     return [
         BarChart(
-            f"The price of each effect with {taxels} taxels",
+            f"The cost of each effect with {taxels} taxels",
             "more time a step than without it, as a multiple of a bare step",
-            {_name(row): float(row["price"] or 0) for row in rows if row["taxels"] == taxels},
+            {_name(row): number(row["cost"]) for row in rows if row["taxels"] == taxels},
         )
         for taxels in dict.fromkeys(row["taxels"] for row in rows)
     ]
@@ -171,7 +172,7 @@ STUDY = Study(
     "Our own arm, held at home and, where bodies or fingers may touch, pressed with 10 N. Each effect is switched on "
     "alone, on the least that it needs (friction on contact, the sensor's effects on a skin that is touched). The "
     "ratio is the time of a step with it, in ticks of five and a reading where there is a skin, to that of a bare "
-    "mj_step of the same arm with all off, in ticks of five as well; the price is what is more than the same without "
+    "mj_step of the same arm with all off, in ticks of five as well; the cost is the difference to the same without "
     "it. All three run by turns; medians over the turns.",
     cases,
     measure,

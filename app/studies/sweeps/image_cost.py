@@ -13,9 +13,12 @@ from app.core.arrays import FloatArray
 from app.maps.interpolation import INTERPOLATIONS
 from app.maps.tactile_image import TactileImage
 from app.maps.tactile_map import TactileMap
-from app.studies.figures import Figure, Panel
-from app.studies.study import Case, Row, Study, timed
+from app.studies.figures import Figure
+from app.studies.rows import Case, Row
+from app.studies.stages.image import KnownField, frame_trial
+from app.studies.study import Study
 from app.studies.testbeds.reference_bodies import SIDE, flat_map
+from app.studies.work_precision import ErrorKind, Setting, timed, trial_row, work_precision_figures
 
 GRIDDATA, PREBUILT = "scipy griddata", "scipy LinearNDInterpolator"
 METHODS = (*INTERPOLATIONS, GRIDDATA, PREBUILT)
@@ -38,6 +41,10 @@ def sharp(points: FloatArray) -> FloatArray:
 
 
 FIELDS: Mapping[str, Callable[[FloatArray], FloatArray]] = {"smooth": smooth, "sharp": sharp}
+ERRORS = (
+    ErrorKind("smooth", "Error of a smooth field", "% of its range", "Root mean square over the pixels.", 1e-5),
+    ErrorKind("sharp", "Error of a sharp contact", "% of its peak", "Root mean square over the pixels.", 1e-5),
+)
 
 
 def cases(quick: bool, seed: int) -> list[Case]:
@@ -53,55 +60,30 @@ def cases(quick: bool, seed: int) -> list[Case]:
 
 
 def measure(case: Case) -> list[Row]:
-    """One row a field: root mean square error of the field, and milliseconds to build and for each frame."""
+    """One row: the error of each field, and milliseconds to build and for each frame."""
     map_ = flat_map(case["taxels"], seed=case["seed"])
     method, width, repeats = case["method"], case["width"], case["repeats"]
     centres = TactileImage(map_, width=width, interpolation="nearest").centres()
-    render = _renderer(method, map_, width, centres)
-    built = timed(lambda: _renderer(method, map_, width, centres), repeats=min(repeats, 3)).median
+    built = timed(lambda: _renderer(method, map_, width, centres), repeats=min(repeats, 3), warm_up=True)
     within = np.abs(centres / SIDE - 0.5).max(axis=1) < 0.5 - _MARGIN_PITCHES / np.sqrt(len(map_.skin))
-    rows: list[Row] = []
-    for name, field in FIELDS.items():
-        values = field(map_.taxel_points)
-        frame = timed(lambda values=values: render(values), repeats=repeats)  # type: ignore[misc]
-        error = render(values).ravel()[within] - field(centres[within])
-        rows.append(
-            {
-                "field": name,
-                "rmse": float(np.sqrt(np.mean(error**2))),
-                "frame_ms": 1e3 * frame.median,
-                "frame_p95_ms": 1e3 * frame.p95,
-                "build_ms": 0.0 if method == GRIDDATA else 1e3 * built,
-            }
-        )
-    return rows
+    pixels = np.flatnonzero(within)
+    fields = {
+        kind.key: KnownField(FIELDS[kind.key](map_.taxel_points), pixels, FIELDS[kind.key](centres[pixels]))
+        for kind in ERRORS
+    }
+    trial = frame_trial(Setting("image", method, {"width": width}), built.result, fields, repeats=repeats)
+    return [{**trial_row(trial), "build_ms": 0.0 if method == GRIDDATA else built.ms}]
 
 
 def figures(rows: Sequence[Row]) -> list[Figure]:
     """Error against milliseconds for each frame, and to build; along a curve the taxels grow."""
-    titles = {"frame_ms": "Error against the time of a frame", "build_ms": "Error against the time to build"}
+    times = {"ms": "{} against the time of a frame", "build_ms": "{} against the time to build"}
     return [
-        Figure(f"{title}, {field} field", "milliseconds", "rms error", _panels(rows, field, key), least=1e-7)
-        for field in FIELDS
-        for key, title in titles.items()
-    ]
-
-
-def _panels(rows: Sequence[Row], field: str, key: str) -> list[Panel]:
-    widths = dict.fromkeys(row["width"] for row in rows)
-    return [
-        Panel(
-            f"{width} × {width} pixels",
-            {
-                method: [
-                    (float(row[key] or 0), float(row["rmse"] or 0))
-                    for row in rows
-                    if (row["method"], row["width"], row["field"]) == (method, width, field)
-                ]
-                for method in METHODS
-            },
+        figure
+        for x, title in times.items()
+        for figure in work_precision_figures(
+            rows, ERRORS, panel=lambda row: f"{row['width']} × {row['width']} pixels", x=x, title=title
         )
-        for width in widths
     ]
 
 

@@ -2,30 +2,32 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
 
-from app.core.arrays import FloatArray
-from app.flattening.chart import Chart
+from app.editing.document import PatchEdit
 from app.flattening.cut import SeamPlan
-from app.flattening.flatten import flatten
 from app.flattening.methods import METHODS
-from app.flattening.newton import Iterate
-from app.geometry.mesh import Mesh
 from app.maps.topography import BodyDistances, measure_topography
 from app.skin.sampling import place_evenly
 from app.skin.skin import Patch, Skin
-from app.studies.figures import Figure, Panel
-from app.studies.study import Case, Row, Study
+from app.studies.figures import Figure
+from app.studies.rows import Case, Row
+from app.studies.stages.timed_flattening import DISTORTION, distortion_percent, flatten_timed
+from app.studies.study import Study
 from app.studies.testbeds.reference_bodies import MESHES
+from app.studies.work_precision import ErrorKind, Setting, Trial, trial_row, work_precision_figures
 
+ERRORS = (
+    DISTORTION,
+    ErrorKind("edge_error", "Neighbour distances", "relative error", "Between neighbouring taxels, rms.", 1e-6),
+    ErrorKind("stress", "Stress", "stress-1", "Of distances on the map against exact geodesics.", 1e-6),
+)
 _MOST_SEAMS = 4
 _TAXELS = 150
-_ROUNDS = 8
-"""At most so many rounds of a method become rows, spread evenly over the logarithm of their number."""
 
 
 def cases(quick: bool, seed: int) -> list[Case]:
@@ -44,25 +46,29 @@ def cases(quick: bool, seed: int) -> list[Case]:
 
 
 def measure(case: Case) -> list[Row]:
-    """One row for each of some rounds of the method: seconds from the uncut surface on, and three errors."""
+    """One row for each of some rounds of the method: time from the uncut surface on, and its errors."""
     skin, distances = _body(case["mesh"], case["faces"], case["seed"])
     surface, taxels = skin.patches[0].surface, skin.patches[0].taxels
-    runs = [_run(surface, case) for _ in range(case["repeats"])]
-    chart, rounds, _ = runs[0]
-    seconds = np.median([times for *_, times in runs], axis=0)
+    edit = PatchEdit(case["method"], seams=SeamPlan(case["extra_seams"]))
+    laid = flatten_timed(skin.patches, [edit], repeats=case["repeats"], budget=math.inf)
+    ((chart,), (rounds,)) = laid.charts, laid.iterates
     rows: list[Row] = []
-    for number in _shown_rounds(len(rounds)):
-        # Rounds are told at unit area.
+    for number in laid.shown:
+        # Rounds are reported at unit area.
         corners = np.sqrt(surface.area) * rounds[number].plane[chart.faces[taxels.faces]]
         kept = measure_topography(np.einsum("kc,kcd->kd", taxels.weights, corners), distances)
+        errors = {
+            "distortion": distortion_percent(laid.rounds[number]),
+            "edge_error": kept.edge_error,
+            "stress": kept.stress,
+        }
+        trial = Trial(Setting("flatten", case["method"]), "", 1e3 * laid.seconds[number], errors, laid.note)
         rows.append(
             {
                 "round": number,
                 "last": number == len(rounds) - 1,
-                "seconds": float(seconds[number]),
-                "symmetric_dirichlet": rounds[number].energy,
-                "edge_error": kept.edge_error,
-                "stress": kept.stress,
+                **trial_row(trial),
+                "symmetric_dirichlet": laid.rounds[number],
                 "torn_pairs": kept.torn_pairs,
                 "findings": " ".join(finding.kind for finding in chart.findings),
             }
@@ -71,19 +77,21 @@ def measure(case: Case) -> list[Row]:
 
 
 def figures(rows: Sequence[Row]) -> list[Figure]:
-    """Each error against seconds by method on each body, then what seams and finer meshes bring."""
+    """Each error against time by method on each body, round by round, then what seams and finer meshes bring."""
     plain = [row for row in rows if row["extra_seams"] == 0]
     middle = _middle_fineness(plain)
     base = [row for row in plain if row["faces"] == middle]
     seamed = [row for row in rows if row["faces"] == middle and row["last"]]
     whole = [row for row in plain if row["last"]]
-    seconds = "seconds"
+    wanted = [
+        (base, ERRORS, "{} by method"),
+        (seamed, ERRORS[:1], "{} with more and more seams"),
+        (whole, ERRORS[:1], "{} on finer and finer meshes"),
+    ]
     return [
-        Figure("Distortion by method, round by round", seconds, "energy - 4", _by(base, "mesh", _excess)),
-        Figure("Neighbour distances by method", seconds, "relative error", _by(base, "mesh", _value("edge_error"))),
-        Figure("Stress against exact geodesics", seconds, "stress", _by(base, "mesh", _value("stress"))),
-        Figure("Distortion with more and more seams", seconds, "energy - 4", _by(seamed, "mesh", _excess)),
-        Figure("Distortion on finer and finer meshes", seconds, "energy - 4", _by(whole, "mesh", _excess)),
+        figure
+        for of, errors, title in wanted
+        for figure in work_precision_figures(of, errors, panel=lambda row: str(row["mesh"]), title=title)
     ]
 
 
@@ -95,59 +103,10 @@ def _body(mesh: str, faces: int, seed: int) -> tuple[Skin, BodyDistances]:
     return skin, BodyDistances(skin, seed=seed)
 
 
-def _run(
-    surface: Mesh, case: Case, clock: Callable[[], float] = time.perf_counter
-) -> tuple[Chart, list[Iterate], FloatArray]:
-    """The chart, every round on the way, and when each was there, the last when all was checked [s]."""
-    rounds: list[Iterate] = []
-    seconds: list[float] = []
-    start = clock()
-
-    def note(iterate: Iterate) -> None:
-        rounds.append(iterate)
-        seconds.append(clock() - start)
-
-    plan = SeamPlan(case["extra_seams"])
-    chart = flatten(surface, method=case["method"], seams=plan, name=case["mesh"], progress=note)
-    seconds[-1] = clock() - start
-    return chart, rounds, np.array(seconds)
-
-
-def _shown_rounds(count: int) -> list[int]:
-    """Numbers of at most ``_ROUNDS`` of ``count`` rounds, first and last among them."""
-    return np.unique(np.rint(np.geomspace(1, count, min(count, _ROUNDS))).astype(int) - 1).tolist()
-
-
 def _middle_fineness(rows: Sequence[Row]) -> object:
     """The fineness that is nearest to the middle of all."""
     every = sorted({int(row["faces"] or 0) for row in rows})
     return every[len(every) // 2] if every else None
-
-
-def _by(rows: Sequence[Row], key: str, error: Callable[[Row], float]) -> list[Panel]:
-    """One panel for each value of ``key``, in it one curve for each method."""
-    return [
-        Panel(
-            str(value),
-            {
-                method: [
-                    (float(row["seconds"] or 0), error(row))
-                    for row in rows
-                    if (row[key], row["method"]) == (value, method)
-                ]
-                for method in METHODS
-            },
-        )
-        for value in dict.fromkeys(row[key] for row in rows)
-    ]
-
-
-def _excess(row: Row) -> float:
-    return float(row["symmetric_dirichlet"] or 0) - 4
-
-
-def _value(key: str) -> Callable[[Row], float]:
-    return lambda row: float(row[key] or 0)
 
 
 STUDY = Study(
@@ -155,9 +114,10 @@ STUDY = Study(
     "Which way of laying a body flat gives how little distortion in how many seconds?",
     "Each method lays each body flat, cut to a disk and with 0 to 4 seams more, on meshes of about 1000, 4000 "
     "and 16,000 faces. Time runs from the uncut surface; each point is a round of an iterative method, the last one "
-    "with the proof that the map is one-to-one. A method whose map is not is mended by our own, which its row says. "
-    "Errors: mean symmetric Dirichlet energy (4 is an isometry), rms relative error of the distances between "
-    "neighbouring taxels, and stress-1 of 150 taxels against exact geodesics. Times are medians.",
+    "with the proof that the map is one-to-one. A map that is not is repaired by our own method, which its row says. "
+    "Errors: mean symmetric Dirichlet energy (4 is an isometry) and the even stretch of that energy in percent, rms "
+    "relative error of the distances between neighbouring taxels, and stress-1 of 150 taxels against exact geodesics. "
+    "Times are those of the run of middle length.",
     cases,
     measure,
     figures,

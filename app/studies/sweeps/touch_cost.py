@@ -1,14 +1,13 @@
 """What does accuracy cost in touch: which contact model, for how many taxels and how small a contact?
 
-Models of ``app.touch`` are told force, centre of pressure and the ball. The contact models that the physics runs itself
-(foundation, depth) are told nothing: for them a ball is held where it presses, in a simulation of nothing else.
+Models of ``app.tactile`` are given force, centre of pressure and the ball. The contact models that the physics runs
+itself (foundation, depth) are given nothing: for them a ball is held where it presses, in a simulation of nothing else.
 """
 
 from __future__ import annotations
 
-import itertools
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import lru_cache, partial
 
 import mujoco
@@ -24,8 +23,10 @@ from app.scene.effects import Effects, SkinModel
 from app.scene.object_meshes import primitive_mesh
 from app.scene.objects import ObjectSpec, SceneObject
 from app.simulation.simulation import Simulation
-from app.studies.figures import Figure, Panel
-from app.studies.study import Case, Row, Study, timed
+from app.studies.figures import Figure
+from app.studies.rows import Case, Row, distinct, finite_or_none
+from app.studies.stages.touch import ERRORS, Reader, mean_touch_errors, touch_trial
+from app.studies.study import Study
 from app.studies.testbeds.reference_bodies import SIDE
 from app.studies.testbeds.reference_touch import (
     LENGTH,
@@ -33,18 +34,17 @@ from app.studies.testbeds.reference_touch import (
     REFERENCE_SKINS,
     ReferenceSkin,
     ReferenceTouch,
-    cell_centres,
     displace_ball,
     press_ball,
-    touch_errors,
 )
+from app.studies.work_precision import Setting, timed, trial_row, work_precision_figures
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.loads import Load, Sphere
 from app.tactile.models.contact_model import CONTACT_MODELS, ContactModel
 from app.tactile.sensor_effects import SensorEffects
 
 PHYSICS: Mapping[str, str] = {"foundation": "Foundation", "depth": "Depth"}
-"""Models that are told nothing: they see how deep the ball is. As shown to people."""
+"""Models that are given nothing: they see how deep the ball is. As shown to people."""
 _FIXED = """<mujoco model="ground"><worldbody><body name="{link}"><geom type="{solid}" pos="{at}" size="{size}"/>
 </body></worldbody></mujoco>"""
 
@@ -97,18 +97,10 @@ TITLES: Mapping[str, str] = {**{name: entry.title for name, entry in CONTACT_MOD
 """Of all models, by name."""
 CONTACTS_MM = (4, 10, 30)
 MISPLACED_MM = (0, 1)
-"""How far from where it presses models are told the ball is; the physics' own are told nothing."""
+"""How far off models are given the ball's place [mm]; the physics' own are given none."""
 _ASIDE = 0.01
 """Touches lie at random up to so far [m] from a skin's middle, where no contact reaches its border."""
 _STEPS = 200
-ERRORS = {
-    "surface_percent": ("Pressure shape at the surface", "% of the force", 1e-2),
-    "felt_percent": ("Pressure shape at the taxels' depth", "% of the force", 1e-2),
-    "place_mm": ("Centre of pressure", "mm", 1e-3),
-    "force_percent": ("Total force", "%", 1e-12),
-}
-
-Reader = Callable[[], FloatArray]
 
 
 def cases(quick: bool, seed: int) -> list[Case]:
@@ -135,35 +127,26 @@ def cases(quick: bool, seed: int) -> list[Case]:
 
 
 def measure(case: Case) -> list[Row]:
-    """One row: errors as the mean over the touches (of the place: root mean square), and times of a reading."""
+    """One row: errors over the touches, see ``mean_touch_errors``, and times of a reading."""
     name, count, seed = case["skin"], case["taxels"], case["seed"]
     skin = REFERENCE_SKINS[name](count, seed).skin
     exact = _reference_touches(name, count, case["contact_mm"], case["touches"], seed)
     touched = [displace_ball(touch, 1e-3 * case["misplaced_mm"]) for touch in exact]
     readers, built = _readers(case, touched)
-    centres = cell_centres(skin)
-    found = [touch_errors(touch, read(), skin, centres) for touch, read in zip(touched, readers, strict=True)]
-    true = [touch_errors(touch, touch.surface / skin.areas, skin, centres) for touch in touched]
-    turns = itertools.cycle(readers)
-    reading = timed(lambda: next(turns)(), repeats=case["touches"] * case["repeats"])
-    bare = bare_step()
-    row: dict[str, float | None] = {key: float(np.mean([each[key] for each in found])) for key in ERRORS}
-    row["place_mm"] = _place_rms(found)
-    row["missed_percent"] = 100 * float(np.mean([np.isnan(each["place_mm"]) for each in found]))
-    times = {
-        "ms": 1e3 * reading.median,
-        "p95_ms": 1e3 * reading.p95,
-        "steps": reading.median / bare,
-        "step_us": 1e6 * bare,
-        "build_ms": 1e3 * built,
-    }
-    return [{**row, "exact_place_mm": _place_rms(true), **times}]
-
-
-def _place_rms(found: Sequence[Mapping[str, float]]) -> float | None:
-    """Root mean square of the places [mm] of what was felt; None where nothing was."""
-    felt = [each["place_mm"] for each in found if not np.isnan(each["place_mm"])]
-    return float(np.sqrt(np.mean(np.square(felt)))) if felt else None
+    repeats = case["touches"] * case["repeats"]
+    trial = touch_trial(Setting("touch", case["model"]), readers, touched, skin, repeats=repeats)
+    true = mean_touch_errors([touch.surface / skin.areas for touch in touched], touched, skin)
+    bare = bare_step_ms()
+    return [
+        {
+            **trial_row(trial),
+            "place_mm": finite_or_none(trial.errors["place_mm"]),
+            "exact_place_mm": finite_or_none(true["place_mm"]),
+            "steps": trial.milliseconds / bare,
+            "step_us": 1e3 * bare,
+            "build_ms": 1e3 * built,
+        }
+    ]
 
 
 def _readers(case: Case, touched: Sequence[ReferenceTouch]) -> tuple[list[Reader], float]:
@@ -199,43 +182,27 @@ def _model(name: str, count: int, model: str, seed: int) -> tuple[ContactModel, 
 
 
 @lru_cache(maxsize=1)
-def bare_step() -> float:
-    """Seconds of a step of our own arm with nothing on it, on this machine now."""
+def bare_step_ms() -> float:
+    """Milliseconds of a step of our own arm with nothing on it, on this machine now."""
     robot = load_robot("arm")
     model = compile_spec(robot_spec(robot), source=robot.source)
     data = mujoco.MjData(model)
-    return timed(lambda: mujoco.mj_step(model, data, _STEPS), repeats=25).median / _STEPS
+    return timed(lambda: mujoco.mj_step(model, data, _STEPS), repeats=25, warm_up=True).ms / _STEPS
 
 
 def figures(rows: Sequence[Row]) -> list[Figure]:
     """Each error against the time of a reading, for each skin and contact; along a curve the taxels grow."""
-    made = []
-    for off in dict.fromkeys(row["misplaced_mm"] for row in rows):
-        said = "" if not off else f", ball told {off} mm aside"
-        for key, (title, unit, least) in ERRORS.items():
-            for skin in dict.fromkeys(row["skin"] for row in rows):
-                drawn = [row for row in rows if (row["misplaced_mm"], row["skin"]) == (off, skin) and key in row]
-                made.append(
-                    Figure(f"{title}, {skin} skin{said}", "milliseconds", unit, _panels(drawn, key), least=least)
-                )
-    return made
-
-
-def _panels(rows: Sequence[Row], key: str) -> list[Panel]:
     return [
-        Panel(
-            f"contact radius {contact} mm",
-            {
-                title: [
-                    (float(row["ms"] or 0), float(row[key] or 0))
-                    for row in rows
-                    if (row["model"], row["contact_mm"]) == (model, contact) and row[key] is not None
-                ]
-                for model, title in TITLES.items()
-                if any(row["model"] == model for row in rows)
-            },
+        figure
+        for off in distinct(rows, "misplaced_mm")
+        for skin in distinct(rows, "skin")
+        for figure in work_precision_figures(
+            [row for row in rows if (row["misplaced_mm"], row["skin"]) == (off, skin) and "ms" in row],
+            ERRORS,
+            panel=lambda row: f"contact radius {row['contact_mm']} mm",
+            method=lambda row: TITLES[str(row["model"])],
+            title=f"{{}}, {skin} skin" + (f", ball {off} mm aside" if off else ""),
         )
-        for contact in dict.fromkeys(row["contact_mm"] for row in rows)
     ]
 
 
@@ -244,11 +211,11 @@ STUDY = Study(
     "Which contact model gives how small an error at how many milliseconds a reading?",
     "A ball is pressed 1 mm into the middle of a flat square of 100 mm and of a tube with a radius of 36 mm, so large "
     "that its contact with a plane has the radius named. The truth is a bed of springs sampled at 200,000 points; at "
-    "the taxels' depth, 2 mm, it is the Boussinesq stress of all those forces. Models are told force, centre of "
-    "pressure and the ball. A ball told 1 mm aside stands for a collision hull that does not fit the skin. "
+    "the taxels' depth, 2 mm, it is the Boussinesq stress of all those forces. Models are given force, centre of "
+    "pressure and the ball. A ball given 1 mm aside stands for a collision hull that does not fit the skin. "
     "Shape errors are the forces on the wrong taxels. exact_place_mm is how far off the true forces on the cells put "
     "the centre of pressure: a taxel knows only the sum over its cell, so only a blur can do better. Foundation and "
-    "depth are told nothing but where the ball is; theirs is the time of a whole step with its reading. steps are "
+    "depth are given only where the ball is; theirs is the time of a whole step with its reading. steps are "
     "multiples of a bare step of our arm in the same run.",
     cases,
     measure,

@@ -35,6 +35,7 @@ from app.session.session import Session
 from app.simulation.model_assembly import assemble
 from app.simulation.object_geoms import body_name
 from app.skin.skin import Patch, Skin
+from app.studies.rows import p95, rms
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.sensor_effects import SensorEffects
 
@@ -326,13 +327,12 @@ class PathRun:
     @property
     def error_p95(self) -> float:
         """95 % of the errors on the body are below [m]; nan without contact."""
-        return _p95(self.body_error)
+        return p95(self.body_error)
 
     @property
     def error_rms(self) -> float:
         """Root mean square of the error on the body [m]; nan without contact."""
-        known = self.body_error[np.isfinite(self.body_error)]
-        return float(np.sqrt(np.mean(known**2))) if len(known) else float("nan")
+        return rms(self.body_error)
 
     @property
     def lost(self) -> float:
@@ -350,7 +350,7 @@ class PathRun:
 
     def force_p95(self, goal: float) -> float:
         """95 % of the force's errors are below [N]."""
-        return _p95(np.abs(self.force - goal))
+        return p95(np.abs(self.force - goal))
 
 
 def run_path(
@@ -439,11 +439,5 @@ class _PathRecorder:
         body, on_map, force, speed, energy, ms = np.array(self._rows, dtype=np.float64).reshape(-1, 6).T
         control = float(np.median(ms)) if len(ms) else float("nan")
         why = tuple(self._why)
-        late = _p95(ms)
+        late = p95(ms)
         return PathRun(self._tick, body, on_map, force, speed, energy, self._finished, control, late, why, self.stopped)
-
-
-def _p95(values: FloatArray) -> float:
-    """The 95th percentile of those that are numbers; nan where there is none."""
-    known = values[np.isfinite(values)]
-    return float(np.percentile(known, 95)) if len(known) else float("nan")

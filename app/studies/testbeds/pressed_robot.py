@@ -145,7 +145,7 @@ class PressRun:
         return float(np.sqrt(np.mean((self.postures - fine.postures) ** 2))) if self.postures.size else float("nan")
 
     def force_errors(self, fine: PressRun) -> tuple[float, float]:
-        """By how much the mean force is off, and how much the force wavers (standard deviation), of the true force."""
+        """Error of the mean force, and ripple of the force (standard deviation), as shares of the true force."""
         wanted = float(fine.forces.mean())
         return abs(float(self.forces.mean()) - wanted) / wanted, float(self.forces.std()) / wanted
 

@@ -156,7 +156,7 @@ def touch_errors(touch: ReferenceTouch, pressures: FloatArray, skin: Skin, centr
 
     Returns:
         ``force_percent`` of the total; ``place_mm`` of the centre of pressure, along the skin; ``surface_percent`` and
-        ``felt_percent``: the forces on the cells that are wrong, added up, of the total at the surface and below it.
+        ``depth_percent``: the forces on the cells that are wrong, added up, of the total at the surface and below it.
     """
     load = touch.load
     forces = pressures * skin.areas
@@ -167,7 +167,7 @@ def touch_errors(touch: ReferenceTouch, pressures: FloatArray, skin: Skin, centr
         "force_percent": 100 * abs(total - load.force) / load.force,
         "place_mm": 1e3 * place,
         "surface_percent": 100 * float(np.abs(forces - touch.surface).sum()) / load.force,
-        "felt_percent": 100 * float(np.abs(forces - touch.felt).sum()) / load.force,
+        "depth_percent": 100 * float(np.abs(forces - touch.felt).sum()) / load.force,
     }
 
 

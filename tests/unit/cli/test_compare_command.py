@@ -100,7 +100,7 @@ def test_a_recording_is_run_as_long_as_it_is_with_its_task(capsys, recording, tm
 def test_a_table_for_a_person_has_a_row_a_law(capsys, scene):
     assert main(["compare", scene, "--controllers", "impedance,hold_force", *SHORT]) == 0
     head, *rows = capsys.readouterr().out.splitlines()
-    assert all(title in head for title in ("map mm", "force N", "lost", "limited most by"))
+    assert all(title in head for title in ("map mm", "force N", "lost", "max N", "main limit"))
     assert [row.split()[0] for row in rows] == ["impedance", "hold_force"]
     assert rows[0].split()[1] == "-", "it has no place to be off from"
 

@@ -98,7 +98,7 @@ def test_modules_that_seem_turned_are_told_and_mended_only_when_asked(capsys, tm
     _plate_of_modules(positions, layout)
     words = (positions, "--robot", "none", "--compare", layout)
     told = answer(capsys, *words)["comparison"]
-    mended = answer(capsys, *words, "--mend-modules")["comparison"]
+    mended = answer(capsys, *words, "--fix-modules")["comparison"]
     torn = [{row["name"]: row["second"] for row in result["measures"]}["torn"] for result in (told, mended)]
     assert [finding["kind"] for finding in told["findings"]] == ["modules-misplaced"]
     assert torn[0] > torn[1] == 0

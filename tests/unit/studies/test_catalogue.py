@@ -5,8 +5,10 @@ from __future__ import annotations
 import subprocess
 import sys
 
-from app.cli.study_command import STUDIES
-from app.studies.catalogue import STUDY_NAMES
+import pytest
+
+from app.core.errors import UsageError
+from app.studies.catalogue import STUDY_NAMES, load_study
 
 
 def test_names_differ():
@@ -22,10 +24,22 @@ def test_the_command_line_knows_them_and_stays_light():
         assert f"'{heavy}'" not in loaded
 
 
-def test_a_study_has_the_name_it_is_found_by():
-    assert list(STUDIES) == list(STUDY_NAMES)
-    for name, study in STUDIES.items():
-        assert study.name == name
-        assert study.question.endswith("?")
-        assert study.cases(True, 0)
-        assert len(study.cases(True, 0)) < len(study.cases(False, 0))
+@pytest.mark.parametrize("name", STUDY_NAMES)
+def test_a_study_has_the_name_it_is_found_by(name):
+    study = load_study(name)
+    assert study.name == name
+    assert study.question.endswith("?")
+    assert 0 < len(study.cases(True, 0)) < len(study.cases(False, 0))
+
+
+def test_an_unknown_study_is_named_with_those_there_are():
+    with pytest.raises(UsageError, match="coffee-cost.*map-cost or image-cost"):
+        load_study("coffee-cost")
+
+
+def test_one_study_loads_no_other():
+    code = "import sys; from app.studies import load_study; load_study('image-cost'); print(sorted(sys.modules))"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert "'app.studies.sweeps.image_cost'" in loaded
+    for other in ("app.studies.sweeps.control_cost", "app.studies.sweeps.touch_cost", "matplotlib", "joblib"):
+        assert f"'{other}'" not in loaded

@@ -1,92 +1,147 @@
-"""The diagram is well-formed SVG, and points lie where their logarithms say."""
+"""Figures: points lie where they were measured, and the SVG is whole, the same at every run and good on any page."""
 
 from __future__ import annotations
 
+import re
+import subprocess
+import sys
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
-from app.studies.figures import Figure, Panel, figure_svg
+from app.studies.figures import BarChart, Figure, Panel, draw, figure_svg, panels
 
-SVG = "{http://www.w3.org/2000/svg}"
-
-
-def drawn(*panels, least=1e-9):
-    return ElementTree.fromstring(figure_svg(Figure("A & <B>", "seconds", "error", panels, least=least)))
+TEXT = "{http://www.w3.org/2000/svg}text"
 
 
-def dots(panel):
-    """Centres (k, 2) of each curve's points, by name."""
-    found = {}
-    for group in panel.findall(f"{SVG}g"):
-        centres = [(float(c.get("cx")), float(c.get("cy"))) for c in group.findall(f"{SVG}circle")]
-        found[group.find(f"{SVG}title").text] = np.array(centres)
-    return found
+def figure(*drawn, least=1e-9):
+    return Figure("A & <B>", "seconds", "error", drawn, least=least)
 
 
-def panels(root):
-    return root.findall(f"{SVG}g")[1:]
+def curves(axes):
+    """The lines of an axes by name; intervals have none."""
+    return {line.get_label(): line for line in axes.lines if not line.get_label().startswith("_")}
 
 
-def test_equal_factors_are_equal_steps_right_and_down():
-    root = drawn(Panel("one", {"ours": [(0.001, 1.0), (0.01, 0.01), (0.1, 0.0001)]}))
-    centres = dots(panels(root)[0])["ours"]
-    steps = np.diff(centres, axis=0)
-    assert steps[0, 0] > 20
-    assert steps[0, 1] > 20, "less error is lower"
-    np.testing.assert_allclose(steps[0], steps[1], atol=0.2)
+def texts(shown):
+    return ["".join(text.itertext()) for text in ElementTree.fromstring(figure_svg(shown)).iter(TEXT)]
 
 
-def test_a_method_keeps_its_colour_in_all_panels():
-    root = drawn(Panel("one", {"a": [(1, 1)], "b": [(2, 2)]}), Panel("two", {"b": [(1, 1)]}))
-    first, second = panels(root)
-    fills = [{g.find(f"{SVG}title").text: g.get("fill") for g in panel.findall(f"{SVG}g")} for panel in (first, second)]
-    assert fills[0]["a"] != fills[0]["b"]
-    assert fills[0]["b"] == fills[1]["b"]
+def test_both_axes_are_logarithmic_and_points_are_joined_in_their_order():
+    points = [(0.001, 1.0), (0.1, 0.0001), (0.01, 0.01)]
+    (axes,) = draw(figure(Panel("one", {"ours": points}))).axes
+    assert (axes.get_xscale(), axes.get_yscale(), axes.get_title()) == ("log", "log", "one")
+    np.testing.assert_allclose(curves(axes)["ours"].get_xydata(), points)
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("seconds", "error")
+    for (low, high), values in ((axes.get_xlim(), (0.001, 0.1)), (axes.get_ylim(), (0.0001, 1.0))):
+        assert low < min(values) < max(values) < high
+
+
+def test_a_method_keeps_its_look_in_all_panels_and_no_two_look_alike():
+    names = [f"method {k}" for k in range(12)]
+    first, second = draw(
+        figure(Panel("one", {name: [(1, 1)] for name in names}), Panel("two", {name: [(1, 1)] for name in names[::-1]}))
+    ).axes
+    looks = [
+        {name: (line.get_color(), line.get_marker()) for name, line in curves(axes).items()} for axes in (first, second)
+    ]
+    assert looks[0] == looks[1]
+    assert len(set(looks[0].values())) == 12
 
 
 def test_no_error_is_drawn_at_the_least_and_what_is_no_number_not_at_all():
-    root = drawn(Panel("one", {"ours": [(1, 0.0), (1, np.nan), (1, np.inf), (0, 1), (1, 1e-3)]}), least=1e-3)
-    centres = dots(panels(root)[0])["ours"]
-    assert len(centres) == 2
-    np.testing.assert_allclose(centres[0], centres[1])
+    points = [(1, 0.0), (1, np.nan), (1, np.inf), (0, 1), (1, 1e-3)]
+    (axes,) = draw(figure(Panel("one", {"ours": points}), least=1e-3)).axes
+    np.testing.assert_allclose(curves(axes)["ours"].get_xydata(), [[1, 1e-3], [1, 1e-3]])
 
 
-@pytest.mark.parametrize("curves", [{}, {"ours": []}, {"ours": [(1, 1)]}])
-def test_few_points_or_none_are_no_trouble(curves):
-    root = drawn(Panel("one", curves))
-    texts = [text.text for text in root.iter(f"{SVG}text")]
-    assert "one" in texts
-    assert ("nothing measured" in texts) == (not any(curves.values()))
+@pytest.mark.parametrize("made", [{}, {"ours": []}, {"ours": [(1, 1)]}])
+def test_few_points_or_none_are_no_trouble(made):
+    shown = texts(figure(Panel("one", made)))
+    assert "one" in shown
+    assert ("nothing measured" in shown) == (not any(made.values()))
 
 
-def test_names_are_escaped_and_axes_have_ticks():
-    root = drawn(Panel("<i>", {"a&b": [(1e-6, 1e-8), (1e6, 1e3)]}))
-    texts = [text.text for text in root.iter(f"{SVG}text")]
-    assert {"<i>", "a&b", "seconds", "error"} <= set(texts)
-    assert len([text for text in texts if text.startswith("1e") or text.replace(".", "").isdigit()]) >= 4
+@pytest.mark.parametrize("x", [1.0, 3.0, 0.07, 5e-6])
+def test_every_axis_has_ticks_within(x):
+    (axes,) = draw(figure(Panel("one", {"ours": [(x, x)]}))).axes
+    for ticks, (low, high) in ((axes.get_xticks(), axes.get_xlim()), (axes.get_yticks(), axes.get_ylim())):
+        assert ((ticks > low) & (ticks < high)).any()
 
 
-def test_panels_do_not_lie_on_each_other_nor_outside():
-    root = drawn(*[Panel(str(k), {"a": [(1, 1), (2, 2)]}) for k in range(7)])
-    places = [tuple(map(float, p.get("transform")[10:-1].split(","))) for p in panels(root)]
-    assert len(set(places)) == 7
-    assert max(x for x, _ in places) < float(root.get("width")) - 300
-    assert max(y for _, y in places) <= float(root.get("height")) - 250
+def test_intervals_stand_upright_in_the_colour_of_their_curve():
+    made, spans = {"ours": [(0.1, 1.0), (1.0, 0.5)]}, {"ours": [(0.1, 0.7, 2.0), (1.0, 0.5, float("inf"))]}
+    (axes,) = draw(figure(Panel("one", made, spans | {"theirs": [(0.1, 0.7, 2.0)]}))).axes
+    (upright,) = [line for line in axes.lines if line.get_label().startswith("_")]
+    np.testing.assert_allclose(upright.get_xydata(), [[0.1, 0.7], [0.1, 2.0]])
+    assert upright.get_color() == curves(axes)["ours"].get_color()
 
 
-def test_how_sure_a_point_is_stands_upright_through_it_in_its_colour():
-    curves, spreads = {"ours": [(0.1, 1.0), (1.0, 0.5)]}, {"ours": [(0.1, 0.7, 2.0), (1.0, 0.5, float("inf"))]}
-    (panel,) = panels(drawn(Panel("one", curves, spreads)))
-    (line,) = [path for path in panel.findall(f"{SVG}path") if path.get("opacity")]
-    x, low, high = (float(number) for number in line.get("d").strip("M").replace("V", ",").split(","))
-    dot = dots(panel)["ours"][0]
-    assert x == pytest.approx(dot[0], abs=0.1)
-    assert high < dot[1] < low, "more is higher, and an endless one is not drawn"
-    assert line.get("stroke") == panel.find(f"{SVG}g").get("fill")
+def test_rows_become_panels_and_curves_in_their_order():
+    rows = [
+        {"method": "b", "body": "tube", "ms": 1.0, "error": 2},
+        {"method": "a", "body": "ball", "ms": 3.0, "error": None},
+        {"method": "b", "body": "tube", "ms": 0.5, "error": 4.0},
+    ]
+    tube, ball = panels(rows, lambda row: row["body"], lambda row: row["method"], x="ms", y="error")
+    assert (tube.title, dict(tube.curves)) == ("tube", {"b": [(1.0, 2.0), (0.5, 4.0)]})
+    assert ball.title == "ball"
+    np.testing.assert_array_equal(ball.curves["a"], [(3.0, np.nan)])
 
 
-def test_a_spread_of_no_curve_is_left_out():
-    (panel,) = panels(drawn(Panel("one", {"ours": [(0.1, 1.0)]}, {"theirs": [(0.1, 0.7, 2.0)]})))
-    assert not [path for path in panel.findall(f"{SVG}path") if path.get("opacity")]
+AMOUNTS = {"little": 0.5, "much": 2.0, "nothing": 0.0, "<odd> & so": 1.0, "below": -0.1, "unknown": float("nan")}
+
+
+def test_the_largest_bar_is_on_top_and_what_is_no_number_is_left_out():
+    (axes,) = draw(BarChart("What costs most?", "times & more", AMOUNTS)).axes
+    names = [label.get_text() for label in axes.get_yticklabels()]
+    assert names[::-1] == ["much", "<odd> & so", "little", "nothing", "below"]
+    assert [bar.get_width() for bar in axes.patches][::-1] == [2.0, 1.0, 0.5, 0.0, -0.1]
+    assert {"2", "1", "0.5", "0", "-0.1"} <= {text.get_text() for text in axes.texts}, "numbers stand behind"
+    assert axes.get_xlabel() == "times & more"
+
+
+@pytest.mark.parametrize("amounts", [{}, {"none": float("inf")}])
+def test_a_chart_of_nothing_says_so(amounts):
+    assert "nothing measured" in texts(BarChart("What?", "ms", amounts))
+
+
+BOTH = (
+    figure(*(Panel(f"<i> {k}", {"a&b $x$": [(1e-6, 1e-8), (1e6, 1e3)]}) for k in range(4))),
+    BarChart('What "costs" <most>?', "ms", AMOUNTS),
+)
+
+
+@pytest.mark.parametrize("shown", BOTH)
+def test_names_are_shown_as_they_are_and_the_title_is_the_elements(shown):
+    root = ElementTree.fromstring(figure_svg(shown))
+    assert root.find("{http://www.w3.org/2000/svg}title").text == shown.title
+    assert ({"<i> 0", "a&b $x$", "seconds", "error"} if shown is BOTH[0] else set(AMOUNTS) - {"unknown"}) <= set(
+        texts(shown)
+    )
+
+
+def test_what_is_drawn_in_the_texts_colour_follows_the_page():
+    for shown in BOTH:
+        svg = figure_svg(shown)
+        assert "currentColor" in svg
+        assert not re.search(r"#0[0-9]0101|#000000|: black|: white|#ffffff", svg)
+
+
+def test_figures_of_one_page_share_no_names():
+    svg = "".join(figure_svg(shown) for shown in BOTH)
+    names = re.findall(r' id="([^"]+)"', svg)
+    assert len(set(names)) == len(names)
+    used = {*re.findall(r"url\(#([^)]+)\)", svg), *re.findall(r'href="#([^"]+)"', svg)}
+    assert used
+    assert used <= set(names)
+
+
+def test_a_figure_is_the_same_in_another_process():
+    code = (
+        "from app.studies.figures import *; "
+        "print(figure_svg(Figure('one', 's', 'm', [Panel('p', {'a': [(1, 2), (3, 4)]})])))"
+    )
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert told.strip() == figure_svg(Figure("one", "s", "m", [Panel("p", {"a": [(1, 2), (3, 4)]})]))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from app.core.errors import MapError
-from app.studies.study import run_cases, timed
+from app.studies.study import run_cases
 
 CASES = [{"number": k} for k in range(6)]
 
@@ -58,12 +58,3 @@ def test_progress_may_cancel(jobs):
     with pytest.raises(KeyboardInterrupt):
         run_cases(squares, CASES, jobs=jobs, progress=stop)
     assert len(told) == 2
-
-
-def test_times_are_median_and_p95_of_the_runs_after_the_first():
-    ticks = iter([0.0, 1.0, 10.0, 12.0, 20.0, 26.0])
-    calls = []
-    times = timed(lambda: calls.append(1), repeats=3, clock=lambda: next(ticks))
-    assert len(calls) == 4
-    assert times.median == 2.0
-    assert times.p95 == pytest.approx(5.6)

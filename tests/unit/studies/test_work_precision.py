@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from app.core.errors import MapError
@@ -13,10 +15,12 @@ from app.studies.work_precision import (
     Subject,
     Trial,
     diagram,
-    median_run,
     method_title,
     pareto_front,
     run_trials,
+    timed,
+    trial_row,
+    work_precision_figures,
 )
 
 NAN = float("nan")
@@ -26,7 +30,7 @@ SLOW = ErrorKind("late", "Late", "mm", "How late.", 0.01)
 
 def stage(trials=lambda subject, setting: [], settings=()):
     return Stage("guess", "Guess", "Which?", ("first", "second", "third"), (OFF, SLOW), lambda _: settings, trials,
-                 lambda _: None, lambda _: "", lambda _: 1.0)  # fmt: skip
+                 lambda _: "", lambda _: 1.0)  # fmt: skip
 
 
 def trial(method, milliseconds, off, **more):
@@ -113,16 +117,44 @@ def test_progress_may_cancel():
 @pytest.mark.parametrize(
     ("lasting", "result"), [([5.0], (0, 5.0)), ([0.1, 9.0], (0, 0.1)), ([0.02, 0.01, 0.05], (0, 0.02))]
 )
-def test_the_middle_of_up_to_three_runs_counts(lasting, result):
+def test_the_middle_of_the_runs_that_the_budget_allows_counts(lasting, result):
     ticks, count = [], iter(range(9))
     now = 0.0
     for seconds in lasting:
         ticks += [now, now + seconds]
         now += seconds
     clock = iter(ticks)
-    made, seconds = median_run(lambda: next(count), clock=lambda: next(clock), enough=0.2)
-    assert (made, seconds) == (result[0], pytest.approx(result[1]))
+    made = timed(lambda: next(count), clock=lambda: next(clock), budget=0.2)
+    assert (made.result, made.ms) == (result[0], pytest.approx(1e3 * result[1]))
+    assert made.seconds == pytest.approx(lasting)
     assert next(clock, None) is None, "it ran as often as it should"
+
+
+def test_times_are_median_and_p95_of_the_runs_after_the_one_to_warm_up():
+    ticks = iter([0.0, 1.0, 10.0, 12.0, 20.0, 26.0])
+    calls = []
+    times = timed(lambda: calls.append(1), repeats=3, warm_up=True, clock=lambda: next(ticks))
+    assert len(calls) == 4
+    assert times.ms == 2000.0
+    assert times.p95_ms == pytest.approx(5600.0)
+
+
+def test_a_trial_is_a_row_of_a_study():
+    once = Trial(Setting("guess", "first"), "", 3.0, {"off": 1.0}, note="so")
+    assert trial_row(once) == {"ms": 3.0, "off": 1.0, "note": "so"}
+    assert trial_row(replace(once, p95_ms=4.0)) == {"ms": 3.0, "p95_ms": 4.0, "off": 1.0, "note": "so"}
+
+
+def test_rows_become_a_figure_for_each_error_with_a_panel_for_each_subject():
+    rows = [{"method": m, "body": b, "ms": 1.0, "off": 2.0, "late": 3.0} for b in "xy" for m in ("first", "second")]
+    made = work_precision_figures(rows, (OFF, SLOW), panel=lambda row: row["body"], title="{} of all")
+    assert [(figure.title, figure.x, figure.y, figure.least) for figure in made] == [
+        ("Off of all", "milliseconds", "%", 0.01),
+        ("Late of all", "milliseconds", "mm", 0.01),
+    ]
+    for figure, value in zip(made, (2.0, 3.0), strict=True):
+        assert [panel.title for panel in figure.panels] == ["x", "y"]
+        assert figure.panels[0].curves == {"first": [(1.0, value)], "second": [(1.0, value)]}
 
 
 def test_methods_have_names_for_people():

@@ -26,9 +26,9 @@ def test_every_model_is_tried_and_the_half_space_with_every_share(found, tube):
 
 def test_errors_are_ordered_by_what_models_know(found):
     assert found["point", None].errors["surface_percent"] > found["water-fill", None].errors["surface_percent"]
-    felt = [found["half-space", share].errors["felt_percent"] for share in SHARES]
+    felt = [found["half-space", share].errors["depth_percent"] for share in SHARES]
     assert felt == sorted(felt, reverse=True), "wider fields tell more"
-    assert felt[-1] < found["water-fill", None].errors["felt_percent"]
+    assert felt[-1] < found["water-fill", None].errors["depth_percent"]
 
 
 def test_no_model_loses_force(found):

@@ -192,7 +192,7 @@ def test_curves_hold_the_nominal_and_the_bound_of_theory():
     (panel,) = figure.panels
     assert panel.curves["qp"] == [(10.0, 5.0), (50.0, 3.0), (100.0, 2.5)]
     assert panel.curves[BOUND] == [(10.0, 3.0), (50.0, 0.6), (100.0, 0.3)]
-    assert panel.spreads["qp"][0] == (10.0, 5.0, 5.0)
+    assert panel.intervals["qp"][0] == (10.0, 5.0, 5.0)
     assert "posture loop" in figure.note, "why the simulator departs stands beside"
 
 

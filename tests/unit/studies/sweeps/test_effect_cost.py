@@ -1,4 +1,4 @@
-"""The price of each effect: one at a time, on the least it needs, against a bare step of the same arm."""
+"""The cost of each effect: one at a time, on the least it needs, against a bare step of the same arm."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_one_effect_at_a_time_on_the_least_that_it_needs():
             assert getattr(one.effects.sensor, one.effect) is not None
 
 
-def test_every_effect_in_every_choice_is_priced_but_for_the_time_step():
+def test_every_effect_in_every_choice_is_measured_but_for_the_time_step():
     found = {one.effect for one in effect_cases()}
     assert found == {"none", *EFFECTS} - {"timestep", "dynamics"}
     assert {one.choice for one in effect_cases() if one.effect == "skin"} == set(EFFECTS["skin"].choices) - {"off"}
@@ -57,7 +57,7 @@ def test_with_all_off_nothing_is_left():
 
 
 def test_what_is_felt_is_really_pressed():
-    """The rows of contacts and skins price a skin in touch, not an idle one."""
+    """The rows of contacts and skins measure a skin in touch, not an idle one."""
     probed = replace(ALL_OFF, contact="probe", skin="water-fill")
     simulation = Simulation(ARM.robot, ARM.skin, probed, objects=(ARM.probe,))
     simulation.step(1500, ARM.command)
@@ -70,8 +70,8 @@ def test_rows_carry_effect_and_ratio(rows):
         assert found["ratio_p95"] >= found["ratio"]
         assert found["step_us"] > 0.8 * found["bare_us"] > 0
     none, rk4, skin, _ = rows
-    assert abs(none["price"]) < 0.3
-    assert rk4["price"] > 1.0, "four evaluations a step"
+    assert abs(none["cost"]) < 0.3
+    assert rk4["cost"] > 1.0, "four evaluations a step"
     assert skin["ratio"] > none["ratio"]
 
 

@@ -40,11 +40,11 @@ def test_what_bounces_is_lost_from_step_to_step(rows):
 
 
 def test_what_diverges_says_why_and_has_no_numbers(rows):
-    assert "time step" in rows[2]["stopped"]
+    assert "time step" in rows[2]["note"]
     assert all(
         rows[2][key] is None for key in ("force_percent", "ripple_percent", "lost_percent", "posture_mrad", "ms")
     )
-    assert rows[0]["stopped"] == ""
+    assert rows[0]["note"] == ""
 
 
 def test_a_shorter_step_is_nearer_to_the_truth_and_dearer(rows):

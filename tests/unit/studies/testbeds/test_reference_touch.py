@@ -68,9 +68,9 @@ def test_the_truth_has_no_error_but_the_place(touch):
     exact = touch_errors(touch, touch.surface / skin.areas, skin, centres)
     assert exact["force_percent"] < 1e-9
     assert exact["surface_percent"] < 1e-9
-    assert 5 < exact["felt_percent"] < 20
+    assert 5 < exact["depth_percent"] < 20
     assert 0 < exact["place_mm"] < 1, "a cell's force is taken to act in its middle"
-    assert touch_errors(touch, touch.felt / skin.areas, skin, centres)["felt_percent"] < 1e-9
+    assert touch_errors(touch, touch.felt / skin.areas, skin, centres)["depth_percent"] < 1e-9
 
 
 def test_errors_are_what_they_are_called(touch):
