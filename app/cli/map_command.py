@@ -95,7 +95,7 @@ def print_quality(result: Mapping[str, Any]) -> None:
             "Rank correlation": _number_text(result["spearman"]),
             "Trustworthiness": _number_text(result["trustworthiness"]),
             "Continuity": _number_text(result["continuity"]),
-            "Round trip": f"{_number_text(result['round_trip_mm'])} mm through a pixel",
+            "Round-trip error": f"{_number_text(result['round_trip_mm'])} mm through a pixel",
             "Force in the image": f"{_number_text(result['force_error'])} off (relative)",
             "Time": f"{result['seconds']:.2f} s",
             "Written to": result["file"] or "nothing",

@@ -337,7 +337,7 @@ def work_precision_figures(
 
 
 _TITLES = {
-    "symmetric-dirichlet": "Balanced",
+    "symmetric-dirichlet": "Symmetric Dirichlet",
     "lscm": "Conformal (LSCM)",
     "arap": "As rigid as possible",
     "slim": "SLIM",

@@ -44,25 +44,25 @@ ACTIONS = (
     ActionSpec("open_scene", "Scene file…", (), "Open a scene of your own"),
     ActionSpec("save_scene", "Save scene as…", (), "Keep this scene, with the effects you chose"),
     ActionSpec("open_recording", "Open recording…", ("Ctrl+Shift+O",), "Replay a recording"),
-    ActionSpec("import_taxels", "Import iCub taxels…", (), "Wear the taxels of an iCub positions file"),
+    ActionSpec("import_taxels", "Import iCub taxels…", (), "Put the taxels of an iCub positions file on the robot"),
     ActionSpec("open_map", "Open map…", ("Ctrl+L",), "Take over the layout of a saved map of this skin"),
     ActionSpec("save_map", "Save map", ("Ctrl+S",), "Save the tactile map, with all that can be edited"),
     ActionSpec("save_map_as", "Save map as…", ("Ctrl+Shift+S",), "Save the tactile map under another name"),
     ActionSpec("export_map", "Export map…", ("Ctrl+E",), "For other programs: OBJ with UV, SVG, PNG, CSV and more"),
-    ActionSpec("restore_map", "Restore", (), "Take back the edits that were not saved when the program ended"),
+    ActionSpec("restore_map", "Restore", (), "Restore the edits that were not saved when the program ended"),
     ActionSpec("save_picture", "Save picture…", ("Ctrl+Shift+P",), "Save the window as a picture"),
     ActionSpec("quit", "Quit", ("Ctrl+Q",), "Close the window"),
     ActionSpec("pause", "Pause", ("Space",), "Stop or go on; in a replay, play or pause (Space)"),
     ActionSpec("step", "Step", (".",), "One control tick while paused (→ or .)"),
     ActionSpec("reset", "Reset", ("Backspace",), "Start the scene again (Backspace)"),
     ActionSpec("record", "Record", ("Ctrl+R",), "Record every tick to a file (Ctrl+R)", checkable=True),
-    ActionSpec("undo", "Undo", ("Ctrl+Z",), "Take back the last edit of the map (Ctrl+Z)"),
-    ActionSpec("redo", "Redo", ("Ctrl+Shift+Z", "Ctrl+Y"), "Do again what was taken back (Ctrl+Shift+Z)"),
+    ActionSpec("undo", "Undo", ("Ctrl+Z",), "Undo the last edit of the map (Ctrl+Z)"),
+    ActionSpec("redo", "Redo", ("Ctrl+Shift+Z", "Ctrl+Y"), "Redo what was undone (Ctrl+Shift+Z)"),
     ActionSpec(
         "arrange",
         "Arrange patches",
         ("V",),
-        "Click patches to select them, drag to move, turn or scale them (V)",
+        "Click patches to select them, drag to move, rotate or scale them (V)",
         group="tool",
         in_views=True,
     ),
@@ -94,7 +94,7 @@ ACTIONS = (
         "draw_path",
         "Path",
         ("D",),
-        "Draw the path that the arm leads the contact along, on map or body; drag its corners (D)",
+        "Draw the path that the contact follows, on map or body; drag its corners (D)",
         group="tool",
         in_views=True,
     ),
@@ -102,7 +102,7 @@ ACTIONS = (
         "set_target",
         "Target",
         ("G",),
-        "Click where the arm is to hold the contact, on map or body; drag to lead it (G)",
+        "Click where the contact is to be held, on map or body; drag to move the target (G)",
         group="tool",
         in_views=True,
     ),
@@ -115,14 +115,14 @@ ACTIONS = (
             ("raster", "Raster", "To and fro over a box"),
         )
     ),
-    ActionSpec("clear_path", "Clear path and target", (), "Forget what was drawn for the arm to follow or hold"),
-    ActionSpec("more_force", "More force", ("Alt+Up",), "Wish for 0.5 N more (Alt+↑)"),
-    ActionSpec("less_force", "Less force", ("Alt+Down",), "Wish for 0.5 N less (Alt+↓)"),
+    ActionSpec("clear_path", "Clear path and target", (), "Remove the drawn path and target"),
+    ActionSpec("more_force", "More force", ("Alt+Up",), "Increase the force goal by 0.5 N (Alt+↑)"),
+    ActionSpec("less_force", "Less force", ("Alt+Down",), "Decrease the force goal by 0.5 N (Alt+↓)"),
     ActionSpec("add_pin", "Pin", ("P",), "Pin the place under the pointer, or the selected taxels", in_views=True),
     ActionSpec("remove_pin", "Remove pins", ("Alt+P",), "Remove the selected pins, or the nearest", in_views=True),
     ActionSpec("select_pins", "Select pins", ("Shift+P",), "Select all pins of the selected patches", in_views=True),
     ActionSpec("propose_seam", "Propose a seam", ("Ctrl+K",), "Show where one more seam would help most, and how much"),
-    ActionSpec("mirror", "Mirror", ("Ctrl+M",), "Exchange left and right of the selected patches"),
+    ActionSpec("mirror", "Mirror", ("Ctrl+M",), "Mirror the selected patches horizontally"),
     *(
         ActionSpec(f"align_{name}", text, (), f"Line up the selected patches {where}")
         for name, text, where in (
@@ -134,16 +134,20 @@ ACTIONS = (
             ("bottom", "Bottoms", "by their bottoms"),
         )
     ),
-    ActionSpec("true_size", "True size", (), "Draw the selected patches as large as they are"),
-    ActionSpec("repack", "Pack again", ("Ctrl+Shift+K",), "Arrange patches as they sit on the body"),
-    ActionSpec("hide_patches", "Hide patches", ("H",), "Hide the selected patches; they go on feeling", in_views=True),
-    ActionSpec("show_patches", "Show all patches", ("Alt+H",), "Show every patch", in_views=True),
-    ActionSpec("cancel_edit", "Cancel the edit", ("Ctrl+.",), "Drop the edit that is being computed"),
+    ActionSpec("true_size", "True size", (), "Reset the scale of the selected patches to 1"),
+    ActionSpec("repack", "Repack", ("Ctrl+Shift+K",), "Arrange patches as they sit on the body"),
     ActionSpec(
-        "save_script", "Save what I did as a script…", (), "Keep your touches since the last reset, to play again"
+        "hide_patches", "Hide patches", ("H",), "Hide the selected patches; hidden patches keep sensing", in_views=True
     ),
-    ActionSpec("play_script", "Play a script…", (), "Start again, touched as a script says"),
-    ActionSpec("weigh", "Weigh check (0.1 kg)", (), "Lay 0.1 kg on the skin of a copy beside: it must read 0.981 N"),
+    ActionSpec("show_patches", "Show all patches", ("Alt+H",), "Show every patch", in_views=True),
+    ActionSpec("cancel_edit", "Cancel the edit", ("Ctrl+.",), "Cancel the edit that is being computed"),
+    ActionSpec(
+        "save_script", "Save my touches as a script…", (), "Keep your touches since the last reset, to play again"
+    ),
+    ActionSpec("play_script", "Play a script…", (), "Restart the scene and play a script of touches"),
+    ActionSpec(
+        "weigh", "Known-load check (0.1 kg)", (), "Lay 0.1 kg on the skin in a separate process: it must read 0.981 N"
+    ),
     *(
         ActionSpec(f"controller_{controller}", text, (f"Alt+{number}",), f"{tip} (Alt+{number})", group="controller")
         for number, (controller, (text, tip)) in enumerate(CONTROLLERS.items(), start=1)
@@ -152,16 +156,16 @@ ACTIONS = (
         ActionSpec(f"task_{task}", text, (), f"{text}, with the controllers that do tasks", group="task")
         for task, text in SETTING_CHOICES["task"][1].items()
     ),
-    ActionSpec("start_again", "Start the task again", ("Ctrl+Backspace",), "From its beginning (Ctrl+Backspace)"),
-    ActionSpec("reset_gains", "Reset gains", (), "All gains of the controller go back to where they began"),
+    ActionSpec("start_again", "Restart task", ("Ctrl+Backspace",), "From its beginning (Ctrl+Backspace)"),
+    ActionSpec("reset_gains", "Reset gains", (), "Reset all gains of the controller to the scene's values"),
     ActionSpec(
         "compare_controllers",
         "Compare controllers…",
         ("Ctrl+Shift+L",),
-        "Run several controllers on the same touches, beside",
+        "Run several controllers on the same stimuli in another process",
     ),
-    ActionSpec("save_report", "Save report", (), "Keep what led to the stop in a file that repeats it"),
-    ActionSpec("use_anyway", "Use anyway", (), "Simulate it so all the same"),
+    ActionSpec("save_report", "Save report", (), "Save a report that replays what led to the stop"),
+    ActionSpec("use_anyway", "Use anyway", (), "Simulate it in spite of the warning"),
     ActionSpec("poke", "Poke", ("T",), "Press the skin to poke it (T)", group="tool", in_views=True),
     ActionSpec(
         "select_box",
@@ -193,25 +197,33 @@ ACTIONS = (
     ActionSpec("select_none", "Select none", ("Alt+A",), "Select no taxel (Escape)", in_views=True),
     ActionSpec("select_inverse", "Invert selection", ("Ctrl+I",), "Select the taxels that are not selected"),
     ActionSpec(
-        "morph", "Body or map", ("M",), "Lay the skin flat in the robot view, or put it on again (M)", in_views=True
+        "morph",
+        "Body or map",
+        ("M",),
+        "Flatten the skin in the robot view, or put it back on the body (M)",
+        in_views=True,
     ),
     *(
         ActionSpec(f"ground_{name}", text, (f"Ctrl+{number}",), f"{tip} (Ctrl+{number})", group="ground")
         for number, (name, text, tip) in enumerate(
             (
-                ("pressure", "Pressure", "Show touch on bare skin"),
-                ("angle", "Stretch of angles", "Show how much longer one direction is drawn than the one across"),
-                ("area", "Stretch of areas", "Show how many times too large or too small areas are drawn"),
-                ("checker", "Checker", "Squares on the map: the body shows how the map pulls them"),
-                ("circles", "Circles", "Circles on the body: the map shows what it makes of them"),
+                ("pressure", "Pressure", "Show pressure only"),
+                (
+                    "angle",
+                    "Angle distortion",
+                    "Ratio of the larger to the smaller stretch at each point (1: no angle distortion)",
+                ),
+                ("area", "Area distortion", "Ratio of map area to body area at each point (1: no area distortion)"),
+                ("checker", "Checker", "Checkerboard on the map, shown on the body as the map distorts it"),
+                ("circles", "Circles", "Circles on the body, shown on the map as ellipses (Tissot's indicatrix)"),
             ),
             start=1,
         )
     ),
-    ActionSpec("mark_seams", "Seams", ("Alt+S",), "Dash the cuts along which the skin was laid open", checkable=True),
-    ActionSpec("mark_border", "Border", ("Alt+B",), "Line the end of the skin", checkable=True),
+    ActionSpec("mark_seams", "Seams", ("Alt+S",), "Show the seams along which the skin was cut", checkable=True),
+    ActionSpec("mark_border", "Border", ("Alt+B",), "Show the border of the skin", checkable=True),
     ActionSpec("mark_pins", "Pins", (), "Show the pins whatever the tool", checkable=True),
-    ActionSpec("mark_contours", "Contours", ("Alt+C",), "Line the touched areas", checkable=True),
+    ActionSpec("mark_contours", "Contours", ("Alt+C",), "Show the outlines of contact regions", checkable=True),
     ActionSpec(
         "mark_shapes",
         "Contact shapes",
@@ -245,15 +257,15 @@ ACTIONS = (
 MOUSE_GESTURES = (
     ("Press the skin or the map", "poke; force grows while held"),
     ("Drag along it", "stroke"),
-    ("Escape", "lift the finger, give up a selection being drawn, or select none"),
+    ("Escape", "release the poke, cancel a selection being drawn, or select none"),
     ("Click, or drag around, with Select", "select taxels, on the map or on the body"),
-    ("Drag a patch with Arrange", "move it; its corners scale, its handle turns; Ctrl does not snap"),
+    ("Drag a patch with Arrange", "move it; its corners scale, its handle rotates; Ctrl does not snap"),
     ("Drag a pin with Pins", "the map follows; click the skin to pin it"),
     ("Drag along the skin with Seams", "draw a seam; Alt erases one"),
     ("Enter, Escape", "accept or decline a proposed seam"),
-    ("Click or drag with Path", "draw; Enter or a double click ends, Backspace takes a corner back"),
-    ("Drag a path's corner, side or line", "move it, add a corner, move all of it; Delete takes a corner out"),
-    ("Click or drag with Target", "hold the contact there, lead it along"),
+    ("Click or drag with Path", "draw; Enter or a double click ends, Backspace removes the last corner"),
+    ("Drag a path's corner, side or line", "move it, add a corner, move all of it; Delete removes a corner"),
+    ("Click or drag with Target", "hold the contact there, move it along"),
     ("Wheel or drag on the force, Page Up and Down", "0.5 N more or less, with Path and Target"),
     ("→", "one control tick while paused, or one frame of a replay"),
     ("Drag beside the robot", "turn the view; with Shift, move it"),

@@ -20,44 +20,50 @@ from app.control.controllers import effective_settings
 from widgets.common.panel import LabelledSlider
 
 CONTROLLERS = {
-    "impedance": ("Hold posture", "The arm is a spring to its home posture: it yields to a touch and returns"),
+    "impedance": ("Joint impedance", "The arm is a spring to its home posture: it yields to a touch and returns"),
     "hold_force": ("Hold force", "The arm retreats from or follows a touch so that its force stays at the goal"),
-    "admittance": ("Admittance", "Force moves a mass in a viscous liquid, and the arm goes where it goes; no integral"),
+    "admittance": (
+        "Admittance",
+        "The force error drives a virtual mass with damping, and the arm follows it; no integral",
+    ),
     "hybrid": ("Hybrid", "Force along the contact's normal, position across it"),
-    "parallel": ("Parallel", "Position and force both act everywhere, and the integral of force has the last word"),
-    "projection": ("Projection", "Errors of the touch, chosen by a matrix; takes the map for the skin without stretch"),
-    "priority": ("Priority", "Force first, then the place on the map, then the rest posture"),
+    "parallel": (
+        "Parallel",
+        "Position and force act in all directions; the force integral dominates the position error",
+    ),
+    "projection": ("Projection", "Task-space projection of contact errors; assumes an isometric map"),
+    "priority": ("Priority", "Strict task priority: force, then position on the map, then rest posture"),
     "qp": ("Quadratic program", "Force and place within bounds on speed, acceleration, joints and forces"),
 }
 """Words and tool tip by controller."""
 SETTING_CHOICES = {
     "task": (
-        "What to do with a touch",
+        "Task",
         {
-            "keep_force": "Keep the force",
-            "hold_point": "Hold the contact at a point",
-            "follow_path": "Follow a path on the map",
-            "balance": "Balance all contacts",
+            "keep_force": "Keep force",
+            "hold_point": "Hold contact position",
+            "follow_path": "Follow path",
+            "balance": "Balance contact forces",
             "retreat": "Retreat from touch",
-            "guide": "Be guided by touch",
+            "guide": "Hand guiding",
         },
     ),
     "path_kind": (
-        "The path's shape",
+        "Path shape",
         {"polyline": "Polyline", "spline": "Spline", "lemniscate": "Figure of eight", "raster": "Raster"},
     ),
     "gains": (
-        "Gains that a slow or late skin could not hold",
-        {"limited": "Gains held to the skin's rate", "as_given": "Gains as they are set"},
+        "Gain limits for sensor rate and delay",
+        {"limited": "Limit gains for sensor rate and delay", "as_given": "Unlimited gains"},
     ),
     "jacobian": (
-        "How the map is taken to lie on the body",
-        {"smoothed": "Map smoothed over two rings", "raw": "Map as each triangle says"},
+        "Jacobian of the map",
+        {"smoothed": "Smoothed Jacobian (2-ring)", "raw": "Exact per-triangle Jacobian"},
     ),
 }
 """Tool tip, and words by value, of each setting that is chosen from a list."""
 
-RESTART_LABELS = {"follow_path": "Start the path again", "hold_point": "Hold where it is now"}
+RESTART_LABELS = {"follow_path": "Restart path", "hold_point": "Hold current position"}
 """What starting a task afresh does, by the tasks that remember a place."""
 
 
@@ -75,7 +81,7 @@ class SliderSpec(NamedTuple):
 
 SLIDERS = {
     "stiffness": SliderSpec(
-        "Stiffness", "rad/s", 1.0, 30.0, 0.5, 1.0, "Natural frequency of every joint about its home; higher yields less"
+        "Natural frequency", "rad/s", 1.0, 30.0, 0.5, 1.0, "Of every joint about its home; higher is stiffer"
     ),
     "damping_ratio": SliderSpec("Damping ratio", "", 0.1, 2.0, 0.05, 1.0, "1 returns without overshoot"),
     "force_goal": SliderSpec("Force goal", "N", 0.0, 15.0, 0.5, 1.0, "The contact force to keep; 0 only retreats"),
@@ -86,20 +92,22 @@ SLIDERS = {
         40.0,
         1.0,
         1e3,
-        "Retreat or approach speed for each newton too much or too little",
+        "Approach or retreat speed per newton of force error",
     ),
     "integral_time": SliderSpec(
-        "Integral time", "s", 0.05, 2.0, 0.05, 1.0, "Shorter removes lasting errors faster, and overshoots more"
+        "Integral time", "s", 0.05, 2.0, 0.05, 1.0, "Shorter removes steady-state errors faster, and overshoots more"
     ),
     "position_gain": SliderSpec(
-        "Position gain", "1/s", 0.0, 12.0, 0.5, 1.0, "Speed on the map for each metre that the contact is off"
+        "Position gain", "1/s", 0.0, 12.0, 0.5, 1.0, "Speed on the map per metre of position error"
     ),
-    "inertia_time": SliderSpec("Inertia", "ms", 0.0, 300.0, 10.0, 1e3, "How slowly the controller takes up a speed"),
+    "inertia_time": SliderSpec(
+        "Inertia", "ms", 0.0, 300.0, 10.0, 1e3, "Time constant of the virtual mass: longer reacts more slowly"
+    ),
     "path_speed": SliderSpec("Path speed", "mm/s", 0.0, 60.0, 1.0, 1e3, "Along the path, on the map"),
     "path_size": SliderSpec(
         "Path size", "mm", 10.0, 100.0, 5.0, 1e3, "Of a path laid about the place first touched, when none is drawn"
     ),
-    "max_force": SliderSpec("Stop above", "N", 5.0, 100.0, 5.0, 1.0, "A contact with more force stops the arm"),
+    "max_force": SliderSpec("Force limit", "N", 5.0, 100.0, 5.0, 1.0, "A contact with a greater force stops the arm"),
 }
 """By setting, in the order shown."""
 

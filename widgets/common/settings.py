@@ -30,8 +30,8 @@ class BaseLayer(Enum):
 
 _TITLES = {
     BaseLayer.PRESSURE: "Pressure",
-    BaseLayer.ANGLE: "Stretch of angles",
-    BaseLayer.AREA: "Stretch of areas",
+    BaseLayer.ANGLE: "Angle distortion",
+    BaseLayer.AREA: "Area distortion",
     BaseLayer.CHECKER: "Checker",
     BaseLayer.CIRCLES: "Circles",
 }

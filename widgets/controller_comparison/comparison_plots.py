@@ -76,8 +76,8 @@ class Quantity(NamedTuple):
 QUANTITIES = (
     Quantity("force", "Contact force (N)", 1.0, 3),
     Quantity("map_error", "Error on the map (mm)", 1e3, 3),
-    Quantity("joint_speed", "Fastest joint (rad/s)", 1.0, 2),
-    Quantity("energy", "Energy given to contacts (J)", 1.0, 2),
+    Quantity("joint_speed", "Max joint speed (rad/s)", 1.0, 2),
+    Quantity("energy", "Net energy to contacts (J)", 1.0, 2),
 )
 LIMITED = "Limited"
 

@@ -126,9 +126,9 @@ class ContenderCard(QWidget):
 
 DONE, SCRIPT, FILE = "done", "script", "file"
 _SOURCES = {
-    DONE: ("What was done since the last reset", "All touches, edits and wishes since then, tick by tick"),
-    SCRIPT: ("The scene's own script", "The scripted hand, from the scene's start"),
-    FILE: ("A recording…", "What was done in a recording of any scene"),
+    DONE: ("Session since the last reset", "All touches, edits and settings since then, tick by tick"),
+    SCRIPT: ("The scene's own script", "The scripted stimuli, from the scene's start"),
+    FILE: ("A recording…", "The inputs of a recording of any scene"),
 }
 _TASKS = {
     "recorded": ("The task as it was then", "Task, path and force goal come with the stimulus"),

@@ -27,7 +27,7 @@ from widgets.controller_comparison.metrics_table import MetricsTable
 
 _LEFT = 330
 _EMPTY = (
-    "Each controller runs from the same start on the same touches, beside the simulation.\n"
+    "Each controller runs from the same start on the same stimuli, in another process.\n"
     "Choose the controllers and press Run: their traces are drawn over each other here, with a table of figures."
 )
 
@@ -144,7 +144,9 @@ class ComparisonView(QWidget):
     def _run_row(self) -> QHBoxLayout:
         self._run = self._button("comparison-run", "Run", "Run these controllers on this stimulus", self.asked.emit)
         self._run.setDefault(True)
-        self._cancel = self._button("comparison-cancel", "Cancel", "Stop, and keep what was there", self.cancelled.emit)
+        self._cancel = self._button(
+            "comparison-cancel", "Cancel", "Cancel, and keep the results so far", self.cancelled.emit
+        )
         self._progress = QProgressBar(self)
         self._progress.setRange(0, 1000)
         self._progress.setTextVisible(False)
@@ -255,7 +257,7 @@ class ComparisonView(QWidget):
 
     def _on_edited(self) -> None:
         if self.traces:
-            self._say("▲ What is drawn was run before this change: run again.")
+            self._say("▲ These results are older than this change: run again.")
 
     def _on_use(self, settings: ControlSettings, _checked: bool = False) -> None:
         self.used.emit(settings)

@@ -34,20 +34,20 @@ class Row(NamedTuple):
 
 
 ROWS = (
-    Row("map_rms_mm", "Error on the map, rms", "mm"),
-    Row("map_p95_mm", "Error on the map, p95", "mm"),
-    Row("body_rms_mm", "Error on the body, rms", "mm"),
-    Row("body_p95_mm", "Error on the body, p95", "mm"),
-    Row("force_rms_N", "Force off its goal, rms", "N"),
+    Row("map_rms_mm", "Position error on the map, rms", "mm"),
+    Row("map_p95_mm", "Position error on the map, p95", "mm"),
+    Row("body_rms_mm", "Position error on the body, rms", "mm"),
+    Row("body_p95_mm", "Position error on the body, p95", "mm"),
+    Row("force_rms_N", "Force error, rms", "N"),
     Row("force_std_N", "Force ripple, std", "N"),
-    Row("force_max_N", "Greatest force", "N"),
+    Row("force_max_N", "Max force", "N"),
     Row("lost", "Contact lost", "%", 100.0),
     Row("limited", "Limited", "%", 100.0),
     Row("limit", "Limited most by", ""),
-    Row("joint_speed_max", "Fastest joint", "rad/s"),
-    Row("energy_J", "Energy given, at most", "J", 1.0, better=False),
-    Row("control_ms", "Time of the controller, median", "ms"),
-    Row("control_p95_ms", "Time of the controller, p95", "ms"),
+    Row("joint_speed_max", "Max joint speed", "rad/s"),
+    Row("energy_J", "Max net energy output", "J", 1.0, better=False),
+    Row("control_ms", "Controller time, median", "ms"),
+    Row("control_p95_ms", "Controller time, p95", "ms"),
 )
 
 

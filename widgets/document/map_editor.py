@@ -223,7 +223,7 @@ class MapEditor(MapEditorSignals):
         self._worker.reflatten(wanted)
 
     def cancel_work(self) -> None:
-        """Drop the edit that is being computed."""
+        """Cancel the edit that is being computed."""
         if self._asked is not None:
             name = self._rest()
             self._worker.cancel_edit()

@@ -69,11 +69,11 @@ def make_background(kind: BaseLayer, map_: TactileMap, image: ImageAtlas) -> Bac
     length = f"{1e3 * size:g}{THIN}mm"
     if kind is BaseLayer.CHECKER:
         dark = checkerboard(image.centres(), side=size, blur=image.resolution)
-        return Background(kind, _textured(dark, image), f"Squares of {length}, laid flat")
+        return Background(kind, _textured(dark, image), f"Squares of {length}, on the map")
     if kind is BaseLayer.CIRCLES:
         circles = TissotCircles(map_.skin.patches, radius=size / 2, spacing=1.5 * size)
         dark = circles.cover(*image.places, blur=image.resolution)
-        return Background(kind, _textured(dark, image), f"Circles {length} across on the body")
+        return Background(kind, _textured(dark, image), f"Circles {length} in diameter, on the body")
     assert_never(kind)
 
 
@@ -143,7 +143,7 @@ def legend_of(ground: Background | None, flaws: Flaws) -> Legend | None:
     faulty = bool(flips or overlaps)
     counts = f"{flips} {'triangle' if flips == 1 else 'triangles'} flipped, {overlaps} overlapping"
     if ground is None:
-        return Legend("Not one-to-one", (counts,), faulty=True) if faulty else None
+        return Legend("Not bijective", (counts,), faulty=True) if faulty else None
     strip = ground.stretch is not None
     lines = (ground.note, counts) if strip or faulty else (ground.note,)
     one_sided = ground.stretch is not None and ground.stretch.measure != "area"

@@ -205,11 +205,11 @@ class MapDisplay(MapCanvas):
 
     def show_empty(self) -> None:
         """Say what would fill the view."""
-        self._show_card("No tactile map yet", "Open a robot to see its skin laid flat.", button="Open robot…")
+        self._show_card("No tactile map yet", "Open a robot to see its tactile map.", button="Open robot…")
 
     def show_loading(self, text: str, progress: float) -> None:
         """Say that a map is being made: ``text`` names the stage, ``progress`` runs from 0 to 1."""
-        self._show_card("Making the tactile map", text, button="Cancel", progress=progress)
+        self._show_card("Computing the tactile map", text, button="Cancel", progress=progress)
 
     def show_failed(self, text: str) -> None:
         """Say why there is no map."""

@@ -92,8 +92,8 @@ class EditableMap(MapDisplay):
 
 _POKES = "Press a patch to poke the robot there. Drag beside the patches to pan."
 _CHOOSES = "Click taxels or draw around them to select them. Escape selects none."
-_EDITS = "Edit the map with the tool in the hand. Drag with the middle button, or with Space, to pan."
-_LEADS = "Draw where the arm is to lead the contact. Drag with the middle button, or with Space, to pan."
+_EDITS = "Edit the map with the active tool. Drag with the middle button, or with Space, to pan."
+_LEADS = "Draw the reference path or target. Drag with the middle button, or with Space, to pan."
 
 
 class MapView(EditableMap):

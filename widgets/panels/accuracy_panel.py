@@ -123,7 +123,7 @@ class AccuracyView(QWidget):
 
     def show_enlarged(self, on: bool) -> None:
         """Whether it has a window of its own."""
-        self._enlarge.setText("Bring back" if on else "Enlarge")
+        self._enlarge.setText("Dock" if on else "Enlarge")
 
     def rest(self) -> None:
         """Nothing is being measured any more."""
@@ -167,10 +167,10 @@ class AccuracyView(QWidget):
 
     def _make_measure_row(self) -> QHBoxLayout:
         self._measure.setObjectName("accuracy-measure")
-        self._measure.setToolTip("Try every setting on your own skin, in a process beside the simulation")
+        self._measure.setToolTip("Try every setting on your own skin, in another process")
         self._measure.clicked.connect(self.measure_requested)
         self._cancel.setObjectName("accuracy-cancel")
-        self._cancel.setToolTip("Stop, and keep the diagram before")
+        self._cancel.setToolTip("Cancel, and keep the diagram before")
         self._cancel.clicked.connect(self.cancelled)
         self._progress.setRange(0, 1000)
         self._progress.setTextVisible(False)
@@ -178,7 +178,7 @@ class AccuracyView(QWidget):
         self._progress.setMinimumWidth(40)  # by itself it would be too wide for the column
         self._progress.setAccessibleName("Progress")
         self._enlarge.setObjectName("accuracy-enlarge")
-        self._enlarge.setToolTip("Show the diagrams in a window of their own, or back in the column")
+        self._enlarge.setToolTip("Show the diagrams in a separate window, or back in the panel")
         self._enlarge.clicked.connect(self.enlarge_asked)
         row = QHBoxLayout()
         row.setSpacing(8)
@@ -256,7 +256,7 @@ class AccuracyPanel(Panel):
         self.board.cancelled.connect(self._on_cancelled)
         self.board.chosen.connect(self.chosen)
         self.board.enlarge_asked.connect(self._on_enlarge_asked)
-        self._away = QLabel("Shown in its own window.", self)
+        self._away = QLabel("Shown in a separate window.", self)
         self._away.setProperty("role", "caption")
         self._window: _DetachedWindow | None = None
         for widget in (self.board, self._away):
@@ -344,7 +344,7 @@ class AccuracyPanel(Panel):
             trouble,
             f"Measured on {result.subject.title}." if stage.reflatten else "Measured on the whole map.",
             "▲ The map has changed since: measure again." if stale else "",
-            f"Not possible here: {'; '.join(drawn.missing)}" if drawn.missing else "",
+            f"Not available: {'; '.join(drawn.missing)}" if drawn.missing else "",
         )
         return " ".join(part for part in parts if part)
 

@@ -34,12 +34,12 @@ DURATION_CHOICES = {False: "for good", True: "until released"}
 _TASKS = {
     "retreat": "retreat",
     "guide": "be guided",
-    "keep_force": "keep the force",
-    "hold_point": "hold the point",
+    "keep_force": "keep force",
+    "hold_point": "hold position",
     "follow_path": "follow the path",
     "balance": "balance contacts",
 }
-_CONTROLLERS = {"impedance": "hold posture", "hold_force": "hold force"}
+_CONTROLLERS = {"impedance": "joint impedance", "hold_force": "hold force"}
 RESPONSE_CHOICES: list[tuple[dict[str, str], str]] = [
     *(({"controller": "hybrid", "task": task}, text) for task, text in _TASKS.items()),
     *(({"controller": controller}, text) for controller, text in _CONTROLLERS.items()),
@@ -50,13 +50,13 @@ a task.
 
 
 def event_text(behaviour: Behaviour) -> str:
-    """What must happen, without where."""
+    """The event that triggers it, without where."""
     known = EVENT_CHOICES.get((behaviour.on, behaviour.times), f"{behaviour.times} times {behaviour.on}")
     return known + (f" > {behaviour.above:g}\u2009N" if behaviour.above else "")
 
 
 def response_text(then: Mapping[str, SettingValue]) -> str:
-    """What follows: as the list calls it, else setting by setting."""
+    """What it changes: as the list calls it, else setting by setting."""
     for known, text in RESPONSE_CHOICES:
         if known == dict(then):
             return text
@@ -71,7 +71,7 @@ def _value_text(value: SettingValue) -> str:
 
 _REMOVE_SIGN = "\N{MULTIPLICATION SIGN}"
 _GAP_PX, _LEAST_PX, _SCROLL_PX, _CROSS_PX = 4, 40, 16, 24
-_NAMES = {"when": "What must happen", "where": "Where", "then": "What follows", "lasts": "For how long"}
+_NAMES = {"when": "Event", "where": "Location", "then": "Response", "lasts": "Duration"}
 
 
 class BehaviourRow(QWidget):
@@ -175,7 +175,7 @@ def _caption_label(text: str, parent: QWidget) -> QLabel:
     return label
 
 
-_EMPTY = "A tap, press or stroke can change what the arm does: add a behaviour and choose."
+_EMPTY = "Contact events can switch the controller: add a behaviour."
 _DEFAULT_BEHAVIOUR = Behaviour("tap", times=2, then={"controller": "hybrid", "task": "retreat"})
 """What a new one is until it is chosen otherwise."""
 

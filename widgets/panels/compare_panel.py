@@ -26,15 +26,13 @@ from widgets.document.map_editor import MapEditor
 FILTER = "Maps and drawings (*.npz *.json *.csv *.tsv *.txt *.ini *.urdf *.xml);;All files (*)"
 _MARK = "▲"
 _NAME_PX = 104
-_EMPTY = "See what another layout does better: a saved map, one drawn by hand, or this one as it is now."
+_EMPTY = "Compare with another map: a saved one, taxel positions drawn by hand, or this one as it is now."
 _REPLAYING = "A replay shows the map as it was; go back to live to compare it."
-_DRAWING = (
-    "B is a drawing of taxels alone: it is measured, not shown. Taking it over pins taxels to where they are drawn."
-)
+_DRAWING = "B has taxel positions only: it is measured, not displayed. Applying it pins taxels to these positions."
 _SIDE_TIPS = {False: "Show B in the map view, to look at; an edit goes back to A", True: _DRAWING}
 _TAKE_TIPS = {
-    False: "Give this map the charts, the arrangement and the pins of B; one step, which can be undone",
-    True: "Lay each patch over its drawing, and pin taxels to where they are drawn; two steps, which can be undone",
+    False: "Apply the charts, the arrangement and the pins of B to this map; one undo step",
+    True: "Fit each patch to the positions in B, and pin its taxels there; two undo steps",
 }
 
 
@@ -65,16 +63,19 @@ class ComparePanel(Panel):
         grid = QGridLayout()
         grid.setSpacing(4)
         self.column.addLayout(grid)
-        self._with = self._button("Compare with…", "Open a saved map, or a drawing of the taxels", self.choose)
-        self._keep = self._button("Keep as B", "Compare what comes with the map as it is now", self.keep_present)
+        self._with = self._button(
+            "with", "Compare with…", "Open a saved map, or a file of taxel positions on a map", self.choose
+        )
+        self._keep = self._button(
+            "keep", "Set current as B", "Compare later edits with the map as it is now", self.keep_present
+        )
         self._sides = QButtonGroup(self)
-        self._with.setObjectName("compare-with")
         self._a, self._b = self._side("A: this map"), self._side("B")
         self._a.setToolTip("Show the map that is edited")
         self._a.setChecked(True)
         self._b.toggled.connect(self._on_b_toggled)
-        self._take = self._button("Take over B", "", self._on_take_clicked)
-        self._forget = self._button("Forget B", "Compare with nothing", self._on_forget_clicked)
+        self._take = self._button("take", "Apply B", "", self._on_take_clicked)
+        self._forget = self._button("forget", "Clear B", "Stop comparing", self._on_forget_clicked)
         for place, button in enumerate((self._with, self._keep, self._a, self._b, self._take, self._forget)):
             grid.addWidget(button, *divmod(place, 2))
         editor.shown.connect(self._on_shown)
@@ -133,9 +134,9 @@ class ComparePanel(Panel):
 
     # Inside.
 
-    def _button(self, text: str, tip: str, slot: object) -> QPushButton:
+    def _button(self, name: str, text: str, tip: str, slot: object) -> QPushButton:
         button = QPushButton(text, self)
-        button.setObjectName("compare-" + text.split()[0].lower())
+        button.setObjectName(f"compare-{name}")
         button.setToolTip(tip)
         button.clicked.connect(slot)
         return button
@@ -191,7 +192,7 @@ class ComparePanel(Panel):
     def _on_take_clicked(self, _checked: bool = False) -> None:
         other = self._other
         if isinstance(other, MapDocument):
-            self._editor.do(f"Take over {self._name}", partial(adopt_document, other=other))
+            self._editor.do(f"Apply {self._name}", partial(adopt_document, other=other))
         elif other is not None:
             self._editor.do("Arrange as drawn", partial(arrange_as_drawn, drawing=other))
             self._editor.ask(partial(pin_as_drawn, drawing=other))

@@ -25,19 +25,22 @@ from widgets.document.taxel_selection import TaxelSelection, region_colour
 
 
 def estimate_text(estimate: ForceEstimate) -> str:
-    """Like "12 of 14 told apart, residual 1.1 noise", with condition, peak and mean below; or why it was refused."""
-    told, condition = f"{estimate.effective_rank} of {estimate.unknowns} told apart", _format_number(estimate.condition)
+    """Like "Effective rank 12/14, residual 1.1 × noise", with condition, peak and mean below; or why it was refused."""
+    told, condition = (
+        f"Effective rank {estimate.effective_rank}/{estimate.unknowns}",
+        _format_number(estimate.condition),
+    )
     if estimate.refused:
         return f"{told}, condition {condition}\nRefused: {estimate.refused[:1].lower()}{estimate.refused[1:]}"
     if not len(estimate.forces):  # there is no distribution to explain readings with
-        return f"Force and torque: {told}\nOne force at one place, without a shape"
+        return f"Wrench: {told[0].lower()}{told[1:]}\nResultant wrench only, no pressure distribution"
     peak, mean = 1e-3 * estimate.peak, 1e-3 * estimate.mean
     return f"{told}, {_residual_text(estimate)}\nCondition {condition}, peak {peak:.1f} and mean {mean:.1f}\u2009kPa"
 
 
 def _residual_text(estimate: ForceEstimate) -> str:
     if estimate.noise > 0:
-        return f"residual {_format_number(estimate.misfit)}\u2009noise"
+        return f"residual {_format_number(estimate.misfit)}\u2009×\u2009noise"
     return f"residual {1e-3 * estimate.residual:.2g}\u2009kPa"
 
 
@@ -49,38 +52,38 @@ def _format_number(value: float) -> str:
 
 ESTIMATORS: dict[EstimatorName, tuple[str, str]] = {
     "area-sum": (
-        "Force: pressure times area",
+        "Force: pressure × area",
         "Summed over the touched taxels and the ring around them. Costs nothing; totals stay within a few percent.\n"
         "Loses the shape: below a cover peaks come out too low and too wide.",
     ),
     "local-nnls": (
-        "Force: pressures that only push",
+        "Force: NNLS deconvolution",
         "Non-negative least squares on the region and its ring, with the cover's blur undone. 0.1 ms a contact.\n"
-        "Tells the shape; noise may make the total some percent too large. Believes in the scene's depth of the cover.",
+        "Tells the shape; noise may make the total some percent too large. Assumes the scene's taxel depth.",
     ),
     "tikhonov": (
-        "Force: as smooth as noise asks",
-        "Tikhonov's least squares, with the price at which the answer explains the readings to within their noise.\n"
+        "Force: Tikhonov (discrepancy principle)",
+        "Tikhonov regularisation; its weight makes the residual equal to the noise (discrepancy principle).\n"
         "0.1 ms a contact. Tells the shape; pressures at the rim may come out negative.",
     ),
     "lumped": (
-        "Force: sensor in the link",
+        "Force: force-torque sensor in the link",
         "What a force and torque sensor in each link would know without a skin, its weight taken off.\n"
         "0.2 ms a link. Feels friction, but sees several contacts of a link as one, between them, and no shape.",
     ),
 }
 """Words and tool tip by name."""
-ESTIMATOR_TIP = "Which way leads from the readings to a contact's force; control sees what it finds"
+ESTIMATOR_TIP = "Force estimator: how contact forces follow from the readings; controllers use the result"
 THRESHOLD_TIP = (
-    "From which pressure on a taxel counts as touched; it stays so down to half of that.\n"
+    "Contact threshold: a taxel is in contact from this pressure on, and stays so down to half of it.\n"
     "Automatic is 1\u2009kPa, or three standard deviations of the noise if that is more."
 )
 THRESHOLDS = (None, 500.0, 1000.0, 2000.0, 3000.0, 5000.0, 10000.0)
 """[Pa]; None is automatic."""
-SHEAR_NOTE = "Net shear cannot be observed"
+SHEAR_NOTE = "Net shear is unobservable"
 SHEAR_TIP = (
-    "These taxels feel normal stress. A sideways force on the cover presses on one side of itself and pulls on the\n"
-    "other: what it makes taxels feel adds up to nothing (Cerruti's field has no mean). Any net shear could be added\n"
+    "These taxels sense normal stress. A tangential force on the cover presses on one side of itself and pulls on the\n"
+    "other: the normal stress below it sums to zero (Cerruti's solution has no mean). Any net shear could be added\n"
     "to a contact without a trace in the sum, so none is estimated. The true friction is only known to the simulation\n"
     "and to a force and torque sensor in the link."
 )
@@ -89,8 +92,8 @@ SHEAR_TIP = (
 def threshold_text(threshold: float | None, usual: float) -> str:
     """Like "Touched from 2 kPa"; ``usual`` is what automatic means now [Pa]."""
     if threshold is None:
-        return f"Touched from {1e-3 * usual:.3g}\u2009kPa, automatic"
-    return f"Touched from {1e-3 * threshold:.3g}\u2009kPa"
+        return f"Contact threshold {1e-3 * usual:.3g}\u2009kPa, automatic"
+    return f"Contact threshold {1e-3 * threshold:.3g}\u2009kPa"
 
 
 class EstimationControls(QWidget):
@@ -157,12 +160,12 @@ class EstimationControls(QWidget):
 
 _ROWS = 3
 """More than that is rare; the line above counts and sums all of them."""
-_FORCE_TIP = "Normal force, as the way chosen above finds it; control sees the same."
+_FORCE_TIP = "Normal force from the selected estimator; controllers use the same value."
 _ESTIMATE_TIP = (
-    "Of the same contact: how many of the forces on its taxels the readings tell apart above their noise,\n"
-    "how many times errors may grow on the way, and what the answer leaves unexplained. A residual near the\n"
-    "noise is as good as can be; far above it, the model of the cover is wrong. Where less than half can be\n"
-    "told apart, no distribution is given, and the contact keeps the sum of pressure times area."
+    "Of the same contact: effective rank (how many of the taxel forces the readings determine above their noise),\n"
+    "condition number, and residual. A residual near the noise is as good as can be; far above it, the model of the\n"
+    "cover is wrong. Where the rank is below half of the unknowns, no distribution is given, and the contact keeps\n"
+    "the sum of pressure times area."
 )
 _FACTS_TIP = (
     "Of the selected contact, or else the strongest: force and place with their standard uncertainties\n"
@@ -180,7 +183,7 @@ _ROW_STYLE = """
 """
 
 
-_ROW_TIP = "Highlight the trace of this contact; once more, of none"
+_ROW_TIP = "Highlight this contact's trace; click again to clear"
 _NAME_PX = 96
 """What the column leaves for a link's name."""
 
@@ -232,7 +235,7 @@ class ContactRow:
 def region_summary(region: ContactRegion, among: Sequence[ContactRegion]) -> str:
     """What is known of a region, in two lines; a third names the one among ``among`` that it touches."""
     long, short = 2e3 * np.linalg.norm(region.axes, axis=1)
-    size = f"{long:.0f} × {short:.0f}\u2009mm" if long > 0 else "of unknown shape"
+    size = f"{long:.0f} × {short:.0f}\u2009mm" if long > 0 else "shape not resolved"
     lines = [
         f"{region.force:.2f} ± {region.force_error:.2f}\u2009N, centre ± {1e3 * region.place_error:.1f}\u2009mm",
         f"Mean {1e-3 * region.mean:.1f}\u2009kPa, {size}",
@@ -306,7 +309,7 @@ class ContactsPanel(Panel):
     def clear(self) -> None:
         """Nothing is touched."""
         self._regions, self._estimates = (), {}
-        self._summary.setText("Nothing touches the skin: press it in a view.")
+        self._summary.setText("No contact. Press the skin in a view.")
         self._fill()
 
     def show_frame(self, frame: Frame) -> None:

@@ -98,16 +98,16 @@ def step_response_text(response: StepResponse) -> str:
 _WAITING_TEXTS = {
     "keep_force": "Waiting for a contact",
     "hold_point": "Waiting for a contact to hold",
-    "follow_path": "Waiting for a contact to lead along the path",
+    "follow_path": "Waiting for a contact to move along the path",
     "balance": "Waiting for contacts",
     "retreat": "Ready to retreat",
-    "guide": "Waiting for a hand",
+    "guide": "Waiting for contact",
 }
 
 _REGRASP_TEXTS = {
-    "look": "Looking for a way to carry the contact over",
-    "return": "Bringing the contact back",
-    "failed": "Waiting where the path cannot go on",
+    "look": "Planning a regrasp",
+    "return": "Moving the contact back",
+    "failed": "Waiting: the path cannot be continued",
 }
 """By ``Transfer.state``; the others are steps of carrying."""
 
@@ -122,11 +122,11 @@ def task_status_text(settings: ControlSettings, frame: Frame) -> str:
     if settings.controller not in CONTROL_SCHEMES or frame.task is None:
         return _status_without_task(settings, frame)
     if any(limit.startswith("stopped") for limit in frame.why_limited):
-        return "Standing still"
+        return "Stopped"
     if frame.task.transfer:
-        return _REGRASP_TEXTS.get(frame.task.transfer, "Carrying the contact over")
+        return _REGRASP_TEXTS.get(frame.task.transfer, "Regrasping")
     if "contact lost" in frame.why_limited:
-        return "Looking for the contact it just lost"
+        return "Reacquiring contact"
     if not frame.regions:
         return _WAITING_TEXTS[settings.task]
     return _status_of_task(settings, frame)
@@ -140,17 +140,17 @@ def _status_without_task(settings: ControlSettings, frame: Frame) -> str:
 
 def _status_of_task(settings: ControlSettings, frame: Frame) -> str:
     task = frame.task
-    off = "" if task is None or task.error is None else f", {1e3 * task.error:.1f}\u202fmm off"
+    off = "" if task is None or task.error is None else f", error {1e3 * task.error:.1f}\u202fmm"
     count = len(frame.regions)
     if settings.task == "follow_path":
         waits = "the path waits for the contact" in frame.why_limited
         way = 0.0 if task is None else 1e3 * task.way
-        return f"Waiting for the contact{off}" if waits else f"Following the path, {way:.0f}\u202fmm along it{off}"
+        return f"Waiting for the contact{off}" if waits else f"Following path, {way:.0f}\u202fmm along it{off}"
     if settings.task == "balance" and count > 1:
         return f"Balancing {count} contacts"
     return {
         "hold_point": f"Holding the point{off}",
-        "guide": f"Following the hand{off}",
+        "guide": f"Hand guiding{off}",
         "retreat": f"Retreating from {count} contact{'s' * (count > 1)}",
     }.get(settings.task, f"Keeping {settings.force_goal:.1f}\u202fN")
 
@@ -164,7 +164,7 @@ class LimitState(Enum):
     """How free the controller is."""
 
     FREE = "Not limited"
-    ENDED = "Was limited"
+    ENDED = "Recently limited"
     LIMITED = "Limited"
     STOPPED = "Stopped"
 
@@ -205,7 +205,7 @@ class LimitStatusLine(QWidget):
 
     def say_no_joints(self) -> None:
         """There is nothing to limit."""
-        self._say(LimitState.FREE, [], [], head="This robot has no joints to move")
+        self._say(LimitState.FREE, [], [], head="The robot has no actuated joints")
 
     def _say(self, state: LimitState, now: list[str], ended: list[str], *, head: str = "") -> None:
         stopped = state is LimitState.STOPPED
@@ -368,16 +368,16 @@ class ControllerPanel(Panel):
         self._why = LimitStatusLine(self)
         self.column.addWidget(self._why)
         grid = self.grid()
-        self._energy_name, self._energy = value_label("Energy given", self), value_label("", self, right=True)
+        self._energy_name, self._energy = value_label("Net energy output", self), value_label("", self, right=True)
         self._energy_name.setToolTip(
-            "Net energy the arm gave to what it touches, and what it may still give before it slows down"
+            "Net energy output to contacts, and what the energy tank (passivity) has left before the arm slows down"
         )
         self._energy.setObjectName("energy")
         grid.addWidget(self._energy_name, 0, 0)
         grid.addWidget(self._energy, 0, 1)
         self._response = self.caption()
         self._response.setObjectName("step-response")
-        self._response.setToolTip("How the force answered the last step of its goal; settled within 5 % of the step")
+        self._response.setToolTip("Step response of the force; settling band 5 %")
         self._response.hide()
 
     def _show_step(self) -> None:
@@ -405,7 +405,7 @@ class ControllerPanel(Panel):
     def _act_buttons(self) -> QGridLayout:
         grid = QGridLayout()
         grid.setSpacing(4)
-        self._again = self._button("task-again", "", "Start the task afresh", self.start_again)
+        self._again = self._button("task-again", "", "Restart task", self.start_again)
         self._reset = self._button("reset-gains", "Reset gains", _GAINS_TIP, self.reset_gains)
         self._compare = self._button(
             "compare-controllers", "Compare controllers…", _COMPARE_TIP, self.comparison_requested
@@ -446,8 +446,8 @@ class ControllerPanel(Panel):
         self.settings_edited.emit(settings)
 
 
-_GAINS_TIP = "All gains of this controller go back to where they began; what it is to do stays"
-_COMPARE_TIP = "Run several controllers on the same touches, beside the simulation"
+_GAINS_TIP = "Reset all gains of this controller to the scene's values; the task stays"
+_COMPARE_TIP = "Run several controllers on the same stimuli in another process"
 
 
 def _set_text(label: QLabel, words: str) -> None:

@@ -67,7 +67,7 @@ def recorded_decision(scene: Scene, effects: Effects) -> EffectDecision:
         entry = EFFECTS[row.name]
         old, new = (getattr(part.sensor if entry.sensor else part, row.name) for part in (decision.effects, effects))
         word = entry.word(new)
-        changed = replace(row, on=word != "off", value=word, why="changed while it ran", overridden=True)
+        changed = replace(row, on=word != "off", value=word, why="changed during the recording", overridden=True)
         rows.append(row if old == new else changed)
     return EffectDecision(effects, tuple(rows), ())
 
@@ -75,7 +75,7 @@ def recorded_decision(scene: Scene, effects: Effects) -> EffectDecision:
 def credited_decision(decision: EffectDecision, opened: Scene, scene: Scene) -> EffectDecision:
     """The same decision, with a person named where it was not the scene that was opened who said so."""
     here = {key for key, wish in scene.overrides.items() if opened.overrides.get(key) != wish}
-    rows = (replace(row, why="you chose so") if row.name in here else row for row in decision.rows)
+    rows = (replace(row, why="set by user") if row.name in here else row for row in decision.rows)
     return replace(decision, rows=tuple(rows))
 
 
@@ -99,7 +99,7 @@ _SMALLEST_MS = 0.005
 _STAGES = {"skin": "touch"}
 """Stages that are called otherwise than their effect."""
 _LIVE = "Median of the last {count} ticks, as it runs now"
-_MEASURED_OFFLINE = "Measured beside, on this scene with and without it"
+_MEASURED_OFFLINE = "Measured by ablation in a separate process"
 
 
 @dataclass(frozen=True)
@@ -146,8 +146,8 @@ class EffectCosts:
         if row.name in self.prices:
             return CostText(_format_ms(self.prices[row.name]), True, _MEASURED_OFFLINE)
         if self.prices:
-            return CostText("–", True, "It has no price of its own: nothing runs without it")
-        return CostText("…", True, "Being measured beside")
+            return CostText("–", True, "It cannot be disabled, so its cost cannot be measured")
+        return CostText("…", True, "Being measured in a separate process")
 
     @property
     def total(self) -> str:
@@ -310,7 +310,7 @@ class EffectsPanel(Panel):
         self._rows.setSpacing(2)
         self._warnings = self._note("effects-warnings")
         self._closed = self._note("effects-closed")
-        self._closed.setText("What the recording was made with.")
+        self._closed.setText("Effects used in the recording.")
         self._rows.addLayout(self._header())
         self._body, self._sensor = QWidget(self._content), QWidget(self._content)
         self._columns = {group: _group_layout(group) for group in (self._body, self._sensor)}
@@ -324,7 +324,7 @@ class EffectsPanel(Panel):
             self._rows.addWidget(widget)
         self._total = value_label("", self._content, right=True)
         self._total.setObjectName("effects-total")
-        self._auto = QPushButton("All to auto", self._content)
+        self._auto = QPushButton("Reset all to auto", self._content)
         self._auto.setObjectName("effects-all-auto")
         self._auto.setToolTip("Simulate what the scene needs, and no more")
         self._auto.clicked.connect(self.auto_all_requested)
@@ -422,7 +422,7 @@ class EffectsPanel(Panel):
 
     def _header(self) -> QHBoxLayout:
         row = QHBoxLayout()
-        for words, side in (("Effect", Qt.AlignmentFlag.AlignLeft), ("ms a tick", Qt.AlignmentFlag.AlignRight)):
+        for words, side in (("Effect", Qt.AlignmentFlag.AlignLeft), ("ms per tick", Qt.AlignmentFlag.AlignRight)):
             label = QLabel(words, self._content)
             label.setProperty("role", "caption")
             row.addWidget(label, 0, side)

@@ -12,7 +12,7 @@ from widgets.document.map_editor import MapEditor
 ROW = 24
 _MAX_ROWS = 8
 _MARGIN = 16
-_EMPTY = "What you do to the map is listed here; click a step to go back to it."
+_EMPTY = "Edits of the map are listed here; click a step to go back to it."
 _UNDONE = int(Qt.ItemDataRole.UserRole)
 _PRESENT = _UNDONE + 1
 _NOWHERE = QModelIndex()
@@ -55,7 +55,7 @@ class HistoryModel(QAbstractListModel):
             case Qt.ItemDataRole.AccessibleTextRole:
                 return f"{name}, {state}"
             case Qt.ItemDataRole.ToolTipRole:
-                tips = {"now": "The map is as after this step", "done": "Undo all that came after", "undone": "Redo"}
+                tips = {"now": "Current state", "done": "Undo all that came after", "undone": "Redo"}
                 return f"{name}\n{tips[state]}"
         return {_UNDONE: row > self.position, _PRESENT: row == self.position}.get(role)
 

@@ -264,7 +264,7 @@ def _patch_tip(document: MapDocument, number: int) -> str:
     if len(chart.seams):
         parts.append(f"cut along {len(chart.seams)} edges, {len(patch.seams.drawn)} of them drawn")
     if not patch.visible:
-        parts.append("hidden; it feels and is controlled all the same")
+        parts.append("hidden; keeps sensing")
     return "\n".join(parts)
 
 

@@ -57,7 +57,7 @@ class EditProgress(QWidget):
         self._bar.setAccessibleName("Progress")
         cancel.setText("Cancel")
         cancel.setObjectName("edit-cancel")
-        cancel.setToolTip("Keep the map as it is")
+        cancel.setToolTip("Keep the current map")
         cancel.clicked.connect(editor.cancel_work)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
@@ -114,12 +114,12 @@ class PatchActions(QObject):
     def __init__(self, editor: MapEditor, parent: QWidget) -> None:
         super().__init__(parent)
         self._editor = editor
-        self.mirror = self._act("Mirror", "Exchange left and right of the selected patches", self._on_mirror)
+        self.mirror = self._act("Mirror", "Mirror the selected patches horizontally", self._on_mirror)
         self.true_size = self._act("True size", "Draw the selected patches at their true size again", self._on_true)
         tip = "Arrange all patches, or those selected, as they sit on the body"
-        self.pack = self._act("Pack again", tip, self._on_pack)
+        self.pack = self._act("Repack", tip, self._on_pack)
         self.show = self._act("Show", "Show the selected patches", partial(self._on_show, visible=True))
-        tip = "Hide the selected patches; they feel and are controlled all the same"
+        tip = "Hide the selected patches; hidden patches keep sensing"
         self.hide = self._act("Hide", tip, partial(self._on_show, visible=False))
         self.only = self._act("Show only these", "Hide all other patches", self._on_only)
         self.show_all = self._act("Show all", "Show every patch", self._on_show_all)
@@ -203,7 +203,7 @@ class PatchActions(QObject):
         self._do("True size", partial(true_size, numbers=self._editor.selected))
 
     def _on_pack(self, _checked: bool = False) -> None:
-        self._do("Pack again", partial(repack, numbers=self._editor.selected or None))
+        self._do("Repack", partial(repack, numbers=self._editor.selected or None))
 
     def _on_align(self, _checked: bool = False, *, edge: Edge) -> None:
         self._do(f"Align {edge}", partial(align, numbers=self._editor.selected, edge=edge))
@@ -231,15 +231,15 @@ def _button(action: QAction, name: str, parent: QWidget) -> QPushButton:
 
 
 _METHOD_NAMES = {
-    "symmetric-dirichlet": "Balanced",
+    "symmetric-dirichlet": "Symmetric Dirichlet",
     "tutte": "Tutte",
     "harmonic": "Harmonic",
     "lscm": "Conformal (LSCM)",
-    "arap": "As rigid as possible",
+    "arap": "As rigid as possible (ARAP)",
     "slim": "SLIM",
     "unroll": "Unroll",
 }
-_SLIDER_TIP = "Further left keeps shapes, further right keeps sizes; the map is laid flat anew when you let go"
+_SLIDER_TIP = "Left preserves angles, right preserves lengths; the map is flattened again on release"
 
 
 class FlatteningControls(QWidget):
@@ -262,7 +262,7 @@ class FlatteningControls(QWidget):
         self._method.activated.connect(self._on_method_chosen)
         label = QLabel("Method", self)
         label.setBuddy(self._method)
-        self._lengths = LabelledSlider("Angles ↔ lengths", "", 0.0, 1.0, 0.05, _SLIDER_TIP, self)
+        self._lengths = LabelledSlider("Angle ↔ length preservation", "", 0.0, 1.0, 0.05, _SLIDER_TIP, self)
         self._lengths.setObjectName("patch-lengths")
         self._lengths.rested.connect(self._on_lengths_rested)
         row = QHBoxLayout()
@@ -303,8 +303,8 @@ class FlatteningControls(QWidget):
         self._method.setPlaceholderText(
             name or MIXED_VALUES
         )  # a chart from elsewhere has a method that is not in the table
-        tip = _method_tip(name) if name in METHODS else "How the selected patches are laid flat"
-        self._method.setToolTip(tip if methods else "Select a patch to choose how it is laid flat")
+        tip = _method_tip(name) if name in METHODS else "How the selected patches are flattened"
+        self._method.setToolTip(tip if methods else "Select a patch to choose how it is flattened")
 
     def _on_method_chosen(self, index: int) -> None:
         self._editor.ask(partial(set_method, numbers=self._editor.selected, method=self._method.itemData(index)))
@@ -326,13 +326,13 @@ def _why_slider_disabled(methods: Iterable[str]) -> str:
     """Why the slider does nothing; empty if it does."""
     names = list(methods)
     if not names:
-        return "Select a patch to choose what its map keeps"
+        return "Select a patch to choose what its map preserves"
     for name in names:
         method = METHODS.get(name)
         if method is None:
-            return f"This map was made elsewhere, by {name}; choose a method first"
+            return f"This map was imported, method {name}; choose a method first"
         if not method.slides:
-            return f"{_METHOD_NAMES.get(name, name)} keeps {method.title}, whatever the slider; Balanced has one"
+            return f"{_METHOD_NAMES.get(name, name)} preserves {method.title}; Symmetric Dirichlet has a slider"
     return ""
 
 

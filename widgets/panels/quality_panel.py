@@ -58,7 +58,7 @@ def _stretch_bad(value: Mapping[str, float | None]) -> bool:
 
 _MEASURES = (
     _Measure("bijective", "One-to-one", lambda v: "yes" if v else "no",
-         "Every point of the map is one place on the body, and back: no triangle flipped, nothing overlaps.",
+         "Bijective: every map point is one body point; no triangle is flipped, nothing overlaps.",
          lambda v: not v),
     _Measure("flips", "Flipped triangles", lambda v: f"{v}",
          "Triangles that lie upside down on the map; must be 0.", lambda v: v > 0),
@@ -68,24 +68,24 @@ _MEASURES = (
     _Measure("area", "Areas", _stretch_text,
          "How many times too large or too small an area is shown, within 95\u2009% of the skin. ×1 is true size.",
          _stretch_bad, "areas"),
-    _Measure("edge_error", "Near distances", _percent,
-         "How far the distances between neighbouring taxels are off, root mean square at the best scale.",
-         lambda v: v > 0.15, "near distances"),
-    _Measure("torn", "Torn neighbours", _percent,
-         "Neighbours on the body that a seam drew more than twice as far apart on the map.",
-         lambda v: v > 0.05, "torn neighbours"),
-    _Measure("stress", "All distances", _percent,
-         "Stress: how far the distances between all taxels of a patch differ from those over the body. 0 is none.",
-         lambda v: v > 0.5, "all distances"),
+    _Measure("edge_error", "Local distances", _percent,
+         "Error of the distances between neighbouring taxels, root mean square at the best scale.",
+         lambda v: v > 0.15, "local distances"),
+    _Measure("torn", "Split neighbours", _percent,
+         "Neighbours on the body that are more than twice as far apart on the map.",
+         lambda v: v > 0.05, "split neighbours"),
+    _Measure("stress", "Stress", _percent,
+         "How far the distances between all taxels of a patch differ from those over the body. 0 is none.",
+         lambda v: v > 0.5, "stress"),
     _Measure("trustworthiness", "Trustworthiness", lambda v: f"{v:.4f}",
          "1 if the six nearest taxels on the map are nearest on the body too: no false neighbours.",
          lambda v: v < 0.98, "false neighbours"),
     _Measure("continuity", "Continuity", lambda v: f"{v:.4f}",
          "1 if the six nearest taxels on the body are nearest on the map too: no lost neighbours.",
          lambda v: v < 0.95, "lost neighbours"),
-    _Measure("round_trip_mm", "Round trip", lambda v: f"{_three_digits(v)}\u2009mm",
-         "From the body to the map, to a pixel of the image and back: how far off, for 95\u2009% of the taxels.",
-         lambda v: v > 3.0, "round trip"),
+    _Measure("round_trip_mm", "Round-trip error", lambda v: f"{_three_digits(v)}\u2009mm",
+         "From the body to the map, to a pixel of the image and back: error for 95\u2009% of the taxels.",
+         lambda v: v > 3.0, "round-trip error"),
     _Measure("taxels", "Taxels", lambda v: f"{v}", "Tactile elements on the map.", lambda _: False),
 )  # fmt: skip
 
@@ -180,7 +180,7 @@ class QualityPanel(Panel):
         self._better = {measure.name: measure.better for measure in comparison.measures}
         counts = [sum(better == side for better in self._better.values()) for side in ("first", "second")]
         self._note.setText(
-            f"{names[0]} is better in {counts[0]} measures, {names[1]} in {counts[1]}; their taxels lie "
+            f"{names[0]} is better in {counts[0]} measures, {names[1]} in {counts[1]}; Procrustes distance "
             f"{comparison.procrustes_mm:.1f}\u2009mm apart."
         )
         for head, name in zip(self._heads, names, strict=True):
@@ -216,6 +216,6 @@ def _details(key: str, facts: Mapping[str, Any]) -> str:
 def _verdict(facts: Mapping[str, Any]) -> str:
     """One sentence: fit for use, not fit, or what to look at."""
     if not facts["bijective"]:
-        return f"Not one-to-one: {facts['flips']} triangles flipped, {facts['overlaps']} overlaps."
+        return f"Not bijective: {facts['flips']} triangles flipped, {facts['overlaps']} overlaps."
     bad = [row.said for row in _MEASURES if row.said and facts[row.key] is not None and row.bad(facts[row.key])]
-    return f"Look at: {', '.join(bad)}." if bad else "Nothing to note."
+    return f"Above threshold: {', '.join(bad)}." if bad else "No issues."

@@ -15,12 +15,12 @@ _WINDOW = 120
 _REFRESH_EVERY = 15
 VIEW_STAGE = "3-D view"
 _STAGES = {
-    "physics": "Moves the robot and the fingers, once a tick",
-    "touch": "Turns contact into the taxels' pressures, once a tick",
-    SENSOR_STAGE: "Makes readings of the pressures, once a tick; Effects has each effect",
-    "contacts": "Finds contact regions on the map, once a tick",
-    "control": "Decides what the joints do, once a tick",
-    VIEW_STAGE: "Draws the robot, once a picture",
+    "physics": "Physics of robot and probes, per tick",
+    "touch": "Contact forces to taxel pressures, per tick",
+    SENSOR_STAGE: "Sensor effects, per tick; Effects lists each of them",
+    "contacts": "Contact regions and events, per tick",
+    "control": "Controller, per tick",
+    VIEW_STAGE: "Drawing of the robot, per frame",
 }
 
 
@@ -69,7 +69,7 @@ class TimingPanel(Panel):
         self._values["factor"].setText(self._shown_factor)
         for stage, values in self._history.items():
             if stage not in self._values:
-                self._add_row(stage, stage[0].upper() + stage[1:], "Once a tick")
+                self._add_row(stage, stage[0].upper() + stage[1:], "Per tick")
             median, high = np.percentile(list(values), [50, 95])
             self._values[stage].setText(f"{median:.2f}\u2009ms")
             self._values[stage].setToolTip(f"Median of the last {len(values)}; 95\u2009% within {high:.2f}\u2009ms")

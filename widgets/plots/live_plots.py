@@ -183,7 +183,7 @@ class LivePlots(QWidget):
             "pressure": TracePlot("Peak pressure (kPa)", 5.0, self),
             "ms": TracePlot("Time per tick (ms)", 1.0, self),
             "error": TracePlot("Error on the map (mm)", 10.0, self),
-            "speed": TracePlot("Fastest joint (rad/s)", 2.0, self),
+            "speed": TracePlot("Max joint speed (rad/s)", 2.0, self),
         }
         self._plots, self._ms, self._strip = plots, plots["ms"], LimitTimeline(theme, self)
         self._cells: dict[str, QWidget] = {

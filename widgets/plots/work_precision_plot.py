@@ -249,8 +249,8 @@ class WorkPrecisionPlot(QWidget):
             self._draw_curve(curve)
         self._draw_present(diagram)
         entries: list[tuple[int | str, str]] = [(curve.number, method_title(curve.method)) for curve in diagram.curves]
-        ring = [("ring", "Present setting")] if self._point_of(self._present) else []
-        self._legend.show_entries([*entries, ("best", "Best for the time"), *ring], self._theme)
+        ring = [("ring", "Current setting")] if self._point_of(self._present) else []
+        self._legend.show_entries([*entries, ("best", "Pareto front"), *ring], self._theme)
         plot.addItem(self._cursor)
         self._hold(self._held if self._held in diagram.points else None)
 
@@ -328,14 +328,14 @@ class WorkPrecisionPlot(QWidget):
             return (
                 f"Present: {_point_text(present, self._diagram.unit)}"
                 if present
-                else "Click a point to use its setting."
+                else "Click a point to apply its setting."
             )
         told = _point_text(point, self._diagram.unit)
         if not point.usable:
-            return f"{told}. On the way, not a setting."
+            return f"{told}. Intermediate iteration, not a setting."
         if point.setting == self._present:
             return f"{told}. In use."
-        return f"{told}. Click or Enter to use it." + (f" {point.note}." if point.note else "")
+        return f"{told}. Click or Enter to apply it." + (f" {point.note}." if point.note else "")
 
     def _nearest(self, at: QPointF) -> Point | None:
         """The point meant by the pointer at ``at``; a setting goes before a round on the way."""

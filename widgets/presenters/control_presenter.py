@@ -91,7 +91,7 @@ class ControlToolsPresenter(QObject):
             self.settings_editor.undo()
 
     def redo(self) -> None:
-        """Do again what was taken back last."""
+        """Redo what was undone last."""
         self.settings_editor.redo()
 
     def _choose_shape(self, kind: PathKind, _checked: bool = False) -> None:

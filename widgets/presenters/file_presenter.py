@@ -238,7 +238,7 @@ class FilePresenter(QObject):
         names = ("tactile-maps", "mujoco", "libigl", "pyvista", "PySide6-Essentials", "numpy")
         self._tell(
             "About Tactile Maps",
-            "A robot's skin and its tactile map, alive side by side.<br><br>"
+            "A robot's skin beside its live tactile map.<br><br>"
             + "<br>".join(f"{name} {version(name)}" for name in names),
         )
 

@@ -232,7 +232,7 @@ class MapEditPresenter(QObject):
 
     def _repack(self) -> None:
         selected = self._editor.selected or None
-        self._editor.do("Pack again", lambda document: arrange.repack(document, selected))
+        self._editor.do("Repack", lambda document: arrange.repack(document, selected))
 
     def _align(self, edge: arrange.Edge) -> None:
         selected = self._editor.selected

@@ -79,7 +79,7 @@ class MapFilePresenter(QObject):
             self._recovered = None  # of another skin, or half written: nothing that could be taken back
         if self._recovered is not None:
             self._window.notification_bar.say(
-                "Edits of this map were not saved when the program ended.",
+                "This map has edits that were not saved when the program ended.",
                 remedies=[self._window.action("restore_map")],
             )
         self.changed.emit()

@@ -124,7 +124,7 @@ def _signed(words: str) -> str:
 
 
 _HINT = (
-    "Drag a patch to move it, a corner to scale it, the round handle to turn it. Shift: along one axis, about the "
+    "Drag a patch to move it, a corner to scale it, the round handle to rotate it. Shift: along one axis, about the "
     "middle, by 15°; Control does not snap. Arrow keys move by 1 mm, with Shift by 10."
 )
 NUDGE = 1e-3
@@ -303,7 +303,7 @@ class ArrangeTool(ViewTool):
         words = (
             ""
             if handle is None
-            else "Turn · Shift by 15°"
+            else "Rotate · Shift by 15°"
             if handle == ROTATION_HANDLE
             else "Scale · Shift about the middle"
         )

@@ -211,14 +211,14 @@ class ControlSettingsEditor(QObject):
         name = self.undo_name
         if name and self.enabled:
             self._wish(self._wishes.undo(self.settings))
-            self.told.emit(f"Taken back: {name}. With other tools Ctrl+Z takes back edits of the map")
+            self.told.emit(f"Undone: {name}. With other tools Ctrl+Z undoes edits of the map")
 
     def redo(self) -> None:
-        """Do again what was taken back last."""
+        """Redo what was undone last."""
         name = self.redo_name
         if name and self.enabled and not self.gesture:
             self._wish(self._wishes.redo(self.settings))
-            self.told.emit(f"Done again: {name}")
+            self.told.emit(f"Redone: {name}")
 
     def _wish(self, settings: ControlSettings) -> None:
         if self.enabled and settings != self.settings:

@@ -30,7 +30,7 @@ class PathTool(ControlTool):
     """
 
     hint = (
-        "Click corners, or draw in one stroke; Enter ends it, Backspace takes one back. "
+        "Click corners, or draw in one stroke; Enter ends it, Backspace removes the last one. "
         "Drag corners, sides or all of it."
     )
 
@@ -162,7 +162,7 @@ class PathTool(ControlTool):
         number = corner if self._chosen is None else self._chosen
         left = None if number is None else path.without(number)
         if number is None:
-            self._settings_editor.told.emit("Click a corner to choose it, then Delete takes it out")
+            self._settings_editor.told.emit("Click a corner to choose it, then Delete removes it")
         elif left is None:
             self._settings_editor.told.emit("This path needs the corners it has")
         else:

@@ -192,7 +192,7 @@ class PinTool(MapEditTool):
     On the map a click on the skin adds a pin and a drag moves one, a new one too; on the body a click adds or selects.
     """
 
-    hint = "Click the skin to pin it; drag a pin and the map follows. Alt+P takes pins out, arrow keys move them."
+    hint = "Click the skin to pin it; drag a pin and the map follows. Alt+P removes pins, arrow keys move them."
 
     def __init__(self, editor: MapEditor, parent: QObject | None = None) -> None:
         super().__init__(editor, parent)
@@ -303,7 +303,7 @@ class PinTool(MapEditTool):
         """The press became a drag of a pin that is there or of a new one."""
         if self._editor.busy and self._mine:
             self._editor.cancel_work()  # the exact map of the drag before; this one will have its own
-            self._editor.told.emit("The map is made exact when you let go")
+            self._editor.told.emit("The exact map is computed on release")
         document, at = self._document, press.pin
         if document is None or not self._may_ask():
             return

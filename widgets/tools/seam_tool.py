@@ -48,7 +48,7 @@ class _Line:
 class SeamTool(MapEditTool):
     """Seams under the hand, in both views: a drag draws one, clicks draw one through many places, Alt erases."""
 
-    hint = "Drag along the skin, or click corners and press Enter; Backspace takes one back. Alt erases a seam."
+    hint = "Drag along the skin, or click corners and press Enter; Backspace removes the last one. Alt erases a seam."
 
     def __init__(self, editor: MapEditor, parent: QObject | None = None) -> None:
         super().__init__(editor, parent)

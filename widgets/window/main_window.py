@@ -162,8 +162,7 @@ class MainWindow(QMainWindow):
         if prepared.robot.findings or prepared.skin.findings:
             count = len(prepared.robot.findings) + len(prepared.skin.findings)
             self.statusBar().showMessage(
-                f"{count} things were noticed or repaired while opening; see tactile-maps "
-                f"inspect {prepared.scene.robot}",
+                f"{count} import warnings; see tactile-maps inspect {prepared.scene.robot}",
                 10_000,
             )
 

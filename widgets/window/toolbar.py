@@ -78,7 +78,7 @@ class ProgressIndicator(QWidget):
         self._progress.setAccessibleName("Progress")
         cancel.setText("Cancel")
         cancel.setObjectName("loading-cancel")
-        cancel.setToolTip("Keep what is shown")
+        cancel.setToolTip("Keep the current scene")
         cancel.clicked.connect(self.cancelled)
         row = QHBoxLayout(self._parts)
         row.setContentsMargins(16, 0, 16, 0)

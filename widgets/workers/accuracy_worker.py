@@ -76,4 +76,4 @@ class AccuracyWorker(QObject):
             self.tried.emit(trials)
 
     def _on_ended(self) -> None:
-        self.failed.emit("Measuring ended unexpectedly; the diagram before it is kept. Measure again.")
+        self.failed.emit("The measurement ended unexpectedly; the diagram before it is kept. Measure again.")

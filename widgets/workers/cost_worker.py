@@ -17,7 +17,7 @@ from widgets.workers.worker_process import Reply, RequestHandler, WorkerProcess
 MASS = 0.1
 """Of the known load [kg]."""
 _INLINE_SECONDS = 0.2
-_DIED = "Measuring beside ended unexpectedly; the scene goes on. Try again."
+_DIED = "The cost measurement ended unexpectedly; the scene goes on. Try again."
 
 
 @dataclass(frozen=True)

@@ -108,7 +108,7 @@ def test_a_click_on_what_was_measured_chooses_it_and_the_editors_answer_moves_th
     usable = {p.setting.method for p in points if p.usable}
     assert usable == set(STAGES["flatten"].methods)
     assert said(panel, "note") == "Measured on hemisphere."
-    assert panel.board.plot._named(None).startswith("Present: Balanced: ")
+    assert panel.board.plot._named(None).startswith("Present: Symmetric Dirichlet: ")
     target, at = alone(panel)
     with qtbot.waitSignal(panel.chosen) as got:
         qtbot.mouseClick(panel.board.plot.canvas.viewport(), Qt.MouseButton.LeftButton, pos=at.toPoint())
@@ -186,7 +186,7 @@ def test_points_come_while_it_measures_and_a_dead_process_is_told(panel, qtbot):
     assert panel.busy
     os.kill(panel._process.process.pid, signal.SIGKILL)
     qtbot.waitUntil(lambda: not panel.busy, timeout=LONG)
-    assert said(panel, "note") == "▲ Measuring ended unexpectedly; the diagram before it is kept. Measure again."
+    assert said(panel, "note") == "▲ The measurement ended unexpectedly; the diagram before it is kept. Measure again."
     assert drawn(panel) == []
 
 

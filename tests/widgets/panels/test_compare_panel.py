@@ -64,7 +64,7 @@ def drawing(tmp_path, editor):
 
 
 def test_nothing_to_compare_with_says_what_could_be(panel):
-    assert "another layout" in _note(panel)
+    assert "another map" in _note(panel)
     assert _button(panel, "with").isEnabled()
     assert not any(_button(panel, name).isVisible() for name in ("a", "b", "take", "forget"))
 
@@ -107,7 +107,7 @@ def test_a_saved_map_is_taken_over_in_one_step(panel, editor, tmp_path, write):
     first = editor.document
     _press(panel, "b")
     _press(panel, "take")
-    assert editor.history.names == ("Open", "Take over mirrored")
+    assert editor.history.names == ("Open", "Apply mirrored")
     assert editor.document.layout == other.layout
     assert editor.document.skin is first.skin
     assert not panel.shows_other
@@ -140,10 +140,10 @@ def test_a_drawing_is_measured_but_not_shown(panel, drawing):
     assert isinstance(panel.other, TaxelLayout)
     np.testing.assert_allclose(panel.other.points[np.argsort(panel.other.numbers)], points, atol=1e-6)
     assert not _button(panel, "b").isEnabled()
-    assert "a drawing" in _button(panel, "b").toolTip()
+    assert "taxel positions" in _button(panel, "b").toolTip()
     ((first, second),) = panel.asked
     panel.show_comparison(compare_maps(first, second))
-    assert "not shown" in _note(panel)
+    assert "not displayed" in _note(panel)
 
 
 def test_a_drawing_is_taken_over_by_arranging_and_pinning(panel, editor, drawing):

@@ -64,7 +64,7 @@ def test_a_hand_chooses_an_estimator_and_a_threshold(qtbot, box):
     assert WORDS["tikhonov"][1] in box.estimator.toolTip()
     choose(box.threshold, 1)
     assert wanted[-1] == ReadingSettings("tikhonov", 500.0)
-    assert box.threshold.words == "Touched from 0.5\u2009kPa"
+    assert box.threshold.words == "Contact threshold 0.5\u2009kPa"
     choose(box.threshold, -1)
     assert wanted[-1].threshold is None
 
@@ -74,7 +74,7 @@ def test_what_is_in_force_is_shown_and_not_asked_for(box):
     box.reading_edited.connect(wanted.append)
     box.show_reading(ReadingSettings("lumped", 1234.0, wrench_noise=0.1))
     assert box.estimator.words == WORDS["lumped"][0]
-    assert box.threshold.words == "Touched from 1.23\u2009kPa"
+    assert box.threshold.words == "Contact threshold 1.23\u2009kPa"
     assert wanted == []
     choose(box.estimator, -1)
     assert wanted == [ReadingSettings("tikhonov", 1234.0, wrench_noise=0.1)], "the rest stays"
@@ -89,20 +89,20 @@ def test_choosing_what_is_chosen_asks_for_nothing(box):
 
 
 def test_automatic_says_what_it_means_under_the_noise_in_force(box):
-    assert box.threshold.words == "Touched from 1\u2009kPa, automatic"
+    assert box.threshold.words == "Contact threshold 1\u2009kPa, automatic"
     box.show_effects(Effects(sensor=SensorEffects(noise=Noise(2000.0))))
-    assert box.threshold.words == "Touched from 6\u2009kPa, automatic"
+    assert box.threshold.words == "Contact threshold 6\u2009kPa, automatic"
     assert box.threshold.itemText(0) == box.threshold.words
 
 
 def test_how_well_a_force_is_told_is_said_in_words():
     assert estimate_text(TOLD) == (
-        "12 of 14 told apart, residual 1.1\u2009noise\nCondition 4.1, peak 41.0 and mean 12.3\u2009kPa"
+        "Effective rank 12/14, residual 1.1\u2009×\u2009noise\nCondition 4.1, peak 41.0 and mean 12.3\u2009kPa"
     )
     assert "residual 0.11\u2009kPa" in estimate_text(replace(TOLD, noise=0.0))
-    assert estimate_text(REFUSED) == "3 of 14 told apart, condition 4.1\nRefused: only 3 of 14, too deep"
+    assert estimate_text(REFUSED) == "Effective rank 3/14, condition 4.1\nRefused: only 3 of 14, too deep"
     lumped = ForceEstimate(2.0, None, effective_rank=6, unknowns=6)
-    assert estimate_text(lumped).startswith("Force and torque: 6 of 6 told apart")
+    assert estimate_text(lumped).startswith("Wrench: effective rank 6/6")
     assert "∞" in estimate_text(replace(TOLD, condition=float("inf")))
     assert "1e+05" in estimate_text(replace(TOLD, condition=1.2e5))
 
@@ -121,7 +121,7 @@ def test_the_panel_tells_how_well_and_greys_what_is_refused(panel, prepared):
     assert told.isVisible()
     assert told.isEnabled()
     assert told.text() == estimate_text(frame.estimates[number])
-    assert "told apart" in panel.findChild(type(panel._rows[0].button), "contact-1").toolTip()
+    assert "ffective rank" in panel.findChild(type(panel._rows[0].button), "contact-1").toolTip()
     height = told.height()
     panel.show_frame(replace(frame, estimates={number: REFUSED}))
     assert not told.isEnabled()
@@ -134,7 +134,7 @@ def test_the_panel_tells_how_well_and_greys_what_is_refused(panel, prepared):
 
 def test_what_cannot_be_observed_is_said_quietly(panel):
     line = panel.findChild(QLabel, "contacts-shear")
-    assert line.text() == "Net shear cannot be observed"
+    assert line.text() == "Net shear is unobservable"
     assert line.property("role") == "caption"
     assert line.toolTip() == SHEAR_TIP
 
@@ -157,4 +157,4 @@ def test_in_the_window_a_choice_reaches_the_session_and_a_paused_one_after_a_res
     live.reset()
     live.step()
     assert live.runner.session.runtime_settings.reading == ReadingSettings("tikhonov", 2000.0)
-    assert reading.threshold.words == "Touched from 2\u2009kPa"
+    assert reading.threshold.words == "Contact threshold 2\u2009kPa"

@@ -71,7 +71,7 @@ def test_a_drawn_path_has_its_own_size(panel):
 def test_settings_shown_are_not_taken_for_edits(panel):
     panel.show_settings(ControlSettings(controller="parallel", task="follow_path", jacobian="raw", path_kind="raster"))
     assert panel.edits == []
-    assert panel._boxes["jacobian"].words == "Map as each triangle says"
+    assert panel._boxes["jacobian"].words == "Exact per-triangle Jacobian"
     assert panel._boxes["path_kind"].words == "Raster"
 
 
@@ -150,12 +150,12 @@ def test_gains_go_back_to_the_scene_s_own(panel, prepared):
 @pytest.mark.parametrize(
     ("settings", "words"),
     [
-        (ControlSettings(controller="hybrid", task="follow_path"), "Start the path again"),
+        (ControlSettings(controller="hybrid", task="follow_path"), "Restart path"),
         (
             ControlSettings(controller="hybrid", task="follow_path", path=((0.1, 0.1), (0.2, 0.1))),
-            "Start the path again",
+            "Restart path",
         ),
-        (ControlSettings(controller="qp", task="hold_point"), "Hold where it is now"),
+        (ControlSettings(controller="qp", task="hold_point"), "Hold current position"),
         (ControlSettings(controller="qp", task="hold_point", path=((0.1, 0.1),)), None),
         (ControlSettings(controller="qp", task="guide"), None),
         (ControlSettings(controller="impedance", task="follow_path"), None),
@@ -175,7 +175,7 @@ def test_what_it_does_and_the_energy_it_gave_are_said(panel, prepared):
     panel.show_settings(ControlSettings(controller="hybrid", task="hold_point"))
     report = TaskReport(error=0.0021, force_goal=3.0, energy=-0.126, tank=0.99)
     panel.show_frame(moving(prepared, 1.0, task=report))
-    assert text(panel, "task-state") == "Holding the point, 2.1\u202fmm off"
+    assert text(panel, "task-state") == "Holding the point, error 2.1\u202fmm"
     assert text(panel, "energy") == "-0.13\u2009J, 0.99\u2009J left"
     assert panel.findChild(QLabel, "energy").isVisible()
     panel.show_settings(ControlSettings())
@@ -187,14 +187,14 @@ def test_a_limit_that_flashed_stays_legible_and_then_goes(panel, prepared):
     panel.show_frame(moving(prepared, 1.0, why_limited=("joint speed",)))
     assert panel._why.words == "Limited: joint speed"
     panel.show_frame(moving(prepared, 1.1))
-    assert panel._why.words == "Was limited: joint speed"
+    assert panel._why.words == "Recently limited: joint speed"
     panel.show_frame(moving(prepared, 2.5))
     assert panel._why.words == "Not limited"
 
 
 def test_a_robot_without_joints_is_told(panel, prepared):
     panel.show_frame(touched(prepared.map))
-    assert panel._why.words == "This robot has no joints to move"
+    assert panel._why.words == "The robot has no actuated joints"
 
 
 def test_the_answer_to_a_step_of_the_goal_is_told_until_something_else_is_changed(panel, prepared):
@@ -244,7 +244,7 @@ def line(qtbot):
     [
         ((), LimitState.FREE, "Not limited"),
         ((ShownLimit("joint limit", True),), LimitState.LIMITED, "Limited: joint limit"),
-        ((ShownLimit("joint limit", False),), LimitState.ENDED, "Was limited: joint limit"),
+        ((ShownLimit("joint limit", False),), LimitState.ENDED, "Recently limited: joint limit"),
         ((ShownLimit("a", True), ShownLimit("b", False)), LimitState.LIMITED, "Limited: a; b"),
         ((ShownLimit(STOPPED, True),), LimitState.STOPPED, STOPPED),
     ],
@@ -256,7 +256,7 @@ def test_words_and_state(line, limits, state, words):
 
 def test_a_robot_without_joints_has_nothing_to_limit(line):
     line.say_no_joints()
-    assert line.words == "This robot has no joints to move"
+    assert line.words == "The robot has no actuated joints"
     line.show_limits(())
     assert line.words == "Not limited"
 

@@ -208,7 +208,7 @@ def test_what_limits_the_controller_is_said(qtbot, touched):
 
 def test_contacts_are_listed_with_units_and_cleared(qtbot, touched):
     panel = shown(qtbot, ContactsPanel())
-    assert any("Nothing touches the skin" in text for text in texts(panel))
+    assert any("No contact." in text for text in texts(panel))
     panel.show_frame(touched)
     region = touched.regions[0]
     words = texts(panel)

@@ -310,7 +310,7 @@ def test_buttons_do_what_they_say_to_the_selected_patches(panel, editor):
     lefts = editor.document.map.boxes[[0, 1], 0, 0]
     assert lefts[0] == pytest.approx(lefts[1])
     QTest.mouseClick(buttons["pack"], LEFT_BUTTON)
-    assert editor.history.names[1:] == ("Mirror", "Scale", "True size", "Align left", "Pack again")
+    assert editor.history.names[1:] == ("Mirror", "Scale", "True size", "Align left", "Repack")
 
 
 @pytest.mark.qt_log_ignore("does not support (raise|grabbing)", extend=True)
@@ -339,7 +339,7 @@ def test_a_method_is_chosen_by_a_plain_name(panel, editor):
     assert all(len(combo.itemData(k, Qt.ItemDataRole.ToolTipRole)) > 10 for k in range(combo.count()))
     assert not combo.isEnabled()
     editor.select([2])
-    assert combo.currentText() == "Balanced"
+    assert combo.currentText() == "Symmetric Dirichlet"
     combo.setCurrentIndex(combo.findData("tutte"))
     combo.activated.emit(combo.currentIndex())
     assert editor.document.patches[2].method == "tutte"
@@ -352,7 +352,7 @@ def test_values_that_differ_are_a_dash(panel, editor):
     combo, slider = panel.findChild(QComboBox, "patch-method"), panel.findChild(LabelledSlider, "patch-lengths")
     editor.ask(partial(set_lengths, numbers=[2], lengths=0.5))
     editor.select([1, 2])
-    assert combo.currentText() == "Balanced"
+    assert combo.currentText() == "Symmetric Dirichlet"
     assert [label.text() for label in slider.findChildren(QLabel)][-1] == "—"
     editor.ask(partial(set_method, numbers=[2], method="tutte"))
     assert combo.currentIndex() == -1
@@ -384,7 +384,7 @@ def test_a_method_without_a_slider_says_so(panel, editor):
     editor.ask(partial(set_method, numbers=[2], method="lscm"))
     editor.select([2])
     assert not slider.isEnabled()
-    assert "Conformal (LSCM) keeps angles" in slider.toolTip()
+    assert "Conformal (LSCM) preserves angles" in slider.toolTip()
 
 
 def test_a_chart_from_elsewhere_keeps_its_own_name(qtbot):
@@ -396,7 +396,7 @@ def test_a_chart_from_elsewhere_keeps_its_own_name(qtbot):
     combo = panel.findChild(QComboBox, "patch-method")
     assert combo.currentIndex() == -1
     assert combo.placeholderText() == "by hand"
-    assert "made elsewhere" in panel.findChild(LabelledSlider, "patch-lengths").toolTip()
+    assert "was imported" in panel.findChild(LabelledSlider, "patch-lengths").toolTip()
 
 
 def test_long_work_is_told_and_cancelled(qtbot, prepared):

@@ -51,7 +51,7 @@ def test_a_good_map_has_no_mark(panel, leaves):
     assert _text(panel, "bijective") == "yes"
     assert _text(panel, "angle") == "×1.00"
     assert _text(panel, "torn") == "0.0\u2009%"
-    assert _text(panel, "note") == "Nothing to note."
+    assert _text(panel, "note") == "No issues."
     assert _marked(panel) == set()
     assert not panel.findChild(QLabel, "quality-bijective-b").isVisible()
 
@@ -60,7 +60,7 @@ def test_what_is_bad_is_marked_and_named(panel, leaves):
     bad = replace(leaves[2], area=DistortionSummary(1.5, 4.0, float("inf")), torn=0.2, torn_pairs=40, pairs=200)
     panel.show_quality(bad)
     assert _marked(panel) == {"quality-area-mark", "quality-torn-mark"}
-    assert _text(panel, "note") == "Look at: areas, torn neighbours."
+    assert _text(panel, "note") == "Above threshold: areas, split neighbours."
     mark = panel.findChild(QLabel, "quality-area-mark")
     assert mark.foregroundRole() == QPalette.ColorRole.BrightText
     assert mark.palette().color(QPalette.ColorRole.BrightText).name() == DARK.fault
@@ -72,7 +72,7 @@ def test_what_is_bad_is_marked_and_named(panel, leaves):
 def test_a_map_that_is_not_one_to_one_says_so_first(panel, leaves):
     panel.show_quality(replace(leaves[2], bijective=False, flips=3, overlaps=2))
     assert _text(panel, "bijective") == "no"
-    assert _text(panel, "note") == "Not one-to-one: 3 triangles flipped, 2 overlaps."
+    assert _text(panel, "note") == "Not bijective: 3 triangles flipped, 2 overlaps."
     assert _marked(panel) == {"quality-bijective-mark", "quality-flips-mark"}
 
 
@@ -120,7 +120,7 @@ def test_an_edit_while_two_maps_are_compared_changes_only_the_first(panel, leave
     assert not panel.findChild(QLabel, "quality-stress").font().bold(), "nobody knows yet which is better"
     panel.end_comparison()
     assert _text(panel, "area") == "×3.00"
-    assert _text(panel, "note") == "Look at: areas."
+    assert _text(panel, "note") == "Above threshold: areas."
     assert not panel.findChild(QLabel, "quality-stress-b").isVisible()
 
 

@@ -85,7 +85,7 @@ def test_a_click_beside_on_the_present_or_on_the_way_chooses_nothing(plot, qtbot
         click(plot, qtbot, place(plot, SECOND) + QPoint(-30, -30))
         click(plot, qtbot, place(plot, FIRST))
         click(plot, qtbot, place(plot, on_the_way))
-    assert "On the way, not a setting" in detail(plot)
+    assert "Intermediate iteration, not a setting" in detail(plot)
 
 
 def test_a_press_that_moved_is_no_click(plot, qtbot):
@@ -97,7 +97,7 @@ def test_hover_names_the_point_and_leaving_the_present_setting(plot, qtbot):
     assert detail(plot) == "Present: Conformal (LSCM), at 0: 9\u202f%, 30\u202fms"
     qtbot.mouseMove(plot.canvas.viewport(), place(plot, TUTTE))
     assert plot.held == TUTTE
-    assert detail(plot) == "Tutte, at 1: 20\u202f%, 10\u202fms. Click or Enter to use it."
+    assert detail(plot) == "Tutte, at 1: 20\u202f%, 10\u202fms. Click or Enter to apply it."
     assert plot.canvas.cursor().shape() == Qt.CursorShape.PointingHandCursor
     qtbot.mouseMove(plot.canvas.viewport(), place(plot, TUTTE) + QPoint(25, 40))
     assert plot.held is None
@@ -129,7 +129,7 @@ def test_the_ring_goes_to_the_present_setting(plot):
     assert shared_share(before, pixels(plot.grab().toImage()), tolerance=8) < 1
     assert detail(plot).startswith("Present: Conformal (LSCM), at 1")
     plot.show_diagram(DIAGRAM, Setting("flatten", "slim"))
-    assert detail(plot) == "Click a point to use its setting."
+    assert detail(plot) == "Click a point to apply its setting."
 
 
 def test_a_diagram_of_one_point_or_none_is_drawn_too(plot):
@@ -144,7 +144,7 @@ def test_a_diagram_of_one_point_or_none_is_drawn_too(plot):
 
 def test_the_legend_names_every_curve_and_takes_the_room_there_is(plot, qtbot):
     names = [label.text() for label in plot.findChild(CurveLegend).findChildren(QLabel)]
-    assert names == ["Tutte", "Conformal (LSCM)", "Best for the time", "Present setting"]
+    assert names == ["Tutte", "Conformal (LSCM)", "Pareto front", "Current setting"]
     legend = plot.findChild(CurveLegend)
     narrow = legend.sizeHint().height()
     plot.resize(820, 500)

@@ -144,7 +144,7 @@ def test_the_edit_menu_edits_the_selected_patches(window, name, step):
 def test_patches_are_packed_drawn_true_and_shown_again(window):
     window.editor.do("Away", lambda document: move(document, [0], (0.3, 0.3)))
     window.action("repack").trigger()
-    assert window.editor.history.names[-1] == "Pack again"
+    assert window.editor.history.names[-1] == "Repack"
     window.editor.select([0])
     window.action("hide_patches").trigger()
     window.action("show_patches").trigger()

@@ -230,4 +230,4 @@ def test_flips_are_marked_red_and_counted_whatever_is_shown(qtbot, prepared, gro
     assert legend.lines[-1].startswith(f"{len(found)} {noun} flipped")
     assert legend.faulty
     if ground is BaseLayer.PRESSURE:
-        assert legend.title == "Not one-to-one"
+        assert legend.title == "Not bijective"

@@ -253,7 +253,7 @@ def test_without_a_corner_nothing_is_lost_by_delete(drawn, lead, corners):
     drawn.move(corners[0] + [0.0, 0.05])
     drawn.key(Qt.Key.Key_Delete)
     assert len(path_in_force(lead)) == 3
-    assert lead.heard == ["Click a corner to choose it, then Delete takes it out"]
+    assert lead.heard == ["Click a corner to choose it, then Delete removes it"]
 
 
 def test_arrows_move_the_chosen_corner_or_all_and_are_one_step(drawn, lead, corners):

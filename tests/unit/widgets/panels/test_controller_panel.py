@@ -116,9 +116,9 @@ def test_every_task_waits_and_works_in_its_own_words(task):
         ("balance", TWO, "Balancing 2 contacts"),
         ("retreat", ONE, "Retreating from 1 contact"),
         ("retreat", TWO, "Retreating from 2 contacts"),
-        ("hold_point", ONE, "Holding the point, 1.2\u202fmm off"),
-        ("guide", ONE, "Following the hand, 1.2\u202fmm off"),
-        ("follow_path", ONE, "Following the path, 34\u202fmm along it, 1.2\u202fmm off"),
+        ("hold_point", ONE, "Holding the point, error 1.2\u202fmm"),
+        ("guide", ONE, "Hand guiding, error 1.2\u202fmm"),
+        ("follow_path", ONE, "Following path, 34\u202fmm along it, error 1.2\u202fmm"),
     ],
 )
 def test_work_is_told_with_its_numbers(task, frame, words):
@@ -128,16 +128,16 @@ def test_work_is_told_with_its_numbers(task, frame, words):
 
 def test_a_path_that_waits_says_so():
     words = said("follow_path", ONE, "the path waits for the contact", error=0.0104)
-    assert words == "Waiting for the contact, 10.4\u202fmm off"
+    assert words == "Waiting for the contact, error 10.4\u202fmm"
 
 
 def test_what_went_wrong_comes_first():
-    assert said("keep_force", NOBODY, "contact lost") == "Looking for the contact it just lost"
-    assert said("keep_force", ONE, "stopped: 41 N of force, more than 40 N; lift what touches") == "Standing still"
+    assert said("keep_force", NOBODY, "contact lost") == "Reacquiring contact"
+    assert said("keep_force", ONE, "stopped: 41 N of force, more than 40 N; lift what touches") == "Stopped"
 
 
 @pytest.mark.parametrize(
-    ("state", "word"), [("look", "Looking"), ("lift", "Carrying"), ("press", "Carrying"), ("return", "back")]
+    ("state", "word"), [("look", "Planning"), ("lift", "Regrasping"), ("press", "Regrasping"), ("return", "back")]
 )
 def test_a_contact_that_is_carried_over_a_crossing_is_told(state, word):
     assert word in said("follow_path", NOBODY, transfer=state)

@@ -56,7 +56,7 @@ def test_what_was_chosen_here_is_told_from_what_the_scene_said():
     decision = credited_decision(scene.decision, opened, scene)
     reasons = {row.name: row.why for row in decision.rows if row.overridden}
     assert reasons["friction"] == "the scene says so"
-    assert reasons["noise"] == "you chose so"
+    assert reasons["noise"] == "set by user"
     assert decision.effects == scene.effects
 
 
@@ -77,7 +77,7 @@ def test_what_changed_in_a_recording_is_marked_and_nothing_else():
     rows = dict(zip(EFFECTS, zip(SCENE.decision.rows, changed.rows, strict=True), strict=True))
     for key, (old, new) in rows.items():
         if key in ("friction", "noise"):
-            assert (new.value, new.on, new.overridden, new.why) == ("on", True, True, "changed while it ran")
+            assert (new.value, new.on, new.overridden, new.why) == ("on", True, True, "changed during the recording")
         else:
             assert new == old
 
