@@ -20,8 +20,9 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from app.core.errors import TactileMapsError
-from app.editing.document import MapDocument
-from app.editing.reflatten import ReflattenRequest
+from app.flattening.chart import Chart
+from app.flattening.cut import SeamPlan
+from app.maps.tactile_map import TactileMap
 from app.session.prepare import PreparedScene
 from app.studies.figures import Figure, panels
 from app.studies.rows import Cell, Row
@@ -31,32 +32,67 @@ Progress = Callable[[str, float], None]
 Result = TypeVar("Result")
 
 
-@dataclass(frozen=True)
-class Subject:
-    """What is measured: the present map, or some patches of it.
+@dataclass(frozen=True, eq=False)
+class PatchRecipe:
+    """How a patch is laid flat; pins are left out.
 
     Attributes:
-        document: The map as it is.
+        method: A name in ``flattening.methods``, or how a chart that came from elsewhere was made.
+        lengths: From 1, keep lengths, to 0, keep angles.
+        seams: Drawn and further seams, and areas of interest.
+        added: How many seams its chart has besides drawn ones and those that its topology asks for.
+    """
+
+    method: str
+    lengths: float = 1.0
+    seams: SeamPlan = field(default_factory=SeamPlan)
+    added: int = 0
+
+
+@dataclass(frozen=True)
+class Subject:
+    """What is measured: a map, or some patches of it.
+
+    Attributes:
+        map: As it is.
         patches: Numbers of the patches meant; all that a stage of single patches lays flat.
+        recipes: How each patch of the map was laid flat.
+        names: Of all patches of the map, as shown.
         prepared: The robot that wears the map's skin, for what moves; None where only the map is known.
     """
 
-    document: MapDocument
+    map: TactileMap
     patches: tuple[int, ...]
+    recipes: tuple[PatchRecipe, ...]
+    names: tuple[str, ...]
     prepared: PreparedScene | None = None
+
+    @classmethod
+    def of(
+        cls, map_: TactileMap, patches: Iterable[int] | None = None, *, prepared: PreparedScene | None = None
+    ) -> Subject:
+        """A map as it was built, with all its patches or those named."""
+        recipes = tuple(PatchRecipe(chart.method, added=seams_added(chart)) for chart in map_.charts)
+        names = tuple(patch.name for patch in map_.skin.patches)
+        return cls(map_, tuple(range(len(names)) if patches is None else patches), recipes, names, prepared)
 
     @property
     def faces(self) -> int:
         """Triangles of the patches."""
-        return sum(len(self.document.skin.patches[k].surface.faces) for k in self.patches)
+        return sum(len(self.map.skin.patches[k].surface.faces) for k in self.patches)
 
     @property
     def title(self) -> str:
         """The patches in few words."""
-        names = [self.document.patches[k].name for k in self.patches]
+        names = [self.names[k] for k in self.patches]
         if len(names) > 1:
-            return "all patches" if len(names) == len(self.document.patches) else f"{len(names)} patches"
+            return "all patches" if len(names) == len(self.names) else f"{len(names)} patches"
         return names[0] if names else "no patch"
+
+
+def seams_added(chart: Chart) -> int:
+    """How many seams a chart was given because they were worth it."""
+    return sum(found.count for found in chart.findings if found.kind == "seam-added")
 
 
 @dataclass(frozen=True)
@@ -120,7 +156,7 @@ class ErrorKind:
     least: float
 
 
-def _not_in_the_document(_subject: Subject) -> None:
+def _not_in_the_map(_subject: Subject) -> None:
     return
 
 
@@ -138,8 +174,8 @@ class Stage:
         trials: Tries one; the last trial is the setting's own. Raises a named error where it cannot be done.
         fingerprint: In few letters what the trials depend on, so that one can tell when they are out of date.
         seconds: About how long all of it takes.
-        current: The setting in force; None where there is none, or it is the scene's and not the document's.
-        reflatten: What the editor must compute for a setting to be in force; None where it is no edit of the map.
+        current: The setting in force; None where there is none, or it is the scene's and not the map's.
+        recipes: How a setting's patches are laid flat, with their numbers; None where a setting is no edit of the map.
     """
 
     name: str
@@ -151,8 +187,8 @@ class Stage:
     trials: Callable[[Subject, Setting], Iterable[Trial]]
     fingerprint: Callable[[Subject], str]
     seconds: Callable[[Subject], float]
-    current: Callable[[Subject], Setting | None] = _not_in_the_document
-    reflatten: Callable[[MapDocument, Setting], ReflattenRequest] | None = None
+    current: Callable[[Subject], Setting | None] = _not_in_the_map
+    recipes: Callable[[Subject, Setting], Sequence[tuple[int, PatchRecipe]]] | None = None
 
 
 @dataclass(frozen=True)

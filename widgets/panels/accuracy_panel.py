@@ -32,6 +32,7 @@ from app.studies.stages.registry import STAGES
 from app.studies.work_precision import Diagram, Setting, Stage, Subject, Trial, diagram
 from widgets.common.colours import DARK, Theme
 from widgets.common.panel import Panel
+from widgets.document.stage_settings import subject_of
 from widgets.plots.work_precision_plot import WorkPrecisionPlot
 from widgets.workers.accuracy_worker import AccuracyWorker
 
@@ -311,7 +312,7 @@ class AccuracyPanel(Panel):
     def _now(self, document: MapDocument, patches: tuple[int, ...]) -> Subject:
         """Patches as they are now, and the robot that wears them."""
         ours = self._prepared is not None and self._prepared.map.skin is document.skin
-        return Subject(document, patches, self._prepared if ours else None)
+        return subject_of(document, patches, self._prepared if ours else None)
 
     def _show(self) -> None:
         stage, subject = self.board.stage, self._subject()
@@ -342,7 +343,7 @@ class AccuracyPanel(Panel):
         drawn = diagram(stage, result.trials, error=self.board.error)
         parts = (
             trouble,
-            f"Measured on {result.subject.title}." if stage.reflatten else "Measured on the whole map.",
+            f"Measured on {result.subject.title}." if stage.recipes else "Measured on the whole map.",
             "▲ The map has changed since: measure again." if stale else "",
             f"Not available: {'; '.join(drawn.missing)}" if drawn.missing else "",
         )
@@ -435,7 +436,7 @@ def _measure_hint(stage: Stage, subject: Subject | None) -> str:
     """What measuring would show, and how long it takes."""
     if subject is None:
         return f"{stage.question} Open a robot to measure its skin."
-    what = subject.title if stage.reflatten else "the whole map"
+    what = subject.title if stage.recipes else "the whole map"
     errors = ", ".join(kind.name.lower() for kind in stage.errors)
     took = f"about {max(round(stage.seconds(subject)), 1)}\u2009s"
     return f"{stage.question} Measuring {what} takes {took} and draws each setting: {errors}, against milliseconds."

@@ -14,10 +14,11 @@ from app.geometry.mesh import SurfacePoint
 from app.maps.tactile_map import TactileMap
 from app.session.prepare import PreparedScene
 from app.studies.stages.control import stage_setting_of, with_stage_setting
-from app.studies.stages.registry import edits_map, reflatten_for
+from app.studies.stages.registry import edits_map
 from app.studies.work_precision import Setting
 from widgets.common.tool_kinds import ToolKind
 from widgets.document.map_editor import MapEditor
+from widgets.document.stage_settings import reflatten_for
 from widgets.interaction.view_tool import ViewTool
 from widgets.map_view.live_image import ImageSettings
 from widgets.presenters.map_file_presenter import MapFilePresenter

@@ -1,7 +1,6 @@
-from .registry import STAGES, edits_map, reflatten_for
+from .registry import STAGES, edits_map
 
 __all__ = [
     "STAGES",
     "edits_map",
-    "reflatten_for",
 ]

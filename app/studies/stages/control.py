@@ -85,7 +85,7 @@ def _checked_controller(name: str) -> ControllerName:
 def _setup(subject: Subject) -> PathSetup:
     """The robot beside the ball, known by the map as it is edited."""
     assert subject.prepared is not None
-    beside, map_ = _robot_beside_ball(subject.prepared), subject.document.map
+    beside, map_ = _robot_beside_ball(subject.prepared), subject.map
     return PathSetup(beside, None if map_ is beside.map else map_, beside.scene.effects.sensor)
 
 
@@ -101,7 +101,7 @@ def fingerprint(subject: Subject) -> str:
     scene = subject.prepared.scene
     digest = hashlib.blake2b(subject.prepared.robot.mjcf.encode(), digest_size=8)
     digest.update(repr((scene.layer, scene.effects.sensor, scene.control)).encode())
-    for plane in subject.document.map.uv:
+    for plane in subject.map.uv:
         digest.update(plane.tobytes())
     return digest.hexdigest()
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from app.editing.document import MapDocument, PatchEdit
-from app.editing.reflatten import ReflattenRequest, request_reflatten
 from app.flattening.methods import METHODS
 from app.studies.stages.timed_flattening import (
     ERRORS,
@@ -15,7 +13,7 @@ from app.studies.stages.timed_flattening import (
     flatten_timed,
     seam_plan_fingerprint,
 )
-from app.studies.work_precision import Setting, Stage, Subject, Trial
+from app.studies.work_precision import PatchRecipe, Setting, Stage, Subject, Trial
 
 AUTOMATIC = "automatic"
 """As many seams as are worth it."""
@@ -36,7 +34,7 @@ def settings(subject: Subject) -> list[Setting]:
 def trials(subject: Subject, setting: Setting) -> Iterator[Trial]:
     """The patches cut and laid flat so."""
     patches = chosen_patches(subject)
-    laid = flatten_timed(patches, (edit for _, edit in _patch_edits(subject.document, setting)))
+    laid = flatten_timed(patches, (recipe for _, recipe in recipes(subject, setting)))
     errors = chart_errors(patches, laid.charts, laid.rounds[-1])
     extra = setting.values["extra"]
     name = _NAMES.get(extra, f"{extra} extra cuts")
@@ -46,8 +44,7 @@ def trials(subject: Subject, setting: Setting) -> Iterator[Trial]:
 
 def current_setting(subject: Subject) -> Setting | None:
     """That of the patches, if it is the same for all and can be tried."""
-    edits = [subject.document.patches[number] for number in subject.patches]
-    ways = {(edit.method, edit.seams.extra) for edit in edits}
+    ways = {(recipe.method, recipe.seams.extra) for recipe in map(subject.recipes.__getitem__, subject.patches)}
     if len(ways) != 1:
         return None
     ((method, extra),) = ways
@@ -56,28 +53,24 @@ def current_setting(subject: Subject) -> Setting | None:
 
 def fingerprint(subject: Subject) -> str:
     """Drawn seams, areas of interest and the slider."""
-    edits = [subject.document.patches[number] for number in subject.patches]
-    return " ".join(f"{seam_plan_fingerprint(edit.seams)}/{edit.lengths:g}" for edit in edits)
+    own = [subject.recipes[number] for number in subject.patches]
+    return " ".join(f"{seam_plan_fingerprint(recipe.seams)}/{recipe.lengths:g}" for recipe in own)
 
 
-def reflatten_for(document: MapDocument, setting: Setting) -> ReflattenRequest:
-    """The edit that puts a setting in force."""
-    return request_reflatten(document, "Number of cuts", _patch_edits(document, setting))
+def recipes(subject: Subject, setting: Setting) -> list[tuple[int, PatchRecipe]]:
+    """The setting's patches with its method and number of cuts; the slider stays where the method has one."""
+    extra = setting.values["extra"]
+    found = []
+    for number in setting.patches:
+        old = subject.recipes[number]
+        plan = replace(old.seams, extra=None if extra == AUTOMATIC else int(extra))
+        lengths = old.lengths if METHODS[setting.method].slides else 1.0
+        found.append((number, PatchRecipe(setting.method, lengths, plan)))
+    return found
 
 
 def _setting(subject: Subject, method: str, extra: str | int) -> Setting:
     return Setting("cut", method, {"extra": extra}, subject.patches)
-
-
-def _patch_edits(document: MapDocument, setting: Setting) -> list[tuple[int, PatchEdit]]:
-    extra = setting.values["extra"]
-    edits = []
-    for number in document.chosen(setting.patches):
-        old = document.patches[number]
-        plan = replace(old.seams, extra=None if extra == AUTOMATIC else int(extra))
-        lengths = old.lengths if METHODS[setting.method].slides else 1.0
-        edits.append((number, replace(old, method=setting.method, lengths=lengths, seams=plan)))
-    return edits
 
 
 def seconds(subject: Subject) -> float:
@@ -96,5 +89,5 @@ STAGE = Stage(
     fingerprint,
     seconds,
     current_setting,
-    reflatten_for,
+    recipes,
 )

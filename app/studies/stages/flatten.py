@@ -5,9 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from app.editing.document import MapDocument, PatchEdit
-from app.editing.reflatten import ReflattenRequest, request_reflatten
-from app.editing.seams import extra_seams
 from app.flattening.methods import METHODS
 from app.studies.stages.timed_flattening import (
     ERRORS,
@@ -17,7 +14,7 @@ from app.studies.stages.timed_flattening import (
     flatten_timed,
     seam_plan_fingerprint,
 )
-from app.studies.work_precision import Setting, Stage, Subject, Trial
+from app.studies.work_precision import PatchRecipe, Setting, Stage, Subject, Trial
 
 _LENGTHS = (0.75, 0.5, 0.25, 0.0)
 
@@ -34,7 +31,7 @@ def settings(subject: Subject) -> list[Setting]:
 def trials(subject: Subject, setting: Setting) -> Iterator[Trial]:
     """Rounds on the way, then the patches laid flat so."""
     patches = chosen_patches(subject)
-    laid = flatten_timed(patches, (edit for _, edit in _patch_edits(subject.document, setting)))
+    laid = flatten_timed(patches, (recipe for _, recipe in recipes(subject, setting)))
     lengths = setting.values.get("lengths", 1.0)
     if lengths == 1.0:
         for number in laid.shown[:-1]:
@@ -47,7 +44,7 @@ def trials(subject: Subject, setting: Setting) -> Iterator[Trial]:
 
 def current_setting(subject: Subject) -> Setting | None:
     """That of the patches, if it is the same for all and can be tried."""
-    ways = {(edit.method, edit.lengths) for edit in map(subject.document.patches.__getitem__, subject.patches)}
+    ways = {(recipe.method, recipe.lengths) for recipe in map(subject.recipes.__getitem__, subject.patches)}
     if len(ways) != 1:
         return None
     ((method, lengths),) = ways
@@ -56,31 +53,24 @@ def current_setting(subject: Subject) -> Setting | None:
 
 def fingerprint(subject: Subject) -> str:
     """The cuts."""
-    document = subject.document
-    return " ".join(
-        f"{seam_plan_fingerprint(document.patches[k].seams)}/{extra_seams(document, k)}" for k in subject.patches
-    )
+    own = [subject.recipes[number] for number in subject.patches]
+    return " ".join(f"{seam_plan_fingerprint(recipe.seams)}/{recipe.added}" for recipe in own)
 
 
-def reflatten_for(document: MapDocument, setting: Setting) -> ReflattenRequest:
-    """The edit that puts a setting in force."""
-    return request_reflatten(document, "Method", _patch_edits(document, setting))
+def recipes(subject: Subject, setting: Setting) -> list[tuple[int, PatchRecipe]]:
+    """The setting's patches by its method, with as many seams as there are: methods are compared on the same cut."""
+    lengths = float(setting.values.get("lengths", 1.0))
+    found = []
+    for number in setting.patches:
+        old = subject.recipes[number]
+        plan = replace(old.seams, extra=old.added) if old.added else old.seams
+        found.append((number, PatchRecipe(setting.method, lengths, plan)))
+    return found
 
 
 def _setting(subject: Subject, method: str, lengths: float) -> Setting:
     values = {"lengths": lengths} if METHODS[method].slides else {}
     return Setting("flatten", method, values, subject.patches)
-
-
-def _patch_edits(document: MapDocument, setting: Setting) -> list[tuple[int, PatchEdit]]:
-    """The method, with as many seams as there are: methods are compared on the same cut."""
-    edits = []
-    for number in document.chosen(setting.patches):
-        old, extra = document.patches[number], extra_seams(document, number)
-        plan = replace(old.seams, extra=extra) if extra else old.seams
-        lengths = float(setting.values.get("lengths", 1.0))
-        edits.append((number, replace(old, method=setting.method, lengths=lengths, seams=plan)))
-    return edits
 
 
 def seconds(subject: Subject) -> float:
@@ -99,5 +89,5 @@ STAGE = Stage(
     fingerprint,
     seconds,
     current_setting,
-    reflatten_for,
+    recipes,
 )

@@ -42,7 +42,7 @@ def settings(subject: Subject) -> list[Setting]:
 
 def trials(subject: Subject, setting: Setting) -> Iterator[Trial]:
     """The whole map's image, its errors, and the milliseconds of a frame."""
-    map_, pixels = subject.document.map, int(setting.values["pixels"])
+    map_, pixels = subject.map, int(setting.values["pixels"])
     image = TactileImage(map_, resolution=resolution(map_, pixels), interpolation=setting.method)
     places = sample_fields(map_.skin)
     where = _pixels(image, map_.to_map_many(places.patch, places.face, places.weights))
@@ -189,14 +189,14 @@ def _pixels(image: TactileImage, points: FloatArray) -> IntArray:
 def fingerprint(subject: Subject) -> str:
     """The charts."""
     digest = hashlib.blake2b(digest_size=8)
-    for chart in subject.document.charts:
+    for chart in subject.map.charts:
         digest.update(chart.plane.tobytes())
     return digest.hexdigest()
 
 
 def seconds(subject: Subject) -> float:
     """About how long all of it takes."""
-    return 2 + 1e-3 * len(subject.document.skin)
+    return 2 + 1e-3 * len(subject.map.skin)
 
 
 STAGE = Stage(

@@ -11,14 +11,13 @@ from functools import partial
 import numpy as np
 
 from app.core.arrays import FloatArray
-from app.editing.document import PatchEdit
 from app.flattening.chart import Chart
 from app.flattening.cut import SeamPlan
 from app.flattening.newton import Iterate
 from app.maps.build import flatten_patch
 from app.maps.topography import TORN
 from app.skin.skin import Patch
-from app.studies.work_precision import ErrorKind, Subject, timed
+from app.studies.work_precision import ErrorKind, PatchRecipe, Subject, timed
 
 MOST_ROUNDS = 8
 """So many rounds of an iterative method are shown."""
@@ -62,13 +61,13 @@ class TimedFlattening:
 
 def flatten_timed(
     patches: Sequence[Patch],
-    wanted: Iterable[PatchEdit],
+    wanted: Iterable[PatchRecipe],
     *,
     repeats: int = 3,
     budget: float = 0.2,
     clock: Callable[[], float] = time.perf_counter,
 ) -> TimedFlattening:
-    """Lay each patch flat as wanted, repeatedly, and keep the run of middle length. Pins are left out.
+    """Lay each patch flat as wanted, repeatedly, and keep the run of middle length.
 
     Args:
         patches: What is laid flat.
@@ -81,8 +80,8 @@ def flatten_timed(
         MapError: One of them cannot be laid flat so.
     """
     runs = [
-        timed(partial(_flatten_once, patch, edit, clock), repeats=repeats, budget=budget, clock=clock).result
-        for patch, edit in zip(patches, wanted, strict=True)
+        timed(partial(_flatten_once, patch, recipe, clock), repeats=repeats, budget=budget, clock=clock).result
+        for patch, recipe in zip(patches, wanted, strict=True)
     ]
     areas = np.array([patch.surface.area for patch in patches])
     count = max(len(seconds) for *_, seconds in runs)
@@ -97,7 +96,7 @@ def flatten_timed(
 
 
 def _flatten_once(
-    patch: Patch, edit: PatchEdit, clock: Callable[[], float]
+    patch: Patch, recipe: PatchRecipe, clock: Callable[[], float]
 ) -> tuple[Chart, tuple[Iterate, ...], list[float]]:
     """The chart, every round on the way, and when each was there, the last when all was checked [s]."""
     iterates: list[Iterate] = []
@@ -108,7 +107,7 @@ def _flatten_once(
         iterates.append(iterate)
         seconds.append(clock() - start)
 
-    chart = flatten_patch(patch, method=edit.method, lengths=edit.lengths, seams=edit.seams, told=note)
+    chart = flatten_patch(patch, method=recipe.method, lengths=recipe.lengths, seams=recipe.seams, told=note)
     return chart, tuple(iterates), [*seconds[:-1], clock() - start]
 
 
@@ -161,4 +160,4 @@ def seam_plan_fingerprint(plan: SeamPlan) -> str:
 
 def chosen_patches(subject: Subject) -> list[Patch]:
     """Those that are meant."""
-    return [subject.document.skin.patches[number] for number in subject.patches]
+    return [subject.map.skin.patches[number] for number in subject.patches]

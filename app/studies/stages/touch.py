@@ -59,7 +59,7 @@ def settings(subject: Subject) -> list[Setting]:
 
 def trials(subject: Subject, setting: Setting) -> Iterator[Trial]:
     """The model's readings of the same touches: their mean errors, and the milliseconds of one."""
-    skin = subject.document.skin
+    skin = subject.map.skin
     touches, model = _touches(skin), _build_model(skin, setting)
     readers = [partial(model.pressures, [touch.load]) for touch in touches]
     share = setting.values.get("share")
@@ -190,7 +190,7 @@ def _subdivision_centres(side: int) -> FloatArray:
 def fingerprint(subject: Subject) -> str:
     """The skin: where its taxels and their points are."""
     digest = hashlib.blake2b(digest_size=8)
-    for patch in subject.document.skin.patches:
+    for patch in subject.map.skin.patches:
         digest.update(patch.taxels.positions.tobytes())
         digest.update(patch.taxels.quadrature.positions.tobytes())
     return digest.hexdigest()
@@ -198,7 +198,7 @@ def fingerprint(subject: Subject) -> str:
 
 def seconds(subject: Subject) -> float:
     """About how long all of it takes."""
-    return 4 + 2e-3 * len(subject.document.skin)
+    return 4 + 2e-3 * len(subject.map.skin)
 
 
 STAGE = Stage(

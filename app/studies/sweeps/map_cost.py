@@ -8,7 +8,6 @@ from functools import lru_cache
 
 import numpy as np
 
-from app.editing.document import PatchEdit
 from app.flattening.cut import SeamPlan
 from app.flattening.methods import METHODS
 from app.maps.topography import BodyDistances, measure_topography
@@ -19,7 +18,7 @@ from app.studies.rows import Case, Row
 from app.studies.stages.timed_flattening import DISTORTION, distortion_percent, flatten_timed
 from app.studies.study import Study
 from app.studies.testbeds.reference_bodies import MESHES
-from app.studies.work_precision import ErrorKind, Setting, Trial, trial_row, work_precision_figures
+from app.studies.work_precision import ErrorKind, PatchRecipe, Setting, Trial, trial_row, work_precision_figures
 
 ERRORS = (
     DISTORTION,
@@ -49,8 +48,8 @@ def measure(case: Case) -> list[Row]:
     """One row for each of some rounds of the method: time from the uncut surface on, and its errors."""
     skin, distances = _body(case["mesh"], case["faces"], case["seed"])
     surface, taxels = skin.patches[0].surface, skin.patches[0].taxels
-    edit = PatchEdit(case["method"], seams=SeamPlan(case["extra_seams"]))
-    laid = flatten_timed(skin.patches, [edit], repeats=case["repeats"], budget=math.inf)
+    recipe = PatchRecipe(case["method"], seams=SeamPlan(case["extra_seams"]))
+    laid = flatten_timed(skin.patches, [recipe], repeats=case["repeats"], budget=math.inf)
     ((chart,), (rounds,)) = laid.charts, laid.iterates
     rows: list[Row] = []
     for number in laid.shown:

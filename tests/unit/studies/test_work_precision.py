@@ -28,6 +28,9 @@ OFF = ErrorKind("off", "Off", "%", "How far off.", 0.01)
 SLOW = ErrorKind("late", "Late", "mm", "How late.", 0.01)
 
 
+NOBODY = Subject(None, (), (), ())
+
+
 def stage(trials=lambda subject, setting: [], settings=()):
     return Stage("guess", "Guess", "Which?", ("first", "second", "third"), (OFF, SLOW), lambda _: settings, trials,
                  lambda _: "", lambda _: 1.0)  # fmt: skip
@@ -91,7 +94,7 @@ def test_every_setting_is_tried_and_one_that_fails_stops_no_other():
             raise MapError("it does not open")
         return [Trial(setting, "", 1.0, {"off": 1.0})]
 
-    found = list(run_trials(stage(trials, asked), Subject(None, ()), progress=lambda *how: told.append(how)))
+    found = list(run_trials(stage(trials, asked), NOBODY, progress=lambda *how: told.append(how)))
     assert done == ["first", "first", "second", "third"], "the first once more, to warm up"
     assert [t.setting for t in found] == asked
     assert [t.usable for t in found] == [True, False, True]
@@ -108,7 +111,7 @@ def test_progress_may_cancel():
             raise EnoughError
 
     asked = [Setting("guess", name) for name in ("first", "second")]
-    run = run_trials(stage(lambda s, setting: [Trial(setting, "", 1, {})], asked), Subject(None, ()), progress=enough)
+    run = run_trials(stage(lambda s, setting: [Trial(setting, "", 1, {})], asked), NOBODY, progress=enough)
     assert next(run).setting.method == "first"
     with pytest.raises(EnoughError):
         next(run)

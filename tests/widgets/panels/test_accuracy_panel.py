@@ -16,12 +16,13 @@ from app.editing.reflatten import apply_result, reflatten
 from app.maps.build import build_map
 from app.skin.sampling import place_evenly
 from app.skin.skin import Patch, Skin
-from app.studies.stages.registry import STAGES, reflatten_for
+from app.studies.stages.registry import STAGES
 from app.studies.testbeds.reference_bodies import MESHES
 from app.studies.work_precision import Setting
 from app.studies.work_precision import method_title as method_name
 from tests.support.touch import prepared_bar
 from widgets.common.colours import DARK, LIGHT, apply_theme
+from widgets.document.stage_settings import reflatten_for
 from widgets.panels.accuracy_panel import AccuracyPanel
 from widgets.panels.panel_column import COLUMN_WIDTH
 

@@ -1,10 +1,9 @@
-"""A document of two bodies that theory knows: a tube, which lies flat without loss, and a hemisphere, which cannot."""
+"""A map of two bodies that theory knows: a tube, which lies flat without loss, and a hemisphere, which cannot."""
 
 from __future__ import annotations
 
 import pytest
 
-from app.editing.document import MapDocument
 from app.maps.build import build_map
 from app.skin.sampling import place_evenly
 from app.skin.skin import Patch, Skin
@@ -19,14 +18,14 @@ def bodies():
     for name in ("tube", "hemisphere"):
         surface = MESHES[name](600)
         patches.append(Patch(name, name, surface, place_evenly(surface, 60, seed=0)))
-    return MapDocument.of(build_map(Skin(tuple(patches))))
+    return build_map(Skin(tuple(patches)))
 
 
 @pytest.fixture(scope="session")
 def tube(bodies):
-    return Subject(bodies, (0,))
+    return Subject.of(bodies, (0,))
 
 
 @pytest.fixture(scope="session")
 def hemisphere(bodies):
-    return Subject(bodies, (1,))
+    return Subject.of(bodies, (1,))

@@ -12,7 +12,6 @@ import pytest
 from app.control.command import ControlSettings, check_settings
 from app.control.controllers import CONTROL_SCHEMES
 from app.core.errors import SimulationError
-from app.editing.document import MapDocument
 from app.maps.build import build_map
 from app.studies.stages.control import SPEEDS_MM_S, STAGE, stage_setting_of, with_stage_setting
 from app.studies.work_precision import Setting, Subject, diagram, run_trials
@@ -23,7 +22,7 @@ from tests.support.touch import prepared_bar
 @pytest.fixture(scope="module")
 def subject():
     prepared = forearm()
-    return Subject(MapDocument.of(prepared.map), (0,), prepared)
+    return Subject.of(prepared.map, prepared=prepared)
 
 
 def at(controller, speed) -> Setting:
@@ -36,7 +35,7 @@ def test_every_law_at_every_speed_is_tried(subject):
         (r, v) for r in CONTROL_SCHEMES for v in SPEEDS_MM_S
     }
     assert STAGE.current(subject) is None
-    assert STAGE.reflatten is None
+    assert STAGE.recipes is None
     assert 10 < STAGE.seconds(subject) < 60
 
 
@@ -88,13 +87,13 @@ def test_without_a_robot_that_moves_there_is_nothing_to_try(subject):
     with pytest.raises(SimulationError, match="no robot"):
         list(STAGE.trials(alone, at("hybrid", 60.0)))
     fixed = prepared_bar(hinged=False)
-    assert list(STAGE.settings(Subject(MapDocument.of(fixed.map), (0,), fixed))) == []
+    assert list(STAGE.settings(Subject.of(fixed.map, prepared=fixed))) == []
 
 
 def test_the_basis_is_robot_sensor_gains_and_map(subject):
     assert STAGE.fingerprint(subject) == STAGE.fingerprint(replace(subject, patches=()))
     prepared = subject.prepared
     stronger = replace(prepared, scene=replace(prepared.scene, control={"force_goal": 5.0}))
-    other = MapDocument.of(build_map(prepared.skin, method="tutte"))
-    changed = (subject, replace(subject, prepared=stronger), replace(subject, document=other))
+    other = build_map(prepared.skin, method="tutte")
+    changed = (subject, replace(subject, prepared=stronger), replace(subject, map=other))
     assert len({STAGE.fingerprint(each) for each in changed}) == 3

@@ -1,15 +1,18 @@
-"""The cutting stage: what is measured is what a click puts in force, and more cuts bring what they must."""
+"""The cutting stage: the settings tried, the one in force, and more cuts bring what they must."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
-import pytest
-
-from app.editing.document import MapDocument
-from app.editing.reflatten import apply_result, reflatten
 from app.studies.stages.cut import AUTOMATIC, STAGE
-from app.studies.work_precision import Setting, Subject
+from app.studies.work_precision import Setting
+
+
+def changed(subject, number, **how):
+    """The subject with another recipe for one of its patches."""
+    recipes = list(subject.recipes)
+    recipes[number] = replace(recipes[number], **how)
+    return replace(subject, recipes=tuple(recipes))
 
 
 def tried(subject, method="symmetric-dirichlet", extra=0):
@@ -31,37 +34,18 @@ def test_the_settings_hold_0_to_4_cuts_and_the_present_one(hemisphere):
     assert {s.values["extra"] for s in asked} == {0, 1, 2, 3, 4, AUTOMATIC}
     assert STAGE.current(hemisphere) in asked
     assert len(asked) == len({(s.method, s.values["extra"]) for s in asked})
-    edit = replace(hemisphere.document.patches[1], method="tutte")
-    other = Subject(hemisphere.document.with_patch(1, edit), (1,))
+    other = changed(hemisphere, 1, method="tutte")
     assert STAGE.current(other) == Setting("cut", "tutte", {"extra": AUTOMATIC}, (1,))
     assert STAGE.current(other) in STAGE.settings(other)
 
 
-def test_patches_that_differ_have_no_present_setting(bodies):
-    mixed = bodies.with_patch(0, replace(bodies.patches[0], method="tutte"))
-    assert STAGE.current(Subject(mixed, (0, 1))) is None
-    by_hand = bodies.with_patch(0, replace(bodies.patches[0], method="by hand"))
-    assert STAGE.current(Subject(by_hand, (0,))) is None
+def test_patches_that_differ_have_no_present_setting(tube):
+    assert STAGE.current(changed(replace(tube, patches=(0, 1)), 0, method="tutte")) is None
+    assert STAGE.current(changed(tube, 0, method="by hand")) is None
 
 
-def test_using_a_setting_gives_the_map_that_was_measured(bodies, hemisphere):
-    setting = Setting("cut", "arap", {"extra": 2}, (1,))
-    used = apply_result(bodies, reflatten(STAGE.reflatten(bodies, setting)))
-    assert STAGE.current(Subject(used, (1,))) == setting
-    assert used.charts[0] is bodies.charts[0], "only the patch that was meant"
-    assert used.charts[1].energies[-1] == pytest.approx(
-        2 * sum((1 + tried(hemisphere, "arap", 2).errors["distortion"] / 100) ** power for power in (2, -2))
-    )
-    back = apply_result(
-        used, reflatten(STAGE.reflatten(used, Setting("cut", "symmetric-dirichlet", {"extra": AUTOMATIC}, (1,))))
-    )
-    assert back.patches[1].seams.extra is None
-
-
-def test_trials_are_out_of_date_when_the_slider_moved_not_when_the_number_did(bodies):
-    def basis(**changed) -> str:
-        edit = replace(bodies.patches[1], **changed)
-        return STAGE.fingerprint(Subject(MapDocument(bodies.map, (bodies.patches[0], edit), bodies.order), (1,)))
-
-    assert basis(lengths=0.5) != basis()
-    assert basis(method="tutte", seams=replace(bodies.patches[1].seams, extra=3)) == basis()
+def test_trials_are_out_of_date_when_the_slider_moved_not_when_the_number_did(hemisphere):
+    now = hemisphere.recipes[1]
+    basis = STAGE.fingerprint(hemisphere)
+    assert STAGE.fingerprint(changed(hemisphere, 1, lengths=0.5)) != basis
+    assert STAGE.fingerprint(changed(hemisphere, 1, method="tutte", seams=replace(now.seams, extra=3))) == basis

@@ -1,15 +1,12 @@
-"""The flattening stage: all methods on the same cut, rounds on the way, and clicks that give what was measured."""
+"""The flattening stage: all methods on the same cut, rounds on the way."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
-from app.editing.reflatten import apply_result, reflatten
-from app.editing.seams import extra_seams
 from app.flattening.methods import METHODS
-from app.studies.stages import cut
 from app.studies.stages.flatten import STAGE
-from app.studies.work_precision import Setting, Subject
+from app.studies.work_precision import Setting
 
 
 def tried(subject, method, **values):
@@ -24,8 +21,7 @@ def test_every_method_is_tried_and_the_slider_where_there_is_one(hemisphere):
     ]
     assert [s.values for s in asked if s.method == "tutte"] == [{}]
     assert STAGE.current(hemisphere) == asked[0]
-    edit = replace(hemisphere.document.patches[1], lengths=0.37)
-    other = Subject(hemisphere.document.with_patch(1, edit), (1,))
+    other = replace(hemisphere, recipes=(hemisphere.recipes[0], replace(hemisphere.recipes[1], lengths=0.37)))
     assert STAGE.current(other) in STAGE.settings(other), "the present place of the slider too"
 
 
@@ -48,13 +44,10 @@ def test_the_balanced_map_distorts_least_and_the_slider_gains_angles(hemisphere)
     assert not slid.joined
 
 
-def test_methods_are_compared_on_the_present_cut_and_used_with_it(bodies):
-    seamed = apply_result(
-        bodies, reflatten(cut.STAGE.reflatten(bodies, Setting("cut", "symmetric-dirichlet", {"extra": 2}, (1,))))
-    )
+def test_methods_are_compared_on_the_present_cut(hemisphere):
     setting = Setting("flatten", "lscm", {}, (1,))
-    used = apply_result(seamed, reflatten(STAGE.reflatten(seamed, setting)))
-    assert STAGE.current(Subject(used, (1,))) == setting
-    assert extra_seams(used, 1) == extra_seams(seamed, 1) == 2
-    assert STAGE.fingerprint(Subject(used, (1,))) == STAGE.fingerprint(Subject(seamed, (1,)))
-    assert STAGE.fingerprint(Subject(seamed, (1,))) != STAGE.fingerprint(Subject(bodies, (1,)))
+    assert [way.seams.extra for _, way in STAGE.recipes(hemisphere, setting)] == [None], "none was added"
+    seamed = replace(hemisphere, recipes=(hemisphere.recipes[0], replace(hemisphere.recipes[1], added=2)))
+    ((number, way),) = STAGE.recipes(seamed, setting)
+    assert (number, way.method, way.seams.extra) == (1, "lscm", 2)
+    assert STAGE.fingerprint(seamed) != STAGE.fingerprint(hemisphere)

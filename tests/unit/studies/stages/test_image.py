@@ -23,7 +23,7 @@ def test_every_interpolation_and_number_of_pixels_is_tried(tube):
     assert {(s.method, s.values["pixels"]) for s in asked} == {(m, n) for m in INTERPOLATIONS for n in PIXELS}
     assert all(s.patches == () for s in asked), "an image is of the whole map"
     assert STAGE.current(tube) is None
-    assert STAGE.reflatten is None
+    assert STAGE.recipes is None
 
 
 def test_more_pixels_are_more_exact(found):
@@ -40,7 +40,7 @@ def test_smoother_interpolations_show_smooth_pressure_better(found):
 
 
 def test_the_image_has_about_so_many_pixels(bodies):
-    image = TactileImage(bodies.map, resolution=resolution(bodies.map, 64))
+    image = TactileImage(bodies, resolution=resolution(bodies, 64))
     assert np.prod(image.shape) == pytest.approx(64**2, rel=0.05)
 
 

@@ -1,4 +1,4 @@
-"""The stages in the order of touch; their settings cross to the editor, or say that they do not."""
+"""The stages in the order of touch, each drawn in all its errors; whether their settings edit the map."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from app.core.errors import MapError
-from app.studies.stages.registry import STAGES, edits_map, reflatten_for
+from app.studies.stages.registry import STAGES, edits_map
 from app.studies.work_precision import Setting, diagram, run_trials
 
 
@@ -31,13 +30,8 @@ def test_what_a_stage_measures_can_be_drawn_in_each_of_its_errors(name, tube):
     assert pickle.loads(pickle.dumps(tube)).title == tube.title == "tube"
 
 
-def test_only_the_maps_settings_are_edits(bodies):
+def test_only_the_maps_settings_are_edits():
     assert [edits_map(Setting(name, "any")) for name in STAGES] == [True, True, False, False, False, False]
-    assert reflatten_for(bodies, Setting("flatten", "tutte", {}, (0,))).jobs
-    with pytest.raises(MapError, match="none of the map's"):
-        reflatten_for(bodies, Setting("image", "nearest", {"pixels": 64}))
-    with pytest.raises(MapError, match="no such patch"):
-        reflatten_for(bodies, Setting("flatten", "tutte", {}, (9,)))
 
 
 def test_a_subject_is_named_in_few_words(bodies, tube):

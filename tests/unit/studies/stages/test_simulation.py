@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from app.core.errors import SimulationError
-from app.editing.document import MapDocument
 from app.studies.stages.simulation import INTEGRATORS, STAGE, STEPS_MS
 from app.studies.work_precision import Setting, Subject, diagram, run_trials
 from app.tactile.elastic_layer import ElasticLayer
@@ -18,7 +17,7 @@ from tests.support.touch import prepared_bar
 @pytest.fixture(scope="module")
 def subject():
     prepared = prepared_bar(layer=ElasticLayer(stiffness=1e4))
-    return Subject(MapDocument.of(prepared.map), (0,), prepared)
+    return Subject.of(prepared.map, prepared=prepared)
 
 
 def trial(subject, integrator, timestep_ms):
@@ -30,7 +29,7 @@ def test_every_integrator_at_every_step_is_tried(subject):
     asked = STAGE.settings(subject)
     assert {(s.method, s.values["timestep_ms"]) for s in asked} == {(i, t) for i in INTEGRATORS for t in STEPS_MS}
     assert STAGE.current(subject) is None
-    assert STAGE.reflatten is None
+    assert STAGE.recipes is None
     assert STAGE.seconds(subject) > 0
 
 

@@ -7,7 +7,6 @@ import itertools
 import numpy as np
 import pytest
 
-from app.editing.document import PatchEdit
 from app.flattening.cut import SeamPlan
 from app.studies.stages.timed_flattening import (
     chart_errors,
@@ -17,12 +16,12 @@ from app.studies.stages.timed_flattening import (
     flatten_timed,
     seam_plan_fingerprint,
 )
-from app.studies.work_precision import Subject
+from app.studies.work_precision import PatchRecipe, Subject
 
 
 def laid(subject, **how):
     patches = chosen_patches(subject)
-    return patches, flatten_timed(patches, [PatchEdit(**how) for _ in patches])
+    return patches, flatten_timed(patches, [PatchRecipe(**how) for _ in patches])
 
 
 def test_a_tube_lies_flat_without_any_error(tube):
@@ -45,7 +44,7 @@ def test_a_conformal_map_of_a_hemisphere_keeps_angles_and_not_lengths(hemisphere
 
 def test_rounds_of_several_patches_add_up(bodies, tube, hemisphere):
     how = {"method": "symmetric-dirichlet"}
-    both = laid(Subject(bodies, (0, 1)), **how)[1]
+    both = laid(Subject.of(bodies), **how)[1]
     single = [laid(subject, **how)[1] for subject in (tube, hemisphere)]
     assert len(both.rounds) == len(both.seconds) == max(len(one.rounds) for one in single)
     areas = [patch.surface.area for patch in bodies.skin.patches]
@@ -83,12 +82,12 @@ def test_seconds_of_several_patches_add_up(bodies, tube, hemisphere):
         ticks = itertools.count()  # a clock that goes on whenever it is asked: one run is enough
         patches = chosen_patches(subject)
         made = flatten_timed(
-            patches, [PatchEdit("symmetric-dirichlet") for _ in patches], clock=lambda: float(next(ticks))
+            patches, [PatchRecipe("symmetric-dirichlet") for _ in patches], clock=lambda: float(next(ticks))
         )
         assert list(made.seconds) == sorted(made.seconds)
         return made.seconds[-1]
 
-    assert total(Subject(bodies, (0, 1))) == total(tube) + total(hemisphere)
+    assert total(Subject.of(bodies)) == total(tube) + total(hemisphere)
 
 
 def test_a_seam_that_was_tried_and_not_kept_does_not_count_as_the_result(hemisphere, monkeypatch):

@@ -20,7 +20,7 @@ def test_every_model_is_tried_and_the_half_space_with_every_share(found, tube):
     others = {(name, None) for name in CONTACT_MODELS if name != "half-space"}
     assert set(found) == others | {("half-space", share) for share in SHARES}
     assert STAGE.current(tube) is None
-    assert STAGE.reflatten is None
+    assert STAGE.recipes is None
     assert all(trial.milliseconds > 0 for trial in found.values())
 
 

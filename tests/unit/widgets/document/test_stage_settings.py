@@ -1,0 +1,73 @@
+"""A setting that was measured and the edit that puts it in force are the same flattening."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from app.core.errors import MapError
+from app.editing.document import MapDocument
+from app.editing.reflatten import apply_result, reflatten
+from app.editing.seams import extra_seams
+from app.maps.build import build_map
+from app.skin.sampling import place_evenly
+from app.skin.skin import Patch, Skin
+from app.studies.stages.registry import STAGES
+from app.studies.testbeds.reference_bodies import MESHES
+from app.studies.work_precision import Setting
+from widgets.document.stage_settings import reflatten_for, subject_of
+
+
+@pytest.fixture(scope="module")
+def bodies():
+    """A tube and a hemisphere."""
+    patches = []
+    for name in ("tube", "hemisphere"):
+        surface = MESHES[name](600)
+        patches.append(Patch(name, name, surface, place_evenly(surface, 40, seed=0)))
+    return MapDocument.of(build_map(Skin(tuple(patches))))
+
+
+def used(document, *setting):
+    """The document with a setting in force."""
+    return apply_result(document, reflatten(reflatten_for(document, Setting(*setting))))
+
+
+def test_using_a_setting_gives_the_map_that_was_measured(bodies):
+    setting = Setting("cut", "arap", {"extra": 2}, (1,))
+    (trial,) = STAGES["cut"].trials(subject_of(bodies, (1,)), setting)
+    after = used(bodies, "cut", "arap", {"extra": 2}, (1,))
+    assert STAGES["cut"].current(subject_of(after, (1,))) == setting
+    assert after.charts[0] is bodies.charts[0], "only the patch that was meant"
+    stretch = 1 + trial.errors["distortion"] / 100
+    assert after.charts[1].energies[-1] == pytest.approx(2 * (stretch**2 + stretch**-2))
+    back = used(after, "cut", "symmetric-dirichlet", {"extra": "automatic"}, (1,))
+    assert back.patches[1].seams.extra is None
+
+
+def test_methods_are_used_on_the_present_cut(bodies):
+    seamed = used(bodies, "cut", "symmetric-dirichlet", {"extra": 2}, (1,))
+    after = used(seamed, "flatten", "lscm", {}, (1,))
+    assert STAGES["flatten"].current(subject_of(after, (1,))) == Setting("flatten", "lscm", {}, (1,))
+    assert extra_seams(after, 1) == extra_seams(seamed, 1) == 2
+    basis = [STAGES["flatten"].fingerprint(subject_of(each, (1,))) for each in (bodies, seamed, after)]
+    assert basis[0] != basis[1] == basis[2]
+
+
+def test_the_subject_is_the_document(bodies):
+    edited = bodies.with_patch(1, replace(bodies.patches[1], name="cap", lengths=0.5))
+    subject = subject_of(edited)
+    assert subject.map is bodies.map
+    assert subject.patches == (0, 1)
+    assert subject.names == ("tube", "cap")
+    assert [recipe.lengths for recipe in subject.recipes] == [1.0, 0.5]
+    assert subject_of(edited, (1,)).title == "cap"
+
+
+def test_what_is_no_edit_of_this_map_is_refused(bodies):
+    assert reflatten_for(bodies, Setting("flatten", "tutte", {}, (0,))).name == "Method"
+    with pytest.raises(MapError, match="none of the map's"):
+        reflatten_for(bodies, Setting("image", "nearest", {"pixels": 64}))
+    with pytest.raises(MapError, match="no such patch"):
+        reflatten_for(bodies, Setting("flatten", "tutte", {}, (9,)))
