@@ -18,6 +18,7 @@ from app.control.command import (
     check_settings,
     settings_from,
 )
+from app.control.limit_texts import limit_name
 from app.core.errors import RecordingError, UsageError, did_you_mean
 from app.core.files import write_atomically
 from app.recording.player import RecordingPlayer
@@ -67,7 +68,7 @@ def execute(arguments: argparse.Namespace) -> int:
     figures = {trace.name: controller_metrics(trace) for trace in traces}
     ended = {trace.name: trace.ended for trace in traces if trace.ended}
     if arguments.json:
-        print_json({"seconds": seconds, "controllers": {name: asdict(found) for name, found in figures.items()},
+        print_json({"seconds": seconds, "controllers": {name: _json_row(found) for name, found in figures.items()},
                 "stopped": ended, "file": str(file) if file else None})  # fmt: skip
     else:
         _print_table(figures, ended, recorded=inputs is not None)
@@ -121,11 +122,15 @@ def _print_table(figures: dict[str, ControllerMetrics], ended: dict[str, str], *
     print_line(f"{'controller':<{wide}}  " + "  ".join(f"{title:>8}" for title in _COLUMNS.values()) + "  main limit")
     for name, found in figures.items():
         cells = "  ".join(f"{_cell(column, getattr(found, column)):>8}" for column in _COLUMNS)
-        print_line(f"{name:<{wide}}  {cells}  {found.limit or '-'}")
+        print_line(f"{name:<{wide}}  {cells}  {limit_name(found.limit) if found.limit else '-'}")
     for name, why in ended.items():
         print_line(f"{name} stopped after {figures[name].seconds:.2f} s: {why}")
     if recorded:
         print_line("Of the recording's settings, task, path and force goal were kept; controller and gains were not.")
+
+
+def _json_row(found: ControllerMetrics) -> dict[str, Any]:
+    return {**asdict(found), "limit": found.limit.value if found.limit else None}
 
 
 def _cell(column: str, value: Any) -> str:

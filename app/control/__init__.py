@@ -1,16 +1,14 @@
 """What the joints do about a contact. Knows no simulation: the same controllers could drive hardware.
 
-``command`` holds the values that go in and come out. ``controller_manager`` is what a session asks: it runs the chosen
-one of the eight ``controllers``, switches
+``command`` holds the values that go in and come out, ``limits`` why the arm is limited; ``limit_texts`` words that for
+a person. ``controller_manager`` is what a session asks: it runs the chosen one of the eight ``controllers``, switches
 without a jump, and minds the skin's limits (``loop_stability``).
 
 Two controllers stand alone, impedance and hold force; six do a task. ``tasks`` says what is wanted of each contact:
-``path_following`` leads a target along a
-path on the skin; where it goes on at a far place or on another link, ``regrasp`` takes the contact there along a way
-found by ``inverse_kinematics``. How
-errors become joint velocities is the matter of six ``schemes``, solved in order of ``task_priority``; ``monitors`` stop
-what is unsafe. All move a wanted posture
-that a stiff ``joint_impedance`` holds.
+``path_following`` leads a target along a path on the skin; where it goes on at a far place or on another link,
+``regrasp`` takes the contact there along a way found by ``inverse_kinematics``. How errors become joint velocities is
+the matter of six ``schemes``, solved in order of ``task_priority``; ``monitors`` stop what is unsafe. All move a wanted
+posture that a stiff ``joint_impedance`` holds.
 
 ``behaviours``: contact events may change the settings.
 """

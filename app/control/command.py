@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from difflib import get_close_matches
+from enum import Enum
 from math import isfinite
 from typing import Literal, TypeAlias, get_args
 
@@ -220,6 +221,28 @@ def settings_from(values: Mapping[str, object]) -> ControlSettings:
     return check_settings(settings)
 
 
+class RegraspState(Enum):
+    """Where a contact is on its way to another place of the skin."""
+
+    PLAN = "plan"
+    """A way is looked for, the contact still held."""
+    LIFT = "lift"
+    CARRY = "carry"
+    PRESS = "press"
+    RETURN = "return"
+    """To the old place."""
+    ARRIVED = "arrived"
+    FAILED = "failed"
+
+    @property
+    def moves(self) -> bool:
+        """Whether the arm is on the way, without a task for any contact."""
+        return self in _MOVES
+
+
+_MOVES = frozenset({RegraspState.LIFT, RegraspState.CARRY, RegraspState.PRESS, RegraspState.RETURN})
+
+
 @dataclass(frozen=True)
 class TaskReport:
     """How the task goes.
@@ -233,7 +256,7 @@ class TaskReport:
         energy: Net energy given to contacts since the first of them touched [J]; below zero the arm took it.
         tank: What may still be given [J].
         piece: Number of the path's part, between two crossings, where the target is.
-        transfer: How a contact is taken over a crossing, see ``Regrasp.state``; empty while none is.
+        regrasp: How a contact is taken over a crossing; None while none is.
     """
 
     target: SurfacePoint | None = None
@@ -244,4 +267,4 @@ class TaskReport:
     energy: float = 0.0
     tank: float = 0.0
     piece: int = 0
-    transfer: str = ""
+    regrasp: RegraspState | None = None

@@ -14,9 +14,8 @@ import numpy as np
 from app.contacts.regions import ContactRegion
 from app.control.command import ControlSettings, JointCommand, TaskReport, check_settings
 from app.control.controllers import Controller, TaskController, build_controller
+from app.control.limits import Limit, LimitKind
 from app.control.loop_stability import (
-    OSCILLATES,
-    SATURATED,
     GainLimiter,
     OscillationDetector,
     SensorTiming,
@@ -59,7 +58,7 @@ class ControllerManager:
         self._task_manager = TaskManager(robot)
         self._controllers: dict[str, Controller] = {}
         self._gain_limiter, self._oscillation = GainLimiter(robot), OscillationDetector()
-        self._beyond: tuple[str, ...] = ()
+        self._beyond: tuple[Limit, ...] = ()
         self._settings = check_settings(settings)
         self._last: JointCommand | None = None
         self._fading: FloatArray | None = None
@@ -88,8 +87,8 @@ class ControllerManager:
             controller.rest = posture
 
     @property
-    def why_limited(self) -> tuple[str, ...]:
-        """What bounds the answer now, in words, and what of the settings the skin cannot hold; empty for nothing."""
+    def why_limited(self) -> tuple[Limit, ...]:
+        """What bounds the answer now, and what of the settings the skin cannot hold; empty for nothing."""
         return (*self._controller.why_limited, *self._beyond)
 
     @property
@@ -160,15 +159,16 @@ class ControllerManager:
         self, posture: FloatArray, regions: Sequence[ContactRegion], dt: float
     ) -> tuple[ControlSettings, tuple[ContactRegion, ...]]:
         """Settings and regions as controllers may take them; what is to be said of the skin's limits is kept."""
-        settings, read, said = self._settings, tuple(regions), list[str]()
+        settings, read, said = self._settings, tuple(regions), list[Limit]()
         if settings.controller != "impedance":
             goal = settings.force_goal
             if self.readings is not None:
                 read, plateau = assume_goal_where_saturated(regions, goal, self.readings.highest)
-                said += [SATURATED] if plateau else []
+                said += [Limit(LimitKind.SKIN_SATURATED)] if plateau else []
             settings, limits = self._gain_limiter.effective_settings(settings, posture, regions)
             said += limits
-            said += [OSCILLATES] if self._oscillation.look(goal, regions[0].force if regions else 0.0, dt) else []
+            swings = self._oscillation.look(goal, regions[0].force if regions else 0.0, dt)
+            said += [Limit(LimitKind.OSCILLATION)] if swings else []
         self._beyond = tuple(said)
         return settings, read
 

@@ -26,6 +26,7 @@ import numpy as np
 from app.contacts.regions import ContactRegion
 from app.control.command import ControlSettings, JointCommand, TaskReport
 from app.control.joint_impedance import MAX_POINT_SPEED, PostureReference, joint_impedance, limit_joint_speed
+from app.control.limits import ActiveLimits, Limit, LimitKind
 from app.control.map_kinematics import MapKinematics
 from app.control.monitors import EnergyTank, SafetyMonitor, StallDetector
 from app.control.schemes import (
@@ -56,11 +57,11 @@ class Controller(Protocol):
 
     Attributes:
         rest: (n,) the posture it keeps while nothing touches, and comes back to: home, until a scene moves it.
-        why_limited: What bounds the answer now, in words; empty when nothing does.
+        why_limited: What bounds the answer now; empty when nothing does.
     """
 
     rest: FloatArray
-    why_limited: tuple[str, ...]
+    why_limited: tuple[Limit, ...]
 
     def reset(self) -> None:
         """Start without history; ``rest`` stays."""
@@ -88,7 +89,7 @@ class Controller(Protocol):
 class ImpedanceController:
     """Holds the rest posture with a stiffness and damping; contacts are not read, they are felt by yielding."""
 
-    why_limited: tuple[str, ...] = ()
+    why_limited: tuple[Limit, ...] = ()
 
     def __init__(self, robot: Robot) -> None:
         self.rest, self._inertia = robot.home, Configuration(robot).inertia()
@@ -129,7 +130,7 @@ class HoldForceController:
 
     def reset(self) -> None:
         """No contact known; the posture found at the next command is where it starts from."""
-        self.why_limited: tuple[str, ...] = ()
+        self.why_limited: tuple[Limit, ...] = ()
         self._servo = ForceServo(MAX_POINT_SPEED)
         self._reference.reset()
 
@@ -147,11 +148,11 @@ class HoldForceController:
         dt: float,
     ) -> JointCommand:
         """Retreat along the strongest contact's inward normal when it presses too hard, advance when too little."""
-        limits: list[str] = []
+        limits = ActiveLimits()
         start = self._reference.start_posture(posture)
         self._servo.keep(region.id for region in regions[:1])
         if regions and not isfinite(regions[0].force):
-            limits.append("the skin reads what is no number")
+            limits.add(Limit(LimitKind.SKIN_UNREADABLE))
             speed = np.zeros_like(start)
         elif regions:
             self._reference.stop_homing()
@@ -159,7 +160,7 @@ class HoldForceController:
         else:
             speed = self._reference.home_speed(start, self.rest, dt)
         command = self._reference.move(posture, speed, dt, limits)
-        self.why_limited = tuple(limits)
+        self.why_limited = limits.found
         return command
 
     def _follow(
@@ -169,7 +170,7 @@ class HoldForceController:
         start: FloatArray,
         region: ContactRegion,
         dt: float,
-        limits: list[str],
+        limits: ActiveLimits,
     ) -> FloatArray:
         push = self._servo.push(settings, region.id, settings.force_goal - region.force, dt, limits)
         self._configuration.update(posture)
@@ -219,7 +220,7 @@ class TaskController:
 
     def reset(self) -> None:
         """No contact known; the posture found at the next command is where it starts from."""
-        self.why_limited: tuple[str, ...] = ()
+        self.why_limited: tuple[Limit, ...] = ()
         self._scheme.reset()
         self._reference.reset()
         self._safety.reset()
@@ -243,7 +244,7 @@ class TaskController:
         """Do the task for a tick, or stand still and say why."""
         if not self._safety.check(settings.max_force, posture, velocity, regions, dt):
             return self._stopped(posture)
-        limits: list[str] = []
+        limits = ActiveLimits()
         self._configuration.update(posture)
         start = self._reference.start_posture(posture)
         goals = self._task_manager.goals(settings, regions, self.sight, self._configuration, dt, limits)
@@ -259,7 +260,7 @@ class TaskController:
             speed = self._idle(settings, start, dt, limits)
         self._speed = speed
         command = self._reference.move(posture, speed, dt, limits)
-        self.why_limited = tuple(dict.fromkeys(limits))
+        self.why_limited = limits.found
         return command
 
     @property
@@ -269,14 +270,14 @@ class TaskController:
         return replace(task_manager.report, energy=tank.given, tank=tank.level)
 
     def _stopped(self, posture: FloatArray) -> JointCommand:
-        self.why_limited = (self._safety.reason,)
+        self.why_limited = () if self._safety.reason is None else (self._safety.reason,)
         self._scheme.reset()
         self._task_manager.let_go()
         self._reference.reset()
         self._speed = np.zeros_like(self.rest)
         return joint_impedance(self._inertia, self._safety.posture, frequency=STOP_FREQUENCY, damping_ratio=1.0)
 
-    def _idle(self, settings: ControlSettings, start: FloatArray, dt: float, limits: list[str]) -> FloatArray:
+    def _idle(self, settings: ControlSettings, start: FloatArray, dt: float, limits: ActiveLimits) -> FloatArray:
         self._scheme.reset()
         self.tank.reset()
         if settings.task in STAY:
@@ -284,7 +285,7 @@ class TaskController:
         if not self._task_manager.lost:
             return self._reference.home_speed(start, self.rest, dt)
         if np.abs(self.rest - start).max(initial=0.0) > _AT_HOME:
-            limits.append("coming home slowly, since what it lost may stand in the way")
+            limits.add(Limit(LimitKind.SLOW_HOMING))
         return self._reference.home_speed(start, self.rest, dt, most=LOST_SPEED)
 
     def _work(
@@ -295,7 +296,7 @@ class TaskController:
         start: FloatArray,
         velocity: FloatArray,
         dt: float,
-        limits: list[str],
+        limits: ActiveLimits,
     ) -> FloatArray:
         contacts = tuple(self._contact(settings, want) for want in goals)
         wanted = {contact.id for contact in contacts}
@@ -332,7 +333,7 @@ class TaskController:
         contacts: tuple[TaskContact, ...],
         goals: Sequence[ContactGoal],
         dt: float,
-        limits: list[str],
+        limits: ActiveLimits,
     ) -> tuple[TaskContact, ...]:
         """The same contacts; one that does not come is let slide."""
         first = contacts[0]
@@ -340,16 +341,16 @@ class TaskController:
             return contacts
         asked = settings.position_gain * first.error + first.velocity
         tried = -first.to_map @ (first.move @ self._speed)
-        held_up = self._stall.look(
+        stalled = self._stall.look(
             first.id, goals[0].region.map_point, first.error, asked, tried, dt, target=self._task_manager.target
         )
-        if not held_up:
+        if stalled is None:
             return contacts
-        limits.append(held_up)
+        limits.add(Limit(stalled))
         return (replace(first, error=None), *contacts[1:])
 
     def _within_energy(
-        self, contacts: Sequence[TaskContact], speed: FloatArray, velocity: FloatArray, dt: float, limits: list[str]
+        self, contacts: Sequence[TaskContact], speed: FloatArray, velocity: FloatArray, dt: float, limits: ActiveLimits
     ) -> FloatArray:
         """Count what contacts are given, and slow down what would give more than the tank holds."""
         effort = np.zeros_like(speed)  # joint torques with which the arm presses on its contacts
@@ -359,7 +360,7 @@ class TaskController:
         gives = effort.dot(speed) > 0
         if not gives or self.tank.share == 1.0:
             return speed
-        limits.append(f"energy given to the contact, {self.tank.given:.1f} J")
+        limits.add(Limit(LimitKind.ENERGY_TANK, value=self.tank.given))
         return speed * self.tank.share
 
 

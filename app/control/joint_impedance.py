@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from app.control.command import JointCommand
+from app.control.limits import ActiveLimits, Limit, LimitKind
 from app.core.arrays import BoolArray, FloatArray, readonly
 from app.robots.robot import Robot
 
@@ -89,6 +90,7 @@ class PostureReference:
     def __init__(self, robot: Robot, inertia: FloatArray) -> None:
         self.impedance = JointImpedance(inertia, frequency=INNER_FREQUENCY, damping_ratio=1.0)
         self.lower, self.upper = joint_limits(robot)
+        self._names = tuple(joint.name for joint in robot.joints)
         self.reset()
 
     def reset(self) -> None:
@@ -115,15 +117,22 @@ class PostureReference:
         self._homing = self._homing + min(dt / 0.2, 1.0) * (aim - self._homing)
         return self._homing
 
-    def move(self, posture: FloatArray, speed: FloatArray, dt: float, limits: list[str]) -> JointCommand:
+    def move(self, posture: FloatArray, speed: FloatArray, dt: float, limits: ActiveLimits) -> JointCommand:
         """Move the wanted posture from where it is; bounded by the joints' limits and by what holds the arm back."""
         wanted = self.start_posture(posture) + dt * speed
         near = np.minimum(np.maximum(wanted, posture - MAX_LEAD), posture + MAX_LEAD)
         self.wanted = np.minimum(np.maximum(near, self.lower), self.upper)
         if (self.wanted != wanted).any():
-            limits += ["something holds the arm back"] if (near != wanted).any() else []
-            limits += ["joint limit"] if (self.wanted != near).any() and "joint limit" not in limits else []
+            if (near != wanted).any():
+                limits.add(Limit(LimitKind.HELD_BACK))
+            self.tell_joint_limits(self.wanted != near, limits)
         return self.command_at(self.wanted)
+
+    def tell_joint_limits(self, stuck: BoolArray, limits: ActiveLimits) -> None:
+        """Say which joints are ``stuck`` (n,) at their limits, if any are."""
+        if stuck.any():
+            names = tuple(name for name, held in zip(self._names, stuck.tolist(), strict=True) if held)
+            limits.add(Limit(LimitKind.JOINT_LIMIT, names))
 
     def command_at(self, posture: FloatArray) -> JointCommand:
         """The stiff impedance about a posture."""
@@ -135,10 +144,10 @@ def at_limit(reference: PostureReference, start: FloatArray, speed: FloatArray) 
     return ((start <= reference.lower) & (speed < 0)) | ((start >= reference.upper) & (speed > 0))
 
 
-def limit_joint_speed(speed: FloatArray, limits: list[str]) -> FloatArray:
+def limit_joint_speed(speed: FloatArray, limits: ActiveLimits) -> FloatArray:
     """The joint velocity (n,), all of it slower if a joint would be too fast."""
     fastest = float(np.abs(speed).max(initial=0.0))
     if fastest <= MAX_JOINT_SPEED:
         return speed
-    limits.append("joint speed")
+    limits.add(Limit(LimitKind.JOINT_SPEED))
     return speed * (MAX_JOINT_SPEED / fastest)

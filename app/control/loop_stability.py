@@ -18,11 +18,11 @@ import numpy as np
 from app.contacts.regions import ContactRegion
 from app.control.command import ControlSettings
 from app.control.joint_impedance import INNER_FREQUENCY, JointImpedance
+from app.control.limits import Limit, LimitKind
 from app.core.arrays import FloatArray
 from app.robots.kinematics import Configuration
 from app.robots.robot import Robot
 
-SATURATED = "the skin reads its highest, and is pressed no more"
 _NEAR = 0.98
 """Share of the highest reading from which a taxel may stand at it: noise and steps of the converter hide the rest."""
 
@@ -40,10 +40,6 @@ class SensorTiming:
     period: float
     delay: float = 0.0
     highest: float = math.inf
-
-    def __str__(self) -> str:
-        late = f", {1e3 * self.delay:.0f} ms late" if self.delay else ""
-        return f"read at {1 / self.period:.3g} Hz{late}"
 
 
 def assume_goal_where_saturated(
@@ -113,12 +109,12 @@ class GainLimiter:
     def reset(self) -> None:
         """Nothing has touched."""
         self._asked: tuple[int, ControlSettings, SensorTiming] | None = None
-        self._answer: tuple[ControlSettings, tuple[str, ...]] = ControlSettings(), ()
+        self._answer: tuple[ControlSettings, tuple[Limit, ...]] = ControlSettings(), ()
 
     def effective_settings(
         self, settings: ControlSettings, posture: FloatArray, regions: Sequence[ContactRegion]
-    ) -> tuple[ControlSettings, tuple[str, ...]]:
-        """The settings as a controller may take them, and what is to be said of that while something touches.
+    ) -> tuple[ControlSettings, tuple[Limit, ...]]:
+        """The settings as a controller may take them, and the limits that this is while something touches.
 
         Args:
             settings: As they are set. What was made of them stays while nothing touches, since what was lost is sought
@@ -145,23 +141,31 @@ class GainLimiter:
         return 1 / (1 / CONTACT_STIFFNESS + float(np.sum(row**2 * self._give)))
 
 
-def _limited(settings: ControlSettings, most: float, readings: SensorTiming) -> tuple[ControlSettings, tuple[str, ...]]:
-    """Gains that can be held, and in words what was done; as they are set, whether they can be."""
+def _limited(
+    settings: ControlSettings, most: float, readings: SensorTiming
+) -> tuple[ControlSettings, tuple[Limit, ...]]:
+    """Gains that can be held, and what was held back; as they are set, whether they can be."""
     if settings.gains == "as_given":
-        high = settings.force_gain > most
-        return settings, (f"force gain above {most:.2g}, the most for a skin {readings}",) if high else ()
+        high = Limit(
+            LimitKind.FORCE_GAIN_UNSTABLE,
+            value=settings.force_gain, bound=most, period=readings.period, delay=readings.delay,
+        )  # fmt: skip
+        return settings, (high,) if settings.force_gain > most else ()
     wait = readings.period + readings.delay
     force, place = min(settings.force_gain, GAIN_SHARE * most), min(settings.position_gain, GAIN_SHARE / wait)
     integral = max(settings.integral_time, _PATIENCE * wait)
-    said = []
-    if force < settings.force_gain:
-        said.append(f"force gain held to {1e3 * force:.2g} mm/s per N by a skin {readings}")
-    if place < settings.position_gain:
-        said.append(f"position gain held to {place:.2g}/s by a skin {readings}")
-    return replace(settings, force_gain=force, position_gain=place, integral_time=integral), tuple(said)
+    held = [
+        (LimitKind.FORCE_GAIN_HELD, force, settings.force_gain),
+        (LimitKind.POSITION_GAIN_HELD, place, settings.position_gain),
+    ]
+    limits = tuple(
+        Limit(kind, value=value, bound=asked, period=readings.period, delay=readings.delay)
+        for kind, value, asked in held
+        if value < asked
+    )
+    return replace(settings, force_gain=force, position_gain=place, integral_time=integral), limits
 
 
-OSCILLATES = "the force swings; a lower force gain would calm it"
 SWING_SHARE = 0.5
 """Of the goal, that an error has to pass on either side to count as a swing."""
 TURNS, MEMORY = 5, 4.0

@@ -13,6 +13,7 @@ from math import isfinite
 import numpy as np
 
 from app.contacts.regions import ContactRegion
+from app.control.limits import Limit, LimitKind
 from app.core.arrays import FloatArray
 from app.geometry.mesh import SurfacePoint
 
@@ -26,7 +27,7 @@ class SafetyMonitor:
     """Decides between going on and standing. Mutable; ``reset`` lets the controller go on.
 
     Attributes:
-        reason: Why it stopped, in words; empty while the controller goes on.
+        reason: Why it stopped; None while the controller goes on.
         posture: (n,) where it stopped.
     """
 
@@ -35,7 +36,8 @@ class SafetyMonitor:
 
     def reset(self) -> None:
         """Nothing is wrong."""
-        self.reason, self._quiet = "", 0.0
+        self.reason: Limit | None = None
+        self._quiet = 0.0
         self.posture: FloatArray = np.zeros(0)
 
     def check(
@@ -51,23 +53,25 @@ class SafetyMonitor:
             dt: Since the last question [s].
         """
         reason = _danger(max_force, velocity, regions)
-        if reason and not self.reason:
-            self.reason, self.posture = f"stopped: {reason}; lift what touches to go on", posture.copy()
-        if self.reason:
-            self._quiet = 0.0 if regions or reason else self._quiet + dt
+        if reason is not None and self.reason is None:
+            self.reason, self.posture = reason, posture.copy()
+        if self.reason is not None:
+            self._quiet = 0.0 if regions or reason is not None else self._quiet + dt
             if self._quiet >= QUIET:
                 self.reset()
-        return not self.reason
+        return self.reason is None
 
 
-def _danger(max_force: float, velocity: FloatArray, regions: Sequence[ContactRegion]) -> str:
+def _danger(max_force: float, velocity: FloatArray, regions: Sequence[ContactRegion]) -> Limit | None:
     for region in regions:
         if not (isfinite(region.force) and np.isfinite(region.normal).all() and np.isfinite(region.point).all()):
-            return "the skin reads what is no number"
+            return Limit(LimitKind.STOPPED_UNREADABLE)
         if region.force > max_force:
-            return f"{region.force:.0f} N of force, more than {max_force:.0f} N"
+            return Limit(LimitKind.STOPPED_BY_FORCE, value=region.force, bound=max_force)
     fastest = float(np.abs(velocity).max(initial=0.0))
-    return f"a joint at {fastest:.1f} rad/s" if fastest > STOP_SPEED else ""
+    if fastest > STOP_SPEED:
+        return Limit(LimitKind.STOPPED_BY_SPEED, value=fastest, bound=STOP_SPEED)
+    return None
 
 
 SHORTEST, LONGEST = 0.3, 2.0
@@ -77,8 +81,6 @@ SHARE = 0.1
 AGAIN = 0.003
 """It is tried again when the error changed by so much [m]; beyond reach only when it became so much less or the target
 is another, since a contact that is let go slides away by itself."""
-ALONG, BEYOND = "the contact goes along with the skin", "the target is out of reach"
-"""What holds a contact up: the arm moves and it does not slide; or the arm cannot move so."""
 _JUMP = 0.005
 
 
@@ -93,7 +95,8 @@ class StallDetector:
             contact smaller than that stays on a taxel until the next one feels it.
 
     Attributes:
-        reason: What holds the contact up, in words; empty while it comes.
+        reason: ``CONTACT_STICKS`` where the arm moves and the contact does not slide, ``OUT_OF_REACH`` where the arm
+            cannot move so; None while it comes.
     """
 
     def __init__(self, least: float) -> None:
@@ -102,7 +105,8 @@ class StallDetector:
 
     def reset(self) -> None:
         """Nothing known."""
-        self.reason, self._contact = "", 0
+        self.reason: LimitKind | None = None
+        self._contact: int | None = None
         self._start_window()
         self._error: FloatArray = np.zeros(2)
         self._point: FloatArray | None = None
@@ -121,8 +125,8 @@ class StallDetector:
         dt: float,
         *,
         target: SurfacePoint | None = None,
-    ) -> str:
-        """What holds the contact up; empty while it comes.
+    ) -> LimitKind | None:
+        """What holds the contact up; None while it comes.
 
         Args:
             contact: Which; a new one is trusted to slide.
@@ -134,10 +138,10 @@ class StallDetector:
             target: Where it has to go.
         """
         moved = self._moved(contact, point)
-        if self.reason and self._is_worth_another(error, target):
-            self.reason = ""
+        if self.reason is not None and self._is_worth_another(error, target):
+            self.reason = None
             self._start_window()
-        if self.reason:
+        if self.reason is not None:
             return self.reason
         self._time += dt
         self._asked, self._tried = self._asked + asked * dt, self._tried + tried * dt
@@ -151,26 +155,26 @@ class StallDetector:
     def _moved(self, contact: int, point: FloatArray) -> FloatArray:
         """How far the contact went on the map (2,) since it was last seen."""
         if contact != self._contact:
-            if self.reason != BEYOND:  # that is the arm's matter, whatever touches
+            if self.reason is not LimitKind.OUT_OF_REACH:  # that is the arm's matter, whatever touches
                 self.reset()
             self._contact, self._point = contact, None
         moved = np.zeros(2) if self._point is None else point - self._point
         self._point = point
         return moved
 
-    def _judged(self) -> str:
+    def _judged(self) -> LimitKind | None:
         """What all that was asked, tried and came so far says."""
         asked, tried = float(np.linalg.norm(self._asked)), float(np.linalg.norm(self._tried))
         if asked > self._least and self._tried @ self._asked < SHARE * asked**2:
-            return BEYOND
+            return LimitKind.OUT_OF_REACH
         enough, came = tried > self._least, float(np.linalg.norm(self._came))
         along = enough and (came < SHARE * tried or self._came @ self._tried < -SHARE * tried**2)
         if enough or self._time > LONGEST:
             self._start_window()
-        return ALONG if along else ""
+        return LimitKind.CONTACT_STICKS if along else None
 
     def _is_worth_another(self, error: FloatArray, target: SurfacePoint | None) -> bool:
-        if self.reason == ALONG:
+        if self.reason is LimitKind.CONTACT_STICKS:
             return bool(np.linalg.norm(error - self._error) > AGAIN)
         return target != self._target or bool(np.linalg.norm(error) < np.linalg.norm(self._error) - AGAIN)
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from app.contacts.regions import ContactRegion
 from app.control.command import ControlSettings
+from app.control.limits import Limit, LimitKind
 from app.control.map_kinematics import MapKinematics
 from app.control.surface_path import PathCrossing, SurfacePath, project_path
 from app.core.arrays import FloatArray
@@ -80,9 +81,9 @@ class PathFollower:
         laid_at: (2,) the place on the map about which a path lies that nobody drew [m]; None for no such path.
         target: Where the contact is wanted; None until there is a path.
         behind: How far the contact is from there, on the body [m].
-        problem: What is wrong with the path, in words; empty where nothing is.
+        problem: What is wrong with the path; None where nothing is.
         leads_over: Whether the contact is on its way over a crossing to a place that is near.
-        blocked: Why the contact cannot be taken over the next crossing; empty while it can.
+        blocked: Why the contact cannot be taken over the next crossing; None while it can.
     """
 
     def __init__(self) -> None:
@@ -93,7 +94,8 @@ class PathFollower:
         self.way, self.piece, self.behind = 0.0, 0, 0.0
         self.laid_at: tuple[float, float] | None = None
         self.target: SurfacePoint | None = None
-        self.problem = self.blocked = ""
+        self.problem: Limit | None = None
+        self.blocked: Limit | None = None
         self._key: object = None
         self._path: SurfacePath | None = None
         self._back = self.leads_over = False
@@ -107,20 +109,21 @@ class PathFollower:
         key = (settings.path, settings.path_kind, settings.path_size, sight)
         if key == self._key:
             return False
-        again, self._key, self.blocked, self._back = self._path is not None, key, "", False
+        again, self._key, self.blocked, self._back = self._path is not None, key, None, False
         self.laid_at = None if settings.path else (float(region.map_point[0]), float(region.map_point[1]))
         try:
             laid = project_path(settings, region.map_point, sight.transitions)
-            self.problem = "" if laid.whole else "the path leaves the skin"
+            self.problem = None if laid.whole else Limit(LimitKind.PATH_LEAVES_SKIN)
         except MapError as error:
-            laid, self.problem = SurfacePath(MapPath(sight.map.to_map(region.at)), sight.transitions), error.problem
+            laid = SurfacePath(MapPath(sight.map.to_map(region.at)), sight.transitions)
+            self.problem = Limit(LimitKind.PATH_REFUSED, detail=error.problem)
         self._path = laid
         self.go_to(laid.nearest(region.at) or 0.0 if again and settings.path else 0.0)
         return True
 
     def join(self, region: ContactRegion, sight: MapKinematics, configuration: Configuration) -> None:
         """Go on with a new contact; in another patch, far away, where the path is nearest if it is there at all."""
-        self.blocked = ""
+        self.blocked = None
         if self._path is None or self.target is None or self.target.patch == region.at.patch:
             return
         if sight.away(self.target, region, configuration) < WIDE * sight.pitch:
@@ -152,7 +155,7 @@ class PathFollower:
         path = self._path
         assert path is not None
         still = np.zeros(2)
-        if self.blocked:
+        if self.blocked is not None:
             return still, None
         self.target, direction = path.at(self.way)
         self.behind = sight.away(self.target, region, configuration)
@@ -176,11 +179,11 @@ class PathFollower:
     @property
     def waits(self) -> bool:
         """Whether the path waits for the contact, or all but."""
-        return not self.blocked and self.behind > (1 - _SLOWS / 2) * LAG
+        return self.blocked is None and self.behind > (1 - _SLOWS / 2) * LAG
 
-    def stay(self, reason: str, at: SurfacePoint) -> None:
+    def stay(self, why: Limit, at: SurfacePoint) -> None:
         """The contact cannot be taken over, so it is held ``at`` a place until another comes, or another path."""
-        self.blocked, self.target = f"the contact stays where it is: {reason}", at
+        self.blocked, self.target = why, at
 
     def there(self, regions: Sequence[ContactRegion]) -> ContactRegion | None:
         """The strongest contact on the patch to which the path leads."""

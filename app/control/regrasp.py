@@ -11,13 +11,14 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
 
 import numpy as np
 
 from app.contacts.regions import ContactRegion
+from app.control.command import RegraspState
 from app.control.inverse_kinematics import LinkPoint, PointTarget, solve_inverse_kinematics
 from app.control.joint_impedance import joint_limits
+from app.control.limits import Limit, LimitKind, RegraspFailure
 from app.control.surface_path import PathCrossing
 from app.core.arrays import FloatArray
 from app.geometry.mesh import SurfacePoint
@@ -173,8 +174,6 @@ def _some(vertices: FloatArray) -> FloatArray:
     return vertices[:: max(len(vertices) // _POINTS, 1)]
 
 
-RegraspState: TypeAlias = Literal["look", "lift", "carry", "press", "return", "arrived", "failed"]
-
 JOINT_SPEED = 0.6
 """Of any joint on the way [rad/s]."""
 SPEED, SLOW = 0.2, 0.02
@@ -204,9 +203,8 @@ class Regrasp:
         known: Ids of the contacts there are at the start: they are in nobody's way.
 
     Attributes:
-        state: ``look`` for a way, the contact still held; ``lift``, ``carry``, ``press``; ``return`` to the old place;
-            ``arrived`` or ``failed`` at the end.
-        reason: Why it turned back or failed; empty until then.
+        state: Where it is.
+        failure: Why it turned back or failed; None until then.
     """
 
     def __init__(
@@ -220,24 +218,25 @@ class Regrasp:
     ) -> None:
         self._plan, self._skin, self._pitch, self._known = plan, skin, pitch, known
         self.leaves, self.enters = leaves, enters
-        self.state: RegraspState = "look"
-        self.reason = ""
+        self.state = RegraspState.PLAN
+        self.failure: RegraspFailure | None = None
+        self._links = skin.link(leaves), skin.link(enters)
         self._time = 0.0
         self._way: list[FloatArray] = []
         self._speed: FloatArray | None = None
 
     @property
-    def moves(self) -> bool:
-        """Whether the arm is on the way, without a task for any contact."""
-        return self.state in ("lift", "carry", "press", "return")
-
-    @property
-    def says(self) -> str:
-        """What it does, in words."""
-        where = _where(self._skin, self.leaves, self.enters)
-        if self.state == "return":
-            return f"{self.reason}: going back"
-        return f"looking for a way to {where}" if self.state == "look" else f"carrying the contact to {where}"
+    def limit(self) -> Limit:
+        """What it does, or why it failed."""
+        match self.state:
+            case RegraspState.PLAN:
+                return Limit(LimitKind.REGRASP_PLANNED, self._links)
+            case RegraspState.RETURN:
+                return Limit(LimitKind.REGRASP_RETURNS, self._links, cause=self.failure)
+            case RegraspState.FAILED:
+                return Limit(LimitKind.REGRASP_FAILED, self._links, cause=self.failure)
+            case _:
+                return Limit(LimitKind.REGRASP_MOVES, self._links)
 
     def watch(self, regions: Sequence[ContactRegion], dt: float) -> ContactRegion | None:
         """Go on by what is felt; the contact in hand as soon as it has arrived, there or back.
@@ -247,9 +246,9 @@ class Regrasp:
             dt: Since the last tick [s].
         """
         self._time += dt
-        if self.state == "look":
+        if self.state is RegraspState.PLAN:
             self._look()
-        elif self.moves:
+        elif self.state.moves:
             return self._feel(regions)
         return None
 
@@ -267,10 +266,9 @@ class Regrasp:
         if not self._plan.done:
             return
         if self._plan.route is None:
-            where = _where(self._skin, self.leaves, self.enters)
-            self.state, self.reason = "failed", f"{where} cannot come to what it touches"
+            self.state, self.failure = RegraspState.FAILED, RegraspFailure.UNREACHABLE
             return
-        self.state, self._time, self._way = "lift", 0.0, [self._plan.route.lifted]
+        self.state, self._time, self._way = RegraspState.LIFT, 0.0, [self._plan.route.lifted]
 
     def _leg_done(self) -> None:
         """The next leg; at the end of the last one nothing was felt where it should be."""
@@ -278,30 +276,30 @@ class Regrasp:
         route = self._plan.route
         if self._way or route is None:
             return
-        if self.state == "lift":
-            self.state, self._way = "carry", [route.over, route.above]
-        elif self.state == "carry":
-            self.state, self._way = "press", [route.pressed]
-        elif self.state == "press":
-            self._turn_back("nothing is there to touch")
+        if self.state is RegraspState.LIFT:
+            self.state, self._way = RegraspState.CARRY, [route.over, route.above]
+        elif self.state is RegraspState.CARRY:
+            self.state, self._way = RegraspState.PRESS, [route.pressed]
+        elif self.state is RegraspState.PRESS:
+            self._turn_back(RegraspFailure.NOTHING_THERE)
         else:
-            self.state = "failed"
+            self.state = RegraspState.FAILED
 
     def _feel(self, regions: Sequence[ContactRegion]) -> ContactRegion | None:
-        if self.state == "return":
-            found = self._arrive(regions, self.leaves, "failed") if len(self._way) <= 1 else None
-            self.state = "failed" if self._time > LONGEST else self.state
+        if self.state is RegraspState.RETURN:
+            found = self._arrive(regions, self.leaves, RegraspState.FAILED) if len(self._way) <= 1 else None
+            self.state = RegraspState.FAILED if self._time > LONGEST else self.state
             return found
         if self._time > LONGEST:
-            self._turn_back("it takes too long")
-        elif self.state != "lift":
-            arrived = self._arrive(regions, self.enters, "arrived")
+            self._turn_back(RegraspFailure.TIMEOUT)
+        elif self.state is not RegraspState.LIFT:
+            arrived = self._arrive(regions, self.enters, RegraspState.ARRIVED)
             if arrived is not None:
                 return arrived
             if any(region.force > BUMP and region.id not in self._known for region in regions):
-                self._turn_back("something is in the way")
+                self._turn_back(RegraspFailure.OBSTACLE)
             elif self._at(regions, self.leaves) is not None:
-                self._turn_back("what touches comes along")
+                self._turn_back(RegraspFailure.OBJECT_FOLLOWS)
         return None
 
     def _arrive(self, regions: Sequence[ContactRegion], at: SurfacePoint, state: RegraspState) -> ContactRegion | None:
@@ -314,12 +312,12 @@ class Regrasp:
         place, near = self._skin.position(at), PITCHES * self._pitch
         return next((r for r in regions if r.at.patch == at.patch and np.linalg.norm(r.point - place) < near), None)
 
-    def _turn_back(self, reason: str) -> None:
+    def _turn_back(self, failure: RegraspFailure) -> None:
         route = self._plan.route
         assert route is not None
-        lifted = [] if self.state == "lift" else [route.lifted]
-        came_over = self.state == "press" or (self.state == "carry" and len(self._way) == 1)
-        self.state, self.reason, self._time = "return", reason, 0.0
+        lifted = [] if self.state is RegraspState.LIFT else [route.lifted]
+        came_over = self.state is RegraspState.PRESS or (self.state is RegraspState.CARRY and len(self._way) == 1)
+        self.state, self.failure, self._time = RegraspState.RETURN, failure, 0.0
         self._way = [*([route.over] if came_over else []), *lifted, route.start]
 
     def _towards(self, start: FloatArray, configuration: Configuration) -> FloatArray:
@@ -330,14 +328,9 @@ class Regrasp:
             float(np.linalg.norm(configuration.jacobian(self._skin.link(at), self._skin.position(at)) @ off))
             for at in (self.leaves, self.enters)
         )
-        touches = self.state == "press" or (self.state == "return" and len(self._way) == 1)
+        touches = self.state is RegraspState.PRESS or (self.state is RegraspState.RETURN and len(self._way) == 1)
         pace = min(JOINT_SPEED / fastest, (SLOW if touches else SPEED) / max(moved, 1e-9), _RATE)
         return pace * off
-
-
-def _where(skin: Skin, leaves: SurfacePoint, enters: SurfacePoint) -> str:
-    link = skin.link(enters).replace("_", " ")
-    return f"the {link}" if skin.link(leaves) != skin.link(enters) else f"another place of the {link}"
 
 
 class RegraspManager:
@@ -348,7 +341,6 @@ class RegraspManager:
 
     Attributes:
         crossing: Over which it goes; None while there is none.
-        reason: Why the last one failed, in words.
     """
 
     def __init__(self, robot: Robot | None) -> None:
@@ -363,24 +355,21 @@ class RegraspManager:
         self._transfer: Regrasp | None = None
 
     @property
-    def state(self) -> str:
-        """See ``Regrasp.state``; empty while nothing is carried."""
-        return "" if self.crossing is None else "look" if self._transfer is None else self._transfer.state
+    def state(self) -> RegraspState | None:
+        """Where the contact is on its way; None while nothing is carried."""
+        if self.crossing is None:
+            return None
+        return RegraspState.PLAN if self._transfer is None else self._transfer.state
 
     @property
     def moves(self) -> bool:
         """Whether the arm is on the way, without a task for any contact."""
-        return self._transfer is not None and self._transfer.moves
+        return self._transfer is not None and self._transfer.state.moves
 
     @property
-    def says(self) -> str:
-        """What goes on, in words; at the end why it failed."""
-        return "" if self._transfer is None else self._transfer.says
-
-    @property
-    def reason(self) -> str:
-        """Why it failed, or turned back; empty while all is well."""
-        return "" if self._transfer is None else self._transfer.reason
+    def limit(self) -> Limit | None:
+        """What goes on; at the end why it failed. None before the search has begun."""
+        return None if self._transfer is None else self._transfer.limit
 
     def ask(
         self, crossing: PathCrossing, region: ContactRegion, regions: Sequence[ContactRegion], skin: Skin, pitch: float

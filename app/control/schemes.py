@@ -37,6 +37,7 @@ import numpy as np
 
 from app.control.command import ControlSettings
 from app.control.joint_impedance import MAX_JOINT_SPEED, MAX_POINT_SPEED
+from app.control.limits import ActiveLimits, Limit, LimitKind
 from app.control.task_priority import (
     ArmState,
     PriorityLevel,
@@ -81,7 +82,7 @@ class ForceServo:
         """[N s] gathered for a contact."""
         return self._integrals.get(contact, 0.0)
 
-    def push(self, settings: ControlSettings, contact: int, error: float, dt: float, limits: list[str]) -> float:
+    def push(self, settings: ControlSettings, contact: int, error: float, dt: float, limits: ActiveLimits) -> float:
         """Outward speed of the touched point [m/s]: positive presses more.
 
         Args:
@@ -97,7 +98,7 @@ class ForceServo:
         bounded = min(max(wanted, -self._max_speed), self._max_speed)
         if bounded != wanted:
             self._integrals[contact] = gathered - error * dt if contact in self._reached else 0.0
-            limits.append("speed of the touched point")
+            limits.add(Limit(LimitKind.POINT_SPEED))
         return bounded
 
     def _gather(self, contact: int, error: float, dt: float, patience: float) -> None:
@@ -125,11 +126,11 @@ class PointVelocityScheme(ABC):
         self._wanted: dict[int, FloatArray] = {}
 
     @abstractmethod
-    def velocity(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: list[str]) -> FloatArray:
+    def velocity(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: ActiveLimits) -> FloatArray:
         """(3,) wanted of the point of the skin under a contact [m/s], world frame; asked once a tick."""
 
     def levels(
-        self, settings: ControlSettings, contacts: Sequence[TaskContact], arm: ArmState, limits: list[str]
+        self, settings: ControlSettings, contacts: Sequence[TaskContact], arm: ArmState, limits: ActiveLimits
     ) -> list[PriorityLevel]:
         """Velocities of all contacts' points."""
         self.keep(contacts)
@@ -142,7 +143,7 @@ class PointVelocityScheme(ABC):
         settings: ControlSettings,
         contacts: Sequence[TaskContact],
         arm: ArmState,
-        limits: list[str],
+        limits: ActiveLimits,
     ) -> FloatArray:
         """Damped least squares."""
         return solve_within_limits(levels, arm.reference, arm.start, limits)
@@ -151,7 +152,7 @@ class PointVelocityScheme(ABC):
         """Forget all contacts but these."""
         self._servo.keep(contact.id for contact in contacts)
 
-    def push(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: list[str]) -> float:
+    def push(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: ActiveLimits) -> float:
         """Outward speed [m/s] for the force error, proportional and integral."""
         return self._servo.push(settings, contact.id, contact.force_error, dt, limits)
 
@@ -165,12 +166,12 @@ class PointVelocityScheme(ABC):
         return before + min(dt / time, 1.0) * (aim - before) if time > dt else aim
 
 
-def limit_point_speed(velocity: FloatArray, limits: list[str]) -> FloatArray:
+def limit_point_speed(velocity: FloatArray, limits: ActiveLimits) -> FloatArray:
     """The velocity (3,) of a touched point, slower if it is too fast."""
     speed = length(velocity)
     if speed <= MAX_POINT_SPEED:
         return velocity
-    limits.append("speed of the touched point")
+    limits.add(Limit(LimitKind.POINT_SPEED))
     return velocity * (MAX_POINT_SPEED / speed)
 
 
@@ -180,7 +181,7 @@ class AdmittanceScheme(PointVelocityScheme):
     Without integral: what comes at a speed v is met with an error v / gain.
     """
 
-    def velocity(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: list[str]) -> FloatArray:
+    def velocity(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: ActiveLimits) -> FloatArray:
         """That of the mass at the contact."""
         place = contact.along(settings.position_gain, MAX_POINT_SPEED)
         aim = limit_point_speed(place + settings.force_gain * contact.force_error * contact.normal, limits)
@@ -190,7 +191,7 @@ class AdmittanceScheme(PointVelocityScheme):
 class HybridScheme(PointVelocityScheme):
     """Selection by the normal that the skin tells; a normal that is wrong lets motion leak into force."""
 
-    def velocity(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: list[str]) -> FloatArray:
+    def velocity(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: ActiveLimits) -> FloatArray:
         """What brings the contact on, without its part along the normal, where force is served."""
         along, normal = contact.along(settings.position_gain, MAX_POINT_SPEED), contact.normal
         return along + (self.push(settings, contact, dt, limits) - along.dot(normal)) * normal
@@ -212,7 +213,7 @@ class ParallelScheme(PointVelocityScheme):
         super().keep(contacts)
         self._begun = {contact.id: self._begun.get(contact.id, contact.point) for contact in contacts}
 
-    def velocity(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: list[str]) -> FloatArray:
+    def velocity(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: ActiveLimits) -> FloatArray:
         """Both errors' answers added up, taken up slowly."""
         normal = contact.normal
         away = normal.dot(self._begun[contact.id] - contact.point)
@@ -224,7 +225,7 @@ class ParallelScheme(PointVelocityScheme):
 class ProjectionScheme(PointVelocityScheme):
     """Which of the three errors count is the task's matter: those of place only where the contact may not slide."""
 
-    def velocity(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: list[str]) -> FloatArray:
+    def velocity(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: ActiveLimits) -> FloatArray:
         """The chosen errors, turned from the frame of the touch into space."""
         push = self.push(settings, contact, dt, limits) * contact.normal
         if contact.error is None:
@@ -244,7 +245,7 @@ class PriorityScheme:
         self._servo = ForceServo(MAX_POINT_SPEED)
 
     def levels(
-        self, settings: ControlSettings, contacts: Sequence[TaskContact], arm: ArmState, limits: list[str]
+        self, settings: ControlSettings, contacts: Sequence[TaskContact], arm: ArmState, limits: ActiveLimits
     ) -> list[PriorityLevel]:
         """Forces of all contacts, then places of those that may not slide."""
         self._servo.keep(contact.id for contact in contacts)
@@ -263,7 +264,7 @@ class PriorityScheme:
         settings: ControlSettings,
         contacts: Sequence[TaskContact],
         arm: ArmState,
-        limits: list[str],
+        limits: ActiveLimits,
     ) -> FloatArray:
         """Damped least squares, level after level; what they leave free goes to rest."""
         return solve_within_limits(levels, arm.reference, arm.start, limits, rest=arm.home)
@@ -290,7 +291,7 @@ class QuadraticProgramScheme(PriorityScheme):
         settings: ControlSettings,
         contacts: Sequence[TaskContact],
         arm: ArmState,
-        limits: list[str],
+        limits: ActiveLimits,
     ) -> FloatArray:
         """MuJoCo's box-constrained solver, again with the caps that the first answer would break."""
         lower, upper = self._box(arm)
@@ -307,7 +308,8 @@ class QuadraticProgramScheme(PriorityScheme):
                 hessian = hessian + _CAP_WEIGHT * np.outer(row, row)
                 gradient = gradient - _CAP_WEIGHT * most * row
         _tell(speed, lower, upper, arm, limits)
-        limits += ["force cap"] if held else []
+        if held:
+            limits.add(Limit(LimitKind.FORCE_CAP))
         return speed
 
     def _box(self, arm: ArmState) -> tuple[FloatArray, FloatArray]:
@@ -347,13 +349,14 @@ def _next_force(contact: TaskContact, speed: FloatArray, dt: float) -> float:
     return contact.force + _STIFFNESS * dt * float(contact.outward @ speed)
 
 
-def _tell(speed: FloatArray, lower: FloatArray, upper: FloatArray, arm: ArmState, limits: list[str]) -> None:
+def _tell(speed: FloatArray, lower: FloatArray, upper: FloatArray, arm: ArmState, limits: ActiveLimits) -> None:
     at = (speed <= lower + 1e-9) | (speed >= upper - 1e-9)
     if not at.any():
         return
     if (np.abs(speed[at]) >= MAX_JOINT_SPEED - 1e-6).any():
-        limits.append("joint speed")
+        limits.add(Limit(LimitKind.JOINT_SPEED))
     slow = at & (np.abs(speed) < MAX_JOINT_SPEED - 1e-6)
     changing = np.abs(np.abs(speed - arm.speed) - MAX_ACCELERATION * arm.dt) < 1e-6
-    limits += ["joint acceleration"] if (slow & changing).any() else []
-    limits += ["joint limit"] if (slow & ~changing).any() else []
+    if (slow & changing).any():
+        limits.add(Limit(LimitKind.JOINT_ACCELERATION))
+    arm.reference.tell_joint_limits(slow & ~changing, limits)

@@ -20,6 +20,7 @@ import numpy as np
 from app.contacts.regions import ContactRegion
 from app.control.command import ControlSettings
 from app.control.joint_impedance import DAMPING, WEAK, PostureReference, at_limit, limit_joint_speed
+from app.control.limits import ActiveLimits, Limit, LimitKind
 from app.core.arrays import FloatArray, length
 from app.maps.jacobian import least_norm_motion
 
@@ -191,7 +192,7 @@ class ControlScheme(Protocol):
         """Forget everything."""
 
     def levels(
-        self, settings: ControlSettings, contacts: Sequence[TaskContact], arm: ArmState, limits: list[str]
+        self, settings: ControlSettings, contacts: Sequence[TaskContact], arm: ArmState, limits: ActiveLimits
     ) -> list[PriorityLevel]:
         """What is wanted of the contacts now, the most wanted first; asked once a tick."""
 
@@ -201,7 +202,7 @@ class ControlScheme(Protocol):
         settings: ControlSettings,
         contacts: Sequence[TaskContact],
         arm: ArmState,
-        limits: list[str],
+        limits: ActiveLimits,
     ) -> FloatArray:
         """(n,) joint velocity for the levels."""
 
@@ -210,7 +211,7 @@ def solve_within_limits(
     levels: Sequence[PriorityLevel],
     reference: PostureReference,
     start: FloatArray,
-    limits: list[str],
+    limits: ActiveLimits,
     *,
     rest: FloatArray | None = None,
 ) -> FloatArray:
@@ -232,10 +233,11 @@ def solve_within_limits(
             break
         moving &= ~stuck
         levels, rest = [PriorityLevel(level.rows * moving, level.speed) for level in levels], rest * moving
-        limits += [] if "joint limit" in limits else ["joint limit"]
+        reference.tell_joint_limits(stuck, limits)
     else:
         return np.zeros_like(start)
-    limits += ["the arm can hardly move along this contact"] if weak else []
+    if weak:
+        limits.add(Limit(LimitKind.WEAK_DIRECTION))
     return limit_joint_speed(speed, limits)
 
 

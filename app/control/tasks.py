@@ -15,7 +15,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from app.contacts.regions import ContactRegion
-from app.control.command import ControlSettings, TaskReport
+from app.control.command import ControlSettings, RegraspState, TaskReport
+from app.control.limits import ActiveLimits, Limit, LimitKind, RegraspFailure
 from app.control.map_kinematics import MapKinematics
 from app.control.path_following import PathFollower, over_borders
 from app.control.regrasp import RegraspManager
@@ -44,7 +45,7 @@ class _Now:
     sight: MapKinematics
     configuration: Configuration
     dt: float
-    limits: list[str]
+    limits: ActiveLimits
 
 
 class TaskManager:
@@ -75,7 +76,7 @@ class TaskManager:
         self._place: object = None
         self._last: ContactRegion | None = None
         self._searching, self.lost = 0.0, False
-        self._problem = ""
+        self._off_skin = False
 
     @property
     def report(self) -> TaskReport:
@@ -88,7 +89,7 @@ class TaskManager:
             laid_at=follower.laid_at,
             way=follower.way,
             piece=follower.piece,
-            transfer=self.regrasp.state,
+            regrasp=self.regrasp.state,
         )
 
     def let_go(self) -> None:
@@ -103,7 +104,7 @@ class TaskManager:
         sight: MapKinematics,
         configuration: Configuration,
         dt: float,
-        limits: list[str],
+        limits: ActiveLimits,
     ) -> list[ContactGoal]:
         """What is wanted now, of the contact the task is about first; nothing when nothing touches.
 
@@ -142,15 +143,17 @@ class TaskManager:
     def _carried(self, now: _Now) -> list[ContactGoal]:
         """Nothing while a contact is on its way; what the task wants of it as soon as it has come."""
         region, crossing = self.regrasp.watch(now.regions, now.dt), self.regrasp.crossing
+        carrying = self.regrasp.limit
+        assert crossing is not None
+        assert carrying is not None
         if self.regrasp.moves:
-            now.limits.append(self.regrasp.says)
+            now.limits.add(carrying)
             self._last = None
             return []
-        assert crossing is not None
-        if self.regrasp.state == "arrived":
+        if self.regrasp.state is RegraspState.ARRIVED:
             self.follower.go_to(crossing.way)
         else:
-            self.follower.stay(self.regrasp.reason, crossing.leaves)
+            self.follower.stay(carrying, crossing.leaves)
         self.regrasp.reset()
         self._last, self._searching = region, 0.0
         return self._goals(now)
@@ -184,7 +187,7 @@ class TaskManager:
             self.regrasp.reset()
             self.target = None if task in ("hold_point", "guide") else self.target
             return []
-        now.limits.append("contact lost")
+        now.limits.add(Limit(LimitKind.CONTACT_LOST))
         return [ContactGoal(replace(self._last, id=-self._last.id, force=0.0), goal)]
 
     def _on_path(self, now: _Now, region: ContactRegion, new: bool) -> ContactGoal:
@@ -194,15 +197,17 @@ class TaskManager:
         elif new:
             follower.join(region, now.sight, now.configuration)
         velocity = np.zeros(2)
-        if self.regrasp.state == "look":
+        if self.regrasp.state is RegraspState.PLAN:
             self._look(now)
         else:
             velocity, crossing = follower.walk(now.settings, region, now.sight, now.configuration, now.dt)
             if crossing is not None:
                 self._take_over(crossing, region, now)
             elif follower.waits:
-                now.limits.append("the path waits for the contact")
-        now.limits.extend(said for said in (follower.problem, follower.blocked) if said)
+                now.limits.add(Limit(LimitKind.PATH_WAITS))
+        for limit in (follower.problem, follower.blocked):
+            if limit is not None:
+                now.limits.add(limit)
         self.target = follower.target
         return self._led(now, region, velocity)
 
@@ -210,32 +215,37 @@ class TaskManager:
         if self.regrasp.ask(crossing, region, now.regions, now.sight.map.skin, now.sight.pitch):
             self.follower.target = crossing.leaves
         else:
-            self.follower.stay("no arm can carry it on", crossing.leaves)
+            links = now.sight.map.skin.link(crossing.leaves), now.sight.map.skin.link(crossing.enters)
+            no_arm = Limit(LimitKind.REGRASP_FAILED, links, cause=RegraspFailure.NO_ARM)
+            self.follower.stay(no_arm, crossing.leaves)
 
     def _look(self, now: _Now) -> None:
         """The contact is held while a way for it is looked for."""
-        crossing = self.regrasp.crossing
         self.regrasp.watch(now.regions, now.dt)
-        if self.regrasp.state == "failed" and crossing is not None:
-            self.follower.stay(self.regrasp.reason, crossing.leaves)
+        crossing, limit = self.regrasp.crossing, self.regrasp.limit
+        if crossing is None or limit is None:
+            return
+        if self.regrasp.state is RegraspState.FAILED:
+            self.follower.stay(limit, crossing.leaves)
             self.regrasp.reset()
-        elif self.regrasp.says:
-            now.limits.append(self.regrasp.says)
+        else:
+            now.limits.add(limit)
 
     def _at_a_place(self, now: _Now, region: ContactRegion, new: bool) -> ContactGoal:
         path, guided = now.settings.path, now.settings.task == "guide"
         if self.target is None or (new and guided):
             drawn = now.sight.map.to_body(np.array(path[0])) if path else region.at
             self.target = region.at if drawn is None or guided else drawn
-            self._problem = "the point to hold is not on the skin" if drawn is None else ""
-        now.limits.extend([self._problem] if self._problem else [])
+            self._off_skin = drawn is None
+        if self._off_skin:
+            now.limits.add(Limit(LimitKind.POINT_OFF_SKIN))
         want = self._led(now, region, np.zeros(2))
         if self.target.patch == region.at.patch:
             return want
         if now.sight.apart(self.target, region.at, now.configuration) <= NEAR_PITCHES * now.sight.pitch:
             return want
-        names = [now.sight.map.skin.patches[at.patch].name.replace("_", " ") for at in (self.target, region.at)]
-        now.limits.append(f"the point to hold is on the {names[0]}, the contact on the {names[1]}")
+        names = tuple(now.sight.map.skin.patches[at.patch].name for at in (self.target, region.at))
+        now.limits.add(Limit(LimitKind.CONTACT_ELSEWHERE, names))
         return ContactGoal(region, now.settings.force_goal)
 
     def _led(self, now: _Now, region: ContactRegion, velocity: FloatArray) -> ContactGoal:

@@ -21,6 +21,7 @@ import numpy as np
 from app.contacts.force_estimation.estimate import ForceEstimate
 from app.contacts.regions import ContactRegion
 from app.control.command import JointCommand, TaskReport
+from app.control.limits import Limit
 from app.core.arrays import FloatArray, IntArray
 from app.core.codec import dump_json, json_schema, load_json
 from app.core.errors import RecordingError
@@ -108,7 +109,7 @@ class FrameText:
         estimates: The same.
     """
 
-    why_limited: tuple[str, ...]
+    why_limited: tuple[Limit, ...]
     notes: tuple[str, ...]
     ms: Mapping[str, float]
     merged: Mapping[int, tuple[int, ...]]

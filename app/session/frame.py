@@ -15,6 +15,7 @@ from app.contacts.events import ContactEvent
 from app.contacts.force_estimation.estimate import ForceEstimate
 from app.contacts.regions import ContactRegion
 from app.control.command import JointCommand, TaskReport
+from app.control.limits import Limit
 from app.core.arrays import FloatArray, readonly
 from app.core.errors import SimulationError
 from app.core.timing import Timings
@@ -35,7 +36,7 @@ class Frame:
         regions: Contact regions read from the map.
         pokes: Fingers on the skin.
         command: What the controller asked for at this tick.
-        why_limited: What bounds the controller now, in words for a person; empty when nothing does.
+        why_limited: What bounds the controller now, one of each kind; empty when nothing does.
         timings: Wall milliseconds by stage of this tick; never part of a comparison.
         objects: (k, 4, 4) pose ``T_world_object`` of each of the scene's objects, in its order.
         notes: What the skin's model could not do as asked at this tick, in words; empty when nothing.
@@ -59,7 +60,7 @@ class Frame:
     regions: tuple[ContactRegion, ...]
     pokes: tuple[PokeState, ...]
     command: JointCommand
-    why_limited: tuple[str, ...] = ()
+    why_limited: tuple[Limit, ...] = ()
     timings: Timings = field(default_factory=Timings)
     objects: FloatArray = field(default_factory=lambda: np.zeros((0, 4, 4)))
     notes: tuple[str, ...] = ()

@@ -20,6 +20,8 @@ import numpy as np
 
 from app.control.behaviours import Behaviour, behaviours_from
 from app.control.command import ControlChanged, ControlSettings
+from app.control.limit_texts import limit_texts
+from app.control.limits import Limit, LimitKind
 from app.core.arrays import BoolArray, FloatArray, readonly
 from app.core.errors import TactileMapsError, UsageError
 from app.geometry.mesh import SurfacePoint
@@ -50,7 +52,7 @@ class ControllerTrace:
         energy: (n,) net energy given to contacts [J].
         control_ms: (n,) wall time of the controller [ms]; no part of what is equal between equal controllers.
         touched: (n,) whether a finger was there to touch.
-        limits: (n) what bounded the controller, in words.
+        limits: (n) what bounded the controller.
         ended: Why it stopped before the time was over; empty where it did not.
     """
 
@@ -65,7 +67,7 @@ class ControllerTrace:
     energy: FloatArray
     control_ms: FloatArray
     touched: BoolArray
-    limits: tuple[tuple[str, ...], ...]
+    limits: tuple[tuple[Limit, ...], ...]
     ended: str = ""
 
     def __post_init__(self) -> None:
@@ -83,9 +85,9 @@ class TraceRecorder:
     def __init__(self) -> None:
         self._rows: list[tuple[float | None, ...]] = []
         self._touched: list[bool] = []
-        self._limits: list[tuple[str, ...]] = []
+        self._limits: list[tuple[Limit, ...]] = []
 
-    def add(self, *, touched: bool, limits: tuple[str, ...], **numbers: float | None) -> None:
+    def add(self, *, touched: bool, limits: tuple[Limit, ...], **numbers: float | None) -> None:
         """Keep a tick: each of ``NUMBERS``, None where there is no such thing."""
         self._rows.append(tuple(numbers[name] for name in TRACE_COLUMNS))
         self._touched.append(touched)
@@ -119,7 +121,7 @@ class ControllerMetrics:
         joint_speed_max: Of the fastest joint [rad/s].
         energy_J: Net energy given to contacts at its greatest [J].
         limited: Share of the time in which something bounded the controller.
-        limit: What did most often, in words; empty where nothing did.
+        limit: What did most often; None where nothing did.
         control_ms: Median wall time of the controller [ms].
         control_p95_ms: 95 % of the ticks took less [ms].
         seconds: How long it ran [s].
@@ -136,7 +138,7 @@ class ControllerMetrics:
     joint_speed_max: float
     energy_J: float
     limited: float
-    limit: str
+    limit: LimitKind | None
     control_ms: float
     control_p95_ms: float
     seconds: float
@@ -146,7 +148,7 @@ def controller_metrics(trace: ControllerTrace) -> ControllerMetrics:
     """Measure a trace; one without a tick has nothing to measure."""
     felt = trace.force > 0
     departure = (trace.force - trace.force_goal)[np.isfinite(trace.force_goal)]
-    said = Counter(limit_name(limit) for limits in trace.limits for limit in limits)
+    said = Counter(limit.kind for limits in trace.limits for limit in limits)
     return ControllerMetrics(
         map_rms_mm=1e3 * rms(trace.map_error),
         map_p95_mm=1e3 * p95(trace.map_error),
@@ -159,16 +161,11 @@ def controller_metrics(trace: ControllerTrace) -> ControllerMetrics:
         joint_speed_max=_highest(trace.joint_speed),
         energy_J=_highest(trace.energy),
         limited=_share(np.array([bool(limits) for limits in trace.limits], dtype=np.bool_)),
-        limit=said.most_common(1)[0][0] if said else "",
+        limit=said.most_common(1)[0][0] if said else None,
         control_ms=float(np.median(trace.control_ms)) if len(trace) else np.nan,
         control_p95_ms=p95(trace.control_ms),
         seconds=float(trace.time[-1]) if len(trace) else 0.0,
     )
-
-
-def limit_name(limit: str) -> str:
-    """What a limit is called, without the numbers and the advice that it is told with: equal for one that goes on."""
-    return limit.split(",")[0].split(":")[0]
 
 
 def trace_csv(traces: Sequence[ControllerTrace]) -> bytes:
@@ -182,7 +179,7 @@ def trace_csv(traces: Sequence[ControllerTrace]) -> bytes:
         for tick, limits in enumerate(trace.limits):
             values = [float(column[tick]) for column in numbers]
             said = ["" if np.isnan(value) else repr(value) for value in values]
-            writer.writerow([trace.name, trace.settings.controller, *said, "; ".join(limits)])
+            writer.writerow([trace.name, trace.settings.controller, *said, limit_texts(limits)])
     return text.getvalue().encode()
 
 

@@ -18,6 +18,7 @@ import pytest
 from app.control.command import ControlChanged, ControlSettings
 from app.control.controllers import CONTROL_SCHEMES
 from app.control.joint_impedance import MAX_JOINT_SPEED
+from app.control.limits import LimitKind
 from app.control.loop_stability import SensorTiming, max_stable_gain
 from app.session.prepare import PreparedScene
 from app.session.session import Session
@@ -36,6 +37,9 @@ MASS = 5.0
 """Of the arm, that meets something at the forearm [kg], about."""
 
 
+STOPPED = tuple(kind for kind in LimitKind if kind.stops)
+
+
 @dataclass(frozen=True)
 class HardCase:
     """One situation.
@@ -48,7 +52,7 @@ class HardCase:
         seconds: How long it takes.
         acts: What happens to the session at which time [s].
         force: That must never be reached by all that truly presses [N].
-        says: Words that must be among those that limit the controller; one of several where they are parted by ``|``.
+        says: What must be among the limits of the controller: of each tuple one.
         controllers: For which this is promised.
     """
 
@@ -59,7 +63,7 @@ class HardCase:
     seconds: float = 3.0
     acts: Mapping[float, Act] = field(default_factory=dict)
     force: float = 15.0
-    says: tuple[str, ...] = ()
+    says: tuple[tuple[LimitKind, ...], ...] = ()
     controllers: tuple[str, ...] = tuple(CONTROL_SCHEMES)
 
     def session(self, controller: str) -> Session:
@@ -102,10 +106,9 @@ def check_bounds(course: Course, case: HardCase) -> None:
         assert np.isfinite(values).all()
     assert course.pressed.max() < case.force
     assert course.speed.max() < 2 * MAX_JOINT_SPEED
-    assert all(course.why)
-    for words in case.says:
-        assert any(word in why for word in words.split("|") for why in course.why), (words, course.why)
-    stopped = [k for k, why in enumerate(course.said) if any(one.startswith("stopped: ") for one in why)]
+    for kinds in case.says:
+        assert course.why.intersection(kinds), (kinds, course.why)
+    stopped = [k for k, why in enumerate(course.said) if any(limit.kind.stops for limit in why)]
     if not stopped:
         assert course.pressed.max() <= course.session.settings.max_force
 

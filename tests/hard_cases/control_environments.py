@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from app.control.command import ControlSettings
+from app.control.limits import LimitKind
 from app.session.session import Session
-from tests.hard_cases.control import OTHERS, SOME, HardCase, both, bounded_only, kept, rests
+from tests.hard_cases.control import OTHERS, SOME, STOPPED, HardCase, both, bounded_only, kept, rests
 from tests.support.pressed_arm import Course, beside_ball
 
-SWINGS = "the force swings"
+SWINGS = (LimitKind.OSCILLATION,)
 
 
 def cover(stiffness: float, depth: float):
@@ -106,7 +107,7 @@ CASES: dict[str, HardCase] = {
         cover(1e6, 1e-3),
         rests(),
         force=60.0,
-        says=("stopped: ",),
+        says=(STOPPED,),
         controllers=SOME,
     ),
     "foam of 1e4 Pa": HardCase(
@@ -203,6 +204,6 @@ CASES: dict[str, HardCase] = {
         kept(within=0.2),
         seconds=7.0,
         force=25.0,
-        says=("contact lost",),
+        says=((LimitKind.CONTACT_LOST,),),
     ),
 }

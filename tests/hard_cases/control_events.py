@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from app.control.command import ControlSettings
+from app.control.limits import LimitKind
 from app.session.session import Session
 from app.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
-from tests.hard_cases.control import GOAL, OTHERS, SOME, HardCase, both, bounded_only, change, kept, rests
+from tests.hard_cases.control import GOAL, OTHERS, SOME, STOPPED, HardCase, both, bounded_only, change, kept, rests
 from tests.support.pressed_arm import Course, beside_ball, forearm
 
 TAXEL = 150
@@ -105,7 +106,7 @@ CASES: dict[str, HardCase] = {
         seconds=2.0,
         force=16.0,
         acts={0.0: press(TAXEL, speed=0.03, max_force=15.0)},
-        says=("stopped: ",),
+        says=(STOPPED,),
     ),
     "a finger that tracks its place": HardCase(
         "it can never come to another point of the map: the arm is not led away, and says why",
@@ -115,7 +116,7 @@ CASES: dict[str, HardCase] = {
         seconds=5.0,
         force=10.0,
         acts={0.0: press(TAXEL, speed=0.01, max_force=8.0), 1.0: aside},
-        says=("the contact goes along with the skin",),
+        says=((LimitKind.CONTACT_STICKS,),),
     ),
     "a finger that jumps": HardCase(
         "to another place 60 taxels away, at once, and back: bounded, in touch again",
@@ -173,7 +174,7 @@ CASES: dict[str, HardCase] = {
         seconds=4.0,
         force=16.0,
         acts={0.0: press(TAXEL, speed=0.03, max_force=15.0), 1.0: release()},
-        says=("stopped: ",),
+        says=(STOPPED,),
         controllers=SOME,
     ),
 }

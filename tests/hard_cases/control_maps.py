@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from app.control.command import ControlSettings
+from app.control.limits import LimitKind
 from app.geometry.mesh import Mesh
 from app.maps.build import build_map
 from app.maps.layout import MapLayout
@@ -222,6 +223,6 @@ CASES: dict[str, HardCase] = {
         {**PATH, "path_kind": "polyline", "path_speed": 0.03},
         seconds=6.0,
         force=25.0,
-        says=("the path leaves the skin",),
+        says=((LimitKind.PATH_LEAVES_SKIN,),),
     ),
 }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from app.control.command import ControlSettings
+from app.control.limits import LimitKind
 from app.scene.object_meshes import make_objects
 from app.scene.objects import ObjectSpec
 from app.session.session import Session
@@ -23,7 +24,7 @@ from tests.hard_cases.control import (
 from tests.support.pressed_arm import Course, beside_ball
 from tests.support.touch import prepared_bar
 
-UNABLE = "the arm can hardly move along this contact|joint acceleration"
+UNABLE = (LimitKind.WEAK_DIRECTION, LimitKind.JOINT_ACCELERATION)
 
 
 def stretched_arm(settings: ControlSettings, taxel: int = 150) -> Session:
@@ -65,7 +66,7 @@ CASES: dict[str, HardCase] = {
         both(kept(within=0.3, ripple=0.3), rests(0.1)),
         {"task": "hold_point", "path": beside(150, 0.0, 0.02), "force_gain": 0.008},
         seconds=5.0,
-        says=("the target is out of reach",),
+        says=((LimitKind.OUT_OF_REACH,),),
     ),
     "straight elbow, pressed sideways": HardCase(
         "pressed where the arm can hardly yield it is ten times as stiff: with a gain for that the force is kept",
@@ -89,7 +90,7 @@ CASES: dict[str, HardCase] = {
         both(kept(), rests(), stays_within(0.06)),
         {"task": "hold_point", "path": beside(150, 0.035, 0.03)},
         seconds=6.0,
-        says=("the target is out of reach", "joint limit"),
+        says=((LimitKind.OUT_OF_REACH,), (LimitKind.JOINT_LIMIT,)),
     ),
     "joint limits on the path": HardCase(
         "two joints stop on the way: the others do what they can, within the limits and near the force",
@@ -97,7 +98,7 @@ CASES: dict[str, HardCase] = {
         stays_within(0.01),
         {"task": "follow_path"},
         seconds=5.0,
-        says=("joint limit",),
+        says=((LimitKind.JOINT_LIMIT,),),
     ),
     "one joint for three wishes": HardCase(
         "a place that only sliding sideways could reach: force first, in the end by all controllers",
@@ -105,6 +106,6 @@ CASES: dict[str, HardCase] = {
         both(kept(within=0.3, ripple=0.3), rests()),
         {"task": "hold_point", "path": ((0.0, 0.0),)},
         seconds=5.0,
-        says=("the target is out of reach",),
+        says=((LimitKind.OUT_OF_REACH,),),
     ),
 }

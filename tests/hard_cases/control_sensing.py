@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from app.control.command import ControlSettings
+from app.control.limits import LimitKind
 from app.control.loop_stability import SensorTiming
 from app.session.session import Session
 from tests.hard_cases.control import GOAL, OTHERS, SOME, HardCase, bounded_only, hammering, kept, scaled
 from tests.hard_cases.control_environments import led
 from tests.support.pressed_arm import Course, beside_ball
 
-TOO_MUCH = "force gain above"
+TOO_MUCH, HELD = (LimitKind.FORCE_GAIN_UNSTABLE,), (LimitKind.FORCE_GAIN_HELD, LimitKind.POSITION_GAIN_HELD)
 
 
 def sensed(tick: float = 0.005, **overrides):
@@ -50,7 +51,7 @@ def _unscaled(rate: float, delay: int, seconds: float, controllers: tuple[str, .
 def _held(rate: float, delay: int, seconds: float, controllers: tuple[str, ...] = SOME) -> HardCase:
     return HardCase(
         "the same high gain, not meant as set, is held to what such a skin can hold: the goal is kept, and it is said",
-        read_at(rate, delay), kept(within=0.3, ripple=0.3), seconds=seconds, force=8.0, says=("gain held to",),
+        read_at(rate, delay), kept(within=0.3, ripple=0.3), seconds=seconds, force=8.0, says=(HELD,),
         controllers=controllers,
     )  # fmt: skip
 
@@ -85,7 +86,9 @@ def feels_nothing(course: Course) -> None:
 
 def stands(course: Course) -> None:
     """Once it was stopped the arm stays where it is."""
-    at = next(k for k, why in enumerate(course.said) if any("no number" in one for one in why))
+    at = next(
+        k for k, why in enumerate(course.said) if any(limit.kind is LimitKind.STOPPED_UNREADABLE for limit in why)
+    )
     assert np.abs(course.posture[at:] - course.posture[at]).max() < 0.05
 
 
@@ -121,7 +124,7 @@ CASES: dict[str, HardCase] = {
         {**scaled(SLOW, share=1.7), "integral_time": float("inf"), "inertia_time": 0.0},
         seconds=5.0,
         force=41.0,
-        says=(TOO_MUCH, "the force swings|contact lost"),
+        says=(TOO_MUCH, (LimitKind.OSCILLATION, LimitKind.CONTACT_LOST)),
         controllers=("hybrid", "projection", "priority", "admittance"),
     ),
     "a threshold near the goal": HardCase(
@@ -148,7 +151,7 @@ CASES: dict[str, HardCase] = {
         presses_no_more,
         seconds=5.0,
         force=30.0,
-        says=("the skin reads its highest",),
+        says=((LimitKind.SKIN_SATURATED,),),
     ),
     "noise of 10 %": HardCase(
         "white noise of 500 Pa: kept on the mean",

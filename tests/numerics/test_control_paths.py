@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 from app.control.command import ControlChanged, ControlSettings
+from app.control.command import RegraspState as State
 from app.control.controllers import CONTROL_SCHEMES
 from app.control.joint_impedance import MAX_JOINT_SPEED
+from app.control.limits import LimitKind, RegraspFailure
 from app.geometry.mesh import Mesh
 from app.maps.build import build_map
 from app.maps.layout import MapLayout
@@ -31,13 +33,13 @@ class Trip(Course):
 
     Attributes:
         piece: (k,) of the path.
-        transfer: (k,) what it does.
+        regrasp: (k,) where it is.
         link: (k,) touched; empty where none is.
     """
 
     def __init__(self, session: Session, seconds: float, **more) -> None:
         self.piece: list[int] = []
-        self.transfer: list[str] = []
+        self.regrasp: list[State | None] = []
         self.link: list[str] = []
         super().__init__(session, seconds, **more)
 
@@ -45,13 +47,13 @@ class Trip(Course):
         super()._see(k, session)
         frame = session.frame
         self.piece.append(frame.task.piece)
-        self.transfer.append(frame.task.transfer)
+        self.regrasp.append(frame.task.regrasp)
         self.link.append(frame.regions[0].link if frame.regions else "")
 
     @property
-    def states(self) -> list[str]:
-        """What transfers did, one after the other."""
-        return [now for before, now in zip(["", *self.transfer], self.transfer, strict=False) if now and now != before]
+    def states(self) -> list[State]:
+        """Of regrasps, one after the other."""
+        return [now for before, now in zip([None, *self.regrasp], self.regrasp, strict=False) if now and now != before]
 
 
 @cache
@@ -180,8 +182,8 @@ def test_from_forearm_to_hand_the_contact_is_carried(controller):
     session = Session(two_links(), settings=replace(LINE, controller=controller, path=path))
     trip = Trip(session, 6.5)
     bounded(trip)
-    assert trip.states == ["look", "lift", "carry", "press"]
-    assert "carrying the contact to the hand" in trip.why
+    assert trip.states == [State.PLAN, State.LIFT, State.CARRY, State.PRESS]
+    assert LimitKind.REGRASP_MOVES in trip.why
     assert trip.piece[-1] == 1
     assert trip.link[-1] == "hand"
     assert trip.last(trip.force).mean() == pytest.approx(3.0, abs=0.25)
@@ -196,8 +198,9 @@ def test_a_place_that_cannot_come_is_refused_and_the_contact_held():
     session = beside_ball(replace(LINE, path=on_map(prepared, far, start + [0.0, 0.02])), prepared=prepared, taxel=hand)
     trip = Trip(session, 7.0)
     bounded(trip)
-    assert trip.states == ["look"]
-    assert "the contact stays where it is: the forearm cannot come to what it touches" in session.frame.why_limited
+    assert trip.states == [State.PLAN]
+    [failed] = [limit for limit in session.frame.why_limited if limit.kind is LimitKind.REGRASP_FAILED]
+    assert (failed.names, failed.cause) == (("hand", "forearm"), RegraspFailure.UNREACHABLE)
     assert set(trip.link) == {"hand"}
     assert trip.last(trip.force) == pytest.approx(3.0, abs=0.2)
     assert np.ptp(trip.last(trip.posture), axis=0).max() < 0.01, "it stays"
@@ -209,8 +212,15 @@ def test_what_goes_away_on_the_way_is_not_pressed_for_and_the_arm_comes_home():
     way = ((0.0, 0.0), (1.5, 0.0), (2.0, 0.15), (60.0, 0.15))
     trip = Trip(beside_ball(replace(LINE, path=path), prepared=two_links(), taxel=taxel, way=way), 18.0)
     bounded(trip)
-    assert trip.states == ["look", "lift", "carry", "press", "return", "failed"]
-    assert "nothing is there to touch: going back" in trip.why
+    assert trip.states == [
+        State.PLAN,
+        State.LIFT,
+        State.CARRY,
+        State.PRESS,
+        State.RETURN,
+        State.FAILED,
+    ]
+    assert LimitKind.REGRASP_RETURNS in trip.why
     home = trip.session.prepared.robot.home
     assert trip.posture[-1] == pytest.approx(home, abs=0.05)
 
@@ -268,7 +278,7 @@ def test_a_point_to_hold_on_another_link_is_refused_and_the_contact_held():
     point = on_map(prepared, int(prepared.skin.first[1]) + 5)
     trip = Trip(Session(prepared, settings=ControlSettings(controller="hybrid", task="hold_point", path=point)), 3.0)
     bounded(trip)
-    assert "the point to hold is on the hand, the contact on the forearm" in trip.why
+    assert LimitKind.CONTACT_ELSEWHERE in trip.why
     assert trip.last(trip.force) == pytest.approx(3.0, abs=0.2)
     assert trip.last(trip.speed).max() < 0.1
 

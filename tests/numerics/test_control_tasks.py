@@ -12,10 +12,12 @@ from app.control.command import ControlChanged, ControlSettings
 from app.control.controller_manager import ControllerManager
 from app.control.controllers import CONTROL_SCHEMES
 from app.control.joint_impedance import HOME_SPEED, MAX_JOINT_SPEED
+from app.control.limits import Limit, LimitKind
 from app.session.session import Session
 from app.simulation.simulation import Simulation
 from app.tactile.poke import Finger, PokePressed, PokeReleased
 from tests.hard_cases.control import GOAL
+from tests.support.limits import kinds
 from tests.support.pressed_arm import TICK, Course, beside_ball
 from tests.support.touch import arm
 
@@ -36,7 +38,7 @@ def test_a_path_is_followed_at_a_set_force(controller):
     assert course.force[steady].std() < 0.3
     assert np.nanmedian(course.body_error[steady]) < 0.002
     assert np.nanpercentile(course.body_error[steady], 95) < 0.008
-    assert "contact lost" not in course.why
+    assert LimitKind.CONTACT_LOST not in course.why
 
 
 @pytest.mark.parametrize("controller", ["hybrid", "qp"])
@@ -178,7 +180,8 @@ def test_the_arm_stands_while_the_skin_cannot_be_read(controller, where, value):
     run = Run(controller, BAD[where], value)
     broken = slice(round(FAULT / TICK), round(MENDED / TICK))
     assert np.isfinite(run.commanded).all()
-    assert all(any("no number" in why for why in said) for said in run.said[broken])
+    unread = LimitKind.SKIN_UNREADABLE if controller == "hold_force" else LimitKind.STOPPED_UNREADABLE
+    assert all(unread in kinds(said) for said in run.said[broken])
     assert np.abs(run.postures[broken] - run.postures[broken][0]).max() < 0.02
     assert run.pressed.max() < 8.0
     assert run.speed.max() < MAX_JOINT_SPEED
@@ -187,7 +190,7 @@ def test_the_arm_stands_while_the_skin_cannot_be_read(controller, where, value):
         assert run.said[-1] == ()
     else:  # it stopped, softly, and goes on when nothing has touched for a second
         later = run.said[round((MENDED + 0.5) / TICK)]
-        assert later == ("stopped: the skin reads what is no number; lift what touches to go on",)
+        assert later == (Limit(LimitKind.STOPPED_UNREADABLE),)
 
 
 def test_a_law_that_reads_nothing_goes_on():

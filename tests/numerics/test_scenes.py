@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from app.control.command import ControlChanged, ControlSettings
+from app.control.command import ControlChanged, ControlSettings, RegraspState
 from app.core.errors import RobotError
 from app.recording.player import RecordingPlayer
 from app.recording.recorder import Recorder
@@ -265,11 +265,11 @@ def test_full_has_everything_on_and_touches_itself_and_is_touched():
 def test_follow_path_leads_the_knob_over_the_forearm_to_the_hand_and_back():
     """To and fro along what is drawn; between the two links the contact is carried."""
     run = frames("follow_path", 29.0, 500)
-    states = [frame.task.transfer for frame in run]
+    states = [frame.task.regrasp for frame in run]
     steps = [now for before, now in pairwise(states) if now and now != before]
-    assert steps == ["look", "lift", "carry", "press"] * 2
+    assert steps == [RegraspState.PLAN, RegraspState.LIFT, RegraspState.CARRY, RegraspState.PRESS] * 2
     assert [run[k].task.piece for k in (0, 3000, -1)] == [0, 1, 0]
-    free = np.convolve([state in ("", "look") for state in states], np.ones(101))[: len(run)] > 100
+    free = np.convolve([state in (None, RegraspState.PLAN) for state in states], np.ones(101))[: len(run)] > 100
     held = [frame for frame, is_held in zip(run, free, strict=True) if is_held]
     assert {region.link for frame in held for region in frame.regions} == {"forearm", "hand"}
     forces = np.array([sum(region.force for region in frame.regions) for frame in held])

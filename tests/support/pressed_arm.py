@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from app.control.command import ControlSettings
+from app.control.limits import Limit, LimitKind
 from app.maps.tactile_map import TactileMap
 from app.robots.kinematics import Configuration
 from app.scene.object_meshes import make_objects
@@ -112,8 +113,8 @@ class Course:
         body_error: (k,) the same on the body, as the map believes [m].
         way: (k,) walked along the path [m].
         given: (k,) energy given to contacts [J].
-        why: All that was said to limit the controller.
-        said: (k,) the same tick by tick.
+        why: All that limited the controller.
+        said: (k,) the limits tick by tick.
     """
 
     def __init__(self, session: Session, seconds: float, *, acts: Mapping[float, Act] | None = None) -> None:
@@ -122,8 +123,8 @@ class Course:
         self.tick, self.session = tick, session
         self.force, self.pressed, self.speed, self.error, self.body_error, self.way, self.given = np.zeros((7, count))
         self.posture = np.zeros((count, len(session.prepared.robot.joints)))
-        self.why: set[str] = set()
-        self.said: list[tuple[str, ...]] = []
+        self.why: set[LimitKind] = set()
+        self.said: list[tuple[Limit, ...]] = []
         for k in range(count):
             if k in due:
                 due[k](session)
@@ -137,7 +138,7 @@ class Course:
         self.speed[k] = np.abs(frame.velocity).max(initial=0.0)
         self.posture[k] = frame.posture
         self.said.append(frame.why_limited)
-        self.why |= set(frame.why_limited)
+        self.why |= {limit.kind for limit in frame.why_limited}
         self.error[k] = self.body_error[k] = np.nan
         task = frame.task
         if task is None:

@@ -10,7 +10,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QFont
 from PySide6.QtWidgets import QAbstractItemView, QFrame, QHeaderView, QTableWidget, QTableWidgetItem, QWidget
 
-from app.studies.controller_comparison import ControllerTrace, controller_metrics
+from app.control.limit_texts import limit_name
+from app.studies.controller_comparison import ControllerMetrics, ControllerTrace, controller_metrics
 
 NONE = "—"
 _FLAT = """
@@ -79,8 +80,8 @@ class MetricsTable(QTableWidget):
         self.setColumnCount(len(traces))
         self.setHorizontalHeaderLabels(list(titles))
         for number, row in enumerate(ROWS):
-            values = [getattr(figure, row.name) for figure in figures]
-            best = _best(values) if row.better and row.unit else None
+            values = [_value(figure, row.name) for figure in figures]
+            best = _best([value for value in values if isinstance(value, float)]) if row.better and row.unit else None
             for column, value in enumerate(values):
                 self.setItem(number, column, _cell(row, value, bold=column == best))
 
@@ -98,6 +99,12 @@ def format_metric(row: Row, value: float | str) -> str:
         return NONE
     shown = row.scale * value
     return f"{shown:.{max(2 - math.floor(math.log10(abs(shown))), 0)}f}" if 1e-3 <= abs(shown) < 1e3 else f"{shown:.3g}"
+
+
+def _value(figures: ControllerMetrics, name: str) -> float | str:
+    if name == "limit":
+        return "" if figures.limit is None else limit_name(figures.limit)
+    return float(getattr(figures, name))
 
 
 def _cell(row: Row, value: float | str, *, bold: bool) -> QTableWidgetItem:

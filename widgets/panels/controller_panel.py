@@ -19,8 +19,10 @@ from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPalette, QPen, QPolygonF
 from PySide6.QtWidgets import QButtonGroup, QGridLayout, QHBoxLayout, QLabel, QPushButton, QWidget
 
-from app.control.command import ControlSettings, settings_from
+from app.control.command import ControlSettings, RegraspState, settings_from
 from app.control.controllers import CONTROL_SCHEMES, effective_settings
+from app.control.limit_texts import limit_text
+from app.control.limits import LimitKind
 from app.control.loop_stability import StepResponse, step_response
 from app.session.frame import Frame
 from app.session.prepare import PreparedScene
@@ -105,11 +107,11 @@ _WAITING_TEXTS = {
 }
 
 _REGRASP_TEXTS = {
-    "look": "Planning a regrasp",
-    "return": "Moving the contact back",
-    "failed": "Waiting: the path cannot be continued",
+    RegraspState.PLAN: "Planning a regrasp",
+    RegraspState.RETURN: "Moving the contact back",
+    RegraspState.FAILED: "Waiting: the path cannot be continued",
 }
-"""By ``Transfer.state``; the others are steps of carrying."""
+"""The other states are steps of the regrasp."""
 
 
 def task_status_text(settings: ControlSettings, frame: Frame) -> str:
@@ -121,11 +123,12 @@ def task_status_text(settings: ControlSettings, frame: Frame) -> str:
     """
     if settings.controller not in CONTROL_SCHEMES or frame.task is None:
         return _status_without_task(settings, frame)
-    if any(limit.startswith("stopped") for limit in frame.why_limited):
+    limits = {limit.kind for limit in frame.why_limited}
+    if any(kind.stops for kind in limits):
         return "Stopped"
-    if frame.task.transfer:
-        return _REGRASP_TEXTS.get(frame.task.transfer, "Regrasping")
-    if "contact lost" in frame.why_limited:
+    if frame.task.regrasp is not None:
+        return _REGRASP_TEXTS.get(frame.task.regrasp, "Regrasping")
+    if LimitKind.CONTACT_LOST in limits:
         return "Reacquiring contact"
     if not frame.regions:
         return _WAITING_TEXTS[settings.task]
@@ -143,7 +146,7 @@ def _status_of_task(settings: ControlSettings, frame: Frame) -> str:
     off = "" if task is None or task.error is None else f", error {1e3 * task.error:.1f}\u202fmm"
     count = len(frame.regions)
     if settings.task == "follow_path":
-        waits = "the path waits for the contact" in frame.why_limited
+        waits = any(limit.kind is LimitKind.PATH_WAITS for limit in frame.why_limited)
         way = 0.0 if task is None else 1e3 * task.way
         return f"Waiting for the contact{off}" if waits else f"Following path, {way:.0f}\u202fmm along it{off}"
     if settings.task == "balance" and count > 1:
@@ -199,9 +202,9 @@ class LimitStatusLine(QWidget):
 
     def show_limits(self, limits: tuple[ShownLimit, ...]) -> None:
         """Say these."""
-        now = [limit.words for limit in limits if limit.active]
-        ended = [limit.words for limit in limits if not limit.active]
-        self._say(_limit_state(now, ended), now, ended)
+        now = [limit_text(shown.limit) for shown in limits if shown.active]
+        ended = [limit_text(shown.limit) for shown in limits if not shown.active]
+        self._say(_limit_state(limits), now, ended)
 
     def say_no_joints(self) -> None:
         """There is nothing to limit."""
@@ -252,10 +255,12 @@ class _LimitIcon(QWidget):
             painter.drawPolygon(QPolygonF([box.bottomLeft(), QPointF(box.center().x(), box.top()), box.bottomRight()]))
 
 
-def _limit_state(now: list[str], ended: list[str]) -> LimitState:
-    if any(words.startswith("stopped") for words in now):
+def _limit_state(limits: tuple[ShownLimit, ...]) -> LimitState:
+    if any(shown.active and shown.limit.kind.stops for shown in limits):
         return LimitState.STOPPED
-    return LimitState.LIMITED if now else LimitState.ENDED if ended else LimitState.FREE
+    if any(shown.active for shown in limits):
+        return LimitState.LIMITED
+    return LimitState.ENDED if limits else LimitState.FREE
 
 
 class ControllerPanel(Panel):

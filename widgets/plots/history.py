@@ -14,10 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from app.control.limits import Limit, LimitKind
 from app.core.arrays import FloatArray, IntArray
 from app.core.timing import Timings
 from app.scene.effects import SENSOR_KEYS
-from app.studies.controller_comparison import limit_name
 
 
 class SampleHistory:
@@ -137,9 +137,9 @@ _MERGE_SPANS_WITHIN = 0.1
 
 
 class ShownLimit(NamedTuple):
-    """One limit as it is told: the newest words for it, and whether it is active now or only was."""
+    """One limit as it was last, and whether it is active now or only was."""
 
-    words: str
+    limit: Limit
     active: bool
 
 
@@ -157,20 +157,20 @@ class LimitHistory:
     def clear(self) -> None:
         """Forget everything."""
         self._now = math.nan
-        self._spans: dict[str, list[list[float]]] = {}
-        self._words: dict[str, str] = {}
-        self._active: tuple[str, ...] = ()
+        self._spans: dict[LimitKind, list[list[float]]] = {}
+        self._last: dict[LimitKind, Limit] = {}
+        self._active: tuple[LimitKind, ...] = ()
 
-    def take(self, time: float, limits: Sequence[str]) -> None:
+    def take(self, time: float, limits: Sequence[Limit]) -> None:
         """These bound the controller at ``time`` [s]; time that jumps, or runs backwards, starts a new memory."""
         if not 0 <= time - self._now <= self.seconds:
             self.clear()
         before, self._now = self._active, time
-        self._active = tuple(dict.fromkeys(limit_name(limit) for limit in limits))
-        self._words |= {limit_name(limit): limit for limit in limits}
-        for name in self._active:
-            spans = self._spans.setdefault(name, [])
-            if spans and (name in before or time - spans[-1][1] <= _MERGE_SPANS_WITHIN):
+        self._active = tuple(limit.kind for limit in limits)
+        self._last |= {limit.kind: limit for limit in limits}
+        for kind in self._active:
+            spans = self._spans.setdefault(kind, [])
+            if spans and (kind in before or time - spans[-1][1] <= _MERGE_SPANS_WITHIN):
                 spans[-1][1] = time
             else:
                 spans.append([time, time])
@@ -179,27 +179,28 @@ class LimitHistory:
     @property
     def told(self) -> tuple[ShownLimit, ...]:
         """Those active now as they came, then those that ended within ``LEGIBLE``, the newest first."""
-        ended = [(spans[-1][1], name) for name, spans in self._spans.items() if name not in self._active]
-        recent = [name for end, name in sorted(ended, reverse=True) if self._now - end <= LIMIT_SHOWN_FOR]
+        ended = [(spans[-1][1], kind) for kind, spans in self._spans.items() if kind not in self._active]
+        ended.sort(key=lambda pair: pair[0], reverse=True)
+        recent = [kind for end, kind in ended if self._now - end <= LIMIT_SHOWN_FOR]
         return (
-            *(ShownLimit(self._words[name], True) for name in self._active),
-            *(ShownLimit(self._words[name], False) for name in recent),
+            *(ShownLimit(self._last[kind], True) for kind in self._active),
+            *(ShownLimit(self._last[kind], False) for kind in recent),
         )
 
     @property
-    def rows(self) -> tuple[tuple[str, tuple[tuple[float, float], ...]], ...]:
-        """Name and spans of each limit remembered, first come first, as ages [s], 0 for now and below before."""
+    def rows(self) -> tuple[tuple[LimitKind, tuple[tuple[float, float], ...]], ...]:
+        """Kind and spans of each limit remembered, first come first, as ages [s], 0 for now and below before."""
         return tuple(
-            (name, tuple((max(start - self._now, -self.seconds), end - self._now) for start, end in spans))
-            for name, spans in self._spans.items()
+            (kind, tuple((max(start - self._now, -self.seconds), end - self._now) for start, end in spans))
+            for kind, spans in self._spans.items()
         )
 
     def _forget(self) -> None:
         oldest = self._now - self.seconds
-        for name in tuple(self._spans):
-            self._spans[name] = [span for span in self._spans[name] if span[1] >= oldest]
-            if not self._spans[name]:
-                del self._spans[name], self._words[name]
+        for kind in tuple(self._spans):
+            self._spans[kind] = [span for span in self._spans[kind] if span[1] >= oldest]
+            if not self._spans[kind]:
+                del self._spans[kind], self._last[kind]
 
 
 _MERGE_CHANGES_WITHIN = 0.4

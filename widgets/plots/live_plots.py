@@ -17,6 +17,8 @@ from PySide6.QtWidgets import QBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from app.control.command import ControlSettings
 from app.control.controllers import CONTROL_SCHEMES, TASKS_AT_A_PLACE, effective_settings
+from app.control.limit_texts import limit_name
+from app.control.limits import LimitKind
 from app.session.frame import Frame
 from widgets.common.colours import Theme, mixed
 from widgets.document.taxel_selection import TaxelSelection
@@ -41,7 +43,7 @@ _ROW, _BAR, _THINNEST = 21.0, 4.0, 2.0
 _AXIS = 16.0
 """Room of the time axis below the rows [px]."""
 
-LimitRow = tuple[str, tuple[tuple[float, float], ...]]
+LimitRow = tuple[LimitKind, tuple[tuple[float, float], ...]]
 
 
 class LimitTimeline(QWidget):
@@ -78,9 +80,9 @@ class LimitTimeline(QWidget):
         rows, active = memory.rows, [limit for limit in memory.told if limit.active]
         words = "Limits" if rows else f"Limits: none in the last {PLOT_SECONDS:g}\u2009s"
         self._heading.setText(f"{words}, {len(active)} now" if active else words)
-        said = ", ".join(name for name, _ in rows)
+        said = ", ".join(limit_name(kind) for kind, _ in rows)
         self.setAccessibleName(f"Limits in the last {PLOT_SECONDS:g} seconds: {said or 'none'}")
-        self.setToolTip("\n".join(name[:1].upper() + name[1:] for name, _ in rows))
+        self.setToolTip("\n".join(limit_name(kind).capitalize() for kind, _ in rows))
         self._rows.show_rows(rows, marks)
 
 
@@ -118,10 +120,10 @@ class _LimitRows(QWidget):
             painter.drawText(QPointF(2, len(shown) * _ROW + 12), f"and {len(self._shown) - len(shown)} more")
 
     def _draw_row(self, painter: QPainter, top: float, row: LimitRow) -> None:
-        name, spans = row
+        kind, spans = row
         now = spans[-1][1] >= 0
         painter.setPen(QColor(self.theme.text if now else self.theme.quiet))
-        words = QFontMetricsF(self._caption).elidedText(name, Qt.TextElideMode.ElideRight, self.width() - 4)
+        words = QFontMetricsF(self._caption).elidedText(limit_name(kind), Qt.TextElideMode.ElideRight, self.width() - 4)
         painter.drawText(QPointF(2, top + 12), words)
         painter.fillRect(QRectF(0, top + 15, self.width(), _BAR), QColor(mixed(self.theme.panel, self.theme.line, 0.5)))
         for start, end in spans:

@@ -14,6 +14,7 @@ from typing import cast, get_args
 
 from app.control.command import ControllerName, ControlSettings, settings_from
 from app.control.controllers import CONTROL_SCHEMES
+from app.control.limit_texts import limit_texts
 from app.core.errors import SimulationError
 from app.session.prepare import PreparedScene
 from app.studies.testbeds.path_following import PathSetup, beside_ball, run_path
@@ -49,13 +50,13 @@ def trials(subject: Subject, setting: Setting) -> Iterator[Trial]:
     asked = with_stage_setting(settings_from(subject.prepared.scene.control), setting)
     course = run_path(_setup(subject), asked, _LONGEST, settling=SETTLING)
     if not course.finished > 0:  # nan compares false
-        raise SimulationError(f"{speed:g} mm/s: {course.stopped or ', '.join(course.why_limited) or 'not finished'}")
+        raise SimulationError(f"{speed:g} mm/s: {course.stopped or limit_texts(course.why_limited) or 'not finished'}")
     errors = {
         "body_mm": 1e3 * course.error_p95,
         "force_n": course.force_p95(asked.force_goal),
         "lost_percent": 100 * course.lost,
     }
-    yield Trial(setting, f"{speed:g}\u2009mm/s", 1e3 * course.finished, errors, "; ".join(course.why_limited))
+    yield Trial(setting, f"{speed:g}\u2009mm/s", 1e3 * course.finished, errors, limit_texts(course.why_limited))
 
 
 def with_stage_setting(settings: ControlSettings, setting: Setting) -> ControlSettings:

@@ -20,6 +20,7 @@ from app.contacts.pipeline import ReadingSettings
 from app.control.command import ControlSettings
 from app.control.controllers import CONTROL_SCHEMES
 from app.control.joint_impedance import INNER_FREQUENCY
+from app.control.limit_texts import limit_texts
 from app.flattening.methods import METHODS
 from app.maps.build import build_map
 from app.maps.jacobian import JacobianKind
@@ -438,7 +439,7 @@ def result_row(found: SpeedSearchResult, settings: ControlSettings) -> dict[str,
         "fastest_joint": float(course.speed.max(initial=0.0)),
         "energy_min_j": course.energy_minimum,
         "limited_by": found.limit,
-        "why_limited": "; ".join(course.why_limited),
+        "why_limited": limit_texts(course.why_limited),
         "position_gain": settings.position_gain,
         "force_gain": settings.force_gain,
         "runs": found.runs,

@@ -13,6 +13,7 @@ import numpy as np
 from app.contacts.pipeline import ReadingSettings
 from app.control.command import ControllerName, ControlSettings
 from app.control.controllers import CONTROL_SCHEMES
+from app.control.limit_texts import limit_texts
 from app.maps.paths import path_about
 from app.scene.object_meshes import make_objects
 from app.scene.objects import ObjectSpec
@@ -197,7 +198,7 @@ def _limits(course: PathRun, settings: ControlSettings) -> dict[str, str | float
         "energy_minimum_J": course.energy_minimum if settings.controller != FORCE_ONLY else None,
         "control_ms": course.control_ms,
         "control_p95_ms": course.control_p95_ms,
-        "limited": "; ".join(course.why_limited),
+        "limited": limit_texts(course.why_limited),
         "stopped": course.stopped,
     }
 

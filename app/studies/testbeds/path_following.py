@@ -17,6 +17,8 @@ from scipy.spatial import cKDTree
 
 from app.contacts.pipeline import ReadingSettings
 from app.control.command import ControlChanged, ControlSettings
+from app.control.limit_texts import limit_texts
+from app.control.limits import Limit, LimitKind
 from app.core.arrays import FloatArray, IntArray, readonly
 from app.core.errors import SimulationError, SkinError
 from app.geometry.closest_point import ClosestPoint
@@ -283,8 +285,6 @@ def _least_singular_value(skin: Skin, configuration: Configuration, taxel: int) 
 
 SETTLING = 1.0
 """How long the contact is held at the start of the path before it sets out [s]."""
-STOPPED = "stopped: "
-"""How the supervisor begins to say why."""
 _SENSED = ("contacts", "control")
 """Stages of a tick that a controller's computer has to do."""
 
@@ -304,8 +304,8 @@ class PathRun:
         finished: How long a round took [s]; nan where it was not finished.
         control_ms: What reading and control of one tick take, the median [ms].
         control_p95_ms: 95 % of the ticks take less [ms].
-        why_limited: All that was said to limit the controller, in the order in which it came.
-        stopped: Why it ended before its time: the supervisor stopped the arm, or the physics diverged; empty when not.
+        why_limited: All that limited the controller, the first of each kind, in the order in which they came.
+        stopped: Why it ended before its time, for a person: a safety stop, or the physics diverged; empty when not.
     """
 
     tick: float
@@ -317,7 +317,7 @@ class PathRun:
     finished: float
     control_ms: float
     control_p95_ms: float
-    why_limited: tuple[str, ...] = ()
+    why_limited: tuple[Limit, ...] = ()
     stopped: str = ""
 
     def __post_init__(self) -> None:
@@ -388,7 +388,7 @@ class _PathRecorder:
         self._session, self._tick = session, session.prepared.scene.tick
         self._truth = TrueContact(setup.prepared.robot, setup.prepared.skin, setup.map)
         self._rows: list[tuple[float, float, float, float, float, float]] = []
-        self._why: dict[str, None] = {}
+        self._why: dict[LimitKind, Limit] = {}
         self._finished, self.stopped = float("nan"), ""
 
     def look(self, settings: ControlSettings, seconds: float, rounds: float) -> None:
@@ -398,7 +398,7 @@ class _PathRecorder:
         for _ in range(round(seconds / self._tick)):
             frame = self._session.tick()
             self._see(frame)
-            self.stopped = next((why for why in frame.why_limited if why.startswith(STOPPED)), "")
+            self.stopped = limit_texts(limit for limit in frame.why_limited if limit.kind.stops)
             if self.stopped:
                 return
             # At the end of a closed path the way begins anew.
@@ -432,12 +432,13 @@ class _PathRecorder:
         ms = sum(frame.timings.ms.get(stage, 0.0) for stage in _SENSED)
         fastest = float(np.abs(frame.velocity).max(initial=0.0))
         self._rows.append((body, on_map, force, fastest, task.energy if task else 0.0, ms))
-        self._why.update(dict.fromkeys(frame.why_limited))
+        for limit in frame.why_limited:
+            self._why.setdefault(limit.kind, limit)
 
     def course(self) -> PathRun:
         """All of it."""
         body, on_map, force, speed, energy, ms = np.array(self._rows, dtype=np.float64).reshape(-1, 6).T
         control = float(np.median(ms)) if len(ms) else float("nan")
-        why = tuple(self._why)
+        why = tuple(self._why.values())
         late = p95(ms)
         return PathRun(self._tick, body, on_map, force, speed, energy, self._finished, control, late, why, self.stopped)

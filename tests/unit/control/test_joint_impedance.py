@@ -16,6 +16,8 @@ from app.control.joint_impedance import (
     joint_limits,
     limit_joint_speed,
 )
+from app.control.limits import ActiveLimits, LimitKind
+from tests.support.limits import kinds
 from tests.support.touch import BAR_INERTIA, arm, bar
 
 
@@ -46,11 +48,11 @@ def reference() -> PostureReference:
 
 
 def test_it_starts_from_the_posture_found_and_integrates():
-    mine, limits = reference(), []
+    mine, limits = reference(), ActiveLimits()
     command = mine.move(np.array([0.2]), np.array([0.1]), DT, limits)
     assert command.posture == pytest.approx([0.2 + 0.1 * DT])
     assert mine.move(np.array([0.2]), np.array([0.1]), DT, limits).posture == pytest.approx([0.2 + 0.2 * DT])
-    assert limits == []
+    assert kinds(limits) == []
     mine.reset()
     assert mine.start_posture(STILL) == STILL
 
@@ -64,13 +66,14 @@ def test_it_can_start_with_a_torque():
 
 
 def test_it_runs_neither_ahead_nor_over_a_limit_and_says_so():
-    mine, limits = reference(), []
+    mine, limits = reference(), ActiveLimits()
     mine.move(STILL, np.array([1e3]), DT, limits)
-    assert (mine.wanted, limits) == ([MAX_LEAD], ["something holds the arm back"])
-    limits = []
+    assert (mine.wanted, kinds(limits)) == ([MAX_LEAD], [LimitKind.HELD_BACK])
+    limits = ActiveLimits()
     mine.start(np.array([1.49]), STILL)
     mine.move(np.array([1.49]), np.array([10.0]), DT, limits)
-    assert (mine.wanted, limits) == ([1.5], ["joint limit"])
+    assert (mine.wanted, kinds(limits)) == ([1.5], [LimitKind.JOINT_LIMIT])
+    assert limits.found[0].names == (bar().joints[0].name,)
 
 
 def test_home_is_neared_gently():
@@ -90,7 +93,7 @@ def test_joints_at_a_limit_and_too_fast_ones():
     mine = reference()
     assert at_limit(mine, np.array([1.5]), np.array([0.1])).all()
     assert not at_limit(mine, np.array([1.5]), np.array([-0.1])).any()
-    limits: list[str] = []
+    limits = ActiveLimits()
     assert limit_joint_speed(np.array([0.5, -3.0]), limits) == pytest.approx([0.25, -MAX_JOINT_SPEED])
-    assert limits == ["joint speed"]
+    assert kinds(limits) == [LimitKind.JOINT_SPEED]
     assert limit_joint_speed(np.zeros(0), limits).shape == (0,)

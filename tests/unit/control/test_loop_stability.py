@@ -9,6 +9,7 @@ import pytest
 
 from app.control.command import ControlSettings
 from app.control.joint_impedance import INNER_FREQUENCY
+from app.control.limits import Limit, LimitKind
 from app.control.loop_stability import (
     BAND,
     CONTACT_STIFFNESS,
@@ -26,14 +27,6 @@ from app.control.loop_stability import (
 from app.robots.kinematics import Configuration
 from tests.support.touch import bar
 from tests.unit.control.contacts_by_hand import touch
-
-
-@pytest.mark.parametrize(
-    ("readings", "words"),
-    [(SensorTiming(0.05), "read at 20 Hz"), (SensorTiming(0.001, 0.005), "read at 1e+03 Hz, 5 ms late")],
-)
-def test_it_says_so_in_words(readings, words):
-    assert str(readings) == words
 
 
 def test_a_reading_at_its_end_is_no_less_than_the_goal():
@@ -73,9 +66,9 @@ def test_a_gain_that_stays_as_set_is_told_from_where_it_cannot_be_held():
     slow = SensorTiming(0.05)
     most, watch = most_at(slow), watch_of(slow)
     high, low = (ControlSettings("hybrid", gains="as_given", force_gain=share * most) for share in (1.01, 0.99))
-    assert watch.effective_settings(high, LEVEL, touch(3.0, x=0.3)) == (
-        high, (f"force gain above {most:.2g}, the most for a skin read at 20 Hz",),
-    )  # fmt: skip
+    taken, [limit] = watch.effective_settings(high, LEVEL, touch(3.0, x=0.3))
+    assert (taken, limit.kind) == (high, LimitKind.FORCE_GAIN_UNSTABLE)
+    assert (limit.value, limit.bound, limit.period) == pytest.approx((high.force_gain, most, 0.05))
     assert watch.effective_settings(low, LEVEL, touch(3.0, x=0.3)) == (low, ())
 
 
@@ -88,8 +81,8 @@ def test_calm_gains_are_held_to_a_share_and_that_is_told():
     assert taken.position_gain == pytest.approx(GAIN_SHARE / 0.3)
     assert taken.integral_time == pytest.approx(12 * 0.3)
     assert said == (
-        f"force gain held to {1e3 * GAIN_SHARE * most:.2g} mm/s per N by a skin read at 5 Hz, 100 ms late",
-        "position gain held to 1/s by a skin read at 5 Hz, 100 ms late",
+        Limit(LimitKind.FORCE_GAIN_HELD, value=taken.force_gain, bound=0.015, period=0.2, delay=0.1),
+        Limit(LimitKind.POSITION_GAIN_HELD, value=taken.position_gain, bound=4.0, period=0.2, delay=0.1),
     )
     assert (taken.controller, taken.force_goal, taken.task) == (settings.controller, settings.force_goal, settings.task)
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from app.control.command import ControlSettings
+from app.control.limits import Limit, LimitKind, RegraspFailure
 from app.control.map_kinematics import MapKinematics
 from app.control.path_following import LAG, WIDE, PathFollower, over_borders
 from app.robots.kinematics import Configuration
@@ -188,12 +189,15 @@ def test_a_path_that_nobody_drew_is_laid_about_the_contact_anew():
     assert follower.laid_at == pytest.approx((0.06, 0.05))
 
 
+BLOCKED = Limit(LimitKind.REGRASP_FAILED, ("forearm", "hand"), cause=RegraspFailure.UNREACHABLE)
+
+
 def test_a_contact_that_comes_on_another_patch_joins_the_path_there():
     follower = begun(FAR)
-    follower.stay("it cannot", follower.target)
+    follower.stay(BLOCKED, follower.target)
     follower.join(contact(FAR, 0.129, 0.05, id_=2), FAR, CONFIGURATION)
     assert follower.way == pytest.approx(0.019)
-    assert not follower.blocked
+    assert follower.blocked is None
     follower.go_to(0.0)
     beside = MapKinematics(two_plates(gap=0.001))
     follower.join(contact(beside, 0.121, 0.05, id_=2), beside, CONFIGURATION)
@@ -206,12 +210,12 @@ def test_a_contact_that_comes_on_another_patch_joins_the_path_there():
 def test_where_it_is_blocked_it_holds_and_says_why():
     follower = begun(FAR)
     leaves = FAR.map.to_body(np.array([0.099, 0.05]))
-    follower.stay("the hand cannot come to what it touches", leaves)
+    follower.stay(BLOCKED, leaves)
     velocity, crossing = follower.walk(OVER, contact(FAR, 0.05, 0.05), FAR, CONFIGURATION, TICK)
     assert not velocity.any()
     assert crossing is None
     assert follower.target == leaves
-    assert follower.blocked == "the contact stays where it is: the hand cannot come to what it touches"
+    assert follower.blocked == BLOCKED
     assert not follower.waits
 
 
@@ -222,4 +226,8 @@ def test_a_path_that_cannot_be_stands_still_where_the_contact_is(path):
     velocity, crossing = follower.walk(settings, contact(FAR, 0.05, 0.05), FAR, CONFIGURATION, TICK)
     assert not velocity.any()
     assert crossing is None
-    assert ("does not start on the skin" in follower.problem) == (path[0][0] > 1)
+    if path[0][0] > 1:
+        assert follower.problem.kind is LimitKind.PATH_REFUSED
+        assert "does not start on the skin" in follower.problem.detail
+    else:
+        assert follower.problem is None

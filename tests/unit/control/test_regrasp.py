@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from app.control.command import RegraspState as State
+from app.control.limits import Limit, LimitKind, RegraspFailure
 from app.control.regrasp import ABOVE, BUMP, DEPTH, HEIGHTS, JOINT_SPEED, LONGEST, RegraspManager, RegraspPlan
 from app.control.surface_path import PathCrossing
 from app.robots.kinematics import Configuration
@@ -99,8 +101,8 @@ class Ride:
             region = self.carrier.watch(felt(self.carrier.state), DT)
             if not self.states or self.states[-1] != self.carrier.state:
                 self.states.append(self.carrier.state)
-                self.said.append(self.carrier.says)
-            if self.carrier.state in ("arrived", "failed"):
+                self.said.append(self.carrier.limit)
+            if self.carrier.state in (State.ARRIVED, State.FAILED):
                 return region
         raise AssertionError(f"it never ended: {self.states}")
 
@@ -120,9 +122,15 @@ def at(taxel, *, id_=7, force=2.0):
 def test_it_lifts_carries_and_presses_until_it_feels_the_place():
     ride = Ride()
     start = ride.place(ride.leaves)
-    arrived = ride.go(lambda state: (at(ride.enters),) if state == "press" and len(ride.speeds) % 50 == 0 else ())
-    assert ride.states == ["look", "lift", "carry", "press", "arrived"]
-    assert ride.said[1] == "carrying the contact to the hand"
+    arrived = ride.go(lambda state: (at(ride.enters),) if state == State.PRESS and len(ride.speeds) % 50 == 0 else ())
+    assert ride.states == [
+        State.PLAN,
+        State.LIFT,
+        State.CARRY,
+        State.PRESS,
+        State.ARRIVED,
+    ]
+    assert ride.said[1] == Limit(LimitKind.REGRASP_MOVES, ("forearm", "hand"))
     assert arrived.id == 7
     assert np.linalg.norm(ride.place(ride.enters) - start) < 0.03
     speeds = np.array(ride.speeds)
@@ -132,10 +140,17 @@ def test_it_lifts_carries_and_presses_until_it_feels_the_place():
 
 def test_where_nothing_is_it_goes_back_and_says_so():
     ride = Ride()
-    held = ride.go(lambda state: (at(ride.leaves),) if state == "return" else ())
-    assert ride.states == ["look", "lift", "carry", "press", "return", "failed"]
-    assert ride.carrier.reason == "nothing is there to touch"
-    assert ride.said[4] == "nothing is there to touch: going back"
+    held = ride.go(lambda state: (at(ride.leaves),) if state == State.RETURN else ())
+    assert ride.states == [
+        State.PLAN,
+        State.LIFT,
+        State.CARRY,
+        State.PRESS,
+        State.RETURN,
+        State.FAILED,
+    ]
+    assert ride.carrier.limit.cause is RegraspFailure.NOTHING_THERE
+    assert ride.said[4] == Limit(LimitKind.REGRASP_RETURNS, ("forearm", "hand"), cause=RegraspFailure.NOTHING_THERE)
     assert held.link == "forearm"
     assert np.linalg.norm(ride.posture - arm().robot.home) < 0.6, "on the last leg"
 
@@ -148,22 +163,24 @@ def test_with_nothing_at_either_place_it_ends_with_no_contact():
 
 def test_a_bump_on_the_way_turns_it_back_and_a_brush_does_not():
     ride = Ride()
-    ride.go(lambda state: (at(5, force=2 * BUMP),) if state == "carry" else (at(ride.leaves),) * (state == "return"))
-    assert ride.states == ["look", "lift", "return", "failed"]
-    assert ride.carrier.reason == "something is in the way"
+    ride.go(
+        lambda state: (at(5, force=2 * BUMP),) if state == State.CARRY else (at(ride.leaves),) * (state == State.RETURN)
+    )
+    assert ride.states == [State.PLAN, State.LIFT, State.RETURN, State.FAILED]
+    assert ride.carrier.limit.cause is RegraspFailure.OBSTACLE
     brushed = Ride()
-    brushed.go(lambda state: (at(brushed.enters),) if state == "press" else (at(5, force=0.5 * BUMP),))
-    assert brushed.states[-1] == "arrived"
+    brushed.go(lambda state: (at(brushed.enters),) if state == State.PRESS else (at(5, force=0.5 * BUMP),))
+    assert brushed.states[-1] == State.ARRIVED
     known = Ride()
-    known.go(lambda state: (at(known.enters),) if state == "press" else (at(5, id_=1, force=9.0),))
-    assert known.states[-1] == "arrived", "it was there before"
+    known.go(lambda state: (at(known.enters),) if state == State.PRESS else (at(5, id_=1, force=9.0),))
+    assert known.states[-1] == State.ARRIVED, "it was there before"
 
 
 def test_what_comes_along_is_brought_back():
     ride = Ride()
     ride.go(lambda _state: (at(ride.leaves, id_=1),))
-    assert ride.carrier.reason == "what touches comes along"
-    assert ride.states[-1] == "failed"
+    assert ride.carrier.limit.cause is RegraspFailure.OBJECT_FOLLOWS
+    assert ride.states[-1] == State.FAILED
 
 
 def test_it_never_takes_longer_than_it_may():
@@ -173,12 +190,12 @@ def test_it_never_takes_longer_than_it_may():
             break
         ride.carrier.watch((), DT)
     ticks = 0
-    while ride.carrier.state not in ("failed", "arrived"):  # an arm that does not move at all
+    while ride.carrier.state not in (State.FAILED, State.ARRIVED):  # an arm that does not move at all
         ride.carrier.speed(ride.posture + 0.5, arm().robot.home, ride.configuration, DT)
         ride.carrier.watch((), DT)
         ticks += 1
         assert ticks * DT < 2.5 * LONGEST
-    assert ride.carrier.reason == "it takes too long"
+    assert ride.carrier.limit.cause is RegraspFailure.TIMEOUT
     assert ticks * DT > LONGEST
 
 
@@ -186,8 +203,8 @@ def test_the_place_that_cannot_come_is_refused_before_anything_is_let_go():
     _, hand = ends()
     ride = Ride(hand, 5)
     ride.go(lambda _state: (at(hand),))
-    assert ride.states == ["look", "failed"]
-    assert ride.carrier.reason == "the upper arm cannot come to what it touches"
+    assert ride.states == [State.PLAN, State.FAILED]
+    assert ride.carrier.limit.cause is RegraspFailure.UNREACHABLE
     assert not ride.speeds
 
 
@@ -213,19 +230,19 @@ def ticked(carrier, ticks=400):
 def test_without_an_arm_nothing_is_carried(robot):
     carrier = RegraspManager(robot)
     assert not asked(carrier)
-    assert (carrier.state, carrier.says, carrier.reason) == ("", "", "")
+    assert (carrier.state, carrier.limit) == (None, None)
 
 
 def test_first_a_way_is_looked_for_and_the_arm_stands():
     carrier = RegraspManager(arm().robot)
     assert asked(carrier)
-    assert carrier.state == "look"
+    assert carrier.state == State.PLAN
     assert not carrier.moves
     assert carrier.speed(arm().robot.home, arm().robot.home, Configuration(arm().robot), TICK) is None
-    assert carrier.says == "looking for a way to the hand"
+    assert carrier.limit == Limit(LimitKind.REGRASP_PLANNED, ("forearm", "hand"))
     assert ticked(carrier).any()
     assert carrier.moves
-    assert carrier.state == "lift"
+    assert carrier.state == State.LIFT
     assert carrier.crossing.way == 0.1
 
 
@@ -234,7 +251,7 @@ def test_a_reset_lets_go_of_it():
     assert asked(carrier)
     ticked(carrier)
     carrier.reset()
-    assert (carrier.state, carrier.says, carrier.moves, carrier.crossing) == ("", "", False, None)
+    assert (carrier.state, carrier.limit, carrier.moves, carrier.crossing) == (None, None, False, None)
     assert carrier.watch((), TICK) is None
     assert carrier.speed(arm().robot.home, arm().robot.home, Configuration(arm().robot), TICK) is None
     assert asked(carrier), "and another may begin"

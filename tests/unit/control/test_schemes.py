@@ -10,6 +10,7 @@ import pytest
 from app.control.command import ControlSettings
 from app.control.controllers import CONTROL_SCHEMES
 from app.control.joint_impedance import MAX_JOINT_SPEED, MAX_POINT_SPEED, WEAK, PostureReference, joint_limits
+from app.control.limits import ActiveLimits, LimitKind
 from app.control.map_kinematics import MapKinematics
 from app.control.schemes import (
     CAP_SHARE,
@@ -26,6 +27,7 @@ from app.control.schemes import (
 )
 from app.control.task_priority import ArmState, PriorityLevel, TaskContact, solve_hierarchy
 from app.robots.kinematics import Configuration
+from tests.support.limits import kinds
 from tests.support.touch import arm, bar
 from tests.unit.control.contacts_by_hand import contact
 
@@ -34,7 +36,7 @@ DT = 0.005
 
 
 def push(servo, error, *, contact=1, limits=None, settings=SETTINGS):
-    return servo.push(settings, contact, error, DT, [] if limits is None else limits)
+    return servo.push(settings, contact, error, DT, ActiveLimits() if limits is None else limits)
 
 
 def test_proportional_until_the_goal_was_reached_then_integral_too():
@@ -55,13 +57,13 @@ def test_each_contact_has_its_own_memory_and_takes_it_along():
 
 
 def test_the_integral_stands_while_the_answer_is_bounded():
-    servo, limits = ForceServo(0.02), []
+    servo, limits = ForceServo(0.02), ActiveLimits()
     push(servo, -1.0)
     gathered = servo.integral(1)
     for _ in range(1000):
         assert push(servo, -50.0, limits=limits) == -0.02
     assert servo.integral(1) == pytest.approx(gathered)
-    assert set(limits) == {"speed of the touched point"}
+    assert kinds(limits) == [LimitKind.POINT_SPEED]
     assert push(servo, 1.0) == pytest.approx(0.01, rel=0.02), "free at once"
 
 
@@ -105,7 +107,7 @@ class Slow(PointVelocityScheme):
 def levels(rule, *contacts):
     zero = np.zeros(4)
     arm = ArmState(zero, zero, zero, PostureReference(bar(), np.ones(1)), contacts, POINT_DT)
-    return rule.levels(POINT_SETTINGS, contacts, arm, [])
+    return rule.levels(POINT_SETTINGS, contacts, arm, ActiveLimits())
 
 
 def test_all_contacts_are_wanted_alike():
@@ -139,18 +141,18 @@ def test_the_force_s_integral_goes_with_its_contact():
     pushes = []
     for _ in range(3):
         levels(rule, one)
-        pushes.append(rule.push(POINT_SETTINGS, one, POINT_DT, []))
+        pushes.append(rule.push(POINT_SETTINGS, one, POINT_DT, ActiveLimits()))
     assert pushes == pytest.approx([-0.01 * (1 + POINT_DT * k) for k in (1, 2, 3)])
     levels(rule, replace(one, id=2))
-    assert rule.push(POINT_SETTINGS, one, POINT_DT, []) == pytest.approx(pushes[0])
+    assert rule.push(POINT_SETTINGS, one, POINT_DT, ActiveLimits()) == pytest.approx(pushes[0])
 
 
 def test_a_point_that_is_too_fast_is_slowed_and_that_is_said():
-    limits: list[str] = []
+    limits = ActiveLimits()
     assert limit_point_speed(AIM, limits) is AIM
-    assert limits == []
+    assert kinds(limits) == []
     assert limit_point_speed(10 * AIM, limits) == pytest.approx(MAX_POINT_SPEED * AIM / np.linalg.norm(AIM))
-    assert limits == ["speed of the touched point"]
+    assert kinds(limits) == [LimitKind.POINT_SPEED]
 
 
 REST = np.zeros(3)
@@ -160,7 +162,7 @@ def answer(levels: list[PriorityLevel]) -> np.ndarray:
     reference = PostureReference(bar(), np.ones(1))
     reference.lower, reference.upper = np.full(3, -9.0), np.full(3, 9.0)
     arm = ArmState(REST, REST, REST, reference, (), 1.0)
-    return QuadraticProgramScheme().solve(levels, ControlSettings(controller="qp"), (), arm, [])
+    return QuadraticProgramScheme().solve(levels, ControlSettings(controller="qp"), (), arm, ActiveLimits())
 
 
 @pytest.mark.parametrize("gain", [0.01, 0.05, 0.1, 0.9 * WEAK])
@@ -212,7 +214,7 @@ def state(contacts, *, start=None, speed=None, home=None) -> ArmState:
 
 
 def scheme_answer(rule, *contacts, settings=SCHEME_SETTINGS, **said):
-    limits: list[str] = []
+    limits = ActiveLimits()
     arm_state = state(contacts, **said)
     levels = rule.levels(settings, contacts, arm_state, limits)
     return rule.solve(levels, settings, contacts, arm_state, limits), limits
@@ -228,7 +230,7 @@ def test_force_and_place_are_both_served(kind):
     speed, limits = scheme_answer(kind(), one := contact_with_goal())
     assert one.outward @ speed == pytest.approx(0.01, rel=1e-6)
     assert slide(one, speed) == pytest.approx(SPEED, rel=1e-6)
-    assert limits == []
+    assert kinds(limits) == []
 
 
 def test_the_program_serves_both_nearly_and_accelerates_towards_it():
@@ -317,7 +319,7 @@ def test_speeds_are_bounded_and_it_is_said(name):
         speed, limits = scheme_answer(CONTROL_SCHEMES[name](), one, speed=speed)
         assert np.abs(speed).max() <= MAX_JOINT_SPEED * (1 + 1e-9)
     assert np.linalg.norm(one.move @ speed) <= 2 * MAX_POINT_SPEED * (1 + 1e-6)
-    assert "speed of the touched point" in limits
+    assert LimitKind.POINT_SPEED in limits
 
 
 @pytest.mark.parametrize("name", CONTROL_SCHEMES)
@@ -328,13 +330,13 @@ def test_joints_at_their_limits_stay(name):
         speed, limits = scheme_answer(CONTROL_SCHEMES[name](), one, start=edge)
         assert (speed[edge >= upper] <= 1e-12).all()
         assert (speed[edge <= lower] >= -1e-12).all()
-        assert limits
+        assert limits.found
 
 
 def test_the_program_bounds_acceleration():
     speed, limits = scheme_answer(QuadraticProgramScheme(), contact_with_goal(force_error=-50.0))
     assert np.abs(speed).max() <= MAX_ACCELERATION * SCHEME_DT * (1 + 1e-6)
-    assert "joint acceleration" in limits
+    assert LimitKind.JOINT_ACCELERATION in limits
 
 
 def test_the_program_slows_down_before_a_limit():
@@ -351,14 +353,14 @@ def test_the_program_keeps_every_contact_under_its_cap_whatever_the_task_wants()
     wanted = contact_with_goal(error=None, force_error=5.0)
     other = replace(contact_with_goal(error=None, id_=2), force=cap + 1.0)
     free, _ = scheme_answer(QuadraticProgramScheme(), wanted)
-    limits: list[str] = []
+    limits = ActiveLimits()
     arm_state = state((wanted, other))
     rule = QuadraticProgramScheme()
     levels = rule.levels(SCHEME_SETTINGS, (wanted,), arm_state, limits)
     capped = rule.solve(levels, SCHEME_SETTINGS, (wanted,), arm_state, limits)
     assert wanted.outward @ free > 0
     assert other.outward @ capped < 0, "it backs off"
-    assert "force cap" in limits
+    assert LimitKind.FORCE_CAP in limits
 
 
 @pytest.mark.parametrize("name", CONTROL_SCHEMES)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from app.control.joint_impedance import MAX_JOINT_SPEED, MAX_POINT_SPEED, WEAK, PostureReference
+from app.control.limits import ActiveLimits, LimitKind
 from app.control.task_priority import (
     ContactGoal,
     PriorityLevel,
@@ -14,6 +15,7 @@ from app.control.task_priority import (
     solve_hierarchy,
     solve_within_limits,
 )
+from tests.support.limits import kinds
 from tests.support.touch import arm
 from tests.unit.control.contacts_by_hand import TO_MAP, contact, touch
 
@@ -113,28 +115,29 @@ def test_a_contact_that_may_slide_has_one_row():
 def test_a_joint_at_its_limit_leaves_the_work_to_the_others():
     robot = arm().robot
     joint = next(k for k, j in enumerate(robot.joints) if np.isfinite(j.upper))
-    start, limits = robot.home.copy(), []
+    start, limits = robot.home.copy(), ActiveLimits()
     start[joint] = robot.joints[joint].upper
     level = PriorityLevel(np.full((1, 7), 0.5), np.array([0.2]))
     speed = solve_within_limits([level], limits_of_joints(), start, limits)
     assert speed[joint] == 0
     assert level.rows @ speed == pytest.approx([0.2])
-    assert limits == ["joint limit"]
+    assert kinds(limits) == [LimitKind.JOINT_LIMIT]
+    assert limits.found[0].names == (robot.joints[joint].name,)
 
 
 def test_when_no_joint_is_left_nothing_moves():
-    robot, limits = arm().robot, []
+    robot, limits = arm().robot, ActiveLimits()
     start = np.array([j.upper for j in robot.joints])
     assert np.isfinite(start).all()
     assert not solve_within_limits(
         [PriorityLevel(np.ones((1, 7)), np.array([0.2]))], limits_of_joints(), start, limits
     ).any()
-    assert "joint limit" in limits
+    assert LimitKind.JOINT_LIMIT in limits
 
 
 def test_what_hardly_moves_anything_is_said():
-    limits: list[str] = []
+    limits = ActiveLimits()
     solve_within_limits(
         [PriorityLevel(np.full((1, 7), 0.01), np.array([0.2]))], limits_of_joints(), arm().robot.home, limits
     )
-    assert "the arm can hardly move along this contact" in limits
+    assert LimitKind.WEAK_DIRECTION in limits

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from app.control.command import ControlSettings
+from app.control.limits import ActiveLimits, Limit, LimitKind, RegraspFailure
 from app.control.map_kinematics import MapKinematics
 from app.control.tasks import MOST_ERROR, SEARCH_TIME, TaskManager
 from app.robots.kinematics import Configuration
@@ -23,9 +24,9 @@ NEAR = int(np.argsort(np.linalg.norm(POINTS - POINTS[HERE], axis=1))[1])
 
 
 def asked(task_manager, regions, **settings):
-    limits: list[str] = []
+    limits = ActiveLimits()
     wants = task_manager.goals(ControlSettings(**settings), regions, SIGHT, CONFIGURATION, TICK, limits)
-    return wants, limits
+    return wants, list(limits.found)
 
 
 def at(taxel=HERE, force=3.0, id_=1):
@@ -54,7 +55,7 @@ def test_a_point_is_held_where_the_contact_began_or_where_it_is_drawn():
     assert limits == []
     [want], limits = asked(task_manager, (at(),), task="hold_point", path=((9.0, 9.0),))
     assert want.error == pytest.approx([0, 0], abs=1e-12)
-    assert limits == ["the point to hold is not on the skin"]
+    assert limits == [Limit(LimitKind.POINT_OFF_SKIN)]
 
 
 def walked(task_manager, ticks, *, regions=None, **settings):
@@ -112,17 +113,19 @@ def test_the_goal_s_velocity_is_told_to_and_fro():
 def test_a_path_waits_for_a_contact_that_stays_behind():
     ways, limits = walked(TaskManager(), 2000, regions=(at(),), path_speed=0.02)
     assert 0.009 < ways[-1] < 0.02
-    assert limits == {"the path waits for the contact"}
+    assert limits == {Limit(LimitKind.PATH_WAITS)}
 
 
 def test_a_path_that_leaves_the_skin_ends_there_and_one_that_is_nowhere_stands_still():
     line = (tuple(POINTS[HERE]), tuple(POINTS[HERE] + [5.0, 0.0]))
     ways, limits = walked(TaskManager(), 100, path_kind="polyline", path=line)
-    assert limits == {"the path leaves the skin"}
+    assert limits == {Limit(LimitKind.PATH_LEAVES_SKIN)}
     assert ways[-1] > 0
     nowhere = ((9.0, 9.0), (9.1, 9.0))
     ways, limits = walked(TaskManager(), 10, path_kind="polyline", path=nowhere)
-    assert limits == {"the path does not start on the skin, but at (9000, 9000) mm"}
+    assert limits == {
+        Limit(LimitKind.PATH_REFUSED, detail="the path does not start on the skin, but at (9000, 9000) mm")
+    }
     assert not ways.any()
 
 
@@ -153,7 +156,7 @@ def test_a_lost_contact_is_sought_for_a_while_without_force():
     ticks = 0
     while (found := asked(task_manager, ()))[0]:
         [want], limits = found
-        assert (want.region.force, want.error, limits) == (0.0, None, ["contact lost"])
+        assert (want.region.force, want.error, limits) == (0.0, None, [Limit(LimitKind.CONTACT_LOST)])
         assert want.region.id != 1, "as another one, without its integral"
         ticks += 1
     assert ticks * TICK == pytest.approx(SEARCH_TIME, abs=2 * TICK)
@@ -182,7 +185,7 @@ def test_another_task_starts_afresh():
 def test_another_map_starts_a_path_afresh_and_keeps_a_place_held():
     other = MapKinematics(MAP)
     for task, held in (("hold_point", HERE), ("follow_path", NEAR)):
-        task_manager, limits = TaskManager(), []
+        task_manager, limits = TaskManager(), ActiveLimits()
         for sight, taxel in ((SIGHT, HERE), (other, NEAR)):
             task_manager.goals(ControlSettings(task=task), (at(taxel),), sight, CONFIGURATION, TICK, limits)
         assert MAP.to_map(task_manager.target) == pytest.approx(POINTS[held], abs=1e-3)
@@ -197,14 +200,15 @@ def on_plate(x, y, *, id_=1, force=3.0):
 
 
 def asked_on_plates(task_manager, regions, **settings):
-    limits: list[str] = []
-    return task_manager.goals(ControlSettings(**settings), regions, PLATES, CONFIGURATION, TICK, limits), limits
+    limits = ActiveLimits()
+    wants = task_manager.goals(ControlSettings(**settings), regions, PLATES, CONFIGURATION, TICK, limits)
+    return wants, list(limits.found)
 
 
 def test_a_point_to_hold_on_another_patch_is_said_and_only_the_force_kept():
     [want], limits = asked_on_plates(TaskManager(), (on_plate(0.05, 0.05),), task="hold_point", path=((0.17, 0.05),))
     assert (want.force, want.error) == (3.0, None)
-    assert limits == ["the point to hold is on the b, the contact on the a"]
+    assert limits == [Limit(LimitKind.CONTACT_ELSEWHERE, ("b", "a"))]
 
 
 def test_a_point_to_hold_that_is_moved_is_gone_to_and_the_contact_stays_the_same():
@@ -224,7 +228,7 @@ def test_a_far_goal_in_a_patch_drawn_larger_is_gone_to_at_the_same_speed_on_the_
         touched = region(3.0, place, sight.map.skin.position(place), np.array([x, y]))
         path = ((x + (0.06 if x < 0.12 else 0.12), y),)
         [want] = TaskManager().goals(
-            ControlSettings(task="hold_point", path=path), (touched,), sight, CONFIGURATION, TICK, []
+            ControlSettings(task="hold_point", path=path), (touched,), sight, CONFIGURATION, TICK, ActiveLimits()
         )
         errors.append(want.error[0])
     assert errors == pytest.approx([MOST_ERROR, 2 * MOST_ERROR])
@@ -238,7 +242,7 @@ def test_an_object_on_a_border_is_one_contact_on_a_path():
         regions.append(region(2.0, place, near.map.skin.position(place), np.array([x, 0.05]), id_=id_))
     path = ((0.09, 0.05), (0.15, 0.05))
     settings = ControlSettings(task="follow_path", path_kind="polyline", path=path)
-    [want] = TaskManager().goals(settings, regions, near, CONFIGURATION, TICK, [])
+    [want] = TaskManager().goals(settings, regions, near, CONFIGURATION, TICK, ActiveLimits())
     assert (want.region.id, want.region.force) == (1, pytest.approx(4.0))
 
 
@@ -248,9 +252,9 @@ def test_where_nothing_can_carry_it_the_contact_stays_before_the_crossing():
     for _ in range(200):
         place = PLATES.map.to_map(task_manager.target) if task_manager.target else (0.09, 0.05)
         [want], limits = asked_on_plates(task_manager, (on_plate(*place),), **settings)
-    assert limits == ["the contact stays where it is: no arm can carry it on"]
+    assert [(limit.kind, limit.cause) for limit in limits] == [(LimitKind.REGRASP_FAILED, RegraspFailure.NO_ARM)]
     assert task_manager.report.piece == 0
-    assert task_manager.report.transfer == ""
+    assert task_manager.report.regrasp is None
     assert want.error == pytest.approx([0, 0], abs=1e-6)
     _, limits = asked_on_plates(
         task_manager, (on_plate(0.09, 0.05),), **{**settings, "path": ((0.09, 0.05), (0.05, 0.05))}

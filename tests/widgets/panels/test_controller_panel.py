@@ -12,6 +12,8 @@ from PySide6.QtWidgets import QApplication, QLabel, QPushButton
 
 from app.control.command import CHOICES, ControlSettings, TaskReport
 from app.control.controllers import CONTROL_SCHEMES, effective_settings
+from app.control.limit_texts import limit_text
+from app.control.limits import Limit, LimitKind
 from tests.widgets.support.samples import touched
 from tests.widgets.support.snapshots import pixels
 from widgets.common.colours import DARK, LIGHT, apply_theme
@@ -184,7 +186,7 @@ def test_what_it_does_and_the_energy_it_gave_are_said(panel, prepared):
 
 def test_a_limit_that_flashed_stays_legible_and_then_goes(panel, prepared):
     panel.show_settings(ControlSettings(controller="hybrid"))
-    panel.show_frame(moving(prepared, 1.0, why_limited=("joint speed",)))
+    panel.show_frame(moving(prepared, 1.0, why_limited=(Limit(LimitKind.JOINT_SPEED),)))
     assert panel._why.words == "Limited: joint speed"
     panel.show_frame(moving(prepared, 1.1))
     assert panel._why.words == "Recently limited: joint speed"
@@ -226,7 +228,8 @@ def test_a_law_that_is_in_force_already_is_no_edit(panel):
     assert panel.edits == []
 
 
-STOPPED = "stopped: 41 N of force, more than 40 N; lift what touches to go on"
+A, B = Limit(LimitKind.JOINT_LIMIT), Limit(LimitKind.JOINT_SPEED)
+STOPPED = Limit(LimitKind.STOPPED_BY_FORCE, value=41.0, bound=40.0)
 
 
 @pytest.fixture
@@ -243,10 +246,10 @@ def line(qtbot):
     ("limits", "state", "words"),
     [
         ((), LimitState.FREE, "Not limited"),
-        ((ShownLimit("joint limit", True),), LimitState.LIMITED, "Limited: joint limit"),
-        ((ShownLimit("joint limit", False),), LimitState.ENDED, "Recently limited: joint limit"),
-        ((ShownLimit("a", True), ShownLimit("b", False)), LimitState.LIMITED, "Limited: a; b"),
-        ((ShownLimit(STOPPED, True),), LimitState.STOPPED, STOPPED),
+        ((ShownLimit(A, True),), LimitState.LIMITED, "Limited: joint limit"),
+        ((ShownLimit(A, False),), LimitState.ENDED, "Recently limited: joint limit"),
+        ((ShownLimit(A, True), ShownLimit(B, False)), LimitState.LIMITED, "Limited: joint limit; joint speed"),
+        ((ShownLimit(STOPPED, True),), LimitState.STOPPED, limit_text(STOPPED)),
     ],
 )
 def test_words_and_state(line, limits, state, words):
@@ -263,7 +266,7 @@ def test_a_robot_without_joints_has_nothing_to_limit(line):
 
 def test_each_state_has_a_shape_of_its_own(line):
     drawn = {}
-    for limits in ((), (ShownLimit("a", True),), (ShownLimit("a", False),), (ShownLimit(STOPPED, True),)):
+    for limits in ((), (ShownLimit(A, True),), (ShownLimit(A, False),), (ShownLimit(STOPPED, True),)):
         line.show_limits(limits)
         grey = pixels(line._sign.grab().toImage()).astype(float).mean(axis=2)
         drawn[line.state] = np.abs(grey - grey[0, 0]) > 30
@@ -276,19 +279,19 @@ def test_each_state_has_a_shape_of_its_own(line):
 def test_what_ended_is_quieter_than_what_goes_on(line):
     apply_theme(QApplication.instance(), LIGHT)
     try:
-        line.show_limits((ShownLimit("a", True), ShownLimit("b", False)))
-        assert f'<span style="color:{LIGHT.quiet}">b</span>' in line._words.text()
-        assert "<span" not in line._words.text().split("b<")[0].split(";")[0]
+        line.show_limits((ShownLimit(A, True), ShownLimit(B, False)))
+        assert f'<span style="color:{LIGHT.quiet}">joint speed</span>' in line._words.text()
+        assert "<span" not in line._words.text().split("joint speed<")[0].split(";")[0]
     finally:
         apply_theme(QApplication.instance(), DARK)
 
 
 def test_nothing_below_moves_when_limits_come_and_go(line):
     free = line.sizeHint().height()
-    line.show_limits((ShownLimit("something holds the arm back", True), ShownLimit("joint speed", True)))
+    line.show_limits((ShownLimit(Limit(LimitKind.HELD_BACK), True), ShownLimit(B, True)))
     assert line.heightForWidth(260) <= max(free, line.minimumSizeHint().height()) + 1
 
 
 def test_what_controllers_say_is_text_and_no_markup(line):
-    line.show_limits((ShownLimit("<b>5 < 6</b>", True),))
+    line.show_limits((ShownLimit(Limit(LimitKind.JOINT_LIMIT, ("<b>5 < 6</b>",)), True),))
     assert "&lt;b&gt;5 &lt; 6" in line._words.text()

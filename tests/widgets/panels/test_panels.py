@@ -11,6 +11,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel
 
 from app.control.command import ControlSettings
+from app.control.limits import Limit, LimitKind
 from app.editing.document import MapDocument
 from app.maps.quality import measure
 from app.session.session import Session
@@ -200,8 +201,8 @@ def test_a_law_shows_its_own_gains(qtbot):
 
 def test_what_limits_the_controller_is_said(qtbot, touched):
     panel = shown(qtbot, ControllerPanel())
-    panel.show_frame(replace(touched, why_limited=("elbow at its limit",)))
-    assert "Limited: elbow at its limit" in texts(panel)
+    panel.show_frame(replace(touched, why_limited=(Limit(LimitKind.JOINT_LIMIT, ("elbow",)),)))
+    assert "Limited: joint limit: elbow" in texts(panel)
     panel.show_frame(replace(touched, time=touched.time + 2.0, why_limited=()))
     assert "Not limited" in texts(panel)
 

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QApplication, QLabel
 
 from app.control.command import ControlSettings, TaskReport
 from app.control.joint_impedance import MAX_JOINT_SPEED
+from app.control.limits import Limit, LimitKind
 from tests.widgets.support.samples import touched
 from tests.widgets.support.snapshots import pixels
 from widgets.common.colours import DARK, LIGHT
@@ -55,6 +56,9 @@ def level(plots, name):
 def marks(plots, name):
     lines = [line for line in plot(plots, name).items if isinstance(line, pg.InfiniteLine) and line.angle == 90]
     return sorted(line.value() for line in lines if line.isVisible())
+
+
+JOINT_LIMIT = Limit(LimitKind.JOINT_LIMIT)
 
 
 def frame_at(prepared, time, *, error=0.002, goal=3.0, speed=0.4, limits=()):
@@ -165,7 +169,7 @@ def test_limits_are_listed_and_counted(plots, prepared):
     plots.show_settings(FOLLOW)
     play(plots, prepared, [0.0])
     assert limits_words(plots) == "Limits: none in the last 10\u2009s"
-    play(plots, prepared, [0.1, 0.2], limits=("joint limit", "joint speed"))
+    play(plots, prepared, [0.1, 0.2], limits=(JOINT_LIMIT, Limit(LimitKind.JOINT_SPEED)))
     assert limits_words(plots) == "Limits, 2 now"
     play(plots, prepared, [0.3])
     assert limits_words(plots) == "Limits"
@@ -179,14 +183,14 @@ def test_the_strip_draws_each_limit_when_it_was_and_counts_those_without_room(pl
     QApplication.processEvents()
     empty = plots._strip.grab().toImage()
     for time in np.arange(0.1, 2.0, 0.1):
-        play(plots, prepared, [time], limits=("joint limit",))
+        play(plots, prepared, [time], limits=(JOINT_LIMIT,))
     QApplication.processEvents()
     one = plots._strip.grab().toImage()
     assert not amber(empty).any()
     across = np.flatnonzero(amber(one).any(axis=0))
     assert across[-1] - across[0] == pytest.approx(one.width() * 1.8 / 11.3, abs=6)
     assert across[-1] < one.width() - 5, "now is not at the very edge"
-    many = tuple(f"limit {number}" for number in range(12))
+    many = tuple(Limit(kind) for kind in list(LimitKind)[:12])
     play(plots, prepared, [2.1], limits=many)
     QApplication.processEvents()
     assert plots._strip.grab().toImage() != one
@@ -208,7 +212,7 @@ def test_plots_that_are_not_shown_are_not_drawn(plots, prepared):
 
 def test_clear_forgets_the_response(plots, prepared):
     plots.show_settings(FOLLOW)
-    play(plots, prepared, [0.0, 0.1], limits=("joint limit",))
+    play(plots, prepared, [0.0, 0.1], limits=(JOINT_LIMIT,))
     plots.show_settings(replace(FOLLOW, force_gain=0.02))
     plots.clear()
     assert curve(plots, "error", QColor(DARK.text).name()) is None
@@ -218,7 +222,7 @@ def test_clear_forgets_the_response(plots, prepared):
 
 def test_themes_change(plots, prepared):
     plots.show_settings(FOLLOW)
-    play(plots, prepared, [0.0, 0.1], limits=("joint limit",))
+    play(plots, prepared, [0.0, 0.1], limits=(JOINT_LIMIT,))
     dark = plots.grab().toImage()
     plots.set_theme(LIGHT)
     assert plots.grab().toImage() != dark

@@ -12,6 +12,7 @@ import pytest
 from app.contacts.pipeline import ReadingSettings
 from app.control.command import ControlSettings, check_settings
 from app.control.controllers import CONTROL_SCHEMES
+from app.control.limits import Limit, LimitKind
 from app.studies.figures import BarChart, Figure
 from app.studies.sweeps.control_cost import (
     BOUND,
@@ -160,12 +161,23 @@ def test_no_case_is_measured_twice():
 
 def course(error=0.002, finished=2.0) -> PathRun:
     ones = np.ones(10)
-    return PathRun(0.005, error * ones, error * ones, 3.1 * ones, 0.1 * ones, 0.0 * ones, finished, 0.3, 0.4, ("slow",))
+    return PathRun(
+        0.005,
+        error * ones,
+        error * ones,
+        3.1 * ones,
+        0.1 * ones,
+        0.0 * ones,
+        finished,
+        0.3,
+        0.4,
+        (Limit(LimitKind.JOINT_SPEED),),
+    )
 
 
 def test_a_row_tells_what_was_found():
     found = result_row(SpeedSearchResult(0.02, course(), "error", 4), ControlSettings(controller="qp"))
-    assert (found["verdict"], found["limited_by"], found["why_limited"]) == ("met", "error", "slow")
+    assert (found["verdict"], found["limited_by"], found["why_limited"]) == ("met", "error", "joint speed")
     assert (found["seconds"], found["speed_mm_s"], found["error_mm"]) == pytest.approx((2.0, 20.0, 2.0))
     assert found["force_n"] == pytest.approx(0.1)
 

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from app.control.command import CHOICES, ControlSettings, TaskReport
+from app.control.command import RegraspState as State
+from app.control.limits import Limit, LimitKind
 from tests.widgets.support.samples import leaf_map, touched
 from widgets.panels.controller_panel import StepResponseMonitor, step_response_text, task_status_text
 
@@ -93,9 +95,9 @@ MAP = leaf_map()
 NOBODY, ONE, TWO = touched(MAP), touched(MAP, [10]), touched(MAP, [10, 300])
 
 
-def said(task, frame, *limits, controller="hybrid", error=None, way=0.0, transfer="", report=True, **settings):
+def said(task, frame, *limits, controller="hybrid", error=None, way=0.0, regrasp=None, report=True, **settings):
     assert len(TWO.regions) == 2
-    told = TaskReport(error=error, way=way, transfer=transfer) if report else None
+    told = TaskReport(error=error, way=way, regrasp=regrasp) if report else None
     return task_status_text(
         ControlSettings(controller=controller, task=task, **settings), replace(frame, task=told, why_limited=limits)
     )
@@ -127,20 +129,26 @@ def test_work_is_told_with_its_numbers(task, frame, words):
 
 
 def test_a_path_that_waits_says_so():
-    words = said("follow_path", ONE, "the path waits for the contact", error=0.0104)
+    words = said("follow_path", ONE, Limit(LimitKind.PATH_WAITS), error=0.0104)
     assert words == "Waiting for the contact, error 10.4\u202fmm"
 
 
 def test_what_went_wrong_comes_first():
-    assert said("keep_force", NOBODY, "contact lost") == "Reacquiring contact"
-    assert said("keep_force", ONE, "stopped: 41 N of force, more than 40 N; lift what touches") == "Stopped"
+    assert said("keep_force", NOBODY, Limit(LimitKind.CONTACT_LOST)) == "Reacquiring contact"
+    assert said("keep_force", ONE, Limit(LimitKind.STOPPED_BY_FORCE, value=41.0, bound=40.0)) == "Stopped"
 
 
 @pytest.mark.parametrize(
-    ("state", "word"), [("look", "Planning"), ("lift", "Regrasping"), ("press", "Regrasping"), ("return", "back")]
+    ("state", "word"),
+    [
+        (State.PLAN, "Planning"),
+        (State.LIFT, "Regrasping"),
+        (State.PRESS, "Regrasping"),
+        (State.RETURN, "back"),
+    ],
 )
 def test_a_contact_that_is_carried_over_a_crossing_is_told(state, word):
-    assert word in said("follow_path", NOBODY, transfer=state)
+    assert word in said("follow_path", NOBODY, regrasp=state)
 
 
 def test_laws_without_a_task_say_what_they_do():

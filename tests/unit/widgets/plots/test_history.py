@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from app.control.limits import Limit, LimitKind
 from app.core.timing import Timings
 from widgets.plots.history import (
     LIMIT_SHOWN_FOR,
@@ -100,6 +101,13 @@ def test_taxels_start_over_after_a_jump_or_with_another_skin(time, count):
     assert history.traces(np.array([0]))[1].tolist() == [[0.0]]
 
 
+A, B, C = (Limit(kind) for kind in (LimitKind.JOINT_LIMIT, LimitKind.JOINT_SPEED, LimitKind.CONTACT_LOST))
+
+
+def energy(given):
+    return Limit(LimitKind.ENERGY_TANK, value=given)
+
+
 def played(*times_and_limits, seconds=10.0):
     memory = LimitHistory(seconds=seconds)
     for time, limits in times_and_limits:
@@ -113,53 +121,53 @@ def test_nothing_is_told_before_anything_happened():
 
 
 def test_an_active_limit_is_told_with_its_newest_words():
-    memory = played((0.0, ("energy given, 0.1 J",)), (0.1, ("energy given, 0.2 J", "joint limit")))
-    assert memory.told == (ShownLimit("energy given, 0.2 J", True), ShownLimit("joint limit", True))
-    assert [name for name, _ in memory.rows] == ["energy given", "joint limit"]
+    memory = played((0.0, (energy(0.1),)), (0.1, (energy(0.2), A)))
+    assert memory.told == (ShownLimit(energy(0.2), True), ShownLimit(A, True))
+    assert [kind for kind, _ in memory.rows] == [LimitKind.ENERGY_TANK, LimitKind.JOINT_LIMIT]
 
 
 def test_one_that_ended_stays_legible_for_a_second():
-    memory = played((0.0, ("joint limit",)), (0.5, ()))
-    assert memory.told == (ShownLimit("joint limit", False),)
+    memory = played((0.0, (A,)), (0.5, ()))
+    assert memory.told == (ShownLimit(A, False),)
     memory.take(LIMIT_SHOWN_FOR, ())
-    assert memory.told == (ShownLimit("joint limit", False),)
+    assert memory.told == (ShownLimit(A, False),)
     memory.take(LIMIT_SHOWN_FOR + 0.01, ())
     assert memory.told == ()
     assert len(memory.rows) == 1, "the strip has it for longer"
 
 
 def test_the_active_come_first_and_then_the_newest():
-    memory = played((0.0, ("a",)), (0.2, ("b",)), (0.4, ("c",)))
-    assert [limit.words for limit in memory.told] == ["c", "b", "a"]
+    memory = played((0.0, (A,)), (0.2, (B,)), (0.4, (C,)))
+    assert [shown.limit for shown in memory.told] == [C, B, A]
     assert [limit.active for limit in memory.told] == [True, False, False]
 
 
 def test_spans_are_ages_that_end_now_while_it_is_active():
-    memory = played((0.0, ("a",)), (0.05, ("a",)), (0.1, ()), (1.0, ("a",)), (1.5, ("a",)))
+    memory = played((0.0, (A,)), (0.05, (A,)), (0.1, ()), (1.0, (A,)), (1.5, (A,)))
     ((_, spans),) = memory.rows
     np.testing.assert_allclose(spans, [(-1.5, -1.45), (-0.5, 0.0)])
 
 
 def test_flicker_is_one_span():
-    memory = played(*((0.02 * k, ("a",) if k % 2 else ()) for k in range(40)))
+    memory = played(*((0.02 * k, (A,) if k % 2 else ()) for k in range(40)))
     ((_, spans),) = memory.rows
     assert len(spans) == 1
 
 
 def test_what_is_long_past_is_forgotten():
-    memory = played((0.0, ("a",)), (5.0, ("b",)), (10.0, ()), (10.1, ()))
-    assert [name for name, _ in memory.rows] == ["b"]
+    memory = played((0.0, (A,)), (5.0, (B,)), (10.0, ()), (10.1, ()))
+    assert [kind for kind, _ in memory.rows] == [LimitKind.JOINT_SPEED]
 
 
 def test_a_span_that_began_long_ago_is_cut_at_the_edge():
-    memory = played(*((0.5 * k, ("a",)) for k in range(40)))
+    memory = played(*((0.5 * k, (A,)) for k in range(40)))
     ((_, spans),) = memory.rows
     assert spans == ((-10.0, 0.0),)
 
 
 @pytest.mark.parametrize("time", [0.0, 30.0])
 def test_time_that_jumps_starts_afresh(time):
-    memory = played((5.0, ("a",)), (time, ()))
+    memory = played((5.0, (A,)), (time, ()))
     assert memory.rows == memory.told == ()
 
 

@@ -1,0 +1,116 @@
+"""The words for why the arm is limited, for the screen, the terminal and reports; made nowhere else."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from app.control.limits import Limit, LimitKind, RegraspFailure
+
+_NAMES = {
+    LimitKind.JOINT_LIMIT: "joint limit",
+    LimitKind.JOINT_SPEED: "joint speed",
+    LimitKind.JOINT_ACCELERATION: "joint acceleration",
+    LimitKind.POINT_SPEED: "speed of the touched point",
+    LimitKind.FORCE_CAP: "force cap",
+    LimitKind.WEAK_DIRECTION: "the arm can hardly move along this contact",
+    LimitKind.HELD_BACK: "something holds the arm back",
+    LimitKind.ENERGY_TANK: "energy given to the contact",
+    LimitKind.SLOW_HOMING: "returning slowly",
+    LimitKind.CONTACT_LOST: "contact lost",
+    LimitKind.CONTACT_STICKS: "the contact moves along with the skin",
+    LimitKind.OUT_OF_REACH: "the target is out of reach",
+    LimitKind.PATH_WAITS: "the path waits for the contact",
+    LimitKind.PATH_LEAVES_SKIN: "the path leaves the skin",
+    LimitKind.PATH_REFUSED: "the path cannot be laid on the skin",
+    LimitKind.POINT_OFF_SKIN: "the point to hold is not on the skin",
+    LimitKind.CONTACT_ELSEWHERE: "the contact is on another patch than the point to hold",
+    LimitKind.REGRASP_PLANNED: "planning a regrasp",
+    LimitKind.REGRASP_MOVES: "regrasping",
+    LimitKind.REGRASP_RETURNS: "returning from a regrasp",
+    LimitKind.REGRASP_FAILED: "the regrasp failed",
+    LimitKind.SKIN_UNREADABLE: "the skin cannot be read",
+    LimitKind.SKIN_SATURATED: "the skin is saturated",
+    LimitKind.OSCILLATION: "the force oscillates",
+    LimitKind.FORCE_GAIN_HELD: "force gain reduced",
+    LimitKind.POSITION_GAIN_HELD: "position gain reduced",
+    LimitKind.FORCE_GAIN_UNSTABLE: "force gain too high",
+    LimitKind.STOPPED_BY_FORCE: "stopped by force",
+    LimitKind.STOPPED_BY_SPEED: "stopped by joint speed",
+    LimitKind.STOPPED_UNREADABLE: "stopped without readings",
+}
+_CAUSES = {
+    RegraspFailure.NO_ARM: "there is no arm to move it",
+    RegraspFailure.UNREACHABLE: "the arm finds no way there",
+    RegraspFailure.NOTHING_THERE: "nothing was there to touch",
+    RegraspFailure.TIMEOUT: "it took too long",
+    RegraspFailure.OBSTACLE: "something was in the way",
+    RegraspFailure.OBJECT_FOLLOWS: "the object came along",
+}
+_GO_ON = "remove the contact to continue"
+
+
+def limit_name(kind: LimitKind) -> str:
+    """What a limit is called, without figures: the same for as long as it lasts."""
+    return _NAMES[kind]
+
+
+def limit_text(limit: Limit) -> str:
+    """A limit with its figures, like "joint limit: elbow" or "energy given to the contact: 0.9 J"."""
+    fact = _fact(limit)
+    return f"{_NAMES[limit.kind]}: {fact}" if fact else _NAMES[limit.kind]
+
+
+def limit_texts(limits: Iterable[Limit]) -> str:
+    """All of them in one line, parted by semicolons; empty for none."""
+    return "; ".join(limit_text(limit) for limit in limits)
+
+
+def _fact(limit: Limit) -> str:
+    names, value, bound = [name.replace("_", " ") for name in limit.names], limit.value, limit.bound
+    match limit.kind:
+        case LimitKind.JOINT_LIMIT:
+            return ", ".join(names)
+        case LimitKind.ENERGY_TANK:
+            return "" if value is None else f"{value:.1f}\u2009J"
+        case LimitKind.SLOW_HOMING:
+            return "the lost contact may be in the way"
+        case LimitKind.PATH_REFUSED:
+            return limit.detail
+        case LimitKind.CONTACT_ELSEWHERE:
+            return f"point on the {names[0]}, contact on the {names[1]}" if names else ""
+        case LimitKind.REGRASP_PLANNED | LimitKind.REGRASP_MOVES:
+            return _destination(names)
+        case LimitKind.REGRASP_RETURNS | LimitKind.REGRASP_FAILED:
+            cause = "" if limit.cause is None else _CAUSES[limit.cause]
+            return ", ".join(part for part in (_destination(names), cause) if part)
+        case LimitKind.SKIN_SATURATED:
+            return "no more force is applied"
+        case LimitKind.OSCILLATION:
+            return "reduce the force gain"
+        case LimitKind.FORCE_GAIN_HELD:
+            return "" if value is None else f"{1e3 * value:.2g}\u2009mm/s per N, for a skin {_timing(limit)}"
+        case LimitKind.POSITION_GAIN_HELD:
+            return "" if value is None else f"{value:.2g}/s, for a skin {_timing(limit)}"
+        case LimitKind.FORCE_GAIN_UNSTABLE:
+            most = "" if bound is None else f"at most {1e3 * bound:.2g}\u2009mm/s per N is stable, "
+            return f"{most}for a skin {_timing(limit)}"
+        case LimitKind.STOPPED_BY_FORCE:
+            return _GO_ON if value is None else f"{value:.0f}\u2009N, more than {bound or 0:.0f}\u2009N; {_GO_ON}"
+        case LimitKind.STOPPED_BY_SPEED:
+            return _GO_ON if value is None else f"{value:.1f}\u2009rad/s; {_GO_ON}"
+        case LimitKind.STOPPED_UNREADABLE:
+            return _GO_ON
+        case _:
+            return ""
+
+
+def _destination(names: list[str]) -> str:
+    """From the links that are left and entered."""
+    if not names:
+        return ""
+    return f"to the {names[-1]}" if names[0] != names[-1] else f"to another place of the {names[-1]}"
+
+
+def _timing(limit: Limit) -> str:
+    rate = f"read at {1 / limit.period:.3g}\u2009Hz" if limit.period else "read continuously"
+    return f"{rate}, {1e3 * limit.delay:.0f}\u2009ms late" if limit.delay else rate

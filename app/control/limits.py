@@ -1,0 +1,125 @@
+"""Why the arm is limited, as values: ``limit_texts`` words them for a person, and nothing reads those words back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import Enum
+
+
+class LimitKind(Enum):
+    """What bounds the controller, holds its task up, or stopped it. In brackets: what a ``Limit`` tells besides.
+
+    Bounds on motion: ``JOINT_LIMIT`` (names: the joints), ``JOINT_SPEED``, ``JOINT_ACCELERATION``, ``POINT_SPEED`` (of
+    the touched point), ``FORCE_CAP``, ``WEAK_DIRECTION`` (the joints hardly move the point so), ``HELD_BACK`` (the arm
+    does not follow the wanted posture), ``ENERGY_TANK`` (value: given [J]), ``SLOW_HOMING`` (after a lost contact).
+
+    The contact: ``CONTACT_LOST``, ``CONTACT_STICKS`` (it moves along with the skin), ``OUT_OF_REACH`` (the target).
+
+    The task: ``PATH_WAITS``, ``PATH_LEAVES_SKIN``, ``PATH_REFUSED`` (detail: why), ``POINT_OFF_SKIN``,
+    ``CONTACT_ELSEWHERE`` (names: patch of the target, patch of the contact), and ``REGRASP_PLANNED``,
+    ``REGRASP_MOVES``, ``REGRASP_RETURNS`` (cause), ``REGRASP_FAILED`` (cause), all with names: link left, link entered.
+
+    The skin: ``SKIN_UNREADABLE``, ``SKIN_SATURATED``; the loop: ``OSCILLATION``, ``FORCE_GAIN_HELD`` (value: to
+    [m/s/N]), ``POSITION_GAIN_HELD`` (value: to [1/s]), ``FORCE_GAIN_UNSTABLE`` (bound: the most [m/s/N]), these three
+    with the sensor's period and delay.
+
+    Safety stops: ``STOPPED_BY_FORCE`` (value and bound [N]), ``STOPPED_BY_SPEED`` (value and bound [rad/s]),
+    ``STOPPED_UNREADABLE``.
+    """
+
+    JOINT_LIMIT = "joint-limit"
+    JOINT_SPEED = "joint-speed"
+    JOINT_ACCELERATION = "joint-acceleration"
+    POINT_SPEED = "point-speed"
+    FORCE_CAP = "force-cap"
+    WEAK_DIRECTION = "weak-direction"
+    HELD_BACK = "held-back"
+    ENERGY_TANK = "energy-tank"
+    SLOW_HOMING = "slow-homing"
+    CONTACT_LOST = "contact-lost"
+    CONTACT_STICKS = "contact-sticks"
+    OUT_OF_REACH = "out-of-reach"
+    PATH_WAITS = "path-waits"
+    PATH_LEAVES_SKIN = "path-leaves-skin"
+    PATH_REFUSED = "path-refused"
+    POINT_OFF_SKIN = "point-off-skin"
+    CONTACT_ELSEWHERE = "contact-elsewhere"
+    REGRASP_PLANNED = "regrasp-planned"
+    REGRASP_MOVES = "regrasp-moves"
+    REGRASP_RETURNS = "regrasp-returns"
+    REGRASP_FAILED = "regrasp-failed"
+    SKIN_UNREADABLE = "skin-unreadable"
+    SKIN_SATURATED = "skin-saturated"
+    OSCILLATION = "oscillation"
+    FORCE_GAIN_HELD = "force-gain-held"
+    POSITION_GAIN_HELD = "position-gain-held"
+    FORCE_GAIN_UNSTABLE = "force-gain-unstable"
+    STOPPED_BY_FORCE = "stopped-by-force"
+    STOPPED_BY_SPEED = "stopped-by-speed"
+    STOPPED_UNREADABLE = "stopped-unreadable"
+
+    @property
+    def stops(self) -> bool:
+        """Whether the arm stands still, by the safety monitor, until nothing touches it."""
+        return self in _STOPS
+
+
+_STOPS = frozenset({LimitKind.STOPPED_BY_FORCE, LimitKind.STOPPED_BY_SPEED, LimitKind.STOPPED_UNREADABLE})
+
+
+class RegraspFailure(Enum):
+    """Why a contact could not be taken to another place of the skin."""
+
+    NO_ARM = "no-arm"
+    UNREACHABLE = "unreachable"
+    NOTHING_THERE = "nothing-there"
+    TIMEOUT = "timeout"
+    OBSTACLE = "obstacle"
+    OBJECT_FOLLOWS = "object-follows"
+
+
+@dataclass(frozen=True)
+class Limit:
+    """One reason why the arm is limited, with its facts; which of them are told, ``LimitKind`` says.
+
+    Attributes:
+        kind: Which.
+        names: Of the joints, links or patches it is about.
+        value: Measured or in force, SI.
+        bound: What the value is held against, SI.
+        period: From one sample of the skin to the next [s].
+        delay: From a sample to its arrival [s].
+        cause: Of a regrasp that turned back or failed.
+        detail: The message of the error that refused a path.
+    """
+
+    kind: LimitKind
+    names: tuple[str, ...] = ()
+    value: float | None = None
+    bound: float | None = None
+    period: float | None = None
+    delay: float | None = None
+    cause: RegraspFailure | None = None
+    detail: str = ""
+
+
+class ActiveLimits:
+    """The limits of one tick, one of each kind, in the order in which they were met. Mutable."""
+
+    def __init__(self) -> None:
+        self._by_kind: dict[LimitKind, Limit] = {}
+
+    def add(self, limit: Limit) -> None:
+        """Tell of one; what is there already of its kind stays, and gets the names that are new."""
+        known = self._by_kind.get(limit.kind)
+        if known is not None:
+            limit = replace(known, names=tuple(dict.fromkeys((*known.names, *limit.names))))
+        self._by_kind[limit.kind] = limit
+
+    @property
+    def found(self) -> tuple[Limit, ...]:
+        """All of them."""
+        return tuple(self._by_kind.values())
+
+    def __contains__(self, kind: LimitKind) -> bool:
+        return kind in self._by_kind

@@ -1,0 +1,12 @@
+"""Limits in tests: which kinds there were."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from app.control.limits import ActiveLimits, Limit, LimitKind
+
+
+def kinds(limits: ActiveLimits | Iterable[Limit]) -> list[LimitKind]:
+    """Of the limits, in their order."""
+    return [limit.kind for limit in (limits.found if isinstance(limits, ActiveLimits) else limits)]
