@@ -86,7 +86,7 @@ def _control(reader: TomlReader) -> dict[str, Setting]:
         if math.isnan(number) and not isinstance(value, str):
             problem = "a controller setting must be a number or a word"
             raise reader.error_at(problem, ("control", key), value=value)
-        result[key] = value if isinstance(value, str) else number
+        result[key] = value if isinstance(value, str | int) else number
     return result
 
 

@@ -275,3 +275,31 @@ def test_a_session_of_a_robot_and_a_map_is_alone_in_the_world():
     assert not session.scripted
     assert session.prepared.skin is BAR.map.skin
     assert not session.run_for(0.05).regions
+
+
+@pytest.mark.parametrize("elapsed", [math.nan, math.inf, -math.inf, -0.01])
+def test_a_time_that_is_none_is_refused_and_changes_nothing(elapsed):
+    session, other = quiet(), quiet()
+    for run in (session, other):
+        run.submit(PokePressed(1, AT))
+        run.advance(0.0125)
+    with pytest.raises(SimulationError, match=r"no such time to simulate.*finite"):
+        session.advance(elapsed)
+    assert session.frame.tick == 2
+    assert session.failure is None
+    assert same(session.advance(0.0025), other.advance(0.0025))
+    assert session.frame.tick == 3, "the remainder from before is still there"
+
+
+@pytest.mark.parametrize("settings", [
+    ControlSettings(force_goal=True), ControlSettings(max_force=True), ControlSettings(integral_time=True),
+    ControlSettings(starts=True), ControlSettings(stiffness=math.nan),
+])  # fmt: skip
+def test_a_setting_that_is_no_number_is_refused_and_the_last_ones_stay(settings):
+    session = quiet()
+    session.submit(ControlChanged(settings))
+    with pytest.raises(SceneError, match="control"):
+        session.tick()
+    assert session.settings == ControlSettings()
+    assert session.tick().tick == 1
+    assert session.inputs == [(0, ControlChanged(ControlSettings()))]

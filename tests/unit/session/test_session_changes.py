@@ -11,7 +11,7 @@ from app.contacts.force_estimation.estimate import ESTIMATORS
 from app.contacts.pipeline import ReadingSettings
 from app.control.behaviours import Behaviour
 from app.control.command import ControlChanged, ControlSettings
-from app.core.errors import RecordingError, SceneError, SimulationError
+from app.core.errors import MapError, RecordingError, SceneError, SimulationError
 from app.maps.build import build_map
 from app.recording.player import RecordingPlayer
 from app.recording.recorder import Recorder
@@ -19,13 +19,14 @@ from app.recording.verify import verify
 from app.scene.motion import Waypoint
 from app.scene.object_meshes import make_objects
 from app.scene.objects import ObjectSpec
-from app.session.inputs import BehavioursChanged, EffectsChanged, ReadingChanged
+from app.session.inputs import BehavioursChanged, EffectsChanged, MapEdited, ReadingChanged
 from app.session.session import Session
 from app.skin.calibration_error import with_calibration_error
+from app.skin.skin import Skin
 from app.stimuli.stimulus_kinds import Poke, Stroke
 from app.tactile.poke import Finger, PokePressed, PokeReleased
 from app.tactile.sensor_effects import Noise, SensorEffects
-from tests.support.touch import arm, prepared_bar, taxel_near
+from tests.support.touch import arm, bar_skin, prepared_bar, taxel_near
 
 STROKED_BAR = prepared_bar(stimuli=(Stroke(hold=0.1),))
 AT = STROKED_BAR.skin.taxel_point(30)
@@ -369,3 +370,32 @@ def test_a_recording_does_not_pretend_to_hold_another_skin(tmp_path):
     refused = pytest.raises(RecordingError, match="believed to lie elsewhere")
     with Recorder(tmp_path / "believed.mcap", BAR) as recorder, refused:
         recorder.write(session.tick(), session.inputs)
+
+
+def other_maps():
+    """Maps of other skins: more taxels on the same link, as many on another link, a patch more."""
+    more = Skin(bar_skin(80).patches)
+    (patch,) = bar_skin().patches
+    return [build_map(skin) for skin in (more, Skin((replace(patch, link="tip"),)), Skin((patch, patch)))]
+
+
+@pytest.mark.parametrize("map_", other_maps(), ids=["more taxels", "another link", "a patch more"])
+def test_the_map_of_another_skin_is_refused_and_the_session_is_as_if_it_had_not_come(map_):
+    session, other = quiet(), quiet()
+    for run in (session, other):
+        run.submit(PokePressed(1, AT))
+        run.tick()
+    before = session.map
+    with pytest.raises(MapError, match=r"the map is of another skin.*60 taxels on 1 patches"):
+        session.submit(MapEdited("Other", map_))
+    assert session.map is before
+    assert session.inputs == other.inputs
+    pairs = [(session.tick(), other.tick()) for _ in range(80)]
+    assert any(frame.regions for frame, _ in pairs)
+    for one, two in pairs:
+        for region, as_before in zip(one.regions, two.regions, strict=True):
+            assert region.map_point.tolist() == as_before.map_point.tolist()
+    session.reset()
+    assert session.map is before
+    with pytest.raises(MapError, match="another skin"):
+        Session(STROKED_BAR, map_=map_)

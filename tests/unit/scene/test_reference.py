@@ -1,0 +1,132 @@
+"""The reference in ``assets/scenes/README.md`` lists exactly what the readers of a scene accept."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import fields
+from typing import get_args
+
+import pytest
+
+from app.contacts.events import EVENT_KINDS
+from app.contacts.force_estimation.estimate import ESTIMATORS
+from app.contacts.pipeline import ReadingSettings
+from app.control.behaviours import Behaviour
+from app.control.command import CHOICES, ControlSettings, settings_from
+from app.core.errors import SceneError
+from app.core.toml import toml_lines
+from app.scene import scene_file
+from app.scene.effects import EFFECTS, SENSOR_KEYS
+from app.scene.motion import Unit, Waypoint
+from app.scene.objects import OBJECT_KINDS, ObjectSpec
+from app.scene.scene_file import scene_from_toml, scene_names
+from app.scene.tasks import OUTPUTS, TASKS
+from app.skin.cover import CoverSpec
+from app.stimuli.stimulus import Stimulus
+from app.stimuli.stimulus_file import STIMULUS_KINDS
+from app.tactile.babbling import KINDS
+from app.tactile.elastic_layer import ElasticLayer
+from assets import asset
+
+REFERENCE = asset("scenes", "README.md").read_text(encoding="utf8")
+
+
+def section(title: str) -> str:
+    """The text below a heading, up to the next."""
+    (found,) = re.findall(rf"^## {re.escape(title)}\n(.*?)(?=^## |\Z)", REFERENCE, re.MULTILINE | re.DOTALL)
+    return found
+
+
+def words(text: str) -> list[str]:
+    """What stands between backticks."""
+    return re.findall(r"`([^`]+)`", text)
+
+
+def tables(text: str) -> list[list[list[str]]]:
+    """Each table as rows of cells, without its two first lines."""
+    found = [table.splitlines()[2:] for table in re.findall(r"(?:^\|.*\n)+", text, re.MULTILINE)]
+    return [[[cell.strip() for cell in row.strip("|\n").split("|")] for row in table] for table in found]
+
+
+def keys(table: list[list[str]]) -> list[str]:
+    """All names in the first column."""
+    return [word for row in table for word in words(row[0])]
+
+
+def names(kind: type) -> list[str]:
+    return sorted(field.name for field in fields(kind))
+
+
+@pytest.mark.parametrize(("title", "kind"), [
+    ("`[cover]`", CoverSpec), ("`[layer]`", ElasticLayer), ("`[[objects]]`", ObjectSpec), ("`[[motion]]`", Waypoint),
+    ("`[control]`", ControlSettings), ("`[contacts]`", ReadingSettings), ("`[[behaviours]]`", Behaviour),
+])  # fmt: skip
+def test_each_table_lists_its_keys(title, kind):
+    (table,) = tables(section(title))
+    assert sorted(keys(table)) == names(kind)
+
+
+def test_the_top_lists_its_keys_and_every_table():
+    (table,) = tables(REFERENCE.partition("\n## ")[0])
+    listed = keys(table)
+    assert sorted(key for key in listed if "[" not in key) == sorted(scene_file._PLAIN)
+    assert sorted(key.strip("[]") for key in listed if "[" in key) == sorted(scene_file._TABLES)
+
+
+def test_stimuli_list_each_kind_with_its_keys():
+    kinds, shared = tables(section("`[[stimuli]]`"))
+    assert sorted(keys(kinds)) == sorted(STIMULUS_KINDS)
+    assert sorted(keys(shared)) == names(Stimulus)
+    for (kind,), listed in ((words(row[0]), words(row[2])) for row in kinds):
+        own = set(names(STIMULUS_KINDS[kind])) - set(names(Stimulus))
+        assert {key for key in listed if "[" not in key} == own, kind
+
+
+def test_the_effects_are_listed_with_their_choices_and_numbers():
+    physics, sensor = tables(section("Effects"))
+    assert sorted(keys(physics)) == sorted(set(EFFECTS) - set(SENSOR_KEYS))
+    assert sorted(keys(sensor)) == sorted(SENSOR_KEYS)
+    for row in physics:
+        for key in words(row[0]):
+            if EFFECTS[key].choices:
+                assert tuple(row[1].split(", ")) == EFFECTS[key].choices, key
+    for row in sensor:
+        (key,) = words(row[0])
+        assert words(row[1]) == list(EFFECTS[key].options), key
+
+
+CHOICES_BY_KEY = {
+    "`[[objects]]`": {"kind": OBJECT_KINDS},
+    "`[[motion]]`": {"unit": get_args(Unit)},
+    "`[control]`": CHOICES,
+    "`[contacts]`": {"estimator": ESTIMATORS},
+    "`[[behaviours]]`": {"on": EVENT_KINDS},
+}
+
+
+@pytest.mark.parametrize("title", CHOICES_BY_KEY)
+def test_the_choices_are_listed(title):
+    (table,) = tables(section(title))
+    told = {word: words(row[1]) for row in table for word in words(row[0])}
+    for key, choices in CHOICES_BY_KEY[title].items():
+        assert told[key] == list(choices), key
+
+
+def test_ways_to_babble_tasks_outputs_and_scenes_are_listed():
+    assert words(section("`[[stimuli]]`").splitlines()[-2])[2:] == list(KINDS)
+    told, _, wanted = section("Tasks and outputs").partition("Outputs:")
+    assert words(told) == list(TASKS)
+    assert words(wanted) == list(OUTPUTS)
+    (shipped,) = tables(section("The scenes here"))
+    assert sorted(keys(shipped)) == sorted(scene_names())
+
+
+@pytest.mark.parametrize("field", fields(ControlSettings), ids=lambda field: field.name)
+def test_each_setting_of_the_controller_can_be_written(field):
+    text = f'robot = "arm"\n[control]\n{toml_lines({field.name: field.default})}\n'
+    assert settings_from(scene_from_toml(text, name="x").control) == ControlSettings()
+
+
+def test_a_stimulus_that_is_not_listed_is_refused():
+    with pytest.raises(SceneError, match="no such kind of stimulus"):
+        scene_from_toml('robot = "arm"\n[[stimuli]]\nkind = "guided"\n', name="x")
