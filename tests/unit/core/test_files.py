@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from app.core.errors import SkinError
-from app.core.files import pack_arrays, unpack_arrays, unpack_bare_arrays
+from app.core.files import pack_array, pack_arrays, unpack_array, unpack_arrays, unpack_bare_arrays
 
 
 def members(**parts: bytes) -> bytes:
@@ -83,6 +83,45 @@ def test_a_shape_that_lies_takes_no_memory() -> None:
 def test_broken_files_are_refused_by_name(data: bytes, problem: str) -> None:
     with pytest.raises(SkinError, match=f"hand.npz.*{problem}"):
         unpack_arrays(data, file="hand.npz", error=SkinError)
+
+
+def npy_header(text: str, body: bytes = b"") -> bytes:
+    """An npy file whose header says anything."""
+    return b"\x93NUMPY\x01\x00" + len(text).to_bytes(2, "little") + text.encode("latin1") + body
+
+
+def described(descr: str, shape: str, order: str = "False") -> str:
+    """An npy header as numpy writes it."""
+    return f"{{'descr': {descr}, 'fortran_order': {order}, 'shape': {shape}, }}"
+
+
+@pytest.mark.parametrize("text", [
+    described("'<f8'", "(2,)"), described("'<f8'", "(1, 2)", "True"), described("'<i4'", "(2,2)"),
+    described("'|b1'", "(16,)"), "{'descr':'<f8','fortran_order':False,'shape':(2,)}",
+    '{"descr": "<f8", "fortran_order": False, "shape": (2,)}   \n',
+])  # fmt: skip
+def test_headers_are_read_as_other_programs_write_them(text: str) -> None:
+    known = np.load(io.BytesIO(npy_header(text, bytes(16))))
+    found = unpack_array(npy_header(text, bytes(16)), place="a", error=SkinError)
+    assert (found.dtype, found.shape, found.flags.f_contiguous) == (known.dtype, known.shape, known.flags.f_contiguous)
+
+
+@pytest.mark.parametrize("text", [
+    "", "{}", "x", "(" * 9000, "-" * 9000 + "1", "[" * 60_000, "\x00" * 100, described("'<f8'", "(10000000000000, 3)"),
+    described("'<f8'", "(0, 999999999999999999, 999999999999999999)"), described("'<f8'", "(-1,)"),
+    described("'<f8'", "(2L,)"), described("'<f8'", "(" + "1, " * 2000 + ")"), described("'<c16'", "()"),
+    described("'|O'", "()"), described("[('a', '<f8')]", "()"), described("'f8,f8'", "()"), described("'<f3'", "()"),
+    described("'<f8'", "()", "1"), described("'<f8'", "'\\d'"),
+])  # fmt: skip
+def test_hostile_headers_are_refused_by_name(text: str) -> None:
+    with pytest.raises(SkinError, match=r"hand\.npy, column a: "):
+        unpack_array(npy_header(text), file="hand.npy", place="column a", error=SkinError)
+
+
+@pytest.mark.parametrize("values", [np.eye(3), np.arange(4), np.zeros((0, 3)), np.float64(3), np.array([True])])
+def test_one_array_reads_back(values: np.ndarray) -> None:
+    again = unpack_array(pack_array(values), place="a", error=SkinError)
+    assert (again.dtype, again.shape, again.tolist()) == (values.dtype, values.shape, values.tolist())
 
 
 def test_a_flipped_bit_is_noticed() -> None:

@@ -381,7 +381,7 @@ def other_maps():
 
 @pytest.mark.parametrize("map_", other_maps(), ids=["more taxels", "another link", "a patch more"])
 def test_the_map_of_another_skin_is_refused_and_the_session_is_as_if_it_had_not_come(map_):
-    session, other = quiet(), quiet()
+    session, other = (Session(STROKED_BAR, scripted=False, settings=ControlSettings(stiffness=40.0)) for _ in range(2))
     for run in (session, other):
         run.submit(PokePressed(1, AT))
         run.tick()
