@@ -59,7 +59,7 @@ def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: i
     _json(inspect)
     weigh = commands.add_parser("weigh", help="check the skin with a known weight: it must read its weight")
     weigh.add_argument("input", nargs="?", default="arm", metavar="SCENE|ROBOT", help="whose skin (default arm)")
-    weigh.add_argument("--mass", type=_positive, default=0.1, metavar="KG", help="of the weight (default 0.1)")
+    weigh.add_argument("--mass", type=_positive, default=0.1, metavar="KG", help="mass of the weight (default 0.1)")
     weigh.add_argument("--model", metavar="NAME", help="contact model (default: the scene's)")
     _json(weigh)
     replay = commands.add_parser("replay", help="step through a recording")
@@ -146,13 +146,13 @@ def _add_map(commands: argparse._SubParsersAction) -> None:  # type: ignore[type
     add(
         "--robot",
         metavar="NAME",
-        help="that carries a taxel file (default: icub for .txt); 'none' joins the taxels alone",
+        help="robot that the taxels of a file are on (default: icub for .txt); 'none' without",
     )
     add(
         "--surface",
         default="outer",
         choices=("outer", "all", "cover"),
-        help="of a bare mesh (default outer)",
+        help="part of a mesh to cover (default outer)",
     )
     add("--taxels", type=int, default=1000, help="number of taxels to place (default 1000)")
     add("--pitch", type=float, metavar="MM", help="distance between taxels, instead of their number")
@@ -160,7 +160,7 @@ def _add_map(commands: argparse._SubParsersAction) -> None:  # type: ignore[type
         "--pattern",
         default="even",
         choices=("even", "hexagonal", "modules"),
-        help="arrangement (default even)",
+        help="of the taxels (default even)",
     )
     add("--density", choices=("curvature",), help="more taxels where curvature is high")
     add("--keep-border", type=float, metavar="MM", help="no taxels within this distance of a border")

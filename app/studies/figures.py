@@ -37,6 +37,7 @@ _STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",
     "text.parse_math": False,
     "font.size": 8.0,
+    "font.sans-serif": ["DejaVu Sans"],
     "lines.markersize": 3.0,
     "lines.linewidth": 1.2,
     "axes.titlesize": 8.0,

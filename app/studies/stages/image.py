@@ -137,7 +137,7 @@ def sample_fields(skin: Skin, *, count: int = _PLACES, seed: int = _SEED) -> Fie
     presses = _press_centres(at, _PRESS * pitch)
     tree = cKDTree(at[presses])
     away, taxels = tree.query(at)[0], _taxels_apart(skin)
-    press = (_hertz(away / (_PRESS * pitch)), _hertz(tree.query(taxels)[0] / (_PRESS * pitch)))
+    press = (hertz(away / (_PRESS * pitch)), hertz(tree.query(taxels)[0] / (_PRESS * pitch)))
     smooth = (_waves(at / (_WAVE * pitch)), _waves(taxels / (_WAVE * pitch)))
     return FieldSamples(patch, face, weights, press, smooth, away < 1.25 * _PRESS * pitch)
 
@@ -168,8 +168,8 @@ def _press_centres(at: FloatArray, radius: float) -> list[int]:
     return chosen
 
 
-def _hertz(away: FloatArray) -> FloatArray:
-    """Pressure under a ball, infinitely steep at its rim."""
+def hertz(away: FloatArray) -> FloatArray:
+    """Pressure under a ball (Hertz) at distances from its middle in radii: from 1 to 0, infinitely steep at the rim."""
     return np.sqrt(np.maximum(1 - away**2, 0))
 
 

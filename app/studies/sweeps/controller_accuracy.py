@@ -18,8 +18,8 @@ from app.maps.paths import path_about
 from app.scene.object_meshes import make_objects
 from app.scene.objects import ObjectSpec
 from app.session.prepare import PreparedScene
-from app.studies.figures import BarChart, Figure, Panel
-from app.studies.rows import Case, Row, finite_or_none, number, p95, rms
+from app.studies.figures import BarChart, Figure, panels
+from app.studies.rows import Case, Row, distinct, finite_or_none, number, p95, rms
 from app.studies.study import Study
 from app.studies.testbeds.force_loop import ForceLoop, force_loop_at_goal, predicted_gain_limit
 from app.studies.testbeds.path_following import (
@@ -206,11 +206,13 @@ def _limits(course: PathRun, settings: ControlSettings) -> dict[str, str | float
 def figures(rows: Sequence[Row]) -> list[Figure | BarChart]:
     """Place against force by the skin, a point a seed; then the sensors, and the controllers' cost."""
     shown = [row for row in rows if row["controller"] != FORCE_ONLY and row["path"] != "held"]
-    panels = [
-        Panel(f"{robot}, {path}", _curves([row for row in shown if _matches(row, robot, path, "skin")]))
-        for robot, path in dict.fromkeys((row["robot"], row["path"]) for row in shown)
-        if path != SECOND_CONTACT
-    ]
+    by_skin = panels(
+        [row for row in shown if row["sensor"] == "skin" and row["path"] != SECOND_CONTACT],
+        lambda row: f"{row['robot']}, {row['path']}",
+        lambda row: str(row["controller"]),
+        x="force_rms_N",
+        y="body_p95_mm",
+    )
     sensors = [
         (robot, path, sensor)
         for robot, path, sensor in dict.fromkeys((row["robot"], row["path"], row["sensor"]) for row in shown)
@@ -222,10 +224,10 @@ def figures(rows: Sequence[Row]) -> list[Figure | BarChart]:
         str(controller): float(
             np.median([number(row["control_ms"]) for row in skin if row["controller"] == controller])
         )
-        for controller in dict.fromkeys(row["controller"] for row in skin)
+        for controller in distinct(skin, "controller")
     }
     return [
-        Figure("Place and force", "error of the force, rms [N]", "on the body, p95 [mm]", panels, least=1e-2),
+        Figure("Place and force", "error of the force, rms [N]", "on the body, p95 [mm]", by_skin, least=1e-2),
         BarChart(
             "What the skin buys",
             "error on the body, p95, median over controllers and seeds [mm]",
@@ -234,15 +236,6 @@ def figures(rows: Sequence[Row]) -> list[Figure | BarChart]:
         ),
         BarChart("What a controller costs by the skin", "reading and control of one tick, median [ms]", cost),
     ]
-
-
-def _curves(rows: Sequence[Row]) -> dict[str, list[tuple[float, float]]]:
-    return {
-        str(controller): [
-            (number(row["force_rms_N"]), number(row["body_p95_mm"])) for row in rows if row["controller"] == controller
-        ]
-        for controller in dict.fromkeys(row["controller"] for row in rows)
-    }
 
 
 def _matches(row: Row, robot: object, path: object, sensor: object) -> bool:

@@ -15,7 +15,7 @@ from app.maps.tactile_image import TactileImage
 from app.maps.tactile_map import TactileMap
 from app.studies.figures import Figure
 from app.studies.rows import Case, Row
-from app.studies.stages.image import KnownField, frame_trial
+from app.studies.stages.image import KnownField, frame_trial, hertz
 from app.studies.study import Study
 from app.studies.testbeds.reference_bodies import SIDE, flat_map
 from app.studies.work_precision import ErrorKind, Setting, timed, trial_row, work_precision_figures
@@ -35,9 +35,8 @@ def smooth(points: FloatArray) -> FloatArray:
 
 
 def sharp(points: FloatArray) -> FloatArray:
-    """A round contact of 25 mm radius, pressed as by a ball (Hertz): infinitely steep at its rim."""
-    away = np.linalg.norm(points - 0.5 * SIDE, axis=1) / (0.25 * SIDE)
-    return np.asarray(np.sqrt(np.maximum(1 - away**2, 0)))
+    """A round contact of 25 mm radius, pressed as by a ball."""
+    return hertz(np.linalg.norm(points - 0.5 * SIDE, axis=1) / (0.25 * SIDE))
 
 
 FIELDS: Mapping[str, Callable[[FloatArray], FloatArray]] = {"smooth": smooth, "sharp": sharp}

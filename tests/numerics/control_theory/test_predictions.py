@@ -48,7 +48,7 @@ def test_ideal_joints_do_what_the_theory_says(figure, said, theory):
     assert explained == pytest.approx(predicted, rel=0.02)
 
 
-def test_in_truth_a_law_that_is_told_the_speed_runs_ahead_by_the_delay():
+def test_in_truth_a_controller_that_is_told_the_speed_runs_ahead_by_the_delay():
     measured, predicted, explained = row("behind", delay=2, what="in truth, told of it")
     assert predicted == 0
     assert measured == pytest.approx(explained, rel=1e-6)

@@ -54,7 +54,7 @@ def test_stability_is_told_on_both_sides_of_the_limit():
         assert bench.place_stable(share * stable_gain(1) / 0.1) == stable
 
 
-def test_a_law_that_is_told_the_speed_is_not_behind():
+def test_a_controller_that_is_told_the_speed_is_not_behind():
     bench = LoopTest(LOOP)
     assert tracking_lag(bench, 2.0, 0.002, told=False, periods=60) == pytest.approx((0.001, 0.001), rel=1e-3)
     assert tracking_lag(bench, 2.0, 0.002, told=True, periods=60) == pytest.approx((0.0, 0.0), abs=1e-8)

@@ -61,7 +61,7 @@ def answer(capsys):
     return json.loads(capsys.readouterr().out.splitlines()[-1])
 
 
-def test_a_scene_s_script_gives_a_figure_for_each_law(capsys, scene):
+def test_a_scene_s_script_gives_a_figure_for_each_controller(capsys, scene):
     assert main(["compare", scene, "--controllers", "hybrid,qp", "--task", "hold_point", "--json", *SHORT]) == 0
     result = answer(capsys)
     assert list(result["controllers"]) == ["hybrid", "qp"]
@@ -73,7 +73,7 @@ def test_a_scene_s_script_gives_a_figure_for_each_law(capsys, scene):
         assert figures["map_rms_mm"] is not None
 
 
-def test_equal_laws_of_two_runs_give_equal_figures(capsys, scene):
+def test_equal_controllers_of_two_runs_give_equal_figures(capsys, scene):
     found = []
     for controllers in ("hybrid,qp", "qp,hybrid"):
         assert main(["compare", scene, "--controllers", controllers, "--json", *SHORT]) == 0
@@ -97,7 +97,7 @@ def test_a_recording_is_run_as_long_as_it_is_with_its_task(capsys, recording, tm
     assert {goals[0], goals[-1]} == {3.0, 5.0}
 
 
-def test_a_table_for_a_person_has_a_row_a_law(capsys, scene):
+def test_a_table_for_a_person_has_a_row_a_controller(capsys, scene):
     assert main(["compare", scene, "--controllers", "impedance,hold_force", *SHORT]) == 0
     head, *rows = capsys.readouterr().out.splitlines()
     assert all(title in head for title in ("map mm", "force N", "lost", "max N", "main limit"))
@@ -132,7 +132,7 @@ def test_what_cannot_be_opened_or_written_is_1(capsys, scene, tmp_path):
     assert "cannot be made" in capsys.readouterr().err
 
 
-def test_a_law_that_stops_is_named_and_the_exit_code_says_so(capsys, tmp_path):
+def test_a_controller_that_stops_is_named_and_the_exit_code_says_so(capsys, tmp_path):
     path = tmp_path / "unsteady.toml"
     path.write_text(UNSTEADY)
     assert main(["compare", str(path), "--controllers", "impedance,hold_force", "--for", "2", "--json"]) == 1

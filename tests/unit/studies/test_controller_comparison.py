@@ -165,7 +165,7 @@ def touched():
 
 
 @pytest.mark.parametrize("inputs", [None, "recorded"])
-def test_equal_laws_give_equal_traces_bit_for_bit(inputs):
+def test_equal_controllers_give_equal_traces_bit_for_bit(inputs):
     acts = touched()[0].inputs if inputs else None
     one, other = compare(HYBRID, HYBRID, inputs=acts)
     assert one.force.max() > 0.5
@@ -176,7 +176,7 @@ def test_equal_laws_give_equal_traces_bit_for_bit(inputs):
     assert not np.array_equal(different.force, one.force)
 
 
-def test_the_law_that_was_recorded_gives_the_frames_that_were_recorded():
+def test_the_controller_that_was_recorded_gives_the_frames_that_were_recorded():
     session, frames = touched()
     (trace,) = compare(HYBRID, inputs=session.inputs, seconds=1.0)
     assert np.array_equal(trace.time, [frame.time for frame in frames])
@@ -194,7 +194,7 @@ def test_the_scene_s_own_script_plays_without_a_recording():
     assert trace.touched.any()
 
 
-def test_a_change_of_the_goal_is_kept_and_one_of_the_law_is_not():
+def test_a_change_of_the_goal_is_kept_and_one_of_the_controller_is_not():
     acts = {
         3: [PokePressed(1, AT)],
         50: [ControlChanged(replace(HYBRID, controller="impedance", force_gain=0.04))],
@@ -287,7 +287,7 @@ def test_what_a_behaviour_did_in_the_recording_is_not_taken():
     assert trace.settings.task == HYBRID.task
 
 
-def test_a_behaviour_changes_the_task_and_not_the_law():
+def test_a_behaviour_changes_the_task_and_not_the_controller():
     retreat = Behaviour(on="touch", then={"task": "retreat", "controller": "impedance", "force_gain": 0.001})
     prepared = prepared_bar(behaviours=({"on": "touch", "then": dict(retreat.then)},))
     session, _ = recorded({3: [PokePressed(1, AT)]}, prepared=prepared)

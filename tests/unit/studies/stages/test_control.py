@@ -29,7 +29,7 @@ def at(controller, speed) -> Setting:
     return Setting("control", controller, {"path_speed_mm_s": speed})
 
 
-def test_every_law_at_every_speed_is_tried(subject):
+def test_every_controller_at_every_speed_is_tried(subject):
     asked = STAGE.settings(subject)
     assert {(s.method, s.values["path_speed_mm_s"]) for s in asked} == {
         (r, v) for r in CONTROL_SCHEMES for v in SPEEDS_MM_S
@@ -56,7 +56,7 @@ def test_it_is_drawn_in_each_of_its_errors(subject):
         assert np.isfinite([curve.points[0].milliseconds, curve.points[0].error]).all()
 
 
-def test_a_click_takes_law_and_speed_and_leaves_the_gains(subject):
+def test_a_click_takes_controller_and_speed_and_leaves_the_gains(subject):
     before = ControlSettings(controller="impedance", force_goal=5.0, position_gain=2.0)
     taken = check_settings(with_stage_setting(before, at("parallel", 30.0)))
     assert (taken.controller, taken.task, taken.path_speed) == ("parallel", "follow_path", 0.03)
@@ -65,7 +65,7 @@ def test_a_click_takes_law_and_speed_and_leaves_the_gains(subject):
     assert stage_setting_of(taken) in STAGE.settings(subject)
 
 
-def test_a_law_without_a_task_or_name_is_refused_and_the_rest_goes_on(subject):
+def test_a_controller_without_a_task_or_name_is_refused_and_the_rest_goes_on(subject):
     asked = [at("hybrid", 60.0), at("impedance", 60.0), at("magic", 60.0)]
     warm, *others = run_trials(replace(STAGE, settings=lambda _: asked), subject, progress=lambda *_: None)
     assert warm.usable

@@ -141,7 +141,7 @@ def made(controller="qp", factor="nominal", level="", seconds=3.0, **said):
     } | said
 
 
-def test_every_law_meets_every_level_of_every_factor_on_our_own_arm():
+def test_every_controller_meets_every_level_of_every_factor_on_our_own_arm():
     found = [case for case in cases(False, 0) if case["robot"] == "arm" and case["seed"] == 0]
     for factor, levels in FACTORS.items():
         kinds = 4 if factor == "misplaced" else 1

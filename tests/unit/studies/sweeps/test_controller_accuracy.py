@@ -64,13 +64,13 @@ def test_a_row_tells_errors_times_and_gains(rows):
     assert row["stopped"] == ""
 
 
-def test_a_law_without_a_task_has_no_place_to_be_wrong_about(rows):
+def test_a_controller_without_a_task_has_no_place_to_be_wrong_about(rows):
     row = rows[1]
     assert row["body_rms_mm"] is row["map_p95_mm"] is row["finished_s"] is row["energy_minimum_J"] is None
     assert row["force_rms_N"] < 0.1
 
 
-def test_figures_show_laws_sensors_and_cost(rows):
+def test_figures_show_controllers_sensors_and_cost(rows):
     places, sensors, cost = figures(rows)
     (panel,) = places.panels
     assert panel.title == "arm, line"

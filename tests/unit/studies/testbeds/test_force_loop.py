@@ -41,7 +41,7 @@ def test_it_is_linear_about_where_the_goal_is_held():
     assert np.abs(np.linalg.eigvals(made.moved[:14, :14])).max() < 1, "without a controller it comes to rest"
 
 
-def test_a_law_is_a_filter():
+def test_a_controller_is_a_filter():
     assert controller_filter(replace(CALM, controller="qp")) == Filter(0.002, integral_time=0.3)
     assert controller_filter(replace(CALM, controller="admittance")) == Filter(0.002, inertia_time=0.05)
     assert controller_filter(replace(CALM, controller="parallel")) == Filter(
@@ -49,7 +49,7 @@ def test_a_law_is_a_filter():
     )
 
 
-def test_a_law_that_lags_bears_less():
+def test_a_controller_that_lags_bears_less():
     gains = [
         predicted_gain_limit(loop(), replace(CALM, controller=controller))
         for controller in ("hybrid", "admittance", "parallel")

@@ -1,0 +1,43 @@
+"""Cells as numbers, and statistics of those that are known."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from app.studies.rows import distinct, finite_or_none, number, p95, rms
+
+NAN, INF = math.nan, math.inf
+
+
+@pytest.mark.parametrize(("cell", "value"), [(2, 2.0), (0.5, 0.5), (True, 1.0), (INF, INF)])
+def test_a_cell_with_a_number_is_that_number(cell, value):
+    assert number(cell) == number(cell, 7.0) == value
+
+
+@pytest.mark.parametrize("cell", [None, "", "3", NAN])
+def test_a_cell_without_one_is_what_is_wanted_for_it(cell):
+    assert math.isnan(number(cell))
+    assert number(cell, INF) == INF
+
+
+def test_distinct_values_keep_their_order():
+    assert distinct([{"a": 3}, {"a": "x"}, {"a": 3}, {"a": None}], "a") == [3, "x", None]
+
+
+def test_statistics_are_of_the_finite_values():
+    values = np.array([3.0, NAN, -4.0, INF])
+    assert rms(values) == pytest.approx(math.sqrt(12.5))
+    assert p95(np.array([*range(101), NAN], dtype=float)) == pytest.approx(95.0)
+
+
+@pytest.mark.parametrize("values", [[], [NAN, INF]])
+def test_of_nothing_known_they_are_nan(values):
+    assert math.isnan(rms(np.array(values)))
+    assert math.isnan(p95(np.array(values)))
+
+
+def test_what_is_not_finite_leaves_its_cell_empty():
+    assert [finite_or_none(value) for value in (1.5, NAN, INF)] == [1.5, None, None]
