@@ -12,14 +12,19 @@ import numpy as np
 from mcap.records import Message
 
 from app.contacts.events import RECENT_EVENTS, ContactEvent
+from app.core.arrays import refreeze
 from app.core.errors import RecordingError, SimulationError
 from app.recording import bundle, mcap_file
 from app.recording.frame_codec import decode_frame
 from app.recording.message_codecs import decode_event, decode_failure, decode_input
 from app.session.frame import Frame
 from app.session.inputs import MapEdited, SessionInput
+from app.session.prepare import Progress
 from app.session.runtime_settings import RuntimeSettings, runtime_settings_at
 from app.tactile.poke import PokePressed, PokeReleased
+
+_CHUNKS_A_STEP = 50
+"""Chunks between two calls of ``progress``: some tenths of a second."""
 
 
 class RecordingPlayer:
@@ -27,6 +32,7 @@ class RecordingPlayer:
 
     Args:
         path: The file; one that was cut off is read as far as it goes.
+        progress: Told what is being done and how far it is, 0 to 1.
 
     Attributes:
         prepared: The scene, robot, skin and map it was made with.
@@ -43,7 +49,7 @@ class RecordingPlayer:
     Cost: about 0.1 s to open, and 20 ms for each second recorded with 1000 taxels.
     """
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, *, progress: Progress = lambda _text, _done: None) -> None:
         self.path, file = Path(path), str(path)
         contents = mcap_file.read_recording(path)
         self._contents = contents
@@ -56,6 +62,8 @@ class RecordingPlayer:
         self._places: list[tuple[int, int]] = []
         times = []
         for number, chunk in enumerate(contents.chunks):
+            if number % _CHUNKS_A_STEP == 0:
+                progress("Reading the recording", number / len(contents.chunks))
             for place, (topic, message) in enumerate(mcap_file.chunk_messages(chunk, contents.channels)):
                 if topic == "/frame":
                     self._places.append((number, place))
@@ -69,6 +77,17 @@ class RecordingPlayer:
         if not times:
             raise RecordingError("the recording holds no frame", file=path)
         self.times = np.array(times)
+        self._unpacked = lru_cache(maxsize=8)(self._unpack)
+
+    def __getstate__(self) -> dict[str, object]:
+        """For another process: all but the frames that are unpacked."""
+        return {name: value for name, value in vars(self).items() if name != "_unpacked"}
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        """From another process: pickling forgets that arrays are read-only."""
+        vars(self).update(state)
+        for value in (self.prepared, self._start, self.inputs, self.times):
+            refreeze(value)
         self._unpacked = lru_cache(maxsize=8)(self._unpack)
 
     def __len__(self) -> int:

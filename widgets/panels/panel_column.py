@@ -23,7 +23,7 @@ from widgets.panels.history_panel import HistoryPanel
 from widgets.panels.patches_panel import PatchesPanel
 from widgets.panels.quality_panel import QualityPanel
 from widgets.panels.timing_panel import TimingPanel
-from widgets.session.live_session import RunningSession
+from widgets.session.live_session import LiveSession
 
 COLUMN_WIDTH = 300
 FOLDED_AT_FIRST = ("behaviours-panel", "compare-panel", "history-panel", "accuracy-panel")
@@ -97,7 +97,7 @@ class PanelColumn(QScrollArea):
         # Lines that wrap know their height only once they are shown.
         QTimer.singleShot(0, panel, lambda: self.ensureWidgetVisible(panel, 0, 0))
 
-    def follow(self, live: RunningSession, selection: TaxelSelection) -> None:
+    def follow(self, live: LiveSession, selection: TaxelSelection) -> None:
         """Show what ``live`` tells, ask it for what a person wants, and share what is selected."""
         live.measured.connect(self.quality.show_quality)
         live.settings_changed.connect(self.controller.show_settings)

@@ -40,6 +40,7 @@ class TouchScriptPresenter(QObject):
         cost_worker.weighing.connect(self._on_weighing)
         cost_worker.weighed.connect(self._on_weighed)
         cost_worker.failed.connect(bar.clear)
+        cost_worker.dropped.connect(bar.clear)
         bar.cancelled.connect(cost_worker.cancel_weighing)
         self._on_mode_changed(self._live.mode)
 

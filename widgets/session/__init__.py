@@ -1,8 +1,9 @@
-"""The running session as the window has it. ``live_session`` is the only caller that changes it.
+"""The session as the window has it. ``live_session`` is the only caller that changes it, and tells what becomes of it.
 
-``session_signals`` lists the facts it tells; ``session_runner`` drives it, by the wall clock on a thread or when told
-to; ``active_settings`` tells settings, effects, behaviours and reading in force, once a change; ``recording_writer``
-writes ticks to a file. ``backends`` says what does the work: a thread and processes beside the window, or all of it
+It is put together from parts: ``live_run`` has the two things it can show, a scene that runs and a recording that is
+replayed; ``session_runner`` drives the first, by the wall clock on a thread or when told to; ``recording_writer``
+writes its ticks to a file on a thread of its own; ``active_settings`` tells settings, effects, behaviours and reading
+in force, once a change. ``backends`` says what does the work: a thread and processes beside the window, or all of it
 inline.
 """
 

@@ -1,8 +1,7 @@
 """The session behind the window: opened, run, recorded, replayed. Requests come in as methods, facts go out as signals.
 
-``RunningSession`` asks the runner for what a person wants (touch, control, effects, an edited map, time) while what it
-runs is what is shown; ``LiveSession`` adds opening, recording and replay. It is the only caller that changes the
-session.
+It is put together from a ``LiveRun`` (the scene that runs), a ``Replay`` (the recording that is shown instead), a
+``RecordingWriter`` and ``ActiveSettings``; workers do what takes long.
 """
 
 from __future__ import annotations
@@ -10,7 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from PySide6.QtCore import QObject, QTimer
+from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.contacts.pipeline import ReadingSettings
 from app.control.behaviours import Behaviour
@@ -31,51 +30,264 @@ from app.stimuli.stimulus import Stimulus
 from app.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
 from widgets.session.active_settings import ActiveSettings
 from widgets.session.backends import BACKGROUND, Backends
+from widgets.session.live_run import LiveRun, Replay, Source
 from widgets.session.recording_writer import RecordingWriter, make_recording_folder
 from widgets.session.session_runner import SessionRunner
-from widgets.session.session_signals import SessionSignals
 from widgets.workers.comparison_worker import ComparisonStimulus
 
 HAND = 1
 """Id of the hand's finger; the scripted ones have 0 and below."""
 SCRIPT_SECONDS = 10.0
 """A script is compared on for so long, unless a person says otherwise."""
+FRAME_MS = 16
 
 
-class RunningSession(SessionSignals):
-    """Asks the runner for what a person wants, while what it runs is what is shown.
+class LiveSession(QObject):
+    """What is shown and what a person may do to it; the only caller that changes the session.
+
+    Signals are past-tense changes; none asks for an answer.
 
     Args:
         parent: Qt parent.
+        backends: What does the work.
 
     Attributes:
-        runner: Of the live session; None before there is one.
-        player: Of the recording that is shown instead; None while the live session is.
         finger: That touches.
+        worker: Opens scenes and recordings, lays patches flat.
+        map_quality_worker: Measures maps.
+        cost_worker: Measures on copies of the scene.
     """
 
-    def __init__(self, parent: QObject | None = None) -> None:
+    frame_ready = Signal(object)
+    """The newest Frame, at most once a drawn frame; live or replayed."""
+    prepared_changed = Signal(object)
+    """Another PreparedScene is shown from now on."""
+    map_changed = Signal(object)
+    """The TactileMap in force in what is replayed: a recorded edit was passed."""
+    measured = Signal(object)
+    """The MapQuality of its map."""
+    loading = Signal(str, float)
+    """A scene or a recording is being opened: the stage, and 0 to 1."""
+    loading_ended = Signal()
+    """It is not any more: done, failed or cancelled."""
+    failed = Signal(str)
+    """Something could not be done; the sentence says what, where and what helps. All that was good is kept."""
+    halted = Signal(str)
+    """The simulation failed and stands still; the sentence says why. ``reset`` starts it again."""
+    mode_changed = Signal(str)
+    """``empty``, ``live``, ``paused`` or ``replaying``."""
+    recording_changed = Signal(object)
+    """Path of the recording being written, or None."""
+    saved = Signal(str)
+    """Path of a complete recording."""
+    player_changed = Signal(object)
+    """The RecordingPlayer being replayed, or None."""
+    settings_changed = Signal(object)
+    """ControlSettings in force."""
+    effects_changed = Signal(object)
+    """Effects in force."""
+    reading_changed = Signal(object)
+    """ReadingSettings in force."""
+    behaviours_changed = Signal(object)
+    """The tuple of Behaviour in force."""
+    triggered = Signal(str)
+    """A behaviour changed the controller: the event that did it, in words."""
+    touched = Signal()
+    """A person touched the skin."""
+
+    def __init__(self, parent: QObject | None = None, *, backends: Backends = BACKGROUND) -> None:
         super().__init__(parent)
-        self.runner: SessionRunner | None = None
-        self.player: RecordingPlayer | None = None
         self.finger = Finger()
-        self._active_settings, self._speed = ActiveSettings(self), 1.0
-        self._map: TactileMap | None = None  # in force in the session; the player's may be shown meanwhile
-        self._shown_map: TactileMap | None = None
+        self._backends, self._speed = backends, 1.0
+        self._run: LiveRun | None = None
+        self._replay: Replay | None = None
+        self._was_paused = False  # the run, before the recording that is replayed
+        self._shown: Frame | None = None
+        self._recording_writer = RecordingWriter()
+        self._active_settings = ActiveSettings(
+            settings=self.settings_changed.emit,
+            effects=self.effects_changed.emit,
+            behaviours=self.behaviours_changed.emit,
+            reading=self.reading_changed.emit,
+        )
+        self._make_workers()
+        self._timer = QTimer(self)
+        self._timer.setInterval(FRAME_MS)
+        self._timer.timeout.connect(self.pump)
+        self._timer.start()
+
+    def _make_workers(self) -> None:
+        self.worker = self._backends.worker(self)
+        self.map_quality_worker = self._backends.map_quality_worker(self)
+        self.cost_worker = self._backends.cost_worker(self)
+        self.worker.progressed.connect(self.loading)
+        self.worker.prepared.connect(self.show_prepared)
+        self.worker.opened.connect(self.show_player)
+        self.worker.failed.connect(self._on_worker_failed)
+        self.map_quality_worker.measured.connect(self.measured)
+        self.map_quality_worker.failed.connect(self.failed)
+
+    # What is shown.
+
+    @property
+    def source(self) -> Source | None:
+        """What is shown: the recording that is replayed, else the scene that runs; None before there is either."""
+        return self._replay or self._run
 
     @property
     def mode(self) -> str:
         """``empty``, ``live``, ``paused`` or ``replaying``."""
-        if self.player is not None:
-            return "replaying"
-        if self.runner is None:
-            return "empty"
-        return "paused" if self.runner.paused else "live"
+        return "empty" if self.source is None else self.source.mode
 
     @property
-    def _running(self) -> SessionRunner | None:
-        """The runner, while what it runs is what is shown."""
-        return self.runner if self.player is None else None
+    def prepared(self) -> PreparedScene | None:
+        """The scene that is shown, live or replayed."""
+        return None if self.source is None else self.source.prepared
+
+    @property
+    def runner(self) -> SessionRunner | None:
+        """Of the scene that runs, shown or not; None before there is one."""
+        return None if self._run is None else self._run.runner
+
+    @property
+    def player(self) -> RecordingPlayer | None:
+        """Of the recording that is shown; None while the scene that runs is."""
+        return None if self._replay is None else self._replay.player
+
+    @property
+    def recorder(self) -> Recorder | None:
+        """What writes the recording, if one is being written."""
+        return self._recording_writer.recorder
+
+    @property
+    def _shown_run(self) -> LiveRun | None:
+        """The scene that runs, while it is what is shown: nobody can touch a recording."""
+        return self._run if self._replay is None else None
+
+    def pump(self) -> None:
+        """Hand on the newest frame of the scene that runs, if there is one, and any failure."""
+        if (run := self._shown_run) is None:
+            return
+        update = run.update()
+        if (torn := self._recording_writer.take_failure()) is not None:
+            self.failed.emit(str(torn))
+            self.recording_changed.emit(None)
+        if update.failure is not None:
+            self._tell_failure(run, update.failure)
+        self._active_settings.show(run.settings)
+        if update.behaved is not None:
+            self.triggered.emit(update.behaved.by)
+        if update.frame is not self._shown:
+            self._shown = update.frame
+            self.frame_ready.emit(update.frame)
+
+    def _tell_failure(self, run: LiveRun, failure: TactileMapsError) -> None:
+        """The session stands still, or an input was refused and it goes on."""
+        if run.runner.halted:
+            self.stop_recording()
+            self.halted.emit(str(failure))
+            self.mode_changed.emit(self.mode)
+        else:
+            self._active_settings.show(run.settings)
+            self.failed.emit(str(failure))
+
+    def _show_other(self, prepared: PreparedScene) -> None:
+        """Something else is shown. What was measured on the scene before is not of this one."""
+        self._shown = None
+        self._active_settings.forget()
+        self.cost_worker.drop()
+        self.prepared_changed.emit(prepared)
+
+    # Opening.
+
+    def open_scene(self, scene: Scene) -> None:
+        """Prepare a scene; the one that runs goes on until the new one is ready."""
+        self.loading.emit(f"Opening {scene.robot}", 0.0)
+        self.worker.prepare(scene)
+
+    def open_recording(self, path: str | Path) -> None:
+        """Read a recording; what is shown goes on until it is ready."""
+        self.loading.emit(f"Opening {Path(path).name}", 0.0)
+        self.worker.open_recording(Path(path))
+
+    def cancel_loading(self) -> None:
+        """Stop opening; what is shown goes on."""
+        self.worker.cancel()
+        self.loading_ended.emit()
+
+    def _on_worker_failed(self, text: str) -> None:
+        self.loading_ended.emit()
+        self.failed.emit(text)
+
+    def show_prepared(self, prepared: PreparedScene) -> None:
+        """Run a prepared scene from its start."""
+        self.loading_ended.emit()
+        try:
+            session = Session(prepared)
+        except TactileMapsError as error:
+            self.failed.emit(str(error))
+            return
+        self.stop_recording()
+        self._leave_replay()
+        if self._run is not None:
+            self._run.runner.stop()
+        self._run = LiveRun(
+            self._backends.runner(
+                session, lambda frame: self._recording_writer.write(frame, session.inputs), speed=self._speed
+            )
+        )
+        self._show_other(prepared)
+        self._active_settings.show(self._run.settings)
+        self.mode_changed.emit(self.mode)
+        self.pump()
+
+    def show_player(self, player: RecordingPlayer) -> None:
+        """Replay a recording; the scene that runs waits."""
+        self.loading_ended.emit()
+        self.stop_recording()
+        if run := self._shown_run:
+            self._was_paused, run.runner.paused = run.runner.paused, True
+        self._replay = Replay(player)
+        self.mode_changed.emit(self.mode)  # first: a hand in the middle of an edit gives it up on its own map
+        self._show_other(player.prepared)
+        self.player_changed.emit(player)
+        self.show_time(0.0)
+
+    def show_time(self, seconds: float) -> None:
+        """Show the recording's frame at ``seconds`` from its start."""
+        if (replay := self._replay) is None:
+            return
+        before = replay.settings.map
+        try:
+            moved = replay.seek(seconds)
+        except TactileMapsError as error:
+            self.failed.emit(str(error))
+            return
+        if moved:
+            self._shown = replay.frame
+            self._active_settings.show(replay.settings)
+            if replay.settings.map is not before:
+                self.map_changed.emit(replay.settings.map)
+            self.frame_ready.emit(replay.frame)
+
+    def back_to_live(self) -> None:
+        """Leave the recording."""
+        if self._replay is None:
+            return
+        self._leave_replay()
+        if (run := self._run) is not None:
+            run.runner.paused = self._was_paused
+            self._show_other(run.prepared)
+            self._active_settings.show(run.settings)
+        self.mode_changed.emit(self.mode)
+        self.pump()
+
+    def _leave_replay(self) -> None:
+        if self._replay is not None:
+            self._replay = None
+            self.player_changed.emit(None)
+
+    # What a person does to the scene that runs.
 
     def press(self, at: SurfacePoint) -> None:
         """A finger presses the skin."""
@@ -108,189 +320,79 @@ class RunningSession(SessionSignals):
 
     def edit_map(self, map_: TactileMap, name: str) -> None:
         """Contacts are placed and controlled by an edited map, from the next tick on."""
-        if self._running and map_ is not self._map:
-            self._map = self._shown_map = map_
+        if (run := self._shown_run) is not None and map_ is not run.map:
             self._submit(MapEdited(name, map_))
 
-    def _tell_map(self, map_: TactileMap) -> None:
-        if map_ is not self._shown_map:
-            self._shown_map = map_
-            self.map_changed.emit(map_)
-
-    def _submit(self, act: SessionInput) -> bool:
+    def _submit(self, session_input: SessionInput) -> bool:
         """Whether there is a running session that takes it."""
-        if running := self._running:
-            running.submit(act)
-            self._active_settings.ask(act)
-        return running is not None
+        if (run := self._shown_run) is None:
+            return False
+        run.submit(session_input)
+        self._active_settings.show(run.settings)
+        return True
 
-    def touches(self) -> tuple[Stimulus, ...]:
-        """What the hand did since the last reset, as a script; nothing while no session runs."""
-        if (running := self._running) is None:
-            return ()
-        with running.lock:
-            session, inputs, tick = running.session, tuple(running.session.inputs), running.session.frame.tick
-        prepared = session.prepared
-        return stimuli_from_pokes(prepared.skin, inputs, tick=prepared.scene.tick, last=tick)
-
-    def done(self) -> ComparisonStimulus | None:
-        """All that was done since the last reset of what is shown, to compare controllers on; None while nothing is."""
-        if self.player is not None:
-            player = self.player
-            return ComparisonStimulus(player.prepared, tuple(player.inputs), float(player.times[-1]))
-        if self.runner is None:
-            return None
-        with self.runner.lock:
-            session = self.runner.session
-            return ComparisonStimulus(session.prepared, tuple(session.inputs), session.frame.time)
-
-    def scripted(self, scene: Scene) -> ComparisonStimulus | None:
-        """The script of ``scene``, as it is simulated now, with the map in force; None while nothing is shown."""
-        done, map_ = self.done(), self._shown_map
-        if done is None or map_ is None:
-            return None
-        return ComparisonStimulus(replace(done.prepared, scene=scene, map=map_), None, SCRIPT_SECONDS)
+    # Time.
 
     def set_paused(self, *, paused: bool) -> None:
         """Stop or go on."""
-        if running := self._running:
-            running.paused = paused
+        if run := self._shown_run:
+            run.runner.paused = paused
             self.mode_changed.emit(self.mode)
 
     def set_speed(self, speed: float) -> None:
         """Simulated seconds per second, in this scene and those opened after it."""
         self._speed = speed
-        if self.runner is not None:
-            self.runner.speed = speed
-
-
-FRAME_MS = 16
-
-
-class LiveSession(RunningSession):
-    """Owns session, runner, worker, recorder and player; the only caller that changes the session.
-
-    Args:
-        parent: Qt parent.
-        backends: What does the work.
-    """
-
-    def __init__(self, parent: QObject | None = None, *, backends: Backends = BACKGROUND) -> None:
-        super().__init__(parent)
-        self._engines = backends
-        self._recording_writer, self._was_paused = RecordingWriter(), False
-        self._live: PreparedScene | None = None
-        self._shown: Frame | None = None
-        self.worker, self.map_quality_worker, self.cost_worker = (
-            backends.worker(self),
-            backends.map_quality_worker(self),
-            backends.cost_worker(self),
-        )
-        self.worker.progressed.connect(self.loading)
-        self.worker.prepared.connect(self.show_prepared)
-        self.worker.failed.connect(self._on_worker_failed)
-        self.map_quality_worker.measured.connect(self.measured)
-        self.map_quality_worker.failed.connect(self.failed)
-        self._timer = QTimer(self)
-        self._timer.setInterval(FRAME_MS)
-        self._timer.timeout.connect(self.pump)
-        self._timer.start()
-
-    def open_scene(self, scene: Scene) -> None:
-        """Prepare a scene; the one that runs goes on until the new one is ready."""
-        self.loading.emit(f"Opening {scene.robot}", 0.0)
-        self.worker.prepare(scene)
-
-    def cancel_loading(self) -> None:
-        """Stop preparing; what runs goes on."""
-        self.worker.cancel()
-        self.loading_ended.emit()
-
-    def show_prepared(self, prepared: PreparedScene) -> None:
-        """Run a prepared scene from its start."""
-        self.loading_ended.emit()
-        try:
-            session = Session(prepared)
-        except TactileMapsError as error:
-            self.failed.emit(str(error))
-            return
-        self.stop_recording()
-        self._drop_player()
-        if self.runner is not None:
-            self.runner.stop()
-        self._live, self._shown = prepared, None
-        self._map = self._shown_map = prepared.map
-        self.runner = self._engines.runner(session, self._on_tick, speed=self._speed)
-        self._show_other(prepared)
-        self._active_settings.begin(session)
-        self.mode_changed.emit(self.mode)
-        self.pump()
-
-    @property
-    def recorder(self) -> Recorder | None:
-        """What writes the recording, if one is being written."""
-        return self._recording_writer.recorder
-
-    @property
-    def prepared(self) -> PreparedScene | None:
-        """What is shown now, live or replayed."""
-        return self.player.prepared if self.player is not None else self._live
+        if self._run is not None:
+            self._run.runner.speed = speed
 
     def step(self) -> None:
         """One tick while paused."""
-        if (running := self._running) and running.paused:
-            running.step()
+        if (run := self._shown_run) and run.runner.paused:
+            run.runner.step()
             self.pump()
 
     def reset(self) -> None:
         """Start the scene again; a recording ends where it is."""
-        if running := self._running:
+        if run := self._shown_run:
             self.stop_recording()
-            halted = running.halted
-            running.reset()
-            for act in self._active_settings.waiting(running.session):  # asked for while paused
-                running.submit(act)
+            halted = run.reset()
             self._shown = None
             if halted:
                 self.set_paused(paused=False)
             self.pump()
 
-    def pump(self) -> None:
-        """Hand on the newest frame, if there is one, and any failure."""
-        if (running := self._running) is None:
-            return
-        with running.lock:
-            frame, failure, running.failure = running.session.frame, running.failure, None
-            behaved = self._active_settings.behaved(running.session)
-        if (torn := self._recording_writer.take_failure()) is not None:
-            self.failed.emit(str(torn))
-            self.recording_changed.emit(None)
-        if failure is not None:
-            self._take_failure(running, failure)
-        if behaved is not None:
-            self._active_settings.ask(behaved)
-            self.triggered.emit(behaved.by)
-        if frame is not self._shown:
-            self._shown = frame
-            self.frame_ready.emit(frame)
+    # What was done.
 
-    def _take_failure(self, running: SessionRunner, failure: TactileMapsError) -> None:
-        """The session stands still, or an input was refused and it goes on."""
-        if running.halted:
-            self.stop_recording()
-            self.halted.emit(str(failure))
-            self.mode_changed.emit(self.mode)
-        else:
-            self._active_settings.begin(running.session)
-            self.failed.emit(str(failure))
+    def touches(self) -> tuple[Stimulus, ...]:
+        """What the hand did since the last reset, as a script; nothing while no session runs."""
+        if (run := self._shown_run) is None:
+            return ()
+        with run.runner.lock:
+            session = run.runner.session
+            inputs, tick = tuple(session.inputs), session.frame.tick
+        prepared = run.prepared
+        return stimuli_from_pokes(prepared.skin, inputs, tick=prepared.scene.tick, last=tick)
+
+    def done(self) -> ComparisonStimulus | None:
+        """All that was done since the last reset of what is shown, to compare controllers on; None while nothing is."""
+        return None if self.source is None else self.source.record()
+
+    def scripted(self, scene: Scene) -> ComparisonStimulus | None:
+        """The script of ``scene``, as it is simulated now, with the map in force; None while nothing is shown."""
+        if (source := self.source) is None:
+            return None
+        prepared = replace(source.prepared, scene=scene, map=source.settings.map)
+        return ComparisonStimulus(prepared, None, SCRIPT_SECONDS)
+
+    # Recording.
 
     def start_recording(self, path: str | Path, *, overwrite: bool = False) -> None:
         """Record every tick from now on to a new file."""
-        running = self._running
-        if running is None or self._live is None or self._recording_writer.recorder is not None:
+        run = self._shown_run
+        if run is None or self.recorder is not None:
             return
         try:
-            self._recording_writer.begin(Recorder(path, self._live, overwrite=overwrite))
+            self._recording_writer.begin(Recorder(path, run.prepared, overwrite=overwrite))
         except TactileMapsError as error:
             self.failed.emit(str(error))
         else:
@@ -298,7 +400,7 @@ class LiveSession(RunningSession):
 
     def stop_recording(self) -> None:
         """Complete the file."""
-        if self.runner is None or self._recording_writer.recorder is None:
+        if self.recorder is None:
             return
         try:
             self.saved.emit(str(self._recording_writer.complete()))
@@ -309,92 +411,28 @@ class LiveSession(RunningSession):
     @property
     def can_report(self) -> bool:
         """Whether the session stopped by itself in a way that a report can repeat."""
-        return self._running is not None and self._running.session.failure is not None
+        return (run := self._shown_run) is not None and run.runner.session.failure is not None
 
     def save_report(self, path: Path) -> None:
         """Keep what led to the stop in a file that replays and repeats it."""
-        running = self._running
-        if running is None or not self.can_report:
+        run = self._shown_run
+        if run is None or not self.can_report:
             return
         try:
             make_recording_folder(path.parent)
-            with running.lock:
-                save_failure_report(running.session, path)
+            with run.runner.lock:
+                save_failure_report(run.runner.session, path)
         except TactileMapsError as error:
             self.failed.emit(str(error))
         else:
             self.saved.emit(str(path))
 
-    def open_recording(self, path: str | Path) -> None:
-        """Replay a recording; the live session waits."""
-        try:
-            player = RecordingPlayer(path)
-        except TactileMapsError as error:
-            self.failed.emit(str(error))
-            return
-        self.stop_recording()
-        if running := self._running:
-            self._was_paused, running.paused = running.paused, True
-        self.player, self._shown, self._shown_map = player, None, player.prepared.map
-        self._show_other(player.prepared)
-        self.player_changed.emit(player)
-        self.mode_changed.emit(self.mode)
-        self.show_time(0.0)
-
-    def show_time(self, seconds: float) -> None:
-        """Show the recording's frame at ``seconds`` from its start."""
-        if self.player is None:
-            return
-        try:
-            frame = self.player.frame(self.player.number_at(seconds))
-        except TactileMapsError as error:
-            self.failed.emit(str(error))
-            return
-        if self._shown is None or frame.tick != self._shown.tick:
-            self._shown = frame
-            rules = self.player.runtime_settings_at(frame.tick)
-            self._active_settings.tell(rules)
-            self._tell_map(rules.map)
-            self.frame_ready.emit(frame)
-
-    def back_to_live(self) -> None:
-        """Leave the recording."""
-        if self.player is None:
-            return
-        self._drop_player()
-        if self._live is not None and self.runner is not None:
-            self.runner.paused = self._was_paused
-            self._show_other(self._live)
-            self._shown_map = self._live.map
-            if self._active_settings.asked is not None:
-                self._active_settings.tell(self._active_settings.asked)
-        self.mode_changed.emit(self.mode)
-        self.pump()
-
-    def _show_other(self, prepared: PreparedScene) -> None:
-        self._active_settings.forget()
-        self.prepared_changed.emit(prepared)
-
     def close(self) -> None:
         """Complete the recording, end thread and process."""
         self._timer.stop()
         self.stop_recording()
-        if self.runner is not None:
-            self.runner.stop()
+        if self._run is not None:
+            self._run.runner.stop()
         self.worker.close()
         self.map_quality_worker.close()
         self.cost_worker.close()
-
-    def _drop_player(self) -> None:
-        if self.player is not None:
-            self.player, self._shown = None, None
-            self.player_changed.emit(None)
-
-    def _on_tick(self, frame: Frame) -> None:
-        """Every tick, under the runner's lock, on its thread: no signals here."""
-        if self.runner is not None:
-            self._recording_writer.write(frame, self.runner.session.inputs)
-
-    def _on_worker_failed(self, text: str) -> None:
-        self.loading_ended.emit()
-        self.failed.emit(text)

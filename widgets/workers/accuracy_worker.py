@@ -58,7 +58,7 @@ class AccuracyWorker(QObject):
         self._trials.clear()
         self.process.close()
 
-    def _on_answered(self, kind: str, content: Any) -> None:
+    def _on_answered(self, _number: int, kind: str, content: Any) -> None:
         if kind == "tried":
             self._trials.append(content)
             return

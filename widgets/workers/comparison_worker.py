@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from PySide6.QtCore import QObject, Signal
@@ -105,7 +106,7 @@ class ComparisonWorker(QObject):
         """End the process, whatever it does."""
         self.process.close()
 
-    def _on_answered(self, kind: str, content: Any) -> None:
+    def _on_answered(self, _number: int, kind: str, content: Any) -> None:
         if kind == "progress":
             self.progressed.emit(*content)
         elif kind in ("compared", "failed"):
@@ -123,6 +124,6 @@ class InlineComparisonWorker(ComparisonWorker):
     def run(self, match: ComparisonRequest) -> None:
         """Run these controllers now."""
         try:
-            make_handler()(match, self._on_answered)
+            make_handler()(match, partial(self._on_answered, 0))
         except TactileMapsError as error:
             self.failed.emit(str(error))

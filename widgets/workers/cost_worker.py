@@ -61,7 +61,9 @@ class CostWorker(QObject):
     weighing = Signal()
     """The known load is being weighed from now on."""
     weighed = Signal(object)
-    """The Weighed of it."""
+    """The WeighingResult of it."""
+    dropped = Signal()
+    """It is not weighed any more: cancelled, or another scene is shown."""
     failed = Signal(str)
     """Why something is not known."""
 
@@ -70,56 +72,68 @@ class CostWorker(QObject):
         self.process = WorkerProcess("cost_worker", make_handler, self)
         self.process.answered.connect(self._on_answered)
         self.process.ended.connect(self._on_ended)
-        self.busy_weighing = False
         self._scene: PreparedScene | None = None
         self._next: _MeasureCosts | None = None
+        self._pricing: int | None = None
+        self._weighing: int | None = None
+
+    @property
+    def busy_weighing(self) -> bool:
+        """Whether the known load is being weighed."""
+        return self._weighing is not None
 
     def price(self, prepared: PreparedScene, effects: Effects) -> None:
         """Measure what each of these effects costs a tick of a scene. Cost: 2 s, beside."""
-        fresh = self._take(prepared)
+        self._take(prepared)
         self._next = _MeasureCosts(effects)
-        if fresh or not self.process.waiting:
+        if self._pricing is None:
             self._send()
 
     def weigh(self, prepared: PreparedScene, effects: Effects) -> None:
         """Lay the known load on the skin of a scene, read by these effects' model. Cost: 1 to 5 s, beside."""
         self._take(prepared)
-        self.process.send(_Weigh(effects))
-        self.busy_weighing = True
+        self._weighing = self.process.send(_Weigh(effects))
         self.weighing.emit()
 
     def cancel_weighing(self) -> None:
         """Drop the load; what was priced is kept by whoever was told."""
         if self.busy_weighing:
             self.close()
+            self.dropped.emit()
+
+    def drop(self) -> None:
+        """Another scene is shown: what is being measured of the one before is told to nobody."""
+        weighed = self.busy_weighing
+        if self._scene is not None and self.process.waiting:
+            self.close()
+        if weighed:
+            self.dropped.emit()
 
     def close(self) -> None:
         """End the process, whatever it does."""
-        self._scene, self._next, self.busy_weighing = None, None, False
+        self._scene = self._next = self._pricing = self._weighing = None
         self.process.close()
 
-    def _take(self, prepared: PreparedScene) -> bool:
-        """Whether it is another scene than before; that one's measurements are dropped."""
-        fresh = prepared is not self._scene
-        if fresh:
+    def _take(self, prepared: PreparedScene) -> None:
+        """Measure on this scene; measurements of another are dropped."""
+        if prepared is not self._scene:
             self.close()
             self._scene = prepared
             self.process.send(prepared)
-        return fresh
 
     def _send(self) -> None:
-        request, self._next = self._next, None
+        request, self._next, self._pricing = self._next, None, None
         if request is not None:
-            self.process.send(request)
+            self._pricing = self.process.send(request)
 
-    def _on_answered(self, kind: str, content: Any) -> None:
-        if kind == "done":
-            self._send()
-        elif kind == "priced":
-            if self._next is None:
-                self.priced.emit(content)
-        else:
-            self.busy_weighing = False
+    def _on_answered(self, number: int, kind: str, content: Any) -> None:
+        if number == self._pricing:
+            if kind == "done":
+                self._send()
+            elif self._next is None:  # nothing newer was asked for
+                (self.priced if kind == "priced" else self.failed).emit(content)
+        elif number == self._weighing and kind != "done":
+            self._weighing = None
             (self.weighed if kind == "weighed" else self.failed).emit(content)
 
     def _on_ended(self) -> None:

@@ -98,6 +98,7 @@ class MapQualityWorker(QObject):
         self.process.ended.connect(self._on_ended)
         self._skin: Skin | None = None
         self._next: TactileMap | None = None
+        self._measuring: int | None = None
         self._sent: tuple[Chart | None, ...] = ()
 
     def warm(self) -> None:
@@ -106,13 +107,12 @@ class MapQualityWorker(QObject):
 
     def measure(self, map_: TactileMap) -> None:
         """Measure ``map_``. Cost: the body's distances once a skin, 1 to 3 s; then 40 ms, and 30 ms a new chart."""
-        fresh = map_.skin is not self._skin
-        if fresh:
-            self.process.close()  # whatever it measured is of another skin
+        if map_.skin is not self._skin:
+            self.close()  # whatever it measured is of another skin
             self._skin, self._sent = map_.skin, (None,) * len(map_.charts)
             self.process.send(map_.skin)
         self._next = map_
-        if fresh or not self.process.waiting:
+        if self._measuring is None:
             self._send()
 
     def compare(self, first: TactileMap | TaxelLayout, second: TactileMap | TaxelLayout) -> None:
@@ -121,24 +121,26 @@ class MapQualityWorker(QObject):
 
     def close(self) -> None:
         """End the process, whatever it does."""
-        self._skin = self._next = None
+        self._skin = self._next = self._measuring = None
         self.process.close()
 
     def _send(self) -> None:
-        map_, self._next = self._next, None
+        map_, self._next, self._measuring = self._next, None, None
         if map_ is not None:
             pairs = enumerate(zip(map_.charts, self._sent, strict=True))
-            self.process.send(_Measure({k: chart for k, (chart, sent) in pairs if chart is not sent}, map_.layout))
+            request = _Measure({k: chart for k, (chart, sent) in pairs if chart is not sent}, map_.layout)
+            self._measuring = self.process.send(request)
             self._sent = map_.charts
 
-    def _on_answered(self, kind: str, content: Any) -> None:
+    def _on_answered(self, number: int, kind: str, content: Any) -> None:
         if kind == "done":
-            self._send()
+            if number == self._measuring:
+                self._send()
         elif kind == "failed":
             self.failed.emit(content)
         elif kind == "compared":
             self.compared.emit(content)
-        elif self._next is None:
+        elif self._next is None:  # nothing newer was asked for
             self.measured.emit(content)
 
     def _on_ended(self) -> None:

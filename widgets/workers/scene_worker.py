@@ -1,13 +1,17 @@
-"""A process for slow work: preparing scenes, and laying patches flat anew. So the window never waits."""
+"""A process for slow work: opening scenes and recordings, and laying patches flat anew. So the window never waits."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 
 from app.core.errors import TactileMapsError
 from app.editing.reflatten import ReflattenRequest, ReflattenResult, reflatten
+from app.recording.player import RecordingPlayer
 from app.scene.scene import Scene
 from app.session.prepare import PreparedScene, prepare
 from widgets.workers.worker_process import Reply, RequestHandler, WorkerProcess
@@ -15,11 +19,23 @@ from widgets.workers.worker_process import Reply, RequestHandler, WorkerProcess
 _DIED_PREPARING = (
     "Preparing the scene ended unexpectedly; the scene before it is kept. Try fewer taxels, or another link."
 )
+_DIED_READING = "Reading the recording ended unexpectedly; what was shown before is kept. It may need more memory."
 _DIED_EDITING = "The edit ended unexpectedly; the map before it is kept. Try another method, or fewer seams."
+_GAVE_WAY = "The edit being computed was dropped, because a recording is opened. Ask for it again afterwards."
+
+
+@dataclass(frozen=True)
+class OpenRecording:
+    """Read a recording's file."""
+
+    path: Path
+
+
+Task = Scene | OpenRecording | ReflattenRequest
 
 
 def make_handler() -> RequestHandler:
-    """In the process: scenes and edits in; progress, what was made, or a failure, out."""
+    """In the process: scenes, recordings and edits in; progress, what was made, or a failure, out."""
 
     def serve(request: object, tell: Reply) -> None:
         def progress(text: str, done: float) -> None:
@@ -27,6 +43,8 @@ def make_handler() -> RequestHandler:
 
         if isinstance(request, Scene):
             tell("prepared", prepare(request, progress=progress))
+        elif isinstance(request, OpenRecording):
+            tell("opened", RecordingPlayer(request.path, progress=progress))
         elif isinstance(request, ReflattenRequest):
             tell("reflattened", reflatten(request, progress=progress))
 
@@ -34,14 +52,19 @@ def make_handler() -> RequestHandler:
 
 
 class SceneWorker(QObject):
-    """Does one thing at a time; the newest request wins, a scene before an edit. ``close`` ends the process."""
+    """Does one thing at a time; the newest request wins, a scene or recording before an edit.
+
+    ``close`` ends the process.
+    """
 
     progressed = Signal(str, float)
-    """What is being done for a scene, and how far it is, 0 to 1."""
+    """What is being done for a scene or a recording, and how far it is, 0 to 1."""
     prepared = Signal(object)
-    """A Prepared."""
+    """A PreparedScene."""
+    opened = Signal(object)
+    """A RecordingPlayer."""
     failed = Signal(str)
-    """Why there is none."""
+    """Why there is neither."""
     edit_progressed = Signal(str, float)
     """What is being done for an edit, and how far it is."""
     reflattened = Signal(object)
@@ -54,17 +77,17 @@ class SceneWorker(QObject):
         self.process = WorkerProcess("prepare", make_handler, self)
         self.process.answered.connect(self._on_answered)
         self.process.ended.connect(self._on_ended)
-        self._doing: type[Scene | ReflattenRequest] | None = None
+        self._task: Task | None = None
 
     @property
     def busy(self) -> bool:
-        """Whether a scene is being prepared."""
-        return self._doing is Scene
+        """Whether a scene or a recording is being opened."""
+        return isinstance(self._task, Scene | OpenRecording)
 
     @property
     def editing(self) -> bool:
         """Whether a patch is being laid flat."""
-        return self._doing is ReflattenRequest
+        return isinstance(self._task, ReflattenRequest)
 
     def warm(self) -> None:
         """Start the process now, so that the next request need not wait for it."""
@@ -72,26 +95,33 @@ class SceneWorker(QObject):
 
     def prepare(self, scene: Scene) -> None:
         """Prepare ``scene``, and drop whatever is being done."""
-        dropped = self.editing
-        self._request(scene)
-        if dropped:
-            self.edit_failed.emit("")
+        self._instead_of_an_edit(scene, "")
+
+    def open_recording(self, path: Path) -> None:
+        """Read a recording, and drop whatever is being done. Cost: 20 ms for each second recorded, beside."""
+        self._instead_of_an_edit(OpenRecording(path), _GAVE_WAY)
 
     def reflatten(self, request: ReflattenRequest) -> None:
-        """Lay patches flat anew, instead of what was asked for before; not while a scene is being prepared."""
+        """Lay patches flat anew, instead of what was asked for before; not while something is being opened."""
         if self.busy:
-            self.edit_failed.emit("A scene is being opened; edit its map when it is there.")
+            self.edit_failed.emit("A scene or a recording is being opened; edit the map when it is there.")
         else:
             self._request(request)
 
-    def _request(self, content: Scene | ReflattenRequest) -> None:
+    def _instead_of_an_edit(self, task: Task, dropped: str) -> None:
+        editing = self.editing
+        self._request(task)
+        if editing:
+            self.edit_failed.emit(dropped)
+
+    def _request(self, task: Task) -> None:
         if self.process.waiting:
             self.process.close()
-        self._doing = type(content)
-        self.process.send(content)
+        self._task = task
+        self.process.send(task)
 
     def cancel(self) -> None:
-        """Drop the scene being prepared, and be ready for the next request."""
+        """Drop what is being opened, and be ready for the next request."""
         if self.busy:
             self._drop()
 
@@ -102,33 +132,39 @@ class SceneWorker(QObject):
 
     def close(self) -> None:
         """End the process, whatever it does."""
-        self._doing = None
+        self._task = None
         self.process.close()
 
     def _drop(self) -> None:
         self.close()
         self.warm()
 
-    def _on_answered(self, kind: str, content: Any) -> None:
+    def _on_answered(self, _number: int, kind: str, content: Any) -> None:
+        """Of one request only: another ends the process before it is sent."""
         editing = self.editing
         if kind == "progress":
             (self.edit_progressed if editing else self.progressed).emit(*content)
             return
         if kind == "done":
             return
-        self._doing = None
+        self._task = None
         if kind == "failed":
             (self.edit_failed if editing else self.failed).emit(content)
         elif isinstance(content, ReflattenResult):
             self.reflattened.emit(content)
         elif isinstance(content, PreparedScene):
             self.prepared.emit(content)
+        elif isinstance(content, RecordingPlayer):
+            self.opened.emit(content)
 
     def _on_ended(self) -> None:
         """The process died: killed, out of memory, or a native library crashed in it."""
-        editing = self.editing
+        task = self._task
         self.close()
-        (self.edit_failed if editing else self.failed).emit(_DIED_EDITING if editing else _DIED_PREPARING)
+        if isinstance(task, ReflattenRequest):
+            self.edit_failed.emit(_DIED_EDITING)
+        else:
+            self.failed.emit(_DIED_READING if isinstance(task, OpenRecording) else _DIED_PREPARING)
 
 
 class InlineSceneWorker(SceneWorker):
@@ -137,9 +173,9 @@ class InlineSceneWorker(SceneWorker):
     def warm(self) -> None:
         """There is no process to start."""
 
-    def _request(self, content: Scene | ReflattenRequest) -> None:
-        self._doing = type(content)
+    def _request(self, task: Task) -> None:
+        self._task = task
         try:
-            make_handler()(content, self._on_answered)
+            make_handler()(task, partial(self._on_answered, 0))
         except TactileMapsError as error:
-            self._on_answered("failed", str(error))
+            self._on_answered(0, "failed", str(error))

@@ -56,8 +56,11 @@ class WorkerProcess(QObject):
         parent: Qt parent.
     """
 
-    answered = Signal(str, object)
-    """Kind and content of an answer; kind ``failed`` has a sentence, ``done`` ends each request's answers."""
+    answered = Signal(int, str, object)
+    """Which request, as ``send`` numbered it, and kind and content of an answer to it.
+
+    Kind ``failed`` has a sentence, ``done`` ends each request's answers.
+    """
     ended = Signal()
     """It died by itself: killed, out of memory, or a native library crashed in it. The next request starts another."""
 
@@ -66,7 +69,8 @@ class WorkerProcess(QObject):
         self._name, self._make = name, make
         self._process: Any = None
         self._connection: Connection | None = None
-        self._queue: list[object] = []
+        self._queue: list[tuple[int, object]] = []
+        self._sent = self._current = 0
         self._ready = self._busy = False
         self._timer = QTimer(self)
         self._timer.setInterval(POLL_MS)
@@ -94,12 +98,14 @@ class WorkerProcess(QObject):
         if self._process is None:
             self._start()
 
-    def send(self, request: object) -> None:
-        """Ask for something; it is done after what was asked for before."""
+    def send(self, request: object) -> int:
+        """Ask for something; it is done after what was asked for before. Its number, which its answers carry."""
         self.warm()
-        self._queue.append(request)
+        self._sent += 1
+        self._queue.append((self._sent, request))
         self._timer.start()
         self._hand_over()
+        return self._sent
 
     def close(self) -> None:
         """End the process, whatever it does; nothing is answered any more."""
@@ -129,8 +135,9 @@ class WorkerProcess(QObject):
         if not self.ready or not self._queue or self._connection is None:
             return
         self._busy = True
+        self._current, request = self._queue.pop(0)
         try:
-            self._connection.send(self._queue.pop(0))
+            self._connection.send(request)
         except (BrokenPipeError, ConnectionResetError):
             self._on_ended()
 
@@ -146,10 +153,10 @@ class WorkerProcess(QObject):
             self._ready = True
         elif kind == "done":
             self._busy = False
-            self.answered.emit(kind, content)
+            self.answered.emit(self._current, kind, content)
         else:
             refreeze(content)
-            self.answered.emit(kind, content)
+            self.answered.emit(self._current, kind, content)
         self._hand_over()
         if self.ready and not self._queue:
             self._timer.stop()

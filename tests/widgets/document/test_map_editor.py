@@ -21,7 +21,7 @@ class HeldWorker(InlineSceneWorker):
         self.held = []
 
     def _request(self, content):
-        self._doing = type(content)
+        self._task = content
         self.held.append(content)
 
     def release(self):

@@ -26,7 +26,7 @@ def backends():
     return replace(INLINE, worker=SceneWorker)
 
 
-def test_record_stop_replay_scrub_and_back(window, tmp_path):
+def test_record_stop_replay_scrub_and_back(window, qtbot, tmp_path):
     window.action("record").trigger()
     assert window.live.recorder is not None
     press_map(window, 70)
@@ -39,7 +39,9 @@ def test_record_stop_replay_scrub_and_back(window, tmp_path):
     player = RecordingPlayer(file)
     assert len(player) == round(0.8 / window.live.prepared.scene.tick)
     assert verify(player).identical
-    window.file_presenter.open_path(str(file))
+    with qtbot.waitSignal(window.live.player_changed, timeout=60_000):
+        window.file_presenter.open_path(str(file))
+        assert window.live.mode == "live", "what runs goes on until the recording is there"
     assert window.live.mode == "replaying"
     window.timeline.scrubbed.emit(0.5)
     assert window.live._shown.regions, "half a second in, the finger was down"

@@ -15,6 +15,7 @@ from tests.widgets.support.samples import shifted
 from tests.widgets.support.window_driver import blow_up
 from widgets.session.backends import INLINE
 from widgets.session.live_session import LiveSession
+from widgets.workers.cost_worker import CostWorker
 
 
 @pytest.fixture
@@ -210,6 +211,31 @@ def test_a_bad_recording_leaves_the_session_running(live, told, tmp_path):
     live.open_recording(path)
     assert live.mode == "live"
     assert str(path) in said(told, "failed")[0]
+
+
+def test_a_hand_in_the_middle_of_an_edit_gives_it_up_before_another_scene_is_shown(live, told, tmp_path):
+    path, order = recorded(live, tmp_path / "order.mcap"), []
+    live.mode_changed.connect(order.append)
+    live.prepared_changed.connect(lambda _prepared: order.append("another scene"))
+    live.open_recording(path)
+    assert order == ["replaying", "another scene"]
+    live.back_to_live()
+    assert order[2:] == ["another scene", "live"]
+
+
+def test_what_was_measured_on_the_scene_before_is_dropped_when_a_recording_is_shown(qtbot, prepared, tmp_path):
+    live = LiveSession(backends=replace(INLINE, cost_worker=CostWorker))
+    live.show_prepared(prepared)
+    path, heard = recorded(live, tmp_path / "other.mcap"), []
+    live.cost_worker.priced.connect(heard.append)
+    live.cost_worker.price(prepared, prepared.scene.effects)
+    live.cost_worker.weigh(prepared, prepared.scene.effects)
+    with qtbot.waitSignal(live.cost_worker.dropped):
+        live.open_recording(path)
+    assert not live.cost_worker.process.waiting
+    live.close()
+    live.deleteLater()
+    assert heard == []
 
 
 def test_a_scene_that_cannot_run_leaves_the_last_one(live, told, prepared):

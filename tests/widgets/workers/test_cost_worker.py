@@ -63,6 +63,32 @@ def test_prices_are_of_what_is_on_and_only_the_newest_is_measured(cost_worker, p
     assert "friction" not in told[-1]
 
 
+def test_prices_that_were_overtaken_are_told_to_nobody(cost_worker, prepared, qtbot):
+    told = []
+    cost_worker.priced.connect(told.append)
+    cost_worker.price(prepared, with_override(prepared.scene, "noise", "on").effects)
+    first = cost_worker.process.waiting
+    cost_worker.price(prepared, with_override(prepared.scene, "noise", "auto").effects)
+    assert cost_worker.process.waiting == first, "the newer one waits until the older is done"
+    qtbot.waitUntil(lambda: not cost_worker.process.waiting, timeout=LONG)
+    assert len(told) == 1
+    assert "noise" not in told[0]
+
+
+def test_what_is_measured_of_a_scene_that_is_no_longer_shown_is_told_to_nobody(cost_worker, prepared, qtbot):
+    told = []
+    for fact in (cost_worker.priced, cost_worker.weighed, cost_worker.failed):
+        fact.connect(told.append)
+    cost_worker.price(prepared, prepared.scene.effects)
+    cost_worker.weigh(prepared, prepared.scene.effects)
+    with qtbot.waitSignal(cost_worker.dropped):
+        cost_worker.drop()
+    assert not cost_worker.busy_weighing
+    with qtbot.waitSignal(cost_worker.weighed, timeout=LONG):
+        cost_worker.weigh(prepared, prepared.scene.effects)
+    assert len(told) == 1
+
+
 def test_a_bench_that_dies_says_so_and_the_next_load_is_weighed(cost_worker, prepared, qtbot):
     with qtbot.waitSignal(cost_worker.failed, timeout=LONG) as got:
         cost_worker.weigh(prepared, prepared.scene.effects)

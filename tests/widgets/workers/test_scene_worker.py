@@ -11,7 +11,10 @@ import pytest
 
 from app.editing.document import MapDocument
 from app.editing.reflatten import apply_result, set_method
+from app.recording.player import RecordingPlayer
+from app.recording.verify import verify
 from app.scene.scene_file import load_scene
+from tests.support.recordings import record
 from widgets.workers.scene_worker import SceneWorker
 
 LONG = 60_000
@@ -137,6 +140,57 @@ def test_a_cancelled_edit_never_comes(worker, document, qtbot):
     with qtbot.waitSignal(worker.reflattened, timeout=LONG):
         worker.reflatten(set_method(document, [1], "arap"))
     assert [result.request.jobs[0].number for result in got] == [1]
+
+
+@pytest.fixture
+def recording(prepared, tmp_path):
+    """Half a second, with an edit."""
+    record(prepared, tmp_path / "half.mcap", ticks=100)
+    return tmp_path / "half.mcap"
+
+
+def test_a_recording_comes_back_as_it_would_be_read_here(worker, recording, qtbot):
+    stages = []
+    worker.progressed.connect(lambda text, done: stages.append((text, done)))
+    with qtbot.waitSignal(worker.opened, timeout=LONG) as got:
+        worker.open_recording(recording)
+        assert worker.busy
+    (there,), here = got.args, RecordingPlayer(recording)
+    assert not worker.busy
+    assert stages[0] == ("Reading the recording", 0.0)
+    assert len(there) == len(here) == 100
+    assert verify(there).identical
+    assert (there.frame(99).pressures == here.frame(99).pressures).all()
+    arrays = (there.times, there.prepared.skin.areas, there.runtime_settings_at(99).map.charts[0].plane)
+    assert not any(array.flags.writeable for array in arrays)
+
+
+def test_a_bad_recording_fails_with_its_own_words(worker, tmp_path, qtbot):
+    path = tmp_path / "bad.mcap"
+    path.write_bytes(b"nothing of the sort")
+    with qtbot.waitSignal(worker.failed, timeout=LONG) as failure:
+        worker.open_recording(path)
+    assert str(path) in failure.args[0]
+    assert not worker.busy
+
+
+def test_a_recording_takes_the_place_of_a_scene_and_of_an_edit_and_can_be_cancelled(
+    worker, document, scene, recording, qtbot
+):
+    got = []
+    for fact in (worker.prepared, worker.opened, worker.reflattened):
+        fact.connect(got.append)
+    worker.prepare(scene)
+    worker.open_recording(recording)
+    worker.cancel()
+    assert not worker.busy
+    worker.reflatten(set_method(document, [0], "lscm"))
+    with qtbot.waitSignal(worker.edit_failed, timeout=LONG) as dropped:
+        worker.open_recording(recording)
+    assert "dropped" in dropped.args[0]
+    qtbot.waitUntil(lambda: not worker.process.waiting, timeout=LONG)
+    assert len(got) == 1
+    assert isinstance(got[0], RecordingPlayer)
 
 
 def test_a_scene_goes_before_an_edit(worker, document, scene, qtbot):

@@ -1,0 +1,50 @@
+"""A scene that runs, as the window has it: what was asked for survives a reset, what was refused does not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from app.control.command import ControlChanged, ControlSettings
+from app.session.inputs import EffectsChanged
+from app.session.session import Session
+from tests.support.touch import prepared_bar
+from widgets.session.live_run import LiveRun
+from widgets.session.session_runner import InlineRunner
+
+BAR = prepared_bar()
+STIFF = ControlSettings(stiffness=20.0)
+LIMITLESS = replace(BAR.scene.effects, joint_limits=False)
+
+
+@pytest.fixture
+def run():
+    return LiveRun(InlineRunner(Session(BAR, scripted=False), lambda _frame: None))
+
+
+def test_what_has_not_taken_effect_waits(run):
+    assert run.waiting() == []
+    run.submit(ControlChanged(STIFF))
+    run.submit(EffectsChanged(LIMITLESS))
+    assert run.settings.settings == STIFF
+    assert run.waiting() == [ControlChanged(STIFF), EffectsChanged(LIMITLESS)]
+    run.runner.step()
+    assert run.waiting() == []
+
+
+def test_what_was_asked_for_survives_a_reset(run):
+    run.submit(EffectsChanged(LIMITLESS))
+    assert not run.reset()
+    run.runner.step()
+    assert run.runner.session.effects == LIMITLESS
+
+
+def test_what_was_refused_is_no_longer_asked_for(run):
+    run.submit(EffectsChanged(replace(BAR.scene.effects, timestep=0.003)))
+    run.runner.step()
+    update = run.update()
+    assert "whole number" in str(update.failure)
+    assert run.settings.effects == run.runner.session.effects == BAR.scene.effects
+    assert run.waiting() == []
+    assert run.update().failure is None, "it is said once"

@@ -1,0 +1,173 @@
+"""What the window can show: a scene that runs, or a recording. Both have a mode, a scene and settings in force."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from app.control.command import ControlChanged
+from app.core.errors import TactileMapsError
+from app.maps.tactile_map import TactileMap
+from app.recording.player import RecordingPlayer
+from app.session.frame import Frame
+from app.session.inputs import SessionInput
+from app.session.prepare import PreparedScene
+from app.session.runtime_settings import RuntimeSettings
+from widgets.session.session_runner import SessionRunner
+from widgets.workers.comparison_worker import ComparisonStimulus
+
+
+class Source(Protocol):
+    """What is shown."""
+
+    @property
+    def mode(self) -> str:
+        """``live``, ``paused`` or ``replaying``."""
+
+    @property
+    def prepared(self) -> PreparedScene:
+        """The scene it is of."""
+
+    @property
+    def settings(self) -> RuntimeSettings:
+        """In force, or asked for where it runs."""
+
+    def record(self) -> ComparisonStimulus:
+        """All that was done in it."""
+
+
+@dataclass(frozen=True, eq=False)
+class RunUpdate:
+    """What has become of a run since the last look.
+
+    Attributes:
+        frame: The newest.
+        failure: Why it stopped or refused an input; None if it did not.
+        behaved: What a behaviour has made of the controller, if that is still in force.
+    """
+
+    frame: Frame
+    failure: TactileMapsError | None
+    behaved: ControlChanged | None
+
+
+class LiveRun:
+    """A scene that runs, and what was asked of it. Mutable.
+
+    Args:
+        runner: Drives its session.
+
+    Attributes:
+        runner: As above.
+        settings: What was asked for last, whether it has taken effect yet or not.
+    """
+
+    def __init__(self, runner: SessionRunner) -> None:
+        self.runner = runner
+        self._inputs: list[tuple[int, SessionInput]] = []
+        self._seen = 0
+        with runner.lock:
+            self.settings = runner.session.runtime_settings
+
+    @property
+    def mode(self) -> str:
+        """``live`` or ``paused``."""
+        return "paused" if self.runner.paused else "live"
+
+    @property
+    def prepared(self) -> PreparedScene:
+        """The scene that runs."""
+        return self.runner.session.prepared
+
+    @property
+    def map(self) -> TactileMap:
+        """By which contacts are placed and controlled from the next tick on."""
+        return self.settings.map
+
+    def submit(self, session_input: SessionInput) -> None:
+        """Let a person act at the next tick."""
+        self.runner.submit(session_input)
+        self.settings = self.settings.after(session_input)
+
+    def reset(self) -> bool:
+        """Start again, by all that was asked for, also while paused. Whether it had stopped by itself."""
+        halted = self.runner.halted
+        self.runner.reset()
+        for session_input in self.waiting():
+            self.runner.submit(session_input)
+        return halted
+
+    def waiting(self) -> list[SessionInput]:
+        """What was asked for and has not taken effect yet, as in a session that is paused."""
+        with self.runner.lock:
+            now = self.runner.session.runtime_settings
+        return self.settings.since(now)
+
+    def update(self) -> RunUpdate:
+        """Look what has become of it. What it refused is no longer asked for, and what a behaviour did is."""
+        runner = self.runner
+        with runner.lock:
+            failure, runner.failure = runner.failure, None
+            if failure is not None and not runner.halted:
+                self.settings = runner.session.runtime_settings
+            behaved = self._behaved()
+            if behaved is not None:
+                self.settings = self.settings.after(behaved)
+            return RunUpdate(runner.session.frame, failure, behaved)
+
+    def record(self) -> ComparisonStimulus:
+        """All that was done since the last reset."""
+        with self.runner.lock:
+            session = self.runner.session
+            return ComparisonStimulus(session.prepared, tuple(session.inputs), session.frame.time)
+
+    def _behaved(self) -> ControlChanged | None:
+        session = self.runner.session
+        if session.inputs is not self._inputs:  # it started again
+            self._inputs, self._seen = session.inputs, 0
+        new, self._seen = session.inputs[self._seen :], len(session.inputs)
+        changes = [act for _tick, act in new if isinstance(act, ControlChanged)]
+        return changes[-1] if changes and changes[-1].by else None
+
+
+class Replay:
+    """A recording and where in it we are. Mutable.
+
+    Args:
+        player: Of the recording.
+
+    Attributes:
+        player: As above.
+        frame: That is shown; None before the first ``seek``.
+        settings: In force at that frame.
+        mode: ``replaying``.
+    """
+
+    mode = "replaying"
+
+    def __init__(self, player: RecordingPlayer) -> None:
+        self.player = player
+        self.frame: Frame | None = None
+        self.settings = RuntimeSettings.of_scene(player.prepared)
+
+    @property
+    def prepared(self) -> PreparedScene:
+        """The scene it was made with."""
+        return self.player.prepared
+
+    def seek(self, seconds: float) -> bool:
+        """Go to the frame at ``seconds`` from the start. Whether it is another one.
+
+        Raises:
+            RecordingError: That frame is damaged; the one before stays.
+        """
+        frame = self.player.frame(self.player.number_at(seconds))
+        if self.frame is not None and frame.tick == self.frame.tick:
+            return False
+        self.frame, self.settings = frame, self.player.runtime_settings_at(frame.tick)
+        return True
+
+    def record(self) -> ComparisonStimulus:
+        """All that was done in it."""
+        player = self.player
+        return ComparisonStimulus(player.prepared, tuple(player.inputs), float(player.times[-1]))
