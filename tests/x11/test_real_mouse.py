@@ -21,7 +21,7 @@ def ready():
     for taxel in range(len(skin)):
         at = skin.taxel_point(taxel)
         pixel = view.pixel_of(at).toPoint()
-        near = [view._at(QPointF(pixel.x() + x, pixel.y() + y)) for x in (-4, 4) for y in (-4, 4)]
+        near = [view.point_at(QPointF(pixel.x() + x, pixel.y() + y)) for x in (-4, 4) for y in (-4, 4)]
         # A taxel that faces the eye: four pixels aside is a centimetre aside, not more.
         if all(hit and np.linalg.norm(skin.position(hit) - skin.position(at)) < 0.02 for hit in near):
             break

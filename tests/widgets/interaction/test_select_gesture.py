@@ -246,7 +246,7 @@ def test_the_far_side_of_the_body_is_never_selected(window):
     facing = np.einsum("nk,nk->n", towards, normals) > 0
     assert facing[chosen].all()
     # A ray to each meets the skin around it; at the rim it may pass beside.
-    met = [view._at(QPointF(*pixel)) for pixel in view.taxel_pixels()[chosen]]
+    met = [view.point_at(QPointF(*pixel)) for pixel in view.taxel_pixels()[chosen]]
     pairs = [(positions[taxel], _world(view, prepared, at)) for taxel, at in zip(chosen, met, strict=True) if at]
     assert len(pairs) >= 0.9 * len(chosen)
     assert max(np.linalg.norm(taxel - place) for taxel, place in pairs) < 0.02
@@ -283,7 +283,7 @@ def test_all_none_and_inverse_from_the_keys_of_the_views_only(window, side):
 def test_one_hover_is_marked_in_both_views(window, side, qtbot):
     taxel = int(side.taxels()[0])
     QTest.mouseMove(side.target, side.pixel(taxel))
-    at = window.map_view._hover if side.name == "map" else window.robot_view._hover
+    at = window.map_view.interaction.hover if side.name == "map" else window.robot_view.interaction.hover
     assert at is not None
     assert window.map_view._marks.hover is not None
     np.testing.assert_allclose(

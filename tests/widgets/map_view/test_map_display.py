@@ -71,7 +71,7 @@ def test_touch_goes_with_its_patch_and_nothing_is_built(view, document, edit):
         at = leaves().skin.taxel_point(middle_taxel(leaves(), number))
         place = view._picture.shapes.frame.to_scene(edited.map.to_map(at))
         assert view.pixel_of(at) == view.viewportTransform().map(QPointF(*place))
-        assert view._at(view.pixel_of(at)).patch == number
+        assert view.point_at(view.pixel_of(at)).patch == number
     assert view._marks.contacts[0].at == view._picture.place_of(leaves().skin.taxel_point(taxel))
     assert view._marks.fingers[0].at == view._marks.contacts[0].at
 
@@ -134,17 +134,17 @@ def test_hidden_patches_are_not_drawn_hit_or_named(view, document):
     ground = picture.pixelColor(int(low[0]) + 1, int(high[1]) + 1)
     for x, y in ((pixel.x(), pixel.y()), (low[0] + 40, (low[1] + high[1]) / 2), ((low[0] + high[0]) / 2, high[1] - 10)):
         assert picture.pixelColor(int(x), int(y)) == ground
-    assert view._at(pixel) is None
+    assert view.point_at(pixel) is None
     assert view._marks.contacts == ()
     view.set_hover(at)
     assert view.grab().toImage() == picture
     view.show_document(move(document, [1], document.map.boxes[0].mean(axis=0) - document.map.boxes[1].mean(axis=0)))
-    assert view._at(pixel).patch == 1
+    assert view.point_at(pixel).patch == 1
     hidden = show_patches(view._picture.document, [1], visible=False)
     view.show_document(hidden)
-    assert view._at(pixel).patch == 0
+    assert view.point_at(pixel).patch == 0
     view.show_document(show_patches(hidden, [0], visible=False))
-    assert view._at(pixel) is None
+    assert view.point_at(pixel) is None
     view.frame_all()
 
 
@@ -179,14 +179,14 @@ def test_a_chart_in_the_hand_is_a_net_and_at_rest_only_its_own_image_is_built(vi
     place = view._picture.shapes.frame.to_scene(held.map.taxel_points[taxel])
     assert view._picture.shapes.taxels[taxel] == pytest.approx(place)
     view.set_scale(PressureScale(200.0))
-    assert view._at(view.pixel_of(leaves().skin.taxel_point(taxel))) is None
+    assert view.point_at(view.pixel_of(leaves().skin.taxel_point(taxel))) is None
     view.set_scale(PressureScale(20.0))
     net = view.grab().toImage()
     view.show_document(held)
     assert [old is new for old, new in zip(tiles, view._picture._atlas.tiles, strict=True)] == [False, True]
     assert heard == [True]
     assert view.grab().toImage() != net
-    assert view._at(view.pixel_of(leaves().skin.taxel_point(taxel))).patch == 0
+    assert view.point_at(view.pixel_of(leaves().skin.taxel_point(taxel))).patch == 0
     loud = colour_beside(view, taxel)
     view.show_frame(touched(leaves(), []))
     assert colour_beside(view, taxel) != loud

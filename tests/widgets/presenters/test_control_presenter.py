@@ -64,7 +64,7 @@ def test_a_path_drawn_on_the_map_is_what_the_session_follows(window):
 def test_the_target_held_on_the_body_is_that_of_the_map(window, prepared):
     window.action("set_target").trigger()
     view, pixel = window.robot_view, skin_pixel(window.robot_view, prepared)
-    at = view._at(pixel.toPointF())
+    at = view.point_at(pixel.toPointF())
     click(view.canvas.widget, pixel)
     led = settings(window)
     assert (led.controller, led.task) == ("hybrid", "hold_point")
@@ -78,7 +78,7 @@ def test_a_path_is_drawn_on_the_body(window, prepared):
     view, pixel = window.robot_view, skin_pixel(window.robot_view, prepared)
     view.setFocus()
     places = [pixel, pixel + QPoint(12, 0), pixel + QPoint(12, 12)]
-    ats = [view._at(place.toPointF()) for place in places]
+    ats = [view.point_at(place.toPointF()) for place in places]
     assert all(at is not None for at in ats)
     for place in places:
         click(view.canvas.widget, place)

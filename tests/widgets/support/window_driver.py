@@ -31,7 +31,7 @@ def visible_skin(window):
     for taxel in range(len(skin)):
         at = skin.taxel_point(taxel)
         pixel = view.pixel_of(at)
-        near = [view._at(pixel + QPointF(x, y)) for x in (-4, 4) for y in (-4, 4)]
+        near = [view.point_at(pixel + QPointF(x, y)) for x in (-4, 4) for y in (-4, 4)]
         # One that faces the eye, so that a pixel aside is little aside on the skin.
         if all(hit is not None and np.linalg.norm(skin.position(hit) - skin.position(at)) < 0.02 for hit in near):
             return at, pixel.toPoint()
