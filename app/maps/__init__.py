@@ -1,15 +1,12 @@
 """The tactile map: all patches of a skin on one plane, with the way back, and how good it is.
 
 Read in the order of the work. ``build`` makes a map of a skin: every patch flattened (``app.flattening``) and the
-charts
-arranged (``layout``). ``tactile_map`` goes from the body to the map and back; ``seam_transitions`` continues it over
-its
-seams, ``paths`` are drawn on it and laid over seams and patches, ``jacobian`` is its differential, for control.
-``tactile_image`` shows pressures as a picture, by ``interpolation``, and keeps their force.
+charts arranged (``layout``). ``tactile_map`` goes from the body to the map and back; ``seam_transitions`` continues it
+over its seams, ``paths`` are drawn on it and laid over seams and patches, ``jacobian`` is its differential, for
+control. ``tactile_image`` shows pressures as a picture, by ``interpolation``, and keeps their force.
 
 How good it is: ``distortion`` (by face, and patterns that show it), ``topography`` (by taxel, against distances over
-the
-body), all together in ``quality``; ``comparison`` sets two maps side by side, also one drawn by hand.
+the body), all together in ``quality``; ``comparison`` sets two maps side by side, also one drawn by hand.
 
 ``formats`` keeps maps in files and takes them to other programs; ``learned`` makes maps from touch alone.
 """

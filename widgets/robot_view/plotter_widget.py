@@ -2,8 +2,7 @@
 
 Decision: ``pyvistaqt.QtInteractor`` alone will not do. Without a display it crashes the process, and on software OpenGL
 it draws each frame twice. ``ImageCanvas`` renders off screen and paints the pixels: it works with no X server at all
-and is faster on software OpenGL. ``OpenGLCanvas`` spares the read-back where there is
-real hardware.
+and is faster on software OpenGL. ``OpenGLCanvas`` spares the read-back where there is real hardware.
 """
 
 from __future__ import annotations

@@ -3,8 +3,8 @@ editor.
 
 ``map_edit_tool`` is what the tools that edit share, ``mesh_picking`` finds what they mean; ``pin_tool``, ``seam_tool``
 and ``interest_tool`` stand on them. ``arrange_tool`` moves, turns and scales patches by their ``transform_box``.
-``control_settings_editor`` knows the settings in force and their undo steps;
-``control_tool`` is what ``path_tool`` and ``target_tool`` share, ``drawn_path`` the path under the mouse.
+``control_settings_editor`` knows the settings in force and their undo steps; ``control_tool`` is what ``path_tool`` and
+``target_tool`` share, ``drawn_path`` the path under the mouse.
 """
 
 import lazy_loader

@@ -2,8 +2,7 @@
 
 ``map_file`` is our own, whole and checked at the door; ``obj`` writes and reads a map as texture coordinates of a mesh;
 ``svg`` and ``png`` are for papers; ``unige`` for the University of Genoa's robot skin library. ``export`` chooses by
-the
-file's ending.
+the file's ending.
 """
 
 import lazy_loader

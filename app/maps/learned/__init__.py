@@ -4,12 +4,10 @@ The other way to a tactile map, to be compared with geometry's. A learned map sa
 together, and that is all it says: two far places that are always pressed together come out as neighbours.
 
 Read in the order of the work. ``readings`` (what was felt, and which taxels never felt anything) makes recorded
-pressures
-fit to learn from. ``embedding`` is the way from distances to places: near neighbours, paths between the rest, classical
-scaling and SMACOF. The builders, one a file: ``information_distance``, ``geodesic_information``,
-``temporal_correlation``,
-``human_touch``, ``self_organising``; ``methods`` names them. A ``learned_map`` becomes a tactile map like any other in
-``as_tactile_map``.
+pressures fit to learn from. ``embedding`` is the way from distances to places: near neighbours, paths between the rest,
+classical scaling and SMACOF. The builders, one a file: ``information_distance``, ``geodesic_information``,
+``temporal_correlation``, ``human_touch``, ``self_organising``; ``methods`` names them. A ``learned_map`` becomes a
+tactile map like any other in ``as_tactile_map``.
 
 ``isomap`` belongs here by its method, not by its source: it takes distances over the body, not touch.
 """

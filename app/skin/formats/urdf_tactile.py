@@ -1,8 +1,8 @@
 """Taxels in URDF: ``<sensor><tactile>`` as Bielefeld University's tactile_toolbox defines it (urdf_tactile).
 
 A sensor names its parent link and its origin there, and holds either ``<taxel idx xyz rpy>`` elements, whose z-axes are
-the normals, or one ``<array rows cols order size spacing offset>``: taxel (row, column) lies at
-``(row, column) * spacing - offset`` in the sensor's plane, as its code has it.
+the normals, or one ``<array rows cols order size spacing offset>``: taxel (row, column) lies at ``(row, column) *
+spacing - offset`` in the sensor's plane, as its code has it.
 """
 
 from __future__ import annotations
