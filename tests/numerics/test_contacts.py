@@ -44,6 +44,7 @@ def press(*centres, kilopascals=20.0) -> np.ndarray:
     return total
 
 
+@pytest.mark.rotating
 @pytest.mark.parametrize("pace", [0.001, 0.005, 0.02])
 @pytest.mark.parametrize("noise", [0.0, 150.0])
 def test_a_wandering_contact_is_one_and_where_it_is(pace, noise):
@@ -144,6 +145,7 @@ def kinds(events, *wanted: str) -> list[str]:
     return [event.kind for event in events if event.kind in wanted]
 
 
+@pytest.mark.rotating
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("rate", [5.0, 20.0, 100.0])
 def test_a_stroke_over_gaps_is_one_contact(rate, seed):

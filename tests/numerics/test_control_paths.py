@@ -157,6 +157,7 @@ def over_the_gap(prepared: PreparedScene) -> tuple[int, tuple[tuple[float, float
     return near(prepared, 0, place), on_map(prepared, *path)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("controller", CONTROL_SCHEMES)
 def test_from_patch_to_patch_on_one_link_the_contact_is_led_straight_over(controller):
     """The ball is felt by both patches at once, as two contacts: together they keep the force."""
@@ -175,6 +176,7 @@ def test_from_patch_to_patch_on_one_link_the_contact_is_led_straight_over(contro
     assert trip.last(trip.body_error).max() < 0.006
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("controller", CONTROL_SCHEMES)
 def test_from_forearm_to_hand_the_contact_is_carried(controller):
     """The last of the forearm and the first of the hand."""
@@ -283,6 +285,7 @@ def test_a_point_to_hold_on_another_link_is_refused_and_the_contact_held():
     assert trip.last(trip.speed).max() < 0.1
 
 
+@pytest.mark.long
 def test_the_same_trip_gives_the_same_numbers():
     path = ((0.205, 0.195), (0.20, 0.10))
     runs = [Trip(Session(two_links(), settings=replace(LINE, path=path)), 3.0).posture for _ in range(2)]

@@ -28,6 +28,7 @@ def bounded(course: Course) -> None:
     assert course.speed.max() < 2 * MAX_JOINT_SPEED
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("controller", CONTROL_SCHEMES)
 def test_a_path_is_followed_at_a_set_force(controller):
     """A figure of eight of 30 mm at 10 mm/s: the taxels' pitch of 12 mm is most of the error."""
@@ -41,6 +42,7 @@ def test_a_path_is_followed_at_a_set_force(controller):
     assert LimitKind.CONTACT_LOST not in course.why
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("controller", ["hybrid", "qp"])
 def test_a_faster_path_lags_more_and_stays_bounded(controller):
     slow, fast = (
@@ -51,6 +53,7 @@ def test_a_faster_path_lags_more_and_stays_bounded(controller):
     assert np.nanmedian(fast.error[400:]) > 1.5 * np.nanmedian(slow.error[400:])
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("controller", CONTROL_SCHEMES)
 def test_a_point_drawn_elsewhere_is_reached_and_held(controller):
     session = beside_ball(ControlSettings(controller=controller, task="hold_point"))
@@ -80,6 +83,7 @@ def forearm_taxels():
     return [int(taxel) for taxel in range(arm().skin.first[1] + 5, arm().skin.first[2], 15)]
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("goal", [1.0, 3.0, 8.0])
 def test_the_force_settles_at_the_goal_and_stays(goal):
     """A finger that keeps advancing at 6 mm/s and would press with 20 N."""
@@ -110,6 +114,7 @@ def test_proportional_alone_lags_by_the_speed_over_the_gain():
     assert force[-1] - 3.0 == pytest.approx(0.006 / 0.015, rel=0.05)
 
 
+@pytest.mark.rotating
 @pytest.mark.parametrize("gain", [0.002, 0.01, 0.05])
 @pytest.mark.parametrize("integral_time", [0.05, 0.3, 2.0])
 def test_any_setting_stays_finite_and_bounded(gain, integral_time):
@@ -173,6 +178,7 @@ class Run:
         self.postures, self.commanded = np.array(postures), np.array(commanded)
 
 
+@pytest.mark.rotating
 @pytest.mark.parametrize("value", [float("nan"), float("inf")])
 @pytest.mark.parametrize("where", BAD)
 @pytest.mark.parametrize("controller", ["hybrid", "qp", "hold_force"])

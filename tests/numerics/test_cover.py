@@ -4,6 +4,7 @@ its wrapping against slow and plain answers.
 
 from __future__ import annotations
 
+from functools import cache
 from importlib.util import find_spec
 
 import igl
@@ -33,6 +34,7 @@ def thickness_for(name: str) -> float:
     return float(np.clip(0.03 * HARD_MESHES[name].size, 1e-4, 0.1))
 
 
+@cache
 def worn(name: str, *, seed: int = 0) -> Skin:
     spec = CoverSpec(taxels=TAXELS, thickness=thickness_for(name), seed=seed)
     return cover_robot(one_link(HARD_MESHES[name]), spec)
@@ -98,7 +100,7 @@ def test_the_inner_shell_wears_nothing() -> None:
 
 
 def test_the_same_seed_gives_the_same_skin_and_another_seed_another() -> None:
-    first, second, other = worn("cube"), worn("cube"), worn("cube", seed=1)
+    first, second, other = worn("cube"), worn.__wrapped__("cube"), worn("cube", seed=1)
     assert first.patches[0].taxels.positions.tobytes() == second.patches[0].taxels.positions.tobytes()
     assert first.patches[0].taxels.quadrature.taxel.tobytes() == second.patches[0].taxels.quadrature.taxel.tobytes()
     assert first.patches[0].taxels.positions.tobytes() != other.patches[0].taxels.positions.tobytes()
@@ -169,6 +171,7 @@ CLOSINGS = (0.0, 3.0)  # in thicknesses
 APART = ("two components",)
 
 
+@cache
 def wrapped(name: str, closing: float) -> tuple[Mesh, WrappedMesh, float]:
     mesh, _ = clean_mesh(HARD_MESHES[name])
     thickness = 0.03 * mesh.size
@@ -217,7 +220,7 @@ def test_closing_spans_a_hole_that_a_ball_cannot_enter() -> None:
 
 @pytest.mark.parametrize("name", ["cube", "soup", "moebius"])
 def test_a_wrap_is_the_same_every_time(name: str) -> None:
-    first, second = wrapped(name, 3.0)[1].surface, wrapped(name, 3.0)[1].surface
+    first, second = (make(name, 3.0)[1].surface for make in (wrapped, wrapped.__wrapped__))
     assert first.vertices.tobytes() == second.vertices.tobytes()
     assert first.faces.tobytes() == second.faces.tobytes()
 

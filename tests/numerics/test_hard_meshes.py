@@ -119,6 +119,7 @@ def _energy_here(name: str) -> float:
     return energy(hard_mesh(name))
 
 
+@pytest.mark.rotating
 @pytest.mark.parametrize("name", UNIQUE)
 @pytest.mark.parametrize("how", ["turned", "moved", "1e-6", "1e6", "shuffled"])
 def test_the_best_map_depends_on_the_shape_alone(name: str, how: str) -> None:
@@ -141,6 +142,7 @@ def scanned() -> Skin:
     return skin_of_mesh(scan(), PlacementSpec(taxels=500))
 
 
+@pytest.mark.long
 def test_a_scan_of_two_hundred_thousand_faces_is_mapped_as_it_is(scanned: Skin) -> None:
     assert len(scanned.patches[0].surface.faces) == 200_000
     told: list[float] = []
@@ -151,6 +153,7 @@ def test_a_scan_of_two_hundred_thousand_faces_is_mapped_as_it_is(scanned: Skin) 
     assert told == sorted(told)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("calls", [1, 2])
 def test_a_long_flattening_can_be_cancelled(scanned: Skin, calls: int) -> None:
     left = calls

@@ -61,6 +61,7 @@ def hour() -> dict[str, np.ndarray]:
     return {"rows": rows, "held": np.array(held)}
 
 
+@pytest.mark.long
 def test_an_hour_is_an_hour_on_every_clock(hour):
     time, clock = hour["rows"][:, :2].T
     assert len(time) == HOUR / TICK
@@ -68,6 +69,7 @@ def test_an_hour_is_an_hour_on_every_clock(hour):
     assert np.abs(clock - time).max() < 1e-6
 
 
+@pytest.mark.long
 def test_the_last_round_is_the_second(hour):
     """After the first the motion repeats; force, posture and height of a phase are the same an hour later."""
     felt = hour["rows"][:, 2:]
@@ -76,6 +78,7 @@ def test_the_last_round_is_the_second(hour):
     assert late == pytest.approx(early, rel=1e-5, abs=1e-7)
 
 
+@pytest.mark.long
 def test_the_mean_force_is_the_weight_all_along(hour):
     """Newton's second law: the skin's force leans with the bar; upwards it is m g but for what the rocking adds."""
     _, _, force, posture, _ = hour["rows"][_ROUND:].T
@@ -84,11 +87,13 @@ def test_the_mean_force_is_the_weight_all_along(hour):
     assert np.ptp(rounds[1:]) < 1e-4 * MASS * 9.81
 
 
+@pytest.mark.long
 def test_memory_does_not_grow(hour):
     early, late = hour["held"]
     assert late - early < _GROWN
 
 
+@pytest.mark.long
 def test_streams_are_the_same_again_after_a_quarter_of_an_hour_of_noise():
     """All that is random in a sensor starts again with a reset, and in another session, and is bounded meanwhile."""
     session = Session(scene(**NOISY))

@@ -69,6 +69,7 @@ def test_what_was_done_besides_is_told(name):
     assert told == expected.get(name, set())
 
 
+@pytest.mark.rotating
 @pytest.mark.parametrize("name", ["saddle", "bumpy tube", "sieve", "cap"])
 @pytest.mark.parametrize("scale", [1e-6, 1e6])
 def test_size_does_not_matter(name, scale):

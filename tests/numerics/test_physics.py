@@ -284,6 +284,7 @@ def dragged(
     return tuple(np.array(rows).T)
 
 
+@pytest.mark.rotating
 @pytest.mark.parametrize("stiffness", [2e3, 2e4, 2e5])
 @pytest.mark.parametrize("friction", [0.2, 0.5, 1.0])
 @pytest.mark.parametrize("speed", [0.03, 0.1])
@@ -377,6 +378,7 @@ def measured(simulation: Simulation) -> tuple[float, float]:
     return load.force, load.force / depth
 
 
+@pytest.mark.rotating
 @pytest.mark.parametrize("taxel", STIFFNESS_TAXELS)
 @pytest.mark.parametrize("kind", ["probe", "sphere", "box", "cylinder", "mesh", "plate"])
 def test_a_contact_measures_what_the_layer_states(kind, taxel):

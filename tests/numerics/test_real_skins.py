@@ -121,6 +121,7 @@ def f1(found, true):
     return 2 * len(one & other) / (len(one) + len(other))
 
 
+@pytest.mark.rotating
 @pytest.mark.parametrize("noise", [False, True], ids=["clean", "noise and hole"])
 @pytest.mark.parametrize("pitch", [0.012, 0.020])
 @pytest.mark.parametrize("shape", SHAPES)

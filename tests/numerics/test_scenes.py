@@ -22,8 +22,10 @@ from app.session.session import Session
 from app.tactile.poke import PokePressed, PokeReleased
 from app.tactile.sensor_chain import SensorChain
 
+ROBOTS = ["arm", pytest.param("ur5e", marks=pytest.mark.long), pytest.param("icub", marks=pytest.mark.long)]
 
-@pytest.fixture(scope="module", params=["arm", "ur5e", "icub"])
+
+@pytest.fixture(scope="module", params=ROBOTS)
 def prepared(request):
     """Each shipped scene, with fewer taxels so that it is made in seconds."""
     scene = load_scene(request.param)
@@ -252,6 +254,7 @@ def test_noisy_reads_what_cheap_electronics_tell():
     assert not read[:, chain.dead == 1].any()
 
 
+@pytest.mark.long
 def test_full_has_everything_on_and_touches_itself_and_is_touched():
     assert all(row.on for row in prepared_scene("full", 600).scene.decision.rows)
     run = frames("full", 7.0, 600)
@@ -262,6 +265,7 @@ def test_full_has_everything_on_and_touches_itself_and_is_touched():
     assert body("full", "box", run[-1])[2] == pytest.approx(0.1, abs=0.003)
 
 
+@pytest.mark.long
 def test_follow_path_leads_the_knob_over_the_forearm_to_the_hand_and_back():
     """To and fro along what is drawn; between the two links the contact is carried."""
     run = frames("follow_path", 29.0, 500)

@@ -99,6 +99,7 @@ def test_a_broken_mesh_is_mapped_or_refused_by_name(
     event(child.call(outcome, shape, breaks, seed, seconds=SECONDS))
 
 
+@pytest.mark.rotating
 @pytest.mark.parametrize("how", BREAKS[:-2])
 @pytest.mark.parametrize("shape", sorted(SHAPES))
 def test_one_kind_of_damage_alone_is_always_mapped(child: Child, shape: str, how: str) -> None:

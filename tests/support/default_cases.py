@@ -60,8 +60,9 @@ def _default(cases: list) -> list:
     indices = [case.callspec.indices for case in cases]
     sizes = {name: 1 + max(row[name] for row in indices) for name in indices[0]}
     longest = max(sizes, key=sizes.__getitem__)
+    shifts = {name: number for number, name in enumerate(sorted(set(sizes) - {longest}), start=1)} | {longest: 0}
     return [
         case
         for case, row in zip(cases, indices, strict=True)
-        if all(at == row[longest] % sizes[name] for name, at in row.items())
+        if all(at == (row[longest] + shifts[name]) % sizes[name] for name, at in row.items())
     ]

@@ -41,6 +41,7 @@ def three(figure, plant, *, delay=0, **said):
     )
 
 
+@pytest.mark.rotating
 @pytest.mark.parametrize("delay", DELAYS)
 @pytest.mark.parametrize("controller", INTEGRAL_CONTROLLERS)
 def test_the_stiffness_of_onset_is_the_one_predicted(controller, delay):
@@ -49,6 +50,7 @@ def test_the_stiffness_of_onset_is_the_one_predicted(controller, delay):
     assert found == pytest.approx(theory, rel=0.03)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("delay", DELAYS)
 def test_the_loop_on_the_map_has_the_same_limit(delay):
     """L < 2 sin(π / (2 (2 d + 1)))."""
@@ -64,6 +66,7 @@ def test_a_map_believed_turned_lowers_the_limit_by_the_cosine(turn):
     assert found == pytest.approx(expected, rel=0.05)
 
 
+@pytest.mark.rotating
 @pytest.mark.parametrize("delay", DELAYS)
 @pytest.mark.parametrize("what", ["force", "place"])
 def test_settling_takes_as_long_as_the_delay_says(what, delay):
@@ -89,6 +92,7 @@ def test_half_the_ripple_costs_four_times_the_settling():
     assert max(products) / min(products) < 1.3
 
 
+@pytest.mark.rotating
 @pytest.mark.parametrize("inertia", [0.2, 0.4])
 @pytest.mark.parametrize("place", [1.0, 10.0])
 def test_the_parallel_controller_keeps_to_rouths_bound(inertia, place):
@@ -127,6 +131,7 @@ def test_told_its_speed_only_the_error_of_the_map_is_left(stretch):
     assert seen == pytest.approx(speed / gain * (1 - stretch**-0.5), abs=2e-6)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("delay", DELAYS)
 def test_in_the_simulator_the_limit_of_the_force_is_the_same(delay):
     found, theory, explained = three("stability", OUR_SERVO, delay=delay)

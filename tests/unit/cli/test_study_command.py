@@ -10,8 +10,13 @@ from app.__main__ import main
 from app.cli import study_command
 from app.studies.catalogue import STUDY_NAMES
 
+QUICKEST = ("image-cost",)
+"""All of its cases in a second; the others take ten seconds to some minutes."""
 
-@pytest.mark.parametrize("name", STUDY_NAMES)
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if name in QUICKEST else pytest.mark.long) for name in STUDY_NAMES]
+)
 def test_a_quick_run_writes_table_and_page(name, tmp_path, capsys):
     assert main(["study", name, "--quick", "--json", "-o", str(tmp_path / "out")]) == 0
     told = json.loads(capsys.readouterr().out.splitlines()[-1])

@@ -46,6 +46,7 @@ def test_other_gains_do_not_start_a_law_afresh():
     assert mine.why_limited == ()
 
 
+@pytest.mark.rotating
 @pytest.mark.parametrize("before", CHOICES["controller"])
 @pytest.mark.parametrize("after", CHOICES["controller"])
 def test_a_law_switched_in_mid_contact_does_not_jump(before, after):

@@ -60,6 +60,7 @@ def test_too_much_force_moves_the_point_inwards_and_too_little_outwards(name):
         assert sign * command.posture[0] > 1e-4, "down, away from the finger, is positive about +y"
 
 
+@pytest.mark.rotating
 @pytest.mark.parametrize("task", CHOICES["task"])
 @pytest.mark.parametrize("name", CHOICES["controller"])
 def test_every_law_does_every_task_within_its_bounds(name, task):
@@ -349,6 +350,7 @@ def answers(settings: ControlSettings) -> np.ndarray:
     return np.array(rows)
 
 
+@pytest.mark.rotating
 @pytest.mark.parametrize("task", CHOICES["task"])
 @pytest.mark.parametrize("controller", CHOICES["controller"])
 def test_what_is_heeded_makes_a_difference_and_nothing_else_does(controller, task):

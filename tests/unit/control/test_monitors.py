@@ -145,6 +145,17 @@ def test_what_is_given_leaves_the_tank_and_what_is_taken_fills_it():
     assert (tank.level, tank.given) == (FULL, 0.0)
 
 
+def test_it_gives_nine_tenths_of_a_joule_and_gets_back_half_of_what_is_damped():
+    """In numbers of the test's own: a hand is followed with 3 N over 30 cm, and no farther."""
+    tank = EnergyTank()
+    tank.flow(3.0 * 0.1, 0.0, 2.0)
+    assert tank.share == 1
+    tank.flow(3.0 * 0.1, 0.0, 1.0)
+    assert tank.share == pytest.approx(0, abs=1e-9)
+    tank.flow(0.0, 1.0, 0.1)
+    assert tank.share == pytest.approx(0.5)
+
+
 def test_damping_gives_back_a_part():
     tank = EnergyTank()
     tank.flow(5.0, 0.0, 0.1)

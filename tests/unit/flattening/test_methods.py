@@ -65,6 +65,7 @@ def _kinds(chart):
     return {finding.kind for finding in chart.findings}
 
 
+@pytest.mark.rotating
 @pytest.mark.parametrize("surface", METHOD_SURFACES)
 @pytest.mark.parametrize("method", METHODS)
 def test_every_method_gives_a_one_to_one_map_of_everything(method, surface):

@@ -84,6 +84,7 @@ def test_figures_show_controllers_sensors_and_cost(rows):
     assert STUDY.name == "controller-accuracy"
 
 
+@pytest.mark.long
 def test_the_skin_tells_two_contacts_apart_and_the_wrench_does_not():
     errors = {}
     for sensor in ("skin", "wrench"):

@@ -1,0 +1,144 @@
+"""Breaks the code by hand, one line at a time, and asks whether the default tests notice.
+
+    .venv/bin/python -m tests.mutate                 # every mutation of tests/mutations.toml
+    .venv/bin/python -m tests.mutate tank runner     # those whose description or file has one of these words
+    .venv/bin/python -m tests.mutate --check         # only whether each still names code that is there
+
+Each mutation is made in a copy of the tree, in which the tests that should notice it are run as the default runs them.
+Prints the survivors and exits with 1 if there are any. Cost: about 10 s a mutation and core.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import tomllib
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from queue import SimpleQueue
+
+ROOT = Path(__file__).resolve().parents[1]
+LIST = Path(__file__).with_name("mutations.toml")
+COPIED = ("app", "widgets", "tests", "pyproject.toml")
+"""What is copied; the rest of the tree is linked."""
+SECONDS = 600.0
+"""A mutation that makes the tests run on for so long was noticed."""
+
+
+@dataclass(frozen=True)
+class Mutation:
+    """One way to break the code.
+
+    Attributes:
+        what: What is wrong then, in words.
+        file: From the root.
+        old: What stands there, exactly once.
+        new: What is put instead.
+        tests: Test files, of which the default's cases must fail.
+    """
+
+    what: str
+    file: str
+    old: str
+    new: str
+    tests: tuple[str, ...]
+
+    def problem(self, root: Path = ROOT) -> str:
+        """Why it cannot be made; empty where it can."""
+        if not (root / self.file).is_file():
+            return f"{self.file} does not exist"
+        count = (root / self.file).read_text(encoding="utf8").count(self.old)
+        if count != 1:
+            return f"{self.file} has {self.old!r} {count} times"
+        missing = [test for test in self.tests if not (root / test).exists()]
+        return f"there is no {', '.join(missing)}" if missing else ""
+
+
+def mutations() -> tuple[Mutation, ...]:
+    """All of the list."""
+    rows = tomllib.loads(LIST.read_text(encoding="utf8"))["mutation"]
+    return tuple(Mutation(**{**row, "tests": tuple(row["tests"])}) for row in rows)
+
+
+def copy_tree(folder: Path) -> Path:
+    """A copy of the tree in ``folder`` that may be broken."""
+    for entry in ROOT.iterdir():
+        target = folder / entry.name
+        if entry.name not in COPIED:
+            target.symlink_to(entry)
+        elif entry.is_dir():
+            shutil.copytree(entry, target, ignore=shutil.ignore_patterns("__pycache__"))
+        else:
+            shutil.copy2(entry, target)
+    return folder
+
+
+def outcome(mutation: Mutation, tree: Path) -> str:
+    """``killed``, ``SURVIVED``, or why nobody can say."""
+    if problem := mutation.problem(tree):
+        return f"CANNOT BE MADE: {problem}"
+    path = tree / mutation.file
+    text = path.read_text(encoding="utf8")
+    path.write_text(text.replace(mutation.old, mutation.new), encoding="utf8")
+    command = [sys.executable, "-B", "-m", "pytest", "-x", "-q", "-n", "0", "-p", "no:cacheprovider", *mutation.tests]
+    try:
+        done = subprocess.run(command, cwd=tree, capture_output=True, text=True, timeout=SECONDS, check=False)
+    except subprocess.TimeoutExpired:
+        return "killed: it never ended"
+    finally:
+        path.write_text(text, encoding="utf8")
+    if done.returncode == 1:
+        lines = (line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR")))
+        return f"killed by {next(lines, 'FAILED a test').split()[1]}"
+    return "SURVIVED" if done.returncode == 0 else f"CANNOT BE RUN: {done.stdout[-2000:]}"
+
+
+def run(chosen: Sequence[Mutation], jobs: int) -> int:
+    """Print what becomes of each; how many were not killed."""
+    alive = 0
+    with tempfile.TemporaryDirectory(prefix="mutate") as folder, ThreadPoolExecutor(jobs) as pool:
+        trees: SimpleQueue[Path] = SimpleQueue()
+        for number in range(jobs):
+            (Path(folder) / str(number)).mkdir()
+            trees.put(copy_tree(Path(folder) / str(number)))
+
+        def one(mutation: Mutation) -> str:
+            tree = trees.get()
+            try:
+                return outcome(mutation, tree)
+            finally:
+                trees.put(tree)
+
+        for mutation, told in zip(chosen, pool.map(one, chosen), strict=True):
+            alive += not told.startswith("killed")
+            sys.stdout.write(f"{mutation.what}\n    {mutation.file}: {told}\n")
+            sys.stdout.flush()
+    sys.stdout.write(f"{len(chosen)} mutations, {alive} not killed\n")
+    return alive
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """The program."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("words", nargs="*", help="only mutations with one of these in description or file")
+    parser.add_argument("--check", action="store_true", help="only whether each can be made")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
+    asked = parser.parse_args(words)
+    every = mutations()
+    chosen = [m for m in every if not asked.words or any(word in m.what + m.file for word in asked.words)]
+    if asked.check:
+        problems = [f"{m.what}: {problem}" for m in chosen if (problem := m.problem())]
+        sys.stdout.write("\n".join([*problems, f"{len(chosen)} mutations, {len(problems)} cannot be made\n"]))
+        return bool(problems)
+    return bool(run(chosen, asked.jobs))
+
+
+if __name__ == "__main__":
+    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+    sys.exit(main())

@@ -1,0 +1,17 @@
+"""The list of mutations names code and tests that are there; ``python -m tests.mutate`` tells what is noticed."""
+
+from __future__ import annotations
+
+from tests.mutate import mutations
+
+
+def test_there_are_many_over_the_important_packages():
+    listed = mutations()
+    assert len(listed) >= 40
+    assert len({mutation.what for mutation in listed}) == len(listed)
+    packages = {"/".join(mutation.file.split("/")[:2]) for mutation in listed}
+    assert len(packages) >= 15
+
+
+def test_each_can_be_made():
+    assert not [f"{mutation.what}: {mutation.problem()}" for mutation in mutations() if mutation.problem()]
