@@ -1,12 +1,13 @@
 """What every test stands on: no screen, one thread for linear algebra, and which cases run by default.
 
     sh tests/run.sh          # the default: at most eight minutes on two cores
-    sh tests/run.sh --all    # everything: every case, more examples, and the benchmarks, once each
+    sh tests/run.sh --all    # everything: every case, more examples, the benchmarks once each, a real mouse
     pytest --cpu             # afterwards: CPU seconds by folder, by file and of the dearest tests
 
 What the default leaves out is marked:
 
 * ``@pytest.mark.long``: a test, or one case, that only ``--all`` runs: a sweep, a catalogue, a soak.
+* ``tests/benchmarks`` and ``tests/x11``, unless the folder is named.
 * ``@pytest.mark.rotating``: of stacked ``parametrize`` every value runs, each with one value of the others in turn; all
   combinations only in ``--all``.
 * ``@pytest.mark.sampled(n)``: of many cases ``n`` run, spread evenly over the list.

@@ -10,9 +10,14 @@ cd "$(dirname "$0")/.."
 sh assets/install/install.sh --tests
 export QT_QPA_PLATFORM=offscreen
 unset DISPLAY WAYLAND_DISPLAY || true
+
+# Types take as long as all other checks of the text together.
+.venv/bin/mypy &
+types=$!
 .venv/bin/ruff check .
 .venv/bin/ruff format --check --quiet .
 .venv/bin/typos
 .venv/bin/lint-imports
-.venv/bin/mypy
+wait "$types"
+
 .venv/bin/python -m pytest --numprocesses logical --dist worksteal "$@"

@@ -10,6 +10,8 @@ import tomllib
 from importlib.metadata import packages_distributions
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("app", "widgets", "assets")
 MOST_ENTRIES = {False: 15, True: 20}
@@ -21,6 +23,7 @@ def test_there_are_sources_to_check():
     assert len(SOURCES) > 50
 
 
+@pytest.mark.long  # tests/run.sh has just done the same
 def test_imports_run_one_way():
     done = subprocess.run(
         [Path(sys.executable).with_name("lint-imports"), "--no-cache"], cwd=ROOT, capture_output=True, text=True

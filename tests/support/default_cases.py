@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import gc
 from collections import defaultdict
 from pathlib import Path
 
 from hypothesis import settings
 
-BENCHMARKS = Path(__file__).resolve().parents[1] / "benchmarks"
+APART = tuple(Path(__file__).resolve().parents[1] / folder for folder in ("benchmarks", "x11"))
+"""Folders that run only with ``--all`` or where they are asked for."""
 
 
 def pytest_addoption(parser):
@@ -34,8 +36,8 @@ def pytest_collection_modifyitems(config, items):
     """Deselect what the default leaves out."""
     if everything(config):
         return
-    named = [Path(str(arg)).resolve() for arg in config.args]
-    benchmarks = any(path.is_relative_to(BENCHMARKS) for path in named)
+    asked = [Path(str(arg)).resolve() for arg in config.args]
+    apart = [folder for folder in APART if not any(path.is_relative_to(folder) for path in asked)]
     cases = defaultdict(list)
     for item in items:
         cases[item.nodeid.split("[")[0]].append(item)
@@ -43,10 +45,16 @@ def pytest_collection_modifyitems(config, items):
         item.nodeid
         for group in cases.values()
         for item in _default(group)
-        if not item.get_closest_marker("long") and (benchmarks or not item.path.is_relative_to(BENCHMARKS))
+        if not item.get_closest_marker("long") and not any(item.path.is_relative_to(folder) for folder in apart)
     }
     config.hook.pytest_deselected(items=[item for item in items if item.nodeid not in kept])
     items[:] = [item for item in items if item.nodeid in kept]
+
+
+def pytest_collection_finish():
+    """Nothing imported so far is garbage: leave it out of the collector's rounds."""
+    gc.collect()
+    gc.freeze()
 
 
 def _default(cases: list) -> list:
