@@ -8,12 +8,13 @@ from collections.abc import Sequence
 
 from app.cli.main import run_command
 from app.cli.output import print_fields, print_json, progress_line
+from app.core.errors import DisplayError
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line; the exit code is returned."""
     words = list(sys.argv[1:] if argv is None else argv)
-    return run_command(words, windows={"gui": _gui, "screenshot": _screenshot})
+    return run_command(words, windows={"gui": _gui, "guide": _guide, "screenshot": _screenshot})
 
 
 def main_gui() -> int:
@@ -26,6 +27,20 @@ def _gui(arguments: argparse.Namespace) -> int:
     from widgets.window.application import launch
 
     return launch(scene_from_arguments(arguments))
+
+
+def _guide(arguments: argparse.Namespace) -> int:
+    from app.cli.guide_command import execute, find_page
+
+    page = find_page(arguments.page)
+    if arguments.json:
+        return execute(arguments)
+    from widgets.window.application import show_guide
+
+    try:
+        return show_guide(page)
+    except DisplayError:
+        return execute(arguments)
 
 
 def _screenshot(arguments: argparse.Namespace) -> int:

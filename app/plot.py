@@ -21,7 +21,7 @@ from app.session.frame import Frame
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_BORDER, _SEAM, _TAXEL, _CONTACT = "0.35", "tab:orange", "0.55", "tab:red"
+_BORDER, _SEAM, _TAXEL, _CONTACT = "0.35", "tab:purple", "0.55", "tab:blue"
 
 
 def draw_map(
@@ -135,7 +135,7 @@ def _draw_pressures(map_: TactileMap, pressures: FloatArray, full_scale: float |
     (left, bottom), (right, top) = 1e3 * image.extent
     values = np.ma.masked_where(~image.shown, image.render(pressures))
     brightest = max(1e-3 * float(pressures.max(initial=0.0)), 1e-9) if full_scale is None else full_scale
-    shown = ax.imshow(values, extent=(left, right, bottom, top), vmin=0.0, vmax=brightest, cmap="viridis")
+    shown = ax.imshow(values, extent=(left, right, bottom, top), vmin=0.0, vmax=brightest, cmap="YlOrRd")
     ax.figure.colorbar(shown, ax=ax, label="pressure [kPa]", shrink=0.8)
 
 

@@ -1,14 +1,47 @@
-"""What the README promises is what the checkout does."""
+"""What README and guide promise is what the checkout does: links, pictures, examples, versions, sizes."""
 
 from __future__ import annotations
 
+import re
 import tomllib
 from pathlib import Path
 
+import numpy as np
+import pytest
+
+from app.cli.guide_command import page_names
+from app.cli.parser import build_parser
+from app.robots.library import list_robots
 from app.scene.scene_file import scene_from_toml
+from app.studies.catalogue import STUDY_NAMES
 
 ROOT = Path(__file__).resolve().parents[1]
+GUIDE = ROOT / "assets" / "guide"
 README = (ROOT / "README.md").read_text(encoding="utf8")
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf8"))["project"]
+DOCUMENTS = (ROOT / "README.md", ROOT / "assets/scenes/README.md", *sorted(GUIDE.glob("*.md")))
+MOST_PICTURE_BYTES = 250_000
+
+
+def blocks(text: str, language: str) -> list[str]:
+    """The fenced blocks of a language."""
+    return re.findall(rf"^```{language}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+
+
+def links(path: Path) -> list[str]:
+    """Where the links and pictures of a document lead, those to the web left out."""
+    prose = re.sub(r"^```.*?^```|`[^`\n]*`", "", path.read_text(encoding="utf8"), flags=re.MULTILINE | re.DOTALL)
+    return [link for link in re.findall(r"\]\(([^)\s]+)\)", prose) if "://" not in link]
+
+
+def anchors(path: Path) -> set[str]:
+    """What a document's headings can be linked by."""
+    headings = re.findall(r"^#+ (.+)$", path.read_text(encoding="utf8"), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def test_the_readme_is_short():
+    assert len(README) <= 9_000
 
 
 def test_ci_runs_the_readmes_test_command():
@@ -18,21 +51,103 @@ def test_ci_runs_the_readmes_test_command():
 
 
 def test_every_dependency_has_its_line():
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    wanted = project["dependencies"] + [d for extra in project["optional-dependencies"].values() for d in extra]
-    names = {d.split(">")[0].split("<")[0].split(";")[0].strip() for d in wanted}
+    wanted = PROJECT["dependencies"] + [d for extra in PROJECT["optional-dependencies"].values() for d in extra]
+    names = {re.match(r"[\w.-]+", dependency)[0] for dependency in wanted}
     assert len(names) > 15
     assert not {name for name in names if f"`{name}`" not in README}
 
 
-def test_pictures_exist():
-    pictures = [part.split(")")[0] for part in README.split("](")[1:] if part.split(")")[0].endswith(".png")]
-    assert pictures
-    assert not [picture for picture in pictures if not (ROOT / picture).is_file()]
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
+def test_every_link_leads_somewhere(path):
+    for link in links(path):
+        target, _, anchor = link.partition("#")
+        found = (path.parent / target).resolve() if target else path
+        assert found.is_file(), f"{path.name}: {link}"
+        assert not anchor or anchor in anchors(found), f"{path.name}: {link}"
+        assert found.is_relative_to(ROOT / "assets") or path.name == "README.md", f"{link} is not in the wheel"
 
 
-def test_the_readmes_scene_can_be_read_and_lacks_nothing():
-    scene = scene_from_toml(README.split("```toml\n")[1].split("```")[0], name="readme", file="README.md")
+def test_every_page_is_reached_from_the_index_and_every_picture_is_shown_and_small():
+    reached = {(GUIDE / link).resolve() for link in links(GUIDE / "index.md")}
+    assert {GUIDE / f"{name}.md" for name in page_names()} - {GUIDE / "index.md"} <= reached
+    shown = {(path.parent / link).resolve() for path in DOCUMENTS for link in links(path)}
+    pictures = set(GUIDE.glob("*.png"))
+    assert len(pictures) >= 5
+    assert pictures <= shown
+    assert not {picture.name for picture in pictures if picture.stat().st_size > MOST_PICTURE_BYTES}
+
+
+def test_the_guides_scene_can_be_read_and_lacks_nothing():
+    (text,) = blocks((GUIDE / "touch.md").read_text(encoding="utf8"), "toml")
+    scene = scene_from_toml(text, name="guide", file="touch.md")
     assert scene.effects.friction
     assert scene.effects.sensor.noise is not None
     assert not scene.decision.warnings
+
+
+def test_the_guide_names_every_command_and_study():
+    text = (GUIDE / "commands.md").read_text(encoding="utf8")
+    commands = next(action.choices for action in build_parser()._actions if action.dest == "command")
+    assert not [name for name in commands if f"`tactile-maps {name}" not in text.replace("[gui]", "gui")]
+    assert not [name for name in STUDY_NAMES if f"`{name}`" not in text]
+
+
+def test_the_versions_agree():
+    version = PROJECT["version"]
+    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf8")
+    assert re.search(r"^## (\S+)", (ROOT / "CHANGELOG.md").read_text(encoding="utf8"), re.MULTILINE)[1] == version
+
+
+def run(text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, object]:
+    """Run an example as a notebook would, in an empty folder; the names it leaves."""
+    import matplotlib as mpl
+    from matplotlib import pyplot
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(mpl.rcParams, "backend", "agg")
+    names: dict[str, object] = {}
+    try:
+        exec(compile(text, "example", "exec"), names)
+    finally:
+        pyplot.close("all")
+    return names
+
+
+def readme_example() -> str:
+    (text,) = blocks(README, "python")
+    return text
+
+
+def test_the_readmes_example_has_at_most_fifteen_lines():
+    assert len([line for line in readme_example().splitlines() if line.strip()]) <= 15
+
+
+def story(text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    names = run(text, tmp_path, monkeypatch)
+    skin, frame, place, at = (names[name] for name in ("skin", "frame", "place", "at"))
+    assert names["pressures"] @ skin.areas == pytest.approx(3.0)
+    assert names["contacts"][0].force == pytest.approx(3.0)
+    assert np.linalg.norm(place.link_position - skin.position(at)) < 0.01
+    assert frame.regions[0].force == pytest.approx(2.0, abs=0.1), "the arm retreats to its goal"
+    assert np.abs(frame.posture - names["robot"].home).max() > 1e-3
+
+
+@pytest.mark.robots
+def test_the_readmes_example_runs(tmp_path, monkeypatch):
+    icub = next(entry for entry in list_robots() if entry.name == "icub")
+    if not icub.available:
+        pytest.skip(f"the example's robot is not installed: {icub.remedy}")
+    story(readme_example(), tmp_path, monkeypatch)
+
+
+def test_the_readmes_example_runs_on_the_robot_that_we_ship(tmp_path, monkeypatch):
+    text = readme_example().replace('"icub"', '"arm"').replace('"l_forearm"', '"forearm"')
+    assert text != readme_example()
+    story(text, tmp_path, monkeypatch)
+
+
+def test_the_guides_example_runs(tmp_path, monkeypatch):
+    (text,) = blocks((GUIDE / "library.md").read_text(encoding="utf8"), "python")
+    names = run(text, tmp_path, monkeypatch)
+    assert names["quality"].flips == 0
+    assert (tmp_path / "press.mcap").stat().st_size > 0

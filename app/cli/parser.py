@@ -26,6 +26,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_file_commands(commands)
     _add_compare(commands)
     _add_study(commands)
+    _add_guide(commands)
     return parser
 
 
@@ -50,6 +51,12 @@ def _add_window_commands(commands: argparse._SubParsersAction) -> None:  # type:
     shot.add_argument("--size", type=_size, default=(1400, 900), metavar="WxH", help="in pixels (default 1400x900)")
     shot.add_argument("-o", "--output", required=True, metavar="FILE.png")
     _json(shot)
+
+
+def _add_guide(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]
+    guide = commands.add_parser("guide", help="the guide, in a window; without a display, where its pages are")
+    guide.add_argument("page", nargs="?", default="index", metavar="PAGE", help="maps, touch, control, ...")
+    _json(guide)
 
 
 def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]

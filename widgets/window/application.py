@@ -91,6 +91,7 @@ os.environ.setdefault("QT_API", "pyside6")
 from PySide6.QtWidgets import QApplication
 
 from widgets.common.colours import THEMES, apply_theme
+from widgets.common.guide_window import GuideWindow
 from widgets.common.settings import Settings
 from widgets.session.backends import INLINE
 from widgets.session.session_runner import InlineRunner
@@ -112,6 +113,21 @@ def launch(scene: Scene) -> int:
     sys.excepthook = partial(_on_unexpected, window)
     window.show()
     window.live.open_scene(scene)
+    return app.exec()
+
+
+def show_guide(page: Path) -> int:
+    """Show a page of the guide in a window of its own and return when it is closed.
+
+    Raises:
+        DisplayError: As ``launch``.
+    """
+    if sys.platform.startswith("linux"):
+        require_display()
+    app = make_application()
+    apply_theme(app, THEMES[Settings().theme])
+    window = GuideWindow(page)
+    window.show()
     return app.exec()
 
 

@@ -1,0 +1,98 @@
+"""The guide's pictures, made anew: ``python -m tests.guide_pictures assets/guide``. No display is needed.
+
+The same pictures on the same machine; look at each before it is committed.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+os.environ.setdefault("MPLBACKEND", "agg")
+
+from PIL import Image
+from PySide6.QtCore import QPoint
+from PySide6.QtWidgets import QApplication
+
+import app as tm
+from tests.tour import FRAME_MS, Film
+from widgets.common.colours import THEMES, apply_theme
+from widgets.common.settings import BaseLayer
+from widgets.common.tool_kinds import ToolKind
+from widgets.window.application import make_application, picture_window
+
+SIZE = (1280, 800)
+SCENES = {"window": ("arm", 1.5), "path": ("follow_path", 6.0), "touch": ("many_pokes", 1.0)}
+
+
+def keep_small(path: Path) -> None:
+    """One palette, no alpha: half of the bytes."""
+    colours = Image.open(path).convert("RGB")
+    colours.quantize(256, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(path, optimize=True)
+
+
+@contextmanager
+def filmed(scene: tm.Scene) -> Iterator[Film]:
+    """The window on a scene, without hints."""
+    window = picture_window("dark", SIZE)
+    try:
+        window.live.show_prepared(tm.prepare(scene))
+        window.hint_bar.hide()
+        QApplication.processEvents()
+        yield Film(window)
+    finally:
+        window.map_edit_presenter.files.give_up()
+        window.close()
+
+
+def scene_picture(name: str, seconds: float, path: Path) -> None:
+    """The window after some seconds of a scene."""
+    with filmed(tm.load_scene(name)) as film:
+        film.pass_time(round(1e3 * seconds / FRAME_MS))
+        film.window.grab().save(str(path))
+
+
+def edited_map(path: Path) -> None:
+    """A map being edited: pins, one dragged, under the stretch of areas."""
+    with filmed(replace(tm.load_scene("arm"), stimuli=())) as film:
+        window = film.window
+        skin, viewport = window.live.prepared.skin, window.map_view.viewport()
+        window.view_presenter.set_tool(ToolKind.PINS)
+        places = [window.map_view.pixel_of(skin.taxel_point(taxel)).toPoint() for taxel in (20, 150, 300)]
+        for place in places[:2]:
+            film.drag(viewport, place, place)
+        film.drag(viewport, places[2], places[2] + QPoint(-12, -24))
+        window.view_presenter.set_ground(BaseLayer.AREA)
+        film.pass_time(4)
+        window.grab().save(str(path))
+
+
+def figure(path: Path) -> None:
+    """What the README's example draws."""
+    text = Path("README.md").read_text(encoding="utf8").split("```python\n")[1].split("```")[0]
+    names: dict[str, Any] = {}
+    exec(text, names)
+    ax = tm.draw_map(names["tactile_map"], names["frame"].pressures, contacts=names["frame"].regions)
+    ax.figure.savefig(path, dpi=110, bbox_inches="tight")
+
+
+def main() -> None:
+    """Write all of them into the folder named on the command line."""
+    folder = Path(sys.argv[1])
+    apply_theme(make_application(), THEMES["dark"])
+    for name, (scene, seconds) in SCENES.items():
+        scene_picture(scene, seconds, folder / f"{name}.png")
+    edited_map(folder / "edit.png")
+    figure(folder / "notebook.png")
+    for name in (*SCENES, "edit", "notebook"):
+        keep_small(folder / f"{name}.png")
+
+
+if __name__ == "__main__":
+    main()

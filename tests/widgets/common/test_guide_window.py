@@ -1,0 +1,43 @@
+"""The guide in a window: pages, pictures, links, the way back."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import QUrl
+from PySide6.QtGui import QImage, QTextDocument
+
+from app.cli.guide_command import find_page, page_names
+from widgets.common.guide_window import GuideWindow
+
+
+@pytest.fixture
+def guide(qtbot):
+    window = GuideWindow(find_page("index"))
+    qtbot.addWidget(window)
+    return window
+
+
+def test_every_page_is_shown_with_its_pictures(guide):
+    pictures = 0
+    for name in page_names():
+        guide.show_page(find_page(name))
+        text = guide.toPlainText()
+        assert text.startswith(find_page(name).read_text(encoding="utf8").splitlines()[0].removeprefix("# "))
+        block = guide.document().begin()
+        while block.isValid():
+            for part in block:
+                image = part.fragment().charFormat().toImageFormat()
+                if image.isValid():
+                    shown = guide.loadResource(QTextDocument.ResourceType.ImageResource.value, QUrl(image.name()))
+                    assert isinstance(shown, QImage)
+                    assert 0 < shown.width() < guide.width()
+                    pictures += 1
+            block = block.next()
+    assert pictures >= 5
+
+
+def test_a_link_turns_the_page_and_there_is_a_way_back(guide):
+    guide.setSource(guide.source().resolved(QUrl("maps.md")))
+    assert guide.toPlainText().startswith("Maps")
+    guide.backward()
+    assert guide.toPlainText().startswith("The guide")
