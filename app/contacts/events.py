@@ -311,6 +311,11 @@ class EventDetector:
         self._pairs = GraspPairs(self._rule.opposed)
         self.recent: tuple[ContactEvent, ...] = ()
 
+    @property
+    def touched(self) -> bool:
+        """Whether any contact has not been released yet: it is there, or gone but awaited."""
+        return bool(self._courses)
+
     def read(
         self, tick: int, time: float, regions: Sequence[ContactRegion], *, awaited: Collection[int] = ()
     ) -> tuple[ContactEvent, ...]:

@@ -224,6 +224,11 @@ class ContactPipeline:
         return regions
 
     @property
+    def touched(self) -> bool:
+        """Whether any contact has not been released yet: a slow skin may miss one in a sample."""
+        return self._events.touched
+
+    @property
     def recent(self) -> tuple[ContactEvent, ...]:
         """The newest events, newest first; see ``EventReader``."""
         return self._events.recent

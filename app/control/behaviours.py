@@ -125,8 +125,8 @@ class BehaviourTrigger:
 
     def __init__(self, behaviours: Sequence[Behaviour], skin: Skin) -> None:
         self._names = [(patch.name, patch.link) for patch in skin.patches]
+        self._before: ControlSettings | None = None
         self.use(behaviours)
-        self.reset()
 
     def use(self, behaviours: Sequence[Behaviour]) -> None:
         """Wait for other events; what comes back at a release still does. Raises SceneError, and keeps the old ones."""
@@ -139,10 +139,11 @@ class BehaviourTrigger:
         self.behaviours = tuple(behaviours)
         self._past: dict[int, deque[float]] = {}
 
-    def reset(self) -> None:
-        """Nothing has happened."""
+    def reset(self) -> ControlSettings | None:
+        """Nothing has happened; the settings that are to come back from what held until a release, None for none."""
+        before, self._before = self._before, None
         self._past.clear()
-        self._before: ControlSettings | None = None
+        return before
 
     def settled(self) -> None:
         """A person has chosen settings: what would come back is forgotten."""
@@ -156,7 +157,7 @@ class BehaviourTrigger:
         Args:
             events: Of one tick.
             settings: In force.
-            touched: Whether anything still touches.
+            touched: Whether any contact has not been released yet. One that a slow skin missed in a sample has not.
         """
         now, why = settings, ""
         for event in events:

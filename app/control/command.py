@@ -79,6 +79,9 @@ class ControlSettings:
         starts: Another number than before starts the task afresh, as a path from its beginning.
         max_force: A contact with more [N] stops the arm; the QP keeps every contact under 80 % of it.
 
+    Raises:
+        SceneError: A number is none: truth values and texts are refused here, ranges by ``check_settings``.
+
     Example:
         >>> settings = tm.ControlSettings(controller="hold_force", force_goal=2.0)
         >>> tm.Session.of(robot, tactile_map, settings=settings).settings.force_goal
@@ -104,6 +107,10 @@ class ControlSettings:
     max_force: float = 40.0
 
     def __post_init__(self) -> None:
+        for name in RANGES:
+            if not _is_number(getattr(self, name)):
+                problem, value = "that setting must be a number", getattr(self, name)
+                raise SceneError(problem, place=f"control.{name}", value=value, remedy=_range_remedy(name))
         # From a file points come as lists; a value has to compare and hash.
         object.__setattr__(self, "path", tuple(tuple(point) for point in self.path))
 
@@ -149,6 +156,15 @@ MOST_STARTS = 10**9
 """Of a task."""
 
 
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _range_remedy(name: str) -> str:
+    low, high = RANGES[name]
+    return f"Choose {low:g} to {high:g}"
+
+
 def check_settings(settings: ControlSettings) -> ControlSettings:
     """Return the settings, or refuse them.
 
@@ -166,13 +182,9 @@ def check_settings(settings: ControlSettings) -> ControlSettings:
             )
     for name, (low, high) in RANGES.items():
         value = getattr(settings, name)
-        number = isinstance(value, int | float) and not isinstance(value, bool)
-        if not (number and low <= value <= high):  # NaN is in no range
+        if not low <= value <= high:  # NaN is in no range
             raise SceneError(
-                "that setting is out of range",
-                place=f"control.{name}",
-                value=value,
-                remedy=f"Choose {low:g} to {high:g}",
+                "that setting is out of range", place=f"control.{name}", value=value, remedy=_range_remedy(name)
             )
     if type(settings.starts) is not int or not 0 <= settings.starts <= MOST_STARTS:
         raise SceneError(
@@ -184,7 +196,7 @@ def check_settings(settings: ControlSettings) -> ControlSettings:
 
 def _check_path(settings: ControlSettings) -> None:
     path = settings.path
-    good = all(len(point) == 2 and all(isinstance(x, int | float) and isfinite(x) for x in point) for point in path)
+    good = all(len(point) == 2 and all(_is_number(x) and isfinite(x) for x in point) for point in path)
     if not good or len(path) > MOST_POINTS:
         raise SceneError(
             "that is no path on the map",

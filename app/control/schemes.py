@@ -59,7 +59,8 @@ class ForceServo:
 
     The integral waits until the force has come as near to the goal as it comes without: it was reached once, or the
     error grew no less for ``integral_time`` (where the wish to be elsewhere holds against it). Integrating while the
-    force first rises would push the arm into what it touches. And it stands while the speed is at its bound.
+    force first rises would push the arm into what it touches. While the speed is at its bound, an
+    error that asks for still more only unwinds the integral, it never winds it up (conditional integration).
 
     Args:
         max_speed: Bound of the answer [m/s].
@@ -92,12 +93,13 @@ class ForceServo:
             dt: Since the last question [s].
             limits: Told when the answer is bounded.
         """
+        before = self.integral(contact)
         self._gather(contact, error, dt, settings.integral_time)
-        gathered = self.integral(contact)
-        wanted = settings.force_gain * (error + gathered / settings.integral_time)
+        wanted = settings.force_gain * (error + self.integral(contact) / settings.integral_time)
         bounded = min(max(wanted, -self._max_speed), self._max_speed)
         if bounded != wanted:
-            self._integrals[contact] = gathered - error * dt if contact in self._reached else 0.0
+            if error * (wanted - bounded) > 0:
+                self._integrals[contact] = _only_unwound(before, self.integral(contact))
             limits.add(Limit(LimitKind.POINT_SPEED))
         return bounded
 
@@ -109,6 +111,13 @@ class ForceServo:
                 self._reached.add(contact)
         if contact in self._reached and math.isfinite(patience):
             self._integrals[contact] = self.integral(contact) + error * dt
+
+
+def _only_unwound(before: float, after: float) -> float:
+    """An integral that may go back to zero, and neither grows nor changes its sign."""
+    if before * after < 0:
+        return 0.0
+    return after if abs(after) < abs(before) else before
 
 
 class PointVelocityScheme(ABC):

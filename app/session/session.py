@@ -170,12 +170,15 @@ class Session:
     def reset(self) -> None:
         """Back to the start: robot at home, objects in their places, no finger, the scripted hand playing.
 
-        Settings, the edited map and the effects in force stay.
+        Settings, the edited map and the effects in force stay; settings that a behaviour changed until the release
+        are those from before again.
         """
         self._simulation.reset()
         self._contacts.reset()
         self._controller.reset()
-        self._behaviours.reset()
+        before = self._behaviours.reset()
+        if before is not None:
+            self._controller.settings = before
         self._waiting: list[SessionInput] = []
         # What is in force is part of what a replay needs, the settings even where they are the scene's.
         runtime_settings = self.runtime_settings
@@ -359,7 +362,7 @@ class Session:
     def _trigger(self) -> None:
         """Let what has happened at this tick change the controller at the next."""
         frame = self.frame
-        changed = self._behaviours.triggered(frame.events, self.settings, touched=bool(frame.regions))
+        changed = self._behaviours.triggered(frame.events, self.settings, touched=self._contacts.touched)
         if changed is not None:
             self._waiting.append(ControlChanged(changed[0], by=changed[1]))
 

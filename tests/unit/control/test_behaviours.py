@@ -158,5 +158,6 @@ def test_a_reset_forgets():
     waiting = watch(Behaviour("tap", times=2, then=RETREAT), Behaviour("press", until_released=True, then=RETREAT))
     waiting.triggered([event("press")], PLAIN, touched=True)
     waiting.triggered([event()], PLAIN, touched=True)
-    waiting.reset()
+    assert waiting.reset() == PLAIN, "what a release would have brought back"
+    assert waiting.reset() is None
     assert waiting.triggered([event(time=1.1)], PLAIN, touched=False) is None

@@ -42,6 +42,18 @@ def test_a_number_out_of_range_is_named(name, bad):
         check_settings(replace(ControlSettings(), **{name: bad}))
 
 
+@pytest.mark.parametrize("bad", [True, "much", None])
+@pytest.mark.parametrize("name", RANGES)
+def test_what_is_no_number_is_refused_at_once(name, bad):
+    with pytest.raises(SceneError, match=f"control.{name}"):
+        ControlSettings(**{name: bad})
+
+
+def test_truth_values_are_no_places_of_a_path():
+    with pytest.raises(SceneError, match="control.path"):
+        check_settings(ControlSettings(path=((True, 0.0), (0.1, 0.1))))
+
+
 def test_the_ends_of_the_ranges_are_allowed():
     for name, ends in RANGES.items():
         for end in ends:

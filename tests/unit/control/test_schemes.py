@@ -76,6 +76,30 @@ def test_no_integral_at_all():
     assert servo.integral(1) == pytest.approx(-DT), "what was gathered stands"
 
 
+def test_what_was_gathered_stands_without_an_integral_even_while_the_speed_is_bounded():
+    servo, endless = ForceServo(0.02), replace(SETTINGS, integral_time=float("inf"))
+    push(servo, -1.0)
+    for _ in range(100):
+        assert push(servo, 50.0, settings=endless) == 0.02
+    assert servo.integral(1) == -DT
+
+
+def test_an_error_that_unwinds_the_integral_is_gathered_while_the_speed_is_bounded():
+    servo, quick = ForceServo(0.02), replace(SETTINGS, integral_time=0.05)
+    for _ in range(100):
+        push(servo, -1.0)
+    wound = servo.integral(1)
+    assert wound < -0.4
+    assert push(servo, 0.1, settings=quick) == -0.02, "bounded by the integral alone"
+    assert servo.integral(1) == pytest.approx(wound + 0.1 * DT)
+    for _ in range(10):
+        assert push(servo, 9.0) == 0.02, "bounded the other way, by the error"
+    assert servo.integral(1) == pytest.approx(wound + (0.1 + 10 * 9.0) * DT)
+    for _ in range(10):
+        push(servo, 9.0)
+    assert servo.integral(1) == 0.0, "and not wound up again"
+
+
 def test_a_goal_that_is_not_reached_alone_is_integrated_for_after_a_while():
     """Something holds against it: the proportional part comes no nearer, and would stand for ever."""
     servo, ticks = ForceServo(1.0), round(SETTINGS.integral_time / DT)

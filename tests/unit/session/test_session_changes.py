@@ -16,6 +16,7 @@ from app.maps.build import build_map
 from app.recording.player import RecordingPlayer
 from app.recording.recorder import Recorder
 from app.recording.verify import verify
+from app.scene.effects import Effects
 from app.scene.motion import Waypoint
 from app.scene.object_meshes import make_objects
 from app.scene.objects import ObjectSpec
@@ -25,7 +26,7 @@ from app.skin.calibration_error import with_calibration_error
 from app.skin.skin import Skin
 from app.stimuli.stimulus_kinds import Poke, Stroke
 from app.tactile.poke import Finger, PokePressed, PokeReleased
-from app.tactile.sensor_effects import Noise, SensorEffects
+from app.tactile.sensor_effects import Noise, Sampling, SensorEffects
 from tests.support.touch import arm, bar_skin, prepared_bar, taxel_near
 
 STROKED_BAR = prepared_bar(stimuli=(Stroke(hold=0.1),))
@@ -128,6 +129,7 @@ def test_a_scripted_finger_that_is_refused_ends_the_show_and_time_goes_on():
     assert [session.tick().tick for _ in range(3)] == [1, 2, 3]
 
 
+PLACE = prepared_bar().skin.taxel_point(taxel_near(prepared_bar().skin, 0, (0.3, 0.0, 0.02)))
 DOUBLE = Behaviour("tap", times=2, then={"controller": "hybrid", "task": "retreat"})
 PRESSED = Behaviour("press", until_released=True, then={"force_goal": 1.0})
 
@@ -173,6 +175,40 @@ def test_while_pressed_another_goal_holds():
         session.tick()
     assert session.settings.force_goal == ControlSettings().force_goal
     assert derived(session) == ["press", "released"]
+
+
+def pressed_session(sampling: Sampling | None = None) -> Session:
+    """Pressed for half a second, so that another goal holds until the release."""
+    effects = Effects(sensor=SensorEffects(sampling=sampling))
+    prepared = prepared_bar(control={"controller": "hybrid"}, behaviours=(asdict(PRESSED),))
+    session = Session(prepared, effects=effects)
+    session.submit(PokePressed(1, PLACE, Finger(speed=0.1)))
+    for _ in range(100):
+        session.tick()
+    assert session.settings.force_goal == 1.0
+    return session
+
+
+def test_one_sample_that_a_slow_skin_missed_is_no_release():
+    session = pressed_session(Sampling(10.0))
+    session.submit(PokeReleased(1))
+    missed = 0
+    for _ in range(25):
+        missed += not session.tick().regions
+    session.submit(PokePressed(1, PLACE, Finger(speed=0.5)))
+    for _ in range(60):
+        missed += not session.tick().regions
+        assert session.settings.force_goal == 1.0
+    assert 0 < missed <= 30, "in a sample or so nothing was felt"
+    assert session.frame.regions
+    assert derived(session) == ["press"]
+
+
+def test_a_reset_brings_back_what_a_release_would_have():
+    session = pressed_session()
+    session.reset()
+    assert session.settings.force_goal == ControlSettings().force_goal
+    assert session.inputs[0] == (0, ControlChanged(session.settings)), "and a replay starts with that"
 
 
 def test_behaviours_can_be_changed_while_it_runs_and_outlive_a_reset():
