@@ -23,7 +23,8 @@ from app.scene.scene_file import load_scene
 from app.session.prepare import prepare
 from widgets.common.colours import THEMES, apply_theme
 from widgets.common.settings import BaseLayer
-from widgets.common.tool_kinds import ToolKind
+from widgets.common.tool_kinds import POKE
+from widgets.tools.registry import ARRANGE, PINS
 from widgets.window.application import make_application, picture_window
 from widgets.window.main_window import MainWindow
 
@@ -114,9 +115,9 @@ def play(film: Film) -> None:
 
     film.pass_time(4)
     film.drag(viewport, on_map(on_patch(1, 0.3)), on_map(on_patch(1, 0.3), 30, 30), on_map(on_patch(1, 0.3), 60, -10))
-    window.view_presenter.set_tool(ToolKind.ARRANGE)
+    window.presenters.view.set_tool(ARRANGE)
     film.drag(viewport, on_map(on_patch(2, 0.5)), on_map(on_patch(2, 0.5), 150, 20))
-    window.view_presenter.set_tool(ToolKind.PINS)
+    window.presenters.view.set_tool(PINS)
     for share in (0.05, 0.5):
         film.go(viewport, on_map(on_patch(0, share)))
         QTest.mouseClick(viewport, _LEFT, pos=on_map(on_patch(0, share)))
@@ -130,15 +131,15 @@ def play(film: Film) -> None:
     window.action("repack").trigger()
     view.frame_all()
     film.pass_time(8)
-    window.view_presenter.set_ground(BaseLayer.AREA)
+    window.presenters.view.set_ground(BaseLayer.AREA)
     film.pass_time(10)
-    window.view_presenter.set_ground(BaseLayer.CHECKER)
+    window.presenters.view.set_ground(BaseLayer.CHECKER)
     film.pass_time(6)
     slider = window.robot_view.morph.slider
     for share in (*np.linspace(0, 1, 12), *[1.0] * 6, *np.linspace(1, 0, 12)):
         slider.setValue(round(slider.minimum() + float(share) * (slider.maximum() - slider.minimum())))
         film.pass_time(1)
-    window.view_presenter.set_ground(BaseLayer.PRESSURE)
+    window.presenters.view.set_ground(BaseLayer.PRESSURE)
     for _ in range(len(window.editor.history.names) - 1):  # type: ignore[union-attr]
         window.action("undo").trigger()
         film.pass_time(3)
@@ -154,13 +155,13 @@ def main() -> None:
     try:
         window.live.show_prepared(prepare(load_scene("arm")))
         window.hint_bar.hide()
-        window.view_presenter.set_tool(ToolKind.POKE)
+        window.presenters.view.set_tool(POKE)
         QApplication.processEvents()
         film = Film(window)
         play(film)
         film.save(Path(sys.argv[1]))
     finally:
-        window.map_edit_presenter.files.give_up()
+        window.presenters.map_files.give_up()
         window.close()
 
 

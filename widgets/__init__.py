@@ -1,10 +1,20 @@
 """Everything a hand or an eye touches.
 
-``launch`` opens the window; ``main_window`` wires views, panels and menus. Two owners of change stand behind it:
-``live_session`` is the only caller that changes a running session, ``editor`` the only one that changes the document
-being edited; ``seeing`` and ``editing`` connect their actions. ``engines`` says who works beside the window: the thread
-that runs the session, and the processes that prepare, lay flat and measure.
+``window`` opens it and puts it together; ``presenters`` connect what is shown to what is done, each one topic, given an
+``AppContext`` and never the window. Two owners of change stand behind them: ``session`` is the only caller that changes
+what runs, ``document`` the only one that changes the map being edited; ``workers`` are the processes beside.
+``robot_view`` draws the body, ``map_view`` the map; they never know of each other.
 
-``robot_view`` draws the body, ``map_view`` the map; they never know of each other: each emits what the hand did, and
-draws the frame it is given. ``edit_tools`` are what a hand may hold over either.
+To add something is one place:
+
+========== ================================= =====================================================================
+what       where                             what follows from it
+========== ================================= =====================================================================
+an action  ``actions.table``, one entry      its menu, key, tip, button and icon, the list of keys, enabled, checked
+a tool     ``tools.registry``, one entry     all of the above, and presses, keys and wheel of both views
+a panel    ``panels.registry``, one entry    its place, scenes, frames, theme, session, whether it is folded
+========== ================================= =====================================================================
+
+What an action does is bound by a presenter (``context.actions.bind``); a tool or a panel is a class in a file of its
+own, named in its entry.
 """

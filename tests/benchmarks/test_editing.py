@@ -55,7 +55,7 @@ def open_window(qtbot, tmp_path, monkeypatch):
 
     yield opening
     for window in opened:
-        window.map_edit_presenter.files.give_up()
+        window.presenters.map_files.give_up()
         window.close()
         window.deleteLater()
 

@@ -52,7 +52,7 @@ def backends():
 @pytest.fixture
 def window(qtbot, prepared, backends, tmp_path, monkeypatch):
     """The window on the small arm, without the scripted hand's touch in the way."""
-    monkeypatch.setattr("widgets.presenters.file_presenter.recordings_folder", lambda: tmp_path / "recordings")
+    monkeypatch.setattr("widgets.presenters.session_presenter.recordings_folder", lambda: tmp_path / "recordings")
     monkeypatch.setattr(
         "widgets.presenters.map_file_presenter.user_state_path", lambda *_args, **_kwargs: tmp_path / "state"
     )
@@ -64,7 +64,7 @@ def window(qtbot, prepared, backends, tmp_path, monkeypatch):
     made.live.show_prepared(prepared)
     QApplication.processEvents()
     yield made
-    made.map_edit_presenter.files.give_up()
+    made.presenters.map_files.give_up()
     made.close()
     made.deleteLater()
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 # The window tells where the box for friction is, where its list has "on" while it is open, and what is simulated.
 SCRIPT = """
 window = open_window()
-panel = window.column.effects
+panel = window.column["effects"]
 
 def place_of(widget, at):
     corner = widget.mapToGlobal(at)

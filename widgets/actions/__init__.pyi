@@ -1,8 +1,8 @@
 from .menus import build_menus
-from .registry import ActionSpec, make_actions
+from .registry import ActionRegistry, ActionSpec
 
 __all__ = [
+    "ActionRegistry",
     "ActionSpec",
     "build_menus",
-    "make_actions",
 ]

@@ -11,7 +11,10 @@ _SIZE = 16
 
 
 def icon(name: str, colour: str, *, disabled: str) -> QIcon:
-    """The icon ``name``, of the session's acts or of a tool; ``disabled`` is its colour while it does nothing."""
+    """The icon ``name``, of the session's acts or of a tool; ``disabled`` is its colour while it does nothing.
+
+    A name for which nothing is drawn has its first letter for an icon.
+    """
     result = QIcon()
     for scale in (1, 2):
         result.addPixmap(_pixmap(name, colour, scale), QIcon.Mode.Normal)
@@ -27,10 +30,18 @@ def _pixmap(name: str, colour: str, scale: int) -> QPixmap:
     painter.scale(scale, scale)
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(QColor(colour))
-    _SHAPES[name](painter, colour)
+    if name in _SHAPES:
+        _SHAPES[name](painter, colour)
+    else:
+        _letter(painter, colour, name)
     painter.end()
     pixmap.setDevicePixelRatio(scale)
     return pixmap
+
+
+def _letter(painter: QPainter, colour: str, name: str) -> None:
+    painter.setPen(QColor(colour))
+    painter.drawText(QRectF(0, 0, _SIZE, _SIZE), Qt.AlignmentFlag.AlignCenter, name[:1].upper())
 
 
 def _triangle(painter: QPainter, left: float, right: float) -> None:

@@ -65,6 +65,7 @@ class NotificationBar(FloatingBar):
         self._said = self._answered = 0
         self._text = QLabel(self)
         self._text.setObjectName("message-text")
+        self._text.setTextFormat(Qt.TextFormat.PlainText)  # an error may quote a tag
         self._text.setWordWrap(True)
         self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Minimum)

@@ -33,6 +33,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from app.session.frame import Frame
+from app.session.prepare import PreparedScene
+from widgets.common.colours import Theme
+
 _HEADING_CHEVRON = 4.0
 """Half its width [px]."""
 
@@ -133,6 +137,20 @@ class Panel(QWidget):
     def set_folded(self, folded: bool) -> None:
         """Fold or unfold it without emitting."""
         self._heading.setChecked(folded)
+
+    # What reaches every panel; each takes what it shows.
+
+    def show_prepared(self, prepared: PreparedScene) -> None:
+        """Another scene is shown."""
+
+    def show_frame(self, frame: Frame) -> None:
+        """Another instant is shown, many times a second: hold it, and draw a few times a second."""
+
+    def set_editable(self, *, editable: bool) -> None:
+        """Let a person change what is simulated, or not, as in a replay."""
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme, where the palette alone does not say it."""
 
     def caption(self, text: str = "") -> QLabel:
         """A quiet line of small text at the end of the column."""

@@ -18,6 +18,7 @@ class PlaceholderCard(QWidget):
         self.setAutoFillBackground(True)
         self.setBackgroundRole(QPalette.ColorRole.Base)  # the views' ground
         self._heading, self._text = QLabel(self), QLabel(self)
+        self._text.setTextFormat(Qt.TextFormat.PlainText)
         self._progress, self._button = QProgressBar(self), QPushButton(self)
         heading = QFont(self.font())
         heading.setPixelSize(16)

@@ -1,7 +1,11 @@
-"""What the hand does with a press on a view: poke the skin, choose taxels in one of three ways, edit, lead. No Qt."""
+"""What a press on a view does with the tool in the hand: poke the skin, select taxels, edit, control. No Qt.
+
+The tools are listed in ``widgets.tools.registry``; named here are only those that the views know by themselves.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import Enum
 
 SMALLEST_BRUSH, BRUSH, LARGEST_BRUSH = 6.0, 24.0, 160.0
@@ -9,39 +13,52 @@ SMALLEST_BRUSH, BRUSH, LARGEST_BRUSH = 6.0, 24.0, 160.0
 BRUSH_STEP = 1.25
 
 
-class ToolKind(Enum):
-    """The tool in the hand; each value is the name of the action that takes it."""
+class ToolRole(Enum):
+    """What a press with a tool does."""
 
     POKE = "poke"
-    BOX = "select_box"
-    LASSO = "select_lasso"
-    BRUSH = "select_brush"
-    ARRANGE = "arrange"
-    PINS = "pins"
-    SEAMS = "seams"
-    INTEREST = "interest"
-    PATH = "draw_path"
-    TARGET = "set_target"
+    SELECT = "select"
+    EDIT = "edit"
+    CONTROL = "control"
+
+
+@dataclass(frozen=True)
+class ToolKind:
+    """A tool as the views know it.
+
+    Attributes:
+        name: Of the tool, and of the action that takes it.
+        role: What a press with it does.
+    """
+
+    name: str
+    role: ToolRole
 
     @property
-    def chooses(self) -> bool:
-        """Whether it chooses taxels, and so leaves the robot alone."""
-        return self in (ToolKind.BOX, ToolKind.LASSO, ToolKind.BRUSH)
+    def selects(self) -> bool:
+        """Whether it selects taxels, and so leaves the robot alone."""
+        return self.role is ToolRole.SELECT
 
     @property
     def edits(self) -> bool:
         """Whether it edits the map, and so leaves the robot alone."""
-        return self in (ToolKind.ARRANGE, ToolKind.PINS, ToolKind.SEAMS, ToolKind.INTEREST)
+        return self.role is ToolRole.EDIT
 
     @property
-    def leads(self) -> bool:
-        """Whether it tells the arm where to go."""
-        return self in (ToolKind.PATH, ToolKind.TARGET)
+    def controls(self) -> bool:
+        """Whether it says where the arm is to go."""
+        return self.role is ToolRole.CONTROL
 
     @property
     def draws(self) -> bool:
-        """Whether presses are an ``EditTool``'s, and do not poke."""
-        return self.edits or self.leads
+        """Whether presses are a ``ViewTool``'s, and do not poke."""
+        return self.edits or self.controls
+
+
+POKE = ToolKind("poke", ToolRole.POKE)
+SELECT_BOX = ToolKind("select_box", ToolRole.SELECT)
+SELECT_LASSO = ToolKind("select_lasso", ToolRole.SELECT)
+SELECT_BRUSH = ToolKind("select_brush", ToolRole.SELECT)
 
 
 class SelectionMode(Enum):

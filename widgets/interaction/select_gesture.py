@@ -17,7 +17,7 @@ from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPen, QPolygonF
 
 from app.core.arrays import BoolArray, FloatArray, IntArray
 from widgets.common.colours import Theme
-from widgets.common.tool_kinds import BRUSH, SelectionMode, ToolKind
+from widgets.common.tool_kinds import BRUSH, SELECT_BOX, SELECT_BRUSH, SELECT_LASSO, SelectionMode, ToolKind
 from widgets.document.taxel_selection import SelectionUpdate
 
 CLICK_PX = 4.0
@@ -54,7 +54,7 @@ class SelectGesture:
     """Turns presses, moves and releases into picks and sweeps. Mutable; ``cancel`` brings it back to idle."""
 
     def __init__(self) -> None:
-        self.tool = ToolKind.BOX
+        self.tool = SELECT_BOX
         self._path: list[Pixel] = []
         self._change = SelectionMode.REPLACE
         self._button: Hashable = None
@@ -68,9 +68,9 @@ class SelectGesture:
     @property
     def outline(self) -> FloatArray | None:
         """(k, 2) of the box or lasso being drawn [px]; None while there is none."""
-        if not self._dragging or self.tool is ToolKind.BRUSH:
+        if not self._dragging or self.tool == SELECT_BRUSH:
             return None
-        if self.tool is ToolKind.LASSO:
+        if self.tool == SELECT_LASSO:
             return np.array(self._path)
         (left, top), (right, bottom) = self._path[0], self._path[-1]
         return np.array([[left, top], [right, top], [right, bottom], [left, bottom]])
@@ -79,7 +79,7 @@ class SelectGesture:
         """``button`` went down."""
         if self.busy:
             return None
-        self._path, self._change, self._button, self._dragging = [pixel], change, button, self.tool is ToolKind.BRUSH
+        self._path, self._change, self._button, self._dragging = [pixel], change, button, self.tool == SELECT_BRUSH
         return Swept(np.array([pixel, pixel]), change, True) if self._dragging else None
 
     def move(self, pixel: Pixel) -> Swept | None:
@@ -90,11 +90,11 @@ class SelectGesture:
         if begins and np.hypot(pixel[0] - self._path[0][0], pixel[1] - self._path[0][1]) <= CLICK_PX:
             return None
         self._dragging = True
-        if self.tool is ToolKind.BRUSH:
+        if self.tool == SELECT_BRUSH:
             stretch = np.array([self._path[-1], pixel])
             self._path = [pixel]
             return Swept(stretch, self._change, False)
-        if self.tool is ToolKind.BOX:
+        if self.tool == SELECT_BOX:
             self._path = [self._path[0], pixel]
         elif np.hypot(pixel[0] - self._path[-1][0], pixel[1] - self._path[-1][1]) >= _LASSO_STEP_PX:
             self._path.append(pixel)
@@ -221,7 +221,7 @@ class TaxelSelector(QObject):
 
     def move(self, event: QMouseEvent) -> None:
         """The pointer moved, held or not."""
-        self._pointer = event.position().toTuple() if self._hand.tool is ToolKind.BRUSH else None
+        self._pointer = event.position().toTuple() if self._hand.tool == SELECT_BRUSH else None
         self._act(self._hand.move(event.position().toTuple()))
         if self._pointer is not None or self.busy:
             self.drawn.emit()
@@ -255,7 +255,7 @@ class TaxelSelector(QObject):
         pixels = self._places.taxel_pixels()
         if act.begins:
             self._covered, self._hides = np.zeros(len(pixels), bool), np.full(len(pixels), -1)
-        if self._hand.tool is ToolKind.BRUSH:
+        if self._hand.tool == SELECT_BRUSH:
             covered = self._covered | self._seen(points_near_segment(act.line, pixels, self._radius))
         else:
             covered = self._seen(points_in_polygon(act.line, pixels))

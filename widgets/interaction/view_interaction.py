@@ -13,7 +13,7 @@ from PySide6.QtGui import QKeyEvent, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QWidget
 
 from app.geometry.mesh import SurfacePoint
-from widgets.common.tool_kinds import ToolKind
+from widgets.common.tool_kinds import POKE, ToolKind
 from widgets.interaction.poke_gesture import Moved, Panned, PokeEvent, PokeGesture, PokeState, Pressed, Released
 from widgets.interaction.select_gesture import TaxelLocator, TaxelSelector
 from widgets.interaction.view_tool import PointerHit, ShortcutOverrideFilter, ViewTool
@@ -86,17 +86,20 @@ class ViewInteraction(QObject):
     """The SurfacePoint under the pointer, or None."""
     cleared = Signal()
     """Escape, while nothing else was going on."""
+    space_tapped = Signal()
+    """Space, with which a drag pans, went down and up, and nothing was dragged."""
 
     def __init__(self, port: ViewPort, view: QWidget) -> None:
         super().__init__(view)
         self._port = port
-        self._poke, self._kind = PokeGesture(), ToolKind.POKE
+        self._poke, self._kind = PokeGesture(), POKE
         self.view_tool: ViewTool | None = None
         self.taxel_selector = TaxelSelector(port, self)
         self.hover: SurfacePoint | None = None
         self._hit = PointerHit(None, None, 1.0)
         self._editing = self._space = self._turning = self._over_control = False
-        self._keys = ShortcutOverrideFilter(view)
+        self._tapping = False  # Space is down, and moved nothing so far
+        self._keys = ShortcutOverrideFilter(view, own=frozenset({Qt.Key.Key_Space}))
 
     @property
     def editing(self) -> bool:
@@ -143,6 +146,7 @@ class ViewInteraction(QObject):
 
     def press(self, event: QMouseEvent) -> None:
         """A button went down: click a control, edit, select, poke, or else move the view."""
+        self._tapping = False
         if self.busy:
             return
         pixel, left = event.position(), event.button() == Qt.MouseButton.LeftButton
@@ -168,7 +172,7 @@ class ViewInteraction(QObject):
         if self.view_tool is not None and self.view_tool.press(hit, event):
             self._editing = True
             self._hover_at(None)
-        elif self._kind.chooses and (at is not None or self._port.beside_skin):
+        elif self._kind.selects and (at is not None or self._port.beside_skin):
             self.taxel_selector.press(event)
         else:
             return False
@@ -189,7 +193,7 @@ class ViewInteraction(QObject):
         self._over_control = not self.busy and self._port.over_control(pixel)
         at = None if self._over_control else self._port.point_at(pixel)
         self._do(self._poke.move(pixel.toTuple(), at))
-        if self._kind.chooses:
+        if self._kind.selects:
             self.taxel_selector.move(event)
         self._hit = self._port.hit_at(pixel, at) or PointerHit(None, None, 1.0)
         if self.view_tool is not None and idle:
@@ -209,7 +213,7 @@ class ViewInteraction(QObject):
                 self._show_pointer()
             return
         self._do(self._poke.release(event.button()))
-        if self._kind.chooses:
+        if self._kind.selects:
             self.taxel_selector.release(event)
 
     def double_click(self, event: QMouseEvent) -> None:
@@ -246,9 +250,10 @@ class ViewInteraction(QObject):
             return True
         if escape:
             self.cleared.emit()
-        elif event.key() == Qt.Key.Key_Space:
-            self._space = True
-            self._show_pointer()
+        elif event.key() == Qt.Key.Key_Space and not event.modifiers():
+            if not event.isAutoRepeat():
+                self._space = self._tapping = True
+                self._show_pointer()
         else:
             return False
         return True
@@ -256,12 +261,14 @@ class ViewInteraction(QObject):
     def key_up(self, event: QKeyEvent) -> None:
         """A key came up."""
         if event.key() == Qt.Key.Key_Space and not event.isAutoRepeat():
-            self._space = False
+            tapped, self._space, self._tapping = self._tapping, False, False
             self._show_pointer()
+            if tapped:
+                self.space_tapped.emit()
 
     def focus_out(self) -> None:
         """The keys go elsewhere: a finger never stays pressed where no hand can lift it."""
-        self._space = False
+        self._space = self._tapping = False
         self.cancel(discard_drawing=False)
 
     # Inside.
@@ -301,7 +308,7 @@ class ViewInteraction(QObject):
             shape = Qt.CursorShape.OpenHandCursor
         elif tool is not None and (self.hover is not None or self._editing or self._port.beside_skin):
             shape = tool.cursor(self._hit)
-        elif self.hover is not None or mode is PokeState.POKING or (self._kind.chooses and self._port.beside_skin):
+        elif self.hover is not None or mode is PokeState.POKING or (self._kind.selects and self._port.beside_skin):
             shape = Qt.CursorShape.CrossCursor
         else:
             shape = self._port.idle_cursor

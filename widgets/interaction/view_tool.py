@@ -97,20 +97,23 @@ class ShortcutOverrideFilter(QObject):
 
     Args:
         view: Whose keys.
+        own: Keys, without modifiers, that the view itself takes.
 
     Attributes:
         tool: The one in the hand, or None.
     """
 
-    def __init__(self, view: QWidget) -> None:
+    def __init__(self, view: QWidget, *, own: frozenset[Qt.Key] = frozenset()) -> None:
         super().__init__(view)
+        self._own = own
         self.tool: ViewTool | None = None
         view.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Qt: take what the tool wants; the key itself then comes to the view."""
-        if self.tool is None or event.type() != QEvent.Type.ShortcutOverride or not isinstance(event, QKeyEvent):
+        """Qt: take what tool or view want; the key itself then comes to the view."""
+        if event.type() != QEvent.Type.ShortcutOverride or not isinstance(event, QKeyEvent):
             return False
-        if self.tool.wants(Qt.Key(event.key())):
+        key = Qt.Key(event.key())
+        if (key in self._own and not event.modifiers()) or (self.tool is not None and self.tool.wants(key)):
             event.accept()
         return event.isAccepted()

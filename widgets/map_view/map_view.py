@@ -23,7 +23,7 @@ from widgets.map_view.map_coordinates import nearest_taxel
 from widgets.map_view.map_display import MapDisplay
 
 _POKES = "Press a patch to poke the robot there. Drag beside the patches to pan."
-_CHOOSES = "Click taxels or draw around them to select them. Escape selects none."
+_SELECTS = "Click taxels or draw around them to select them. Escape selects none."
 _EDITS = "Edit the map with the active tool. Drag with the middle button, or with Space, to pan."
 _LEADS = "Draw the reference path or target. Drag with the middle button, or with Space, to pan."
 
@@ -63,7 +63,7 @@ class MapView(MapDisplay):
     def set_tool(self, tool: ToolKind) -> None:
         """Take another tool; what the hand was doing ends."""
         self.interaction.set_tool(tool)
-        kinds = ((tool.edits, _EDITS), (tool.leads, _LEADS), (tool.chooses, _CHOOSES), (True, _POKES))
+        kinds = ((tool.edits, _EDITS), (tool.controls, _LEADS), (tool.selects, _SELECTS), (True, _POKES))
         self.setAccessibleDescription(next(words for holds, words in kinds if holds))
 
     def set_view_tool(self, tool: ViewTool | None) -> None:

@@ -204,6 +204,10 @@ class BehavioursPanel(Panel):
         """Those that are shown."""
         return self._behaviours
 
+    def set_editable(self, *, editable: bool) -> None:
+        """Let a person change it, or not."""
+        self.setEnabled(editable)
+
     def show_prepared(self, prepared: PreparedScene) -> None:
         """Another skin, with other places to touch."""
         links = dict.fromkeys(patch.link for patch in prepared.skin.patches)

@@ -20,6 +20,7 @@ from app.contacts.pipeline import ReadingSettings
 from app.contacts.regions import ContactRegion
 from app.scene.effects import Effects
 from app.session.frame import Frame
+from app.session.prepare import PreparedScene
 from widgets.common.panel import FlatComboBox, Panel, value_label
 from widgets.document.taxel_selection import TaxelSelection, region_colour
 
@@ -311,6 +312,10 @@ class ContactsPanel(Panel):
         self._regions, self._estimates = (), {}
         self._summary.setText("No contact. Press the skin in a view.")
         self._fill()
+
+    def show_prepared(self, prepared: PreparedScene) -> None:
+        """Another scene: what was shown is over."""
+        self.clear()
 
     def show_frame(self, frame: Frame) -> None:
         """The strongest regions of a frame, and the selected one."""

@@ -263,6 +263,12 @@ def _limit_state(limits: tuple[ShownLimit, ...]) -> LimitState:
     return LimitState.ENDED if limits else LimitState.FREE
 
 
+def can_restart_task(settings: ControlSettings) -> bool:
+    """Whether there is a path to start again, or a place to choose again; one that was drawn stays."""
+    drawn_point = settings.task == "hold_point" and bool(settings.path)
+    return settings.controller in CONTROL_SCHEMES and settings.task in RESTART_LABELS and not drawn_point
+
+
 class ControllerPanel(Panel):
     """Emits settings as a person changes them; shows those that the chosen controller and task use, and the outcome."""
 
@@ -293,10 +299,12 @@ class ControllerPanel(Panel):
 
     @property
     def can_start_again(self) -> bool:
-        """Whether there is a path to start again, or a place to choose again; one that was drawn stays."""
-        settings = self._settings
-        drawn_point = settings.task == "hold_point" and bool(settings.path)
-        return settings.controller in CONTROL_SCHEMES and settings.task in RESTART_LABELS and not drawn_point
+        """Whether the task in force can start from its beginning."""
+        return can_restart_task(self._settings)
+
+    def set_editable(self, *, editable: bool) -> None:
+        """Let a person change it, or not."""
+        self.setEnabled(editable)
 
     def show_prepared(self, prepared: PreparedScene) -> None:
         """Another scene: gains go back to its own from now on."""

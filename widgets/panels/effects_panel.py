@@ -366,7 +366,7 @@ class EffectsPanel(Panel):
         self._decision = decision
         for row in decision.rows:
             self._lines[row.name].show_row(row, autos[row.name])
-        self.set_enabled(enabled=self._open)
+        self.set_editable(editable=self._open)
         warnings = [finding.action for finding in (*decision.warnings, *notes)]
         self._warnings.setText("\n".join(f"{_WARNING} {words}." for words in warnings))
         self._warnings.setVisible(bool(warnings))
@@ -386,14 +386,14 @@ class EffectsPanel(Panel):
             self._notes.setText("\n".join(frame.notes))
             self._notes.setVisible(bool(frame.notes))
 
-    def set_enabled(self, *, enabled: bool) -> None:
+    def set_editable(self, *, editable: bool) -> None:
         """Take wishes, or only show, as while replaying."""
-        self._open = enabled
-        self._closed.setVisible(not enabled)
+        self._open = editable
+        self._closed.setVisible(not editable)
         for line in self._lines.values():
-            line.box.setEnabled(enabled)
+            line.box.setEnabled(editable)
         rows = () if self._decision is None else self._decision.rows
-        self._auto.setEnabled(enabled and any(row.overridden for row in rows))
+        self._auto.setEnabled(editable and any(row.overridden for row in rows))
 
     def refresh(self) -> None:
         """Show costs now."""

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QAbstractItemView, QListView, QStyledItemDelegate,
 
 from app.contacts.events import ContactEvent
 from app.session.frame import Frame
+from app.session.prepare import PreparedScene
 from widgets.common.panel import SLIM_SCROLL_BAR, Panel
 
 ROW = 18
@@ -140,6 +141,10 @@ class EventsPanel(Panel):
     def clear(self) -> None:
         """Nothing has happened."""
         self._show(())
+
+    def show_prepared(self, prepared: PreparedScene) -> None:
+        """Another scene: what was shown is over."""
+        self.clear()
 
     def show_frame(self, frame: Frame) -> None:
         """What has happened up to a frame."""

@@ -8,6 +8,7 @@ import numpy as np
 from PySide6.QtWidgets import QLabel, QWidget
 
 from app.session.frame import Frame
+from app.session.prepare import PreparedScene
 from widgets.common.panel import Panel, value_label
 from widgets.plots.history import SENSOR_STAGE, stage_times
 
@@ -51,6 +52,10 @@ class TimingPanel(Panel):
     def show_factor(self, factor: float | None) -> None:
         """The real-time factor reached; None in a replay, where there is none."""
         self._shown_factor = "–" if factor is None else f"{factor:.2f}×"
+
+    def show_prepared(self, prepared: PreparedScene) -> None:
+        """Another scene: what was shown is over."""
+        self.clear()
 
     def show_frame(self, frame: Frame) -> None:
         """Take a frame's stage times."""

@@ -1,10 +1,12 @@
 """What connects actions, views, panels, session and document; each presenter owns one topic and decides who asks whom.
 
-``linked_views`` keeps robot and map in step: one hover, one selection, one scale. ``file_presenter`` opens and saves
-robots, scenes and recordings, ``map_file_presenter`` the map being edited. ``view_presenter`` takes tools, selection
-and overlays to the views; ``map_edit_presenter`` is the Edit menu, ``control_presenter`` the Control menu,
-``comparison_presenter`` the comparison of controllers, ``touch_script_presenter`` the Touch menu, ``effects_presenter``
-what is simulated. ``notification_presenter`` says what failed, stopped or was saved.
+``context`` is all that a presenter is given, ``composition`` makes them in one acyclic order. ``scene_presenter``
+receives scenes and frames and hands them on; ``state_tracker`` keeps the actions as the window's state has them;
+``notifier`` and ``dialogs`` are the ways to speak. ``linked_views`` keeps robot and map in step. ``file_presenter``
+opens and saves, ``map_file_presenter`` keeps the map being edited; ``view_presenter`` is the menus Select and View,
+``map_edit_presenter`` Edit, ``session_presenter`` Session, ``control_presenter`` and ``comparison_presenter`` Control,
+``touch_script_presenter`` Touch; ``effects_presenter`` and ``accuracy_presenter`` are the panels of that name, and
+``notification_presenter`` says what failed, stopped or was saved.
 """
 
 import lazy_loader

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject
-from PySide6.QtWidgets import QDialog, QFileDialog, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDialog, QVBoxLayout, QWidget
 
 from app.control.command import ControlSettings
 from app.control.controllers import CONTROL_SCHEMES
@@ -18,11 +16,10 @@ from app.studies.controller_comparison import ControllerTrace, trace_csv, with_f
 from widgets.common.colours import Theme
 from widgets.common.controller_settings import GAIN_SETTINGS
 from widgets.controller_comparison.comparison_view import ComparisonView
-from widgets.workers.comparison_worker import ComparisonRequest, ComparisonWorker
-
-if TYPE_CHECKING:
-    from widgets.window.main_window import MainWindow
-
+from widgets.panels.controller_panel import ControllerPanel
+from widgets.presenters.context import AppContext
+from widgets.presenters.effects_presenter import EffectsPresenter
+from widgets.workers.comparison_worker import ComparisonRequest
 
 CSV_FILTER = "Table (*.csv)"
 
@@ -31,20 +28,23 @@ class ComparisonPresenter(QObject):
     """The comparison's window, made when it is first wanted.
 
     Args:
-        window: With its session, effects, column and message bar made.
-        make_comparer: What runs the controllers.
+        context: What it works on.
+        effects: Knows the scene as it was chosen.
+        parent: Qt parent, and what the comparison's window belongs to.
     """
 
-    def __init__(self, window: MainWindow, make_comparer: Callable[[QObject], ComparisonWorker]) -> None:
-        super().__init__(window)
-        self._window, self._live = window, window.live
-        self.comparison_worker = make_comparer(self)
+    def __init__(self, context: AppContext, effects: EffectsPresenter, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._context, self._live, self._effects, self._parent = context, context.session, effects, parent
+        self._panel = context.panels.get(ControllerPanel)
+        self.comparison_worker = context.backends.comparison_worker(self)
         self.comparison_worker.failed.connect(self._on_failed)
         self.comparison_worker.progressed.connect(self._on_progressed)
         self.comparison_worker.compared.connect(self._on_compared)
         self.dialog: ComparisonDialog | None = None
-        window.column.controller.comparison_requested.connect(self.open)
-        window.action("compare_controllers").triggered.connect(self.open)
+        self._panel.comparison_requested.connect(self.open)
+        context.actions.bind("compare_controllers", self.open)
+        context.theme.changed.connect(self._on_theme_changed)
 
     @property
     def board(self) -> ComparisonView | None:
@@ -55,13 +55,13 @@ class ComparisonPresenter(QObject):
         """Show the window, with what the session has by now."""
         first = self.dialog is None
         if self.dialog is None:
-            self.dialog = ComparisonDialog(self._window.theme, self._window)
+            self.dialog = ComparisonDialog(self._context.theme.theme, self._parent)
             board = self.dialog.board
             board.asked.connect(self.run)
             board.cancelled.connect(self._on_cancelled)
             board.used.connect(self.use)
             board.export_asked.connect(self.choose_export)
-            board.begin(_first_two(self._window.column.controller.settings))
+            board.begin(_first_two(self._panel.settings))
         self._refresh()
         if first:
             self.dialog.board.stimulus.begin()
@@ -78,7 +78,7 @@ class ComparisonPresenter(QObject):
         if occasion is None:
             board.show_failed("There is nothing to compare controllers on: open a robot, or choose a recording.")
             return
-        task = self._window.column.controller.settings
+        task = self._panel.settings
         contenders = tuple(replace(one, settings=with_controller(task, one.settings)) for one in board.contenders)
         self.comparison_worker.run(
             ComparisonRequest(occasion, contenders, board.stimulus.seconds.value(), board.stimulus.own_task)
@@ -86,11 +86,11 @@ class ComparisonPresenter(QObject):
 
     def use(self, settings: ControlSettings) -> None:
         """Put a contender's controller and gains in force; what is to be done stays."""
-        self._window.column.controller.take(with_controller(self._window.column.controller.settings, settings))
+        self._panel.take(with_controller(self._panel.settings, settings))
 
     def choose_export(self) -> None:
         """Ask where to write the traces."""
-        path, _ = QFileDialog.getSaveFileName(self.dialog, "Export traces", "controllers.csv", CSV_FILTER)
+        path = self._context.dialogs.save_file("Export traces", "controllers.csv", CSV_FILTER)
         if path:
             self.export(path)
 
@@ -104,10 +104,9 @@ class ComparisonPresenter(QObject):
         except TactileMapsError as error:
             board.show_failed(str(error))
         else:
-            self._window.notification_bar.say(f"Saved {path}")
+            self._context.notifier.say(f"Saved {path}")
 
-    def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+    def _on_theme_changed(self, theme: Theme) -> None:
         if self.board is not None:
             self.board.set_theme(theme)
 
@@ -119,7 +118,7 @@ class ComparisonPresenter(QObject):
 
     def _refresh(self) -> None:
         if self.board is not None:
-            scene = self._window.effects_presenter.scene
+            scene = self._effects.scene
             self.board.stimulus.show_live(self._live.done(), self._live.scripted(scene) if scene else None)
 
     def _on_progressed(self, text: str, fraction: float) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import reduce
-from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject
 
@@ -15,10 +14,9 @@ from app.session.prepare import PreparedScene
 from app.studies.work_precision import Setting
 from app.tactile.half_space_stress import TAIL_SHARE
 from widgets.map_view.taxel_faults import faults_of
-from widgets.panels.effects_panel import AUTO, automatic_rows, credited_decision, recorded_decision
-
-if TYPE_CHECKING:
-    from widgets.window.main_window import MainWindow
+from widgets.panels.accuracy_panel import AccuracyPanel
+from widgets.panels.effects_panel import AUTO, EffectsPanel, automatic_rows, credited_decision, recorded_decision
+from widgets.presenters.context import AppContext
 
 
 class EffectsPresenter(QObject):
@@ -28,15 +26,16 @@ class EffectsPresenter(QObject):
     is known to be unstable is asked about first.
 
     Args:
-        window: The window, with its session, views, panels and message bar made.
+        context: What it works on.
+        parent: Qt parent.
 
     Attributes:
         scene: What is shown, with every effect as it was chosen; None before there is one.
     """
 
-    def __init__(self, window: MainWindow) -> None:
-        super().__init__(window)
-        self._window, self._live, self._panel = window, window.live, window.column.effects
+    def __init__(self, context: AppContext, parent: QObject) -> None:
+        super().__init__(parent)
+        self._context, self._live, self._panel = context, context.session, context.panels.get(EffectsPanel)
         self.scene: Scene | None = None
         self._prepared: PreparedScene | None = None
         self._home: PreparedScene | None = None
@@ -44,17 +43,16 @@ class EffectsPresenter(QObject):
         self._asked_about: Scene | None = None
         self._at_rest = False  # the map of the scene is measured; before, whoever looks at it comes first
         live, panel = self._live, self._panel
-        live.prepared_changed.connect(self._on_prepared_changed)
         live.effects_changed.connect(self._on_effects_changed)
-        live.mode_changed.connect(self._on_mode_changed)
         live.measured.connect(self._on_measured)
         live.cost_worker.priced.connect(panel.show_prices)
         panel.folded_changed.connect(self._price)
         panel.wished.connect(self.wish)
         panel.auto_all_requested.connect(self._on_all_auto_wished)
-        window.action("use_anyway").triggered.connect(self._on_use_anyway)
+        context.actions.bind("use_anyway", self._on_use_anyway)
 
-    def _on_prepared_changed(self, prepared: PreparedScene) -> None:
+    def show_prepared(self, prepared: PreparedScene) -> None:
+        """Another scene; what was chosen of its effects is known when it comes back from a replay."""
         self._prepared, self._asked_about = prepared, None
         if self._live.player is None and prepared is not self._home:
             self._home, self._chosen = prepared, {prepared.scene.effects: prepared.scene}
@@ -77,14 +75,11 @@ class EffectsPresenter(QObject):
         notes = () if unstable is None else (unstable,)
         decision = credited_decision(recorded_decision(scene, effects), self._prepared.scene, scene)
         self._panel.show_decision(decision, automatic_rows(scene), notes=notes)
-        self._window.map_view.set_faults(faults_of(self._prepared, effects))
+        self._context.views.map.set_faults(faults_of(self._prepared, effects))
         values = {"share": TAIL_SHARE} if effects.skin == "half-space" else {}
         step = {"timestep_ms": round(1e3 * effects.timestep, 6)}
-        self._window.column.accuracy.show_present(Setting("touch", effects.skin, values))
-        self._window.column.accuracy.show_present(Setting("simulation", effects.integrator, step))
-
-    def _on_mode_changed(self, mode: str) -> None:
-        self._panel.set_enabled(enabled=mode in ("live", "paused"))
+        self._context.panels.get(AccuracyPanel).show_present(Setting("touch", effects.skin, values))
+        self._context.panels.get(AccuracyPanel).show_present(Setting("simulation", effects.integrator, step))
 
     # Wishes.
 
@@ -95,7 +90,7 @@ class EffectsPresenter(QObject):
         try:
             scene = with_override(self.scene, key, wish)
         except TactileMapsError as error:
-            self._window.notification_bar.say(str(error), fault=True)
+            self._context.notifier.fault(str(error))
             return
         found = stability_warning(scene.effects, scene.layer, objects=scene.objects)
         if found is None or found == stability_warning(
@@ -104,9 +99,9 @@ class EffectsPresenter(QObject):
             self._use(scene)
             return
         self._asked_about = scene
-        self._window.notification_bar.say(
+        self._context.notifier.say(
             f"Unsteady: {found.where}. {found.action}.",
-            remedies=[self._window.action("use_anyway")],
+            remedies=[self._context.actions["use_anyway"]],
             dismiss="Keep",
         )
 

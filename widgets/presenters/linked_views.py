@@ -13,7 +13,7 @@ from app.session.prepare import PreparedScene
 from widgets.common.colour_bar import ColourBar
 from widgets.common.colours import PressureScale, Theme
 from widgets.common.settings import BaseLayer, OverlayOptions
-from widgets.common.tool_kinds import BRUSH, ToolKind, resized_brush
+from widgets.common.tool_kinds import BRUSH, POKE, ToolKind, resized_brush
 from widgets.document.taxel_selection import TaxelSelection
 from widgets.interaction.view_tool import ViewTool
 from widgets.map_view.map_view import MapView
@@ -36,15 +36,22 @@ class LinkedViews(QWidget):
     """The button of an empty view was pressed."""
     cancel_requested = Signal()
     """The button of a loading view was pressed."""
+    space_tapped = Signal()
+    """Space was pressed in a view, where it pans too, and nothing was panned."""
     hovered = Signal(object)
     """The SurfacePoint under the pointer in either view, or None."""
     read_out = Signal(str)
     """What is under the pointer: patch, taxel, pressure and place; empty for nothing."""
 
+    overlays_changed = Signal(object)
+    """Other OverlayOptions are shown."""
+    selection_told = Signal(str)
+    """How many taxels are selected, or which one; empty for none."""
+
     def __init__(self, theme: Theme, scale: PressureScale, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.robot, self.map, self.bar = RobotView(theme, scale), MapView(theme, scale), ColourBar(theme, scale)
-        self.scale, self.selection, self.tool = scale, TaxelSelection(self), ToolKind.POKE
+        self.scale, self.selection, self.tool = scale, TaxelSelection(self), POKE
         self.selection.changed.connect(self._on_selection_changed)
         self.brush, self.overlays, self._task = BRUSH, OverlayOptions(), TaskOverlayBuilder()
         self._hover: SurfacePoint | None = None
@@ -62,6 +69,7 @@ class LinkedViews(QWidget):
             view.taxel_selector.abandoned.connect(self.selection.abandon)
             view.cleared.connect(self.selection.clear)
             view.hovered.connect(other.set_hover)
+            view.interaction.space_tapped.connect(self.space_tapped)
             view.hovered.connect(self._on_hovered)
 
     def _lay_out(self) -> None:
@@ -137,6 +145,7 @@ class LinkedViews(QWidget):
         self.robot.show_shapes(shown=overlays.shapes)
         self._overlay_body()
         self._read_out()
+        self.overlays_changed.emit(overlays)
 
     def _overlay_body(self) -> None:
         """The body wears the map's picture where there is one; touch alone it draws finer by itself."""
@@ -187,6 +196,9 @@ class LinkedViews(QWidget):
     def _on_selection_changed(self) -> None:
         for view in (self.robot, self.map):
             view.set_selection(self.selection.taxels, self.selection.inks)
+        taxels = self.selection.taxels
+        words = f"{len(taxels)} taxels selected" if len(taxels) != 1 else f"Taxel {taxels[0]} selected"
+        self.selection_told.emit(words if len(taxels) else "")
 
     def _on_hovered(self, at: SurfacePoint | None) -> None:
         self._hover = at

@@ -5,42 +5,37 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from platformdirs import user_state_path
 from PySide6.QtCore import QObject, QTimer, Signal
-from PySide6.QtWidgets import QFileDialog, QMessageBox
 
-from app.core.errors import TactileMapsError, describe_unexpected_error
+from app.core.errors import TactileMapsError
 from app.editing.document import MapDocument
 from app.editing.document_file import DocumentFile, load_document
 from app.editing.layout_import import adopt_document
 from app.maps.formats.export import ENDINGS, write_map
 from app.session.prepare import PreparedScene
-from widgets.document.map_editor import MapEditor
-
-if TYPE_CHECKING:
-    from widgets.window.main_window import MainWindow
-
+from widgets.presenters.context import AppContext
+from widgets.presenters.dialogs import Button
 
 AUTOSAVE_MS = 20_000
 _MAPS = "Tactile maps (*.npz)"
 
 
 class MapFilePresenter(QObject):
-    """The file of the document in ``editor``. Mutable.
+    """The file of the document being edited. Mutable.
 
     Args:
-        window: Asks and tells.
-        editor: Whose document it keeps.
+        context: What it works on.
+        parent: Qt parent.
     """
 
     changed = Signal()
     """Another file, or another answer to whether there is something to save."""
 
-    def __init__(self, window: MainWindow, editor: MapEditor) -> None:
-        super().__init__(window)
-        self._window, self._editor = window, editor
+    def __init__(self, context: AppContext, parent: QObject) -> None:
+        super().__init__(parent)
+        self._context, self._editor = context, context.editor
         self._file: DocumentFile | None = None
         self._recovered: MapDocument | None = None
         self._discarded = False  # unsaved edits need not outlive the document, once it really goes
@@ -50,7 +45,15 @@ class MapFilePresenter(QObject):
         self._timer.setInterval(AUTOSAVE_MS)
         self._timer.timeout.connect(self.autosave)
         self._timer.start()
-        editor.history_changed.connect(self.changed)
+        self._editor.history_changed.connect(self.changed)
+        for name, handler in (
+            ("open_map", self.choose_open),
+            ("save_map", self.save),
+            ("save_map_as", self.choose_save),
+            ("export_map", self.choose_export),
+            ("restore_map", self.restore),
+        ):
+            context.actions.bind(name, handler)
 
     @property
     def unsaved(self) -> bool:
@@ -78,9 +81,9 @@ class MapFilePresenter(QObject):
         except TactileMapsError:
             self._recovered = None  # of another skin, or half written: nothing that could be taken back
         if self._recovered is not None:
-            self._window.notification_bar.say(
+            self._context.notifier.say(
                 "This map has edits that were not saved when the program ended.",
-                remedies=[self._window.action("restore_map")],
+                remedies=[self._context.actions["restore_map"]],
             )
         self.changed.emit()
 
@@ -111,10 +114,10 @@ class MapFilePresenter(QObject):
         try:
             self._file.save_as(document, path)
         except TactileMapsError as error:
-            self._window.notification_bar.say(str(error), fault=True)
+            self._context.notifier.fault(str(error))
             return False
-        self._window.notification_bar.say(f"Saved {path}")
-        self._window.settings.add_recent(str(path))
+        self._context.notifier.say(f"Saved {path}")
+        self._context.settings.add_recent(str(path))
         self.changed.emit()
         return True
 
@@ -133,41 +136,41 @@ class MapFilePresenter(QObject):
         try:
             write_map(document.map, path)
         except TactileMapsError as error:
-            self._window.notification_bar.say(str(error), fault=True)
+            self._context.notifier.fault(str(error))
         else:
-            self._window.notification_bar.say(f"Exported {path}")
+            self._context.notifier.say(f"Exported {path}")
 
     def _ask_path(self, title: str, kinds: str, ending: str) -> str:
-        prepared = self._window.live.prepared
+        prepared = self._context.session.prepared
         if prepared is None:
             return ""
-        path, _ = QFileDialog.getSaveFileName(self._window, title, f"{prepared.robot.name}{ending}", kinds)
+        path = self._context.dialogs.save_file(title, f"{prepared.robot.name}{ending}", kinds)
         return path if not path or Path(path).suffix else path + ending
 
     # Opening.
 
     def choose_open(self) -> None:
         """Ask for a saved map."""
-        path, _ = QFileDialog.getOpenFileName(self._window, "Open map", "", f"{_MAPS};;All files (*)")
+        path = self._context.dialogs.open_file("Open map", _MAPS)
         if path:
             self.open(path)
 
     def open(self, path: str) -> bool:
         """Take over a saved map of this skin, as one edit; it is saved there from then on. Whether it was taken."""
         if self._file is None:
-            self._window.notification_bar.say(f"{path}: open the robot first that this map is of.", fault=True)
+            self._context.notifier.say(f"{path}: open the robot first that this map is of.", fault=True)
             return False
         try:
             other = load_document(path)
         except TactileMapsError as error:
-            self._window.notification_bar.say(str(error), fault=True)
+            self._context.notifier.fault(str(error))
             return False
         if not self._editor.do(f"Open {Path(path).name}", lambda document: adopt_document(document, other)):
             return False
         self._wait()
         self._file.drop_autosave()
         self._file = DocumentFile(Path(path), self._editor.document)
-        self._window.settings.add_recent(path)
+        self._context.settings.add_recent(path)
         self.changed.emit()
         return True
 
@@ -188,11 +191,14 @@ class MapFilePresenter(QObject):
         if not self._writing.done():
             return False
         writing, self._writing = self._writing, None
-        if (error := writing.exception()) is not None:
-            foreseen = isinstance(error, TactileMapsError)
-            text = str(error) if foreseen else f"Edits are not saved by themselves: {describe_unexpected_error(error)}."
-            self._window.notification_bar.say(text, fault=True)
-            self._timer.stop()
+        error = writing.exception()
+        if error is None:
+            return True
+        if isinstance(error, TactileMapsError):
+            self._context.notifier.fault(str(error))
+        else:
+            self._context.notifier.unexpected(error)
+        self._timer.stop()
         return True
 
     def _wait(self) -> None:
@@ -209,24 +215,15 @@ class MapFilePresenter(QObject):
         if not self.unsaved:
             then()
             return
-        button = QMessageBox.StandardButton
-        box = QMessageBox(
-            QMessageBox.Icon.NoIcon,
-            "Save the map?",
-            "The map has edits that are not saved.",
-            button.Save | button.Discard | button.Cancel,
-            self._window,
-        )
-        box.setObjectName("leave")
-        box.setDefaultButton(button.Save)
 
-        def answered(answer: int) -> None:
-            self._discarded = answer == button.Discard
-            if self._discarded or (answer == button.Save and self.save()):
+        def answered(answer: Button) -> None:
+            self._discarded = answer == Button.Discard
+            if self._discarded or (answer == Button.Save and self.save()):
                 then()
 
-        box.finished.connect(answered)
-        box.open()
+        buttons = Button.Save | Button.Discard | Button.Cancel
+        text = "The map has edits that are not saved."
+        self._context.dialogs.ask("leave", "Save the map?", text, buttons, answered, default=Button.Save)
 
     def give_up(self) -> None:
         """What is not saved is not wanted."""
@@ -241,7 +238,7 @@ class MapFilePresenter(QObject):
             try:
                 self._file.drop_autosave()
             except TactileMapsError as error:
-                self._window.notification_bar.say(str(error), fault=True)
+                self._context.notifier.fault(str(error))
         self._discarded = False
 
     def close(self) -> None:

@@ -4,109 +4,104 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QObject
-from PySide6.QtWidgets import QLabel
+from PySide6.QtCore import QObject, Signal
 
-from widgets.actions.registry import add_view_shortcuts
+from widgets.common.panel import Panel
 from widgets.common.settings import MARKS, BaseLayer, OverlayOptions
 from widgets.common.tool_kinds import ToolKind
+from widgets.panels.effects_panel import EffectsPanel
+from widgets.panels.timing_panel import TimingPanel
+from widgets.presenters.context import AppContext
+from widgets.tools.interest_tool import InterestTool
+from widgets.tools.registry import Tools
 
-if TYPE_CHECKING:
-    from widgets.window.main_window import MainWindow
+_HINT_MS = 15_000
 
 
 class ViewPresenter(QObject):
-    """The commands of the Select menu and of View > Overlay.
+    """The commands of the Select menu and of View.
 
     Args:
-        window: The window, with its actions, views and status bar made.
+        context: What it works on.
+        tools: Which of them is in the hand.
+        parent: Qt parent.
     """
 
-    def __init__(self, window: MainWindow) -> None:
-        super().__init__(window)
-        self._window, self._views = window, window.views
-        add_view_shortcuts(self._views, window.actions_by_name)
-        self._count = QLabel()
-        self._count.setObjectName("selection-count")
-        self._count.setContentsMargins(12, 0, 12, 0)
-        window.statusBar().addWidget(self._count)
-        self._connect_selection()
-        window.action(ToolKind.POKE.value).setChecked(True)
-        self._connect_overlays()
-        self._show(window.settings.overlays)
+    panels_wanted = Signal()
+    """The panels must be seen."""
 
-    def _connect_selection(self) -> None:
-        selection = self._views.selection
-        for tool in ToolKind:
-            self._window.action(tool.value).triggered.connect(partial(self.set_tool, tool))
-        for name, act in (
-            ("smaller_brush", self.shrink_brush),
-            ("larger_brush", self.grow_brush),
+    def __init__(self, context: AppContext, tools: Tools, parent: QObject) -> None:
+        super().__init__(parent)
+        self._context, self._views, self._tools = context, context.views, tools
+        self._bind()
+        tools.changed.connect(self._on_tool_changed)
+        self._show(context.settings.overlays)
+
+    def _bind(self) -> None:
+        bind, selection = self._context.actions.bind, self._views.selection
+        for spec in self._tools.specs:
+            bind(spec.kind.name, partial(self._tools.take, spec.kind))
+        for ground in BaseLayer:
+            bind(f"ground_{ground.value}", partial(self.set_ground, ground))
+        for mark in MARKS:
+            bind(f"mark_{mark}", partial(self.toggle_mark, mark))
+        for name, handler in (
+            ("smaller_brush", partial(self._resize_brush, -1)),
+            ("larger_brush", partial(self._resize_brush, 1)),
             ("select_all", self._select_all),
             ("select_none", self._select_none),
             ("select_inverse", selection.invert),
+            ("morph", self._views.robot.morph.toggle),
+            ("frame", self._views.frame_all),
+            ("timing", partial(self._reveal, self._context.panels.get(TimingPanel))),
+            ("effects", partial(self._reveal, self._context.panels.get(EffectsPanel))),
         ):
-            self._window.action(name).triggered.connect(act)
-        self._window.action("morph").triggered.connect(self._views.robot.morph.toggle)
-        selection.changed.connect(self._on_selection_changed)
+            bind(name, handler)
 
     def _select_all(self) -> None:
         """Every taxel, or with a tool that edits every patch."""
-        editor = self._window.editor
-        if self._views.tool.edits and editor.document is not None:
+        editor = self._context.editor
+        if self._tools.active.edits and editor.document is not None:
             editor.select(range(len(editor.document.patches)))
         else:
             self._views.selection.select_all()
 
     def _select_none(self) -> None:
-        if self._views.tool.edits:
-            self._window.editor.select(())
+        if self._tools.active.edits:
+            self._context.editor.select(())
         else:
             self._views.selection.clear()
 
-    def _connect_overlays(self) -> None:
-        for ground in BaseLayer:
-            self._window.action(f"ground_{ground.value}").triggered.connect(partial(self.set_ground, ground))
-        for name in MARKS:
-            self._window.action(f"mark_{name}").triggered.connect(partial(self.toggle_mark, name))
-
-    def set_ground(self, ground: BaseLayer, _checked: bool = False) -> None:
+    def set_ground(self, ground: BaseLayer) -> None:
         """Show another ground under the touch."""
         self._show(replace(self._views.overlays, ground=ground))
 
-    def toggle_mark(self, name: str, _checked: bool = False) -> None:
-        """Show or hide one kind of marks, as its action now says."""
-        shown = self._window.action(f"mark_{name}").isChecked()
-        self._show(self._views.overlays.with_mark(name, shown=shown))
+    def toggle_mark(self, name: str) -> None:
+        """Show or hide one kind of marks."""
+        overlays = self._views.overlays
+        self._show(overlays.with_mark(name, shown=not getattr(overlays, name)))
 
     def _show(self, overlays: OverlayOptions) -> None:
-        self._window.settings.overlays = overlays
+        self._context.settings.overlays = overlays
         self._views.set_overlays(overlays)
-        self._window.action(f"ground_{overlays.ground.value}").setChecked(True)
-        for name in MARKS:
-            self._window.action(f"mark_{name}").setChecked(getattr(overlays, name))
 
-    def set_tool(self, tool: ToolKind, _checked: bool = False) -> None:
+    def set_tool(self, tool: ToolKind) -> None:
         """Take a tool."""
-        self._window.action(tool.value).setChecked(True)
+        self._tools.take(tool)
+
+    def _on_tool_changed(self, tool: ToolKind) -> None:
         self._views.set_tool(tool)
-        self._window.map_edit_presenter.take_tool(tool)
-
-    def shrink_brush(self) -> None:
-        """A smaller brush."""
-        self._resize_brush(-1)
-
-    def grow_brush(self) -> None:
-        """A larger brush."""
-        self._resize_brush(1)
+        taken = self._tools.view_tool
+        self._views.set_view_tool(taken)
+        self._context.notifier.status("" if taken is None else taken.hint, _HINT_MS)
 
     def _resize_brush(self, steps: int) -> None:
+        """One brush selects taxels and paints areas of interest."""
         self._views.resize_brush(steps)
-        self._window.map_edit_presenter.set_brush(self._views.brush)
+        self._tools.get(InterestTool).set_radius(self._views.brush)
 
-    def _on_selection_changed(self) -> None:
-        taxels = self._views.selection.taxels
-        words = f"{len(taxels)} taxels selected" if len(taxels) != 1 else f"Taxel {taxels[0]} selected"
-        self._count.setText(words if len(taxels) else "")
+    def _reveal(self, panel: Panel) -> None:
+        """Bring a panel into sight."""
+        self.panels_wanted.emit()
+        self._context.panels.reveal(panel)

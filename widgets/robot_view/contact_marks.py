@@ -93,7 +93,7 @@ class ContactMarks:
                 set_matrix(actor, matrix)
 
     def show_shapes(self, *, shown: bool) -> None:
-        """Draw ellipses and error circles from the next frame on, or do not."""
+        """Draw ellipses and error circles, or do not; they are placed by the next ``show_frame``."""
         self._shapes = shown
         if not shown:
             for actor in (*self._ellipses, *self._errors):

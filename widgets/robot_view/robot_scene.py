@@ -137,6 +137,8 @@ class RobotScene:
         self._shapes = shown
         if self._prepared is not None:
             self._marks.show_shapes(shown=shown)
+            if self._frame is not None and not self.morphed:  # no other frame may come: time may stand still
+                self._marks.show_frame(self._frame, self.poses)
 
     def show_map(self, map_: TactileMap) -> None:
         """The same skin on another map."""

@@ -18,7 +18,7 @@ from types import TracebackType
 
 from PySide6.QtCore import QLibraryInfo
 
-from app.core.errors import DisplayError, describe_unexpected_error
+from app.core.errors import DisplayError
 from app.scene.scene import Scene
 from app.session.prepare import prepare
 
@@ -138,7 +138,7 @@ def _on_unexpected(
     if issubclass(kind, KeyboardInterrupt):
         window.close()
     else:
-        window.notification_bar.say(describe_unexpected_error(error.with_traceback(trace)), fault=True)
+        window.notifier.unexpected(error.with_traceback(trace))
 
 
 def screenshot(

@@ -1,33 +1,36 @@
-"""The window: views, panels, menus and what connects them. Wiring only; it decides nothing about touch."""
+"""The window: makes views, panels, bars and presenters, and puts them together. It decides nothing."""
 
 from __future__ import annotations
 
+from functools import partial
+
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
-from PySide6.QtWidgets import QApplication, QDockWidget, QLabel, QMainWindow, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDockWidget, QLabel, QMainWindow, QVBoxLayout, QWidget
 
-from app.recording.player import RecordingPlayer
-from app.session.frame import Frame
-from app.session.prepare import PreparedScene
-from widgets.actions.registry import make_actions
-from widgets.common.colours import THEMES, PressureScale, apply_theme
+from widgets.actions.focused_keys import FocusedKeys
+from widgets.actions.menus import build_menus
+from widgets.actions.registry import ActionRegistry
+from widgets.actions.table import REMEDIES, menu_bar
+from widgets.common.colour_bar import ColourBar
+from widgets.common.colours import PressureScale, Theme
 from widgets.common.notification_bar import HintBar, NotificationBar
+from widgets.common.progress_indicator import ProgressIndicator
 from widgets.common.settings import Settings
 from widgets.document.map_editor import MapEditor
 from widgets.panels.panel_column import PanelColumn
+from widgets.panels.timing_panel import TimingPanel
 from widgets.plots.live_plots import LivePlots
-from widgets.presenters.control_presenter import ControlPresenter, ControlToolsPresenter
-from widgets.presenters.effects_presenter import EffectsPresenter
-from widgets.presenters.file_presenter import FilePresenter, SceneFilePresenter
+from widgets.presenters.composition import build
+from widgets.presenters.context import AppContext, ThemeHolder
+from widgets.presenters.dialogs import Dialogs
 from widgets.presenters.linked_views import LinkedViews
-from widgets.presenters.map_edit_presenter import MapEditPresenter
-from widgets.presenters.notification_presenter import NotificationPresenter
-from widgets.presenters.touch_script_presenter import TouchScriptPresenter
-from widgets.presenters.view_presenter import ViewPresenter
+from widgets.presenters.notifier import Notifier
 from widgets.session.backends import BACKGROUND, Backends
 from widgets.session.live_session import LiveSession
-from widgets.timeline.timeline import Timeline
+from widgets.timeline.timeline import ScrubBar, Timeline
 from widgets.window.toolbar import SessionToolbar
+from widgets.window.window_commands import WindowCommands
 from widgets.workers.map_quality_worker import InlineMapQualityWorker
 
 
@@ -37,41 +40,52 @@ class MainWindow(QMainWindow):
     Args:
         settings: What it remembers.
         backends: What does the work; ``INLINE`` in tests and pictures.
+
+    Attributes:
+        context: What the presenters are given; they do not see the window.
+        presenters: What connects everything.
     """
 
     def __init__(self, settings: Settings, *, backends: Backends = BACKGROUND) -> None:
         super().__init__()
         self.settings = settings
-        self.theme = THEMES[settings.theme]
+        self._theme = ThemeHolder(settings, self)
         self.live = LiveSession(self, backends=backends)
         self.editor = MapEditor(self.live.worker, self)
-        self.actions_by_name = make_actions(self)
         self._build_views()
         self._build_panels()
         self._build_bottom()
-        self._build_status()
-        self.effects_presenter = EffectsPresenter(self)
-        self.scene_file_presenter = SceneFilePresenter(self)
-        self.view_presenter = ViewPresenter(self)
-        self.file_presenter = FilePresenter(self)
-        self.session_bar = SessionToolbar(self.actions_by_name, self.theme, self)
-        self.addToolBar(self.session_bar)
-        self.loading_bar = self.session_bar.loading
-        self.notification_presenter = NotificationPresenter(self)
-        self.touch_script_presenter = TouchScriptPresenter(self)
+        self._build_bars()
+        self.context = AppContext(
+            session=self.live,
+            editor=self.editor,
+            views=self.views,
+            panels=self.column,
+            plots=self.plots,
+            timeline=self.timeline,
+            actions=self._actions,
+            notifier=self.notifier,
+            dialogs=Dialogs(self),
+            settings=settings,
+            backends=backends,
+            theme=self._theme,
+        )
+        self.presenters = build(self.context, self)
+        self._commands = WindowCommands(self.context, self, self.panels, self.bottom)
+        files = self.presenters.files
+        lists = {"robots": files.list_robots, "scenes": files.list_scenes, "recent": files.list_recent}
+        yielding = [key for spec in self._actions.specs if spec.yields for key in spec.keys]
+        FocusedKeys(self, yielding, (ScrubBar, ColourBar))
+        build_menus(self.menuBar(), self._actions, lists)
         self._connect()
-        self.control_tools_presenter = ControlToolsPresenter(self)
-        self.control_presenter = ControlPresenter(self, backends.comparison_worker)
-        self.map_edit_presenter = MapEditPresenter(
-            self
-        )  # after the views, which show another scene before its map is edited
         self._leaving = False
         self.setAcceptDrops(True)
         self.setAnimated(False)
         self.resize(1400, 900)
         if settings.geometry is not None:
             self.restoreGeometry(settings.geometry)
-        self._on_mode_changed("empty")
+        self.views.show_mode(self.live.mode)
+        self._update_title()
 
     # Building.
 
@@ -81,25 +95,33 @@ class MainWindow(QMainWindow):
         self.setCentralWidget(self.views)
         self.hint_bar, self.notification_bar = HintBar(self.theme, self.views), NotificationBar(self.theme, self.views)
         self.hint_bar.hide()
+        self._actions = ActionRegistry(self, self.views, self.theme, menus=menu_bar(), remedies=REMEDIES)
 
-    def _build_status(self) -> None:
-        """Made at once: made by its first message, the bar would move the views."""
+    def _build_bars(self) -> None:
+        """The status bar is made at once: made by its first message, it would move the views."""
         self.statusBar().setSizeGripEnabled(False)
-        self.readout = QLabel()
-        self.readout.setObjectName("readout")
-        self.readout.setContentsMargins(12, 0, 12, 0)
+        self._count, self.readout = QLabel(), QLabel()
+        for label, name in ((self._count, "selection-count"), (self.readout, "readout")):
+            label.setObjectName(name)
+            label.setContentsMargins(12, 0, 12, 0)
+        self.statusBar().addWidget(self._count)
         self.statusBar().addPermanentWidget(self.readout)
+        self.loading_bar = ProgressIndicator()
+        self.session_bar = SessionToolbar(self._actions, self.loading_bar, self)
+        self.addToolBar(self.session_bar)
+        self.notifier = Notifier(self.notification_bar, self.hint_bar, self.statusBar(), self.loading_bar, self)
 
     def _build_panels(self) -> None:
         self.column = PanelColumn(self.editor)
-        self.column.accuracy.set_theme(self.theme)
+        self.column.set_theme(self.theme)
+        self.column.follow(self.live, self.views.selection)
         if self.settings.folded is not None:
             self.column.set_folded(self.settings.folded)
-        self.column.folded_changed.connect(self._on_folded_changed)
         self.panels = self._dock("Panels", self.column, Qt.DockWidgetArea.RightDockWidgetArea)
 
     def _build_bottom(self) -> None:
         self.timeline, self.plots = Timeline(self.theme), LivePlots(self.theme)
+        self.plots.follow(self.views.selection)
         content = QWidget()
         column = QVBoxLayout(content)
         column.setContentsMargins(0, 0, 0, 0)
@@ -119,124 +141,58 @@ class MainWindow(QMainWindow):
         self.addDockWidget(area, dock)
         return dock
 
-    def _update_toolbar(self) -> None:
-        mode = self.live.mode
-        playing = mode == "live" or (mode == "replaying" and self.timeline.playhead.playing)
-        self.session_bar.show_state(mode, playing=playing, recording=self.live.recorder is not None)
-
     def _connect(self) -> None:
-        live, views = self.live, self.views
-        views.poke_pressed.connect(live.press)
-        views.poke_moved.connect(live.move)
-        views.poke_released.connect(live.release)
-        views.open_requested.connect(self.action("open_robot").trigger)
-        views.cancel_requested.connect(live.cancel_loading)
+        views, bar, scene = self.views, self.session_bar, self.presenters.scene
         views.read_out.connect(self.readout.setText)
-        self.loading_bar.cancelled.connect(live.cancel_loading)
-        live.prepared_changed.connect(self._on_prepared_changed)
-        live.frame_ready.connect(self._on_frame_ready)
-        live.loading.connect(self._on_loading)
-        live.loading_ended.connect(self._on_loading_ended)
-        live.mode_changed.connect(self._on_mode_changed)
-        live.recording_changed.connect(self._on_recording_changed)
-        live.player_changed.connect(self._on_player_changed)
-        live.settings_changed.connect(self._on_settings_changed)
-        live.touched.connect(self._on_hints_read)
-        self.hint_bar.dismissed.connect(self._on_hints_read)
-        self.column.follow(live, views.selection)
-        self.plots.follow(views.selection)
-        self.timeline.scrubbed.connect(live.show_time)
-        self.timeline.play_toggled.connect(self._on_play_toggled)
-        self.timeline.live_requested.connect(live.back_to_live)
-        self.session_bar.speed_chosen.connect(live.set_speed)
-        self.robot_view.drawn.connect(self._on_drawn)
-
-    # Facts.
-
-    def _on_prepared_changed(self, prepared: PreparedScene) -> None:
-        self.views.show_prepared(prepared)
-        self.column.show_prepared(prepared)
-        self.plots.clear()
-        self.hint_bar.setVisible(not self.settings.hints_read)
-        self.session_bar.show_title(prepared.scene.title or prepared.robot.name)
-        if prepared.robot.findings or prepared.skin.findings:
-            count = len(prepared.robot.findings) + len(prepared.skin.findings)
-            self.statusBar().showMessage(
-                f"{count} import warnings; see tactile-maps inspect {prepared.scene.robot}",
-                10_000,
-            )
-
-    def _on_frame_ready(self, frame: Frame) -> None:
-        self.views.show_frame(frame)
-        runner = self.live.runner
-        factor = None if self.live.player or not runner else runner.real_time_factor
-        self.session_bar.show_factor(factor)
-        self.column.timing.show_factor(factor)
-        self.column.show_frame(frame)
-        self.plots.show_frame(frame)
-        if (recorder := self.live.recorder) is not None:
-            self.timeline.set_live(recorder.frames * recorder.tick)
-
-    def _on_loading(self, text: str, fraction: float) -> None:
-        """The first robot's progress fills the views; another's stays beside the one that lives."""
-        if self.live.prepared is None:
-            self.views.show_loading(text, fraction)
-        else:
-            self.loading_bar.show_progress(text, fraction)
-
-    def _on_loading_ended(self) -> None:
-        self.loading_bar.clear()
-        self.views.show_last()
-
-    def _on_mode_changed(self, mode: str) -> None:
-        self.views.show_mode(mode)
-        self._update_toolbar()
-
-    def _on_recording_changed(self, path: str | None) -> None:
-        self.timeline.set_live(0.0 if path is not None else None)
-        self._update_toolbar()
-
-    def _on_player_changed(self, player: RecordingPlayer | None) -> None:
-        if player is None:
-            self.timeline.set_live(None)
-        else:
-            tick = player.prepared.scene.tick
-            spans, edits = player.poke_spans(), player.edits()
-            self.timeline.set_recording(player.duration, spans, edits=edits, frame_seconds=tick)
-            self.live.map_quality_worker.measure(player.prepared.map)
-
-    def _on_settings_changed(self, settings: object) -> None:
-        self.plots.show_settings(settings)  # type: ignore[arg-type]
-
-    def _on_folded_changed(self, names: tuple[str, ...]) -> None:
-        self.settings.folded = names
-
-    def _on_hints_read(self) -> None:
-        self.hint_bar.hide()
-        self.settings.hints_read = True
-
-    def _on_play_toggled(self, _playing: bool) -> None:
-        self._update_toolbar()
-
-    def _on_drawn(self, milliseconds: float) -> None:
-        self.column.timing.add("3-D view", milliseconds)
-
-    def set_theme(self, name: str) -> None:
-        """Dress everything in ``dark`` or ``light``."""
-        self.theme = THEMES[name]
-        self.settings.theme = name
-        apply_theme(QApplication.instance(), self.theme)  # type: ignore[arg-type]
+        views.selection_told.connect(self._count.setText)
+        views.robot.drawn.connect(partial(self.column.get(TimingPanel).add, "3-D view"))
+        scene.title_changed.connect(bar.show_title)
+        scene.factor_changed.connect(bar.show_factor)
+        bar.speed_chosen.connect(self.live.set_speed)
+        self.presenters.state.changed.connect(bar.show_state)
+        self.column.folded_changed.connect(self._on_folded_changed)
+        self.presenters.map_files.changed.connect(self._update_title)
+        self.presenters.view.panels_wanted.connect(self._commands.show_panels)
         for part in (
-            self.views,
+            views,
+            self.column,
             self.timeline,
             self.plots,
             self.notification_bar,
             self.hint_bar,
-            self.session_bar,
-            self.column.accuracy,
-            self.control_presenter,
+            self._actions,
         ):
-            part.set_theme(self.theme)
+            self._theme.changed.connect(part.set_theme)
+
+    # Facts.
+
+    def _update_title(self) -> None:
+        files = self.presenters.map_files
+        self.setWindowModified(files.unsaved)
+        self.setWindowTitle("Tactile Maps[*]" if files.path is None else f"{files.path.name}[*] – Tactile Maps")
+
+    def _on_folded_changed(self, names: tuple[str, ...]) -> None:
+        self.settings.folded = names
+
+    @property
+    def theme(self) -> Theme:
+        """The theme in force."""
+        return self._theme.theme
+
+    def set_theme(self, name: str) -> None:
+        """Dress everything in ``dark`` or ``light``."""
+        self._theme.use(name)
+
+    def action(self, name: str) -> QAction:
+        """The action called ``name``."""
+        return self._actions[name]
+
+    def show_quality(self) -> None:
+        """Measure the map that is shown, here and now; of the backends beside the window it comes by itself."""
+        if isinstance(self.live.map_quality_worker, InlineMapQualityWorker):
+            self.live.map_quality_worker.run()
+
+    # Qt.
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         """Qt: files are welcome."""
@@ -247,7 +203,7 @@ class MainWindow(QMainWindow):
         """Qt: open the first file dropped."""
         paths = [url.toLocalFile() for url in event.mimeData().urls() if url.isLocalFile()]
         if paths:
-            self.file_presenter.open_path(paths[0])
+            self.presenters.files.open_path(paths[0])
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Qt: what no widget wanted; Right steps, where it neither pans the map nor turns a gain."""
@@ -258,15 +214,12 @@ class MainWindow(QMainWindow):
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Qt: ask about unsaved edits, complete the recording, end thread and processes, give the graphics back."""
-        if self.map_edit_presenter.files.unsaved and not self._leaving:
+        if self.presenters.map_files.unsaved and not self._leaving:
             event.ignore()
-            self.map_edit_presenter.files.leave(self._close_for_good)
+            self.presenters.map_files.leave(self._close_for_good)
             return
         self.settings.geometry = self.saveGeometry()
-        self.map_edit_presenter.files.close()
-        self.column.accuracy.shut()
-        self.control_presenter.close()
-        self.file_presenter.close()
+        self.presenters.close()
         self.live.close()
         self.robot_view.close_view()
         super().closeEvent(event)
@@ -277,12 +230,3 @@ class MainWindow(QMainWindow):
 
     def createPopupMenu(self) -> None:
         """Qt: no menu for hiding bars by accident; View has it."""
-
-    def action(self, name: str) -> QAction:
-        """The action called ``name``."""
-        return self.actions_by_name[name]
-
-    def show_quality(self) -> None:
-        """Measure the map that is shown, here and now; of the backends beside the window it comes by itself."""
-        if isinstance(self.live.map_quality_worker, InlineMapQualityWorker):
-            self.live.map_quality_worker.run()

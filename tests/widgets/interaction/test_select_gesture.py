@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QApplication
 
 from tests.widgets.support.samples import middle_taxel
 from tests.widgets.support.window_driver import run, visible_skin
-from widgets.common.tool_kinds import BRUSH, ToolKind
+from widgets.common.tool_kinds import BRUSH, POKE, SELECT_BOX, SELECT_BRUSH, SELECT_LASSO
 
 LEFT = Qt.MouseButton.LeftButton
 NONE, CTRL, SHIFT, ALT = (
@@ -64,7 +64,7 @@ class Side:
 @pytest.fixture(params=["map", "body"])
 def side(window, request):
     run(window, 0.1)
-    window.view_presenter.set_tool(ToolKind.BOX)
+    window.presenters.view.set_tool(SELECT_BOX)
     return Side(window, request.param)
 
 
@@ -110,24 +110,24 @@ def test_selecting_touches_nothing(window, side):
     heard = []
     window.views.poke_pressed.connect(heard.append)
     side.click(int(side.taxels()[0]))
-    window.view_presenter.set_tool(ToolKind.LASSO)
+    window.presenters.view.set_tool(SELECT_LASSO)
     side.press(side.pixel(int(side.taxels()[0])))
     assert heard == []
-    window.view_presenter.set_tool(ToolKind.POKE)
+    window.presenters.view.set_tool(POKE)
     side.press(side.pixel(int(side.taxels()[0])))
     assert len(heard) == 1, "the poke is heard where it is one"
 
 
-@pytest.mark.parametrize("tool", [ToolKind.BOX, ToolKind.LASSO])
+@pytest.mark.parametrize("tool", [SELECT_BOX, SELECT_LASSO])
 def test_a_box_and_a_lasso_choose_what_they_enclose(window, side, tool):
-    window.view_presenter.set_tool(tool)
+    window.presenters.view.set_tool(tool)
     taxel = int(side.taxels()[0])
     middle, reach = side.pixel(taxel), 40
     corners = around(middle, reach)
     start = middle if side.name == "body" else corners[0]
     side.press(start)
     # A box has only two corners; on the body it must begin on the skin, and here ends past the taxel itself.
-    path = [corners[2]] if tool is ToolKind.BOX else [*corners, corners[0]]
+    path = [corners[2]] if tool is SELECT_BOX else [*corners, corners[0]]
     side.drag(*path)
     outline = side.view.taxel_selector.rubber_band.outline
     side.release(path[-1])
@@ -136,7 +136,7 @@ def test_a_box_and_a_lasso_choose_what_they_enclose(window, side, tool):
     expected = np.flatnonzero(((pixels >= low) & (pixels <= high)).all(axis=1))
     expected = expected[~side.view.hidden(expected)]
     assert len(expected) >= 2
-    if tool is ToolKind.BOX:
+    if tool is SELECT_BOX:
         assert selected(window) == expected.tolist()
     else:
         assert taxel in selected(window)
@@ -158,7 +158,7 @@ def test_a_box_drawn_smaller_gives_back_what_it_no_longer_holds(window, side):
 
 
 def test_a_brush_paints_and_its_size_matters(window, side):
-    window.view_presenter.set_tool(ToolKind.BRUSH)
+    window.presenters.view.set_tool(SELECT_BRUSH)
     start = side.pixel(int(side.taxels()[0]))
     counts = []
     for steps in (-3, 6):
@@ -179,7 +179,7 @@ def test_a_brush_paints_and_its_size_matters(window, side):
 def test_bracket_keys_size_the_brush_of_both_views(window, side):
     window.activateWindow()
     side.view.setFocus()
-    window.view_presenter.set_tool(ToolKind.BRUSH)
+    window.presenters.view.set_tool(SELECT_BRUSH)
     for key, larger in ((Qt.Key.Key_BracketRight, True), (Qt.Key.Key_BracketLeft, False)):
         before = side.view.taxel_selector.rubber_band.radius
         QTest.keyClick(side.view, key)
@@ -188,11 +188,11 @@ def test_bracket_keys_size_the_brush_of_both_views(window, side):
         assert (radii.pop() > before) is larger
 
 
-@pytest.mark.parametrize("tool", [ToolKind.BOX, ToolKind.LASSO, ToolKind.BRUSH])
+@pytest.mark.parametrize("tool", [SELECT_BOX, SELECT_LASSO, SELECT_BRUSH])
 def test_escape_gives_a_drag_up_and_then_selects_none(window, side, tool):
     kept = int(side.taxels()[-1])
     side.click(kept)
-    window.view_presenter.set_tool(tool)
+    window.presenters.view.set_tool(tool)
     start = side.pixel(int(side.taxels()[0]))
     side.press(start)
     side.drag(start + QPoint(20, 0), start + QPoint(40, 40), start + QPoint(0, 40))
@@ -224,14 +224,14 @@ def test_another_tool_gives_the_gesture_up(window, side):
     side.press(start)
     side.drag(start + QPoint(40, 40))
     assert selected(window)
-    window.view_presenter.set_tool(ToolKind.POKE)
+    window.presenters.view.set_tool(POKE)
     assert selected(window) == []
     assert side.view.taxel_selector.rubber_band.outline is None
 
 
 def test_the_far_side_of_the_body_is_never_selected(window):
     run(window, 0.1)
-    window.view_presenter.set_tool(ToolKind.LASSO)
+    window.presenters.view.set_tool(SELECT_LASSO)
     side = Side(window, "body")
     view, prepared = window.robot_view, window.live.prepared
     start = visible_skin(window)[1]
@@ -276,7 +276,7 @@ def test_all_none_and_inverse_from_the_keys_of_the_views_only(window, side):
     for key in (Qt.Key.Key_A, Qt.Key.Key_L, Qt.Key.Key_M):
         QTest.keyClick(window.column, key)
     assert selected(window) == []
-    assert window.views.tool is ToolKind.BOX
+    assert window.views.tool is SELECT_BOX
     assert window.robot_view.morph.share == 0
 
 

@@ -181,16 +181,16 @@ def test_the_numbers_stand_in_the_quality_card(qtbot, editor):
     column.set_folded(())
     column.show()
     qtbot.waitExposed(column)
-    column.compare.compare_requested.connect(lambda a, b: column.compare.show_comparison(compare_maps(a, b)))
-    _press(column.compare, "keep")
-    second = column.quality.findChild(QLabel, "quality-angle-b")
+    column["compare"].compare_requested.connect(lambda a, b: column["compare"].show_comparison(compare_maps(a, b)))
+    _press(column["compare"], "keep")
+    second = column["quality"].findChild(QLabel, "quality-angle-b")
     assert second.isVisible()
     editor.ask(partial(set_method, numbers=[2], method="tutte"))
-    first = column.quality.findChild(QLabel, "quality-angle")
+    first = column["quality"].findChild(QLabel, "quality-angle")
     assert first.text() != second.text()
     assert second.font().bold()
-    assert _note(column.compare) == ""
-    _press(column.compare, "forget")
+    assert _note(column["compare"]) == ""
+    _press(column["compare"], "forget")
     assert not second.isVisible()
     assert first.text().startswith("×")
 
@@ -203,9 +203,9 @@ def test_what_failed_in_the_worker_is_said(panel):
 
 def test_one_key_shows_the_other_layout_and_ours_again(window):
     window.action("compare").trigger()
-    assert not window.column.compare.shows_other, "there is no other yet"
-    window.column.compare.keep_present()
-    kept = window.column.compare.other
+    assert not window.column["compare"].shows_other, "there is no other yet"
+    window.column["compare"].keep_present()
+    kept = window.column["compare"].other
     window.editor.do("Move", lambda document: move(document, [0], (0.1, 0.0)))
     window.action("compare").trigger()
     assert window.map_view._picture.document.layout == kept.layout

@@ -148,7 +148,7 @@ def test_a_replay_cannot_be_read_otherwise(panel):
 
 
 def test_in_the_window_a_choice_reaches_the_session_and_a_paused_one_after_a_reset(window, qtbot):
-    live, reading = window.live, window.column.contacts.reading
+    live, reading = window.live, window.column["contacts"].reading
     live.set_paused(paused=True)
     choose(reading.estimator, 2)
     live.step()

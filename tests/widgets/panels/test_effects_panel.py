@@ -148,13 +148,13 @@ def test_all_to_auto_is_there_when_something_is_not(panel, prepared, qtbot):
 
 def test_while_replaying_it_only_shows(panel, prepared):
     show(panel, with_override(prepared.scene, "friction", "on"))
-    panel.set_enabled(enabled=False)
+    panel.set_editable(editable=False)
     assert not any(line.box.isEnabled() for line in panel.lines.values())
     assert not panel.findChild(QPushButton, "effects-all-auto").isEnabled()
     show(panel, with_override(prepared.scene, "noise", "on"))
     assert not panel.findChild(QPushButton, "effects-all-auto").isEnabled()
     assert panel.findChild(QLabel, "effects-closed").isVisible()
-    panel.set_enabled(enabled=True)
+    panel.set_editable(editable=True)
     assert panel.lines["noise"].box.isEnabled()
 
 

@@ -16,14 +16,19 @@ from app.editing.document import MapDocument
 from app.maps.quality import measure
 from app.session.session import Session
 from app.tactile.poke import PokePressed
+from widgets.common.colours import LIGHT
 from widgets.common.panel import LabelledSlider, Panel
 from widgets.document.map_editor import MapEditor
+from widgets.document.taxel_selection import TaxelSelection
 from widgets.panels.contacts_panel import ContactsPanel
 from widgets.panels.controller_panel import ControllerPanel
 from widgets.panels.effects_panel import EffectsPanel
-from widgets.panels.panel_column import COLUMN_WIDTH, FOLDED_AT_FIRST, PanelColumn
+from widgets.panels.panel_column import COLUMN_WIDTH, PanelColumn
 from widgets.panels.quality_panel import QualityPanel
+from widgets.panels.registry import PANELS, PanelSpec
 from widgets.panels.timing_panel import VIEW_STAGE, TimingPanel
+from widgets.session.backends import INLINE
+from widgets.session.live_session import LiveSession
 from widgets.workers.scene_worker import InlineSceneWorker
 
 
@@ -134,11 +139,12 @@ def column(qtbot, prepared):
 
 
 def test_the_column_tells_which_panels_are_folded(column):
-    assert column.folded == FOLDED_AT_FIRST
+    at_first = ("behaviours-panel", "compare-panel", "history-panel", "accuracy-panel")
+    assert column.folded == at_first
     told = []
     column.folded_changed.connect(told.append)
-    QTest.mouseClick(column.contacts._heading, Qt.MouseButton.LeftButton)
-    assert told == [("contacts-panel", *FOLDED_AT_FIRST)]
+    QTest.mouseClick(column["contacts"]._heading, Qt.MouseButton.LeftButton)
+    assert told == [("contacts-panel", *at_first)]
     column.set_folded(["timing-panel", "a panel of another version"])
     assert column.folded == ("timing-panel",)
     assert len(told) == 1
@@ -148,11 +154,11 @@ def test_a_folded_panel_out_of_sight_is_revealed(column):
     told = []
     column.folded_changed.connect(told.append)
     column.set_folded(["timing-panel"])
-    column.reveal(column.timing)
+    column.reveal(column["timing"])
     assert column.folded == told[0] == ()
     QApplication.processEvents()
     seen = column.viewport().rect()
-    top = column.timing.mapTo(column.viewport(), column.timing.rect().topLeft())
+    top = column["timing"].mapTo(column.viewport(), column["timing"].rect().topLeft())
     assert seen.contains(top)
 
 
@@ -162,13 +168,50 @@ def test_all_panels_fit_the_column(column):
     assert column.widget().minimumSizeHint().width() <= COLUMN_WIDTH - 8, "a scroll bar must fit beside them"
 
 
-def test_another_panel_finds_its_place(column):
-    panel = Panel("Extra", "extra-panel")
-    column.add(panel, below=column.quality)
+class Extra(Panel):
+    """Keeps what reaches it."""
+
+    def __init__(self):
+        super().__init__("Extra", "extra-panel")
+        self.got = []
+
+    def show_prepared(self, prepared):
+        self.got.append(prepared)
+
+    def show_frame(self, frame):
+        self.got.append(frame)
+
+    def set_editable(self, *, editable):
+        self.got.append(editable)
+
+    def set_theme(self, theme):
+        self.got.append(theme)
+
+
+def test_a_panel_needs_one_line(qtbot, editor, prepared, touched):
+    """Its place, scenes, frames, theme, session and folding come from its spec and the hooks."""
+    session, selection, followed = LiveSession(backends=INLINE), TaxelSelection(), []
+    specs = (
+        PANELS[0],
+        PanelSpec(lambda _editor, _panels: Extra(), lambda *parts: followed.append(parts), folded_at_first=True),
+        PANELS[2],
+    )
+    column = PanelColumn(editor, specs=specs)
+    qtbot.addWidget(column)
+    column.follow(session, selection)
+    panel = column.get(Extra)
+    assert panel is column["extra"]
+    assert followed == [(panel, session, selection)]
+    assert column.folded == ("extra-panel",)
+    column.show_prepared(prepared)
+    column.show_frame(touched)
+    column.set_theme(LIGHT)
+    session.mode_changed.emit("replaying")
+    assert panel.got == [prepared, touched, LIGHT, False]
+    column.show()
     QApplication.processEvents()
-    assert column.quality.y() < panel.y() < column.compare.y()
-    QTest.mouseClick(panel._heading, Qt.MouseButton.LeftButton)
-    assert "extra-panel" in column.folded
+    assert column["controller"].y() < panel.y() < column["events"].y()
+    session.close()
 
 
 @pytest.mark.parametrize(

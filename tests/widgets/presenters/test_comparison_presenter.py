@@ -28,7 +28,7 @@ from widgets.controller_comparison.metrics_table import NONE, ROWS, format_metri
 def touched_window(window, prepared):
     """From the start, hybrid leads a finger along a path on the forearm, for a second."""
     window.live.show_prepared(replace(prepared, scene=replace(prepared.scene, stimuli=())))
-    panel = window.column.controller
+    panel = window.column["controller"]
     panel.choose_controller("hybrid")
     panel.choose_task("follow_path")
     window.live.reset()
@@ -41,8 +41,8 @@ def touched_window(window, prepared):
 
 @pytest.fixture
 def board(touched_window) -> ComparisonView:
-    click(touched_window.column.controller, "compare-controllers")
-    dialog = touched_window.control_presenter.comparison.dialog
+    click(touched_window.column["controller"], "compare-controllers")
+    dialog = touched_window.presenters.comparison.dialog
     assert dialog.isVisible()
     return dialog.board
 
@@ -87,7 +87,7 @@ def test_it_opens_with_the_law_in_force_and_another_on_what_was_done(board):
 
 def test_without_a_touch_it_offers_the_scene_s_script(window):
     window.action("compare_controllers").trigger()
-    board = window.control_presenter.comparison.board
+    board = window.presenters.comparison.board
     assert board.stimulus.own_task
     assert board.stimulus.occasion.inputs is None
     assert "again and again" in board.findChild(QLabel, "stimulus-note").text()
@@ -134,7 +134,7 @@ def test_a_contender_is_put_in_force_with_its_gains_and_the_task_stays(board, to
     QTest.keyClick(board.cards[1].sliders.by_name["force_gain"]._slider, Qt.Key.Key_End)
     click(board, "comparison-run")
     click(board, "use-B")
-    settings = touched_window.column.controller.settings
+    settings = touched_window.column["controller"].settings
     assert (settings.controller, settings.task, settings.force_gain) == ("qp", "follow_path", 0.04)
     run(touched_window, 0.1)
     assert touched_window.live.runner.session.settings == settings
@@ -182,7 +182,7 @@ def test_what_is_done_meanwhile_is_taken_at_the_next_run(board, touched_window):
 
 
 def test_all_can_do_the_task_set_now_instead(board, touched_window):
-    touched_window.column.controller.choose_task("keep_force")
+    touched_window.column["controller"].choose_task("keep_force")
     choose(board.stimulus._tasks, "own")
     click(board, "comparison-run")
     assert {trace.settings.task for trace in board.traces} == {"keep_force"}
@@ -220,13 +220,13 @@ def test_traces_are_written_and_what_cannot_be_is_told(board, touched_window, tm
     with path.open() as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == sum(len(trace) for trace in board.traces)
-    touched_window.control_presenter.comparison.export(str(tmp_path / "no folder" / "controllers.csv"))
+    touched_window.presenters.comparison.export(str(tmp_path / "no folder" / "controllers.csv"))
     assert "cannot be written" in note(board)
 
 
 def test_a_failure_is_told_and_what_was_there_stays(board, touched_window):
     click(board, "comparison-run")
-    touched_window.control_presenter.comparison.comparison_worker.failed.emit("It broke.")
+    touched_window.presenters.comparison.comparison_worker.failed.emit("It broke.")
     assert note(board) == "▲ It broke."
     assert len(board.traces) == 2
 
@@ -281,13 +281,13 @@ def test_a_double_click_shows_all_of_the_time_again(board):
 def test_the_menu_has_laws_and_tasks_by_keys(window):
     for controller in ("qp", "impedance", "parallel"):
         window.action(f"controller_{controller}").trigger()
-        assert window.column.controller.settings.controller == controller
+        assert window.column["controller"].settings.controller == controller
         assert window.action(f"controller_{controller}").isChecked()
     window.action("task_retreat").trigger()
-    assert window.column.controller.settings.task == "retreat"
+    assert window.column["controller"].settings.task == "retreat"
     assert not window.action("start_again").isEnabled()
     window.action("task_follow_path").trigger()
     window.action("start_again").trigger()
-    assert window.column.controller.settings.starts == 1
+    assert window.column["controller"].settings.starts == 1
     window.action("controller_impedance").trigger()
     assert not window.action("task_retreat").isEnabled(), "that controller has no task"

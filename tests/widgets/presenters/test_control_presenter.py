@@ -15,7 +15,7 @@ from tests.widgets.support.map_view_driver import LEFT, NONE
 from tests.widgets.support.robot_view_driver import skin_pixel
 from tests.widgets.support.samples import middle_taxel
 from tests.widgets.support.window_driver import press_map, run
-from widgets.common.tool_kinds import ToolKind
+from widgets.tools.registry import PATH
 
 
 def pixels(window, patch=0, *, away=((-0.03, 0.0), (0.0, 0.03), (0.03, 0.0))):
@@ -33,7 +33,7 @@ def draw(window, *, kind="polyline"):
     """Take the tool by its key, draw through three places of the upper arm's map."""
     window.map_view.setFocus()
     QTest.keyClick(window.map_view, Qt.Key.Key_D)
-    assert window.views.tool is ToolKind.PATH
+    assert window.views.tool is PATH
     window.action(f"path_{kind}").trigger()
     points, where = pixels(window)
     for pixel in where:
@@ -52,7 +52,7 @@ def test_a_path_drawn_on_the_map_is_what_the_session_follows(window):
     led = settings(window)
     assert (led.controller, led.task, led.path_kind) == ("hybrid", "follow_path", "polyline")
     np.testing.assert_allclose(led.path, points, atol=3e-3)
-    assert window.column.controller._settings == led
+    assert window.column["controller"]._settings == led
     shown = window.map_view._task
     assert shown is window.robot_view._task
     np.testing.assert_allclose(shown.path.lines[0].on_map[0], led.path[0], atol=1e-5)
@@ -208,5 +208,5 @@ def test_wanted_and_actual_are_shown_live_and_in_replay(window, tmp_path):
 @pytest.mark.parametrize("name", ["draw_path", "set_target"])
 def test_without_an_arm_to_lead_the_tools_are_off(qtbot, window, name):
     assert window.action(name).isEnabled()
-    window.control_tools_presenter.settings_editor.set_enabled(enabled=False)
+    window.presenters.tools.control.set_enabled(enabled=False)
     assert not window.action(name).isEnabled()

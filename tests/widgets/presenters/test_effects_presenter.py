@@ -22,7 +22,7 @@ LEFT = Qt.MouseButton.LeftButton
 
 @pytest.fixture
 def panel(window):
-    return window.column.effects
+    return window.column["effects"]
 
 
 def wish(panel, key, value):
@@ -54,7 +54,7 @@ def test_a_wish_acts_at_the_next_tick_and_keeps_the_state(window, panel):
 
 
 def test_auto_undoes_a_wish(window, panel):
-    opened = window.effects_presenter.scene
+    opened = window.presenters.effects.scene
     wish(panel, "noise", "on")
     wish(panel, "friction", "on")
     run(window, 0.01)
@@ -71,13 +71,13 @@ def test_a_wish_for_what_is_so_anyway_is_kept_with_the_scene(window, panel):
     wish(panel, "joint_limits", "on")
     run(window, 0.01)
     assert panel.lines["joint_limits"].marked
-    assert window.effects_presenter.scene.overrides["joint_limits"] == "on"
+    assert window.presenters.effects.scene.overrides["joint_limits"] == "on"
     changes = [act for _, act in window.live.runner.session.inputs if isinstance(act, EffectsChanged)]
     assert not changes, "nothing was simulated otherwise"
 
 
 def test_what_is_refused_is_said_and_the_panel_goes_back(window, panel):
-    refused = replace(window.effects_presenter.scene.effects, timestep=0.003)
+    refused = replace(window.presenters.effects.scene.effects, timestep=0.003)
     window.live.set_effects(refused)
     run(window, 0.05)
     assert "whole number" in window.notification_bar.text
@@ -90,7 +90,7 @@ def test_a_scene_that_contradicts_itself_is_said_before_anything_changes(window,
     panel.wished.emit("timestep", 0.003)
     assert "whole number" in window.notification_bar.text
     run(window, 0.01)
-    assert in_force(window) == window.effects_presenter.scene.effects
+    assert in_force(window) == window.presenters.effects.scene.effects
 
 
 @pytest.fixture
@@ -101,9 +101,9 @@ def in_a_corner(window, panel):
     wish(panel, "integrator", "euler")
     run(window, 0.01)
     for step in (0.0025, 0.005):
-        scene = with_override(window.effects_presenter.scene, "timestep", step)
+        scene = with_override(window.presenters.effects.scene, "timestep", step)
         if stability_warning(scene.effects, scene.layer) != stability_warning(
-            window.effects_presenter.scene.effects, window.effects_presenter.scene.layer
+            window.presenters.effects.scene.effects, window.presenters.effects.scene.layer
         ):
             wish(panel, "timestep", step)
             return scene
@@ -188,18 +188,18 @@ def test_a_law_chosen_by_its_accuracy_controls(window):
     """Controller and speed are taken, the gains stay, and the point is the one in force from then on."""
     before = window.live.runner.session.settings
     chosen = Setting("control", "parallel", {"path_speed_mm_s": 30.0})
-    window.column.accuracy.chosen.emit(chosen)
+    window.column["accuracy"].chosen.emit(chosen)
     run(window, 0.02)
     settings = window.live.runner.session.settings
     assert (settings.controller, settings.task, settings.path_speed) == ("parallel", "follow_path", 0.03)
     assert settings.force_goal == before.force_goal
-    assert window.column.accuracy._told["control"] == chosen
-    assert window.column.controller.settings == settings
+    assert window.column["accuracy"]._told["control"] == chosen
+    assert window.column["controller"].settings == settings
 
 
 def test_a_model_chosen_by_its_accuracy_is_simulated(window, panel):
-    window.column.accuracy.chosen.emit(Setting("touch", "punch"))
+    window.column["accuracy"].chosen.emit(Setting("touch", "punch"))
     run(window, 0.02)
     assert in_force(window).skin == "punch"
     assert panel.lines["skin"].words[1] == "punch"
-    assert window.column.accuracy._told["touch"] == Setting("touch", "punch")
+    assert window.column["accuracy"]._told["touch"] == Setting("touch", "punch")

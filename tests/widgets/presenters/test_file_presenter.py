@@ -40,7 +40,7 @@ def test_record_stop_replay_scrub_and_back(window, qtbot, tmp_path):
     assert len(player) == round(0.8 / window.live.prepared.scene.tick)
     assert verify(player).identical
     with qtbot.waitSignal(window.live.player_changed, timeout=60_000):
-        window.file_presenter.open_path(str(file))
+        window.presenters.files.open_path(str(file))
         assert window.live.mode == "live", "what runs goes on until the recording is there"
     assert window.live.mode == "replaying"
     window.timeline.scrubbed.emit(0.5)
@@ -48,7 +48,7 @@ def test_record_stop_replay_scrub_and_back(window, qtbot, tmp_path):
     window.action("pause").trigger()
     assert window.timeline.playhead.playing
     window.action("pause").trigger()
-    quality = window.column.quality.findChild(object, "quality-bijective")
+    quality = window.column["quality"].findChild(object, "quality-bijective")
     window.live.map_quality_worker.run()
     assert quality.text() == "yes"
     window.timeline.live_requested.emit()
@@ -70,7 +70,7 @@ def test_a_bad_file_gives_one_message_and_keeps_the_scene(window, qtbot, tmp_pat
     if name != "nothing.urdf":
         path.write_bytes(b"not what it says")
     before = window.live.prepared
-    window.file_presenter.open_path(str(path))
+    window.presenters.files.open_path(str(path))
     qtbot.waitUntil(lambda: bool(window.notification_bar.text), timeout=20_000)
     assert str(path) in window.notification_bar.text
     assert "Traceback" not in window.notification_bar.text
@@ -100,7 +100,7 @@ def test_another_robot_is_prepared_beside_the_running_one(window, qtbot, tmp_pat
     ]
     path.write_text("\n".join(["v {:.5f} {:.5f} {:.5f}".format(*v) for v in ring] + faces))
     with qtbot.waitSignal(window.live.prepared_changed, timeout=60_000):
-        window.file_presenter.open_path(str(path))
+        window.presenters.files.open_path(str(path))
     assert window.live.prepared.robot.joints == ()
     assert window.live.mode == "live"
     run(window, 0.2)
@@ -110,14 +110,14 @@ def test_another_robot_is_prepared_beside_the_running_one(window, qtbot, tmp_pat
 def test_loading_can_be_cancelled_and_the_old_scene_stays(window, qtbot):
     before = window.live.prepared
     with qtbot.waitSignal(window.live.loading_ended, timeout=10_000):
-        window.file_presenter.open_robot("arm")
+        window.presenters.files.open_robot("arm")
         window.live.cancel_loading()
     assert window.live.prepared is before
     run(window, 0.1)
 
 
 def test_closing_during_loading_leaves_no_process(window):
-    window.file_presenter.open_robot("arm")
+    window.presenters.files.open_robot("arm")
     assert window.live.worker.process.pid in {process.pid for process in mp.active_children()}
     window.close()
     assert window.live.worker.process.pid is None
@@ -141,7 +141,7 @@ def test_every_shipped_scene_is_offered_by_its_title(window, monkeypatch):
     menu = window.findChild(QMenu, "scenes")
     for _ in range(2):
         menu.aboutToShow.emit()
-    assert len(menu.actions()) == len(scene_names()) + 2, "a line and the way to a file"
+    assert len(menu.actions()) == len(scene_names())
     for name in scene_names():
         item = window.findChild(QAction, f"scene-{name}")
         assert item.text() == (load_scene(name).title or name)
@@ -151,7 +151,7 @@ def test_every_shipped_scene_is_offered_by_its_title(window, monkeypatch):
 
 
 def test_a_scene_is_saved_with_the_effects_that_were_chosen(window, monkeypatch, tmp_path):
-    window.column.effects.wished.emit("friction", "on")
+    window.column["effects"].wished.emit("friction", "on")
     run(window, 0.02)
     path = tmp_path / "mine"
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(path), ""))
@@ -161,11 +161,11 @@ def test_a_scene_is_saved_with_the_effects_that_were_chosen(window, monkeypatch,
     assert str(saved) in window.settings.recent
     again = load_scene(str(saved))
     assert again.effects == window.live.runner.session.effects
-    assert again == replace(window.effects_presenter.scene, name=again.name)
+    assert again == replace(window.presenters.effects.scene, name=again.name)
 
 
 def test_a_scene_that_cannot_be_saved_says_why(window, tmp_path):
-    window.scene_file_presenter.save(str(tmp_path / "no such folder" / "scene.toml"))
+    window.presenters.files.save_scene(str(tmp_path / "no such folder" / "scene.toml"))
     assert "cannot be written" in window.notification_bar.text
 
 

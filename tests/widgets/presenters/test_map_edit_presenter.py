@@ -38,9 +38,10 @@ from app.session.inputs import MapEdited
 from app.studies.work_precision import Setting
 from tests.widgets.support.window_driver import press_map, run
 from widgets.common.settings import Settings
-from widgets.common.tool_kinds import ToolKind
+from widgets.common.tool_kinds import POKE, SELECT_BOX
 from widgets.map_view.live_image import ImageSettings
 from widgets.session.backends import INLINE
+from widgets.tools.registry import ARRANGE, INTEREST, PINS, SEAMS
 from widgets.window.main_window import MainWindow
 
 LEFT = Qt.MouseButton.LeftButton
@@ -99,7 +100,7 @@ def test_a_recording_notes_edits_replays_them_and_is_verified(window, tmp_path):
     assert verify(player).identical
     assert [name for _, name in player.edits()] == ["Move", "Undo: Move", "Turn"]
 
-    window.file_presenter.open_path(str(file))
+    window.presenters.files.open_path(str(file))
     assert not window.action("arrange").isEnabled(), "a replay is looked at, not edited"
     assert not window.editor.do("Move", shift)
     for seconds, layout in ((0.1, first), (0.3, shift_layout(player, 1)), (0.5, edited.layout)):
@@ -153,14 +154,14 @@ def test_patches_are_packed_drawn_true_and_shown_again(window):
 
 def test_a_pin_is_put_in_by_key_where_the_pointer_is_or_at_the_selected_taxels(window):
     view = window.map_view
-    window.view_presenter.set_tool(ToolKind.PINS)
+    window.presenters.view.set_tool(PINS)
     view.setFocus()
     QTest.mouseMove(view.viewport(), view.pixel_of(window.live.prepared.skin.taxel_point(70)).toPoint())
     QTest.keyClick(view, Qt.Key.Key_P)
     assert sum(len(patch.pins) for patch in window.editor.document.patches) == 1
     window.views.selection.select_all()
     window.views.selection.invert()
-    window.view_presenter.set_tool(ToolKind.BOX)
+    window.presenters.view.set_tool(SELECT_BOX)
     QTest.mouseClick(view.viewport(), LEFT, pos=view.pixel_of(window.live.prepared.skin.taxel_point(20)).toPoint())
     QTest.keyClick(view, Qt.Key.Key_P)
     assert sum(len(patch.pins) for patch in window.editor.document.patches) == 2
@@ -172,15 +173,15 @@ def test_a_pin_is_put_in_by_key_where_the_pointer_is_or_at_the_selected_taxels(w
 def test_a_seam_is_proposed_with_the_tool_that_shows_it_and_enter_accepts(window):
     window.editor.select([1])
     window.action("propose_seam").trigger()
-    assert window.views.tool is ToolKind.SEAMS
+    assert window.views.tool is SEAMS
     assert window.editor.proposal is not None
-    assert "less distortion" in window.map_edit_presenter._seams._words()
+    assert "less distortion" in window.presenters.map_edit._seams._words()
     QTest.keyClick(window.map_view, Qt.Key.Key_Return)
     assert window.editor.history.names[-1] == "Accept a seam"
 
 
 def test_tools_say_what_they_do(window):
-    for tool in (ToolKind.ARRANGE, ToolKind.PINS, ToolKind.SEAMS, ToolKind.INTEREST):
+    for tool in (ARRANGE, PINS, SEAMS, INTEREST):
         window.action(tool.value).trigger()
         assert window.statusBar().currentMessage()
     window.action("poke").trigger()
@@ -188,7 +189,7 @@ def test_tools_say_what_they_do(window):
 
 
 def test_select_all_means_patches_while_a_tool_edits(window):
-    window.view_presenter.set_tool(ToolKind.ARRANGE)
+    window.presenters.view.set_tool(ARRANGE)
     window.action("select_all").trigger()
     assert window.editor.selected == (0, 1, 2)
     assert not len(window.views.selection.taxels)
@@ -197,7 +198,7 @@ def test_select_all_means_patches_while_a_tool_edits(window):
 
 
 def test_a_point_of_the_accuracy_panel_is_taken(window):
-    accuracy = window.column.accuracy
+    accuracy = window.column["accuracy"]
     accuracy.chosen.emit(Setting("flatten", "lscm", {}, (1,)))
     assert window.editor.document.charts[1].method == "lscm"
     accuracy.chosen.emit(Setting("image", "nearest", {"pixels": 128}))
@@ -210,10 +211,10 @@ def test_hovering_marks_the_patch_in_the_panel_and_back(window):
     pixel = view.pixel_of(window.live.prepared.skin.taxel_point(70)).toPoint()
     QTest.mouseMove(view.viewport(), pixel)
     patch = int(window.live.prepared.skin.patch_of[70])
-    window.view_presenter.set_tool(ToolKind.ARRANGE)
-    window.column.patches.hovered.emit(patch)
+    window.presenters.view.set_tool(ARRANGE)
+    window.column["patches"].hovered.emit(patch)
     pointed = view.grab().toImage()
-    window.column.patches.hovered.emit(None)
+    window.column["patches"].hovered.emit(None)
     QTest.mouseMove(view.viewport(), QPoint(2, 2))
     QApplication.processEvents()
     assert view.grab().toImage() != pointed
@@ -251,7 +252,7 @@ class RestlessPerson(RuleBasedStateMachine):
         self.window.resize(1100, 700)
         self.window.show()
         self.window.live.show_prepared(self.prepared)
-        self.window.map_edit_presenter.files._file.path = Path(self.folder.name) / "map.npz"
+        self.window.presenters.map_files._file.path = Path(self.folder.name) / "map.npz"
         self.editor, self.view = self.window.editor, self.window.map_view
         self.first = self.editor.document
         self.failures = []
@@ -266,7 +267,7 @@ class RestlessPerson(RuleBasedStateMachine):
             self.editor.go(0)
             assert self.editor.document.layout == MapDocument.of(self.prepared.map).layout
             assert self.editor.document is self.first
-        self.window.map_edit_presenter.files.give_up()
+        self.window.presenters.map_files.give_up()
         self.window.close()
         self.window.deleteLater()
         self.folder.cleanup()
@@ -290,18 +291,18 @@ class RestlessPerson(RuleBasedStateMachine):
         QTest.mouseRelease(viewport, _LEFT, pos=start + QPoint(*by))
 
     @rule(
-        tool=st.sampled_from([ToolKind.ARRANGE, ToolKind.PINS, ToolKind.SEAMS, ToolKind.INTEREST]),
+        tool=st.sampled_from([ARRANGE, PINS, SEAMS, INTEREST]),
         taxel=taxels,
         by=steps,
         drop=st.booleans(),
     )
     def drags(self, tool, taxel, by, drop):
-        self.window.view_presenter.set_tool(tool)
+        self.window.presenters.view.set_tool(tool)
         self.drag(self.pixel(taxel), by, drop=drop)
 
-    @rule(tool=st.sampled_from([ToolKind.ARRANGE, ToolKind.PINS, ToolKind.SEAMS, ToolKind.INTEREST]), taxel=taxels)
+    @rule(tool=st.sampled_from([ARRANGE, PINS, SEAMS, INTEREST]), taxel=taxels)
     def clicks(self, tool, taxel):
-        self.window.view_presenter.set_tool(tool)
+        self.window.presenters.view.set_tool(tool)
         QTest.mouseClick(self.view.viewport(), _LEFT, pos=self.pixel(taxel))
 
     @rule(chosen=several, name=simple)
@@ -326,18 +327,18 @@ class RestlessPerson(RuleBasedStateMachine):
     def goes_back(self, share):
         self.editor.go(round(share * (len(self.editor.history.names) - 1)))
 
-    @precondition(lambda self: self.window.map_edit_presenter.files.path.exists())
+    @precondition(lambda self: self.window.presenters.map_files.path.exists())
     @rule()
     def reloads(self):
-        saved = load_document(self.window.map_edit_presenter.files.path)
-        assert self.window.map_edit_presenter.files.open(str(self.window.map_edit_presenter.files.path))
+        saved = load_document(self.window.presenters.map_files.path)
+        assert self.window.presenters.map_files.open(str(self.window.presenters.map_files.path))
         assert self.editor.document.layout == saved.layout
         for one, other in zip(self.editor.document.charts, saved.charts, strict=True):
             assert np.array_equal(one.plane, other.plane)
 
     @rule(taxel=taxels)
     def pokes(self, taxel):
-        self.window.view_presenter.set_tool(ToolKind.POKE)
+        self.window.presenters.view.set_tool(POKE)
         QTest.mousePress(self.view.viewport(), _LEFT, pos=self.pixel(taxel))
         self.window.live.runner.run_for(0.04)
         self.window.live.pump()

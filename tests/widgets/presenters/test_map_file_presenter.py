@@ -20,9 +20,9 @@ from app.studies.testbeds.reference_bodies import flat_map
 @pytest.fixture
 def files(window):
     """Of a window with one edit that is not saved."""
-    assert not window.map_edit_presenter.files.unsaved
+    assert not window.presenters.map_files.unsaved
     window.editor.do("Turn", lambda document: rotate(document, [1], 0.5))
-    return window.map_edit_presenter.files
+    return window.presenters.map_files
 
 
 def message(window):
@@ -77,7 +77,7 @@ def test_a_saved_map_is_opened_as_one_edit_and_kept_there(window, files, tmp_pat
     save_document(turned, tmp_path / "turned.npz")
     window.editor.undo()
     first = window.editor.document
-    window.file_presenter.open_path(str(tmp_path / "turned.npz"))
+    window.presenters.files.open_path(str(tmp_path / "turned.npz"))
     assert window.editor.document.layout == turned.layout
     assert window.editor.history.names[-1] == "Open turned.npz"
     assert files.path == tmp_path / "turned.npz"
@@ -94,7 +94,7 @@ def test_a_map_that_does_not_fit_is_refused_and_nothing_changes(window, files, t
         save_map(flat_map(30), path)
     elif kind == "garbage":
         path.write_bytes(b"no map")
-    window.file_presenter.open_path(str(path))
+    window.presenters.files.open_path(str(path))
     assert window.editor.document is present
     assert files.path is None
     assert message(window)
@@ -146,14 +146,14 @@ def test_closing_may_give_the_edits_up(window, files):
 
 def test_opening_another_robot_asks_too(window, files):
     present = window.editor.document
-    window.file_presenter.open_robot("arm")
+    window.presenters.files.open_robot("arm")
     answer(window, QMessageBox.StandardButton.Cancel)
     assert window.editor.document is present
 
 
 def test_edits_given_up_for_a_scene_that_fails_to_open_are_still_there_and_unsaved(window, files, tmp_path):
     present = window.editor.document
-    window.file_presenter.open_scene(replace(load_scene("arm"), robot="no-such-robot"))
+    window.presenters.files.open_scene(replace(load_scene("arm"), robot="no-such-robot"))
     answer(window, QMessageBox.StandardButton.Discard)
     assert "no-such-robot" in message(window)
     assert window.editor.document is present

@@ -17,10 +17,10 @@ from app.maps.layout import MapLayout
 from tests.widgets.support.map_view_driver import HeldWorker, open_editor
 from tests.widgets.support.robot_view_driver import BESIDE, LEFT, MIDDLE, NONE, Heard, open_view, picture, skin_pixel
 from tests.widgets.support.snapshots import pixels
-from widgets.common.tool_kinds import ToolKind
 from widgets.overlays.body_overlays import MarkRole, PointMark, SkinTexture, ToolMarks
 from widgets.tools.interest_tool import InterestTool
 from widgets.tools.pin_tool import PinTool
+from widgets.tools.registry import PINS
 from widgets.tools.seam_tool import SeamTool
 
 FAR = QPoint(24, -18)
@@ -32,7 +32,7 @@ def view(qtbot, prepared):
     made = open_view(qtbot)
     made.show_prepared(prepared)
     made.draw_now()
-    made.set_tool(ToolKind.PINS)
+    made.set_tool(PINS)
     yield made
     made.close_view()
 

@@ -16,7 +16,7 @@ from PySide6.QtWidgets import QApplication
 from tests.widgets.support.samples import middle_taxel, touched
 from tests.widgets.support.snapshots import pixels, shared_share
 from tests.widgets.support.window_driver import run, visible_skin
-from widgets.common.tool_kinds import SelectionMode, ToolKind
+from widgets.common.tool_kinds import SELECT_BOX, SelectionMode
 from widgets.document.taxel_selection import SelectionUpdate
 from widgets.robot_view.camera import CameraRay
 from widgets.robot_view.skin_actors import morphed, ray_mesh_intersection
@@ -259,7 +259,7 @@ def test_the_hover_is_one_with_the_map(flat):
 
 
 def test_a_box_on_the_flat_skin_selects_what_lies_in_it(flat):
-    flat.view_presenter.set_tool(ToolKind.BOX)
+    flat.presenters.view.set_tool(SELECT_BOX)
     view, target = flat.robot_view, flat.robot_view.canvas.widget
     start = pixel(flat, middle_taxel(flat.live.prepared.map, 0)).toPoint()
     QTest.mousePress(target, LEFT, pos=start)

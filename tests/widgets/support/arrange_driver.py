@@ -11,10 +11,10 @@ from PySide6.QtWidgets import QApplication
 
 from app.editing.document import MapDocument
 from widgets.common.colours import DARK, PressureScale
-from widgets.common.tool_kinds import ToolKind
 from widgets.document.map_editor import MapEditor
 from widgets.map_view.map_view import MapView
 from widgets.tools.arrange_tool import ArrangeTool
+from widgets.tools.registry import ARRANGE
 from widgets.tools.transform_box import TransformBox
 from widgets.workers.scene_worker import SceneWorker
 
@@ -38,7 +38,7 @@ class Bench:
         self.editor.open(MapDocument.of(map_))
         self.editor.set_enabled(enabled=True)
         self.tool = ArrangeTool(self.editor, self.view)
-        self.view.set_tool(ToolKind.ARRANGE)
+        self.view.set_tool(ARRANGE)
         self.view.set_view_tool(self.tool)
         self.failures = []
         self.editor.failed.connect(self.failures.append)

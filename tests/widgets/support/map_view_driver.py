@@ -17,9 +17,9 @@ from app.flattening.bijectivity import flipped
 from app.maps.build import build_map
 from tests.support.surfaces import cap, frustum, sheet, skin_of
 from widgets.common.colours import DARK, PressureScale
-from widgets.common.tool_kinds import ToolKind
 from widgets.document.map_editor import MapEditor
 from widgets.map_view.map_view import MapView
+from widgets.tools.registry import PINS
 from widgets.workers.scene_worker import InlineSceneWorker
 
 LEFT, NONE, ALT = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.AltModifier
@@ -65,7 +65,7 @@ def open_editor(worker, document) -> MapEditor:
 class MapViewDriver:
     """Shows what the editor shows; the left button is held from ``press`` to ``release``."""
 
-    def __init__(self, qtbot, editor, tool, *, kind=ToolKind.PINS):
+    def __init__(self, qtbot, editor, tool, *, kind=PINS):
         self.editor, self.tool, self.view = editor, tool, MapView(DARK, PressureScale())
         qtbot.addWidget(self.view)
         self.view.resize(900, 700)

@@ -16,9 +16,9 @@ from tests.widgets.support.map_view_driver import (
     set_path_kind,
     small_document,
 )
-from widgets.common.tool_kinds import ToolKind
 from widgets.tools.control_settings_editor import ControlSettingsEditor
 from widgets.tools.path_tool import PathTool
+from widgets.tools.registry import PATH
 from widgets.workers.scene_worker import InlineSceneWorker
 
 
@@ -53,7 +53,7 @@ def lead(document):
 @pytest.fixture
 def hand(qtbot, lead, tool, document):
     """On the map, with the tool."""
-    return MapViewDriver(qtbot, open_editor(InlineSceneWorker(), document), tool, kind=ToolKind.PATH)
+    return MapViewDriver(qtbot, open_editor(InlineSceneWorker(), document), tool, kind=PATH)
 
 
 @pytest.fixture

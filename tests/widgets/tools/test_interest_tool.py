@@ -9,8 +9,8 @@ from PySide6.QtTest import QTest
 
 from app.editing.reflatten import set_method
 from tests.widgets.support.map_view_driver import ALT, CAP, LEFT, SHEET, HeldWorker, MapViewDriver, middle
-from widgets.common.tool_kinds import ToolKind
 from widgets.tools.interest_tool import InterestTool
+from widgets.tools.registry import INTEREST
 
 
 @pytest.fixture
@@ -20,7 +20,7 @@ def tool(editor):
 
 @pytest.fixture
 def hand(qtbot, editor, tool):
-    return MapViewDriver(qtbot, editor, tool, kind=ToolKind.INTEREST)
+    return MapViewDriver(qtbot, editor, tool, kind=INTEREST)
 
 
 held = pytest.mark.parametrize("worker", [HeldWorker], indirect=True)

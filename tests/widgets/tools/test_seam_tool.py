@@ -24,8 +24,8 @@ from tests.widgets.support.map_view_driver import (
     middle,
     sheet_vertex,
 )
-from widgets.common.tool_kinds import ToolKind
 from widgets.overlays.body_overlays import MarkRole
+from widgets.tools.registry import SEAMS
 from widgets.tools.seam_tool import SeamTool
 
 
@@ -36,7 +36,7 @@ def tool(editor):
 
 @pytest.fixture
 def hand(qtbot, editor, tool):
-    return MapViewDriver(qtbot, editor, tool, kind=ToolKind.SEAMS)
+    return MapViewDriver(qtbot, editor, tool, kind=SEAMS)
 
 
 held = pytest.mark.parametrize("worker", [HeldWorker], indirect=True)

@@ -15,11 +15,10 @@ from app.editing.arrange import move
 from app.editing.pins import add_pin
 from tests.widgets.support.snapshots import check_picture
 from tests.widgets.support.window_driver import blow_up, press_map, run, visible_skin
-from widgets.actions.registry import ACTIONS
 from widgets.common.colours import DARK, LIGHT
 from widgets.common.notification_bar import NotificationBar
 from widgets.common.settings import BaseLayer
-from widgets.common.tool_kinds import ToolKind
+from widgets.tools.registry import ARRANGE
 
 
 def test_it_opens_alive(window):
@@ -27,7 +26,7 @@ def test_it_opens_alive(window):
     frame = window.live.runner.session.frame
     assert window.live.runner.session.scripted
     assert frame.regions, "the scripted stroke must keep the map alive"
-    assert "1 contact" in window.column.contacts.findChild(object, "contacts-summary").text()
+    assert "1 contact" in window.column["contacts"].findChild(object, "contacts-summary").text()
     assert "× real time" in window.session_bar.factor.text()
 
 
@@ -92,7 +91,7 @@ def test_hints_go_with_the_first_touch_and_stay_away(window):
 
 
 def test_holding_force_is_a_click_away_and_works(window):
-    QTest.mouseClick(window.column.controller._buttons["hold_force"], Qt.MouseButton.LeftButton)
+    QTest.mouseClick(window.column["controller"]._buttons["hold_force"], Qt.MouseButton.LeftButton)
     press_map(window, 70)
     run(window, 3.0)
     frame = window.live.runner.session.frame
@@ -102,7 +101,7 @@ def test_holding_force_is_a_click_away_and_works(window):
 
 
 def test_gains_are_live(window):
-    slider = window.column.controller.sliders.by_name["stiffness"]._slider
+    slider = window.column["controller"].sliders.by_name["stiffness"]._slider
     before = window.live.runner.session.settings.stiffness
     QTest.keyClick(slider, Qt.Key.Key_Right)
     run(window, 0.05)
@@ -151,8 +150,8 @@ def test_the_pressure_scale_is_shared(window):
 
 def test_quality_is_shown(window):
     window.show_quality()
-    assert window.column.quality.findChild(object, "quality-flips").text() == "0"
-    assert window.column.quality.findChild(object, "quality-bijective").text() == "yes"
+    assert window.column["quality"].findChild(object, "quality-flips").text() == "0"
+    assert window.column["quality"].findChild(object, "quality-bijective").text() == "yes"
 
 
 def test_the_picture_of_the_whole_window(window):
@@ -162,7 +161,7 @@ def test_the_picture_of_the_whole_window(window):
     window.robot_view.draw_now()
     QApplication.processEvents()
     window.session_bar.show_factor(1.0)
-    window.column.timing.hide()
+    window.column["timing"].hide()
     window.plots.hide()
     QApplication.processEvents()
     window.robot_view.draw_now()
@@ -174,13 +173,13 @@ def test_the_picture_of_the_window_in_which_the_map_is_edited(window, qtbot):
     window.set_theme("light")
     window.editor.do("Move", lambda document: move(document, [2], (0.05, -0.02)))
     window.editor.do("Pin", lambda document: add_pin(document, document.skin.taxel_point(10)))
-    window.view_presenter.set_tool(ToolKind.ARRANGE)
+    window.presenters.view.set_tool(ARRANGE)
     window.editor.select([2])
-    window.view_presenter.set_ground(BaseLayer.AREA)
+    window.presenters.view.set_ground(BaseLayer.AREA)
     window.hint_bar.hide()
     run(window, 0.1)
     window.session_bar.show_factor(1.0)
-    window.column.timing.hide()
+    window.column["timing"].hide()
     window.plots.hide()
     qtbot.waitUntil(lambda: window.bottom.height() < 100)  # what is below gives its room to the views, in its own time
     window.views.frame_all()
@@ -291,7 +290,7 @@ def test_right_steps_while_paused_and_only_then(window):
 def test_right_still_turns_a_gain_while_paused(window):
     window.action("pause").trigger()
     tick = window.live.runner.session.frame.tick
-    slider = window.column.controller.sliders.by_name["stiffness"]
+    slider = window.column["controller"].sliders.by_name["stiffness"]
     before = slider.value
     QTest.keyClick(slider._slider, Qt.Key.Key_Right)
     assert slider.value > before
@@ -317,17 +316,12 @@ def test_keys_do_what_the_table_says(window, key, name):
     assert name in done
 
 
-def test_no_key_means_two_things():
-    keys = [key for spec in ACTIONS for key in spec.keys]
-    assert len(keys) == len(set(keys))
-
-
 def test_timing_comes_into_sight_even_when_hidden(window):
     window.action("panels").trigger()
     assert not window.panels.isVisible()
     window.action("timing").trigger()
     QApplication.processEvents()
-    panel = window.column.timing
+    panel = window.column["timing"]
     top = panel.mapTo(window.column.viewport(), QPoint(0, 0)).y()
     assert window.panels.isVisible()
     assert 0 <= top <= window.column.viewport().height() - panel.height()
@@ -368,9 +362,9 @@ def test_the_eye_sees_a_replay_is_no_live_session(window, tmp_path):
     window.live.stop_recording()
     window.live.open_recording(tmp_path / "one.mcap")
     assert window.session_bar.factor.text() == "Replay"
-    assert not window.column.controller.isEnabled()
+    assert not window.column["controller"].isEnabled()
     for name in ("step", "reset", "record"):
         assert not window.action(name).isEnabled()
-    window.column.timing.refresh()
-    assert window.column.timing._values["factor"].text() == "–"
+    window.column["timing"].refresh()
+    assert window.column["timing"]._values["factor"].text() == "–"
     assert window.map_view.pixel_of(window.live.prepared.skin.taxel_point(70)) != QPointF()

@@ -5,7 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from widgets.common.tool_kinds import BRUSH, LARGEST_BRUSH, SMALLEST_BRUSH, SelectionMode, ToolKind, resized_brush
+from widgets.common.tool_kinds import (
+    BRUSH,
+    LARGEST_BRUSH,
+    SELECT_BOX,
+    SELECT_BRUSH,
+    SELECT_LASSO,
+    SMALLEST_BRUSH,
+    SelectionMode,
+    resized_brush,
+)
 from widgets.interaction.select_gesture import (
     CLICK_PX,
     Picked,
@@ -38,7 +47,7 @@ def test_a_press_and_release_in_place_picks(hand):
     assert not hand.busy
 
 
-@pytest.mark.parametrize("tool", [ToolKind.BOX, ToolKind.LASSO, ToolKind.BRUSH])
+@pytest.mark.parametrize("tool", [SELECT_BOX, SELECT_LASSO, SELECT_BRUSH])
 def test_a_press_that_moved_is_never_a_pick_even_if_it_came_back(tool):
     hand = held(tool)
     hand.press((5, 5), PLAIN)
@@ -66,7 +75,7 @@ def test_a_box_spans_from_press_to_pointer_and_only_its_first_act_begins(hand):
 
 
 def test_a_lasso_follows_the_hand():
-    hand = held(ToolKind.LASSO)
+    hand = held(SELECT_LASSO)
     hand.press((0, 0), PLAIN)
     for place in ((10, 0), (10.5, 0), (10, 10)):
         act = hand.move(place)
@@ -74,7 +83,7 @@ def test_a_lasso_follows_the_hand():
 
 
 def test_a_brush_chooses_from_the_press_on_and_sweeps_stretch_by_stretch():
-    hand = held(ToolKind.BRUSH)
+    hand = held(SELECT_BRUSH)
     dab = hand.press((3, 3), PLAIN)
     assert dab.begins
     assert dab.line.tolist() == [[3, 3], [3, 3]]

@@ -1,0 +1,128 @@
+"""The table of actions: each once, each key once, and a rule that answers in every state."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from itertools import product
+
+from app.control.controllers import CONTROL_SCHEMES
+from app.editing.arrange import EDGES
+from widgets.actions.registry import key_text, shortcuts_html, specs_in
+from widgets.actions.state import UndoState, WindowState
+from widgets.actions.table import MOUSE_GESTURES, REMEDIES, menu_bar, tool_action
+from widgets.common.mode import Mode
+from widgets.common.tool_kinds import ToolKind, ToolRole
+from widgets.tools.registry import ARRANGE, PATH, TOOLS, ToolSpec
+
+SPECS = {spec.name: spec for spec in (*specs_in(menu_bar()), *REMEDIES)}
+
+
+def states():
+    """All modes, with every switch of the state on and off together with the others, or alone."""
+    switches = [field.name for field in fields(WindowState) if field.type == "bool"]
+    undo = UndoState(can_undo=True, can_redo=True, undo_name="Move", redo_name="Pin")
+    for mode, on, tool in product(Mode, (False, True), (spec.kind for spec in TOOLS)):
+        state = replace(WindowState(), mode=mode, tool=tool, undo=undo, **dict.fromkeys(switches, on))
+        yield state
+        for name in switches:
+            yield replace(state, **{name: not on})
+
+
+def test_each_action_stands_in_one_menu_or_is_a_remedy():
+    names = [spec.name for spec in (*specs_in(menu_bar()), *REMEDIES)]
+    assert len(names) == len(set(names)) > 80
+    assert not {spec.name for spec in REMEDIES} & {spec.name for spec in specs_in(menu_bar())}
+
+
+def test_no_key_means_two_things():
+    keys = [key for spec in SPECS.values() for key in spec.keys]
+    assert len(keys) == len(set(keys))
+
+
+def test_a_letter_acts_only_in_the_views():
+    for spec in SPECS.values():
+        for key in spec.keys:
+            if len(key) == 1 and key.isalnum():
+                assert spec.in_views, f"{key} would be taken from whoever types it"
+
+
+def test_every_rule_answers_in_every_state():
+    count = 0
+    for state in states():
+        for spec in SPECS.values():
+            assert isinstance(spec.enabled(state), bool), spec.name
+            assert spec.checked is None or isinstance(spec.checked(state), bool), spec.name
+            assert spec.text_for is None or spec.text_for(state)
+            assert spec.icon_for is None or spec.icon_for(state)
+            count += 1
+    assert count > 10_000
+
+
+def enabled(state):
+    return {name for name, spec in SPECS.items() if spec.enabled(state)}
+
+
+def test_an_empty_window_opens_and_shows():
+    names = enabled(WindowState())
+    assert {"open_robot", "open_recording", "theme", "quit", "poke", "keys"} <= names
+    assert not names & {"pause", "step", "reset", "record", "save_map", "undo", "weigh", "compare_controllers"}
+    assert not names & {"arrange", "draw_path", "more_force", "save_scene", "controller_hybrid", "task_follow_path"}
+
+
+def test_time_is_stepped_only_while_it_stands_still():
+    of = {mode: enabled(WindowState(mode=mode)) for mode in Mode}
+    assert [mode for mode in Mode if "step" in of[mode]] == [Mode.PAUSED]
+    assert [mode for mode in Mode if "pause" in of[mode]] == [Mode.LIVE, Mode.PAUSED, Mode.REPLAYING]
+    assert [mode for mode in Mode if "record" in of[mode]] == [Mode.LIVE, Mode.PAUSED]
+    assert [mode for mode in Mode if "save_scene" in of[mode]] == [Mode.LIVE, Mode.PAUSED, Mode.REPLAYING]
+
+
+def test_a_replay_is_not_changed():
+    names = enabled(replace(WindowState(mode=Mode.REPLAYING), controller="hybrid", can_restart_task=True))
+    assert not any(name.startswith(("controller_", "task_")) for name in names)
+    assert not names & {"reset", "record", "reset_gains", "start_again", "weigh", "save_script", "play_script"}
+
+
+def test_tasks_are_for_controllers_that_do_them():
+    for controller in ("hold_force", *CONTROL_SCHEMES):
+        names = enabled(WindowState(mode=Mode.LIVE, controller=controller))
+        assert ("task_follow_path" in names) == (controller in CONTROL_SCHEMES)
+
+
+def test_patches_are_arranged_where_some_are_selected():
+    some = {"mirror", "true_size", "hide_patches", *(f"align_{edge}" for edge in EDGES)}
+    assert not enabled(WindowState(editable=True)) & some
+    assert enabled(WindowState(editable=True, patches_selected=True)) >= some
+    assert not enabled(WindowState(patches_selected=True)) & some
+
+
+def test_undo_says_what():
+    state = WindowState(undo=UndoState(can_undo=True, undo_name="Move patches"))
+    assert SPECS["undo"].text_for(state) == "Undo move patches"
+    assert SPECS["redo"].text_for(state) == "Redo"
+
+
+def test_what_is_in_force_is_checked():
+    state = WindowState(controller="qp", task="follow_path", path_kind="spline", tool=PATH, recording=True)
+    down = {name for name, spec in SPECS.items() if spec.checked is not None and spec.checked(state)}
+    assert {"controller_qp", "task_follow_path", "path_spline", "draw_path", "record", "ground_pressure"} <= down
+    assert "arrange" not in down
+    assert SPECS["arrange"].checked(replace(state, tool=ARRANGE))
+
+
+def test_a_tool_needs_one_line():
+    """Its action, key, button and menu come from its spec."""
+    ruler = ToolSpec(ToolKind("ruler", ToolRole.EDIT), "Ruler", "Y", "Measure the map")
+    (edit,) = [menu for menu in menu_bar((*TOOLS, ruler)) if menu.title == "Edit"]
+    action = next(item for item in edit.items if getattr(item, "name", "") == "ruler")
+    assert action.keys == tool_action(ruler).keys == ("Y",)
+    assert action.toolbar == "edit"
+    assert action.checked(WindowState(tool=ruler.kind))
+    assert not action.enabled(WindowState())
+
+
+def test_keys_are_listed_with_arrows():
+    assert key_text("Alt+Up") == "Alt+↑"
+    text = shortcuts_html(tuple(SPECS.values()), MOUSE_GESTURES)
+    assert "Alt+↑" in text
+    assert all(spec.text.rstrip("…") in text for spec in SPECS.values() if spec.keys)

@@ -1,0 +1,103 @@
+"""What is said, in the real window: text as it is, one progress a job, one report a fault, one window a text."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QLabel, QMessageBox, QToolButton
+
+from tests.widgets.support.window_driver import press_map, run
+
+LEFT = Qt.MouseButton.LeftButton
+
+
+@pytest.fixture
+def crash_files(tmp_path, monkeypatch):
+    """Where unexpected problems leave their details."""
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    return lambda: list((tmp_path / "state").rglob("*crash*"))
+
+
+def cancel(window):
+    QTest.mouseClick(window.loading_bar.findChild(QToolButton, "loading-cancel"), LEFT)
+
+
+def test_a_message_is_shown_as_it_is_written(window):
+    text = "arm.urdf: its root must be <robot>, not <b>model</b>"
+    window.live.failed.emit(text)
+    assert window.notification_bar.text == text
+    assert window.notification_bar.findChild(QLabel, "message-text").textFormat() == Qt.TextFormat.PlainText
+
+
+def test_a_failed_measurement_leaves_the_progress_of_a_scene(window):
+    window.live.loading.emit("Placing taxels", 0.4)
+    window.live.cost_worker.failed.emit("Measuring ended unexpectedly")
+    assert window.loading_bar.busy
+    window.live.loading_ended.emit()
+    assert not window.loading_bar.busy
+
+
+def test_cancel_ends_the_job_that_is_shown_and_no_other(window, monkeypatch):
+    ended = []
+    monkeypatch.setattr(window.live.worker, "cancel", lambda: ended.append("scene"))
+    monkeypatch.setattr(window.live.cost_worker, "cancel_weighing", lambda: ended.append("weighing"))
+    window.live.loading.emit("Placing taxels", 0.4)
+    window.live.cost_worker.weighing.emit()
+    cancel(window)
+    assert ended == ["weighing"]
+    assert window.loading_bar.busy, "the scene is still being prepared"
+    cancel(window)
+    assert ended == ["weighing", "scene"]
+    assert not window.loading_bar.busy
+
+
+def test_keys_are_listed_in_one_window_that_goes_when_it_is_closed(window, qtbot):
+    def boxes():
+        return window.findChildren(QMessageBox, "keys")
+
+    for _ in range(2):
+        window.activateWindow()
+        qtbot.waitUntil(window.isActiveWindow)
+        QTest.keyClick(window, Qt.Key.Key_F1)
+        window.action("keys").trigger()
+        (box,) = boxes()
+        box.close()
+        qtbot.waitUntil(lambda: not boxes())
+
+
+def test_a_fault_of_every_frame_is_reported_once(window, crash_files):
+    def fail(number):
+        raise RuntimeError(f"in frame {number}")
+
+    def fail_otherwise():
+        raise RuntimeError("elsewhere")
+
+    for number in range(5):
+        try:
+            fail(number)
+        except RuntimeError as error:
+            window.notifier.unexpected(error)
+    assert len(crash_files()) == 1
+    assert "unexpected problem" in window.notification_bar.text
+    assert "5 times" in window.statusBar().currentMessage()
+    try:
+        fail_otherwise()
+    except RuntimeError as error:
+        window.notifier.unexpected(error)
+    assert len(crash_files()) == 2
+
+
+def test_shapes_switched_on_while_time_stands_still_show_on_both_sides(window):
+    window.action("mark_shapes").trigger()
+    pixel = press_map(window, 70)
+    run(window, 0.5)
+    window.action("pause").trigger()
+    marks = window.robot_view.scene._marks
+    assert not any(actor.visibility for actor in marks._ellipses)
+    window.action("mark_shapes").trigger()
+    assert any(actor.visibility for actor in marks._ellipses)
+    assert window.map_view._picture._overlays.shapes
+    window.action("mark_shapes").trigger()
+    assert not any(actor.visibility for actor in marks._ellipses)
+    QTest.mouseRelease(window.map_view.viewport(), LEFT, pos=pixel)

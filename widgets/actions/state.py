@@ -1,0 +1,108 @@
+"""The state of the window on which depends what a person may ask of it: one immutable value, and rules about it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from app.control.controllers import CONTROL_SCHEMES
+from widgets.common.mode import Mode
+from widgets.common.settings import OverlayOptions
+from widgets.common.tool_kinds import POKE, ToolKind
+
+
+@dataclass(frozen=True)
+class UndoState:
+    """What can be undone and redone.
+
+    Attributes:
+        can_undo: Whether there is anything to undo.
+        can_redo: Whether there is anything to redo.
+        undo_name: What would be undone; empty where that has no name.
+        redo_name: What would be redone; empty where that has no name.
+    """
+
+    can_undo: bool = False
+    can_redo: bool = False
+    undo_name: str = ""
+    redo_name: str = ""
+
+
+@dataclass(frozen=True)
+class WindowState:
+    """What menus, toolbar and keys depend on; it changes with acts of a person, never with frames.
+
+    Attributes:
+        mode: Of the session.
+        playing: Whether time passes, in the session or in a replay.
+        recording: Whether a recording is being written.
+        controller: Name of the one in force.
+        task: Name of the one in force.
+        path_kind: How the next path is drawn.
+        can_control: Whether there is an arm to control, and a map to draw on.
+        has_path: Whether a path or a target was drawn.
+        can_restart_task: Whether the task can start from its beginning.
+        editable: Whether there is a map that takes edits.
+        edit_busy: Whether an edit is being computed.
+        patches_selected: Whether there is a patch to edit.
+        tool: In the hand.
+        undo: Of what the tool is about.
+        overlays: What View > Overlay is set to.
+        light: Whether the light theme is in force.
+    """
+
+    mode: Mode = Mode.EMPTY
+    playing: bool = False
+    recording: bool = False
+    controller: str = ""
+    task: str = ""
+    path_kind: str = ""
+    can_control: bool = False
+    has_path: bool = False
+    can_restart_task: bool = False
+    editable: bool = False
+    edit_busy: bool = False
+    patches_selected: bool = False
+    tool: ToolKind = POKE
+    undo: UndoState = UndoState()
+    overlays: OverlayOptions = field(default_factory=OverlayOptions)
+    light: bool = False
+
+
+def always(_state: WindowState) -> bool:
+    """Nothing is needed."""
+    return True
+
+
+def has_scene(state: WindowState) -> bool:
+    """Something is shown, live or replayed."""
+    return state.mode is not Mode.EMPTY
+
+
+def running(state: WindowState) -> bool:
+    """A session is shown, running or paused."""
+    return state.mode.running
+
+
+def paused(state: WindowState) -> bool:
+    """A session is shown that stands still."""
+    return state.mode is Mode.PAUSED
+
+
+def editable(state: WindowState) -> bool:
+    """There is a map that takes edits."""
+    return state.editable
+
+
+def patches_selected(state: WindowState) -> bool:
+    """There are patches to edit."""
+    return state.editable and state.patches_selected
+
+
+def can_control(state: WindowState) -> bool:
+    """There is an arm to control, and a map to draw on."""
+    return state.can_control
+
+
+def has_tasks(state: WindowState) -> bool:
+    """The controller in force does tasks."""
+    return state.mode.running and state.controller in CONTROL_SCHEMES

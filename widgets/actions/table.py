@@ -1,0 +1,525 @@
+"""Everything a person can ask of the window: the menu bar, with each action where it stands, and the remedies.
+
+This table is the one place of an action. Menus, toolbar, keys, the list of keys, texts, what is enabled and what is
+checked come from it; a presenter binds what it does. Tools, overlays, controllers and tasks have tables of their own,
+from which their actions are made here.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import get_args
+
+from app.editing.arrange import EDGES
+from app.maps.paths import PathKind
+from widgets.actions.registry import LINE, ActionSpec, Menu, MenuList
+from widgets.actions.state import (
+    WindowState,
+    can_control,
+    editable,
+    has_scene,
+    has_tasks,
+    patches_selected,
+    paused,
+    running,
+)
+from widgets.common.controller_settings import CONTROLLERS, SETTING_CHOICES
+from widgets.common.settings import MARKS, BaseLayer
+from widgets.common.tool_kinds import ToolRole
+from widgets.tools.registry import TOOLS, ToolSpec
+
+_TOOL_ENABLED = {ToolRole.EDIT: editable, ToolRole.CONTROL: can_control}
+_PATHS = {
+    "polyline": ("Polyline", "Straight from corner to corner"),
+    "spline": ("Spline", "Smoothly through all corners"),
+    "lemniscate": ("Figure of eight", "Dragged from end to end"),
+    "raster": ("Raster", "To and fro over a box"),
+}
+_ALIGN = {
+    "left": ("Left sides", "by their left sides"),
+    "centre": ("Middles, one above the other", "one above the other"),
+    "right": ("Right sides", "by their right sides"),
+    "top": ("Tops", "by their tops"),
+    "middle": ("Middles, side by side", "side by side"),
+    "bottom": ("Bottoms", "by their bottoms"),
+}
+_BASE_LAYERS = {
+    BaseLayer.PRESSURE: ("Pressure", "Show pressure only"),
+    BaseLayer.ANGLE: (
+        "Angle distortion",
+        "Ratio of the larger to the smaller stretch at each point (1: no angle distortion)",
+    ),
+    BaseLayer.AREA: ("Area distortion", "Ratio of map area to body area at each point (1: no area distortion)"),
+    BaseLayer.CHECKER: ("Checker", "Checkerboard on the map, shown on the body as the map distorts it"),
+    BaseLayer.CIRCLES: ("Circles", "Circles on the body, shown on the map as ellipses (Tissot's indicatrix)"),
+}
+_MARKS = {
+    "seams": ("Seams", "Alt+S", "Show the seams along which the skin was cut"),
+    "border": ("Border", "Alt+B", "Show the border of the skin"),
+    "pins": ("Pins", "", "Show the pins whatever the tool"),
+    "contours": ("Contours", "Alt+C", "Show the outlines of contact regions"),
+    "shapes": (
+        "Contact shapes",
+        "",
+        "Dash each contact's ellipse, and dot the circle in which its centre lies, where they are large enough",
+    ),
+    "taxel_ids": ("Taxel numbers", "Alt+N", "Number the taxels, as many as have room"),
+    "dots": ("Taxels as dots", "Alt+D", "A dot for each taxel, instead of a picture between them"),
+}
+
+
+def tool_action(spec: ToolSpec) -> ActionSpec:
+    """The action that takes a tool."""
+    name = spec.kind.name
+    return ActionSpec(
+        name,
+        spec.text,
+        (spec.key,) if spec.key else (),
+        spec.tip,
+        in_views=True,
+        enabled=_TOOL_ENABLED.get(spec.kind.role, lambda _state: True),
+        checked=lambda state: state.tool.name == name,
+        group="tool",
+        icon=name,
+        toolbar=spec.kind.role.value,
+    )
+
+
+def _tools(role: ToolRole, specs: tuple[ToolSpec, ...]) -> tuple[ActionSpec, ...]:
+    return tuple(tool_action(spec) for spec in specs if spec.kind.role is role)
+
+
+def _paths() -> tuple[ActionSpec, ...]:
+    return tuple(
+        ActionSpec(
+            f"path_{kind}",
+            *_PATHS[kind][:1],
+            tip=_PATHS[kind][1],
+            enabled=can_control,
+            checked=partial(_is, "path_kind", kind),
+            group="path",
+        )
+        for kind in get_args(PathKind)
+    )
+
+
+def _align(edges: tuple[str, ...]) -> tuple[ActionSpec, ...]:
+    return tuple(
+        ActionSpec(
+            f"align_{edge}",
+            _ALIGN[edge][0],
+            tip=f"Line up the selected patches {_ALIGN[edge][1]}",
+            enabled=patches_selected,
+        )
+        for edge in edges
+    )
+
+
+def _controllers() -> tuple[ActionSpec, ...]:
+    return tuple(
+        ActionSpec(
+            f"controller_{controller}",
+            text,
+            (f"Alt+{number}",),
+            tip,
+            enabled=running,
+            checked=partial(_is, "controller", controller),
+            group="controller",
+        )
+        for number, (controller, (text, tip)) in enumerate(CONTROLLERS.items(), start=1)
+    )
+
+
+def _tasks() -> tuple[ActionSpec, ...]:
+    return tuple(
+        ActionSpec(
+            f"task_{task}",
+            text,
+            tip=f"{text}, with the controllers that do tasks",
+            enabled=has_tasks,
+            checked=partial(_is, "task", task),
+            group="task",
+        )
+        for task, text in SETTING_CHOICES["task"][1].items()
+    )
+
+
+def _base_layers() -> tuple[ActionSpec, ...]:
+    return tuple(
+        ActionSpec(
+            f"ground_{layer.value}",
+            _BASE_LAYERS[layer][0],
+            (f"Ctrl+{number}",),
+            _BASE_LAYERS[layer][1],
+            checked=partial(_has_ground, layer),
+            group="ground",
+        )
+        for number, layer in enumerate(BaseLayer, start=1)
+    )
+
+
+def _marks() -> tuple[ActionSpec, ...]:
+    return tuple(
+        ActionSpec(
+            f"mark_{name}",
+            _MARKS[name][0],
+            (_MARKS[name][1],) if _MARKS[name][1] else (),
+            _MARKS[name][2],
+            checked=partial(_has_mark, name),
+        )
+        for name in MARKS
+    )
+
+
+def _is(field: str, value: str, state: WindowState) -> bool:
+    return bool(getattr(state, field) == value)
+
+
+def _has_ground(layer: BaseLayer, state: WindowState) -> bool:
+    return state.overlays.ground is layer
+
+
+def _has_mark(name: str, state: WindowState) -> bool:
+    return bool(getattr(state.overlays, name))
+
+
+def _with_name(word: str, what: str) -> str:
+    return f"{word} {what[:1].lower()}{what[1:]}" if what else word
+
+
+def _file_menu() -> Menu:
+    return Menu(
+        "File",
+        (
+            ActionSpec("open_robot", "Open robot…", ("Ctrl+O",), "Open MJCF, URDF or a bare mesh"),
+            MenuList("robots", "Robots"),
+            MenuList("scenes", "Open scene"),
+            ActionSpec("open_scene", "Open scene file…", (), "Open a scene of your own"),
+            ActionSpec(
+                "import_taxels", "Import iCub taxels…", (), "Put the taxels of an iCub positions file on the robot"
+            ),
+            ActionSpec("open_recording", "Open recording…", ("Ctrl+Shift+O",), "Replay a recording"),
+            MenuList("recent", "Recent files"),
+            LINE,
+            ActionSpec(
+                "open_map", "Open map…", ("Ctrl+L",), "Take over the layout of a saved map of this skin", editable
+            ),
+            ActionSpec(
+                "save_map", "Save map", ("Ctrl+S",), "Save the tactile map, with all that can be edited", editable
+            ),
+            ActionSpec(
+                "save_map_as",
+                "Save map as…",
+                ("Ctrl+Shift+S",),
+                "Save the tactile map under another name",
+                editable,
+            ),
+            ActionSpec(
+                "export_map",
+                "Export map…",
+                ("Ctrl+E",),
+                "For other programs: OBJ with UV, SVG, PNG, CSV and more",
+                editable,
+            ),
+            LINE,
+            ActionSpec("save_scene", "Save scene as…", (), "Keep this scene, with the effects you chose", has_scene),
+            LINE,
+            ActionSpec("save_picture", "Save picture…", ("Ctrl+Shift+P",), "Save the window as a picture"),
+            LINE,
+            ActionSpec("quit", "Quit", ("Ctrl+Q",), "Close the window"),
+        ),
+    )
+
+
+def _edit_menu(tools: tuple[ToolSpec, ...]) -> Menu:
+    return Menu(
+        "Edit",
+        (
+            ActionSpec(
+                "undo",
+                "Undo",
+                ("Ctrl+Z",),
+                "Undo the last edit of the map",
+                enabled=lambda state: state.undo.can_undo,
+                text_for=lambda state: _with_name("Undo", state.undo.undo_name),
+                icon="undo",
+                toolbar="undo",
+            ),
+            ActionSpec(
+                "redo",
+                "Redo",
+                ("Ctrl+Shift+Z", "Ctrl+Y"),
+                "Redo what was undone",
+                enabled=lambda state: state.undo.can_redo,
+                text_for=lambda state: _with_name("Redo", state.undo.redo_name),
+                icon="redo",
+                toolbar="undo",
+            ),
+            LINE,
+            *_tools(ToolRole.EDIT, tools),
+            LINE,
+            ActionSpec(
+                "add_pin",
+                "Pin",
+                ("P",),
+                "Pin the place under the pointer, or the selected taxels",
+                editable,
+                in_views=True,
+            ),
+            ActionSpec(
+                "remove_pin",
+                "Remove pins",
+                ("Alt+P",),
+                "Remove the selected pins, or the nearest",
+                editable,
+                in_views=True,
+            ),
+            ActionSpec(
+                "select_pins",
+                "Select pins",
+                ("Shift+P",),
+                "Select all pins of the selected patches",
+                editable,
+                in_views=True,
+            ),
+            LINE,
+            ActionSpec(
+                "propose_seam",
+                "Propose a seam",
+                ("Ctrl+K",),
+                "Show where one more seam would help most, and how much",
+                editable,
+            ),
+            ActionSpec("mirror", "Mirror", ("Ctrl+M",), "Mirror the selected patches horizontally", patches_selected),
+            Menu("Align", (*_align(EDGES[:3]), LINE, *_align(EDGES[3:]))),
+            ActionSpec("true_size", "True size", (), "Reset the scale of the selected patches to 1", patches_selected),
+            ActionSpec("repack", "Repack", ("Ctrl+Shift+K",), "Arrange patches as they sit on the body", editable),
+            LINE,
+            ActionSpec(
+                "hide_patches",
+                "Hide patches",
+                ("H",),
+                "Hide the selected patches; hidden patches keep sensing",
+                patches_selected,
+                in_views=True,
+            ),
+            ActionSpec("show_patches", "Show all patches", ("Alt+H",), "Show every patch", editable, in_views=True),
+            LINE,
+            ActionSpec(
+                "cancel_edit",
+                "Cancel the edit",
+                ("Ctrl+.",),
+                "Cancel the edit that is being computed",
+                enabled=lambda state: state.edit_busy,
+            ),
+        ),
+    )
+
+
+def _session_menu() -> Menu:
+    return Menu(
+        "Session",
+        (
+            ActionSpec(
+                "pause",
+                "Pause",
+                ("Space",),
+                "Stop or go on; in a replay, play or pause",
+                yields=True,
+                enabled=has_scene,
+                text_for=lambda state: "Pause" if state.playing else "Play",
+                icon_for=lambda state: "pause" if state.playing else "play",
+                toolbar="session",
+            ),
+            ActionSpec(
+                "step",
+                "Step",
+                (".",),
+                "One control tick while paused, also by →",
+                enabled=paused,
+                icon="step",
+                toolbar="session",
+            ),
+            ActionSpec(
+                "reset",
+                "Reset",
+                ("Backspace",),
+                "Start the scene again",
+                yields=True,
+                enabled=running,
+                icon="reset",
+                toolbar="session",
+            ),
+            ActionSpec(
+                "record",
+                "Record",
+                ("Ctrl+R",),
+                "Record every tick to a file",
+                enabled=running,
+                checked=lambda state: state.recording,
+                text_for=lambda state: "Stop recording" if state.recording else "Record",
+                icon_for=lambda state: "stop" if state.recording else "record",
+                toolbar="session",
+            ),
+        ),
+    )
+
+
+def _touch_menu() -> Menu:
+    return Menu(
+        "Touch",
+        (
+            ActionSpec(
+                "save_script",
+                "Save my touches as a script…",
+                (),
+                "Keep your touches since the last reset, to play again",
+                running,
+            ),
+            ActionSpec("play_script", "Play a script…", (), "Restart the scene and play a script of touches", running),
+            LINE,
+            ActionSpec(
+                "weigh",
+                "Known-load check (0.1 kg)",
+                (),
+                "Lay 0.1 kg on the skin in a separate process: it must read 0.981 N",
+                running,
+            ),
+        ),
+    )
+
+
+def _control_menu(tools: tuple[ToolSpec, ...]) -> Menu:
+    return Menu(
+        "Control",
+        (
+            Menu("Controller", _controllers()),
+            Menu("Task", _tasks()),
+            *_tools(ToolRole.CONTROL, tools),
+            LINE,
+            Menu("Path shape", _paths()),
+            ActionSpec("more_force", "More force", ("Alt+Up",), "Increase the force goal by 0.5 N", can_control),
+            ActionSpec("less_force", "Less force", ("Alt+Down",), "Decrease the force goal by 0.5 N", can_control),
+            LINE,
+            ActionSpec(
+                "clear_path",
+                "Clear path and target",
+                (),
+                "Remove the drawn path and target",
+                enabled=lambda state: state.can_control and state.has_path,
+            ),
+            ActionSpec(
+                "start_again",
+                "Restart task",
+                ("Ctrl+Backspace",),
+                "From its beginning",
+                enabled=lambda state: state.mode.running and state.can_restart_task,
+            ),
+            LINE,
+            ActionSpec(
+                "reset_gains", "Reset gains", (), "Reset all gains of the controller to the scene's values", running
+            ),
+            ActionSpec(
+                "compare_controllers",
+                "Compare controllers…",
+                ("Ctrl+Shift+L",),
+                "Run several controllers on the same stimuli in another process",
+                has_scene,
+            ),
+        ),
+    )
+
+
+def _select_menu(tools: tuple[ToolSpec, ...]) -> Menu:
+    return Menu(
+        "Select",
+        (
+            *_tools(ToolRole.POKE, tools),
+            LINE,
+            *_tools(ToolRole.SELECT, tools),
+            ActionSpec("smaller_brush", "Smaller brush", ("[",), "Make the brush that selects smaller", in_views=True),
+            ActionSpec("larger_brush", "Larger brush", ("]",), "Make the brush that selects larger", in_views=True),
+            LINE,
+            ActionSpec("select_all", "Select all", ("A",), "Select every taxel", in_views=True),
+            ActionSpec("select_none", "Select none", ("Alt+A",), "Select no taxel, also by Escape", in_views=True),
+            ActionSpec("select_inverse", "Invert selection", ("Ctrl+I",), "Select the taxels that are not selected"),
+        ),
+    )
+
+
+def _view_menu() -> Menu:
+    return Menu(
+        "View",
+        (
+            ActionSpec("frame", "Frame all", ("Home",), "Show the whole robot and the whole map", yields=True),
+            ActionSpec(
+                "morph",
+                "Body or map",
+                ("M",),
+                "Flatten the skin in the robot view, or put it back on the body",
+                in_views=True,
+            ),
+            ActionSpec("compare", "Other layout", ("Ctrl+D",), "Show the layout that is compared with, or ours again"),
+            Menu("Overlay", (*_base_layers(), LINE, *_marks())),
+            ActionSpec("theme", "Light theme", ("Ctrl+Shift+T",), "Dark or light", checked=lambda state: state.light),
+            ActionSpec("panels", "Panels", ("F2",), "Show or hide the panels", checkable=True),
+            ActionSpec("timing", "Timing", ("F3",), "Show where the time goes"),
+            ActionSpec("effects", "Effects", ("F5",), "Show what is simulated, why, and what it costs"),
+            ActionSpec("plots", "Timeline and plots", ("F4",), "Show or hide what is below the views", checkable=True),
+            ActionSpec("reset_layout", "Reset layout", (), "Both views equally wide, all panels shown"),
+            ActionSpec("full_screen", "Full screen", ("F11",), "The whole screen", checkable=True),
+        ),
+    )
+
+
+def _help_menu() -> Menu:
+    return Menu(
+        "Help",
+        (
+            ActionSpec("keys", "Keys", ("F1", "?"), "List the keys"),
+            ActionSpec("about", "About Tactile Maps", (), "Versions"),
+        ),
+    )
+
+
+def menu_bar(tools: tuple[ToolSpec, ...] = TOOLS) -> tuple[Menu, ...]:
+    """The menus, for these tools."""
+    return (
+        _file_menu(),
+        _edit_menu(tools),
+        _session_menu(),
+        _touch_menu(),
+        _control_menu(tools),
+        _select_menu(tools),
+        _view_menu(),
+        _help_menu(),
+    )
+
+
+REMEDIES = (
+    ActionSpec("restore_map", "Restore", (), "Restore the edits that were not saved when the program ended"),
+    ActionSpec("save_report", "Save report", (), "Save a report that replays what led to the stop"),
+    ActionSpec("use_anyway", "Use anyway", (), "Simulate it in spite of the warning"),
+)
+"""Offered by a message, where they help."""
+
+MOUSE_GESTURES = (
+    ("Press the skin or the map", "poke; force grows while held"),
+    ("Drag along it", "stroke"),
+    ("Escape", "release the poke, cancel a selection being drawn, or select none"),
+    ("Click, or drag around, with Select", "select taxels, on the map or on the body"),
+    ("Drag a patch with Arrange", "move it; its corners scale, its handle rotates; Ctrl does not snap"),
+    ("Drag a pin with Pins", "the map follows; click the skin to pin it"),
+    ("Drag along the skin with Seams", "draw a seam; Alt erases one"),
+    ("Enter, Escape", "accept or decline a proposed seam"),
+    ("Click or drag with Path", "draw; Enter or a double click ends, Backspace removes the last corner"),
+    ("Drag a path's corner, side or line", "move it, add a corner, move all of it; Delete removes a corner"),
+    ("Click or drag with Target", "hold the contact there, move it along"),
+    ("Wheel or drag on the force, Page Up and Down", "0.5 N more or less, with Path and Target"),
+    ("→", "one control tick while paused, or one frame of a replay"),
+    ("Drag beside the robot", "turn the view; with Shift, move it"),
+    ("Drag beside the map, or Space-drag", "move the map"),
+    ("Wheel", "zoom"),
+    ("Click a side of the cube", "look from there"),
+    ("Double-click beside robot or map", "frame all"),
+)

@@ -1,0 +1,101 @@
+"""The panels, one line each, in the order of the column: what makes a panel, and what of the session it follows.
+
+What the arm does is at the top, then the map, from what is edited to how good that is, then what it all costs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol, TypeVar
+
+from widgets.common.panel import Panel
+from widgets.document.map_editor import MapEditor
+from widgets.document.taxel_selection import TaxelSelection
+from widgets.panels.accuracy_panel import AccuracyPanel
+from widgets.panels.behaviours_panel import BehavioursPanel
+from widgets.panels.compare_panel import ComparePanel
+from widgets.panels.contacts_panel import ContactsPanel
+from widgets.panels.controller_panel import ControllerPanel
+from widgets.panels.effects_panel import EffectsPanel
+from widgets.panels.events_panel import EventsPanel
+from widgets.panels.history_panel import HistoryPanel
+from widgets.panels.patches_panel import PatchesPanel
+from widgets.panels.quality_panel import QualityPanel
+from widgets.panels.timing_panel import TimingPanel
+from widgets.session.live_session import LiveSession
+
+P = TypeVar("P", bound=Panel)
+
+
+class Panels(Protocol):
+    """The panels made so far."""
+
+    def get(self, kind: type[P]) -> P:
+        """The panel of a class."""
+
+
+Make = Callable[[MapEditor, Panels], Panel]
+Follow = Callable[[Any, LiveSession, TaxelSelection], None]
+
+
+@dataclass(frozen=True)
+class PanelSpec:
+    """One panel.
+
+    Attributes:
+        make: Makes it for a map's editor; it may connect itself to those above it.
+        follow: Connects the panel, first argument, to session and selection; scenes and frames come by the hooks of
+            ``Panel``. None where it follows neither.
+        folded_at_first: Whether a person looks for it only when it is needed.
+    """
+
+    make: Make
+    follow: Follow | None = None
+    folded_at_first: bool = False
+
+
+def _follow_controller(panel: ControllerPanel, session: LiveSession, _selection: TaxelSelection) -> None:
+    session.settings_changed.connect(panel.show_settings)
+    panel.settings_edited.connect(session.set_settings)
+
+
+def _follow_contacts(panel: ContactsPanel, session: LiveSession, selection: TaxelSelection) -> None:
+    session.reading_changed.connect(panel.show_reading)
+    session.effects_changed.connect(panel.show_effects)
+    panel.reading_edited.connect(session.set_reading)
+    panel.follow(selection)
+
+
+def _follow_behaviours(panel: BehavioursPanel, session: LiveSession, _selection: TaxelSelection) -> None:
+    session.behaviours_changed.connect(panel.show_behaviours)
+    session.triggered.connect(panel.show_triggered)
+    panel.behaviours_edited.connect(session.set_behaviours)
+
+
+def _follow_quality(panel: QualityPanel, session: LiveSession, _selection: TaxelSelection) -> None:
+    session.measured.connect(panel.show_quality)
+
+
+def _make_compare(editor: MapEditor, panels: Panels) -> ComparePanel:
+    """What it finds is shown in the quality card."""
+    panel, quality = ComparePanel(editor), panels.get(QualityPanel)
+    panel.compared.connect(quality.show_comparison)
+    panel.ended.connect(quality.end_comparison)
+    return panel
+
+
+PANELS = (
+    PanelSpec(lambda _editor, _panels: ControllerPanel(), _follow_controller),
+    PanelSpec(lambda _editor, _panels: ContactsPanel(), _follow_contacts),
+    PanelSpec(lambda _editor, _panels: EventsPanel()),
+    PanelSpec(lambda _editor, _panels: BehavioursPanel(), _follow_behaviours, folded_at_first=True),
+    PanelSpec(lambda editor, _panels: PatchesPanel(editor)),
+    PanelSpec(lambda _editor, _panels: QualityPanel(), _follow_quality),
+    PanelSpec(_make_compare, folded_at_first=True),
+    PanelSpec(lambda editor, _panels: HistoryPanel(editor), folded_at_first=True),
+    PanelSpec(lambda _editor, _panels: AccuracyPanel(), folded_at_first=True),
+    PanelSpec(lambda _editor, _panels: TimingPanel()),
+    PanelSpec(lambda _editor, _panels: EffectsPanel()),
+)
+"""One line a panel: its place in the column, and all that reaches it, come from here."""

@@ -1,0 +1,74 @@
+"""Makes the presenters, each with those it asks: one acyclic order, so that nobody reaches through the window."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from PySide6.QtWidgets import QWidget
+
+from widgets.presenters.accuracy_presenter import AccuracyPresenter
+from widgets.presenters.comparison_presenter import ComparisonPresenter
+from widgets.presenters.context import AppContext
+from widgets.presenters.control_presenter import ControlPresenter, ControlToolsPresenter
+from widgets.presenters.effects_presenter import EffectsPresenter
+from widgets.presenters.file_presenter import FilePresenter
+from widgets.presenters.map_edit_presenter import MapEditPresenter
+from widgets.presenters.map_file_presenter import MapFilePresenter
+from widgets.presenters.notification_presenter import NotificationPresenter
+from widgets.presenters.scene_presenter import ScenePresenter
+from widgets.presenters.session_presenter import SessionPresenter
+from widgets.presenters.state_tracker import StateTracker
+from widgets.presenters.touch_script_presenter import TouchScriptPresenter
+from widgets.presenters.view_presenter import ViewPresenter
+from widgets.tools.registry import Tools
+
+
+@dataclass(frozen=True, eq=False)
+class Presenters:
+    """All of them, and the tools that they share."""
+
+    tools: Tools
+    effects: EffectsPresenter
+    map_files: MapFilePresenter
+    map_edit: MapEditPresenter
+    files: FilePresenter
+    view: ViewPresenter
+    session: SessionPresenter
+    notification: NotificationPresenter
+    touch_script: TouchScriptPresenter
+    control_tools: ControlToolsPresenter
+    control: ControlPresenter
+    comparison: ComparisonPresenter
+    accuracy: AccuracyPresenter
+    scene: ScenePresenter
+    state: StateTracker
+
+    def close(self) -> None:
+        """Finish writing, end what runs beside."""
+        for presenter in (self.map_files, self.accuracy, self.comparison, self.session):
+            presenter.close()
+
+
+def build(context: AppContext, parent: QWidget) -> Presenters:
+    """The presenters of a window; ``parent`` owns them."""
+    tools = Tools(context.editor, parent)
+    effects = EffectsPresenter(context, parent)
+    map_files = MapFilePresenter(context, parent)
+    map_edit = MapEditPresenter(context, tools, map_files, parent)
+    return Presenters(
+        tools=tools,
+        effects=effects,
+        map_files=map_files,
+        map_edit=map_edit,
+        files=FilePresenter(context, effects, map_files, parent),
+        view=ViewPresenter(context, tools, parent),
+        session=SessionPresenter(context, parent),
+        notification=NotificationPresenter(context, parent),
+        touch_script=TouchScriptPresenter(context, effects, parent),
+        control_tools=ControlToolsPresenter(context, tools, parent),
+        control=ControlPresenter(context, parent),
+        comparison=ComparisonPresenter(context, effects, parent),
+        accuracy=AccuracyPresenter(context, effects, parent),
+        scene=ScenePresenter(context, effects, map_edit, parent),
+        state=StateTracker(context, tools, parent),
+    )

@@ -1,0 +1,81 @@
+"""What every presenter is given, instead of the window: the owners of change, what shows, and the ways to speak."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import QApplication
+
+from widgets.actions.registry import ActionRegistry
+from widgets.common.colours import THEMES, Theme, apply_theme
+from widgets.common.settings import Settings
+from widgets.document.map_editor import MapEditor
+from widgets.panels.panel_column import PanelColumn
+from widgets.plots.live_plots import LivePlots
+from widgets.presenters.dialogs import Dialogs
+from widgets.presenters.linked_views import LinkedViews
+from widgets.presenters.notifier import Notifier
+from widgets.session.backends import Backends
+from widgets.session.live_session import LiveSession
+from widgets.timeline.timeline import Timeline
+
+
+class ThemeHolder(QObject):
+    """The theme in force, remembered in the settings.
+
+    Args:
+        settings: Where it is remembered.
+        parent: Qt parent.
+
+    Attributes:
+        theme: In force.
+    """
+
+    changed = Signal(object)
+    """Another Theme is in force."""
+
+    def __init__(self, settings: Settings, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._settings = settings
+        self.theme: Theme = THEMES[settings.theme]
+
+    def use(self, name: str) -> None:
+        """Take ``dark`` or ``light``."""
+        self.theme = THEMES[name]
+        self._settings.theme = name
+        apply_theme(QApplication.instance(), self.theme)  # type: ignore[arg-type]
+        self.changed.emit(self.theme)
+
+
+@dataclass(frozen=True, eq=False)
+class AppContext:
+    """All that a presenter may reach; it never sees the window.
+
+    Attributes:
+        session: The only caller that changes the running session.
+        editor: The only caller that changes the map document.
+        views: Robot and map.
+        panels: The column beside them.
+        plots: The curves below them.
+        timeline: Of a recording.
+        actions: Everything a person can ask for.
+        notifier: Says what happened.
+        dialogs: Asks.
+        settings: What is remembered between launches.
+        backends: What does the work beside.
+        theme: The colours in force.
+    """
+
+    session: LiveSession
+    editor: MapEditor
+    views: LinkedViews
+    panels: PanelColumn
+    plots: LivePlots
+    timeline: Timeline
+    actions: ActionRegistry
+    notifier: Notifier
+    dialogs: Dialogs
+    settings: Settings
+    backends: Backends
+    theme: ThemeHolder

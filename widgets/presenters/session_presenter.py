@@ -1,0 +1,104 @@
+"""The Session menu and what keeps a session: time, recordings, replay, reports of a stop."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from pathlib import Path
+
+from platformdirs import user_documents_path
+from PySide6.QtCore import QElapsedTimer, QObject, QTimer
+
+from app.core.errors import TactileMapsError
+from app.recording.player import RecordingPlayer
+from widgets.presenters.context import AppContext
+from widgets.session.recording_writer import make_recording_folder
+
+_PLAY_MS = 16
+
+
+class SessionPresenter(QObject):
+    """Starts, stops and records what runs, and plays what was recorded.
+
+    Args:
+        context: What it works on.
+        parent: Qt parent.
+    """
+
+    def __init__(self, context: AppContext, parent: QObject) -> None:
+        super().__init__(parent)
+        self._context, self._session, self._timeline = context, context.session, context.timeline
+        self._play_clock = QElapsedTimer()
+        self._play_timer = QTimer(self)
+        self._play_timer.setInterval(_PLAY_MS)
+        self._play_timer.timeout.connect(self._on_play_timer)
+        for name, handler in (
+            ("pause", self.toggle_pause),
+            ("step", self._session.step),
+            ("reset", self._session.reset),
+            ("record", self.toggle_record),
+            ("save_report", self.save_report),
+        ):
+            context.actions.bind(name, handler)
+        context.views.space_tapped.connect(context.actions["pause"].trigger)
+        self._timeline.play_toggled.connect(self._on_play_toggled)
+        self._timeline.scrubbed.connect(self._session.show_time)
+        self._timeline.live_requested.connect(self._session.back_to_live)
+        self._session.recording_changed.connect(self._on_recording_changed)
+        self._session.player_changed.connect(self._on_player_changed)
+
+    def close(self) -> None:
+        """Stop what runs by itself."""
+        self._play_timer.stop()
+
+    def toggle_pause(self) -> None:
+        """Pause or go on; in a replay, play or pause."""
+        if self._session.player is not None:
+            self._timeline.toggle_play()
+        else:
+            self._session.set_paused(paused=self._session.mode == "live")
+
+    def toggle_record(self) -> None:
+        """Start recording to a new file, or complete the one being written."""
+        if self._session.recorder is not None:
+            self._session.stop_recording()
+            return
+        folder = recordings_folder()
+        try:
+            make_recording_folder(folder)
+        except TactileMapsError as error:
+            self._context.notifier.fault(str(error))
+        else:
+            prepared = self._session.prepared
+            name = prepared.robot.name if prepared is not None else "session"
+            self._session.start_recording(folder / f"{name} {datetime.now():%Y-%m-%d %H.%M.%S}.mcap")
+
+    def save_report(self) -> None:
+        """Keep what led to the stop where recordings are kept."""
+        self._session.save_report(recordings_folder() / f"stopped {datetime.now():%Y-%m-%d %H.%M.%S}.mcap")
+
+    def _on_recording_changed(self, path: str | None) -> None:
+        self._timeline.set_live(0.0 if path is not None else None)
+
+    def _on_player_changed(self, player: RecordingPlayer | None) -> None:
+        if player is None:
+            self._timeline.set_live(None)
+        else:
+            tick = player.prepared.scene.tick
+            spans, edits = player.poke_spans(), player.edits()
+            self._timeline.set_recording(player.duration, spans, edits=edits, frame_seconds=tick)
+            self._session.map_quality_worker.measure(player.prepared.map)
+
+    def _on_play_toggled(self, playing: bool) -> None:
+        if playing:
+            self._play_clock.start()
+            self._play_timer.start()
+        else:
+            self._play_timer.stop()
+
+    def _on_play_timer(self) -> None:
+        self._timeline.advance(1e-3 * self._play_clock.restart())
+
+
+def recordings_folder() -> Path:
+    """Where recordings go by default."""
+    return user_documents_path() / "Tactile Maps"

@@ -1,0 +1,284 @@
+"""The tools: one line each. ``Tools`` makes them, and knows which is in the hand and what it can take back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol, TypeVar
+
+from PySide6.QtCore import QObject, Signal
+
+from widgets.common.tool_kinds import POKE, SELECT_BOX, SELECT_BRUSH, SELECT_LASSO, ToolKind, ToolRole
+from widgets.document.map_editor import MapEditor
+from widgets.interaction.view_tool import ViewTool
+from widgets.tools.arrange_tool import ArrangeTool
+from widgets.tools.control_settings_editor import ControlSettingsEditor
+from widgets.tools.interest_tool import InterestTool
+from widgets.tools.path_tool import PathTool
+from widgets.tools.pin_tool import PinTool
+from widgets.tools.seam_tool import SeamTool
+from widgets.tools.target_tool import TargetTool
+
+
+@dataclass(frozen=True, eq=False)
+class ToolContext:
+    """What a tool may change.
+
+    Attributes:
+        editor: The map.
+        control: Path, target and force of the controller.
+        parent: Qt parent of the tools.
+    """
+
+    editor: MapEditor
+    control: ControlSettingsEditor
+    parent: QObject
+
+
+@dataclass(frozen=True)
+class ToolSpec:
+    """One tool.
+
+    Attributes:
+        kind: Its name and what a press with it does; the menu and the place in the toolbar follow from that.
+        text: In menus.
+        key: Takes it while one of the views has the focus.
+        tip: What it does, in a sentence.
+        make: Makes what the views give presses to; None for a tool that the views know by themselves.
+    """
+
+    kind: ToolKind
+    text: str
+    key: str
+    tip: str
+    make: Callable[[ToolContext], ViewTool] | None = None
+
+
+ARRANGE = ToolKind("arrange", ToolRole.EDIT)
+PINS = ToolKind("pins", ToolRole.EDIT)
+SEAMS = ToolKind("seams", ToolRole.EDIT)
+INTEREST = ToolKind("interest", ToolRole.EDIT)
+PATH = ToolKind("draw_path", ToolRole.CONTROL)
+TARGET = ToolKind("set_target", ToolRole.CONTROL)
+
+TOOLS = (
+    ToolSpec(POKE, "Poke", "T", "Press the skin to poke it"),
+    ToolSpec(
+        SELECT_BOX,
+        "Select by box",
+        "B",
+        "Click taxels, or drag a box around them; Ctrl or Shift adds, Alt removes",
+    ),
+    ToolSpec(
+        SELECT_LASSO,
+        "Select by lasso",
+        "L",
+        "Click taxels, or draw a line around them; Ctrl or Shift adds, Alt removes",
+    ),
+    ToolSpec(
+        SELECT_BRUSH,
+        "Select by brush",
+        "C",
+        "Paint over taxels; [ and ] change the brush, Ctrl or Shift adds, Alt removes",
+    ),
+    ToolSpec(
+        ARRANGE,
+        "Arrange patches",
+        "V",
+        "Click patches to select them, drag to move, rotate or scale them",
+        lambda context: ArrangeTool(context.editor, context.parent),
+    ),
+    ToolSpec(
+        PINS,
+        "Pins",
+        "N",
+        "Click the skin to pin it to the map, drag pins to pull the map",
+        lambda context: PinTool(context.editor, context.parent),
+    ),
+    ToolSpec(
+        SEAMS,
+        "Seams",
+        "K",
+        "Draw along the skin, on body or map, where it is to be cut; Alt erases",
+        lambda context: SeamTool(context.editor, context.parent),
+    ),
+    ToolSpec(
+        INTEREST,
+        "Areas of interest",
+        "I",
+        "Paint where no seam may go; Alt erases, [ and ] change the brush",
+        lambda context: InterestTool(context.editor, context.parent),
+    ),
+    ToolSpec(
+        PATH,
+        "Path",
+        "D",
+        "Draw the path that the contact follows, on map or body; drag its corners",
+        lambda context: PathTool(context.control, context.parent),
+    ),
+    ToolSpec(
+        TARGET,
+        "Target",
+        "G",
+        "Click where the contact is to be held, on map or body; drag to move the target",
+        lambda context: TargetTool(context.control, context.parent),
+    ),
+)
+"""One line a tool: its action, its key, its buttons and its place in both views come from here."""
+
+
+class Undoable(Protocol):
+    """Something whose last step can be taken back."""
+
+    @property
+    def can_undo(self) -> bool:
+        """Whether there is anything to take back."""
+
+    @property
+    def can_redo(self) -> bool:
+        """Whether anything that was taken back can be done again."""
+
+    @property
+    def undo_name(self) -> str:
+        """What ``undo`` takes back; empty where that has no name."""
+
+    @property
+    def redo_name(self) -> str:
+        """What ``redo`` does again; empty where that has no name."""
+
+    def undo(self) -> None:
+        """Take back the last step."""
+
+    def redo(self) -> None:
+        """Do again what was taken back last."""
+
+
+class MapUndo:
+    """The steps of the map."""
+
+    def __init__(self, editor: MapEditor) -> None:
+        self._editor = editor
+
+    @property
+    def can_undo(self) -> bool:
+        """Whether there is a step, or an edit being computed."""
+        history, editor = self._editor.history, self._editor
+        return history is not None and editor.enabled and (history.can_undo or editor.busy)
+
+    @property
+    def can_redo(self) -> bool:
+        """Whether a step was taken back."""
+        history = self._editor.history
+        return history is not None and self._editor.enabled and history.can_redo
+
+    @property
+    def undo_name(self) -> str:
+        """The step that ``undo`` takes back."""
+        history = self._editor.history
+        return history.names[history.position] if history is not None and history.position else ""
+
+    @property
+    def redo_name(self) -> str:
+        """The step that ``redo`` does again."""
+        history = self._editor.history
+        return history.names[history.position + 1] if history is not None and history.can_redo else ""
+
+    def undo(self) -> None:
+        """One step back."""
+        self._editor.undo()
+
+    def redo(self) -> None:
+        """One step on."""
+        self._editor.redo()
+
+
+class ControlUndo:
+    """The steps of path, target and force, and before them the corners of a path that is being drawn."""
+
+    def __init__(self, control: ControlSettingsEditor, path: PathTool) -> None:
+        self._control, self._path = control, path
+
+    @property
+    def can_undo(self) -> bool:
+        """Whether there is a corner, a gesture or a step."""
+        control = self._control
+        return control.enabled and (self._path.drawing or bool(control.gesture or control.undo_name))
+
+    @property
+    def can_redo(self) -> bool:
+        """Whether a step was taken back, and nothing is being drawn."""
+        return self._control.enabled and bool(self._control.redo_name) and not self._path.drawing
+
+    @property
+    def undo_name(self) -> str:
+        """The step that ``undo`` takes back."""
+        return self._control.undo_name
+
+    @property
+    def redo_name(self) -> str:
+        """The step that ``redo`` does again."""
+        return self._control.redo_name
+
+    def undo(self) -> None:
+        """Take back the last corner of what is drawn, or the last step."""
+        if self._path.drawing:
+            self._path.take_back()
+        else:
+            self._control.undo()
+
+    def redo(self) -> None:
+        """One step on."""
+        self._control.redo()
+
+
+T = TypeVar("T", bound=ViewTool)
+
+
+class Tools(QObject):
+    """The tools, made once, and the one in the hand.
+
+    Args:
+        editor: The map that they edit.
+        parent: Qt parent.
+        specs: Which there are.
+
+    Attributes:
+        control: What they tell the arm.
+        active: The one in the hand.
+    """
+
+    changed = Signal(object)
+    """A tool was taken, maybe the same again: its ToolKind."""
+    undo_changed = Signal()
+    """What can be taken back or done again may be something else."""
+
+    def __init__(self, editor: MapEditor, parent: QObject | None = None, *, specs: Sequence[ToolSpec] = TOOLS) -> None:
+        super().__init__(parent)
+        self.specs, self.active = tuple(specs), POKE
+        self.control = ControlSettingsEditor(self)
+        context = ToolContext(editor, self.control, self)
+        self._made = {spec.kind: spec.make(context) for spec in specs if spec.make is not None}
+        path = self.get(PathTool)
+        self._map_undo, self._control_undo = MapUndo(editor), ControlUndo(self.control, path)
+        for signal in (self.control.changed, path.drawn, editor.history_changed, editor.enabled_changed):
+            signal.connect(self.undo_changed)
+
+    def take(self, kind: ToolKind) -> None:
+        """Take a tool."""
+        self.active = kind
+        self.changed.emit(kind)
+        self.undo_changed.emit()
+
+    @property
+    def view_tool(self) -> ViewTool | None:
+        """What the views give presses to; None where they know what to do."""
+        return self._made.get(self.active)
+
+    @property
+    def undo_stack(self) -> Undoable:
+        """What undo is about with the tool in the hand: what was drawn for the arm, or else the map."""
+        return self._control_undo if self.active.controls else self._map_undo
+
+    def get(self, kind: type[T]) -> T:
+        """The tool of a class."""
+        return next(tool for tool in self._made.values() if isinstance(tool, kind))
