@@ -125,7 +125,9 @@ def test_names_are_shown_as_they_are_and_the_title_is_the_elements(shown):
 def test_what_is_drawn_in_the_texts_colour_follows_the_page():
     for shown in BOTH:
         svg = figure_svg(shown)
-        assert "currentColor" in svg
+        written = list(ElementTree.fromstring(svg).iter(TEXT))
+        assert written
+        assert all("fill: currentColor" in text.get("style") for text in written), "black is what is not named"
         assert not re.search(r"#0[0-9]0101|#000000|: black|: white|#ffffff", svg)
 
 

@@ -44,6 +44,12 @@ def test_patches_that_differ_have_no_present_setting(tube):
     assert STAGE.current(changed(tube, 0, method="by hand")) is None
 
 
+def test_the_slider_stays_where_the_method_has_one(hemisphere):
+    slid = changed(hemisphere, 1, lengths=0.25)
+    ways = [STAGE.recipes(slid, Setting("cut", name, {"extra": 1}, (1,))) for name in ("symmetric-dirichlet", "lscm")]
+    assert [(number, way.lengths, way.seams.extra) for ((number, way),) in ways] == [(1, 0.25, 1), (1, 1.0, 1)]
+
+
 def test_trials_are_out_of_date_when_the_slider_moved_not_when_the_number_did(hemisphere):
     now = hemisphere.recipes[1]
     basis = STAGE.fingerprint(hemisphere)
