@@ -48,7 +48,7 @@ class StabilityResult:
 
 @lru_cache(maxsize=1)
 def stability_table() -> tuple[StabilityResult, ...]:
-    """All that was measured; ``assets/stability.json`` is the table that ``experiment step-cost`` writes."""
+    """All that was measured; ``assets/stability.json`` is the table that ``study step-cost`` writes."""
     rows = json.loads(asset("stability.json").read_text(encoding="utf8"))["rows"]
     return tuple(
         StabilityResult(

@@ -247,7 +247,7 @@ def run_trials(stage: Stage, subject: Subject, *, progress: Progress) -> Iterato
     The first is tried once more before all: whoever computes for the first time waits for memory and libraries.
 
     Args:
-        stage: An entry of ``stages.table``.
+        stage: An entry of ``stages.registry``.
         subject: What to try it on.
         progress: Told what is tried and how far it is, 0 to 1; may raise to cancel.
     """

@@ -234,7 +234,7 @@ class AccuracyPanel(Panel):
     """
 
     chosen = Signal(object)
-    """The Setting of a point that was clicked; see ``stages.table.wanted`` and ``edits_map``."""
+    """The Setting of a point that was clicked; see ``reflatten_for`` and ``edits_map``."""
 
     def __init__(self, theme: Theme = DARK, parent: QWidget | None = None) -> None:
         super().__init__("Accuracy and time", "accuracy-panel", parent)

@@ -48,7 +48,7 @@ class AccuracyWorker(QObject):
         return bool(self.process.waiting)
 
     def measure(self, stage: str, subject: Subject) -> None:
-        """Measure a stage of ``stages.table``; what was being measured is dropped."""
+        """Measure a stage of ``stages.registry``; what was being measured is dropped."""
         self.close()
         self.process.send((stage, subject))
         self.progressed.emit("starting", 0.0)
