@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from enum import Enum
 
+from app.core.codec import AnyFloat
+
 
 class LimitKind(Enum):
     """What bounds the controller, holds its task up, or stopped it. In brackets: what a ``Limit`` tells besides.
@@ -95,8 +97,8 @@ class Limit:
 
     kind: LimitKind
     names: tuple[str, ...] = ()
-    value: float | None = None
-    bound: float | None = None
+    value: AnyFloat | None = None
+    bound: AnyFloat | None = None
     period: float | None = None
     delay: float | None = None
     cause: RegraspFailure | None = None

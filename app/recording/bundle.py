@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import io
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import PurePosixPath
 from typing import Any
@@ -60,28 +61,30 @@ def unpack_scene(attachments: dict[str, bytes], *, file: str) -> PreparedScene:
             value=missing[0],
             remedy="Only recordings made by this program can be replayed",
         )
-    try:
-        scene = scene_from_toml(attachments[SCENE].decode(), name="recording")
+    with _damage_in(SCENE, file):
+        scene = scene_from_toml(attachments[SCENE].decode(errors="replace"), name="recording")
+    with _damage_in(ROBOT, file):
         robot = robot_from_zip(attachments[ROBOT], file=file)
+    with _damage_in(MAP, file):
         map_ = map_from_bytes(attachments[MAP])
+    with _damage_in(OBJECTS, file):
         objects = objects_from_bytes(attachments[OBJECTS], scene.objects)
-    except UnicodeDecodeError as error:
-        raise RecordingError("the recording's scene is damaged", file=file, value=error) from error
-    except TactileMapsError as error:
-        raise RecordingError(
-            f"the recording is damaged: {error.problem}",
-            file=file,
-            place=error.place,
-            value=error.value,
-            remedy=error.remedy,
-        ) from error
     known = robot.link_index
     foreign = [patch.link for patch in map_.skin.patches if patch.link not in known]
     if foreign:
-        raise RecordingError(
-            "the recording's skin is worn by a link its robot does not have", file=file, value=foreign[0]
-        )
+        problem = "the recording's skin is worn by a link its robot does not have"
+        raise RecordingError(problem, file=file, value=foreign[0], remedy=DAMAGED)
     return PreparedScene(scene, robot, map_.skin, map_, objects)
+
+
+@contextmanager
+def _damage_in(part: str, file: str) -> Iterator[None]:
+    """Tell of errors in an attachment as of what they are in a recording: damage."""
+    try:
+        yield
+    except TactileMapsError as error:
+        place, remedy = ", ".join(filter(None, (part, error.place))), error.remedy or DAMAGED
+        raise RecordingError(error.problem, file=file, place=place, value=error.value, remedy=remedy) from error
 
 
 def objects_to_bytes(objects: Sequence[SceneObject]) -> bytes:
@@ -100,7 +103,8 @@ def objects_from_bytes(data: bytes, specs: Sequence[ObjectSpec]) -> tuple[SceneO
     """
     header, arrays = unpack_arrays(data, error=RecordingError)
     if header.get("names") != [spec.name for spec in specs]:
-        raise RecordingError("the surfaces are not those of the scene's objects", value=header.get("names"))
+        problem = "the surfaces are not those of the scene's objects"
+        raise RecordingError(problem, value=header.get("names"), remedy=DAMAGED)
     try:
         meshes = [
             _checked_mesh(arrays[f"vertices {number}"], arrays[f"faces {number}"], place=f"object {spec.name}")
@@ -154,9 +158,9 @@ def robot_from_zip(data: bytes, *, file: str) -> Robot:
         found = parts[_HEADER]
     except (*ZIP_DAMAGE, KeyError) as error:
         raise RecordingError("the recording's robot is damaged", file=file, value=error, remedy=DAMAGED) from error
-    header = load_json(RobotHeader, found, error=RecordingError, place=f"robot, {_HEADER}", file=file, remedy=DAMAGED)
+    header = load_json(RobotHeader, found, error=RecordingError, place=_HEADER, file=file, remedy=DAMAGED)
     if header.home.shape != (len(header.joints),):
-        where = f"robot, {_HEADER}: home"
+        where = f"{_HEADER}: home"
         raise RecordingError("there is not one number a joint", file=file, place=where, value=header.home.shape,
                              remedy=DAMAGED)  # fmt: skip
     links = tuple(Link(name, _mesh(parts, number, file)) for number, name in enumerate(header.links))
@@ -168,11 +172,11 @@ def _check_members(members: list[zipfile.ZipInfo], file: str) -> None:
     for member in members:
         path = PurePosixPath(member.filename)
         if path.is_absolute() or ".." in path.parts or "\\" in member.filename:
-            raise RecordingError("the recording's robot names a file outside itself", file=file, value=member.filename)
+            problem = "the recording's robot names a file outside itself"
+            raise RecordingError(problem, file=file, value=member.filename, remedy=DAMAGED)
     if len(members) > _MAX_MEMBERS or sum(member.file_size for member in members) > _MAX_UNPACKED:
-        raise RecordingError(
-            "the recording's robot would unpack to an absurd size", file=file, value=f"{len(members)} files"
-        )
+        problem = "the recording's robot would unpack to an absurd size"
+        raise RecordingError(problem, file=file, value=f"{len(members)} files", remedy=DAMAGED)
 
 
 def _mesh(parts: dict[str, bytes], number: int, file: str) -> Mesh | None:
@@ -180,12 +184,11 @@ def _mesh(parts: dict[str, bytes], number: int, file: str) -> Mesh | None:
     if names["vertices"] not in parts:
         return None
     if names["faces"] not in parts:
-        raise RecordingError("a mesh has no faces", file=file, place=f"robot, {names['faces']}", remedy=DAMAGED)
+        raise RecordingError("a mesh has no faces", file=file, place=names["faces"], remedy=DAMAGED)
     arrays = {
-        key: unpack_array(parts[name], place=f"robot, {name}", file=file, error=RecordingError)
-        for key, name in names.items()
+        key: unpack_array(parts[name], place=name, file=file, error=RecordingError) for key, name in names.items()
     }
-    return _checked_mesh(**arrays, file=file, place=f"robot, link {number}")
+    return _checked_mesh(**arrays, file=file, place=f"link {number}")
 
 
 def _checked_mesh(vertices: NDArray[Any], faces: NDArray[Any], *, place: str, file: str | None = None) -> Mesh:

@@ -21,6 +21,8 @@ from app.recording.message_codecs import TOPICS
 FORMAT = "6"
 """Of the messages; another one is not read."""
 _METADATA = "tactile-maps"
+NO_SPACE = "Free space or choose another folder; what was written so far can be read with recover"
+"""What to do when a file takes no more bytes."""
 MAX_CHUNK = 256_000_000
 MAX_RECORD = 1_500_000_000
 _DAMAGE = (
@@ -36,6 +38,24 @@ _DAMAGE = (
 )
 """What reading damaged bytes may raise in the MCAP library."""
 _MAGIC = b"\x89MCAP0\r\n"
+
+
+def create_file(path: Path, *, overwrite: bool) -> BinaryIO:
+    """A new file to write to.
+
+    Raises:
+        RecordingError: It exists already, or cannot be made.
+    """
+    try:
+        return path.open("wb" if overwrite else "xb")
+    except FileExistsError as error:
+        remedy = "Choose another name, or overwrite it"
+        raise RecordingError("the file exists already", file=path, remedy=remedy) from error
+    except OSError as error:
+        remedy = "Choose a folder you may write to"
+        raise RecordingError("the recording cannot be written", file=path, value=error.strerror, remedy=remedy) from (
+            error
+        )
 
 
 def begin_recording(writer: Writer, metadata: Mapping[str, str], attachments: Mapping[str, bytes]) -> Mapping[str, int]:
@@ -94,7 +114,8 @@ def read_recording(path: str | Path) -> RecordingContents:
             for record in _records(stream):
                 _collect(record, contents)
     except OSError as error:
-        raise RecordingError("the recording cannot be read", file=path, value=error.strerror or error) from error
+        value, remedy = error.strerror or error, "Check the path"
+        raise RecordingError("the recording cannot be read", file=path, value=value, remedy=remedy) from error
     found = contents.metadata.get("format", FORMAT)
     if found != FORMAT:
         remedy = f"This program reads format {FORMAT}; replay it with the version that made it"

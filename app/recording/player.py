@@ -75,7 +75,7 @@ class RecordingPlayer:
                 elif topic == "/failure":
                     self.failure = decode_failure(message.data, file=file)
         if not times:
-            raise RecordingError("the recording holds no frame", file=path)
+            raise RecordingError("the recording holds no frame", file=path, remedy=bundle.DAMAGED)
         self.times = np.array(times)
         self._unpacked = lru_cache(maxsize=8)(self._unpack)
 

@@ -13,14 +13,13 @@ from importlib.metadata import version
 from itertools import takewhile
 from pathlib import Path
 from types import TracebackType
-from typing import BinaryIO
 
 from mcap.writer import CompressionType, Writer
 
 from app.core.errors import RecordingError
 from app.recording.bundle import pack_scene
 from app.recording.frame_codec import encode_frame
-from app.recording.mcap_file import begin_recording
+from app.recording.mcap_file import NO_SPACE, begin_recording, create_file
 from app.recording.message_codecs import encode_event, encode_failure, encode_input
 from app.session.frame import Failure, Frame
 from app.session.inputs import SessionInput
@@ -29,7 +28,6 @@ from app.session.session import Session
 
 FRAMES_A_CHUNK = 6
 """A killed process loses at most the frames of the chunk being filled."""
-_WRITE_REMEDY = "Free space or choose another folder; what was written so far can be read with recover"
 
 
 class Recorder:
@@ -51,7 +49,7 @@ class Recorder:
     def __init__(self, path: str | Path, prepared: PreparedScene, *, overwrite: bool = False) -> None:
         self.path, self.frames = Path(path), 0
         self.tick, self._inputs, self._map, self._told = prepared.scene.tick, 0, prepared.map, -1
-        self._stream = _open(self.path, overwrite=overwrite)
+        self._stream = create_file(self.path, overwrite=overwrite)
         frame_bytes = 8 * (len(prepared.skin) + 6 * len(prepared.robot.joints)) + 256
         self._writer = Writer(self._stream, chunk_size=FRAMES_A_CHUNK * frame_bytes, compression=CompressionType.ZSTD)
         try:
@@ -59,7 +57,7 @@ class Recorder:
         except OSError as error:
             self.abandon()
             raise RecordingError(
-                "the recording cannot be written", file=self.path, value=error, remedy=_WRITE_REMEDY
+                "the recording cannot be written", file=self.path, value=error, remedy=NO_SPACE
             ) from error
 
     def _begin(self, prepared: PreparedScene) -> None:
@@ -109,7 +107,7 @@ class Recorder:
             self._stream.flush()
         except OSError as error:
             raise RecordingError(
-                "the recording cannot be written further", file=self.path, value=error, remedy=_WRITE_REMEDY
+                "the recording cannot be written further", file=self.path, value=error, remedy=NO_SPACE
             ) from error
         self._inputs = len(inputs)
 
@@ -127,7 +125,7 @@ class Recorder:
         except OSError as error:
             self.abandon()
             raise RecordingError(
-                "the recording could not be completed", file=self.path, value=error, remedy=_WRITE_REMEDY
+                "the recording could not be completed", file=self.path, value=error, remedy=NO_SPACE
             ) from error
 
     def abandon(self) -> None:
@@ -153,22 +151,6 @@ def versions() -> dict[str, str]:
         "python": platform.python_version(),
         "machine": f"{platform.system()} {platform.machine()}",
     }
-
-
-def _open(path: Path, *, overwrite: bool) -> BinaryIO:
-    try:
-        return path.open("wb" if overwrite else "xb")
-    except FileExistsError as error:
-        raise RecordingError(
-            "the file exists already", file=path, remedy="Choose another name, or overwrite it"
-        ) from error
-    except OSError as error:
-        raise RecordingError(
-            "the recording cannot be written",
-            file=path,
-            value=error.strerror,
-            remedy="Choose a folder you may write to",
-        ) from error
 
 
 def save_failure_report(session: Session, path: str | Path, *, overwrite: bool = False) -> Path:

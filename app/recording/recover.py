@@ -11,6 +11,7 @@ from mcap.writer import CompressionType, Writer
 
 from app.core.errors import RecordingError
 from app.recording import mcap_file
+from app.recording.bundle import DAMAGED
 
 
 @dataclass(frozen=True)
@@ -43,15 +44,14 @@ def recover(source: str | Path, target: str | Path, *, overwrite: bool = False) 
     chunks = [mcap_file.chunk_messages(chunk, contents.channels) for chunk in contents.chunks]
     ticks = [message.sequence for chunk in chunks for topic, message in chunk if topic == "/frame"]
     if not ticks:
-        raise RecordingError("nothing can be recovered: no whole frame is left", file=source)
+        raise RecordingError("nothing can be recovered: no whole frame is left", file=source, remedy=DAMAGED)
     try:
-        with target.open("wb" if overwrite else "xb") as stream:
+        with mcap_file.create_file(target, overwrite=overwrite) as stream:
             writer = Writer(stream, chunk_size=1_000_000, compression=CompressionType.ZSTD)
             _write(writer, contents, chunks)
-    except FileExistsError as error:
-        raise RecordingError("the file exists already", file=target, remedy="Choose another name") from error
     except OSError as error:
-        raise RecordingError("the recovered recording cannot be written", file=target, value=error.strerror) from error
+        problem = "the recovered recording cannot be written"
+        raise RecordingError(problem, file=target, value=error, remedy=mcap_file.NO_SPACE) from error
     return RecoveryResult(len(ticks), ticks[-1] - ticks[0] + 1 - len(ticks), contents.complete, str(target))
 
 

@@ -108,7 +108,7 @@ def read_or_refused(data: bytes) -> None:
         path.write_bytes(data)
         for use in (lambda: recover(path, Path(folder) / "saved.mcap"), lambda: _look_at(RecordingPlayer(path))):
             refused = _refusal(use)
-            assert refused is None or (refused.file is not None and len(str(refused)) < 2000), refused
+            assert refused is None or (refused.file and refused.remedy and len(str(refused)) < 2000), refused
 
 
 def _refusal(use: Callable[[], object]) -> RecordingError | None:

@@ -66,9 +66,12 @@ class SessionRunner:
         self.halted = False
 
     def submit(self, act: SessionInput) -> None:
-        """Let a person act at the next tick."""
+        """Let a person act at the next tick. What the session refuses at once is told as a refused input is."""
         with self.lock:
-            self.session.submit(act)
+            try:
+                self.session.submit(act)
+            except TactileMapsError as error:
+                self.failure = error
 
     def step(self) -> None:
         """One tick while paused."""

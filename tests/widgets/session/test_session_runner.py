@@ -8,8 +8,9 @@ from itertools import accumulate, chain, repeat
 
 import pytest
 
-from app.session.inputs import EffectsChanged
+from app.session.inputs import EffectsChanged, MapEdited
 from app.session.session import Session
+from app.studies.testbeds.reference_bodies import flat_map
 from widgets.session.session_runner import InlineRunner, ThreadRunner
 
 
@@ -45,6 +46,15 @@ def thread(session):
     yield runner
     runner.stop()
     assert not runner._thread.is_alive()
+
+
+def test_what_the_session_refuses_at_once_is_told_and_it_goes_on(session):
+    runner = InlineRunner(session, lambda _frame: None)
+    runner.submit(MapEdited("Other", flat_map(30)))
+    assert "another skin" in str(runner.failure)
+    runner.run_for(0.05)
+    assert session.frame.tick == 10
+    assert not runner.halted
 
 
 def test_time_passes_only_when_told(session):
