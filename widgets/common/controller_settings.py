@@ -20,7 +20,7 @@ from app.control.controllers import effective_settings
 from widgets.common.panel import LabelledSlider
 
 CONTROLLERS = {
-    "impedance": ("Joint impedance", "The arm is a spring to its home posture: it yields to a touch and returns"),
+    "impedance": ("Impedance", "Joint impedance: a spring to the home posture, which yields to a touch and returns"),
     "hold_force": ("Hold force", "The arm retreats from or follows a touch so that its force stays at the goal"),
     "admittance": (
         "Admittance",

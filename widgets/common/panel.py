@@ -296,6 +296,14 @@ class FlatComboBox(QComboBox):
         super().__init__(parent)
         self._words, self._quiet = "", False
         self.setAttribute(Qt.WidgetAttribute.WA_Hover)
+        # Its own text is elided; the list is as wide as it has to be.
+        self.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        self.setMinimumContentsLength(12)
+
+    def showPopup(self) -> None:
+        """Qt: the list shows its entries whole."""
+        self.view().setMinimumWidth(self.view().sizeHintForColumn(0) + round(2 * _PAD) + 8)
+        super().showPopup()
 
     @property
     def words(self) -> str:

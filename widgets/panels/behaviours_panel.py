@@ -39,7 +39,7 @@ _TASKS = {
     "follow_path": "follow the path",
     "balance": "balance contacts",
 }
-_CONTROLLERS = {"impedance": "joint impedance", "hold_force": "hold force"}
+_CONTROLLERS = {"impedance": "impedance", "hold_force": "hold force"}
 RESPONSE_CHOICES: list[tuple[dict[str, str], str]] = [
     *(({"controller": "hybrid", "task": task}, text) for task, text in _TASKS.items()),
     *(({"controller": controller}, text) for controller, text in _CONTROLLERS.items()),

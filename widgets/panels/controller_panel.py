@@ -420,9 +420,7 @@ class ControllerPanel(Panel):
         grid.setSpacing(4)
         self._again = self._button("task-again", "", "Restart task", self.start_again)
         self._reset = self._button("reset-gains", "Reset gains", _GAINS_TIP, self.reset_gains)
-        self._compare = self._button(
-            "compare-controllers", "Compare controllers…", _COMPARE_TIP, self.comparison_requested
-        )
+        self._compare = self._button("compare-controllers", "Compare…", _COMPARE_TIP, self.comparison_requested)
         grid.addWidget(self._again, 0, 0, 1, 2)
         grid.addWidget(self._reset, 1, 0)
         grid.addWidget(self._compare, 1, 1)

@@ -67,7 +67,7 @@ def test_the_button_adds_one_that_works_as_it_is(panel, qtbot):
         ("when", "stroke", Behaviour("stroke", "bar", then=dict(RETREAT.then))),
         ("where", "anywhere", Behaviour("press", then=dict(RETREAT.then))),
         ("where", "top", Behaviour("press", "top", then=dict(RETREAT.then))),
-        ("then", "joint impedance", Behaviour("press", "bar", then={"controller": "impedance"})),
+        ("then", "impedance", Behaviour("press", "bar", then={"controller": "impedance"})),
         ("lasts", "until released", Behaviour("press", "bar", until_released=True, then=dict(RETREAT.then))),
     ],
 )
