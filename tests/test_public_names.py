@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import importlib
+import inspect
 import subprocess
 import sys
 from pathlib import Path
@@ -48,3 +49,22 @@ def test_a_package_loads_nothing_until_it_is_asked():
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
+
+
+ORDER = ("robot", "skin", "map_", "settings", "effects", "options", "spec", "path")
+"""First what there is, from body to map; then how it is wanted; then the file, which leads where it is read."""
+
+
+def test_constructors_agree_in_the_order_of_their_arguments():
+    checked = 0
+    for stub in STUBS:
+        package = importlib.import_module(_package(stub))
+        for name in package.__all__:
+            made = getattr(package, name)
+            if not (callable(made) and getattr(made, "__module__", "").startswith("app")):
+                continue
+            given = [word for word in inspect.signature(made).parameters if word in ORDER]
+            given = given[1:] if given[:1] == ["path"] else given
+            assert given == sorted(given, key=ORDER.index), f"{stub}: {name}({', '.join(given)})"
+            checked += len(given) > 1
+    assert checked > 15

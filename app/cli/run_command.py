@@ -22,7 +22,7 @@ def execute(arguments: argparse.Namespace) -> int:
     for lack in scene.decision.warnings:
         print_warning(f"{lack.where}: {lack.action}")
     prepared = prepare(scene, progress=progress_line())
-    recorder = Recorder(arguments.output, prepared, overwrite=arguments.overwrite) if arguments.output else None
+    recorder = Recorder(prepared, arguments.output, overwrite=arguments.overwrite) if arguments.output else None
     with recorder or nullcontext():
         result = _simulate(Session(prepared), round(arguments.seconds / prepared.scene.tick), recorder)
     problems = [{"kind": lack.kind, "where": lack.where, "remedy": lack.action} for lack in scene.decision.warnings]

@@ -111,8 +111,8 @@ class BehaviourTrigger:
     """Waits for events that trigger behaviours. Mutable; ``reset`` forgets the past.
 
     Args:
-        behaviours: In order; of several that one event triggers, the last has the last word.
         skin: Whose links and patches they name.
+        behaviours: In order; of several that one event triggers, the last has the last word.
 
     Attributes:
         behaviours: Those waited for.
@@ -123,7 +123,7 @@ class BehaviourTrigger:
     Cost: nothing at a tick without an event.
     """
 
-    def __init__(self, behaviours: Sequence[Behaviour], skin: Skin) -> None:
+    def __init__(self, skin: Skin, behaviours: Sequence[Behaviour]) -> None:
         self._names = [(patch.name, patch.link) for patch in skin.patches]
         self._before: ControlSettings | None = None
         self.use(behaviours)

@@ -46,14 +46,14 @@ class ControllerManager:
 
     Args:
         robot: Whose joints.
-        settings: May be replaced at any time.
         map_: Of the skin; ``use`` takes another.
+        settings: May be replaced at any time.
 
     Raises:
         SceneError: A setting is out of range; the last good ones stay.
     """
 
-    def __init__(self, robot: Robot, settings: ControlSettings, map_: TactileMap) -> None:
+    def __init__(self, robot: Robot, map_: TactileMap, settings: ControlSettings) -> None:
         self._robot, self._rest, self._sight = robot, robot.home, MapKinematics(map_)
         self._task_manager = TaskManager(robot)
         self._controllers: dict[str, Controller] = {}

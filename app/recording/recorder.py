@@ -36,8 +36,8 @@ class Recorder:
     The robot, skin, map and scene go in first and are flushed, then chunks of a few frames, each flushed when full.
 
     Args:
-        path: The file; it must not exist.
         prepared: What the session runs on.
+        path: The file; it must not exist.
         overwrite: Replace an existing file.
 
     Raises:
@@ -46,7 +46,7 @@ class Recorder:
     Cost: about 0.1 ms a frame of 1000 taxels.
     """
 
-    def __init__(self, path: str | Path, prepared: PreparedScene, *, overwrite: bool = False) -> None:
+    def __init__(self, prepared: PreparedScene, path: str | Path, *, overwrite: bool = False) -> None:
         self.path, self.frames = Path(path), 0
         self.tick, self._inputs, self._map, self._told = prepared.scene.tick, 0, prepared.map, -1
         self._stream = create_file(self.path, overwrite=overwrite)
@@ -169,7 +169,7 @@ def save_failure_report(session: Session, path: str | Path, *, overwrite: bool =
     failure = session.failure
     if failure is None:
         raise RecordingError("there is nothing to report: the session did not stop by itself", file=path)
-    with Recorder(path, session.prepared, overwrite=overwrite) as recorder:
+    with Recorder(session.prepared, path, overwrite=overwrite) as recorder:
         recorder.fail(failure)
     return Path(path)
 
@@ -194,7 +194,7 @@ def record(session: Session, path: str | Path, *, overwrite: bool = False) -> It
         >>> recording.frames
         21
     """
-    with Recorder(path, session.prepared, overwrite=overwrite) as recorder:
+    with Recorder(session.prepared, path, overwrite=overwrite) as recorder:
         recorder.write(session.frame, session.inputs)
         with session.watched(lambda frame: recorder.write(frame, session.inputs)):
             try:

@@ -93,9 +93,9 @@ class Session:
     Args:
         prepared: The scene, made real.
         scripted: Whether the scene's scripted hand plays until a person touches.
-        settings: The controller's settings to start with; by default those of the scene.
         map_: The scene's map as it was edited before; or one of a skin whose taxels are the same but are believed to
             lie elsewhere, which contacts are read and controlled by then.
+        settings: The controller's settings to start with; by default those of the scene.
         effects: What to simulate; by default what the scene calls for.
         behaviours: What contact events trigger; by default those of the scene.
         reading: How contacts are read; by default as the scene says.
@@ -123,8 +123,8 @@ class Session:
         prepared: PreparedScene,
         *,
         scripted: bool = True,
-        settings: ControlSettings | None = None,
         map_: TactileMap | None = None,
+        settings: ControlSettings | None = None,
         effects: Effects | None = None,
         behaviours: Sequence[Behaviour] | None = None,
         reading: ReadingSettings | None = None,
@@ -146,9 +146,9 @@ class Session:
             depth=scene.layer.depth,
             seed=scene.seed,
         )
-        self._controller = ControllerManager(robot, settings or self._start.settings, self.map)
+        self._controller = ControllerManager(robot, self.map, settings or self._start.settings)
         self._controller.readings = skin_readings(effects, scene.tick)
-        self._behaviours = BehaviourTrigger(self._start.behaviours if behaviours is None else behaviours, skin)
+        self._behaviours = BehaviourTrigger(skin, self._start.behaviours if behaviours is None else behaviours)
         self._motion = Motion(robot, scene.motion) if scene.motion else None
         self._stimulus = StimulusPlayer(skin, scene.stimuli, tick=scene.tick)
         self._watch = Stopwatch()

@@ -19,7 +19,7 @@ def test_recording_one_frame(benchmark, tmp_path):
     session.submit(PokePressed(1, prepared.skin.taxel_point(500)))
     frames = [session.tick() for _ in range(200)]
     assert frames[-1].regions
-    with Recorder(tmp_path / "rate.mcap", prepared) as recorder:
+    with Recorder(prepared, tmp_path / "rate.mcap") as recorder:
         endless = itertools.cycle(frames)
         benchmark.pedantic(lambda: recorder.write(next(endless), session.inputs), rounds=1000, warmup_rounds=50)
         assert recorder.frames > 0

@@ -159,7 +159,7 @@ class Run:
         simulation = Simulation(scene.robot, scene.skin, scene.scene.effects, objects=scene.objects,
                                 layer=scene.scene.layer, tick=TICK)  # fmt: skip
         sense = ContactPipeline(scene.robot, scene.map, scene.scene.effects.sensor)
-        manager = ControllerManager(scene.robot, ControlSettings(controller=controller, task="hold_point"), scene.map)
+        manager = ControllerManager(scene.robot, scene.map, ControlSettings(controller=controller, task="hold_point"))
         rows, self.said = [], []
         for k in range(round(END / TICK)):
             pressures = simulation.sense().copy()

@@ -96,7 +96,7 @@ def test_a_spring_to_home_yields_and_returns(prepared):
 
 def test_it_is_recorded_and_verified_bit_for_bit(prepared, tmp_path):
     session = Session(prepared)
-    with Recorder(tmp_path / "demo.mcap", prepared) as recorder:
+    with Recorder(prepared, tmp_path / "demo.mcap") as recorder:
         for tick in range(200):
             if tick == 50:
                 session.submit(PokePressed(1, prepared.skin.taxel_point(facing_taxel(prepared))))

@@ -31,7 +31,7 @@ TICKS = st.lists(st.lists(CONTACT, max_size=3), min_size=1, max_size=12)
 
 
 def run(first, second, ticks):
-    controller = ControllerManager(PREPARED.robot, first, PREPARED.map)
+    controller = ControllerManager(PREPARED.robot, PREPARED.map, first)
     posture, velocity, commands = PREPARED.robot.home, np.zeros(7), []
     for tick, contacts in enumerate(ticks):
         regions = tuple(touch_on(PREPARED.map, taxel, force, id_=k + 1) for k, (taxel, force) in enumerate(contacts))

@@ -57,7 +57,7 @@ def whole() -> bytes:
     }
     with tempfile.TemporaryDirectory(prefix="tactile-maps-test-") as folder:
         path = Path(folder) / "whole.mcap"
-        with Recorder(path, prepared) as recorder:
+        with Recorder(prepared, path) as recorder:
             for tick in range(30):
                 for act in acts.get(tick, []):
                     session.submit(act)

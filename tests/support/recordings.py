@@ -42,7 +42,7 @@ def record(prepared: PreparedScene, path, *, ticks: int = 200, start: int = 0) -
     }
     for _ in range(start):
         session.tick()
-    with Recorder(path, prepared) as recorder:
+    with Recorder(prepared, path) as recorder:
         for tick in range(start, start + ticks):
             if tick in acts:
                 session.submit(acts[tick])

@@ -392,7 +392,7 @@ class LiveSession(QObject):
         if run is None or self.recorder is not None:
             return
         try:
-            self._recording_writer.begin(Recorder(path, run.prepared, overwrite=overwrite))
+            self._recording_writer.begin(Recorder(run.prepared, path, overwrite=overwrite))
         except TactileMapsError as error:
             self.failed.emit(str(error))
         else:

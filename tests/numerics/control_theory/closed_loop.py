@@ -116,7 +116,7 @@ def run_loop(loop: Loop, settings: Settings, periods: int) -> LoopResponse:
     """
     made = gantry(stretch=loop.stretch, turn=loop.turn)
     plant: _Plant = _IdealJoints(loop, made) if loop.servo == IDEAL else _SimulatedJoints(loop, made)
-    manager = ControllerManager(made.robot, settings(0), made.believed)
+    manager = ControllerManager(made.robot, made.believed, settings(0))
     scale = np.array([loop.stretch**0.5, loop.stretch**-0.5])
     force, read, place, error = np.zeros(periods), np.zeros(periods), np.zeros((periods, 2)), np.full(periods, np.nan)
     for tick in range(periods * loop.ticks):

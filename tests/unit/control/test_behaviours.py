@@ -85,7 +85,7 @@ def event(kind="tap", *, time=1.0, force=2.0, link="bar") -> ContactEvent:
 
 
 def watch(*behaviours: Behaviour) -> BehaviourTrigger:
-    return BehaviourTrigger(behaviours, bar_skin())
+    return BehaviourTrigger(bar_skin(), behaviours)
 
 
 def test_only_the_event_that_is_named_triggers():

@@ -23,7 +23,7 @@ BENT, STILL = np.array([0.7]), np.zeros(1)
 
 def manager(**settings) -> ControllerManager:
     prepared = prepared_bar()
-    return ControllerManager(prepared.robot, ControlSettings(**settings), prepared.map)
+    return ControllerManager(prepared.robot, prepared.map, ControlSettings(**settings))
 
 
 def test_refused_settings_leave_the_last_good_ones():
@@ -104,7 +104,7 @@ def test_a_rest_posture_holds_under_every_law():
 def test_another_map_is_taken_and_the_point_to_hold_with_it():
     """The place held is one of the body: where it is drawn does not matter."""
     prepared = arm()
-    mine = ControllerManager(prepared.robot, ControlSettings(controller="priority", task="hold_point"), prepared.map)
+    mine = ControllerManager(prepared.robot, prepared.map, ControlSettings(controller="priority", task="hold_point"))
     moved = move(MapDocument.of(prepared.map), [0], (0.2, 0.1)).map
     assert mine.command(prepared.robot.home, np.zeros(7), (), TICK).posture.shape == (7,)
     mine.use(moved)

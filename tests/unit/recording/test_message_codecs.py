@@ -194,7 +194,7 @@ def frames(prepared, tmp_path):
     """Frames of a session with a press and a release, recorded from the 21st on."""
     session = Session(prepared, scripted=False)
     seen = []
-    with Recorder(tmp_path / "events.mcap", prepared) as recorder:
+    with Recorder(prepared, tmp_path / "events.mcap") as recorder:
         session.submit(PokePressed(1, prepared.skin.taxel_point(30)))
         for tick in range(300):
             if tick == 150:

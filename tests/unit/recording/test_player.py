@@ -188,7 +188,7 @@ def test_a_robot_without_limits_reads_back():
 def test_a_recording_of_another_format_is_named(tmp_path, monkeypatch, prepared):
     monkeypatch.setattr("app.recording.mcap_file.FORMAT", "5")
     old = tmp_path / "old.mcap"
-    Recorder(old, prepared).close()
+    Recorder(prepared, old).close()
     monkeypatch.undo()
     for opened in (RecordingPlayer, lambda path: recover(path, tmp_path / "new.mcap")):
         with pytest.raises(RecordingError, match=r"old\.mcap: the recording has another format \(found: 5\)"):

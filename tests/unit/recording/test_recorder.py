@@ -30,7 +30,7 @@ from app.session.session import Session
 from tests.support.recordings import small_arm
 prepared = small_arm()
 session = Session(prepared)
-with Recorder(sys.argv[1], prepared) as recorder:
+with Recorder(prepared, sys.argv[1]) as recorder:
     while True:
         recorder.write(session.tick(), session.inputs)
         sys.stdout.write(f"{recorder.frames}\\n")
@@ -42,9 +42,9 @@ def test_an_existing_file_is_never_overwritten_unasked(prepared, tmp_path):
     path = tmp_path / "kept.mcap"
     path.write_bytes(b"precious")
     with pytest.raises(RecordingError, match="exists already"):
-        Recorder(path, prepared)
+        Recorder(prepared, path)
     assert path.read_bytes() == b"precious"
-    Recorder(path, prepared, overwrite=True).close()
+    Recorder(prepared, path, overwrite=True).close()
     assert path.read_bytes() != b"precious"
 
 
@@ -52,13 +52,13 @@ def test_an_existing_file_is_never_overwritten_unasked(prepared, tmp_path):
 def test_a_place_that_cannot_be_written_is_named(prepared, tmp_path, where):
     (tmp_path / "file.txt").write_text("a file, not a folder")
     with pytest.raises(RecordingError, match=r"x\.mcap.*cannot be written.*Choose a folder"):
-        Recorder(tmp_path / where, prepared)
+        Recorder(prepared, tmp_path / where)
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full to stand in for a full disk")
 def test_a_full_disk_is_named_at_the_start(prepared):
     with pytest.raises(RecordingError, match="/dev/full.*No space left.*Free space"):
-        Recorder("/dev/full", prepared, overwrite=True)
+        Recorder(prepared, "/dev/full", overwrite=True)
 
 
 def test_a_disk_that_fills_up_keeps_what_was_written(prepared, tmp_path):
@@ -68,7 +68,7 @@ def test_a_disk_that_fills_up_keeps_what_was_written(prepared, tmp_path):
         "import resource, signal, sys\n"
         "from app.core.errors import RecordingError\nfrom app.recording.recorder import Recorder\n"
         "from app.session.session import Session\nfrom tests.support.recordings import small_arm\n"
-        "prepared = small_arm(); session = Session(prepared); recorder = Recorder(sys.argv[1], prepared)\n"
+        "prepared = small_arm(); session = Session(prepared); recorder = Recorder(prepared, sys.argv[1])\n"
         "recorder.write(session.tick(), session.inputs)\n"
         "import os; size = os.path.getsize(sys.argv[1]) + 200_000\n"
         "signal.signal(signal.SIGXFSZ, signal.SIG_IGN); resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))\n"
@@ -110,7 +110,7 @@ def test_a_killed_process_loses_less_than_one_percent(tmp_path):
 
 
 def test_closing_twice_is_harmless(prepared, tmp_path):
-    recorder = Recorder(tmp_path / "a.mcap", prepared)
+    recorder = Recorder(prepared, tmp_path / "a.mcap")
     recorder.write(Session(prepared).frame, [])
     recorder.close()
     recorder.close()
@@ -125,7 +125,7 @@ def stopped(*, path=None) -> Session:
     """A session that went on until it diverged; recorded from its first tick where there is a path."""
     session = Session(UNSTEADY, settings=STIFF)
     session.submit(PokePressed(1, UNSTEADY.skin.taxel_point(30), Finger(stiffness=10.0)))
-    recorder = Recorder(path, UNSTEADY) if path else None
+    recorder = Recorder(UNSTEADY, path) if path else None
     with pytest.raises(SimulationError, match="diverged"):
         until_it_stops(session, recorder)
     if recorder:

@@ -91,7 +91,7 @@ def test_a_session_on_an_edited_map_starts_on_it_again(prepared, tmp_path):
     session.reset()
     assert session.map is edited
     session.submit(PokePressed(1, prepared.skin.taxel_point(30)))
-    with Recorder(tmp_path / "edited.mcap", prepared) as recorder:
+    with Recorder(prepared, tmp_path / "edited.mcap") as recorder:
         for _ in range(40):
             recorder.write(session.tick(), session.inputs)
     player = RecordingPlayer(tmp_path / "edited.mcap")

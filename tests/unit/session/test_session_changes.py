@@ -244,7 +244,7 @@ def test_a_recording_replays_what_behaviours_did(tmp_path):
     scene = replace(prepared.scene, stimuli=(), control={"controller": "hybrid"}, behaviours=(asdict(PRESSED),))
     prepared = replace(prepared, scene=scene)
     session = Session(prepared)
-    with Recorder(tmp_path / "r.mcap", prepared) as recorder:
+    with Recorder(prepared, tmp_path / "r.mcap") as recorder:
         for tick in range(360):
             if tick == 10:
                 session.submit(PokePressed(1, prepared.skin.taxel_point(40)))
@@ -362,7 +362,7 @@ def test_a_reset_keeps_it_and_a_replay_knows_it(tmp_path):
     session.reset()
     assert session.runtime_settings.reading.estimator == "lumped"
     session.submit(PokePressed(1, BAR.skin.taxel_point(30), FORCE))
-    with Recorder(tmp_path / "lumped.mcap", BAR) as recorder:
+    with Recorder(BAR, tmp_path / "lumped.mcap") as recorder:
         for tick in range(80):
             if tick == 60:
                 session.submit(ReadingChanged(ReadingSettings("local-nnls")))
@@ -377,7 +377,7 @@ def test_a_reset_keeps_it_and_a_replay_knows_it(tmp_path):
 def test_an_estimate_that_differs_is_noticed(tmp_path):
     session = Session(BAR, scripted=False, reading=ReadingSettings("lumped"))
     session.submit(PokePressed(1, BAR.skin.taxel_point(30), FORCE))
-    with Recorder(tmp_path / "one.mcap", BAR) as recorder:
+    with Recorder(BAR, tmp_path / "one.mcap") as recorder:
         for _ in range(40):
             recorder.write(session.tick(), session.inputs)
     player = RecordingPlayer(tmp_path / "one.mcap")
@@ -404,7 +404,7 @@ def test_a_skin_that_is_believed_to_lie_elsewhere_places_contacts_there(name):
 def test_a_recording_does_not_pretend_to_hold_another_skin(tmp_path):
     session = Session(BAR, map_=build_map(with_calibration_error(BAR.skin, 0.003)))
     refused = pytest.raises(RecordingError, match="believed to lie elsewhere")
-    with Recorder(tmp_path / "believed.mcap", BAR) as recorder, refused:
+    with Recorder(BAR, tmp_path / "believed.mcap") as recorder, refused:
         recorder.write(session.tick(), session.inputs)
 
 

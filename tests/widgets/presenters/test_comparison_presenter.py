@@ -192,7 +192,7 @@ def test_all_can_do_the_task_set_now_instead(board, touched_window):
 def test_a_recording_is_a_stimulus_too(board, prepared, tmp_path, monkeypatch):
     path = tmp_path / "other.mcap"
     session = Session(replace(prepared, scene=replace(prepared.scene, stimuli=())))
-    with Recorder(path, session.prepared) as recorder:
+    with Recorder(session.prepared, path) as recorder:
         session.submit(PokePressed(1, prepared.skin.taxel_point(30)))
         for _ in range(80):
             recorder.write(session.tick(), session.inputs)

@@ -43,7 +43,7 @@ def test_without_a_recorder_nothing_is_written(prepared):
 
 def test_what_was_written_can_be_read(prepared, tmp_path):
     writer, session = RecordingWriter(), Session(prepared)
-    writer.begin(Recorder(tmp_path / "kept.mcap", prepared))
+    writer.begin(Recorder(prepared, tmp_path / "kept.mcap"))
     for _ in range(20):
         session.tick()
         writer.write(session.frame, session.inputs)
@@ -54,7 +54,7 @@ def test_what_was_written_can_be_read(prepared, tmp_path):
 
 def test_a_disk_that_stands_still_keeps_nobody_waiting_and_nothing_is_lost(prepared, tmp_path):
     writer, session = RecordingWriter(), Session(prepared)
-    recorder = GatedRecorder(tmp_path / "slow.mcap", prepared)
+    recorder = GatedRecorder(prepared, tmp_path / "slow.mcap")
     writer.begin(recorder)
     for tick in range(20):
         if tick == 10:
@@ -74,7 +74,7 @@ def test_a_disk_that_stands_still_keeps_nobody_waiting_and_nothing_is_lost(prepa
 def test_a_disk_that_never_comes_back_ends_the_recording_and_says_so(prepared, tmp_path, monkeypatch):
     monkeypatch.setattr(recording_writer, "MOST_WAITING", 5)
     writer, session = RecordingWriter(), Session(prepared)
-    recorder = GatedRecorder(tmp_path / "slow.mcap", prepared)
+    recorder = GatedRecorder(prepared, tmp_path / "slow.mcap")
     writer.begin(recorder)
     for _ in range(10):
         session.tick()
@@ -88,7 +88,7 @@ def test_a_disk_that_never_comes_back_ends_the_recording_and_says_so(prepared, t
 @pytest.mark.skipif(not FULL.exists(), reason="needs /dev/full, a disk that is full")
 def test_a_full_disk_is_told_once_and_the_session_goes_on(prepared, tmp_path, qtbot):
     path, writer, session = tmp_path / "torn.mcap", RecordingWriter(), Session(prepared)
-    recorder = Recorder(path, prepared)
+    recorder = Recorder(prepared, path)
     writer.begin(recorder)
     for _ in range(20):
         session.tick()
@@ -113,7 +113,7 @@ def test_a_full_disk_is_told_once_and_the_session_goes_on(prepared, tmp_path, qt
 @pytest.mark.skipif(not FULL.exists(), reason="needs /dev/full, a disk that is full")
 def test_what_fails_while_it_is_completed_is_raised(prepared, tmp_path):
     writer, session = RecordingWriter(), Session(prepared)
-    recorder = Recorder(tmp_path / "torn.mcap", prepared)
+    recorder = Recorder(prepared, tmp_path / "torn.mcap")
     writer.begin(recorder)
     with FULL.open("wb") as full:
         os.dup2(full.fileno(), recorder._stream.fileno())
