@@ -123,8 +123,8 @@ class ContactState:
         self._began, self._at, self._strongest, self._way = time, region.at, region.force, 0.0
         self._mark(time, region)
         parent = region.split_from
-        contacts = (region.id, parent) if parent else (region.id,)
-        kind: EventKind = "split" if parent else "touch"
+        contacts = (region.id,) if parent is None else (region.id, parent)
+        kind: EventKind = "touch" if parent is None else "split"
         self.opening = ContactEvent(tick, time, kind, "began", contacts, (region.link,), region.at, force=region.force)
 
     def go_on(self, tick: int, time: float, region: ContactRegion) -> list[ContactEvent]:
@@ -264,7 +264,7 @@ class GraspPairs:
         found: dict[tuple[EventKind, str], tuple[ContactRegion, ContactRegion]] = {}
         ordered = [regions[number] for number in sorted(regions)]
         for place, one in enumerate(ordered):
-            if one.partner > one.id and one.partner in regions:
+            if one.partner is not None and one.partner > one.id and one.partner in regions:
                 found["self-touch", f"{one.id} {one.partner}"] = one, regions[one.partner]
             for other in ordered[place + 1 :]:
                 if one.link == other.link and float(one.normal.dot(other.normal)) <= self._opposed:

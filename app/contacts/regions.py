@@ -43,9 +43,9 @@ class ContactRegion:
             ``map_point + cos t map_axes[0] + sin t map_axes[1]`` still draws the ellipse.
         place_error: Standard uncertainty of the centre, radial [m]; see ``accuracy``.
         force_error: Standard uncertainty of the force [N].
-        partner: Id of the region on another link that touches this one; 0 for none known.
+        partner: Id of the region on another link that touches this one; None for none known.
         merged: Ids of the regions that have become part of this one at this frame.
-        split_from: Id of the region that this one has come off at this frame; 0 for none.
+        split_from: Id of the region that this one has come off at this frame; None for none.
 
     Example:
         >>> (contact,) = tm.read_contacts(tactile_map, tm.press_skin(skin, skin.taxel_point(30)))
@@ -69,9 +69,9 @@ class ContactRegion:
     map_axes: FloatArray = field(default_factory=lambda: _NO_MAP_AXES)
     place_error: float = 0.0
     force_error: float = 0.0
-    partner: int = 0
+    partner: int | None = None
     merged: tuple[int, ...] = ()
-    split_from: int = 0
+    split_from: int | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "taxels", readonly(self.taxels, np.int64))

@@ -83,18 +83,18 @@ class TrackMemory:
             wait = max(self.dwell, GAP + self.period) if narrow else self.dwell
             self._gone.append(_LostTrack(id_, self._links[min(group.core)], group, now, now + wait))
 
-    def find(self, group: TaxelGroup, now: float) -> int:
-        """Whose contact has come back on ``group``, the nearest; 0 for nobody's. It is not gone any more then.
+    def find(self, group: TaxelGroup, now: float) -> int | None:
+        """Whose contact has come back on ``group``, the nearest; None for nobody's. It is not gone any more then.
 
         Cost: 0.1 µs when nobody is gone, else 50 µs for each.
         """
         near = [(apart, gone) for gone in self._waiting(now) if (apart := self._apart(gone, group, now)) is not None]
         if not near:
-            return 0
+            return None
         back = min(near, key=lambda pair: (pair[0], pair[1].id))[1]
         self._gone.remove(back)
         if now - back.left >= self.dwell and back.group.core & group.core:
-            return 0  # it was let go, and tapped again
+            return None  # it was let go, and tapped again
         return back.id
 
     def may_return(self, now: float) -> Mapping[int, str]:
@@ -121,12 +121,12 @@ class TrackId(NamedTuple):
     Attributes:
         id: Its own.
         merged: Ids that have become part of it at this frame.
-        split_from: The id it has come off at this frame; 0 for none.
+        split_from: The id it has come off at this frame; None for none.
     """
 
     id: int
     merged: tuple[int, ...] = ()
-    split_from: int = 0
+    split_from: int | None = None
 
 
 class RegionTracker:
@@ -200,9 +200,9 @@ class RegionTracker:
     def _identify(self, claim: list[int], vote: Counter[int], group: TaxelGroup, now: float) -> TrackId:
         if claim:
             return TrackId(claim[0], tuple(claim[1:]))
-        parent = min(vote, key=lambda old: (-vote[old], old), default=0)
-        back = self._memory.find(group, now) if self._memory is not None and not parent else 0
-        if back:
+        parent = min(vote, key=lambda old: (-vote[old], old), default=None)
+        back = self._memory.find(group, now) if self._memory is not None and parent is None else None
+        if back is not None:
             return TrackId(back)
         self._next += 1
         return TrackId(self._next - 1, (), parent)

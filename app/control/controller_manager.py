@@ -24,16 +24,9 @@ from app.control.loop_stability import (
 from app.control.map_kinematics import MapKinematics
 from app.control.tasks import TaskManager
 from app.core.arrays import FloatArray
-from app.geometry.mesh import SurfacePoint
 from app.maps.tactile_map import TactileMap
 from app.robots.robot import Robot
 
-_NOWHERE = np.full(3, np.nan)
-_UNREAD = ContactRegion(
-    id=0, taxels=np.zeros(0, dtype=np.int64), force=np.nan, area=0.0, peak=np.nan, map_point=_NOWHERE[:2],
-    at=SurfacePoint(0, 0, (1.0, 0.0, 0.0)), link="", point=_NOWHERE, normal=_NOWHERE,
-)  # fmt: skip
-"""What controllers are given where the skin cannot be read: none goes on with a force that is no number."""
 BLEND_TIME = 0.2
 """Time constant with which what is left of another controller's torque fades [s]."""
 
@@ -144,8 +137,8 @@ class ControllerManager:
         if before is not None:
             self._controller.start(posture, before)
         self._switched = False
-        settings, read = self._effective_inputs(posture, regions, dt) if readable else (self._settings, (_UNREAD,))
-        command = self._controller.command(settings, posture, velocity, read, dt)
+        settings, read = self._effective_inputs(posture, regions, dt) if readable else (self._settings, ())
+        command = self._controller.command(settings, posture, velocity, read, dt, readable=readable)
         if before is not None:
             self._fading = before - command.torque_at(posture, velocity)
         if self._fading is not None:

@@ -41,6 +41,7 @@ from app.control.schemes import (
 from app.control.task_priority import (
     ArmState,
     ContactGoal,
+    ContactPresence,
     ControlScheme,
     PriorityLevel,
     TaskContact,
@@ -82,8 +83,20 @@ class Controller(Protocol):
         velocity: FloatArray,
         regions: Sequence[ContactRegion],
         dt: float,
+        *,
+        readable: bool = True,
     ) -> JointCommand:
-        """What the joints should do for the next ``dt`` seconds."""
+        """What the joints should do for the next ``dt`` seconds.
+
+        Args:
+            settings: In force.
+            posture: (n,) found.
+            velocity: (n,) found.
+            regions: All contacts, the strongest first.
+            dt: [s].
+            readable: Whether the skin can be read. If not, ``regions`` is empty but something may touch: a controller
+                that reads contacts stands still.
+        """
 
 
 class ImpedanceController:
@@ -107,6 +120,8 @@ class ImpedanceController:
         velocity: FloatArray,
         regions: Sequence[ContactRegion],
         dt: float,
+        *,
+        readable: bool = True,
     ) -> JointCommand:
         """The same spring always."""
         return joint_impedance(
@@ -146,12 +161,14 @@ class HoldForceController:
         velocity: FloatArray,
         regions: Sequence[ContactRegion],
         dt: float,
+        *,
+        readable: bool = True,
     ) -> JointCommand:
         """Retreat along the strongest contact's inward normal when it presses too hard, advance when too little."""
         limits = ActiveLimits()
         start = self._reference.start_posture(posture)
-        self._servo.keep(region.id for region in regions[:1])
-        if regions and not isfinite(regions[0].force):
+        self._servo.keep((region.id, ContactPresence.FELT) for region in regions[:1])
+        if not readable or not all(isfinite(region.force) for region in regions[:1]):
             limits.add(Limit(LimitKind.SKIN_UNREADABLE))
             speed = np.zeros_like(start)
         elif regions:
@@ -172,7 +189,8 @@ class HoldForceController:
         dt: float,
         limits: ActiveLimits,
     ) -> FloatArray:
-        push = self._servo.push(settings, region.id, settings.force_goal - region.force, dt, limits)
+        contact = region.id, ContactPresence.FELT
+        push = self._servo.push(settings, contact, settings.force_goal - region.force, dt, limits)
         self._configuration.update(posture)
         normal = self._configuration.pose(region.link).rotation.dot(region.normal)
         row = normal.dot(self._configuration.jacobian(region.link, region.point))
@@ -240,9 +258,11 @@ class TaskController:
         velocity: FloatArray,
         regions: Sequence[ContactRegion],
         dt: float,
+        *,
+        readable: bool = True,
     ) -> JointCommand:
         """Do the task for a tick, or stand still and say why."""
-        if not self._safety.check(settings.max_force, posture, velocity, regions, dt):
+        if not self._safety.check(settings.max_force, posture, velocity, regions, dt, readable=readable):
             return self._stopped(posture)
         limits = ActiveLimits()
         self._configuration.update(posture)
@@ -325,6 +345,7 @@ class TaskController:
             to_map=_NO_MAP if to_map is None else to_map,
             error=want.error,
             velocity=_NO_VELOCITY if want.velocity is None else want.velocity,
+            presence=want.presence,
         )
 
     def _unless_stuck(

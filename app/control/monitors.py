@@ -41,7 +41,14 @@ class SafetyMonitor:
         self.posture: FloatArray = np.zeros(0)
 
     def check(
-        self, max_force: float, posture: FloatArray, velocity: FloatArray, regions: Sequence[ContactRegion], dt: float
+        self,
+        max_force: float,
+        posture: FloatArray,
+        velocity: FloatArray,
+        regions: Sequence[ContactRegion],
+        dt: float,
+        *,
+        readable: bool = True,
     ) -> bool:
         """Whether the controller may go on.
 
@@ -51,8 +58,10 @@ class SafetyMonitor:
             velocity: (n,).
             regions: All contacts.
             dt: Since the last question [s].
+            readable: Whether the skin can be read.
         """
-        reason = _danger(max_force, velocity, regions)
+        unreadable = None if readable else Limit(LimitKind.STOPPED_UNREADABLE)
+        reason = unreadable or _danger(max_force, velocity, regions)
         if reason is not None and self.reason is None:
             self.reason, self.posture = reason, posture.copy()
         if self.reason is not None:

@@ -40,6 +40,7 @@ from app.control.joint_impedance import MAX_JOINT_SPEED, MAX_POINT_SPEED
 from app.control.limits import ActiveLimits, Limit, LimitKind
 from app.control.task_priority import (
     ArmState,
+    ContactKey,
     PriorityLevel,
     TaskContact,
     point_rows,
@@ -68,22 +69,24 @@ class ForceServo:
 
     def __init__(self, max_speed: float) -> None:
         self._max_speed = max_speed
-        self._integrals: dict[int, float] = {}
-        self._reached: set[int] = set()
-        self._least: dict[int, tuple[float, float]] = {}  # error, and for how long none was less
+        self._integrals: dict[ContactKey, float] = {}
+        self._reached: set[ContactKey] = set()
+        self._least: dict[ContactKey, tuple[float, float]] = {}  # error, and for how long none was less
 
-    def keep(self, contacts: Iterable[int]) -> None:
+    def keep(self, contacts: Iterable[ContactKey]) -> None:
         """Forget all contacts but these."""
         kept = set(contacts)
-        self._integrals = {id_: value for id_, value in self._integrals.items() if id_ in kept}
+        self._integrals = {key: value for key, value in self._integrals.items() if key in kept}
         self._reached &= kept
-        self._least = {id_: seen for id_, seen in self._least.items() if id_ in kept}
+        self._least = {key: seen for key, seen in self._least.items() if key in kept}
 
-    def integral(self, contact: int) -> float:
+    def integral(self, contact: ContactKey) -> float:
         """[N s] gathered for a contact."""
         return self._integrals.get(contact, 0.0)
 
-    def push(self, settings: ControlSettings, contact: int, error: float, dt: float, limits: ActiveLimits) -> float:
+    def push(
+        self, settings: ControlSettings, contact: ContactKey, error: float, dt: float, limits: ActiveLimits
+    ) -> float:
         """Outward speed of the touched point [m/s]: positive presses more.
 
         Args:
@@ -103,7 +106,7 @@ class ForceServo:
             limits.add(Limit(LimitKind.POINT_SPEED))
         return bounded
 
-    def _gather(self, contact: int, error: float, dt: float, patience: float) -> None:
+    def _gather(self, contact: ContactKey, error: float, dt: float, patience: float) -> None:
         if contact not in self._reached:
             least, waited = self._least.get(contact, (error, 0.0))
             self._least[contact] = (error, 0.0) if error < _LESS * least else (least, waited + dt)
@@ -132,7 +135,7 @@ class PointVelocityScheme(ABC):
     def reset(self) -> None:
         """At rest, no integral."""
         self._servo = ForceServo(MAX_POINT_SPEED)
-        self._wanted: dict[int, FloatArray] = {}
+        self._wanted: dict[ContactKey, FloatArray] = {}
 
     @abstractmethod
     def velocity(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: ActiveLimits) -> FloatArray:
@@ -143,8 +146,8 @@ class PointVelocityScheme(ABC):
     ) -> list[PriorityLevel]:
         """Velocities of all contacts' points."""
         self.keep(contacts)
-        self._wanted = {contact.id: self.velocity(settings, contact, arm.dt, limits) for contact in contacts}
-        return single_level([point_rows(contact, self._wanted[contact.id]) for contact in contacts])
+        self._wanted = {contact.key: self.velocity(settings, contact, arm.dt, limits) for contact in contacts}
+        return single_level([point_rows(contact, self._wanted[contact.key]) for contact in contacts])
 
     def solve(
         self,
@@ -159,18 +162,18 @@ class PointVelocityScheme(ABC):
 
     def keep(self, contacts: Sequence[TaskContact]) -> None:
         """Forget all contacts but these."""
-        self._servo.keep(contact.id for contact in contacts)
+        self._servo.keep(contact.key for contact in contacts)
 
     def push(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: ActiveLimits) -> float:
         """Outward speed [m/s] for the force error, proportional and integral."""
-        return self._servo.push(settings, contact.id, contact.force_error, dt, limits)
+        return self._servo.push(settings, contact.key, contact.force_error, dt, limits)
 
     def lagged(self, contact: TaskContact, aim: FloatArray, time: float, dt: float) -> FloatArray:
         """The velocity (3,) wanted a tick ago, nearer to ``aim`` with a time constant [s]; at once if a tick is more.
 
         A contact starts at rest.
         """
-        before = self._wanted.get(contact.id)
+        before = self._wanted.get(contact.key)
         before = np.zeros(3) if before is None else before
         return before + min(dt / time, 1.0) * (aim - before) if time > dt else aim
 
@@ -215,17 +218,17 @@ class ParallelScheme(PointVelocityScheme):
     def reset(self) -> None:
         """At rest, no integral, no place known."""
         super().reset()
-        self._begun: dict[int, FloatArray] = {}
+        self._begun: dict[ContactKey, FloatArray] = {}
 
     def keep(self, contacts: Sequence[TaskContact]) -> None:
         """Where the others began is forgotten too."""
         super().keep(contacts)
-        self._begun = {contact.id: self._begun.get(contact.id, contact.point) for contact in contacts}
+        self._begun = {contact.key: self._begun.get(contact.key, contact.point) for contact in contacts}
 
     def velocity(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: ActiveLimits) -> FloatArray:
         """Both errors' answers added up, taken up slowly."""
         normal = contact.normal
-        away = normal.dot(self._begun[contact.id] - contact.point)
+        away = normal.dot(self._begun[contact.key] - contact.point)
         push = self.push(settings, contact, dt, limits) + settings.position_gain * away
         aim = limit_point_speed(contact.along(settings.position_gain, MAX_POINT_SPEED) + push * normal, limits)
         return self.lagged(contact, aim, settings.inertia_time, dt)
@@ -257,8 +260,8 @@ class PriorityScheme:
         self, settings: ControlSettings, contacts: Sequence[TaskContact], arm: ArmState, limits: ActiveLimits
     ) -> list[PriorityLevel]:
         """Forces of all contacts, then places of those that may not slide."""
-        self._servo.keep(contact.id for contact in contacts)
-        push = [self._servo.push(settings, c.id, c.force_error, arm.dt, limits) for c in contacts]
+        self._servo.keep(contact.key for contact in contacts)
+        push = [self._servo.push(settings, c.key, c.force_error, arm.dt, limits) for c in contacts]
         levels = [PriorityLevel(np.stack([c.outward for c in contacts]), np.array(push))]
         held = [c for c in contacts if c.error is not None]
         if held:

@@ -12,8 +12,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import Enum
 from functools import cached_property
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
 import numpy as np
 
@@ -23,6 +24,15 @@ from app.control.joint_impedance import DAMPING, WEAK, PostureReference, at_limi
 from app.control.limits import ActiveLimits, Limit, LimitKind
 from app.core.arrays import FloatArray, length
 from app.maps.jacobian import least_norm_motion
+
+
+class ContactPresence(Enum):
+    """What is known of a contact that a task is about."""
+
+    FELT = "felt"
+    """Read from the skin at this tick."""
+    LOST = "lost"
+    """Not read any more: remembered as it was, without force, and sought there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +45,7 @@ class ContactGoal:
         error: (2,) the way to go on the map [m]; None where the contact may slide as it likes.
         velocity: (2,) at which the goal itself moves on the map [m/s].
         to_map: (2, 3) the map's Jacobian at the contact, world frame, where it was asked for already.
+        presence: Whether it is there.
     """
 
     region: ContactRegion
@@ -42,6 +53,10 @@ class ContactGoal:
     error: FloatArray | None = None
     velocity: FloatArray | None = None
     to_map: FloatArray | None = None
+    presence: ContactPresence = ContactPresence.FELT
+
+
+ContactKey: TypeAlias = tuple[int, ContactPresence]
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +74,7 @@ class TaskContact:
             Zero where the contact may slide: nobody asks.
         error: (2,) on the map [m]; None where the contact may slide.
         velocity: (2,) of the goal on the map [m/s].
+        presence: Whether it is there.
     """
 
     id: int
@@ -70,6 +86,12 @@ class TaskContact:
     to_map: FloatArray
     error: FloatArray | None
     velocity: FloatArray
+    presence: ContactPresence = ContactPresence.FELT
+
+    @property
+    def key(self) -> ContactKey:
+        """By which schemes remember it: one that was lost is sought without the integral it had."""
+        return self.id, self.presence
 
     @cached_property
     def outward(self) -> FloatArray:

@@ -21,7 +21,7 @@ from app.control.map_kinematics import MapKinematics
 from app.control.path_following import PathFollower, over_borders
 from app.control.regrasp import RegraspManager
 from app.control.surface_path import PathCrossing
-from app.control.task_priority import ContactGoal
+from app.control.task_priority import ContactGoal, ContactPresence
 from app.core.arrays import FloatArray
 from app.geometry.mesh import SurfacePoint
 from app.maps.paths import NEAR_PITCHES
@@ -168,7 +168,7 @@ class TaskManager:
 
     def _contact(self, regions: Sequence[ContactRegion]) -> ContactRegion | None:
         """The contact known from before, else the strongest; on a path rather the one that is where it leads to."""
-        known = self._last.id if self._last is not None else 0
+        known = None if self._last is None else self._last.id
         found = next((region for region in regions if region.id == known), regions[0] if regions else None)
         target = self.follower.target
         if found is None or target is None or found.at.patch == target.patch:
@@ -188,7 +188,7 @@ class TaskManager:
             self.target = None if task in ("hold_point", "guide") else self.target
             return []
         now.limits.add(Limit(LimitKind.CONTACT_LOST))
-        return [ContactGoal(replace(self._last, id=-self._last.id, force=0.0), goal)]
+        return [ContactGoal(replace(self._last, force=0.0), goal, presence=ContactPresence.LOST)]
 
     def _on_path(self, now: _Now, region: ContactRegion, new: bool) -> ContactGoal:
         follower = self.follower

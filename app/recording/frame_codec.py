@@ -93,7 +93,9 @@ REGION = np.dtype(
         ("taxels.size", "<i4"),
     ]
 )
-"""Attributes of a ``ContactRegion``; its link follows from its place, and what it merged with stands in the text."""
+"""Attributes of a ``ContactRegion``; its link follows from its place, and what it merged with stands in the text. An id
+of 0 stands for none: regions count from 1."""
+_OPTIONAL_IDS = ("partner", "split_from")
 
 
 @dataclass(frozen=True)
@@ -167,8 +169,9 @@ def encode_frame(frame: Frame) -> bytes:
     )
     arrays = [np.asarray(values, dtype="<f8").tobytes() for values in _arrays_of(frame)]
     pokes = np.array([_poke_row(poke) for poke in frame.pokes], dtype=POKE).tobytes() if frame.pokes else b""
-    rows = np.array([_region_row(region) for region in regions], dtype=REGION).tobytes() if regions else b""
-    return b"".join([head, *arrays, pokes, rows, *taxels, words])
+    rows = [tuple(0 if value is None else value for value in _region_row(region)) for region in regions]
+    records = np.array(rows, dtype=REGION).tobytes() if rows else b""
+    return b"".join([head, *arrays, pokes, records, *taxels, words])
 
 
 def decode_frame(data: bytes, prepared: PreparedScene, *, file: str | None = None) -> Frame:
@@ -280,7 +283,7 @@ class _FrameReader:
         places, groups = self._places(rows, "regions"), np.split(members, np.cumsum(counts)[:-1])
         return tuple(
             ContactRegion(
-                **values | {"torn": bool(values["torn"])},
+                **values | {"torn": bool(values["torn"])} | {name: values[name] or None for name in _OPTIONAL_IDS},
                 at=at,
                 taxels=taxels,
                 link=self._skin.link(at),

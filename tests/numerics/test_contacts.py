@@ -352,7 +352,7 @@ def test_alone_no_region_has_a_partner():
     _, frames = run()
     alone = [frame.regions for frame in frames if len(frame.regions) == 1]
     assert alone
-    assert all(region.partner == 0 for (region,) in alone)
+    assert all(region.partner is None for (region,) in alone)
 
 
 def test_partners_feel_one_force_at_one_place():

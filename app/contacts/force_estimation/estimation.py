@@ -194,7 +194,7 @@ class RegionForceEstimator:
         self._lumped = new | known
         self.awaited = {number for link, number in known.items() if link not in first}
         return [
-            replace(r, region=replace(r.region, id=self._lumped[link], merged=(), split_from=0))
+            replace(r, region=replace(r.region, id=self._lumped[link], merged=(), split_from=None))
             for link, r in first.items()
         ]
 

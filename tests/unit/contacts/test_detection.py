@@ -89,8 +89,8 @@ def test_when_two_merge_the_older_keeps_its_name_and_the_other_is_told():
     assert (merged.id, merged.merged) == (1, (2,))
     assert reader.read(bridge)[0].merged == (), "told once"
     after = reader.read(small + large)
-    assert [(region.id, region.split_from) for region in after] == [(1, 0), (3, 1)], "the larger part keeps the name"
-    assert [region.split_from for region in reader.read(small + large)] == [0, 0]
+    assert [(region.id, region.split_from) for region in after] == [(1, None), (3, 1)], "the larger part keeps the name"
+    assert [region.split_from for region in reader.read(small + large)] == [None, None]
 
 
 def test_numbers_follow_the_pressures_while_the_same_taxels_are_touched():

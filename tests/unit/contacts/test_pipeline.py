@@ -117,7 +117,7 @@ def test_two_links_touched_apart_are_no_self_touch():
     sense = ContactPipeline(prepared.robot, prepared.map, SensorEffects())
     regions = sense.read(1, 0.01, prepared.robot.home, pressed)
     assert len({region.link for region in regions}) == 2
-    assert [region.partner for region in regions] == [0, 0]
+    assert [region.partner for region in regions] == [None, None]
 
 
 def test_an_edited_map_is_used():

@@ -18,7 +18,7 @@ def test_it_owns_its_arrays():
     assert region.point[0] == 0
     assert not region.taxels.flags.writeable
     assert not region.torn
-    assert (region.partner, region.merged, region.split_from) == (0, (), 0)
+    assert (region.partner, region.merged, region.split_from) == (None, (), None)
     assert region.axes.shape == (2, 3)
     assert region.map_axes.shape == (2, 2)
 

@@ -38,7 +38,7 @@ def test_nobody_waits_unless_asked_to():
     unasked = TrackMemory(SKIN, BODY)
     unasked.lose(7, WIDE, 1.0)
     assert not unasked.may_return(1.0)
-    assert unasked.find(WIDE, 1.0) == 0
+    assert unasked.find(WIDE, 1.0) is None
 
 
 def test_a_wide_contact_is_awaited_briefly():
@@ -46,14 +46,14 @@ def test_a_wide_contact_is_awaited_briefly():
     assert lost(WIDE).may_return(1.0 + 0.99 * DWELL) == {7: "bar"}
     assert not lost(WIDE).may_return(1.0 + DWELL)
     assert lost(WIDE).find(WIDE, 1.0 + 0.99 * DWELL) == 7
-    assert lost(WIDE).find(WIDE, 1.0 + DWELL) == 0
+    assert lost(WIDE).find(WIDE, 1.0 + DWELL) is None
 
 
 def test_a_narrow_one_may_cross_a_gap():
     beside = around(0.2 + 2 * PITCH, 0.0)
     assert not LONE.core & beside.core
     assert lost(LONE).find(beside, 1.0 + 0.9 * GAP) == 7
-    assert lost(LONE).find(beside, 1.0 + GAP) == 0
+    assert lost(LONE).find(beside, 1.0 + GAP) is None
     assert lost(LONE).may_return(1.0 + 0.9 * GAP)
     assert not lost(LONE, gaps=False).may_return(1.0 + DWELL), "there is none to cross"
 
@@ -61,14 +61,14 @@ def test_a_narrow_one_may_cross_a_gap():
 def test_in_the_same_place_it_is_another_tap():
     assert lost(LONE).find(LONE, 1.0 + 0.9 * DWELL) == 7, "no finger taps so fast"
     again = lost(LONE)
-    assert again.find(LONE, 1.0 + 1.1 * DWELL) == 0
+    assert again.find(LONE, 1.0 + 1.1 * DWELL) is None
     assert not again.may_return(1.0 + 1.1 * DWELL), "the first was let go"
 
 
 def test_a_slow_skin_may_miss_one_sample():
     period = 0.2
     assert lost(WIDE, period=period).find(WIDE, 1.0 + 1.4 * period) == 7
-    assert lost(WIDE, period=period).find(WIDE, 1.0 + 1.6 * period) == 0
+    assert lost(WIDE, period=period).find(WIDE, 1.0 + 1.6 * period) is None
 
 
 @pytest.mark.parametrize("waited", [0.02, 0.2])
@@ -76,7 +76,7 @@ def test_nobody_comes_back_from_farther_than_a_hand_moves(waited):
     reached = max(BODY[sorted(LONE.core | LONE.ring), 0]) + SPEED * waited
     near, far = around(reached - 0.5 * PITCH, 0.0), around(reached + 1.5 * PITCH, 0.0)
     assert lost(LONE).find(near, 1.0 + waited) == 7
-    assert lost(LONE).find(far, 1.0 + waited) == 0
+    assert lost(LONE).find(far, 1.0 + waited) is None
 
 
 def test_the_nearest_comes_back_and_only_once():
@@ -85,7 +85,7 @@ def test_the_nearest_comes_back_and_only_once():
     back = around(0.2 + 5 * PITCH, 0.0)
     assert both.find(back, 1.2) == 8
     assert both.find(back, 1.2) == 7
-    assert both.find(back, 1.2) == 0
+    assert both.find(back, 1.2) is None
 
 
 def test_on_another_link_it_is_another():
@@ -96,7 +96,7 @@ def test_on_another_link_it_is_another():
     made = TrackMemory(skin, np.zeros_like(body))  # all in one place, each in its own link's frame
     made.waits = True
     made.lose(3, first, 0.0)
-    assert made.find(other, 0.01) == 0
+    assert made.find(other, 0.01) is None
     assert made.find(first, 0.01) == 3
 
 

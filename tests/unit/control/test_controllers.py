@@ -25,6 +25,7 @@ from app.control.limit_texts import limit_text
 from app.control.limits import Limit, LimitKind
 from app.control.map_kinematics import MapKinematics
 from app.control.schemes import HybridScheme, QuadraticProgramScheme
+from app.control.task_priority import ContactPresence
 from app.control.tasks import TaskManager
 from app.geometry.mesh import SurfacePoint
 from tests.support.limits import kinds
@@ -162,7 +163,7 @@ def test_speed_is_bounded_without_windup_and_says_so():
     step = moved(controller, touch_along_the_bar(200.0))
     assert step * 0.3 == pytest.approx(MAX_POINT_SPEED * HOLD_TICK)
     assert controller.why_limited == (Limit(LimitKind.POINT_SPEED),)
-    assert controller._servo.integral(1) == 0
+    assert controller._servo.integral((1, ContactPresence.FELT)) == 0
 
 
 def test_no_joint_is_faster_than_its_limit():
@@ -216,6 +217,15 @@ def test_a_reading_that_is_no_number_moves_nothing_and_is_said():
     assert moved(controller, touch_along_the_bar(float("nan"))) == 0
     assert controller.why_limited == (Limit(LimitKind.SKIN_UNREADABLE),)
     assert np.isfinite(moved(controller, touch_along_the_bar(4.0)))
+
+
+def test_a_skin_that_cannot_be_read_moves_nothing_and_is_said():
+    controller = HoldForceController(bar())
+    moved(controller, touch_along_the_bar(4.0))
+    start = controller._reference.wanted.copy()
+    command = controller.command(SETTINGS, NO_VELOCITY, NO_VELOCITY, (), HOLD_TICK, readable=False)
+    assert command.posture == pytest.approx(start, abs=1e-12)
+    assert controller.why_limited == (Limit(LimitKind.SKIN_UNREADABLE),)
 
 
 def test_no_integral_at_all_can_be_asked_for():

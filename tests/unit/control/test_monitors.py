@@ -55,6 +55,12 @@ def test_what_is_not_safe_stops_until_nothing_touched_for_a_while(regions, veloc
     assert supervisor.reason is None
 
 
+def test_a_skin_that_cannot_be_read_stops_it_too():
+    supervisor = SafetyMonitor()
+    assert not supervisor.check(30.0, BENT, STILL, (), TICK, readable=False)
+    assert supervisor.reason == Limit(LimitKind.STOPPED_UNREADABLE)
+
+
 def test_a_reset_lets_go_at_once():
     supervisor = SafetyMonitor()
     supervisor.check(30.0, BENT, STILL, touch(50.0), TICK)

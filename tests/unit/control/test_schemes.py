@@ -25,7 +25,7 @@ from app.control.schemes import (
     QuadraticProgramScheme,
     limit_point_speed,
 )
-from app.control.task_priority import ArmState, PriorityLevel, TaskContact, solve_hierarchy
+from app.control.task_priority import ArmState, ContactPresence, PriorityLevel, TaskContact, solve_hierarchy
 from app.robots.kinematics import Configuration
 from tests.support.limits import kinds
 from tests.support.touch import arm, bar
@@ -33,9 +33,10 @@ from tests.unit.control.contacts_by_hand import contact
 
 SETTINGS = ControlSettings(force_gain=0.01, integral_time=0.5)
 DT = 0.005
+ONE, TWO = ((number, ContactPresence.FELT) for number in (1, 2))
 
 
-def push(servo, error, *, contact=1, limits=None, settings=SETTINGS):
+def push(servo, error, *, contact=ONE, limits=None, settings=SETTINGS):
     return servo.push(settings, contact, error, DT, ActiveLimits() if limits is None else limits)
 
 
@@ -43,26 +44,26 @@ def test_proportional_until_the_goal_was_reached_then_integral_too():
     servo = ForceServo(1.0)
     assert [push(servo, 1.0) for _ in range(3)] == pytest.approx([0.01] * 3)
     assert [push(servo, -1.0) for _ in range(3)] == pytest.approx([-0.01 * (1 + k * DT / 0.5) for k in (1, 2, 3)])
-    assert servo.integral(1) == pytest.approx(-3 * DT)
+    assert servo.integral(ONE) == pytest.approx(-3 * DT)
 
 
 def test_each_contact_has_its_own_memory_and_takes_it_along():
     servo = ForceServo(1.0)
     push(servo, -1.0)
-    push(servo, -2.0, contact=2)
-    assert (servo.integral(1), servo.integral(2)) == pytest.approx((-DT, -2 * DT))
-    servo.keep([2])
-    assert (servo.integral(1), servo.integral(2)) == pytest.approx((0.0, -2 * DT))
+    push(servo, -2.0, contact=TWO)
+    assert (servo.integral(ONE), servo.integral(TWO)) == pytest.approx((-DT, -2 * DT))
+    servo.keep([TWO])
+    assert (servo.integral(ONE), servo.integral(TWO)) == pytest.approx((0.0, -2 * DT))
     assert push(servo, 1.0) == pytest.approx(0.01), "it has to reach its goal again"
 
 
 def test_the_integral_stands_while_the_answer_is_bounded():
     servo, limits = ForceServo(0.02), ActiveLimits()
     push(servo, -1.0)
-    gathered = servo.integral(1)
+    gathered = servo.integral(ONE)
     for _ in range(1000):
         assert push(servo, -50.0, limits=limits) == -0.02
-    assert servo.integral(1) == pytest.approx(gathered)
+    assert servo.integral(ONE) == pytest.approx(gathered)
     assert kinds(limits) == [LimitKind.POINT_SPEED]
     assert push(servo, 1.0) == pytest.approx(0.01, rel=0.02), "free at once"
 
@@ -70,10 +71,10 @@ def test_the_integral_stands_while_the_answer_is_bounded():
 def test_no_integral_at_all():
     servo, endless = ForceServo(1.0), ControlSettings(force_gain=0.01, integral_time=float("inf"))
     assert [push(servo, -1.0, settings=endless) for _ in range(4)] == [-0.01] * 4
-    assert servo.integral(1) == 0.0
+    assert servo.integral(ONE) == 0.0
     push(servo, -1.0)
     push(servo, -1.0, settings=endless)
-    assert servo.integral(1) == pytest.approx(-DT), "what was gathered stands"
+    assert servo.integral(ONE) == pytest.approx(-DT), "what was gathered stands"
 
 
 def test_what_was_gathered_stands_without_an_integral_even_while_the_speed_is_bounded():
@@ -81,40 +82,40 @@ def test_what_was_gathered_stands_without_an_integral_even_while_the_speed_is_bo
     push(servo, -1.0)
     for _ in range(100):
         assert push(servo, 50.0, settings=endless) == 0.02
-    assert servo.integral(1) == -DT
+    assert servo.integral(ONE) == -DT
 
 
 def test_an_error_that_unwinds_the_integral_is_gathered_while_the_speed_is_bounded():
     servo, quick = ForceServo(0.02), replace(SETTINGS, integral_time=0.05)
     for _ in range(100):
         push(servo, -1.0)
-    wound = servo.integral(1)
+    wound = servo.integral(ONE)
     assert wound < -0.4
     assert push(servo, 0.1, settings=quick) == -0.02, "bounded by the integral alone"
-    assert servo.integral(1) == pytest.approx(wound + 0.1 * DT)
+    assert servo.integral(ONE) == pytest.approx(wound + 0.1 * DT)
     for _ in range(10):
         assert push(servo, 9.0) == 0.02, "bounded the other way, by the error"
-    assert servo.integral(1) == pytest.approx(wound + (0.1 + 10 * 9.0) * DT)
+    assert servo.integral(ONE) == pytest.approx(wound + (0.1 + 10 * 9.0) * DT)
     for _ in range(10):
         push(servo, 9.0)
-    assert servo.integral(1) == 0.0, "and not wound up again"
+    assert servo.integral(ONE) == 0.0, "and not wound up again"
 
 
 def test_a_goal_that_is_not_reached_alone_is_integrated_for_after_a_while():
     """Something holds against it: the proportional part comes no nearer, and would stand for ever."""
     servo, ticks = ForceServo(1.0), round(SETTINGS.integral_time / DT)
     nearing = [push(servo, 2.0 * 0.97**k) for k in range(ticks)]
-    assert servo.integral(1) == 0.0, "it still comes nearer"
+    assert servo.integral(ONE) == 0.0, "it still comes nearer"
     assert nearing[-1] < 0.2 * nearing[0]
     for _ in range(ticks - 2):
         push(servo, 0.5)
-    assert servo.integral(1) == 0.0
+    assert servo.integral(ONE) == 0.0
     held = [push(servo, 0.5) for _ in range(20)]
     assert held[-1] > held[0]
-    assert servo.integral(1) > 0
+    assert servo.integral(ONE) > 0
     servo.keep([])
     push(servo, 0.5)
-    assert servo.integral(1) == 0.0, "a new contact waits again"
+    assert servo.integral(ONE) == 0.0, "a new contact waits again"
 
 
 AIM, POINT_DT = np.array([0.1, 0.0, -0.2]), 0.005

@@ -10,6 +10,7 @@ import pytest
 from app.control.command import ControlSettings
 from app.control.limits import ActiveLimits, Limit, LimitKind, RegraspFailure
 from app.control.map_kinematics import MapKinematics
+from app.control.task_priority import ContactPresence
 from app.control.tasks import MOST_ERROR, SEARCH_TIME, TaskManager
 from app.robots.kinematics import Configuration
 from tests.support.touch import prepared_bar
@@ -157,7 +158,7 @@ def test_a_lost_contact_is_sought_for_a_while_without_force():
     while (found := asked(task_manager, ()))[0]:
         [want], limits = found
         assert (want.region.force, want.error, limits) == (0.0, None, [Limit(LimitKind.CONTACT_LOST)])
-        assert want.region.id != 1, "as another one, without its integral"
+        assert (want.region.id, want.presence) == (1, ContactPresence.LOST)
         ticks += 1
     assert ticks * TICK == pytest.approx(SEARCH_TIME, abs=2 * TICK)
     for task in ("retreat", "guide", "balance"):

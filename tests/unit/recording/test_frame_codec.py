@@ -11,7 +11,8 @@ import pytest
 from app.contacts.force_estimation.estimate import ForceEstimate
 from app.contacts.pipeline import ReadingSettings
 from app.contacts.regions import ContactRegion
-from app.control.command import TaskReport
+from app.control.command import RegraspState, TaskReport
+from app.control.limits import Limit, LimitKind, RegraspFailure
 from app.core.errors import RecordingError
 from app.geometry.mesh import SurfacePoint
 from app.recording.frame_codec import FRAME_SCHEMA, POKE, REGION, FrameText, decode_frame, encode_frame
@@ -28,6 +29,18 @@ TOLD = ForceEstimate(
     12.5, 1 / 7, peak=1e4 / 3, mean=1e3 / 3, force_error=1e-3, place_error=2e-3,
 )  # fmt: skip
 REFUSED = ForceEstimate(2.0, None, refused="No force is felt")
+
+
+def test_limits_and_a_regrasp_read_back_equal(touched, prepared):
+    limits = (
+        Limit(LimitKind.JOINT_LIMIT, ("elbow", "wrist")),
+        Limit(LimitKind.FORCE_GAIN_HELD, value=1 / 3, bound=0.5, period=0.2, delay=0.1),
+        Limit(LimitKind.REGRASP_RETURNS, ("hand", "forearm"), cause=RegraspFailure.OBSTACLE),
+        Limit(LimitKind.PATH_REFUSED, detail="it circles"),
+    )
+    frame = replace(touched, why_limited=limits, task=TaskReport(regrasp=RegraspState.RETURN))
+    again = decode_frame(encode_frame(frame), prepared)
+    assert (again.why_limited, again.task) == (limits, frame.task)
 
 
 def test_estimates_in_a_frame_read_back_to_the_last_bit(touched, prepared):
