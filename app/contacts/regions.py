@@ -15,7 +15,7 @@ import numpy as np
 
 from app.core.arrays import FloatArray, IntArray, readonly
 from app.geometry.mesh import SurfacePoint
-from app.maps.tactile_map import TactileMap
+from app.maps.tactile_map import SEAM_RATIO, TactileMap
 from app.skin.skin import Skin
 
 _NO_AXES, _NO_MAP_AXES = readonly(np.zeros((2, 3))), readonly(np.zeros((2, 2)))
@@ -79,10 +79,6 @@ class ContactRegion:
             object.__setattr__(self, name, readonly(getattr(self, name)))
 
 
-TORN = 2.0
-"""Neighbours farther apart on the map than this many times their distance on the body have a seam between them."""
-
-
 class TaxelGroup(NamedTuple):
     """Touched taxels that are connected on the body, and the untouched ring around them."""
 
@@ -139,7 +135,7 @@ class SeamCrossings:
         on_body = np.linalg.norm(body[pairs[:, 0]] - body[pairs[:, 1]], axis=1)
         on_map = np.linalg.norm(map_.taxel_points[pairs[:, 0]] - map_.taxel_points[pairs[:, 1]], axis=1)
         scales = np.array([placement.scale for placement in map_.layout.placements])
-        self.pairs = pairs[on_map > TORN * scales[map_.skin.patch_of[pairs[:, 0]]] * on_body]
+        self.pairs = pairs[on_map > SEAM_RATIO * scales[map_.skin.patch_of[pairs[:, 0]]] * on_body]
         self._first = frozenset(self.pairs[:, 0].tolist())
 
     def tear(self, taxels: frozenset[int]) -> bool:

@@ -68,25 +68,28 @@ _PATIENCE = 12.0
 """An integral is no faster than so many times what passes from a touch to its reading: it follows the answer."""
 
 
+def sampled_loop_limit(delay: float) -> float:
+    """Greatest stable gain of a sampled integral loop with ``delay`` samples: 2 sin(pi / (2 (2 d + 1)))."""
+    return 2 * math.sin(math.pi / (2 * (2 * delay + 1)))
+
+
 def max_stable_gain(stiffness: float, readings: SensorTiming) -> float:
     """The largest force gain [m/s/N] with which a sampled loop against a spring is stable.
 
-    k_f k T < 2 sin(pi / (2 (2 d + 1))), d the delay in samples (theory of sampled integral loops); within 20 % on a
-    whole arm whose joints settle faster than the samples come.
+    k_f k T below ``sampled_loop_limit``; within 20 % on a whole arm whose joints settle faster than the samples come.
 
     Args:
         stiffness: Force per way of the wanted posture [N/m].
         readings: Of the skin.
     """
-    samples = readings.delay / readings.period
-    return 2 * math.sin(math.pi / (2 * (2 * samples + 1))) / (stiffness * readings.period)
+    return sampled_loop_limit(readings.delay / readings.period) / (stiffness * readings.period)
 
 
 class GainLimiter:
     """Compares gains with what the skin's times allow at the place first touched. Mutable.
 
-    Where settings are ``limited``, the force gain is held to ``SHARE`` of the most that a sampled loop can hold, the
-    integral is no faster than its answer, and the place gets its share of one over what passes from a touch to its
+    Where settings are ``limited``, the force gain is held to ``GAIN_SHARE`` of the most that a sampled loop can hold,
+    the integral is no faster than its answer, and the place gets its share of one over what passes from a touch to its
     reading. Against something softer than ``CONTACT_STIFFNESS`` more would do.
 
     Args:

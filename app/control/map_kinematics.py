@@ -11,10 +11,9 @@ from app.core.arrays import FloatArray, length
 from app.geometry.mesh import SurfacePoint
 from app.maps.jacobian import JacobianKind, MapJacobian, least_norm_motion
 from app.maps.seam_transitions import SeamTransitions
-from app.maps.tactile_map import TactileMap
+from app.maps.tactile_map import SEAM_RATIO, TactileMap
 from app.robots.kinematics import Configuration
 
-_TORN = 2.0
 _NEAR = 0.002
 """Two places this near on the body [m] are never taken for torn apart because of rounding."""
 
@@ -62,7 +61,7 @@ class MapKinematics:
         if target.patch == region.at.patch:
             scale = self.map.layout.placements[target.patch].scale
             step = self.map.to_map(target) - region.map_point
-            if length(step) <= _TORN * scale * (length(apart) + _NEAR):
+            if length(step) <= SEAM_RATIO * scale * (length(apart) + _NEAR):
                 return step
         step = jacobian.dot(apart)
         flat = length(least_norm_motion(jacobian, step))

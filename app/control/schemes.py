@@ -38,6 +38,7 @@ import numpy as np
 from app.control.command import ControlSettings
 from app.control.joint_impedance import MAX_JOINT_SPEED, MAX_POINT_SPEED
 from app.control.limits import ActiveLimits, Limit, LimitKind
+from app.control.loop_stability import CONTACT_STIFFNESS
 from app.control.task_priority import (
     ArmState,
     ContactKey,
@@ -289,8 +290,6 @@ DAMPER = 0.2
 CAP_SHARE = 0.8
 """Share of the greatest force, at which the arm stops, that contacts may reach."""
 _FORCE_WEIGHT, _CAP_WEIGHT, _REST_WEIGHT = 100.0, 1e4, 1e-3
-_STIFFNESS = 2e4
-"""Of a contact [N/m], nominal: the stiffer, the sooner the cap acts."""
 _ROUNDS = 3
 
 
@@ -316,7 +315,7 @@ class QuadraticProgramScheme(PriorityScheme):
                 break
             for contact in over:
                 held.add(contact.id)
-                row, most = contact.outward, max((cap - contact.force) / (_STIFFNESS * arm.dt), -MAX_POINT_SPEED)
+                row, most = contact.outward, max((cap - contact.force) / (CONTACT_STIFFNESS * arm.dt), -MAX_POINT_SPEED)
                 hessian = hessian + _CAP_WEIGHT * np.outer(row, row)
                 gradient = gradient - _CAP_WEIGHT * most * row
         _tell(speed, lower, upper, arm, limits)
@@ -358,7 +357,7 @@ def _solve_box(
 
 
 def _next_force(contact: TaskContact, speed: FloatArray, dt: float) -> float:
-    return contact.force + _STIFFNESS * dt * float(contact.outward @ speed)
+    return contact.force + CONTACT_STIFFNESS * dt * float(contact.outward @ speed)
 
 
 def _tell(speed: FloatArray, lower: FloatArray, upper: FloatArray, arm: ArmState, limits: ActiveLimits) -> None:

@@ -17,11 +17,9 @@ from scipy.spatial import cKDTree
 
 from app.core.arrays import FloatArray, IntArray
 from app.geometry.mesh import SurfacePoint
-from app.maps.tactile_map import TactileMap
+from app.maps.tactile_map import SEAM_RATIO, TactileMap
 
 JacobianKind: TypeAlias = Literal["smoothed", "raw"]
-_TORN = 2.0
-"""Neighbours farther apart on the map than this many times their distance on the body have a seam between them."""
 _BLENDED = 3
 """Taxels whose fits are blended between them."""
 _LEAST = 4
@@ -166,7 +164,7 @@ class MapJacobian:
         on_body = np.linalg.norm(np.diff(self._body[pairs], axis=1)[:, 0], axis=1)
         on_map = np.linalg.norm(np.diff(self._map.taxel_points[pairs], axis=1)[:, 0], axis=1)
         scales = np.array([placement.scale for placement in self._map.layout.placements])
-        i, j = pairs[on_map <= _TORN * scales[skin.patch_of[pairs[:, 0]]] * on_body].T
+        i, j = pairs[on_map <= SEAM_RATIO * scales[skin.patch_of[pairs[:, 0]]] * on_body].T
         ends = np.concatenate([i, j]), np.concatenate([j, i])
         return coo_matrix((np.ones(2 * len(i)), ends), shape=(len(skin), len(skin))).tocsr()
 

@@ -14,6 +14,8 @@ from app.geometry.mesh import SurfacePoint
 from app.maps.layout import MapLayout
 from app.skin.skin import Skin
 
+SEAM_RATIO = 2.0
+"""Places of the skin that lie so many times farther apart on the map than on the body have a seam between them."""
 _SLACK = 1e-9
 """Share of a patch's size by which a point may miss its box and still lie on its side, for rounding."""
 

@@ -21,6 +21,7 @@ from app.core.arrays import BoolArray, FloatArray, IntArray, readonly
 from app.core.errors import Finding
 from app.geometry.geodesics import Geodesics
 from app.geometry.refine import insert_vertices
+from app.maps.tactile_map import SEAM_RATIO
 from app.skin.skin import Patch, Skin, Taxels
 
 NEAR_PAIR = 0.008
@@ -181,8 +182,6 @@ def _rows(rows: list[FloatArray], count: int) -> FloatArray:
 
 
 NEIGHBOURS = 6
-TORN = 2.0
-"""Neighbours more than so many times farther apart on the map than on the body are torn apart."""
 _ALIKE = 1e-6
 """Distances that differ by less than this share are equal: on a regular skin only rounding orders them."""
 
@@ -258,7 +257,7 @@ def edge_lengths(points: FloatArray, distances: BodyDistances) -> tuple[float, B
     """Rms relative error of the lengths between neighbours at the best common scale, and which (e,) are torn apart."""
     ends = points[distances.pairs]
     on_map, on_body = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1), distances.lengths
-    torn = on_map > TORN * on_body
+    torn = on_map > SEAM_RATIO * on_body
     kept = ~torn & (on_body > 0)
     if not kept.any():
         return float("nan") if len(torn) else 0.0, torn

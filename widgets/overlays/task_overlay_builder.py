@@ -17,7 +17,7 @@ from app.control.surface_path import active_path
 from app.core.arrays import BoolArray, FloatArray, IntArray
 from app.geometry.mesh import SurfacePoint
 from app.maps.seam_transitions import SeamTransitions
-from app.maps.tactile_map import TactileMap
+from app.maps.tactile_map import SEAM_RATIO, TactileMap
 from app.session.frame import Frame
 from widgets.overlays.task_overlay import (
     NO_PATH,
@@ -31,8 +31,8 @@ from widgets.overlays.task_overlay import (
 
 _STEP = 0.0005
 """Places nearer than this are one [m]."""
-_TORN, _NEAR = 2.0, 0.002
-"""A step on the map so many times longer than on the body, and this much [m], leads over a seam."""
+_NEAR = 0.002
+"""Places this near on the body [m] are never taken for parted by a seam, because of rounding."""
 _GAP = 0.5
 """Between two frames, a longer time than this is a jump in a replay [s]."""
 
@@ -110,7 +110,7 @@ class TrailRecorder:
 def _torn(patch: IntArray, on_map: FloatArray, on_body: FloatArray) -> BoolArray:
     """(k,) whether the way to each place from the one before is no line on the map; not to the first."""
     steps, apart = (np.linalg.norm(np.diff(places, axis=0), axis=1) for places in (on_map, on_body))
-    torn = (np.diff(patch) != 0) | (steps > _TORN * (apart + _NEAR))
+    torn = (np.diff(patch) != 0) | (steps > SEAM_RATIO * (apart + _NEAR))
     return np.concatenate([np.zeros(min(len(patch), 1), bool), torn])
 
 

@@ -15,7 +15,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QGridLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
 from app.contacts.centre_of_pressure import SensorUncertainty
-from app.contacts.force_estimation.estimate import EstimatorName, ForceEstimate
+from app.contacts.force_estimation.estimate import EstimateRefusal, EstimatorName, ForceEstimate
 from app.contacts.pipeline import ReadingSettings
 from app.contacts.regions import ContactRegion
 from app.scene.effects import Effects
@@ -24,6 +24,14 @@ from app.session.prepare import PreparedScene
 from widgets.common.panel import FlatComboBox, Panel, value_label
 from widgets.document.taxel_selection import TaxelSelection, region_colour
 
+_REFUSALS = {
+    EstimateRefusal.RANK: "too few forces can be told apart, because the cover is too deep or the noise too high",
+    EstimateRefusal.NO_FORCE: "no force is measured",
+    EstimateRefusal.WRENCH_RANK: "too few components of force and torque are known",
+    EstimateRefusal.OFF_SKIN: "the line of the force misses the skin, as with several contacts or a twist",
+    EstimateRefusal.PULL: "the estimated force would pull",
+}
+
 
 def estimate_text(estimate: ForceEstimate) -> str:
     """Like "Effective rank 12/14, residual 1.1 × noise", with condition, peak and mean below; or why it was refused."""
@@ -31,8 +39,8 @@ def estimate_text(estimate: ForceEstimate) -> str:
         f"Effective rank {estimate.effective_rank}/{estimate.unknowns}",
         _format_number(estimate.condition),
     )
-    if estimate.refused:
-        return f"{told}, condition {condition}\nRefused: {estimate.refused[:1].lower()}{estimate.refused[1:]}"
+    if estimate.refused is not None:
+        return f"{told}, condition {condition}\nRefused: {_REFUSALS[estimate.refused]}"
     if not len(estimate.forces):  # there is no distribution to explain readings with
         return f"Wrench: {told[0].lower()}{told[1:]}\nResultant wrench only, no pressure distribution"
     peak, mean = 1e-3 * estimate.peak, 1e-3 * estimate.mean
@@ -342,7 +350,7 @@ class ContactsPanel(Panel):
             row.show(region, selected=region is not None and region.id == self._selected, estimate=known)
         self._facts.setText(region_summary(first[0], self._regions) if first else _NO_FACTS)
         told = self._estimates.get(first[0].id) if first else None
-        self._told.setEnabled(told is not None and not told.refused)
+        self._told.setEnabled(told is not None and told.refused is None)
         self._told.setText(estimate_text(told) if told is not None else "")
 
     def _on_reading_edited(self, settings: ReadingSettings) -> None:

@@ -156,7 +156,7 @@ class Deconvolution:
             force_error=float(np.sqrt(variance)),
             refused=refused,
         )
-        if refused:
+        if refused is not None:
             return answer
         peak, pressed = float(pressures.max(initial=0.0)), pressures > 0
         mean = float(forces[pressed].sum() / areas[pressed].sum()) if pressed.any() else 0.0

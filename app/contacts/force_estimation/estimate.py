@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from enum import Enum
 from typing import Literal, Protocol, TypeAlias, get_args
 
 import numpy as np
@@ -108,6 +109,20 @@ class ContactReading:
     wrench: Wrench | None = None
 
 
+class EstimateRefusal(Enum):
+    """Why an estimate has no distribution or no place."""
+
+    RANK = "rank"
+    """Readings tell apart fewer than half of the unknowns: the cover is too deep, or the noise too great."""
+    NO_FORCE = "no-force"
+    WRENCH_RANK = "wrench-rank"
+    """Too few of the six numbers of force and torque are known."""
+    OFF_SKIN = "off-skin"
+    """The force's line misses the skin of the link: several contacts, or a twist."""
+    PULL = "pull"
+    """The force found would pull."""
+
+
 @dataclass(frozen=True, eq=False)
 class ForceEstimate:
     """An answer. Normal force only: shear is not observable.
@@ -126,7 +141,7 @@ class ForceEstimate:
         mean: Its mean pressure, where it presses [Pa].
         force_error: Standard uncertainty of ``force`` [N], from the sensor alone.
         place_error: The same of ``at``, radial [m]; 0 where the region's own place is taken over.
-        refused: Why there is no distribution or no place, in words; empty where nothing was refused.
+        refused: Why there is no distribution or no place; None where nothing was refused.
     """
 
     force: float
@@ -142,7 +157,7 @@ class ForceEstimate:
     mean: float = 0.0
     force_error: float = 0.0
     place_error: float = 0.0
-    refused: str = ""
+    refused: EstimateRefusal | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "taxels", readonly(self.taxels, np.int64))
@@ -185,12 +200,9 @@ class Rank:
     unknowns: int
 
     @property
-    def refusal(self) -> str:
-        """Why no distribution can be told, in words; empty where it can."""
-        if 2 * self.effective >= self.unknowns:
-            return ""
-        told = f"Only {self.effective} of {self.unknowns} forces can be told apart"
-        return f"{told}: the cover is too deep for the taxels' spacing, or the noise too great"
+    def refusal(self) -> EstimateRefusal | None:
+        """Why no distribution can be told; None where it can."""
+        return EstimateRefusal.RANK if 2 * self.effective < self.unknowns else None
 
 
 def numerical_rank(values: FloatArray, readings: FloatArray, noise: float, *, unknowns: int) -> Rank:

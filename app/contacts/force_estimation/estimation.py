@@ -16,6 +16,7 @@ from app.contacts.force_estimation.deconvolution import Deconvolution, nonnegati
 from app.contacts.force_estimation.estimate import (
     AreaSum,
     ContactReading,
+    EstimateRefusal,
     EstimatorName,
     ForceEstimate,
     ForceEstimator,
@@ -158,14 +159,14 @@ class RegionForceEstimator:
         estimator, found = self._built[self._name], []
         for reading in asked:
             estimate = estimator.estimate(reading)
-            if not estimate.refused and estimate.force <= 0:
-                estimate = replace(estimate, refused="What it finds is no push")
+            if estimate.refused is None and estimate.force <= 0:
+                estimate = replace(estimate, refused=EstimateRefusal.PULL)
             found.append((self._as_estimated(reading.region, estimate), estimate))
         found.sort(key=lambda pair: (-pair[0].force, pair[0].id))
         return tuple(region for region, _ in found), {region.id: estimate for region, estimate in found}
 
     def _as_estimated(self, region: ContactRegion, estimate: ForceEstimate) -> ContactRegion:
-        if estimate.refused:
+        if estimate.refused is not None:
             return region
         region = replace(region, force=estimate.force, force_error=estimate.force_error)
         at = estimate.at

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from app.contacts.force_estimation.estimate import ContactReading, ForceEstimate, Wrench
+from app.contacts.force_estimation.estimate import ContactReading, EstimateRefusal, ForceEstimate, Wrench
 from app.core.arrays import FloatArray
 from app.core.errors import MapError
 from app.geometry.mesh import Mesh, SurfacePoint
@@ -62,14 +62,15 @@ class ForceTorqueSensor:
         if wrench is None:
             raise MapError("there is no force and torque to go by", place=link, remedy="Choose another estimator")
         size = float(np.linalg.norm(wrench.force))
-        at, refused = None, ""
+        at: SurfacePoint | None = None
+        refused: EstimateRefusal | None = None
         if size < _LEAST:
-            refused = "No force is felt"
+            refused = EstimateRefusal.NO_FORCE
         elif 2 * wrench.rank < _UNKNOWNS:
-            refused = f"Only {wrench.rank} of the {_UNKNOWNS} numbers of force and torque are known"
+            refused = EstimateRefusal.WRENCH_RANK
         else:
             at = self._entry(wrench, link)
-            refused = "" if at else f"The force's line misses the skin of {link}: several contacts, or a twist"
+            refused = EstimateRefusal.OFF_SKIN if at is None else None
         force = size if at is None else float(-wrench.force @ self._skin.normal(at))
         return ForceEstimate(
             force,

@@ -14,15 +14,12 @@ import numpy as np
 from app.core.arrays import FloatArray, IntArray
 from app.core.errors import MapError
 from app.flattening.bijectivity import signed_areas
-from app.maps.tactile_map import TactileMap
+from app.maps.tactile_map import SEAM_RATIO, TactileMap
 from app.skin.formats.foreign_file import errors_in_file
 from app.skin.formats.taxel_files import taxel_sets
 from app.skin.formats.taxel_set import TaxelSet
 from app.skin.formats.unige_json import UnigeFile, UnigeMap, write_unige
 from app.skin.triangulation import triangulate
-
-TORN = 2.0
-"""A side that is this many times as long on the map as on the body is cut by a seam."""
 
 
 def write_unige_map(map_: TactileMap, path: str | Path, *, name: str = "tactile map") -> None:
@@ -66,4 +63,4 @@ def _uncut(positions: FloatArray, points: FloatArray, faces: IntArray) -> np.nda
     body, flat = positions[faces], points[faces]
     true = np.linalg.norm(body - np.roll(body, 1, axis=1), axis=2)
     drawn = np.linalg.norm(flat - np.roll(flat, 1, axis=1), axis=2)
-    return np.asarray((drawn <= TORN * true).all(axis=1) & (signed_areas(points, faces) > 0))
+    return np.asarray((drawn <= SEAM_RATIO * true).all(axis=1) & (signed_areas(points, faces) > 0))

@@ -15,7 +15,7 @@ from app.flattening.chart import Chart
 from app.flattening.cut import SeamPlan
 from app.flattening.newton import Iterate
 from app.maps.build import flatten_patch
-from app.maps.topography import TORN
+from app.maps.tactile_map import SEAM_RATIO
 from app.skin.skin import Patch
 from app.studies.work_precision import ErrorKind, PatchRecipe, Subject, timed
 
@@ -148,7 +148,7 @@ def _separated_neighbours(patch: Patch, chart: Chart) -> np.ndarray[tuple[int], 
     taxels = patch.taxels
     flat = np.einsum("kc,kcd->kd", taxels.weights, chart.plane[chart.faces[taxels.faces]])
     lengths = [np.linalg.norm(np.diff(at[taxels.neighbours], axis=1)[:, 0], axis=1) for at in (flat, taxels.positions)]
-    return np.asarray(lengths[0] > TORN * lengths[1])
+    return np.asarray(lengths[0] > SEAM_RATIO * lengths[1])
 
 
 def seam_plan_fingerprint(plan: SeamPlan) -> str:

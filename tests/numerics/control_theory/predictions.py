@@ -15,6 +15,7 @@ import numpy as np
 
 from app.control.command import ControllerName, ControlSettings
 from app.control.joint_impedance import INNER_FREQUENCY
+from app.control.loop_stability import sampled_loop_limit
 from app.studies.testbeds.force_loop import (
     Filter,
     ForceLoop,
@@ -31,7 +32,6 @@ from tests.numerics.control_theory.sampled_loop import (
     settling_on_stretched_map,
     settling_on_turned_map,
     settling_samples_of,
-    stable_gain,
 )
 from tests.numerics.control_theory.step_tests import (
     FORCE_GOAL,
@@ -75,7 +75,7 @@ def stability(case: Case) -> Comparison:
     """Greatest stable loop gain L; of the force with contact and posture loop in series as the plant."""
     loop, slides = loop_of(case), case["what"] == "place"
     bench, unit = LoopTest(loop, case["controller"]), (1.0 if slides else plant_stiffness(loop)) * loop.period
-    predicted = stable_gain(loop.delay)
+    predicted = sampled_loop_limit(loop.delay)
     explained = stability_limit(lambda gain: LinearLoop(loop, Filter(gain), slides=slides).stable, predicted / unit)
     if slides:
         found = stability_limit(bench.place_stable, explained, steps=_STEPS)
@@ -89,7 +89,7 @@ def stability(case: Case) -> Comparison:
 def onset_stiffness(case: Case) -> Comparison:
     """Stiffness of the contact at which a given force gain is too much [N/m]: L / (k_f T)."""
     loop = loop_of(case)
-    predicted = stable_gain(loop.delay) / (ONSET_GAIN * loop.period)
+    predicted = sampled_loop_limit(loop.delay) / (ONSET_GAIN * loop.period)
     explained = stability_limit(lambda k: LinearLoop(replace(loop, stiffness=k), Filter(ONSET_GAIN)).stable, predicted)
     settings = proportional_settings(case["controller"], ONSET_GAIN)
 
@@ -187,7 +187,7 @@ def gain_with_lag(case: Case) -> Comparison:
     soft = case["plant"] != LAGGING_JOINTS
     loop = loop_of(case, period=case["x"], stiffness=SOFT_CONTACT if soft else 50 * HARD_CONTACT)
     unit = plant_stiffness(loop)
-    predicted = stable_gain(loop.delay) / loop.period
+    predicted = sampled_loop_limit(loop.delay) / loop.period
     explained = stability_limit(lambda gain: LinearLoop(loop, Filter(gain)).stable, predicted / unit)
     bench = LoopTest(loop, case["controller"])
     found = stability_limit(
@@ -207,7 +207,7 @@ def gain_of_whole_arm(case: Case) -> Comparison:
     )
     setup, loop = _arm(case["robot"], case["seed"])
     explained = predicted_gain_limit(loop, settings)
-    ideal = stable_gain(0) / (loop.stiffness * loop.tick)
+    ideal = sampled_loop_limit(0) / (loop.stiffness * loop.tick)
     return measured_gain_limit(setup, settings, explained, steps=_STEPS), ideal, explained
 
 
@@ -222,7 +222,7 @@ def _arm(robot: str, seed: int) -> tuple[PathSetup, ForceLoop]:
 @lru_cache(maxsize=64)
 def _best(kind: str, amount: float, delay: int) -> tuple[float, int]:
     slowest = settling_on_stretched_map(delay, amount) if kind == "stretch" else settling_on_turned_map(delay, amount)
-    return best_gain(slowest, stable_gain(delay))
+    return best_gain(slowest, sampled_loop_limit(delay))
 
 
 COMPARISONS: Mapping[str, Callable[[Case], Comparison]] = {

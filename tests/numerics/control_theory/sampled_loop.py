@@ -26,11 +26,6 @@ MOST_SAMPLES = 1500
 _GAINS = 240
 
 
-def stable_gain(delay: int) -> float:
-    """Greatest stable gain of a sampled integral loop with ``delay`` samples: 2 sin(pi / (2 (2 d + 1)))."""
-    return 2 * math.sin(math.pi / (2 * (2 * delay + 1)))
-
-
 def settling_samples_of(gains: NDArray[np.complex128] | FloatArray, delay: int) -> IntArray:
     """(k,) samples until at most 2 % of a step of the contact is left for good; ``LONGEST`` where that does not come.
 

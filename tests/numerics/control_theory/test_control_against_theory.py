@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from app.control.loop_stability import sampled_loop_limit
 from app.studies.testbeds.force_loop import Filter, critical_gain, stability_limit
 from tests.numerics.control_theory.closed_loop import Loop
 from tests.numerics.control_theory.predictions import (
@@ -22,7 +23,7 @@ from tests.numerics.control_theory.predictions import (
     OUR_SERVO,
     PERIOD,
 )
-from tests.numerics.control_theory.sampled_loop import LinearLoop, stable_gain
+from tests.numerics.control_theory.sampled_loop import LinearLoop
 from tests.numerics.control_theory.step_tests import (
     LoopTest,
     force_ripple,
@@ -207,4 +208,4 @@ def test_the_limits_are_those_of_the_eigenvalues():
     for delay in DELAYS:
         loop = Loop(period=1.0, delay=delay, stiffness=1.0)
         found = stability_limit(lambda gain, loop=loop: LinearLoop(loop, Filter(gain)).stable, 1.0, steps=16)
-        assert found == pytest.approx(stable_gain(delay), rel=1e-3)
+        assert found == pytest.approx(sampled_loop_limit(delay), rel=1e-3)

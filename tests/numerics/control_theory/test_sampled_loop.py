@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from app.control.loop_stability import sampled_loop_limit
 from app.studies.testbeds.force_loop import Filter, critical_gain, stability_limit
 from tests.numerics.control_theory.closed_loop import Loop
 from tests.numerics.control_theory.sampled_loop import (
@@ -18,17 +19,19 @@ from tests.numerics.control_theory.sampled_loop import (
     settling_on_stretched_map,
     settling_on_turned_map,
     settling_samples_of,
-    stable_gain,
 )
 
 UNIT = Loop(period=1.0, stiffness=1.0)
 
 
 def test_the_tables_of_the_theory():
-    assert [stable_gain(d) for d in range(5)] == pytest.approx([2, 1, 0.618, 0.445, 0.347], abs=5e-4)
+    assert [sampled_loop_limit(d) for d in range(5)] == pytest.approx([2, 1, 0.618, 0.445, 0.347], abs=5e-4)
     assert [critical_gain(d) for d in range(5)] == pytest.approx([1, 0.25, 0.148, 0.105, 0.082], abs=5e-4)
     assert [int(settling_samples_of(np.array([critical_gain(d)]), d)[0]) for d in range(5)] == [1, 9, 16, 23, 29]
-    assert [best_gain(lambda gains, d=d: settling_samples_of(gains, d), stable_gain(d))[1] for d in (1, 2)] == [6, 10]
+    assert [best_gain(lambda gains, d=d: settling_samples_of(gains, d), sampled_loop_limit(d))[1] for d in (1, 2)] == [
+        6,
+        10,
+    ]
     assert [best_gain(settling_on_stretched_map(1, k), 1.5)[1] for k in (1.18, 2.0, 3.0, 5.0)] == pytest.approx(
         [8, 11, 16, 24], abs=1
     )
@@ -48,7 +51,7 @@ def test_what_does_not_settle_says_so():
 def test_the_linear_loop_of_ideal_joints_is_the_closed_form(delay):
     loop = replace(UNIT, delay=delay)
     found = stability_limit(lambda gain: LinearLoop(loop, Filter(gain)).stable, 1.0, steps=14)
-    assert found == pytest.approx(stable_gain(delay), rel=1e-3)
+    assert found == pytest.approx(sampled_loop_limit(delay), rel=1e-3)
     assert (
         LinearLoop(loop, Filter(critical_gain(delay))).settling()
         == settling_samples_of(np.array([critical_gain(delay)]), delay)[0]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from app.control.loop_stability import sampled_loop_limit
 from tests.numerics.control_theory.closed_loop import Loop
-from tests.numerics.control_theory.sampled_loop import stable_gain
 from tests.numerics.control_theory.step_tests import (
     FORCE_STEP,
     PLACE_STEP,
@@ -50,8 +50,8 @@ def test_a_bench_begins_at_rest():
 def test_stability_is_told_on_both_sides_of_the_limit():
     bench = LoopTest(Loop(period=0.1, delay=1, stiffness=1000.0))
     for share, stable in ((0.9, True), (1.1, False)):
-        assert bench.force_stable(proportional_settings("hybrid", share * stable_gain(1) / 100.0)) == stable
-        assert bench.place_stable(share * stable_gain(1) / 0.1) == stable
+        assert bench.force_stable(proportional_settings("hybrid", share * sampled_loop_limit(1) / 100.0)) == stable
+        assert bench.place_stable(share * sampled_loop_limit(1) / 0.1) == stable
 
 
 def test_a_controller_that_is_told_the_speed_is_not_behind():

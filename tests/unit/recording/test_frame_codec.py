@@ -8,7 +8,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from app.contacts.force_estimation.estimate import ForceEstimate
+from app.contacts.force_estimation.estimate import EstimateRefusal, ForceEstimate
 from app.contacts.pipeline import ReadingSettings
 from app.contacts.regions import ContactRegion
 from app.control.command import RegraspState, TaskReport
@@ -28,7 +28,7 @@ TOLD = ForceEstimate(
     1 / 3, SurfacePoint(1, 2, (0.1, 0.2, 0.7)), np.array([3, 5]), np.array([0.1, 1 / 3 - 0.1]), float("inf"), 1, 2,
     12.5, 1 / 7, peak=1e4 / 3, mean=1e3 / 3, force_error=1e-3, place_error=2e-3,
 )  # fmt: skip
-REFUSED = ForceEstimate(2.0, None, refused="No force is felt")
+REFUSED = ForceEstimate(2.0, None, refused=EstimateRefusal.NO_FORCE)
 
 
 def test_limits_and_a_regrasp_read_back_equal(touched, prepared):

@@ -10,7 +10,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel
 
-from app.contacts.force_estimation.estimate import ESTIMATORS, ForceEstimate
+from app.contacts.force_estimation.estimate import ESTIMATORS, EstimateRefusal, ForceEstimate
 from app.contacts.pipeline import ReadingSettings
 from app.scene.effects import Effects
 from app.session.session import Session
@@ -22,7 +22,7 @@ from widgets.panels.contacts_panel import SHEAR_TIP, ContactsPanel, EstimationCo
 TOLD = ForceEstimate(
     2.0, None, np.arange(14), np.full(14, 1 / 7), 4.12, 12, 14, 110.0, 100.0, peak=41_000.0, mean=12_300.0
 )
-REFUSED = replace(TOLD, taxels=np.zeros(0), forces=np.zeros(0), effective_rank=3, refused="Only 3 of 14, too deep")
+REFUSED = replace(TOLD, taxels=np.zeros(0), forces=np.zeros(0), effective_rank=3, refused=EstimateRefusal.RANK)
 
 
 @pytest.fixture
@@ -100,7 +100,10 @@ def test_how_well_a_force_is_told_is_said_in_words():
         "Effective rank 12/14, residual 1.1\u2009×\u2009noise\nCondition 4.1, peak 41.0 and mean 12.3\u2009kPa"
     )
     assert "residual 0.11\u2009kPa" in estimate_text(replace(TOLD, noise=0.0))
-    assert estimate_text(REFUSED) == "Effective rank 3/14, condition 4.1\nRefused: only 3 of 14, too deep"
+    head, why = estimate_text(REFUSED).split("\n")
+    assert head == "Effective rank 3/14, condition 4.1"
+    assert why.startswith("Refused: too few forces can be told apart")
+    assert len({estimate_text(replace(REFUSED, refused=reason)) for reason in EstimateRefusal}) == len(EstimateRefusal)
     lumped = ForceEstimate(2.0, None, effective_rank=6, unknowns=6)
     assert estimate_text(lumped).startswith("Wrench: effective rank 6/6")
     assert "∞" in estimate_text(replace(TOLD, condition=float("inf")))

@@ -9,7 +9,7 @@ import pytest
 
 from app.contacts.centre_of_pressure import SensorUncertainty
 from app.contacts.detection import ContactDetector
-from app.contacts.force_estimation.estimate import ESTIMATORS, Wrench
+from app.contacts.force_estimation.estimate import ESTIMATORS, EstimateRefusal, Wrench
 from app.contacts.force_estimation.estimation import RegionForceEstimator, build_estimator
 from app.core.errors import MapError
 from app.maps.build import build_map
@@ -26,7 +26,7 @@ def test_each_finds_the_force(name):
     given = reading(depth=0.003, wrench=Wrench(-10.0 * UP, np.cross(PLACE, -10.0 * UP)))
     found = build_estimator(name, SKIN, depth=0.003).estimate(given)
     assert found.force == pytest.approx(10.0, rel=0.1)
-    assert found.refused == ""
+    assert found.refused is None
     assert np.linalg.norm(SKIN.position(found.at) - PLACE) < 0.004
 
 
@@ -94,7 +94,7 @@ def test_where_a_method_refuses_the_region_keeps_the_sum():
     got, estimates = RegionForceEstimator(MAP, estimator="tikhonov", depth=deep).read(
         regions, pressures, SensorUncertainty(noise)
     )
-    assert "told apart" in estimates[regions[0].id].refused
+    assert estimates[regions[0].id].refused is EstimateRefusal.RANK
     assert got[0].force == regions[0].force
     assert len(estimates[regions[0].id].forces) == 0
 
@@ -119,7 +119,7 @@ def test_a_pull_is_no_contact_force():
     (region,) = ContactDetector(MAP).read(pressures)
     pressures = np.full_like(pressures, -1.0)
     (got,), estimates = RegionForceEstimator(MAP, estimator="tikhonov", depth=DEPTH).read((region,), pressures, EXACT)
-    assert estimates[region.id].refused == "What it finds is no push"
+    assert estimates[region.id].refused is EstimateRefusal.PULL
     assert got.force == region.force > 0
 
 
@@ -190,7 +190,7 @@ def test_a_line_that_misses_leaves_the_skins_word():
     regions = ContactDetector(MAP).read(pressures)
     twist = {"bar": np.array([0, 0, -10.0, 5.0, 5.0, 0])}
     (got,), estimates = RegionForceEstimator(MAP, estimator="lumped").read(regions, pressures, EXACT, twist)
-    assert "misses the skin" in estimates[got.id].refused
+    assert estimates[got.id].refused is EstimateRefusal.OFF_SKIN
     assert (got.force, got.at) == (regions[0].force, regions[0].at), "the strongest contact's"
 
 
