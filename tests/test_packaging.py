@@ -34,6 +34,10 @@ def test_the_wheel_holds_the_three_packages_and_no_tests(wheel):
     stubs = {str(path.relative_to(ROOT)) for package in tops for path in (ROOT / package).rglob("*.pyi")}
     assert len(stubs) > 15
     assert stubs <= set(names)
+    guide = {str(path.relative_to(ROOT)) for path in (ROOT / "assets/guide").iterdir()}
+    assert len(guide) > 12
+    assert guide | {"assets/tour.gif", "assets/scenes/README.md"} <= set(names), "the guide's links lead somewhere"
+    assert [name for name in names if name.endswith(".dist-info/licenses/LICENSE")]
     assert not [name for name in names if name.startswith("assets/install") or name.endswith(".pyc")]
 
 
