@@ -99,3 +99,11 @@ def test_what_is_imported_is_declared_and_what_is_declared_is_imported():
     used = {normalized(each) for name in imported for each in providers.get(name, [name])}
     # pyvistaqt imports qtpy, and the wheel of iCub's models is found by its files.
     assert declared - used == {"qtpy", "icub-models"}
+
+
+def test_frozen_values_are_filled_in_one_way():
+    """``freeze_arrays`` and ``set_fields`` are the only way around a frozen dataclass."""
+    around = [
+        str(path.relative_to(ROOT)) for path in SOURCES if "object.__setattr__" in path.read_text(encoding="utf8")
+    ]
+    assert around == ["app/core/arrays.py"]

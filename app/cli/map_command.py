@@ -13,9 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from app.cli.output import Progress, print_fields, print_json, print_line, progress_line
+from app.cli.output import print_fields, print_json, print_line, progress_line
 from app.core.arrays import FloatArray
 from app.core.errors import Finding, MapError, RecordingError, UsageError
+from app.core.progress import Progress
 from app.flattening.cut import SeamPlan
 from app.flattening.methods import METHODS
 from app.maps.build import build_map

@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import is_dataclass
 from typing import Any
 
-Progress = Callable[[str, float], None]
+from app.core.progress import Progress
 
 
 def print_line(text: str) -> None:

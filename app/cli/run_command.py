@@ -80,4 +80,4 @@ def _tick(session: Session, recorder: Recorder | None) -> Frame:
             recorder.fail(session.failure)
             again = f"replay {recorder.path} --verify stops again at the same tick"
         remedy = f"{error.remedy}; {again}" if error.remedy else again[0].upper() + again[1:]
-        raise SimulationError(error.problem, place=error.place, value=error.value, remedy=remedy) from error
+        raise error.at(remedy=remedy) from error

@@ -21,7 +21,7 @@ from app.contacts.force_estimation.estimate import ESTIMATORS, EstimatorName, Fo
 from app.contacts.force_estimation.estimation import RegionForceEstimator
 from app.contacts.regions import ContactRegion
 from app.contacts.self_touch import SelfTouchMatcher
-from app.core.arrays import FloatArray
+from app.core.arrays import FloatArray, set_fields
 from app.core.errors import MapError, SceneError, did_you_mean
 from app.maps.tactile_map import TactileMap
 from app.robots.kinematics import Configuration
@@ -77,7 +77,7 @@ class ReadingSettings:
                 value=value,
                 remedy=f"Choose {low:g} to {high:g} {unit}",
             )
-        object.__setattr__(self, name, float(value))
+        set_fields(self, **{name: float(value)})
 
     def threshold_for(self, errors: SensorUncertainty) -> float:
         """The threshold in force [Pa] with readings that are so far off.

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from app.core.arrays import FloatArray, IntArray, readonly
+from app.core.arrays import FloatArray, IntArray, freeze_arrays, readonly
 from app.geometry.mesh import SurfacePoint
 from app.maps.tactile_map import SEAM_RATIO, TactileMap
 from app.skin.skin import Skin
@@ -74,9 +74,8 @@ class ContactRegion:
     split_from: int | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "taxels", readonly(self.taxels, np.int64))
-        for name in ("map_point", "point", "normal", "axes", "map_axes"):
-            object.__setattr__(self, name, readonly(getattr(self, name)))
+        freeze_arrays(self, "taxels", dtype=np.int64)
+        freeze_arrays(self, "map_point", "point", "normal", "axes", "map_axes")
 
 
 class TaxelGroup(NamedTuple):

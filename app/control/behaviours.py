@@ -95,7 +95,7 @@ def behaviours_from(tables: Sequence[Mapping[str, Any]]) -> tuple[Behaviour, ...
             found.append(Behaviour(**table))
         except SceneError as error:
             where = (error.place or "").replace("behaviours", place, 1)
-            raise SceneError(error.problem, place=where, value=error.value, remedy=error.remedy) from error
+            raise error.at(place=where) from error
     return tuple(found)
 
 

@@ -13,7 +13,7 @@ from enum import Enum
 from math import isfinite
 from typing import Literal, TypeAlias, get_args
 
-from app.core.arrays import FloatArray, readonly
+from app.core.arrays import FloatArray, freeze_arrays, set_fields
 from app.core.codec import AnyFloat
 from app.core.errors import SceneError
 from app.geometry.mesh import SurfacePoint
@@ -44,8 +44,7 @@ class JointCommand:
     torque: FloatArray
 
     def __post_init__(self) -> None:
-        for name in ("posture", "stiffness", "damping", "torque"):
-            object.__setattr__(self, name, readonly(getattr(self, name)))
+        freeze_arrays(self, "posture", "stiffness", "damping", "torque")
 
     def torque_at(self, posture: FloatArray, velocity: FloatArray) -> FloatArray:
         """(n,) the whole torque [N m] that this asks for at a posture and velocity (n,)."""
@@ -112,7 +111,7 @@ class ControlSettings:
                 problem, value = "that setting must be a number", getattr(self, name)
                 raise SceneError(problem, place=f"control.{name}", value=value, remedy=_range_remedy(name))
         # From a file points come as lists; a value has to compare and hash.
-        object.__setattr__(self, "path", tuple(tuple(point) for point in self.path))
+        set_fields(self, path=tuple(tuple(point) for point in self.path))
 
 
 @dataclass(frozen=True)

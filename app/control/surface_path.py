@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from app.control.command import ControlSettings, TaskReport
-from app.core.arrays import FloatArray, readonly
+from app.core.arrays import FloatArray, freeze_arrays, readonly
 from app.core.errors import MapError
 from app.geometry.mesh import SurfacePoint
 from app.geometry.triangle_walk import TriangleWalk
@@ -56,7 +56,7 @@ class BodyLine:
     points: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "points", readonly(self.points))
+        freeze_arrays(self, "points")
 
 
 class SurfacePath:

@@ -2,8 +2,9 @@
 
 ``arrays``      named array types; a value's arrays made its own and read-only
 ``errors``      the errors a user may meet, findings, remedies for unknown words, the crash report
+``progress``    how long work says how far it is
 ``timing``      stage times by the wall clock
-``files``       bounded reads, atomic writes, named arrays as npz
+``files``       bounded reads, atomic writes, text by lines, named arrays as npz
 ``toml``        TOML that people write, with located mistakes
 ``sparse_ldl``  sparse symmetric systems solved by LDL' factoring
 """

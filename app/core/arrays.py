@@ -25,6 +25,30 @@ def readonly(values: ArrayLike, dtype: Any = np.float64) -> NDArray[Any]:
     return own
 
 
+def set_fields(value: object, **fields: object) -> None:
+    """Set fields of a frozen dataclass while it is made: for ``__post_init__`` alone."""
+    for name, field in fields.items():
+        object.__setattr__(value, name, field)
+
+
+def freeze_arrays(value: object, *names: str, dtype: Any = np.float64, columns: int | None = None) -> None:
+    """Make fields of a frozen dataclass read-only arrays of its own, see ``readonly``; for ``__post_init__`` alone.
+
+    Args:
+        value: The dataclass.
+        names: Its fields; one that is None stays None.
+        dtype: Of these arrays.
+        columns: Given, they become (n, columns), an empty list too.
+    """
+    for name in names:
+        given = getattr(value, name)
+        if given is None:
+            continue
+        if columns is not None and np.shape(given)[1:] != (columns,):
+            given = np.reshape(given, (-1, columns))
+        object.__setattr__(value, name, readonly(given, dtype))
+
+
 _ONE_THREAD = 8192
 """Entries up to which BLAS keeps a scalar product on the thread that asks."""
 

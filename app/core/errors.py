@@ -1,14 +1,17 @@
 """The errors a user may meet: each says which file, where in it, what was found and what to do.
 
-``TactileMapsError`` and its kinds are failures that were foreseen; ``Finding`` is something noticed or repaired on the
-way in, told rather than hidden. ``did_you_mean`` writes the remedy for a word that is not known: the nearest spelling,
-and all there are. For what nobody foresaw, ``describe_unexpected_error`` gives a person one sentence and writes the
-traceback to a file in the user's log folder for a developer.
+``TactileMapsError`` and its kinds are failures that were foreseen; ``error.at(place=...)`` is one of them as a caller
+who knows more about its place tells it. ``Finding`` is something noticed or repaired on the way in, told rather than
+hidden. ``did_you_mean`` writes the remedy for a word that is not known: the nearest spelling, and all there are. For
+what nobody foresaw, ``describe_unexpected_error`` gives a person one sentence and writes the traceback to a file in the
+user's log folder for a developer.
 """
 
 from __future__ import annotations
 
 import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime
 from difflib import get_close_matches
@@ -46,6 +49,34 @@ class TactileMapsError(Exception):
     ) -> None:
         self.problem, self.file, self.place, self.value, self.remedy = problem, file, place, value, remedy
         super().__init__(self._message())
+
+    def at(
+        self,
+        *,
+        place: str | None = None,
+        file: str | Path | None = None,
+        value: object = None,
+        remedy: str | None = None,
+        problem: str | None = None,
+        kind: type[TactileMapsError] | None = None,
+    ) -> TactileMapsError:
+        """The same error as one who knows more tells it: what is given replaces what it said, the rest stays.
+
+        Args:
+            place: Where in the file.
+            file: The file.
+            value: The offending value.
+            remedy: What the user can do.
+            problem: What is wrong.
+            kind: The kind of error that the caller raises, by default this one's.
+        """
+        return (kind or type(self))(
+            problem or self.problem,
+            file=self.file if file is None else file,
+            place=self.place if place is None else place,
+            value=self.value if value is None else value,
+            remedy=remedy or self.remedy,
+        )
 
     def _message(self) -> str:
         where = ", ".join(str(part) for part in (self.file, self.place) if part is not None)
@@ -142,6 +173,23 @@ def did_you_mean(word: str, known: tuple[str, ...]) -> str:
     close = get_close_matches(word.lower(), known, n=1, cutoff=0.5)
     every = f"Choose one of: {', '.join(known)}" if known else "There are none"
     return f"Did you mean {close[0]}? {every}" if close else every
+
+
+def add_finding(findings: list[Finding], kind: str, where: str, action: str, count: int) -> None:
+    """Add a finding where there is something to count."""
+    if count:
+        findings.append(Finding(kind, where, action, count))
+
+
+@contextmanager
+def errors_in_file(file: str | Path) -> Iterator[None]:
+    """Errors raised inside that name no file name this one."""
+    try:
+        yield
+    except TactileMapsError as error:
+        if error.file is not None:
+            raise
+        raise error.at(file=file) from error
 
 
 def write_crash_log(error: BaseException) -> Path:

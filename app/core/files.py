@@ -15,7 +15,7 @@ import math
 import re
 import zipfile
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import IO, Any
 
@@ -24,8 +24,11 @@ from numpy.typing import NDArray
 
 from app.core.errors import TactileMapsError
 
+MAX_FILE_BYTES = 64 * 2**20
+"""Of a file of another program, where its format states no other bound."""
 
-def read_bounded_file(path: Path, *, error: type[TactileMapsError], most: int) -> bytes:
+
+def read_bounded_file(path: Path, *, error: type[TactileMapsError], most: int = MAX_FILE_BYTES) -> bytes:
     """The whole file.
 
     Raises:
@@ -40,6 +43,15 @@ def read_bounded_file(path: Path, *, error: type[TactileMapsError], most: int) -
         return path.read_bytes()
     except (OSError, ValueError) as cause:
         raise error("the file cannot be read", file=path, value=cause, remedy="Check the path") from cause
+
+
+def read_bounded_text(path: Path, *, error: type[TactileMapsError], most: int = MAX_FILE_BYTES) -> str:
+    """The whole file as text; bytes that are not UTF-8 become the replacement character and fail where they matter.
+
+    Raises:
+        TactileMapsError: As ``read_bounded_file``.
+    """
+    return read_bounded_file(path, error=error, most=most).decode("utf-8-sig", errors="replace")
 
 
 def write_atomically(path: Path, data: bytes, *, error: type[TactileMapsError]) -> None:
@@ -59,6 +71,11 @@ def write_atomically(path: Path, data: bytes, *, error: type[TactileMapsError]) 
             value=cause,
             remedy="Choose a folder you may write to, with space left",
         ) from cause
+
+
+def write_lines(path: Path, lines: Iterable[str], *, error: type[TactileMapsError]) -> None:
+    """Put ``lines`` into the text file at ``path``, or leave what was there; errors as ``write_atomically``."""
+    write_atomically(path, ("\n".join(lines) + "\n").encode(errors="replace"), error=error)
 
 
 MAX_UNPACKED_BYTES = 2**30

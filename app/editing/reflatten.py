@@ -8,24 +8,23 @@ whatever was undone and redone in between. A result need not be put in: what it 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from app.core.arrays import refreeze
 from app.core.errors import Finding, MapError
+from app.core.progress import Progress, no_progress
 from app.editing.document import MapDocument, PatchEdit
 from app.flattening.chart import Chart
 from app.flattening.methods import METHODS, find_method
-from app.flattening.newton import Iterate
+from app.flattening.newton import Iterate, OnRound
 from app.flattening.pinned_patch import PinnedPatch
 from app.maps.build import flatten_patch, with_chart
 from app.maps.layout import MapLayout, Placement
 from app.maps.tactile_map import TactileMap
 from app.skin.skin import Patch
-
-Progress = Callable[[str, float], None]
 
 
 class StaleEdit(MapError):
@@ -131,11 +130,7 @@ def set_lengths(document: MapDocument, numbers: Iterable[int], lengths: float) -
     return request_reflatten(document, "Angles and lengths", edits)
 
 
-def _silent(_text: str, _fraction: float) -> None:
-    """No progress wanted."""
-
-
-def reflatten(wanted: ReflattenRequest, *, progress: Progress = _silent) -> ReflattenResult:
+def reflatten(wanted: ReflattenRequest, *, progress: Progress = no_progress) -> ReflattenResult:
     """Do the work.
 
     Args:
@@ -151,25 +146,25 @@ def reflatten(wanted: ReflattenRequest, *, progress: Progress = _silent) -> Refl
     for done, job in enumerate(wanted.jobs):
         text, share = f"Flattening {job.wanted.name}", done / len(wanted.jobs)
 
-        def told(_iterate: Iterate, text: str = text, share: float = share) -> None:
+        def report(_iterate: Iterate, text: str = text, share: float = share) -> None:
             progress(text, share)
 
         progress(text, share)
-        charts.append(_chart(job, told))
+        charts.append(_chart(job, report))
     return ReflattenResult(wanted, tuple(charts))
 
 
-def _chart(job: FlattenJob, told: Callable[[Iterate], None]) -> Chart:
+def _chart(job: FlattenJob, on_round: OnRound) -> Chart:
     how = job.wanted
     chart = job.before
     if job.recut or (not how.pins and how.method in METHODS):
-        chart = flatten_patch(job.patch, method=how.method, lengths=how.lengths, seams=how.seams, told=told)
+        chart = flatten_patch(job.patch, method=how.method, lengths=how.lengths, seams=how.seams, on_round=on_round)
         chart = replace(chart, findings=(*chart.findings, *_unwanted(job, chart)))
     if not how.pins:
         return chart
     start = _laid_over(chart, job.before)
     pinned = PinnedPatch(job.patch.surface, start, lengths=kept_lengths(how), pins=how.pins, name=how.name)
-    return pinned.converge(progress=told)
+    return pinned.converge(on_round=on_round)
 
 
 def kept_lengths(edit: PatchEdit) -> float:

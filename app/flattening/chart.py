@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from app.core.arrays import FloatArray, IntArray, readonly
+from app.core.arrays import FloatArray, IntArray, freeze_arrays, readonly
 from app.core.errors import Finding
 from app.geometry.connectivity import boundary_loops
 from app.geometry.mesh import SurfacePoint
@@ -55,9 +55,8 @@ class Chart:
     findings: tuple[Finding, ...] = field(default_factory=tuple)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "plane", readonly(self.plane))
-        for name in ("faces", "vertex_of", "seams"):
-            object.__setattr__(self, name, readonly(getattr(self, name), int))
+        freeze_arrays(self, "plane")
+        freeze_arrays(self, "faces", "vertex_of", "seams", dtype=np.int64)
 
     @cached_property
     def border(self) -> IntArray:

@@ -21,7 +21,7 @@ import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import connected_components, dijkstra, minimum_spanning_tree
 
-from app.core.arrays import BoolArray, FloatArray, IntArray, readonly
+from app.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
 from app.core.errors import MapError
 from app.geometry.connectivity import EdgeTable, boundary_loops, edge_table, euler_characteristic, face_components
 from app.geometry.mesh import Mesh
@@ -42,8 +42,7 @@ class CutSurface:
     seams: IntArray
 
     def __post_init__(self) -> None:
-        for name in ("faces", "vertex_of", "seams"):
-            object.__setattr__(self, name, readonly(getattr(self, name), int))
+        freeze_arrays(self, "faces", "vertex_of", "seams", dtype=np.int64)
 
 
 def cut_to_disk(
@@ -293,11 +292,11 @@ class SeamPlan:
     importance: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "drawn", readonly(np.asarray(self.drawn).reshape(-1, 2), np.int64))
+        freeze_arrays(self, "drawn", dtype=np.int64, columns=2)
         if self.extra is not None and self.extra < 0:
             raise MapError("the number of seams is not 0 or more", place="seams", value=self.extra)
         if self.importance is not None:
-            object.__setattr__(self, "importance", readonly(self.importance))
+            freeze_arrays(self, "importance")
             if not (np.isfinite(self.importance) & (self.importance >= 0)).all():
                 raise MapError("an importance is not a number from 0 up", place="importance")
 

@@ -19,7 +19,7 @@ from app.flattening.chart import Chart, canonical_pose
 from app.flattening.cut import CutSurface, SeamPlan, cut_as_planned
 from app.flattening.initial_map import Disk
 from app.flattening.methods import Method, find_method
-from app.flattening.newton import Iterate, minimise
+from app.flattening.newton import Iterate, OnRound, minimise
 from app.geometry.mesh import Mesh
 
 WORTH_A_SEAM = 4.6
@@ -29,8 +29,6 @@ UNSOLVABLE_ENERGY = 1e6
 _MOST_SEAMS = 3
 _WORTH_KEEPING = 0.1
 
-Progress = Callable[[Iterate], None]
-
 
 def flatten(
     surface: Mesh,
@@ -39,7 +37,7 @@ def flatten(
     lengths: float = 1.0,
     seams: SeamPlan | None = None,
     name: str = "patch",
-    progress: Progress | None = None,
+    on_round: OnRound | None = None,
 ) -> Chart:
     """Lay one connected, manifold surface flat, one-to-one.
 
@@ -50,7 +48,7 @@ def flatten(
         lengths: From 1, keep lengths, to 0, keep angles; for methods that can.
         seams: What is wanted of seams; by default those that the topology asks for and those that are worth it.
         name: The patch's name, for findings and errors.
-        progress: Told each round; may raise to cancel.
+        on_round: Told each round; may raise to cancel.
 
     Raises:
         MapError: An unknown method, or a surface that cannot be cut or opened.
@@ -60,7 +58,7 @@ def flatten(
         raise MapError("the slider between angles and lengths goes from 0 to 1", place="lengths", value=lengths)
     if not surface.area > 0:
         raise MapError("the surface has no area to lay flat", place=name, value=f"{len(surface.faces)} faces")
-    job = _FlatteningJob(surface, how, lengths, plan, name, progress)
+    job = _FlatteningJob(surface, how, lengths, plan, name, on_round)
     extra = job.openable()
     notes = [Finding("seam-added", name, "too deep to open without", extra)] if plan.extra is None and extra else []
     chart, reached = job.flatten(extra)
@@ -78,10 +76,10 @@ class _FlatteningJob:
     """One surface to be laid flat in one way, with as many seams as it takes."""
 
     def __init__(
-        self, surface: Mesh, how: Method, lengths: float, plan: SeamPlan, name: str, progress: Progress | None
+        self, surface: Mesh, how: Method, lengths: float, plan: SeamPlan, name: str, on_round: OnRound | None
     ) -> None:
         self._surface, self._how, self._lengths = surface, how, lengths
-        self._plan, self._name, self._progress = plan, name, progress
+        self._plan, self._name, self._on_round = plan, name, on_round
         self._cuts: dict[int, tuple[CutSurface, Disk]] = {}
 
     @property
@@ -159,8 +157,8 @@ class _FlatteningJob:
         for plane in planes:
             scaled = disk.scaled(plane)
             rounds.append(Iterate(scaled, disk.energy.energy_at_best_scale(scaled), clock(), 1.0))
-            if self._progress is not None:
-                self._progress(rounds[-1])
+            if self._on_round is not None:
+                self._on_round(rounds[-1])
         return rounds
 
 

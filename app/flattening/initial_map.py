@@ -20,7 +20,7 @@ import igl
 import numpy as np
 from scipy.sparse import coo_matrix, csc_matrix
 
-from app.core.arrays import FloatArray, IntArray, readonly
+from app.core.arrays import FloatArray, IntArray, freeze_arrays
 from app.core.errors import MapError
 from app.core.sparse_ldl import SparseLDL
 from app.flattening.bijectivity import crossings
@@ -141,8 +141,8 @@ class Disk:
     faces: IntArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "positions", readonly(self.positions))
-        object.__setattr__(self, "faces", readonly(self.faces, np.int64))
+        freeze_arrays(self, "positions")
+        freeze_arrays(self, "faces", dtype=np.int64)
 
     @staticmethod
     def of(surface: Mesh, cut: CutSurface) -> Disk:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
 import numpy as np
 from scipy.sparse import csc_matrix
@@ -42,6 +42,10 @@ class Iterate:
     energy: float
     seconds: float
     step: float
+
+
+OnRound: TypeAlias = Callable[[Iterate], None]
+"""Told each round of a minimiser; may raise to cancel."""
 
 
 class Energy(Protocol):

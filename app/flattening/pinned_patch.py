@@ -8,7 +8,7 @@ and told where pins could not get. ``PinnedPatch`` is both together, in metres, 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
@@ -20,7 +20,7 @@ from app.flattening.bijectivity import BoundaryBarrier, crossings, flipped
 from app.flattening.chart import Chart, Pin
 from app.flattening.initial_map import Disk
 from app.flattening.methods import blended_energy
-from app.flattening.newton import Energy, Iterate, minimise
+from app.flattening.newton import Energy, Iterate, OnRound, minimise
 from app.flattening.pin_descent import Barrier, PinDescent, PinnedEnergy, Springs
 from app.flattening.reduced_model import CoarseCage, ReducedEnergy, build_coarse_cage
 from app.flattening.symmetric_dirichlet import SymmetricDirichlet
@@ -95,8 +95,6 @@ _APPROACH_GAIN = 1e-3
 _TOLERANCE = 1e-5
 """Relative gain at which a map is at rest; kept apart by a barrier, at ten times that."""
 
-Progress = Callable[[Iterate], None]
-
 
 @dataclass(frozen=True, eq=False)
 class ConvergenceJob:
@@ -121,20 +119,20 @@ class ConvergenceJob:
     name: str
 
 
-def converge(job: ConvergenceJob, *, progress: Progress | None = None) -> Chart:
+def converge(job: ConvergenceJob, *, on_round: OnRound | None = None) -> Chart:
     """The chart at rest, in the same frame, so that pins are where they were put.
 
     Args:
         job: What to bring to rest.
-        progress: Told each round; may raise to cancel.
+        on_round: Told each round; may raise to cancel.
 
     Raises:
         MapError: No one-to-one map was found.
 
     Cost: 0.1 s for 10,000 faces; a second or three where the border has to be kept apart, up to half a minute at 20,000
-    where pins were swapped. A round, after which ``progress`` is told, takes 0.1 s.
+    where pins were swapped. A round, after which ``on_round`` is told, takes 0.1 s.
     """
-    rounds, notes = _rounds(job, progress)
+    rounds, notes = _rounds(job, on_round)
     plane = rounds[-1].plane
     if flipped(plane, job.disk.faces).any() or crossings(plane[job.disk.loop]):
         raise MapError("no one-to-one map was found", place=job.name, remedy="Move the pins apart, or remove one")
@@ -148,15 +146,15 @@ def converge(job: ConvergenceJob, *, progress: Progress | None = None) -> Chart:
     return replace(job.chart, plane=metres, energies=energies, seconds=seconds, findings=(*known, *notes))
 
 
-def _rounds(job: ConvergenceJob, progress: Progress | None) -> tuple[list[Iterate], list[Finding]]:
+def _rounds(job: ConvergenceJob, on_round: OnRound | None) -> tuple[list[Iterate], list[Finding]]:
     begin, rounds = time.perf_counter(), list[Iterate]()
 
     def follow(planes: Iterator[FloatArray]) -> None:
         for plane in planes:
             energy = job.disk.energy.energy_at_best_scale(plane)
             rounds.append(Iterate(plane, energy, time.perf_counter() - begin, 1.0))
-            if progress is not None:
-                progress(rounds[-1])
+            if on_round is not None:
+                on_round(rounds[-1])
 
     follow(_descent(job, job.start, lambda energy: energy, _TOLERANCE))
     if not BoundaryBarrier(job.energy, job.disk.loop, rounds[-1].plane).touches(rounds[-1].plane):
@@ -324,11 +322,11 @@ class PinnedPatch:
         self._follower.frame()
         return self.plane
 
-    def converge(self, *, progress: Progress | None = None) -> Chart:
+    def converge(self, *, on_round: OnRound | None = None) -> Chart:
         """The map at rest: converged, and with its border kept apart where it would lie on itself.
 
         Args:
-            progress: Told each round; may raise to cancel, and all stays as it was.
+            on_round: Told each round; may raise to cancel, and all stays as it was.
 
         Raises:
             MapError: No one-to-one map was found.
@@ -337,7 +335,7 @@ class PinnedPatch:
         """
         start = self._follower.plane
         job = ConvergenceJob(self._disk, self._pinned(), start, self._apart(start), self._chart, self._unit, self._name)
-        chart = converge(job, progress=progress)
+        chart = converge(job, on_round=on_round)
         self._chart, (self._follower, self._uses_coarse_cage) = chart, self._following(chart)
         self._follower.pin(*self._held())
         return chart

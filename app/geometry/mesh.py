@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from app.core.arrays import FloatArray, IntArray, readonly
+from app.core.arrays import FloatArray, IntArray, freeze_arrays, readonly
 from app.core.errors import MeshError
 
 
@@ -28,8 +28,8 @@ class Mesh:
     faces: IntArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "vertices", readonly(np.asarray(self.vertices, dtype=np.float64).reshape(-1, 3)))
-        object.__setattr__(self, "faces", readonly(np.asarray(self.faces).reshape(-1, 3), np.int64))
+        freeze_arrays(self, "vertices", columns=3)
+        freeze_arrays(self, "faces", dtype=np.int64, columns=3)
         bad = np.flatnonzero(~np.isfinite(self.vertices).all(axis=1))
         if bad.size:
             value, remedy = self.vertices[bad[0]].tolist(), "Export the mesh again without NaN or infinity"

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.core.arrays import FloatArray, readonly
+from app.core.arrays import FloatArray, freeze_arrays
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,8 +22,7 @@ class Pose:
     translation: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "rotation", readonly(self.rotation))
-        object.__setattr__(self, "translation", readonly(self.translation))
+        freeze_arrays(self, "rotation", "translation")
 
     @staticmethod
     def identity() -> Pose:

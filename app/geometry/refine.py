@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.core.arrays import FloatArray, IntArray, readonly
+from app.core.arrays import FloatArray, IntArray, freeze_arrays
 from app.core.errors import MeshError
 from app.geometry.connectivity import EdgeTable, edge_table
 from app.geometry.mesh import Mesh
@@ -34,7 +34,7 @@ class SubdividedMesh:
     parent: IntArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "parent", readonly(self.parent, np.int64))
+        freeze_arrays(self, "parent", dtype=np.int64)
 
 
 def subdivide(mesh: Mesh, *, longest: float) -> SubdividedMesh:

@@ -22,7 +22,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from app.core.arrays import BoolArray, FloatArray, IntArray, readonly
+from app.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
 from app.core.errors import Finding, MeshError
 from app.geometry.connectivity import (
     components_of,
@@ -224,8 +224,7 @@ class RepairedMesh:
     findings: tuple[Finding, ...]
 
     def __post_init__(self) -> None:
-        for name in ("vertex_of", "face_of", "component", "welded", "dropped", "turned"):
-            object.__setattr__(self, name, readonly(getattr(self, name), np.int64))
+        freeze_arrays(self, "vertex_of", "face_of", "component", "welded", "dropped", "turned", dtype=np.int64)
 
 
 def repair_mesh(mesh: Mesh, *, where: str = "mesh") -> RepairedMesh:

@@ -2,26 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from app.core.errors import MapError, MeshError
+from app.core.progress import Progress, no_progress
 from app.flattening.chart import Chart
 from app.flattening.cut import SeamPlan
 from app.flattening.flatten import flatten
 from app.flattening.methods import find_method
-from app.flattening.newton import Iterate
+from app.flattening.newton import Iterate, OnRound
 from app.maps.layout import MapLayout, pack_charts
 from app.maps.tactile_map import TactileMap
 from app.skin.skin import Patch, Skin
-
-Progress = Callable[[str, float], None]
-
-
-def _silent(_text: str, _fraction: float) -> None:
-    """No progress wanted."""
 
 
 def build_map(
@@ -30,7 +25,7 @@ def build_map(
     method: str = "symmetric-dirichlet",
     lengths: float = 1.0,
     seams: Mapping[str, SeamPlan] | None = None,
-    progress: Progress = _silent,
+    progress: Progress = no_progress,
 ) -> TactileMap:
     """Cut, flatten and lay out every patch.
 
@@ -61,7 +56,8 @@ def build_map(
             progress(text, fraction)
 
         progress(text, fraction)
-        charts.append(flatten_patch(patch, method=method, lengths=lengths, seams=plans.get(patch.name), told=report))
+        plan = plans.get(patch.name)
+        charts.append(flatten_patch(patch, method=method, lengths=lengths, seams=plan, on_round=report))
         done += len(patch.surface.faces)
     progress("Arranging the map", 1.0)
     return TactileMap(skin, tuple(charts), pack_charts(charts, links=[patch.link for patch in skin.patches]))
@@ -85,13 +81,13 @@ def flatten_patch(
     method: str = "symmetric-dirichlet",
     lengths: float = 1.0,
     seams: SeamPlan | None = None,
-    told: Callable[[Iterate], None] | None = None,
+    on_round: OnRound | None = None,
 ) -> Chart:
     """One patch's chart; see ``flatten``. Errors name the patch."""
     try:
-        return flatten(patch.surface, method=method, lengths=lengths, seams=seams, name=patch.name, progress=told)
+        return flatten(patch.surface, method=method, lengths=lengths, seams=seams, name=patch.name, on_round=on_round)
     except (MapError, MeshError) as error:
-        raise MapError(error.problem, place=f"patch {patch.name}", value=error.value, remedy=error.remedy) from error
+        raise error.at(kind=MapError, place=f"patch {patch.name}") from error
 
 
 def with_chart(map_: TactileMap, number: int, chart: Chart) -> TactileMap:

@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from scipy.spatial import cKDTree
 
-from app.core.arrays import FloatArray, IntArray, readonly
+from app.core.arrays import FloatArray, IntArray, freeze_arrays
 from app.core.errors import MapError
 from app.maps.quality import measure
 from app.maps.tactile_map import TactileMap
@@ -59,11 +59,10 @@ class TaxelLayout:
     numbers: IntArray | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "points", readonly(np.asarray(self.points, dtype=np.float64).reshape(-1, 2)))
+        freeze_arrays(self, "points", columns=2)
         if not np.isfinite(self.points).all():
             raise MapError("a taxel of the layout has no finite place", value=int((~np.isfinite(self.points)).sum()))
-        if self.numbers is not None:
-            object.__setattr__(self, "numbers", readonly(self.numbers, np.int64))
+        freeze_arrays(self, "numbers", dtype=np.int64)
 
 
 @dataclass(frozen=True)

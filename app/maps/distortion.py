@@ -16,7 +16,7 @@ import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix
 from scipy.spatial import cKDTree
 
-from app.core.arrays import BoolArray, FloatArray, IntArray, readonly
+from app.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays, readonly
 from app.core.errors import MapError
 from app.flattening.bijectivity import crossing_sides, flipped
 from app.flattening.symmetric_dirichlet import rest_triangles, rotation_svd
@@ -50,8 +50,8 @@ class Distortion:
     areas: FloatArray
 
     def __post_init__(self) -> None:
-        for name, kind in (("stretch", float), ("flipped", bool), ("areas", float)):
-            object.__setattr__(self, name, readonly(getattr(self, name), kind))
+        freeze_arrays(self, "stretch", "areas")
+        freeze_arrays(self, "flipped", dtype=bool)
 
     @property
     def angle(self) -> FloatArray:
@@ -145,8 +145,8 @@ class Stretch:
     spread: DistortionSummary
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "faces", readonly(self.faces))
-        object.__setattr__(self, "flipped", readonly(self.flipped, bool))
+        freeze_arrays(self, "faces")
+        freeze_arrays(self, "flipped", dtype=bool)
 
     def taxels(self, cells: csr_matrix) -> FloatArray:
         """(taxels,) the mean over each taxel's cell, as a factor; ``cells``: ``taxel_cells`` of the skin."""
@@ -187,8 +187,7 @@ class Flaws:
     overlaps: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "flips", readonly(self.flips))
-        object.__setattr__(self, "overlaps", readonly(self.overlaps))
+        freeze_arrays(self, "flips", "overlaps")
 
 
 def flaws(map_: TactileMap) -> Flaws:

@@ -20,7 +20,7 @@ from typing import Literal, TypeAlias, assert_never
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from app.core.arrays import FloatArray, IntArray, readonly
+from app.core.arrays import FloatArray, IntArray, freeze_arrays, readonly
 from app.core.errors import MapError
 from app.geometry.mesh import SurfacePoint
 from app.maps.layout import FARTHEST_OFFSET
@@ -51,7 +51,7 @@ class PathSegment:
     end: SurfacePoint
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "points", readonly(self.points))
+        freeze_arrays(self, "points")
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +68,7 @@ class TracedPath:
     remaining: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "remaining", readonly(self.remaining))
+        freeze_arrays(self, "remaining")
 
     @property
     def arrived(self) -> bool:
@@ -319,7 +319,7 @@ class PathRun:
     points: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "points", readonly(self.points))
+        freeze_arrays(self, "points")
 
 
 def split_at_borders(points: FloatArray, transitions: SeamTransitions) -> tuple[PathRun, ...]:

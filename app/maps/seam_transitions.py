@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.core.arrays import BoolArray, FloatArray, IntArray, readonly
+from app.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays, readonly
 from app.geometry.connectivity import edge_table
 from app.maps.tactile_map import TactileMap
 
@@ -45,11 +45,9 @@ class BorderSegments:
     offset: FloatArray
 
     def __post_init__(self) -> None:
-        for name in ("patch", "face", "side", "partner"):
-            object.__setattr__(self, name, readonly(getattr(self, name), np.int64))
-        object.__setattr__(self, "turned", readonly(self.turned, bool))
-        for name in ("ends", "linear", "offset"):
-            object.__setattr__(self, name, readonly(getattr(self, name)))
+        freeze_arrays(self, "patch", "face", "side", "partner", dtype=np.int64)
+        freeze_arrays(self, "turned", dtype=bool)
+        freeze_arrays(self, "ends", "linear", "offset")
 
 
 class SeamTransitions:

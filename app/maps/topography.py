@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 from scipy.stats import rankdata
 
-from app.core.arrays import BoolArray, FloatArray, IntArray, readonly
+from app.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays, readonly
 from app.core.errors import Finding
 from app.geometry.geodesics import Geodesics
 from app.geometry.refine import insert_vertices
@@ -54,10 +54,8 @@ class PatchDistances:
     near: FloatArray
 
     def __post_init__(self) -> None:
-        for name in ("exact", "near"):
-            object.__setattr__(self, name, readonly(getattr(self, name)))
-        for name in ("sources", "rows"):
-            object.__setattr__(self, name, readonly(getattr(self, name), np.int64))
+        freeze_arrays(self, "exact", "near")
+        freeze_arrays(self, "sources", "rows", dtype=np.int64)
 
 
 class BodyDistances:

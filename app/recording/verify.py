@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from app.core.arrays import FloatArray
 from app.core.errors import SimulationError
+from app.core.progress import Progress, no_progress
 from app.recording.player import RecordingPlayer
 from app.recording.recorder import versions
 from app.session.frame import Frame
@@ -39,11 +39,7 @@ class Verification:
     stopped: str | None = None
 
 
-def _silent(_text: str, _fraction: float) -> None:
-    """No progress wanted."""
-
-
-def verify(player: RecordingPlayer, *, progress: Callable[[str, float], None] = _silent) -> Verification:
+def verify(player: RecordingPlayer, *, progress: Progress = no_progress) -> Verification:
     """Run the recorded inputs again, from the session's start, and compare with the recorded frames.
 
     Args:

@@ -63,7 +63,7 @@ def parse_mesh(data: bytes, path: Path) -> Mesh:
     try:
         return Mesh(*_weld(vertices, Mesh(vertices, faces).faces))
     except MeshError as error:
-        raise MeshError(error.problem, file=path, place=error.place, value=error.value, remedy=error.remedy) from error
+        raise error.at(file=path) from error
 
 
 def to_metres(mesh: Mesh, *, where: str) -> tuple[Mesh, tuple[Finding, ...]]:

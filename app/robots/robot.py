@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from app.core.arrays import FloatArray, readonly
+from app.core.arrays import FloatArray, freeze_arrays
 from app.core.codec import AnyFloat
 from app.core.errors import Finding, RobotError
 from app.geometry.mesh import Mesh
@@ -72,7 +72,7 @@ class Robot:
     findings: tuple[Finding, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "home", readonly(self.home))
+        freeze_arrays(self, "home")
 
     @cached_property
     def link_index(self) -> dict[str, int]:

@@ -148,7 +148,7 @@ class EffectEntry:
         except SimulationError as error:  # the options know their ranges
             option = next((key for key in numbers if key in str(error.place).split(".")), "")
             place = ".".join(filter(None, ("effects", self.key, option)))
-            raise SceneError(error.problem, place=place, value=error.value, remedy=error.remedy) from error
+            raise error.at(kind=SceneError, place=place) from error
         return numbers
 
     def _allowed(self, override: object) -> str:

@@ -40,7 +40,7 @@ def _make_object(spec: ObjectSpec, folder: Path, place: str) -> SceneObject:
         mesh, findings = to_metres(read_mesh(folder / spec.file), where=spec.name)
     except TactileMapsError as error:
         value = error.value or error.place or spec.file
-        raise SceneError(error.problem, file=error.file, place=place, value=value, remedy=error.remedy) from error
+        raise error.at(kind=SceneError, place=place, value=value) from error
     scale = spec.size[0] if spec.size else 1.0
     mesh = Mesh(scale * mesh.vertices, mesh.faces)
     return SceneObject(spec, mesh, (*findings, *_open_mesh_findings(spec, mesh)))

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, TypeAlias
 
+from app.core.arrays import set_fields
 from app.core.errors import SceneError, did_you_mean
 from app.scene.effect_decision import EffectDecision, decide_effects
 from app.scene.effects import Effects, Override, effect_entry
@@ -73,9 +74,7 @@ class Scene:
 
     def __post_init__(self) -> None:
         checked = {key: effect_entry(key).checked(override) for key, override in self.overrides.items()}
-        object.__setattr__(
-            self, "overrides", {key: override for key, override in checked.items() if override != "auto"}
-        )
+        set_fields(self, overrides={key: override for key, override in checked.items() if override != "auto"})
         self._check_words()
         self._check_names()
         if not 1e-4 <= self.tick <= 1.0:

@@ -16,7 +16,7 @@ from app.contacts.force_estimation.estimate import ForceEstimate
 from app.contacts.regions import ContactRegion
 from app.control.command import JointCommand, TaskReport
 from app.control.limits import Limit
-from app.core.arrays import FloatArray, readonly
+from app.core.arrays import FloatArray, freeze_arrays
 from app.core.errors import SimulationError
 from app.core.timing import Timings
 from app.session.inputs import SessionInput
@@ -69,8 +69,7 @@ class Frame:
     estimates: Mapping[int, ForceEstimate] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for name in ("posture", "velocity", "pressures", "objects"):
-            object.__setattr__(self, name, readonly(getattr(self, name)))
+        freeze_arrays(self, "posture", "velocity", "pressures", "objects")
 
     @property
     def events(self) -> tuple[ContactEvent, ...]:

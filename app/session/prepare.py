@@ -6,7 +6,6 @@ line. ``prepare`` loads the robot, puts on its skin and makes the map.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,6 +13,7 @@ from app.contacts.pipeline import reading_from
 from app.control.behaviours import behaviours_from
 from app.control.command import settings_from
 from app.core.errors import SceneError, TactileMapsError
+from app.core.progress import Progress, no_progress, part_of_progress
 from app.maps.build import build_map
 from app.maps.tactile_map import TactileMap
 from app.robots.library import load_robot
@@ -26,8 +26,6 @@ from app.scene.scene_file import load_scene, scene_names
 from app.skin.cover import cover_robot
 from app.skin.formats.icub_positions import import_icub_skin
 from app.skin.skin import Skin
-
-Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,11 +47,7 @@ class PreparedScene:
     objects: tuple[SceneObject, ...] = ()
 
 
-def _silent(_text: str, _fraction: float) -> None:
-    """No progress wanted."""
-
-
-def prepare(scene: Scene, *, progress: Progress = _silent) -> PreparedScene:
+def prepare(scene: Scene, *, progress: Progress = no_progress) -> PreparedScene:
     """Make the objects, load the robot, put on its skin, make the map.
 
     Args:
@@ -73,11 +67,11 @@ def prepare(scene: Scene, *, progress: Progress = _silent) -> PreparedScene:
     """
     objects = make_objects(scene)  # first, since it costs nothing and may fail
     robot, skin = load_robot_and_skin(scene, progress=progress)
-    map_ = build_map(skin, progress=lambda text, done: progress(text, 0.4 + 0.6 * done))
+    map_ = build_map(skin, progress=part_of_progress(progress, 0.4, 1.0))
     return PreparedScene(scene, robot, skin, map_, objects)
 
 
-def load_robot_and_skin(scene: Scene, *, progress: Progress = _silent) -> tuple[Robot, Skin]:
+def load_robot_and_skin(scene: Scene, *, progress: Progress = no_progress) -> tuple[Robot, Skin]:
     """The scene's robot and what it wears, without a map.
 
     Args:
@@ -93,7 +87,7 @@ def load_robot_and_skin(scene: Scene, *, progress: Progress = _silent) -> tuple[
         progress("Importing taxels", 0.1)
         skin = import_icub_skin(robot, scene.taxel_file, thickness=scene.cover.thickness)
     else:
-        skin = cover_robot(robot, scene.cover, progress=lambda text, done: progress(text, 0.1 + 0.3 * done))
+        skin = cover_robot(robot, scene.cover, progress=part_of_progress(progress, 0.1, 0.4))
     return robot, skin
 
 
@@ -113,7 +107,7 @@ def _check(scene: Scene) -> None:
     try:
         robot = load_robot(scene.robot)
     except TactileMapsError as error:
-        raise SceneError(error.problem, place="robot", value=error.value or scene.robot, remedy=error.remedy) from error
+        raise error.at(kind=SceneError, place="robot", value=error.value or scene.robot) from error
     if scene.taxel_file and not Path(scene.taxel_file).is_file():
         remedy = "Name a file relative to the scene's folder"
         raise SceneError("there is no such file", place="taxel_file", value=scene.taxel_file, remedy=remedy)
@@ -121,8 +115,7 @@ def _check(scene: Scene) -> None:
         try:
             robot.link(link)
         except TactileMapsError as error:
-            place = f"cover.links.{number}"
-            raise SceneError(error.problem, place=place, value=error.value, remedy=error.remedy) from error
+            raise error.at(kind=SceneError, place=f"cover.links.{number}") from error
     settings_from(dict(scene.control))
     behaviours_from(scene.behaviours)
     reading_from(scene.reading)

@@ -13,7 +13,7 @@ from typing import TypeAlias
 import mujoco
 import numpy as np
 
-from app.core.arrays import FloatArray, readonly
+from app.core.arrays import FloatArray, freeze_arrays
 from app.core.errors import SimulationError
 from app.robots.robot import Robot
 from app.scene.effects import Effects
@@ -51,8 +51,7 @@ class JointState:
     acceleration: FloatArray
 
     def __post_init__(self) -> None:
-        for name in ("position", "velocity", "acceleration"):
-            object.__setattr__(self, name, readonly(getattr(self, name)))
+        freeze_arrays(self, "position", "velocity", "acceleration")
 
     @property
     def at_rest(self) -> JointState:

@@ -7,7 +7,6 @@ no links are named, ``choose_links`` takes the three that show the most of thems
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -16,6 +15,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from app.core.arrays import FloatArray
 from app.core.errors import Finding, SkinError
+from app.core.progress import Progress, no_progress
 from app.geometry.mesh import Mesh
 from app.geometry.pose import Pose
 from app.geometry.repair import clean_mesh
@@ -68,8 +68,6 @@ class CoverSpec:
             )
 
 
-Progress = Callable[[str, float], None]
-
 FACES_PER_TAXEL = 12
 JOINT_CLEARANCE = 0.010
 """Skin keeps this far from the links beside it [m], so that joints can move."""
@@ -84,11 +82,7 @@ class _Piece:
     surface: Mesh
 
 
-def _silent(_text: str, _fraction: float) -> None:
-    """No progress wanted."""
-
-
-def cover_robot(robot: Robot, spec: CoverSpec | None = None, *, progress: Progress = _silent) -> Skin:
+def cover_robot(robot: Robot, spec: CoverSpec | None = None, *, progress: Progress = no_progress) -> Skin:
     """Cover ``robot`` as ``spec`` says.
 
     Args:

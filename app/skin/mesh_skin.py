@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from app.core.arrays import BoolArray, FloatArray, IntArray
 from app.core.errors import Finding, SkinError
+from app.core.progress import Progress, no_progress
 from app.geometry.connectivity import components_of, manifold_twins, remove_unreferenced, split_nonmanifold
 from app.geometry.mesh import Mesh
 from app.geometry.raycast import outer_faces, without_islands
@@ -18,15 +18,10 @@ from app.skin.placement import HEXAGON_AREA, MODULE_PITCH, PlacementSpec, place_
 from app.skin.skin import Patch, Skin
 from app.skin.usable_surface import patch_name
 
-Progress = Callable[[str, float], None]
 _Part = tuple[Mesh, PlacementSpec]
 
 MIN_COMPONENT_AREA = 0.5
 """Pieces smaller than this share of a taxel's area are left bare."""
-
-
-def _silent(_text: str, _fraction: float) -> None:
-    """No progress wanted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +39,7 @@ def skin_of_mesh(
     *,
     name: str = "mesh",
     surface: Literal["outer", "all"] = "outer",
-    progress: Progress = _silent,
+    progress: Progress = no_progress,
 ) -> Skin:
     """Set taxels on any mesh: one patch for each connected piece of its surface.
 

@@ -5,13 +5,13 @@ Which it is follows from the file's ending and, where two kinds share one, from 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, get_args
 
 from app.core.errors import Finding, SkinError
 from app.core.files import MAX_UNPACKED_BYTES, array_format, read_bounded_file
+from app.core.progress import Progress, no_progress
 from app.robots.library import load_robot
 from app.robots.mesh_files import MESH_SUFFIXES, read_mesh, to_metres
 from app.robots.robot import Robot
@@ -28,15 +28,10 @@ from app.skin.skin_file import FORMAT, MAP_FORMAT, load_skin
 from app.skin.usable_surface import patch_name
 
 MeshSurface = Literal["outer", "all", "cover"]
-Progress = Callable[[str, float], None]
 NO_ROBOT = "none"
 """Named as the robot, it means that nobody wears the taxels: they are joined to each other instead."""
 _TAXEL_ENDINGS = (".txt", ".csv", ".tsv", ".json")
 _DEFAULT_TAXELS = 1000
-
-
-def _silent(_text: str, _fraction: float) -> None:
-    """No progress wanted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +63,7 @@ class SkinOptions:
             raise SkinError("there is no such surface", place="surface", value=self.surface, remedy=remedy)
 
 
-def open_skin(source: str | Path, options: SkinOptions | None = None, *, progress: Progress = _silent) -> Skin:
+def open_skin(source: str | Path, options: SkinOptions | None = None, *, progress: Progress = no_progress) -> Skin:
     """The skin that ``source`` holds or can wear; what was repaired on the way is among its findings.
 
     Args:

@@ -22,7 +22,7 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from app.core.arrays import BoolArray, FloatArray, IntArray, readonly
+from app.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays, readonly, set_fields
 from app.core.errors import SkinError
 from app.geometry.closest_point import barycentric
 from app.geometry.connectivity import averaging_matrix, boundary_edges
@@ -47,7 +47,7 @@ class SphereZone:
     radius: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "centre", _vector(self.centre, "ball"))
+        set_fields(self, centre=_vector(self.centre, "ball"))
         if not 0 < self.radius < np.inf:
             raise SkinError("a ball to keep out of needs a radius above zero", place="keep out", value=self.radius)
 
@@ -60,8 +60,7 @@ class BoxZone:
     high: FloatArray
 
     def __post_init__(self) -> None:
-        for name in ("low", "high"):
-            object.__setattr__(self, name, _vector(getattr(self, name), "box"))
+        set_fields(self, low=_vector(self.low, "box"), high=_vector(self.high, "box"))
         if (self.low > self.high).any():
             raise SkinError("a box to keep out of is inside out", place="keep out", value=self.low.tolist())
 
@@ -84,7 +83,7 @@ class PaintedZone:
     vertices: BoolArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "vertices", readonly(self.vertices, bool))
+        freeze_arrays(self, "vertices", dtype=bool)
 
 
 KeepOutZone: TypeAlias = SphereZone | BoxZone | BoundaryZone | PaintedZone
@@ -122,7 +121,7 @@ class PlacementSpec:
         if self.density is not None and self.pattern != "even":
             raise SkinError("only the even pattern follows a density", place="density", value=self.pattern)
         if self.density is not None and not isinstance(self.density, str):
-            object.__setattr__(self, "density", _positive(self.density))
+            set_fields(self, density=_positive(self.density))
 
     def restricted_to(self, vertices: IntArray, *, taxels: int | None = None) -> PlacementSpec:
         """The same for a part of the surface that has only ``vertices`` (k,) of it, in that order.

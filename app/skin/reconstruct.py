@@ -20,7 +20,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from app.core.arrays import FloatArray, IntArray, readonly
+from app.core.arrays import FloatArray, IntArray, freeze_arrays
 from app.core.errors import Finding
 from app.geometry.connectivity import boundary_loops, bow_tie_vertices, edge_table, face_components
 from app.geometry.mesh import Mesh
@@ -52,7 +52,7 @@ class ReconstructedSkin:
     taxel_of: IntArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "taxel_of", readonly(self.taxel_of, np.int64))
+        freeze_arrays(self, "taxel_of", dtype=np.int64)
 
 
 def skin_from_taxels(taxels: TaxelSet) -> Skin:

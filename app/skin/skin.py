@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from app.core.arrays import FloatArray, IntArray, readonly
+from app.core.arrays import FloatArray, IntArray, freeze_arrays, readonly
 from app.core.errors import Finding
 from app.geometry.mesh import Mesh, SurfacePoint
 
@@ -35,9 +35,8 @@ class Quadrature:
     taxel: IntArray
 
     def __post_init__(self) -> None:
-        for name in ("positions", "normals", "areas"):
-            object.__setattr__(self, name, readonly(getattr(self, name)))
-        object.__setattr__(self, "taxel", readonly(self.taxel, int))
+        freeze_arrays(self, "positions", "normals", "areas")
+        freeze_arrays(self, "taxel", dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,10 +62,8 @@ class Taxels:
     quadrature: Quadrature
 
     def __post_init__(self) -> None:
-        for name in ("positions", "normals", "weights", "areas"):
-            object.__setattr__(self, name, readonly(getattr(self, name)))
-        for name in ("faces", "neighbours"):
-            object.__setattr__(self, name, readonly(getattr(self, name), int))
+        freeze_arrays(self, "positions", "normals", "weights", "areas")
+        freeze_arrays(self, "faces", "neighbours", dtype=np.int64)
 
     def __len__(self) -> int:
         return len(self.positions)

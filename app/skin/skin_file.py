@@ -118,9 +118,8 @@ def _patch(arrays: Mapping[str, NDArray[Any]], i: int, name: str, link: str, fil
     try:
         surface = Mesh(door.floats("surface_vertices", 3), door.integers("surface_faces", 3))
     except MeshError as error:
-        raise SkinError(
-            f"the patch's surface is broken: {error.problem}", file=file, place=name, value=error.value
-        ) from error
+        problem = f"the patch's surface is broken: {error.problem}"
+        raise error.at(kind=SkinError, problem=problem, file=file, place=name) from error
     values: dict[str, NDArray[Any]] = {key: door.floats(key, columns) for key, columns in _FLOATS.items()}
     values |= {key: door.integers(key, columns) for key, (columns, _) in _INTEGERS.items()}
     counts = {"face": len(surface.faces), "taxel": len(values["positions"])}

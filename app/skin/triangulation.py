@@ -22,7 +22,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components, minimum_spanning_tree
 from scipy.spatial import cKDTree
 
-from app.core.arrays import BoolArray, FloatArray, IntArray, readonly
+from app.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
 from app.core.errors import Finding, SkinError
 from app.geometry.connectivity import boundary_loops, edge_table, split_nonmanifold, twin_halfedges
 from app.geometry.mesh import Mesh
@@ -54,8 +54,8 @@ class EstimatedNormals:
     findings: tuple[Finding, ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "normals", readonly(self.normals))
-        object.__setattr__(self, "straight", readonly(self.straight, bool))
+        freeze_arrays(self, "normals")
+        freeze_arrays(self, "straight", dtype=bool)
 
 
 def estimate_normals(
@@ -221,8 +221,7 @@ class TriangulatedTaxels:
     findings: tuple[Finding, ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "normals", readonly(self.normals))
-        object.__setattr__(self, "spacing", readonly(self.spacing))
+        freeze_arrays(self, "normals", "spacing")
 
 
 def triangulate(

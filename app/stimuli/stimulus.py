@@ -12,7 +12,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from app.core.arrays import FloatArray, IntArray, readonly
+from app.core.arrays import FloatArray, IntArray, freeze_arrays
 from app.core.errors import SceneError
 from app.stimuli.skin_locations import SkinLocation, SkinLocator
 from app.tactile.poke import Finger
@@ -37,9 +37,8 @@ class FingerTrack:
     points: FloatArray
 
     def __post_init__(self) -> None:
-        for name in ("times", "points"):
-            object.__setattr__(self, name, readonly(getattr(self, name)))
-        object.__setattr__(self, "patches", readonly(self.patches, np.int64))
+        freeze_arrays(self, "times", "points")
+        freeze_arrays(self, "patches", dtype=np.int64)
 
     def at(self, seconds: float) -> tuple[int, FloatArray]:
         """Patch and point (3,) [m] under the finger; before the press and after the lift those of press and lift."""

@@ -18,8 +18,9 @@ from typing import Any, get_args
 
 from app.control.command import JointCommand
 from app.core.errors import SimulationError
+from app.core.progress import Progress, no_progress
 from app.scene.effects import EFFECTS, SENSOR_KEYS, Effects
-from app.session.prepare import PreparedScene, Progress
+from app.session.prepare import PreparedScene
 from app.session.session import Session, substeps
 from app.simulation.simulation import Simulation
 from app.tactile.poke import PokeInput
@@ -51,16 +52,12 @@ _PLAINEST = "euler"
 """The integrator that others are compared with; none is no choice."""
 
 
-def _silent(_text: str, _fraction: float) -> None:
-    """No progress wanted."""
-
-
 def ablation_cost(
     prepared: PreparedScene,
     *,
     effects: Effects | None = None,
     seconds: float = 2.0,
-    progress: Progress = _silent,
+    progress: Progress = no_progress,
     clock: Clock = time.perf_counter,
 ) -> Mapping[str, float]:
     """Milliseconds a tick that each effect which is on costs, by its key, in the order of ``EFFECTS``.

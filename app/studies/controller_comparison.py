@@ -12,7 +12,7 @@ from __future__ import annotations
 import csv
 import io
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -22,8 +22,9 @@ from app.control.behaviours import Behaviour, behaviours_from
 from app.control.command import ControlChanged, ControlSettings
 from app.control.limit_texts import limit_texts
 from app.control.limits import Limit, LimitKind
-from app.core.arrays import BoolArray, FloatArray, readonly
+from app.core.arrays import BoolArray, FloatArray, freeze_arrays
 from app.core.errors import TactileMapsError, UsageError
+from app.core.progress import Progress, no_progress
 from app.geometry.mesh import SurfacePoint
 from app.robots.kinematics import Configuration
 from app.session.frame import Frame
@@ -71,9 +72,8 @@ class ControllerTrace:
     ended: str = ""
 
     def __post_init__(self) -> None:
-        for name in TRACE_COLUMNS:
-            object.__setattr__(self, name, readonly(getattr(self, name)))
-        object.__setattr__(self, "touched", readonly(self.touched, np.bool_))
+        freeze_arrays(self, *TRACE_COLUMNS)
+        freeze_arrays(self, "touched", dtype=bool)
 
     def __len__(self) -> int:
         return len(self.time)
@@ -203,7 +203,6 @@ MOST_SECONDS = 600.0
 _REPORT_TICKS = 20
 
 Inputs = Sequence[tuple[int, SessionInput]]
-Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True)
@@ -219,10 +218,6 @@ class Contender:
     settings: ControlSettings
 
 
-def _silent(_text: str, _fraction: float) -> None:
-    """No progress wanted."""
-
-
 def compare_controllers(
     prepared: PreparedScene,
     contenders: Sequence[Contender],
@@ -230,7 +225,7 @@ def compare_controllers(
     inputs: Inputs | None = None,
     seconds: float = 10.0,
     own_task: bool = False,
-    progress: Progress = _silent,
+    progress: Progress = no_progress,
 ) -> tuple[ControllerTrace, ...]:
     """Run all contenders, tick by tick in turn, so that what disturbs the clock disturbs all of them alike.
 

@@ -15,11 +15,11 @@ from contextlib import closing
 from dataclasses import dataclass
 
 from app.core.errors import TactileMapsError
+from app.core.progress import Progress
 from app.studies.figures import BarChart, Figure
 from app.studies.rows import Case, Row
 
 Measure = Callable[[Case], Sequence[Row]]
-Progress = Callable[[str, float], None]
 
 
 def run_cases(measure: Measure, cases: Sequence[Case], *, jobs: int = 1, progress: Progress) -> list[Row]:

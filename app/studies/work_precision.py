@@ -20,6 +20,7 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from app.core.errors import TactileMapsError
+from app.core.progress import Progress
 from app.flattening.chart import Chart
 from app.flattening.cut import SeamPlan
 from app.maps.tactile_map import TactileMap
@@ -28,7 +29,6 @@ from app.studies.figures import Figure, panels
 from app.studies.rows import Cell, Row
 
 Value = str | int | float
-Progress = Callable[[str, float], None]
 Result = TypeVar("Result")
 
 

@@ -21,7 +21,7 @@ from scipy.fft import fftfreq, irfft2, next_fast_len, rfft2
 from scipy.sparse import csr_matrix, vstack
 from scipy.spatial import cKDTree
 
-from app.core.arrays import FloatArray, IntArray, readonly
+from app.core.arrays import FloatArray, IntArray, freeze_arrays
 from app.core.errors import SimulationError
 from app.skin.skin import Quadrature, Skin
 from app.tactile.receptive_field import ReceptiveField, cell_field, field_from_entries, quadrature_points
@@ -116,7 +116,7 @@ class SubsurfaceField(ReceptiveField):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        object.__setattr__(self, "cluster", readonly(self.cluster, np.int64))
+        freeze_arrays(self, "cluster", dtype=np.int64)
 
     def add(self, pressures: FloatArray, points: IntArray, forces: FloatArray) -> None:
         """As of every receptive field. Cost: 10 ns for each taxel that feels a cluster under load."""

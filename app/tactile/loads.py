@@ -15,7 +15,7 @@ from typing import Protocol
 
 import numpy as np
 
-from app.core.arrays import FloatArray, readonly
+from app.core.arrays import FloatArray, freeze_arrays, readonly
 from app.core.errors import MeshError, SimulationError
 from app.geometry.closest_point import ClosestPoint
 from app.geometry.connectivity import boundary_edges, edge_table, is_closed_manifold
@@ -234,8 +234,7 @@ class Load:
     by: str = ""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "point", readonly(self.point))
-        object.__setattr__(self, "normal", readonly(self.normal))
+        freeze_arrays(self, "point", "normal")
         if not (math.isfinite(self.force) and self.force >= 0):
             raise SimulationError("there is no such load", place=f"on {self.link}", value=f"{self.force} N")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from app.core.arrays import FloatArray, readonly
+from app.core.arrays import FloatArray, freeze_arrays
 from app.core.errors import SimulationError
 from app.geometry.mesh import SurfacePoint
 
@@ -86,5 +86,4 @@ class PokeState:
     radius: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "point", readonly(self.point))
-        object.__setattr__(self, "normal", readonly(self.normal))
+        freeze_arrays(self, "point", "normal")

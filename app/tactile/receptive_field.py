@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from app.core.arrays import FloatArray, IntArray, readonly
+from app.core.arrays import FloatArray, IntArray, freeze_arrays
 from app.core.errors import SimulationError
 from app.skin.skin import Quadrature, Skin, Taxels
 
@@ -47,8 +47,8 @@ class ReceptiveField:
     weights: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "taxels", readonly(self.taxels, np.int64))
-        object.__setattr__(self, "weights", readonly(self.weights))
+        freeze_arrays(self, "taxels", dtype=np.int64)
+        freeze_arrays(self, "weights")
 
     def add(self, pressures: FloatArray, points: IntArray, forces: FloatArray) -> None:
         """Add to ``pressures`` (taxels,) [Pa] what ``forces`` (k,) [N] on ``points`` (k,) make the taxels feel.

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from app.core.arrays import BoolArray, FloatArray, IntArray, readonly
+from app.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
 from app.geometry.mesh import SurfacePoint
 from app.maps.tactile_map import TactileMap
 from app.skin.skin import Skin
@@ -36,8 +36,7 @@ class SkinPolyline:
     normals: FloatArray
 
     def __post_init__(self) -> None:
-        for name in ("on_map", "on_body", "normals"):
-            object.__setattr__(self, name, readonly(getattr(self, name)))
+        freeze_arrays(self, "on_map", "on_body", "normals")
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from app.core.arrays import FloatArray, readonly
+from app.core.arrays import FloatArray, freeze_arrays, readonly
 from app.geometry.raycast import RayCaster
 from app.session.prepare import PreparedScene
 
@@ -47,8 +47,7 @@ class Viewpoint:
     view_angle: float
 
     def __post_init__(self) -> None:
-        for name in ("eye", "focus", "up"):
-            object.__setattr__(self, name, readonly(getattr(self, name)))
+        freeze_arrays(self, "eye", "focus", "up")
 
     @classmethod
     def of(cls, camera: Any) -> Viewpoint:

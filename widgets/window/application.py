@@ -11,7 +11,6 @@ import ctypes.util
 import os
 import socket
 import sys
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from types import TracebackType
@@ -19,6 +18,7 @@ from types import TracebackType
 from PySide6.QtCore import QLibraryInfo
 
 from app.core.errors import DisplayError
+from app.core.progress import Progress, no_progress
 from app.scene.scene import Scene
 from app.session.prepare import prepare
 
@@ -148,7 +148,7 @@ def screenshot(
     at: float = 2.0,
     theme: str = "dark",
     size: tuple[int, int] = (1400, 900),
-    progress: Callable[[str, float], None] = lambda _text, _fraction: None,
+    progress: Progress = no_progress,
 ) -> None:
     """Save a picture of the whole window after ``at`` simulated seconds of the scene; needs no display.
 

@@ -16,7 +16,7 @@ from typing import Literal, Protocol, TypeAlias, get_args
 import numpy as np
 
 from app.contacts.regions import ContactRegion
-from app.core.arrays import FloatArray, IntArray, readonly
+from app.core.arrays import FloatArray, IntArray, freeze_arrays, readonly, set_fields
 from app.core.codec import AnyFloat
 from app.core.errors import MapError
 from app.geometry.mesh import SurfacePoint
@@ -52,7 +52,7 @@ class Wrench:
             value = readonly(getattr(self, name))
             if value.shape != (3,) or not np.isfinite(value).all():
                 raise MapError("a wrench's force and torque are three finite numbers each", value=value.tolist())
-            object.__setattr__(self, name, value)
+            set_fields(self, **{name: value})
 
 
 _KNOWN = 1e-6
@@ -160,8 +160,8 @@ class ForceEstimate:
     refused: EstimateRefusal | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "taxels", readonly(self.taxels, np.int64))
-        object.__setattr__(self, "forces", readonly(self.forces))
+        freeze_arrays(self, "taxels", dtype=np.int64)
+        freeze_arrays(self, "forces")
 
     @property
     def misfit(self) -> float:

@@ -15,15 +15,15 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
-from app.core.arrays import BoolArray, FloatArray, IntArray, readonly
-from app.core.errors import Finding, MapError, MeshError
+from app.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
+from app.core.errors import Finding, MapError, MeshError, add_finding, errors_in_file
+from app.core.files import read_bounded_text, write_lines
 from app.flattening.bijectivity import crossings, signed_areas
 from app.flattening.chart import Chart
 from app.geometry.connectivity import boundary_loops, edge_table, face_components
 from app.geometry.mesh import Mesh
 from app.maps.layout import MapLayout, Placement, pack_charts
 from app.maps.tactile_map import TactileMap
-from app.skin.formats.foreign_file import add_finding, errors_in_file, read_text, write_lines
 from app.skin.skin import Skin
 
 MAX_LINES = 5_000_000
@@ -54,9 +54,8 @@ class ObjUv:
     findings: tuple[Finding, ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "uv", readonly(self.uv))
-        for name in ("corners", "group_of"):
-            object.__setattr__(self, name, readonly(getattr(self, name), np.int64))
+        freeze_arrays(self, "uv")
+        freeze_arrays(self, "corners", "group_of", dtype=np.int64)
 
 
 def read_obj(path: str | Path) -> ObjUv:
@@ -70,7 +69,7 @@ def read_obj(path: str | Path) -> ObjUv:
     Cost: about 5 µs a line.
     """
     path = Path(path)
-    lines = read_text(path, error=MapError).splitlines()
+    lines = read_bounded_text(path, error=MapError).splitlines()
     if len(lines) > MAX_LINES:
         raise MapError(f"the file has more than {MAX_LINES} lines", file=path, value=len(lines))
     gathered = _ObjParser(path)

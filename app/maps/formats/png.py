@@ -16,10 +16,10 @@ from PIL.PngImagePlugin import PngInfo
 
 from app.core.arrays import FloatArray
 from app.core.errors import MapError
+from app.core.files import write_atomically
 from app.maps.distortion import distortion
 from app.maps.tactile_image import TactileImage
 from app.maps.tactile_map import TactileMap
-from app.skin.formats.foreign_file import write_bytes
 
 _INCH = 0.0254
 """[m]; a picture's density is written per inch."""
@@ -58,7 +58,7 @@ def write_image_png(
         "Pixels above full scale": str(int((values > scale).sum())),
     }
     density = np.array(levels.shape[::-1]) / np.ptp(image.extent, axis=0)
-    write_bytes(Path(path), png_bytes(levels, texts, density), error=MapError)
+    write_atomically(Path(path), png_bytes(levels, texts, density), error=MapError)
 
 
 def png_bytes(levels: np.ndarray, texts: Mapping[str, str], density: FloatArray) -> bytes:
@@ -106,7 +106,7 @@ def write_distortion_png(map_: TactileMap, path: str | Path) -> None:
     _draw_dots(picture, image, map_.taxel_points)
     texts = {"Software": "Tactile Maps", "Colour": f"largest change of a length, white 1, red {WORST:g} or more"}
     density = np.array(image.shape[::-1]) / np.ptp(image.extent, axis=0)
-    write_bytes(Path(path), png_bytes(picture, texts, density), error=MapError)
+    write_atomically(Path(path), png_bytes(picture, texts, density), error=MapError)
 
 
 def _colours(isometry: FloatArray) -> np.ndarray:

@@ -13,8 +13,8 @@ import numpy as np
 
 from app.core.arrays import FloatArray
 from app.core.errors import MapError
+from app.core.files import write_atomically
 from app.maps.tactile_map import TactileMap
-from app.skin.formats.foreign_file import write_bytes
 
 MARGIN = 5.0
 """Around everything, room for the names [mm]."""
@@ -41,7 +41,7 @@ def write_svg(map_: TactileMap, path: str | Path, *, numbers: bool = True) -> No
     Raises:
         MapError: The file cannot be written.
     """
-    write_bytes(Path(path), svg(map_, numbers=numbers), error=MapError)
+    write_atomically(Path(path), svg(map_, numbers=numbers), error=MapError)
 
 
 def svg(map_: TactileMap, *, numbers: bool = True) -> bytes:

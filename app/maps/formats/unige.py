@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from app.core.arrays import FloatArray, IntArray
-from app.core.errors import MapError
+from app.core.errors import MapError, errors_in_file
 from app.flattening.bijectivity import signed_areas
 from app.maps.tactile_map import SEAM_RATIO, TactileMap
 from app.skin.formats.foreign_file import errors_in_file

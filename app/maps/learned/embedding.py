@@ -19,7 +19,7 @@ from scipy.spatial.distance import cdist
 
 from app.core.arrays import FloatArray, IntArray
 from app.core.errors import Finding
-from app.maps.learned.learned_map import Progress, silent
+from app.core.progress import Progress, no_progress
 
 
 def classical_mds(distances: FloatArray, *, dimensions: int = 2) -> FloatArray:
@@ -54,7 +54,12 @@ class SmacofResult:
 
 
 def smacof(
-    wanted: FloatArray, start: FloatArray, *, rounds: int = 300, tolerance: float = 1e-6, progress: Progress = silent
+    wanted: FloatArray,
+    start: FloatArray,
+    *,
+    rounds: int = 300,
+    tolerance: float = 1e-6,
+    progress: Progress = no_progress,
 ) -> SmacofResult:
     """Minimise  sum_ij w_ij (|x_i - x_j| - d_ij)²  with  w = 1 / d², so that relative errors count alike.
 
@@ -162,7 +167,11 @@ def embed_in_plane(wanted: FloatArray, progress: Progress) -> tuple[FloatArray, 
 
 
 def embed(
-    unlike: FloatArray, *, neighbours: int = NEIGHBOURS, lay: Embedder = embed_in_plane, progress: Progress = silent
+    unlike: FloatArray,
+    *,
+    neighbours: int = NEIGHBOURS,
+    lay: Embedder = embed_in_plane,
+    progress: Progress = no_progress,
 ) -> Embedding:
     """Isomap's way (Tenenbaum, de Silva and Langford 2000), with SMACOF in the place of its last step.
 

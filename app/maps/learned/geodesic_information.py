@@ -24,12 +24,13 @@ from scipy.spatial import cKDTree
 
 from app.core.arrays import FloatArray, IntArray
 from app.core.errors import Finding, MapError, MeshError, SkinError
+from app.core.progress import Progress, no_progress
 from app.flattening.flatten import flatten
 from app.geometry.connectivity import boundary_loops, face_components, remove_unreferenced
 from app.geometry.mesh import Mesh
 from app.maps.learned.embedding import NEIGHBOURS, classical_mds, embed, embed_in_plane, smacof
 from app.maps.learned.information_distance import dissimilarity
-from app.maps.learned.learned_map import LearnedMap, Progress, silent
+from app.maps.learned.learned_map import LearnedMap
 from app.maps.learned.readings import detect_touch
 from app.skin.triangulation import triangulate
 
@@ -62,7 +63,7 @@ def flatten_point_cloud(cloud: FloatArray) -> FlattenedCloud:
         faces, on_surface = _surface(cloud)
         chart = flatten(Mesh(cloud[on_surface], faces), name="learned surface")
     except (MeshError, SkinError) as error:
-        raise MapError(error.problem, place="learned surface", value=error.value) from error
+        raise error.at(kind=MapError, place="learned surface") from error
     notes = [*chart.findings]
     if len(chart.seams):
         action = "closed in space; cut along a seam of its own"
@@ -119,7 +120,7 @@ def _means_of_nearest(asked: FloatArray, known: FloatArray, places: FloatArray) 
 NAME = "geodesic-information"
 
 
-def build(readings: FloatArray, *, seed: int = 0, progress: Progress = silent) -> LearnedMap:
+def build(readings: FloatArray, *, seed: int = 0, progress: Progress = no_progress) -> LearnedMap:
     """See ``Builder``. There is no chance in it. Cost: 0.2 s for 250 taxels and 3000 touches, 2 s for 1000."""
     started = time.perf_counter()
     progress("Comparing taxels", 0.0)
@@ -140,7 +141,7 @@ def embed_through_space(wanted: FloatArray, progress: Progress) -> tuple[FloatAr
     return opened.points, opened.findings
 
 
-def embed_in_space(wanted: FloatArray, *, progress: Progress = silent) -> FloatArray:
+def embed_in_space(wanted: FloatArray, *, progress: Progress = no_progress) -> FloatArray:
     """(m, 3) points for distances (m, m) that all are known."""
     return smacof(wanted, classical_mds(wanted, dimensions=3), progress=progress).points
 

@@ -15,8 +15,9 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from app.core.arrays import FloatArray
+from app.core.progress import Progress, no_progress
 from app.maps.learned.embedding import embed
-from app.maps.learned.learned_map import LearnedMap, Progress, silent
+from app.maps.learned.learned_map import LearnedMap
 from app.maps.learned.readings import TouchReadings, detect_touch
 
 _ROUNDING = 1e-12
@@ -53,7 +54,7 @@ LAGS = 2
 """Readings by which one taxel may be ahead of another."""
 
 
-def build(readings: FloatArray, *, seed: int = 0, progress: Progress = silent, lags: int = LAGS) -> LearnedMap:
+def build(readings: FloatArray, *, seed: int = 0, progress: Progress = no_progress, lags: int = LAGS) -> LearnedMap:
     """See ``Builder``; made for strokes, evenly sampled in time. There is no chance in it.
 
     Args:

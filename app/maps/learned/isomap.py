@@ -18,16 +18,17 @@ from scipy.sparse.csgraph import dijkstra
 
 from app.core.arrays import FloatArray, IntArray
 from app.core.errors import Finding, MapError
+from app.core.progress import Progress, no_progress
 from app.geometry.geodesics import Geodesics
 from app.geometry.mesh import Mesh
 from app.maps.learned.embedding import classical_mds, kruskal_stress
-from app.maps.learned.learned_map import LearnedMap, Progress, silent
+from app.maps.learned.learned_map import LearnedMap
 
 Distances = Literal["edges", "exact"]
 
 
 def isomap(
-    surface: Mesh, *, vertices: IntArray | None = None, distances: Distances = "exact", progress: Progress = silent
+    surface: Mesh, *, vertices: IntArray | None = None, distances: Distances = "exact", progress: Progress = no_progress
 ) -> LearnedMap:
     """Lay vertices of a surface flat.
 

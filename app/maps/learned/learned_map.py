@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
-from app.core.arrays import BoolArray, FloatArray, readonly
+from app.core.arrays import BoolArray, FloatArray, freeze_arrays
 from app.core.errors import Finding, MapError
-
-Progress = Callable[[str, float], None]
-
-
-def silent(_text: str, _fraction: float) -> None:
-    """No progress wanted."""
+from app.core.progress import Progress, no_progress
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +37,8 @@ class LearnedMap:
     findings: tuple[Finding, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "points", readonly(np.asarray(self.points, dtype=np.float64).reshape(-1, 2)))
-        object.__setattr__(self, "placed", readonly(self.placed, bool))
+        freeze_arrays(self, "points", columns=2)
+        freeze_arrays(self, "placed", dtype=bool)
         if len(self.points) != len(self.placed) or not np.isfinite(self.points).all():
             raise MapError("a learned map needs a finite place for each taxel", value=self.points.shape)
 
@@ -52,7 +46,7 @@ class LearnedMap:
 class Builder(Protocol):
     """One way to learn a map."""
 
-    def __call__(self, readings: FloatArray, *, seed: int = 0, progress: Progress = silent) -> LearnedMap:
+    def __call__(self, readings: FloatArray, *, seed: int = 0, progress: Progress = no_progress) -> LearnedMap:
         """Learn a map.
 
         Args:

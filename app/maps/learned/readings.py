@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from app.core.arrays import BoolArray, FloatArray, IntArray, readonly
+from app.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
 from app.core.errors import Finding, MapError
 
 _SIGMAS = 5.0
@@ -32,7 +32,7 @@ class TouchReadings:
     findings: tuple[Finding, ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "taxels", readonly(self.taxels, int))
+        freeze_arrays(self, "taxels", dtype=np.int64)
 
     @property
     def together(self) -> BoolArray:

@@ -15,8 +15,9 @@ from scipy.linalg import eigh
 from scipy.sparse import csr_matrix, diags
 
 from app.core.arrays import FloatArray, IntArray
+from app.core.progress import Progress, no_progress
 from app.maps.learned.embedding import connected_islands, island_findings, knn_graph, lay_side_by_side
-from app.maps.learned.learned_map import LearnedMap, Progress, silent
+from app.maps.learned.learned_map import LearnedMap
 from app.maps.learned.readings import TouchReadings, detect_touch
 
 NAME = "self-organising"
@@ -29,7 +30,7 @@ _LEAST_SIDE = 4
 _GAP = 2.0
 
 
-def build(readings: FloatArray, *, seed: int = 0, progress: Progress = silent, side: int = SIDE) -> LearnedMap:
+def build(readings: FloatArray, *, seed: int = 0, progress: Progress = no_progress, side: int = SIDE) -> LearnedMap:
     """See ``Builder``; there is no chance in it.
 
     Args:
@@ -73,7 +74,7 @@ def _placed(contacts: csr_matrix, side: int, progress: Progress) -> FloatArray:
     return (share / share.sum(axis=0)).T @ _sheet(side)
 
 
-def train_batch_som(contacts: csr_matrix, *, side: int, progress: Progress = silent) -> FloatArray:
+def train_batch_som(contacts: csr_matrix, *, side: int, progress: Progress = no_progress) -> FloatArray:
     """(side², k) what each unit wants after all rounds, >= 0.
 
     Args:

@@ -15,8 +15,9 @@ from scipy.signal import lfilter
 from scipy.sparse import csr_matrix
 
 from app.core.arrays import FloatArray
+from app.core.progress import Progress, no_progress
 from app.maps.learned.embedding import embed
-from app.maps.learned.learned_map import LearnedMap, Progress, silent
+from app.maps.learned.learned_map import LearnedMap
 from app.maps.learned.readings import TouchReadings, detect_touch
 
 NAME = "temporal-correlation"
@@ -25,7 +26,9 @@ FADING = 3.0
 _FORGOTTEN = 1e-3
 
 
-def build(readings: FloatArray, *, seed: int = 0, progress: Progress = silent, fading: float = FADING) -> LearnedMap:
+def build(
+    readings: FloatArray, *, seed: int = 0, progress: Progress = no_progress, fading: float = FADING
+) -> LearnedMap:
     """See ``Builder``; readings must be evenly spaced in time. There is no chance in it.
 
     Args:

@@ -9,7 +9,6 @@
 ``npz``                      named arrays (.npz)
 ``unige_json``               the robot skin library of the University of Genoa (.json)
 ``urdf_tactile``             sensors in URDF as tactile_toolbox defines them (.urdf)
-``foreign_file``             what the readers share: bounded reading, whole writing, errors with the file's name
 """
 
 import lazy_loader

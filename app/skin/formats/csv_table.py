@@ -16,9 +16,9 @@ from pathlib import Path
 import numpy as np
 
 from app.core.arrays import FloatArray, IntArray
-from app.core.errors import Finding, SkinError
-from app.skin.formats.foreign_file import MAX_TAXELS, add_finding, errors_in_file, read_text, write_lines
-from app.skin.formats.taxel_set import TaxelSet, distinct_numbers, unit_normals
+from app.core.errors import Finding, SkinError, add_finding, errors_in_file
+from app.core.files import read_bounded_text, write_lines
+from app.skin.formats.taxel_set import MAX_TAXELS, TaxelSet, distinct_numbers, is_number, line_error, unit_normals
 
 _POSITION, _NORMAL, _POINT = ("x", "y", "z"), ("nx", "ny", "nz"), ("u", "v")
 _LENGTHS = _POSITION + _POINT
@@ -69,7 +69,7 @@ def write_table(sets: Sequence[TaxelSet], path: str | Path) -> None:
     for taxels in sets:
         columns = _columns(taxels)
         writer.writerows(zip(*(columns.get(name, [""] * len(taxels)) for name in known), strict=True))
-    write_lines(Path(path), text.getvalue().splitlines())
+    write_lines(Path(path), text.getvalue().splitlines(), error=SkinError)
 
 
 def _has(taxels: TaxelSet, name: str) -> bool:
@@ -96,7 +96,7 @@ def _columns(taxels: TaxelSet) -> dict[str, list[object]]:
 def _open(path: Path) -> _Table:
     lines = [
         (number, line)
-        for number, line in enumerate(read_text(path).splitlines(), start=1)
+        for number, line in enumerate(read_bounded_text(path, error=SkinError).splitlines(), start=1)
         if line.strip() and not line.lstrip().startswith("#")
     ]
     if not lines:
@@ -115,7 +115,7 @@ def _open(path: Path) -> _Table:
     columns, millimetres, body = _header(rows, path, findings)
     for number, row in body:
         if len(row) != len(rows[0][1]):
-            raise _bad(f"the row must have {len(rows[0][1])} cells", path, number, separator.join(row))
+            raise line_error(f"the row must have {len(rows[0][1])} cells", path, number, separator.join(row))
     if not body:
         raise SkinError("the table has no rows below its names", file=path)
     return _Table(path, columns, frozenset(millimetres), body, tuple(findings))
@@ -126,7 +126,7 @@ def _header(
 ) -> tuple[dict[str, int], set[str], Sequence[tuple[int, Sequence[str]]]]:
     """The columns by name, those in millimetres, and the rows below the names."""
     line, first = rows[0]
-    if _is_number(first[0]):
+    if is_number(first[0]):
         names = {3: _POSITION, 6: _POSITION + _NORMAL}.get(len(first))
         if names is None:
             remedy = f"Put a line of names first: {', '.join(_KNOWN)}"
@@ -141,7 +141,7 @@ def _header(
         if name not in _KNOWN:
             add_finding(findings, "unknown-column", path.name, f"not read: {cell.strip()[:40]!r}", 1)
         elif name in columns:
-            raise _bad(f"the column {name} comes twice", path, line, ", ".join(first))
+            raise line_error(f"the column {name} comes twice", path, line, ", ".join(first))
         else:
             columns[name] = k
             if unit == "mm":
@@ -155,7 +155,7 @@ def _require_whole_groups(columns: Mapping[str, int], path: Path, line: int) -> 
     for group in (_POSITION, _NORMAL, _POINT):
         missing = [name for name in group if name not in columns]
         if missing and (group is _POSITION or len(missing) < len(group)):
-            raise _bad("a column is missing", path, line, ", ".join(missing))
+            raise line_error("a column is missing", path, line, ", ".join(missing))
 
 
 def _taxel_set(table: _Table, rows: Sequence[tuple[int, Sequence[str]]], link: str | None, named: bool) -> TaxelSet:
@@ -203,7 +203,7 @@ def _integers(table: _Table, rows: Sequence[tuple[int, Sequence[str]]], name: st
     for row, (line, cells) in enumerate(rows):
         value = _number(cells[column], table.path, line, name)
         if not (value.is_integer() and 0 <= value < _LARGEST_NUMBER):
-            raise _bad(f"{name} must be a whole number, not negative", table.path, line, cells[column])
+            raise line_error(f"{name} must be a whole number, not negative", table.path, line, cells[column])
         values[row] = int(value)
     return values
 
@@ -212,19 +212,7 @@ def _number(text: str, path: Path, line: int, name: str) -> float:
     try:
         value = float(text)
     except ValueError as error:
-        raise _bad(f"{name} must be a number with a decimal point", path, line, text) from error
+        raise line_error(f"{name} must be a number with a decimal point", path, line, text) from error
     if not np.isfinite(value):
-        raise _bad(f"{name} is not a finite number", path, line, text)
+        raise line_error(f"{name} is not a finite number", path, line, text)
     return value
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
-
-
-def _bad(problem: str, path: Path, line: int, value: object) -> SkinError:
-    return SkinError(problem, file=path, place=f"line {line}", value=value, remedy="Correct the line, or leave it out")

@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from app.core.arrays import FloatArray, IntArray, readonly
-from app.core.errors import Finding, SkinError
-from app.skin.formats.foreign_file import add_finding, read_text, write_lines
+from app.core.errors import Finding, SkinError, add_finding
+from app.core.files import read_bounded_text, write_lines
 from app.skin.formats.icub_positions import ROWS_PER_MODULE, THERMAL_PADS
 from app.skin.formats.taxel_set import MAX_COORDINATE, TaxelSet
 
@@ -102,7 +102,7 @@ def read_icub_layout(path: str | Path) -> IcubLayout:
     modules: list[LayoutModule] = []
     unknown: list[str] = []
     inside = False
-    for number, line in enumerate(read_text(path, most=MAX_BYTES).splitlines(), start=1):
+    for number, line in enumerate(read_bounded_text(path, most=MAX_BYTES, error=SkinError).splitlines(), start=1):
         words = line.split()
         if not words or words[0].startswith(("#", "//")):
             continue
@@ -137,7 +137,7 @@ def write_icub_layout(layout: IcubLayout, path: str | Path) -> None:
         f"{int(m.mirrored)}"
         for m in layout.modules
     ]
-    write_lines(Path(path), lines)
+    write_lines(Path(path), lines, error=SkinError)
 
 
 def apply_layout(taxels: TaxelSet, layout: IcubLayout) -> TaxelSet:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from app.core.arrays import BoolArray, FloatArray, IntArray, readonly
+from app.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
 from app.core.errors import Finding, SkinError
 from app.skin.formats.icub_layout import IcubLayout, LayoutModule
 from app.skin.formats.icub_positions import ROWS_PER_MODULE
@@ -54,9 +54,8 @@ class OrientationProposal:
     determined: BoolArray
 
     def __post_init__(self) -> None:
-        for name in ("modules", "states", "contacts"):
-            object.__setattr__(self, name, readonly(getattr(self, name), np.int64))
-        object.__setattr__(self, "determined", readonly(self.determined, np.bool_))
+        freeze_arrays(self, "modules", "states", "contacts", dtype=np.int64)
+        freeze_arrays(self, "determined", dtype=bool)
 
     @property
     def turned(self) -> dict[int, int]:

@@ -16,11 +16,11 @@ from pathlib import Path
 import numpy as np
 
 from app.core.arrays import BoolArray, FloatArray, IntArray
-from app.core.errors import Finding, SkinError
+from app.core.errors import Finding, SkinError, add_finding, errors_in_file
+from app.core.files import read_bounded_text, write_lines
 from app.robots.robot import Robot
 from app.skin.fit import fit_taxels_to_link
-from app.skin.formats.foreign_file import MAX_TAXELS, add_finding, errors_in_file, read_text, write_lines
-from app.skin.formats.taxel_set import MAX_COORDINATE, TaxelSet, unit_normals
+from app.skin.formats.taxel_set import MAX_COORDINATE, MAX_TAXELS, TaxelSet, is_number, line_error, unit_normals
 from app.skin.skin import Skin
 
 ROWS_PER_MODULE = 12
@@ -94,7 +94,7 @@ def write_icub_positions(taxels: TaxelSet, path: str | Path) -> None:
     lines += [f"taxel2Repr ( {' '.join(map(str, _representatives(taxels.numbers, count).tolist()))} )", "[calibration]"]
     lines += [" ".join(map(repr, row)) for row in rows.tolist()]
     lines += [" ".join(["0.0"] * 6)] * ROWS_PER_MODULE
-    write_lines(path, lines)
+    write_lines(path, lines, error=SkinError)
 
 
 def _representatives(numbers: IntArray, count: int) -> IntArray:
@@ -229,14 +229,14 @@ def read_position_rows(path: Path) -> PositionRows:
     name: str | None = None
     representatives: IntArray | None = None
     rows: list[list[float]] = []
-    for number, line in enumerate(read_text(path, most=MAX_BYTES).splitlines(), start=1):
+    for number, line in enumerate(read_bounded_text(path, most=MAX_BYTES, error=SkinError).splitlines(), start=1):
         words = line.split()
         if not words or words[0].startswith(("//", "#", "[")):
             continue
-        if _is_number(words[0]):
+        if is_number(words[0]):
             rows.append(_row(words, rows, path, number))
         elif rows:
-            raise _bad("a row must be 3 or 6 numbers", path, number, line)
+            raise line_error("a row must be 3 or 6 numbers", path, number, line)
         elif words[0] == "name":
             name = " ".join(words[1:]) or None
         elif words[0] == "taxel2Repr":
@@ -255,26 +255,18 @@ def read_position_rows(path: Path) -> PositionRows:
     return PositionRows(name, representatives, np.array(rows))
 
 
-def _is_number(word: str) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
-
-
 def _row(words: list[str], rows: list[list[float]], path: Path, number: int) -> list[float]:
-    if len(words) not in (3, 6) or not all(_is_number(word) for word in words):
-        raise _bad("a row must be 3 or 6 numbers", path, number, " ".join(words))
+    if len(words) not in (3, 6) or not all(is_number(word) for word in words):
+        raise line_error("a row must be 3 or 6 numbers", path, number, " ".join(words))
     if rows and len(words) != len(rows[0]):
-        raise _bad(f"the rows before have {len(rows[0])} numbers", path, number, " ".join(words))
+        raise line_error(f"the rows before have {len(rows[0])} numbers", path, number, " ".join(words))
     if len(rows) >= MAX_ROWS:
-        raise _bad(f"more than {MAX_ROWS} rows", path, number, None)
+        raise line_error(f"more than {MAX_ROWS} rows", path, number, None)
     row = [float(word) for word in words]
     if not np.isfinite(row).all():
-        raise _bad("a number is not finite", path, number, " ".join(words))
+        raise line_error("a number is not finite", path, number, " ".join(words))
     if max(abs(x) for x in row[:3]) > MAX_COORDINATE:
-        raise _bad(
+        raise line_error(
             f"a taxel is more than {MAX_COORDINATE:g} m from its link; positions are in metres",
             path,
             number,
@@ -287,15 +279,11 @@ def _representatives_list(line: str, path: Path, number: int) -> IntArray:
     """The whole numbers between the brackets, each -2 or more."""
     inside = line.split("taxel2Repr", 1)[1].strip()
     if not (inside.startswith("(") and inside.endswith(")")):
-        raise _bad("taxel2Repr must be a list in brackets", path, number, inside)
+        raise line_error("taxel2Repr must be a list in brackets", path, number, inside)
     words = inside[1:-1].split()
     for word in words:
         if not word.lstrip("-").isdecimal() or len(word) > 9 or int(word) < -2:
-            raise _bad("taxel2Repr holds something that is not a taxel number, -1 or -2", path, number, word)
+            raise line_error("taxel2Repr holds something that is not a taxel number, -1 or -2", path, number, word)
     if len(words) > MAX_ROWS:
-        raise _bad(f"taxel2Repr has more than {MAX_ROWS} entries", path, number, len(words))
+        raise line_error(f"taxel2Repr has more than {MAX_ROWS} entries", path, number, len(words))
     return np.array([int(word) for word in words], dtype=np.int64)
-
-
-def _bad(problem: str, path: Path, line: int, value: object) -> SkinError:
-    return SkinError(problem, file=path, place=f"line {line}", value=value, remedy="Correct the line, or leave it out")

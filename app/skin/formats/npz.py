@@ -14,9 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.errors import Finding, SkinError
-from app.core.files import pack_arrays, unpack_arrays, unpack_bare_arrays
-from app.skin.formats.foreign_file import errors_in_file, read_bytes, write_bytes
+from app.core.errors import Finding, SkinError, errors_in_file
+from app.core.files import pack_arrays, read_bounded_file, unpack_arrays, unpack_bare_arrays, write_atomically
 from app.skin.formats.taxel_set import TaxelSet, distinct_numbers, unit_normals
 
 FORMAT, VERSION = "tactile-maps-taxels", 1
@@ -34,7 +33,7 @@ def read_taxel_npz(path: str | Path) -> tuple[TaxelSet, ...]:
         SkinError: Damaged, hostile, without positions, or not sound taxels.
     """
     path = Path(path)
-    data = read_bytes(path)
+    data = read_bounded_file(path, error=SkinError)
     bare = unpack_bare_arrays(data, file=path, error=SkinError)
     if "header" not in bare:
         return (_taxel_set(bare, "", path.stem, None, path),)
@@ -62,7 +61,7 @@ def write_taxel_npz(sets: Sequence[TaxelSet], path: str | Path) -> None:
         if getattr(taxels, name) is not None
     }
     header = {"format": FORMAT, "version": VERSION, "sets": [[taxels.name, taxels.link] for taxels in sets]}
-    write_bytes(Path(path), pack_arrays(header, arrays))
+    write_atomically(Path(path), pack_arrays(header, arrays), error=SkinError)
 
 
 def _is_name(entry: object) -> bool:

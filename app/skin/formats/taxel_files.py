@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 
 from app.core.arrays import FloatArray
-from app.core.errors import SkinError
+from app.core.errors import SkinError, errors_in_file
+from app.core.files import read_bounded_file
 from app.skin.formats.csv_table import read_table, write_table
-from app.skin.formats.foreign_file import errors_in_file, read_bytes
 from app.skin.formats.icub_positions import read_icub_positions, write_icub_positions
 from app.skin.formats.npz import read_taxel_npz, write_taxel_npz
 from app.skin.formats.taxel_set import TaxelSet
@@ -73,7 +73,7 @@ def _reader(path: Path) -> Callable[[Path], tuple[TaxelSet, ...]]:
 
 
 def _by_content(path: Path) -> Callable[[Path], tuple[TaxelSet, ...]]:
-    start = read_bytes(path)[:4096].lstrip()
+    start = read_bounded_file(path, error=SkinError)[:4096].lstrip()
     if start.startswith(b"PK"):
         return read_taxel_npz
     if start.startswith(b"{"):

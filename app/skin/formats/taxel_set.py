@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from app.core.arrays import BoolArray, FloatArray, IntArray, readonly
-from app.core.errors import Finding, SkinError
-from app.skin.formats.foreign_file import MAX_TAXELS, add_finding
+from app.core.arrays import BoolArray, FloatArray, IntArray, readonly, set_fields
+from app.core.errors import Finding, SkinError, add_finding
 
+MAX_TAXELS = 100_000
 MAX_COORDINATE = 10.0
 """No taxel lies farther from its link's origin, or from its map's, than this [m]; more means another unit."""
 _UNIT = 1e-6
@@ -93,7 +94,7 @@ class TaxelSet:
         rows = len(own) if field in ("positions", "faces") else len(self.positions)
         if own.shape != ((rows,) if columns == 1 else (rows, columns)):
             raise SkinError("the numbers of rows or columns do not fit", place=field, value=own.shape)
-        object.__setattr__(self, field, own)
+        set_fields(self, **{field: own})
 
     def _check(self) -> None:
         positions, points = self.positions, self.points
@@ -150,3 +151,17 @@ def _is_duplicate(numbers: IntArray) -> BoolArray:
     again = np.ones(len(numbers), dtype=bool)
     again[np.unique(numbers, return_index=True)[1]] = False
     return again
+
+
+def is_number(word: str) -> bool:
+    """Whether a word of a text file is a number with a decimal point."""
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+def line_error(problem: str, path: Path, line: int, value: object) -> SkinError:
+    """What is wrong with a line of a text file."""
+    return SkinError(problem, file=path, place=f"line {line}", value=value, remedy="Correct the line, or leave it out")

@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.arrays import FloatArray, IntArray, readonly
-from app.core.errors import Finding, SkinError
-from app.skin.formats.foreign_file import MAX_TAXELS, add_finding, errors_in_file, read_text, write_bytes
-from app.skin.formats.taxel_set import MAX_COORDINATE, TaxelSet, distinct_numbers, unit_normals
+from app.core.arrays import FloatArray, IntArray, freeze_arrays
+from app.core.errors import Finding, SkinError, add_finding, errors_in_file
+from app.core.files import read_bounded_text, write_atomically
+from app.skin.formats.taxel_set import MAX_COORDINATE, MAX_TAXELS, TaxelSet, distinct_numbers, unit_normals
 
 FILE_VERSION = 2
 _LARGEST_NUMBER = 2**31
@@ -47,9 +47,8 @@ class UnigeMap:
     description: str = ""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "points", readonly(self.points))
-        for name in ("taxels", "faces"):
-            object.__setattr__(self, name, readonly(getattr(self, name), np.int64))
+        freeze_arrays(self, "points")
+        freeze_arrays(self, "taxels", "faces", dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +122,8 @@ def write_unige(file: UnigeFile, path: str | Path) -> None:
             for k, map_ in enumerate(file.maps)
         ],
     }  # fmt: skip
-    write_bytes(Path(path), json.dumps(document, ensure_ascii=False, indent=1).encode("utf-8", errors="replace"))
+    text = json.dumps(document, ensure_ascii=False, indent=1)
+    write_atomically(Path(path), text.encode("utf-8", errors="replace"), error=SkinError)
 
 
 def _taxel_entries(
@@ -271,7 +271,7 @@ class _Reader:
 
 def _parse(path: Path) -> object:
     try:
-        document: object = json.loads(read_text(path))
+        document: object = json.loads(read_bounded_text(path, error=SkinError))
     except (ValueError, RecursionError) as error:
         remedy = "Open it in an editor at that line, or export it again"
         raise SkinError("the file is not valid JSON", file=path, value=error, remedy=remedy) from error

@@ -16,10 +16,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from app.core.arrays import FloatArray, IntArray
-from app.core.errors import Finding, RobotError, SkinError
+from app.core.errors import Finding, RobotError, SkinError, add_finding, errors_in_file
+from app.core.files import read_bounded_file, write_atomically
 from app.robots.safe_files import parse_xml
-from app.skin.formats.foreign_file import MAX_TAXELS, add_finding, errors_in_file, read_bytes, write_bytes
-from app.skin.formats.taxel_set import TaxelSet, distinct_numbers
+from app.skin.formats.taxel_set import MAX_TAXELS, TaxelSet, distinct_numbers
 
 _COLUMN_MAJOR = ("col-major", "column-major")
 _ORDERS = ("row-major", *_COLUMN_MAJOR)
@@ -38,9 +38,9 @@ def read_urdf_taxels(path: str | Path) -> tuple[TaxelSet, ...]:
     """
     path = Path(path)
     try:
-        root = parse_xml(read_bytes(path), file=path)
+        root = parse_xml(read_bounded_file(path, error=SkinError), file=path)
     except RobotError as error:
-        raise SkinError(error.problem, file=path, place=error.place, value=error.value, remedy=error.remedy) from error
+        raise error.at(kind=SkinError, file=path) from error
     by_link: dict[str, list[_Sensor]] = {}
     for element in root.iterfind(".//{*}sensor"):
         if element.find("{*}tactile") is not None:
@@ -75,7 +75,7 @@ def write_urdf_taxels(sets: Sequence[TaxelSet], path: str | Path) -> None:
                 taxel.set("rpy", " ".join(map(repr, turns[row].tolist())))
             SubElement(SubElement(taxel, "geometry"), "sphere", radius=str(_DRAWN_RADIUS))
     indent(robot)
-    write_bytes(Path(path), tostring(robot, encoding="utf-8", xml_declaration=True))
+    write_atomically(Path(path), tostring(robot, encoding="utf-8", xml_declaration=True), error=SkinError)
 
 
 class _Sensor:

@@ -107,7 +107,7 @@ def _flatten_once(
         iterates.append(iterate)
         seconds.append(clock() - start)
 
-    chart = flatten_patch(patch, method=recipe.method, lengths=recipe.lengths, seams=recipe.seams, told=note)
+    chart = flatten_patch(patch, method=recipe.method, lengths=recipe.lengths, seams=recipe.seams, on_round=note)
     return chart, tuple(iterates), [*seconds[:-1], clock() - start]
 
 

@@ -19,7 +19,7 @@ from app.contacts.pipeline import ReadingSettings
 from app.control.command import ControlChanged, ControlSettings
 from app.control.limit_texts import limit_texts
 from app.control.limits import Limit, LimitKind
-from app.core.arrays import FloatArray, IntArray, readonly
+from app.core.arrays import FloatArray, IntArray, freeze_arrays
 from app.core.errors import SimulationError, SkinError
 from app.geometry.closest_point import ClosestPoint
 from app.geometry.mesh import SurfacePoint
@@ -321,8 +321,7 @@ class PathRun:
     stopped: str = ""
 
     def __post_init__(self) -> None:
-        for name in ("body_error", "map_error", "force", "speed", "energy"):
-            object.__setattr__(self, name, readonly(getattr(self, name)))
+        freeze_arrays(self, "body_error", "map_error", "force", "speed", "energy")
 
     @property
     def error_p95(self) -> float:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.core.arrays import dot, length, readonly, refreeze
+from app.core.arrays import dot, freeze_arrays, length, readonly, refreeze, set_fields
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,3 +69,30 @@ def test_a_scalar_product_is_what_the_matrix_product_says():
 @pytest.mark.parametrize("vector", [[], [3.0, 4.0], [1.0, -2.0, 2.0]])
 def test_the_length_of_a_vector(vector):
     assert length(np.array(vector)) == pytest.approx(np.linalg.norm(vector))
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    times: Any
+    points: Any = None
+    names: Any = ()
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "times")
+        freeze_arrays(self, "points", dtype=np.int64, columns=2)
+        set_fields(self, names=tuple(self.names))
+
+
+def test_a_frozen_value_makes_its_arrays_its_own():
+    times = np.zeros(3)
+    samples = Samples(times, [1, 2, 3, 4], ["a"])
+    times[0] = 1
+    assert samples.times[0] == 0
+    assert not samples.times.flags.writeable
+    assert samples.points.tolist() == [[1, 2], [3, 4]]
+    assert samples.points.dtype == np.int64
+    assert samples.names == ("a",)
+    again = Samples(samples.times, samples.points)
+    assert again.points is samples.points, "what is safe already is not copied"
+    assert Samples(times, []).points.shape == (0, 2)
+    assert Samples(times).points is None

@@ -7,11 +7,15 @@ import pickle
 import pytest
 
 from app.core.errors import (
+    Finding,
     MeshError,
     RobotError,
+    SkinError,
     TactileMapsError,
     UsageError,
+    add_finding,
     describe_unexpected_error,
+    errors_in_file,
     write_crash_log,
 )
 
@@ -71,3 +75,28 @@ def test_a_folder_that_cannot_be_written_is_said(monkeypatch, tmp_path):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "file"))
     assert "could not be written" in describe_unexpected_error(_problem())
+
+
+def test_an_error_is_told_again_with_its_place():
+    error = MeshError("it is broken", place="face 3", value=0, remedy="Mend it")
+    moved = error.at(file="a.obj", place="mesh 1, face 3")
+    assert type(moved) is MeshError
+    assert str(moved) == "a.obj, mesh 1, face 3: it is broken (found: 0). Mend it."
+    assert str(error) == "face 3: it is broken (found: 0). Mend it.", "the first stays as it was"
+    other = error.at(kind=SkinError, problem="the skin is broken", value=False, remedy="Cover it anew")
+    assert type(other) is SkinError
+    assert str(other) == "face 3: the skin is broken (found: False). Cover it anew."
+
+
+def test_errors_get_the_file_they_lack():
+    with pytest.raises(SkinError, match=r"a\.txt, row 3: wrong \(found: 5\)\. Do\."), errors_in_file("a.txt"):
+        raise SkinError("wrong", place="row 3", value=5, remedy="Do")
+    with pytest.raises(SkinError, match=r"b\.txt: wrong"), errors_in_file("a.txt"):
+        raise SkinError("wrong", file="b.txt")
+
+
+def test_only_what_is_there_is_noted():
+    findings: list[Finding] = []
+    add_finding(findings, "kind", "where", "action", 0)
+    add_finding(findings, "kind", "where", "action", 3)
+    assert findings == [Finding("kind", "where", "action", 3)]

@@ -7,7 +7,15 @@ import numpy as np
 import pytest
 
 from app.core.errors import SkinError
-from app.core.files import pack_array, pack_arrays, unpack_array, unpack_arrays, unpack_bare_arrays
+from app.core.files import (
+    pack_array,
+    pack_arrays,
+    read_bounded_text,
+    unpack_array,
+    unpack_arrays,
+    unpack_bare_arrays,
+    write_lines,
+)
 
 
 def members(**parts: bytes) -> bytes:
@@ -139,3 +147,22 @@ def test_arrays_of_another_program_need_no_header():
     np.testing.assert_array_equal(arrays["places"], np.eye(3))
     with pytest.raises(SkinError, match="no header"):
         unpack_arrays(buffer.getvalue(), error=SkinError)
+
+
+def test_text_is_read_whole_and_bounded(tmp_path):
+    path = tmp_path / "file"
+    path.write_bytes(b"\xef\xbb\xbfx\xff")
+    assert read_bounded_text(path, error=SkinError) == "x\ufffd"
+    with pytest.raises(SkinError, match="file.*too large.*5 bytes"):
+        read_bounded_text(path, most=4, error=SkinError)
+    for missing in (tmp_path / "nowhere", tmp_path):
+        with pytest.raises(SkinError, match="cannot be read"):
+            read_bounded_text(missing, error=SkinError)
+
+
+def test_lines_are_written_whole_or_not_at_all(tmp_path):
+    write_lines(tmp_path / "file", ["one", "two \ud800"], error=SkinError)
+    assert (tmp_path / "file").read_bytes() == b"one\ntwo ?\n"
+    with pytest.raises(SkinError, match="cannot be written.*folder you may write to"):
+        write_lines(tmp_path / "no" / "file", [], error=SkinError)
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]

@@ -81,14 +81,14 @@ def test_progress_hears_every_round_and_may_stop_it():
         pass
 
     heard = []
-    chart = flatten(sheet(), progress=heard.append)
+    chart = flatten(sheet(), on_round=heard.append)
     assert [iterate.energy for iterate in heard] == list(chart.energies)
 
     def stop(_iterate):
         raise StopError
 
     with pytest.raises(StopError):
-        flatten(sheet(), progress=stop)
+        flatten(sheet(), on_round=stop)
 
 
 def test_an_unknown_method_names_the_known_ones():

@@ -122,10 +122,10 @@ def test_progress_is_told_and_may_cancel_with_all_as_it_was():
             raise Cancelled
 
     with pytest.raises(Cancelled):
-        patch.converge(progress=stop)
+        patch.converge(on_round=stop)
     np.testing.assert_array_equal(patch.plane, before)
     assert len(told) == 3
-    assert patch.converge(progress=lambda _: None).energies[-1] < 5
+    assert patch.converge(on_round=lambda _: None).energies[-1] < 5
 
 
 def test_a_border_that_would_lie_on_itself_is_kept_apart():

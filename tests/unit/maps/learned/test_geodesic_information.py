@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.distance import pdist, squareform
 
 from app.core.errors import MapError
+from app.core.progress import no_progress
 from app.geometry.connectivity import boundary_loops, edge_table, euler_characteristic
 from app.maps.learned.geodesic_information import (
     build,
@@ -16,7 +17,6 @@ from app.maps.learned.geodesic_information import (
     locally_scaled,
     without_small_holes,
 )
-from app.maps.learned.learned_map import silent
 from app.tactile.babbling import BabbleSpec, babble
 from tests.support.surfaces import frustum, sheet, skin_of, taxels_on
 
@@ -138,6 +138,6 @@ def test_a_tube_is_opened(tube):
 
 def test_without_a_surface_it_goes_straight_to_the_plane():
     line = squareform(pdist(np.arange(12.0)[:, None]))
-    points, (note,) = embed_through_space(line, silent)
+    points, (note,) = embed_through_space(line, no_progress)
     assert note.kind == "no-learned-surface"
     assert np.allclose(pdist(points), pdist(np.arange(12.0)[:, None]), atol=1e-6)

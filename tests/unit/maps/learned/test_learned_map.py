@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.core.errors import MapError
-from app.maps.learned.learned_map import LearnedMap, silent
+from app.maps.learned.learned_map import LearnedMap
 
 
 def test_it_keeps_its_own_arrays():
@@ -15,7 +15,6 @@ def test_it_keeps_its_own_arrays():
     points[0] = 5
     assert not learned.points.any()
     assert not learned.points.flags.writeable
-    assert silent("", 0.5) is None
 
 
 @pytest.mark.parametrize(("points", "placed"), [(np.full((3, 2), np.nan), 3), (np.zeros((3, 2)), 4)])

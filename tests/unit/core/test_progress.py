@@ -1,0 +1,19 @@
+"""A part of a work is told as its share of the whole."""
+
+from __future__ import annotations
+
+from app.core.progress import no_progress, part_of_progress
+
+
+def test_a_part_fills_its_share():
+    heard: list[tuple[str, float]] = []
+    part = part_of_progress(lambda text, fraction: heard.append((text, fraction)), 0.25, 0.75)
+    inner = part_of_progress(part, 0.5, 1.0)
+    part("begin", 0.0)
+    inner("half way", 0.0)
+    inner("end", 1.0)
+    assert heard == [("begin", 0.25), ("half way", 0.5), ("end", 0.75)]
+
+
+def test_nobody_has_to_listen():
+    assert no_progress("", 0.5) is None
