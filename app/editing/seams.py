@@ -11,15 +11,13 @@ from dataclasses import replace
 from itertools import groupby
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from app.core.arrays import BoolArray, IntArray
 from app.core.errors import MapError
 from app.editing.document import MapDocument
 from app.editing.reflatten import ReflattenRequest, request_reflatten
 from app.flattening.cut import SeamPlan, shortest_edge_path
-from app.geometry.connectivity import edge_table
+from app.geometry.connectivity import components_of
 from app.geometry.mesh import Mesh
 
 INTEREST_WEIGHT = 100.0
@@ -148,13 +146,9 @@ def _with_seams(document: MapDocument, number: int, name: str, plan: SeamPlan) -
 
 def _in_one_piece(surface: Mesh, drawn: IntArray) -> bool:
     """Whether every face can still be reached from every other without crossing ``drawn`` edges."""
-    table = edge_table(surface.faces)
-    open_ = (table.face_count == 2) & ~_among(table.edges, drawn, len(surface.vertices))
-    sides = np.argsort(table.edge_of.ravel(), kind="stable")
-    beside = (sides[open_[table.edge_of.ravel()[sides]]] // 3).reshape(-1, 2)
-    count = len(surface.faces)
-    graph = coo_matrix((np.ones(len(beside)), (beside[:, 0], beside[:, 1])), shape=(count, count))
-    return bool(connected_components(graph, directed=False)[0] == 1)
+    connectivity = surface.connectivity
+    closed = ~_among(connectivity.edges[connectivity.twin_edges], drawn, len(surface.vertices))
+    return bool(components_of(connectivity.twins[closed], len(surface.faces)).max() == 0)
 
 
 def _among(edges: IntArray, others: IntArray, count: int) -> BoolArray:

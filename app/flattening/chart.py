@@ -12,7 +12,7 @@ import numpy as np
 
 from app.core.arrays import FloatArray, IntArray, freeze_arrays, readonly
 from app.core.errors import Finding
-from app.geometry.connectivity import boundary_loops
+from app.geometry.connectivity import Connectivity
 from app.geometry.mesh import SurfacePoint
 from app.geometry.point_location import PointLocator
 
@@ -59,9 +59,14 @@ class Chart:
         freeze_arrays(self, "faces", "vertex_of", "seams", dtype=np.int64)
 
     @cached_property
+    def connectivity(self) -> Connectivity:
+        """Which faces, edges and points of the chart meet; computed once."""
+        return Connectivity(self.faces)
+
+    @cached_property
     def border(self) -> IntArray:
         """(b,) the points around the chart, counter-clockwise; the first is not repeated."""
-        return readonly(boundary_loops(self.faces)[0], int)
+        return self.connectivity.boundary_loops[0]
 
     @cached_property
     def seam_edges(self) -> IntArray:

@@ -20,50 +20,47 @@ import igl
 import numpy as np
 from scipy.sparse import coo_matrix, csc_matrix
 
-from app.core.arrays import FloatArray, IntArray, freeze_arrays
+from app.core.arrays import FloatArray, IntArray
 from app.core.errors import MapError
 from app.core.sparse_ldl import SparseLDL
 from app.flattening.bijectivity import crossings
 from app.flattening.cut import CutSurface
 from app.flattening.symmetric_dirichlet import SymmetricDirichlet
-from app.geometry.connectivity import boundary_loops, edge_table
-from app.geometry.mesh import Mesh
+from app.geometry.connectivity import Connectivity
+from app.geometry.mesh import Mesh, edge_lengths
 
 
-def flatten_by_tutte(positions: FloatArray, faces: IntArray) -> Iterator[FloatArray]:
+def flatten_by_tutte(disk: Disk) -> Iterator[FloatArray]:
     """The one round of the method ``tutte``."""
-    yield tutte(positions, faces)
+    yield tutte(disk.rest)
 
 
-def tutte(positions: FloatArray, faces: IntArray) -> FloatArray:
+def tutte(disk: Mesh) -> FloatArray:
     """Map a disk to the unit circle.
 
     Args:
-        positions: (k, 3) of the cut surface's vertices; only border lengths are used.
-        faces: (m, 3), one boundary loop.
+        disk: With one boundary loop; only border lengths are used.
 
     Returns:
         (k, 2), counter-clockwise faces positive.
     """
-    edges = edge_table(faces).edges
-    return _solve_interior(boundary_on_circle(positions, faces), edges, np.ones(len(edges)), faces)
+    return _solve_interior(boundary_on_circle(disk), np.ones(len(disk.edges)), disk.connectivity)
 
 
-def stretch_balanced(positions: FloatArray, faces: IntArray, plane: FloatArray) -> FloatArray:
+def stretch_balanced(disk: Mesh, plane: FloatArray) -> FloatArray:
     """A map with the same border on which edges that were drawn too short are longer: valid as well.
 
     Each edge pulls in proportion to how much too long it was (Yoshizawa, Belyaev and Seidel 2004, made symmetric).
     """
-    edges = edge_table(faces).edges
-    on_body, on_map = (np.linalg.norm(np.diff(x[edges], axis=1)[:, 0], axis=1) for x in (positions, plane))
+    on_body, on_map = disk.edge_lengths, edge_lengths(plane, disk.edges)
     tiny = np.finfo(float).tiny
     pull = np.maximum(on_map, tiny) / np.maximum(on_body, 1e-9 * on_body.max())
-    return _solve_interior(boundary_on_circle(positions, faces), edges, np.maximum(pull / pull.max(), 1e-12), faces)
+    return _solve_interior(boundary_on_circle(disk), np.maximum(pull / pull.max(), 1e-12), disk.connectivity)
 
 
-def boundary_on_circle(positions: FloatArray, faces: IntArray) -> FloatArray:
+def boundary_on_circle(disk: Mesh) -> FloatArray:
     """(k, 2) the border on the unit circle, arcs as long as on the body; inner vertices at the origin."""
-    (loop,) = boundary_loops(faces)
+    (loop,), positions = disk.connectivity.boundary_loops, disk.vertices
     steps = np.linalg.norm(positions[np.roll(loop, -1)] - positions[loop], axis=1)
     # Corners at one place would share a point of the circle; a hint of the mean step keeps them apart.
     steps = np.maximum(steps, 1e-6 * steps.mean())
@@ -73,15 +70,15 @@ def boundary_on_circle(positions: FloatArray, faces: IntArray) -> FloatArray:
     return plane
 
 
-def _solve_interior(plane: FloatArray, edges: IntArray, pull: FloatArray, faces: IntArray) -> FloatArray:
+def _solve_interior(plane: FloatArray, pull: FloatArray, connectivity: Connectivity) -> FloatArray:
     """Inner vertices where the pulls of their edges are in balance; the border stays."""
     count = len(plane)
     inner = np.ones(count, dtype=bool)
-    inner[boundary_loops(faces)[0]] = False
+    inner[connectivity.boundary_loops[0]] = False
     if not inner.any():
         return plane
     number, size = np.cumsum(inner) - 1, int(inner.sum())
-    low, high = edges.T
+    low, high = connectivity.edges.T
     total = np.bincount(low, pull, count) + np.bincount(high, pull, count)
     free = inner[low] & inner[high]
     rows, columns = np.concatenate([number[low[free]], np.arange(size)]), number[high[free]]
@@ -105,21 +102,22 @@ def _solve_interior(plane: FloatArray, edges: IntArray, pull: FloatArray, faces:
 
 def flatten_by_lscm(disk: Disk) -> Iterator[FloatArray]:
     """The one round of the method ``lscm``."""
-    yield lscm(disk.positions, disk.faces, disk.loop)
+    yield lscm(disk.rest)
 
 
-def lscm(positions: FloatArray, faces: IntArray, loop: IntArray) -> FloatArray:
+def lscm(disk: Mesh) -> FloatArray:
     """(k, 2) the map; two border vertices far from each other are held, which fixes the scale.
 
     Raises:
         RuntimeError: libigl could not solve it.
     """
-    border = positions[loop]
+    loop = disk.connectivity.boundary_loops[0]
+    border = disk.vertices[loop]
     one = int(np.linalg.norm(border - border.mean(axis=0), axis=1).argmax())
     other = int(np.linalg.norm(border - border[one], axis=1).argmax())
     distance = float(np.linalg.norm(border[other] - border[one]))
     ends = np.array([[0.0, 0.0], [distance or 1.0, 0.0]])
-    plane, _ = igl.lscm(positions, faces, loop[[one, other]].copy(), ends)
+    plane, _ = igl.lscm(disk.vertices, disk.faces, loop[[one, other]], ends)
     return np.asarray(plane)
 
 
@@ -132,34 +130,38 @@ class Disk:
     """A triangulated disk in space.
 
     Attributes:
-        positions: (k, 3) of the cut's own vertices, scaled to unit area, so that no tolerance depends on the unit of
-            length, and centred.
-        faces: (m, 3), alike oriented, every vertex used.
+        rest: The cut's own vertices, scaled to unit area, so that no tolerance depends on the unit of length, and
+            centred; its faces are alike oriented, and every vertex is used.
     """
 
-    positions: FloatArray
-    faces: IntArray
+    rest: Mesh
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "positions")
-        freeze_arrays(self, "faces", dtype=np.int64)
+    @property
+    def positions(self) -> FloatArray:
+        """(k, 3) of the vertices."""
+        return self.rest.vertices
+
+    @property
+    def faces(self) -> IntArray:
+        """(m, 3)."""
+        return self.rest.faces
 
     @staticmethod
     def of(surface: Mesh, cut: CutSurface) -> Disk:
         """The disk that ``cut`` makes of ``surface``, which has an area."""
         positions = surface.vertices[cut.vertex_of]
-        return Disk((positions - positions.mean(axis=0)) / np.sqrt(surface.area), cut.faces)
+        return Disk(Mesh.of(cut.connectivity, (positions - positions.mean(axis=0)) / np.sqrt(surface.area)))
 
     @cached_property
     def loop(self) -> IntArray:
         """(b,) the border's vertices in order."""
-        (loop,) = boundary_loops(self.faces)
+        (loop,) = self.rest.connectivity.boundary_loops
         return loop
 
     @cached_property
     def energy(self) -> SymmetricDirichlet:
         """What maps of it are judged by."""
-        return SymmetricDirichlet(self.positions, self.faces)
+        return SymmetricDirichlet(self.rest)
 
     @cached_property
     def start(self) -> FloatArray:
@@ -168,15 +170,15 @@ class Disk:
         Tutte's evened out once helps deep cups; on strips a thousand times longer than wide, which a circle can only
         press together, the conformal map is nearly the best already. It counts only where it is one-to-one.
         """
-        first = self.scaled(tutte(self.positions, self.faces))
+        first = self.scaled(tutte(self.rest))
         if self.energy.energy(first) < _STRAINED:
             return first
-        tried = [first, self.scaled(stretch_balanced(self.positions, self.faces, first)), *self._conformal()]
+        tried = [first, self.scaled(stretch_balanced(self.rest, first)), *self._conformal()]
         return min(tried, key=self.energy.energy)
 
     def _conformal(self) -> list[FloatArray]:
         try:
-            plane = self.scaled(lscm(self.positions, self.faces, self.loop))
+            plane = self.scaled(lscm(self.rest))
         except RuntimeError:  # libigl's only way to say that a system is singular
             return []
         return [plane] if np.isfinite(self.energy.energy(plane)) and not crossings(plane[self.loop]) else []

@@ -38,13 +38,12 @@ from app.flattening import initial_map
 from app.flattening.initial_map import Disk, boundary_on_circle
 from app.flattening.newton import minimise
 from app.flattening.symmetric_dirichlet import SymmetricDirichlet
-from app.geometry.connectivity import edge_table
 from app.geometry.mesh import Mesh
 
 
 def flatten_by_harmonic(disk: Disk) -> Iterator[FloatArray]:
     """The one round of the method ``harmonic``."""
-    border = boundary_on_circle(disk.positions, disk.faces)[disk.loop]
+    border = boundary_on_circle(disk.rest)[disk.loop]
     yield np.asarray(igl.harmonic(disk.positions, disk.faces, disk.loop, np.ascontiguousarray(border), 1))
 
 
@@ -126,7 +125,7 @@ def _rolled_off(disk: Disk, surface: Mesh, axis: FloatArray, sine: float) -> Flo
     middle, *_ = np.linalg.lstsq(away, (away * level).sum(axis=1), rcond=None)
     x, y = disk.positions @ along - middle[0], disk.positions @ across - middle[1]
     height, radius = disk.positions @ axis, np.hypot(x, y)
-    angle = _unwrapped_angles(np.arctan2(y, x), disk.faces)
+    angle = _unwrapped_angles(np.arctan2(y, x), disk.rest.edges)
     if sine < _PARALLEL:
         return np.stack([angle * radius.mean(), height], axis=1)
     # Seen from outside the radius falls along the axis, seen from inside it grows.
@@ -136,9 +135,8 @@ def _rolled_off(disk: Disk, surface: Mesh, axis: FloatArray, sine: float) -> Flo
     return np.stack([far * np.sin(angle * sine), -far * np.cos(angle * sine)], axis=1)
 
 
-def _unwrapped_angles(angle: FloatArray, faces: IntArray) -> FloatArray:
+def _unwrapped_angles(angle: FloatArray, edges: IntArray) -> FloatArray:
     """Angles without jumps from vertex to vertex over the cut surface."""
-    edges = edge_table(faces).edges
     both = np.concatenate([edges, edges[:, ::-1]])
     graph = coo_matrix((np.ones(len(both)), (both[:, 0], both[:, 1])), shape=(len(angle),) * 2).tocsr()
     order, before = breadth_first_order(graph, 0)
@@ -163,7 +161,7 @@ def blended_energy(disk: Disk, lengths: float) -> SymmetricDirichlet:
     """What is minimised at a place of the slider: 1 keeps lengths, 0 keeps angles."""
     if lengths >= 1.0:
         return disk.energy
-    return SymmetricDirichlet(disk.positions, disk.faces, lengths=max(lengths, LEAST_LENGTHS))
+    return SymmetricDirichlet(disk.rest, lengths=max(lengths, LEAST_LENGTHS))
 
 
 @dataclass(frozen=True)
@@ -194,9 +192,7 @@ METHODS: dict[str, Method] = {
             lambda disk, lengths: flatten_by_newton(disk, lengths=lengths),
             slides=True,
         ),
-        Method(
-            "tutte", "nothing but validity", lambda disk, _: initial_map.flatten_by_tutte(disk.positions, disk.faces)
-        ),
+        Method("tutte", "nothing but validity", lambda disk, _: initial_map.flatten_by_tutte(disk)),
         Method("harmonic", "smoothness, border on a circle", lambda disk, _: flatten_by_harmonic(disk), lengths=0.0),
         Method("lscm", "angles", lambda disk, _: initial_map.flatten_by_lscm(disk), lengths=0.0),
         Method("arap", "lengths, by rigid triangles", lambda disk, _: flatten_by_arap(disk)),

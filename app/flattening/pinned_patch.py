@@ -220,7 +220,7 @@ class PinnedPatch:
         self._surface, self._chart, self._name, self._whole = surface, chart, name, whole
         self._unit = float(np.sqrt(surface.area))
         positions = surface.vertices[chart.vertex_of]
-        self._disk = Disk((positions - positions.mean(axis=0)) / self._unit, chart.faces)
+        self._disk = Disk(Mesh.of(chart.connectivity, (positions - positions.mean(axis=0)) / self._unit))
         self._objective = blended_energy(self._disk, lengths)
         self._pins: dict[int, Pin] = {}
         self._next = 0

@@ -20,21 +20,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, csc_matrix, csr_matrix
-from scipy.sparse.csgraph import dijkstra
 
 from app.core.arrays import BoolArray, FloatArray, IntArray
 from app.core.errors import MapError
 from app.flattening.bijectivity import flipped, signed_areas
 from app.flattening.chart import Chart
 from app.flattening.newton import Energy
-from app.geometry.connectivity import (
-    boundary_edges,
-    bow_tie_vertices,
-    edge_table,
-    euler_characteristic,
-    face_components,
-)
-from app.geometry.mesh import Mesh
+from app.geometry.connectivity import Connectivity
+from app.geometry.geodesics import edge_graph, nearest_sources
+from app.geometry.mesh import Mesh, edge_lengths
 from app.geometry.point_location import owner_and_rank
 
 _COMPONENTS = ((0, 0), (0, 1), (1, 0), (1, 1))
@@ -193,7 +187,7 @@ def build_coarse_cage(surface: Mesh, chart: Chart, *, faces: int = CAGE_FACES, n
     chosen = _chosen(chart, faces)
     for _ in range(_TRIES):
         owners = _owners(chart, chosen)
-        coarse = _dual(chart.faces, owners)
+        coarse = Connectivity(_dual(chart.faces, owners))
         unfit = _unfit(coarse, chart.plane[chosen])
         if not unfit.any():
             if not _is_disk(coarse):
@@ -203,12 +197,13 @@ def build_coarse_cage(surface: Mesh, chart: Chart, *, faces: int = CAGE_FACES, n
     raise MapError("there is no coarse stand-in for the map", place=name, value=f"{len(chart.faces)} faces")
 
 
-def _coarse_cage(surface: Mesh, chart: Chart, chosen: IntArray, owners: IntArray, coarse: IntArray) -> CoarseCage:
+def _coarse_cage(surface: Mesh, chart: Chart, chosen: IntArray, owners: IntArray, coarse: Connectivity) -> CoarseCage:
     plane = chart.plane[chosen]
-    face, weights = _weights(coarse, plane, owners, chart.plane)
-    entries = (weights.ravel(), (np.repeat(np.arange(len(owners)), 3), coarse[face].ravel()))
+    face, weights = _weights(coarse.faces, plane, owners, chart.plane)
+    entries = (weights.ravel(), (np.repeat(np.arange(len(owners)), 3), coarse.faces[face].ravel()))
     carried = coo_matrix(entries, shape=(len(owners), len(chosen))).tocsr()
-    return CoarseCage(Mesh(surface.vertices[chart.vertex_of[chosen]], coarse), plane, chosen, carried, owners)
+    rest = Mesh.of(coarse, surface.vertices[chart.vertex_of[chosen]])
+    return CoarseCage(rest, plane, chosen, carried, owners)
 
 
 def _chosen(chart: Chart, faces: int) -> IntArray:
@@ -233,11 +228,8 @@ def _chosen(chart: Chart, faces: int) -> IntArray:
 
 def _distances(chart: Chart, sources: IntArray) -> tuple[FloatArray, IntArray]:
     """(k,) how far each vertex is from the nearest of ``sources``, along edges on the plane, and which that is."""
-    edges, count = edge_table(chart.faces).edges, len(chart.plane)
-    lengths = np.linalg.norm(chart.plane[edges[:, 1]] - chart.plane[edges[:, 0]], axis=1)
-    graph = coo_matrix((lengths, (edges[:, 0], edges[:, 1])), shape=(count, count)).tocsr()
-    far, _, nearest = dijkstra(graph, directed=False, indices=sources, min_only=True, return_predecessors=True)
-    return far, nearest
+    edges = chart.connectivity.edges
+    return nearest_sources(edge_graph(edges, edge_lengths(chart.plane, edges), len(chart.plane)), sources)
 
 
 def _owners(chart: Chart, chosen: IntArray) -> IntArray:
@@ -255,21 +247,20 @@ def _dual(faces: IntArray, owners: IntArray) -> IntArray:
     return np.unique(np.take_along_axis(three, (first + np.arange(3)) % 3, axis=1), axis=0)
 
 
-def _unfit(faces: IntArray, plane: FloatArray) -> BoolArray:
+def _unfit(coarse: Connectivity, plane: FloatArray) -> BoolArray:
     """(c,) vertices to do without: of no triangle, or one of each that is flipped, inside rather than on the border."""
-    unfit = np.ones(len(plane), dtype=bool)
+    faces, unfit = coarse.faces, np.ones(len(plane), dtype=bool)
     unfit[faces] = False
-    table = edge_table(faces)
-    bad = flipped(plane, faces) | (table.face_count[table.edge_of] > 2).any(axis=1)
+    bad = flipped(plane, faces) | (coarse.face_count[coarse.edge_of] > 2).any(axis=1)
     inside = np.ones(len(plane), dtype=bool)
-    inside[boundary_edges(faces)] = False
+    inside[coarse.boundary_edges] = False
     corner = inside[faces[bad]].argmax(axis=1)
     unfit[faces[bad][np.arange(len(corner)), corner]] = True
     return unfit
 
 
-def _is_disk(faces: IntArray) -> bool:
-    return euler_characteristic(faces) == 1 and not len(bow_tie_vertices(faces)) and face_components(faces).max() == 0
+def _is_disk(coarse: Connectivity) -> bool:
+    return coarse.euler_characteristic == 1 and not len(coarse.bow_tie_vertices) and coarse.components.max() == 0
 
 
 def _weights(faces: IntArray, plane: FloatArray, owners: IntArray, points: FloatArray) -> tuple[IntArray, FloatArray]:

@@ -21,7 +21,9 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_matrix
 
 from app.core.arrays import FloatArray, IntArray, dot
-from app.geometry.connectivity import edge_table
+from app.geometry.connectivity import Connectivity
+from app.geometry.mesh import Mesh
+from app.geometry.point_location import owner_and_rank
 
 MOLLIFICATION = 1e-5
 """By how much of the mean edge length two sides must together exceed the third."""
@@ -86,22 +88,22 @@ class HessianPattern:
     """The upper triangle of matrices (2k, 2k) with a 2 x 2 block for each vertex and each edge of a mesh.
 
     Args:
-        faces: (m, 3).
+        connectivity: Of the mesh.
         count: Number of vertices k.
 
     Cost: one sort of 3 m edges; to fill it, 10 ns an entry.
     """
 
-    def __init__(self, faces: IntArray, count: int) -> None:
-        self._faces, self._count = faces, count
-        table = edge_table(faces)
+    def __init__(self, connectivity: Connectivity, count: int) -> None:
+        self._faces, self._count = connectivity.faces, count
+        edges = connectivity.edges
         # Edges by their higher vertex: each is a block in that vertex's two columns, above its diagonal block.
-        order = np.lexsort((table.edges[:, 0], table.edges[:, 1]))
-        self._lower = np.bincount(table.edges[:, 1], minlength=count)
+        order = np.lexsort((edges[:, 0], edges[:, 1]))
+        self._lower = np.bincount(edges[:, 1], minlength=count)
         first = np.concatenate([[0], np.cumsum(self._lower)])
         self._rank = np.empty(len(order), dtype=np.int64)
-        self._rank[order] = np.arange(len(order)) - first[table.edges[order, 1]]
-        self._edges, self._edge_of, self._sorted = table.edges, table.edge_of, table.edges[order, 0]
+        self._rank[order] = np.arange(len(order)) - first[edges[order, 1]]
+        self._edges, self._edge_of, self._sorted = edges, connectivity.edge_of, edges[order, 0]
         # A vertex's columns hold two entries an edge, and one and two of its diagonal block.
         lengths = np.stack([2 * self._lower + 1, 2 * self._lower + 2], axis=1).ravel()
         self.columns = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int32)
@@ -114,8 +116,7 @@ class HessianPattern:
         for column in range(2):
             start = self.columns[column:-1:2].astype(np.int64)
             for row in range(2):
-                owner = np.repeat(diagonal, self._lower)
-                step = np.arange(len(owner)) - np.repeat(np.cumsum(self._lower) - self._lower, self._lower)
+                owner, step = owner_and_rank(self._lower)
                 result[start[owner] + 2 * step + row] = 2 * self._sorted + row
                 if row <= column:
                     result[start + 2 * self._lower + row] = 2 * diagonal + row
@@ -152,22 +153,21 @@ class SymmetricDirichlet:
     """The energy of maps of one triangulated disk. Built once from the rest shape; all questions are about a plane.
 
     Args:
-        positions: (k, 3) rest positions; scale them to about unit area.
-        faces: (m, 3).
+        rest: The disk at rest; scale it to about unit area.
         lengths: 1 to keep lengths (symmetric Dirichlet), 0 to keep angles whatever the areas, or between.
 
     Attributes:
-        faces: As given.
+        faces: (m, 3) of the disk.
         areas: (m,) of the faces at rest.
         mollified: How many faces had no area and were given a little, see ``rest_triangles``.
     """
 
-    def __init__(self, positions: FloatArray, faces: IntArray, *, lengths: float = 1.0) -> None:
-        rest = rest_triangles(positions, faces)
-        self.faces, self.areas, self.mollified = faces, rest.areas, rest.mollified
-        self._lengths, self._count = lengths, len(positions)
-        self._base, self._along, self._across = 1 / rest.base, rest.along, 1 / rest.across
-        self._weight = rest.areas / rest.areas.sum()
+    def __init__(self, rest: Mesh, *, lengths: float = 1.0) -> None:
+        shape = rest_triangles(rest.vertices, rest.faces)
+        self.faces, self.areas, self.mollified = rest.faces, shape.areas, shape.mollified
+        self._rest, self._lengths, self._count = rest, lengths, len(rest.vertices)
+        self._base, self._along, self._across = 1 / shape.base, shape.along, 1 / shape.across
+        self._weight = shape.areas / shape.areas.sum()
         self._pattern: HessianPattern | None = None
 
     def jacobians(self, plane: FloatArray) -> FloatArray:
@@ -219,7 +219,7 @@ class SymmetricDirichlet:
         hats = self._hats(v)
         gradient, curvatures = self._gradient(u, self._slopes(*s), hats), self._curvatures(*s)
         if self._pattern is None:
-            self._pattern = HessianPattern(self.faces, self._count)
+            self._pattern = HessianPattern(self._rest.connectivity, self._count)
         return gradient, self._pattern.matrix(_blocks(u, curvatures, hats))
 
     def _hats(self, v: tuple[FloatArray, FloatArray]) -> tuple[tuple[FloatArray, FloatArray], ...]:

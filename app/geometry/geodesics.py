@@ -1,4 +1,8 @@
-"""Distances over a surface, to compare those on the map with."""
+"""Distances over a surface: exact ones, to compare those on the map with, and shortest paths along edges.
+
+``edge_graph`` and the questions below it serve any graph of lengths: a mesh's edges, faces beside each other, taxels
+and their neighbours.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +16,7 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
 from app.core.arrays import FloatArray, IntArray
-from app.geometry.connectivity import bow_tie_vertices, edge_table, remove_unreferenced
+from app.geometry.connectivity import remove_unreferenced
 from app.geometry.mesh import Mesh
 
 _THINNEST = 1e-6
@@ -37,7 +41,8 @@ class Geodesics:
         sides = self._mesh.vertices[faces] - np.roll(self._mesh.vertices[faces], 1, axis=1)
         self._sides = np.linalg.norm(sides, axis=2)
         thin = self._mesh.face_areas <= _THINNEST * (self._sides**2).max(axis=1)
-        manifold = edge_table(faces).face_count.max(initial=0) <= 2 and not len(bow_tie_vertices(faces))
+        connectivity = self._mesh.connectivity
+        manifold = connectivity.face_count.max(initial=0) <= 2 and not len(connectivity.bow_tie_vertices)
         self.exact = bool(len(faces) and manifold and not thin.any())
 
     def from_vertex(self, source: int, targets: IntArray) -> FloatArray:
@@ -47,7 +52,7 @@ class Geodesics:
         """
         goals = self._number[targets]
         if not self.exact:
-            return dijkstra(self._edges, directed=False, indices=self._number[source])[goals]
+            return shortest_path_tree(self._graph, int(self._number[source]))[0][goals]
         return _exact(self._mesh.vertices, self._mesh.faces, int(self._number[source]), goals)
 
     def from_vertex_within(self, source: int, targets: IntArray, reach: float) -> FloatArray:
@@ -99,10 +104,8 @@ class Geodesics:
         return data
 
     @cached_property
-    def _edges(self) -> csr_matrix:
-        edges, count = self._mesh.edges, len(self._mesh.vertices)
-        lengths = np.linalg.norm(np.diff(self._mesh.vertices[edges], axis=1)[:, 0], axis=1)
-        return coo_matrix((lengths, (edges[:, 0], edges[:, 1])), shape=(count, count)).tocsr()
+    def _graph(self) -> csr_matrix:
+        return edge_graph(self._mesh.edges, self._mesh.edge_lengths, len(self._mesh.vertices))
 
 
 def _exact(vertices: FloatArray, faces: IntArray, source: int, targets: IntArray) -> FloatArray:
@@ -111,3 +114,42 @@ def _exact(vertices: FloatArray, faces: IntArray, source: int, targets: IntArray
         return np.zeros(0)
     found = igl.exact_geodesic(vertices, faces, np.array([source]), _NONE, unique, _NONE)
     return np.asarray(found, dtype=np.float64).reshape(-1)[back]
+
+
+def edge_graph(edges: IntArray, lengths: FloatArray, count: int) -> csr_matrix:
+    """Sparse (count, count) graph with ``lengths`` (e,), not negative, of ``edges`` (e, 2), each to be stated once."""
+    return coo_matrix((lengths, (edges[:, 0], edges[:, 1])), shape=(count, count)).tocsr()
+
+
+def distances_from(graph: csr_matrix, sources: IntArray, *, limit: float = np.inf) -> FloatArray:
+    """(n,) length of the shortest path to the nearest of ``sources`` (Dijkstra 1959); inf beyond ``limit``."""
+    return np.asarray(dijkstra(graph, directed=False, indices=sources, min_only=True, limit=limit))
+
+
+def nearest_sources(graph: csr_matrix, sources: IntArray, *, limit: float = np.inf) -> tuple[FloatArray, IntArray]:
+    """``distances_from``, and (n,) which node of ``sources`` that is; negative where none is within ``limit``."""
+    distances, _, nearest = dijkstra(
+        graph, directed=False, indices=sources, min_only=True, return_predecessors=True, limit=limit
+    )
+    return distances, nearest.astype(np.int64)
+
+
+def shortest_path_tree(graph: csr_matrix, root: int) -> tuple[FloatArray, IntArray]:
+    """(n,) lengths of the shortest paths from ``root``, and (n,) the node before each on it, negative for none."""
+    distances, before = dijkstra(graph, directed=False, indices=root, return_predecessors=True)
+    return distances, before.astype(np.int64)
+
+
+def path_in_tree(before: IntArray, end: int) -> IntArray:
+    """(k,) the nodes from the root of a ``shortest_path_tree`` to ``end``; only ``end`` where no way leads there."""
+    path = [end]
+    while before[path[-1]] >= 0:
+        path.append(int(before[path[-1]]))
+    return np.array(path[::-1], dtype=np.int64)
+
+
+def all_path_lengths(graph: csr_matrix, chosen: IntArray | None = None) -> FloatArray:
+    """(k, k) lengths of the shortest paths between ``chosen`` nodes (k,), or all; inf where none leads."""
+    if chosen is None:
+        return np.asarray(dijkstra(graph, directed=False))
+    return np.asarray(dijkstra(graph, directed=False, indices=chosen))[:, chosen]

@@ -6,13 +6,15 @@ on the skin: the one currency in which body and map speak of a place.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from app.core.arrays import FloatArray, IntArray, freeze_arrays, readonly
 from app.core.errors import MeshError
+from app.geometry.connectivity import Connectivity
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,11 +70,30 @@ class Mesh:
         return readonly(np.divide(total, length, out=np.zeros_like(total), where=length > 0))
 
     @cached_property
+    def connectivity(self) -> Connectivity:
+        """Which faces, edges and vertices meet; computed once."""
+        return Connectivity(self.faces)
+
+    @property
     def edges(self) -> IntArray:
         """(e, 2) undirected edges, each once, smaller index first, sorted."""
-        pairs, base = np.sort(self.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), len(self.vertices)
-        keys = np.unique(pairs[:, 0] * base + pairs[:, 1])  # one number a pair sorts faster than rows of two
-        return readonly(np.stack(np.divmod(keys, max(base, 1)), axis=1), np.int64)
+        return self.connectivity.edges
+
+    @cached_property
+    def edge_lengths(self) -> FloatArray:
+        """(e,) [m]."""
+        return readonly(edge_lengths(self.vertices, self.edges))
+
+    @staticmethod
+    def of(connectivity: Connectivity, vertices: FloatArray) -> Mesh:
+        """A mesh over ``vertices`` (n, 3) [m] of which it is known already what meets what."""
+        mesh = Mesh(vertices, connectivity.faces)
+        mesh.__dict__["connectivity"] = connectivity
+        return mesh
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What was computed from a mesh does not travel with it."""
+        return {part.name: getattr(self, part.name) for part in fields(self)}
 
     @property
     def area(self) -> float:
@@ -102,6 +123,11 @@ class Mesh:
         blended = np.asarray(weights) @ self.vertex_normals[self.faces[face]]
         length = float(np.linalg.norm(blended))
         return blended / length if length > 0 else self.face_normals[face]
+
+
+def edge_lengths(points: FloatArray, edges: IntArray) -> FloatArray:
+    """(e,) how far apart the two ends of ``edges`` (e, 2) are, for points (n, d)."""
+    return np.asarray(np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1))
 
 
 @dataclass(frozen=True)

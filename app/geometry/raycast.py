@@ -17,7 +17,7 @@ from igl.embree import EmbreeIntersector, line_mesh_intersection
 from app.core.arrays import BoolArray, FloatArray, IntArray
 from app.core.errors import MeshError
 from app.geometry.closest_point import barycentric
-from app.geometry.connectivity import face_components
+from app.geometry.connectivity import Connectivity
 from app.geometry.mesh import Mesh
 
 
@@ -128,7 +128,7 @@ def without_islands(mesh: Mesh, chosen: BoolArray, smallest: float) -> BoolArray
         chosen: (m,) faces.
         smallest: Area [m²].
     """
-    component = face_components(mesh.faces)
+    component = mesh.connectivity.components
     share = np.bincount(component, chosen) / np.bincount(component)
     mixed = ((share > 0) & (share < 1))[component]
     filled = chosen | (_islands(mesh, ~chosen, smallest) & mixed)
@@ -163,6 +163,6 @@ def _islands(mesh: Mesh, chosen: BoolArray, smallest: float) -> BoolArray:
     """(m,) chosen faces in connected groups of less area than ``smallest``."""
     result = np.zeros(len(chosen), dtype=bool)
     if chosen.any():
-        group = face_components(mesh.faces[chosen])
+        group = Connectivity(mesh.faces[chosen]).components
         result[chosen] = (np.bincount(group, mesh.face_areas[chosen]) < smallest)[group]
     return result

@@ -15,8 +15,9 @@ import numpy as np
 
 from app.core.arrays import FloatArray, IntArray, freeze_arrays
 from app.core.errors import MeshError
-from app.geometry.connectivity import EdgeTable, edge_table
+from app.geometry.connectivity import Connectivity
 from app.geometry.mesh import Mesh
+from app.geometry.point_location import owner_and_rank
 
 MAX_FACES = 2_000_000
 
@@ -51,7 +52,7 @@ def subdivide(mesh: Mesh, *, longest: float) -> SubdividedMesh:
 
     Cost: about 0.5 µs for each face made.
     """
-    table = edge_table(mesh.faces)
+    table = mesh.connectivity
     lengths = np.linalg.norm(mesh.vertices[table.edges[:, 1]] - mesh.vertices[table.edges[:, 0]], axis=1)
     parts = np.maximum(np.ceil(lengths / longest - 1e-9), 1.0)
     sides = np.sort(parts[table.edge_of], axis=1)
@@ -73,14 +74,14 @@ class _RowSubdivision:
     steps as the one above or one more.
     """
 
-    def __init__(self, mesh: Mesh, table: EdgeTable, parts: IntArray) -> None:
+    def __init__(self, mesh: Mesh, table: Connectivity, parts: IntArray) -> None:
         self._mesh, self._table, self._parts = mesh, table, parts
         turn = (parts[table.edge_of].argmin(axis=1)[:, None] + np.arange(3)) % 3
         a, _, c = np.take_along_axis(mesh.faces, turn, axis=1).T
         ab, bc, ca = np.take_along_axis(table.edge_of, turn, axis=1).T
         self._first = len(mesh.vertices) + np.cumsum(parts - 1) - (parts - 1)  # number of each edge's first new vertex
         rows = np.maximum(parts[bc], parts[ca])
-        self._face, row = _owner_and_rank(rows + 1)
+        self._face, row = owner_and_rank(rows + 1)
         count = rows[self._face]
         self._last = row == count
         self._steps = -(-row * parts[ab][self._face] // count)
@@ -95,11 +96,11 @@ class _RowSubdivision:
 
     def filled(self) -> SubdividedMesh:
         top = np.flatnonzero(~self._last)
-        strip, k = _owner_and_rank(self._steps[top + 1])
+        strip, k = owner_and_rank(self._steps[top + 1])
         upper = top[strip]
         lower_faces = np.stack([self._at(upper + 1, k), self._at(upper + 1, k + 1), self._at(upper, k)], axis=1)
         parent = self._face[upper]
-        strip, k = _owner_and_rank(self._steps[top])
+        strip, k = owner_and_rank(self._steps[top])
         upper = top[strip]
         upper_faces = np.stack([self._at(upper, k + 1), self._at(upper, k), self._at(upper + 1, k + 1)], axis=1)
         faces = np.concatenate([lower_faces, upper_faces])
@@ -111,10 +112,10 @@ class _RowSubdivision:
 
     def _vertices(self) -> FloatArray:
         vertices, edge = self._mesh.vertices, np.repeat(np.arange(len(self._parts)), self._parts - 1)
-        share = (_owner_and_rank(self._parts - 1)[1] + 1) / self._parts[edge]
+        share = (owner_and_rank(self._parts - 1)[1] + 1) / self._parts[edge]
         on_edges = _interpolated(vertices[self._table.edges[edge, 0]], vertices[self._table.edges[edge, 1]], share)
         vertices = np.concatenate([vertices, on_edges])
-        row, k = _owner_and_rank(self._inner_counts)
+        row, k = owner_and_rank(self._inner_counts)
         inside = _interpolated(vertices[self._left[row]], vertices[self._right[row]], (k + 1) / self._steps[row])
         return np.concatenate([vertices, inside])
 
@@ -130,12 +131,6 @@ class _RowSubdivision:
         along = np.where(start == low, k, parts - k)  # counted from the edge's smaller vertex
         inner = self._first[edge] + along - 1
         return np.where(along == 0, low, np.where(along == parts, high, inner))
-
-
-def _owner_and_rank(counts: IntArray) -> tuple[IntArray, IntArray]:
-    """For (n,) counts: the owner of each counted thing, and its number within the owner, from zero."""
-    owner = np.repeat(np.arange(len(counts)), counts)
-    return owner, np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
 
 
 def _rounded_quotient(numerator: IntArray, denominator: IntArray) -> IntArray:

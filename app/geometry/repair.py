@@ -25,15 +25,13 @@ from scipy.spatial import cKDTree
 from app.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
 from app.core.errors import Finding, MeshError
 from app.geometry.connectivity import (
+    Connectivity,
     components_of,
-    edge_table,
     flip_faces,
-    inside_out,
     manifold_twins,
     orient_faces,
     remove_unreferenced,
     split_nonmanifold,
-    twin_halfedges,
 )
 from app.geometry.mesh import Mesh
 
@@ -168,7 +166,7 @@ def _candidate_flips(vertices: FloatArray, faces: IntArray, flat: BoolArray) -> 
     touched[faces[flat]] = True
     near = np.flatnonzero(touched[faces].any(axis=1))  # all that meets a flat face, and nothing else
     local = faces[near]
-    sides = twin_halfedges(local)
+    sides = Connectivity(local).twins
     sides = np.concatenate([sides, sides[:, ::-1]])
     lengths = np.linalg.norm(vertices[local] - vertices[local[:, [1, 2, 0]]], axis=2)
     longest = lengths.argmax(axis=1)[sides[:, 0] // 3] == sides[:, 0] % 3
@@ -293,7 +291,7 @@ class _Repair:
         self._tell("one-sided", "cut where its two sides meet (edges)", oriented.clashes)
 
     def split_nonmanifold(self) -> None:
-        table, twins = edge_table(self.faces), manifold_twins(self.faces, self.component)
+        table, twins = Connectivity(self.faces), manifold_twins(self.faces, self.component)
         apart = (table.face_count > 1)[table.edge_of.ravel()]
         apart[twins.ravel()] = False
         ends = np.unique(table.edges[table.edge_of.ravel()[apart]])
@@ -372,3 +370,30 @@ def _unit_sized(mesh: Mesh, used: IntArray, where: str) -> tuple[FloatArray, flo
         raise MeshError("the mesh is absurdly small", file=where, value=f"{extent:.3g} m", remedy=_REMEDY)
     middle = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
     return (vertices - middle) / extent, weld_tolerance(vertices) / extent
+
+
+CLEAR_MAJORITY = 0.75
+"""An open component keeps its side if this share of its area agrees on it; else it is turned from its middle."""
+
+
+def inside_out(mesh: Mesh, component: IntArray, closed: BoolArray, kept: FloatArray) -> BoolArray:
+    """(components,) whether each must be turned as a whole to look outward.
+
+    A closed component is judged by the sign of its volume. An open one keeps the file's side if that was clear, and
+    otherwise looks away from its own middle.
+
+    Args:
+        mesh: Faces of a component agree.
+        component: (m,) labels.
+        closed: (components,) without boundary.
+        kept: (components,) share of the area that looks to the side it had in the file.
+    """
+    corners = mesh.vertices[mesh.faces]
+    area = np.bincount(component, mesh.face_areas)
+    weighted = corners.mean(axis=1) * mesh.face_areas[:, None]
+    middle = (
+        np.stack([np.bincount(component, weighted[:, k]) for k in range(3)], axis=1) / np.where(area, area, 1)[:, None]
+    )
+    a, b, c = (corners[:, k] - middle[component] for k in range(3))
+    volume = np.bincount(component, (a * np.cross(b, c)).sum(axis=1))
+    return np.asarray((volume < 0) & (closed | (kept < CLEAR_MAJORITY)))

@@ -21,13 +21,7 @@ from scipy import ndimage
 from app.core.arrays import FloatArray, IntArray
 from app.core.errors import Finding, MeshError
 from app.geometry.closest_point import ClosestPoint
-from app.geometry.connectivity import (
-    averaging_matrix,
-    edge_table,
-    face_components,
-    is_closed_manifold,
-    remove_unreferenced,
-)
+from app.geometry.connectivity import averaging_matrix, remove_unreferenced
 from app.geometry.mesh import Mesh
 
 MAX_NODES = 6_000_000
@@ -171,12 +165,12 @@ def _isosurface(grid: _VoxelGrid, field: FloatArray, level: float, where: str) -
     """The surface at ``level``: of its pieces the one that encloses most; the others float beside or inside it."""
     vertices, all_faces, _ = igl.marching_cubes(field, grid.nodes, *grid.shape, level)
     surface = Mesh(vertices, np.asarray(all_faces))
-    labels = face_components(surface.faces)
+    labels = surface.connectivity.components
     corners = surface.vertices[surface.faces] - surface.bounds.mean(axis=0)
     volumes = np.bincount(labels, weights=np.linalg.det(corners) / 6)
     faces, used = remove_unreferenced(surface.faces[labels == volumes.argmax()])
     outer = Mesh(surface.vertices[used], faces)
-    if volumes.max() <= 0 or not is_closed_manifold(outer.faces):
+    if volumes.max() <= 0 or not outer.connectivity.is_closed_manifold:
         raise MeshError(
             "the wrap did not close",
             file=where,
@@ -195,7 +189,7 @@ def _smoothed(surface: Mesh, closest: ClosestPoint, mesh: Mesh, offset: float) -
     The distance is ``offset`` outside ``mesh``, or inside it where negative.
     """
     far = abs(offset)
-    average = averaging_matrix(edge_table(surface.faces).edges, len(surface.vertices))
+    average = averaging_matrix(surface.connectivity.edges, len(surface.vertices))
     vertices = surface.vertices
     for _ in range(_ROUNDS):
         normals = Mesh(vertices, surface.faces).vertex_normals

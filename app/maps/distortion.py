@@ -21,7 +21,6 @@ from app.core.errors import MapError
 from app.flattening.bijectivity import crossing_sides, flipped
 from app.flattening.symmetric_dirichlet import rest_triangles, rotation_svd
 from app.geometry.closest_point import ClosestPoint
-from app.geometry.connectivity import boundary_loops
 from app.maps.tactile_map import TactileMap
 from app.skin.skin import Patch, Skin
 
@@ -194,7 +193,9 @@ def flaws(map_: TactileMap) -> Flaws:
     """Find them. Cost: 5 ms for 20,000 faces."""
     flips = [uv[chart.faces[flipped(chart.plane, chart.faces)]] for chart, uv in zip(map_.charts, map_.uv, strict=True)]
     # Holes have borders too, and a tube's map may run into its own.
-    borders = [[uv[n] for n in boundary_loops(chart.faces)] for chart, uv in zip(map_.charts, map_.uv, strict=True)]
+    borders = [
+        [uv[n] for n in chart.connectivity.boundary_loops] for chart, uv in zip(map_.charts, map_.uv, strict=True)
+    ]
     insides = [uv[chart.faces[0]].mean(axis=0) for chart, uv in zip(map_.charts, map_.uv, strict=True)]
     meetings = _crossing_points([loop for border in borders for loop in border])
     return Flaws(

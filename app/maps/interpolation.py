@@ -18,7 +18,7 @@ from scipy.special import xlogy
 
 from app.core.arrays import BoolArray, FloatArray, IntArray, readonly
 from app.core.errors import MapError
-from app.geometry.connectivity import boundary_edges
+from app.geometry.connectivity import Connectivity
 from app.geometry.point_location import PointLocator
 from app.maps.tactile_map import TactileMap
 
@@ -50,7 +50,7 @@ class TaxelTriangles:
         self.faces, self.beyond = readonly(faces, np.int64), readonly(beyond, np.int64)
         self._locator = PointLocator(self.sites[self.faces])
         alone = np.setdiff1d(np.arange(len(sites)), self.faces)
-        border = boundary_edges(self.faces) if len(self.faces) else np.zeros((0, 2), np.int64)
+        border = Connectivity(self.faces).boundary_edges
         self._sides = np.concatenate([border, np.stack([alone, alone], axis=1)]).astype(np.int64)
         self._middles = cKDTree(self.sites[self._sides].mean(axis=1))
 

@@ -10,7 +10,6 @@ import numpy as np
 from app.core.arrays import FloatArray, IntArray
 from app.core.errors import Finding
 from app.flattening.bijectivity import crossings
-from app.geometry.connectivity import boundary_loops
 from app.maps.distortion import DistortionSummary, distortion
 from app.maps.tactile_image import TactileImage, force_error, round_trip_mm
 from app.maps.tactile_map import TactileMap
@@ -118,7 +117,7 @@ def _measured(
 def overlaps(map_: TactileMap) -> int:
     """Pairs of border segments that meet, and patches that lie within another; 0 where no place is covered twice."""
     pairs = zip(map_.charts, map_.uv, strict=True)
-    borders = [[uv[loop] for loop in boundary_loops(chart.faces)] for chart, uv in pairs]
+    borders = [[uv[loop] for loop in chart.connectivity.boundary_loops] for chart, uv in pairs]
     return crossings(*(loop for border in borders for loop in border)) + _nested(map_, borders)
 
 

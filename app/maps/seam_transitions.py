@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from app.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays, readonly
-from app.geometry.connectivity import edge_table
 from app.maps.tactile_map import TactileMap
 
 _AT_ONCE = 2_000_000
@@ -138,8 +137,7 @@ def _cross(u: FloatArray, v: FloatArray) -> FloatArray:
 def _segments(map_: TactileMap) -> list[tuple[IntArray, IntArray, IntArray]]:
     found = []
     for number, chart in enumerate(map_.charts):
-        table = edge_table(chart.faces)
-        face, side = np.nonzero(table.face_count[table.edge_of] == 1)
+        face, side = np.divmod(chart.connectivity.boundary_sides, 3)
         found.append((np.full(len(face), number), face, side))
     return found
 

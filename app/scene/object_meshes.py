@@ -8,7 +8,6 @@ import numpy as np
 import trimesh
 
 from app.core.errors import Finding, MeshError, SceneError, TactileMapsError
-from app.geometry.connectivity import is_closed_manifold
 from app.geometry.mesh import Mesh
 from app.robots.mesh_files import read_mesh, to_metres
 from app.scene.objects import ObjectSpec, SceneObject
@@ -65,7 +64,7 @@ def primitive_mesh(spec: ObjectSpec) -> Mesh:
 
 def _open_mesh_findings(spec: ObjectSpec, mesh: Mesh) -> tuple[Finding, ...]:
     """What is wrong with a surface that should hold a body."""
-    if not is_closed_manifold(mesh.faces):
+    if not mesh.connectivity.is_closed_manifold:
         action = "The mesh is not closed: inside and outside are guessed, so close it before trusting pressures"
         return (Finding("open-mesh", spec.name, action),)
     return ()

@@ -15,7 +15,6 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from app.core.arrays import FloatArray
-from app.geometry.connectivity import is_closed_manifold
 from app.geometry.mesh import Mesh
 from app.geometry.pose import Pose
 from app.robots.build import geom_triangles
@@ -87,7 +86,9 @@ class Solids:
         shape: Shape
         if scene_object.spec.kind == "mesh":
             solid = (
-                scene_object.mesh if is_closed_manifold(scene_object.mesh.faces) else _hull(scene_object.mesh.vertices)
+                scene_object.mesh
+                if scene_object.mesh.connectivity.is_closed_manifold
+                else _hull(scene_object.mesh.vertices)
             )
             shape = MeshShape(solid, where=scene_object.spec.file)
         elif scene_object.spec.kind == "plane":

@@ -11,12 +11,12 @@ from pathlib import Path
 
 import numpy as np
 from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
 from app.core.arrays import BoolArray, FloatArray, IntArray
 from app.core.errors import Finding, SkinError
 from app.geometry.closest_point import ClosestPoint
+from app.geometry.geodesics import distances_from
 from app.geometry.mesh import Mesh
 from app.geometry.pose import Pose
 from app.geometry.repair import clean_mesh
@@ -134,7 +134,7 @@ def _pitch(positions: FloatArray, mesh: Mesh) -> float:
 def _vertices_within(surface: Mesh, seeds: IntArray, reach: float) -> BoolArray:
     """(vertices,) corners of the faces within ``reach`` [m] of a seed face, over the surface."""
     graph = face_graph(surface, surface.vertices[surface.faces].mean(axis=1))
-    away = dijkstra(graph, directed=False, indices=np.unique(seeds), min_only=True, limit=reach)
+    away = distances_from(graph, np.unique(seeds), limit=reach)
     usable = np.zeros(len(surface.vertices), dtype=bool)
     usable[surface.faces[np.isfinite(away)]] = True
     return usable

@@ -22,7 +22,6 @@ from scipy.spatial import cKDTree
 from app.core.arrays import BoolArray, FloatArray, IntArray
 from app.core.errors import SkinError
 from app.geometry.closest_point import ClosestPoint
-from app.geometry.connectivity import edge_table
 from app.geometry.mesh import Mesh
 from app.skin.sampling import (
     distinct_faces,
@@ -254,7 +253,7 @@ class _Tiling:
         self._closest = ClosestPoint(surface)
         smooth = surface.vertex_normals[surface.faces].sum(axis=1)
         self._normals = smooth / np.linalg.norm(smooth, axis=1, keepdims=True)
-        table = edge_table(surface.faces)
+        table = surface.connectivity
         # The side opposite to corner k starts at the corner after it.
         self._border_behind = np.roll(table.face_count[table.edge_of] == 1, -1, axis=1)
         before = -1

@@ -19,13 +19,12 @@ from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias, assert_never, get_args
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import dijkstra
 
 from app.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays, readonly, set_fields
 from app.core.errors import SkinError
 from app.geometry.closest_point import barycentric
-from app.geometry.connectivity import averaging_matrix, boundary_edges
+from app.geometry.connectivity import averaging_matrix
+from app.geometry.geodesics import distances_from, edge_graph
 from app.geometry.mesh import Mesh
 from app.geometry.refine import SubdividedMesh, subdivide
 from app.skin.patterns import place_lattice, place_modules
@@ -309,13 +308,10 @@ def _segment_distances(start: FloatArray, end: FloatArray) -> FloatArray:
 
 def _boundary_distances(surface: Mesh) -> FloatArray:
     """(n,) distance of each vertex from the border along edges [m]; infinite on a closed surface."""
-    border = np.unique(boundary_edges(surface.faces))
-    count, edges = len(surface.vertices), surface.edges
+    border = np.unique(surface.connectivity.boundary_edges)
     if not len(border):
-        return np.full(count, np.inf)
-    lengths = np.linalg.norm(surface.vertices[edges[:, 0]] - surface.vertices[edges[:, 1]], axis=1)
-    graph = coo_matrix((lengths, (edges[:, 0], edges[:, 1])), shape=(count, count)).tocsr()
-    return np.asarray(dijkstra(graph, directed=False, indices=border, min_only=True))
+        return np.full(len(surface.vertices), np.inf)
+    return distances_from(edge_graph(surface.edges, surface.edge_lengths, len(surface.vertices)), border)
 
 
 MAX_DENSITY_RATIO = 4.0

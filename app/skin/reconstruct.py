@@ -22,7 +22,6 @@ from scipy.spatial import cKDTree
 
 from app.core.arrays import FloatArray, IntArray, freeze_arrays
 from app.core.errors import Finding
-from app.geometry.connectivity import boundary_loops, bow_tie_vertices, edge_table, face_components
 from app.geometry.mesh import Mesh
 from app.skin.formats.taxel_set import TaxelSet
 from app.skin.sampling import taxels_at_barycentric
@@ -131,12 +130,12 @@ def _defect_of_faces(mesh: Mesh) -> str | None:
     sides = mesh.vertices[mesh.faces] - mesh.vertices[np.roll(mesh.faces, -1, axis=1)]
     if (mesh.face_areas <= _MIN_RELATIVE_AREA * (sides**2).sum(axis=2).max(axis=1)).any():
         return "some have no area"
-    if edge_table(mesh.faces).face_count.max() > 2:
+    if mesh.connectivity.face_count.max() > 2:
         return "more than two meet in an edge"
     directed = mesh.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     if len(np.unique(directed, axis=0)) < len(directed):
         return "neighbours look to different sides"
-    if len(bow_tie_vertices(mesh.faces)):
+    if len(mesh.connectivity.bow_tie_vertices):
         return "several fans meet in a taxel"
     return None
 
@@ -149,7 +148,7 @@ def _with_extended_boundary(joined: TriangulatedTaxels, where: str, notes: list[
     single = sum(len(row) == 1 for row in rows)
     _note(notes, "lone-taxel", where, "no surface reaches it: given a small disk of its own", single)
     _note(notes, "taxel-row", where, "in a straight row: given a strip of its own", len(rows) - single)
-    walks = boundary_loops(joined.mesh.faces) if len(joined.mesh.faces) else []
+    walks = [*joined.mesh.connectivity.boundary_loops]
     walks += [np.concatenate([row, row[-2:0:-1]]) for row in rows]
     vertices, owner, width = [positions], [np.arange(len(positions))], _extension_widths(positions)
     for walk in walks:
@@ -192,7 +191,7 @@ def _straight_rows(positions: FloatArray, lone: IntArray) -> list[IntArray]:
 
 def _barycentric_subdivision(coarse: Mesh, owner: IntArray) -> tuple[Mesh, IntArray]:
     """Each face in six by its medians, and the taxel that each of them belongs to: that of its coarse corner."""
-    faces, table = coarse.faces, edge_table(coarse.faces)
+    faces, table = coarse.faces, coarse.connectivity
     corners = coarse.vertices[faces]
     middle = len(coarse.vertices) + table.edge_of
     centre = len(coarse.vertices) + len(table.edges) + np.arange(len(faces))
@@ -206,7 +205,7 @@ def _barycentric_subdivision(coarse: Mesh, owner: IntArray) -> tuple[Mesh, IntAr
 
 def _components(surface: Mesh, feels: IntArray) -> list[tuple[IntArray, IntArray]]:
     """Of each connected piece, that with the most taxels first: its taxels, rising, and its faces."""
-    label = face_components(surface.faces)
+    label = surface.connectivity.components
     order = np.argsort(label, kind="stable")
     groups = np.split(order, np.cumsum(np.bincount(label))[:-1])
     pieces = [(np.unique(feels[faces]), faces) for faces in groups]

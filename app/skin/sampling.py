@@ -8,15 +8,14 @@ graph of neighbouring faces, so they never jump across a gap or through a thin w
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_matrix, csr_matrix, diags
-from scipy.sparse.csgraph import dijkstra
+from scipy.sparse import csr_matrix, diags
 from scipy.spatial import cKDTree
 
 from app.core.arrays import BoolArray, FloatArray, IntArray
 from app.core.errors import SkinError
 from app.geometry.closest_point import ClosestPoint
-from app.geometry.connectivity import face_pairs
-from app.geometry.mesh import Mesh
+from app.geometry.geodesics import edge_graph, nearest_sources
+from app.geometry.mesh import Mesh, edge_lengths
 from app.skin.skin import Quadrature, Taxels
 
 LLOYD_ROUNDS = 8
@@ -121,7 +120,7 @@ def taxels_at_barycentric(surface: Mesh, faces: IntArray, weights: FloatArray, o
     quadrature = Quadrature(centres[felt], surface.face_normals[felt], surface.face_areas[felt], owner[felt])
     normals = np.einsum("kc,kcd->kd", weights, surface.vertex_normals[surface.faces[faces]])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    pairs = owner[face_pairs(surface.faces)]
+    pairs = owner[surface.connectivity.face_pairs]
     pairs = pairs[(pairs >= 0).all(axis=1) & (pairs[:, 0] != pairs[:, 1])]
     return Taxels(
         positions=surface.points(faces, weights),
@@ -136,14 +135,13 @@ def taxels_at_barycentric(surface: Mesh, faces: IntArray, weights: FloatArray, o
 
 def face_graph(surface: Mesh, centres: FloatArray) -> csr_matrix:
     """Sparse (m, m) distances between the centres of faces that share an edge [m]."""
-    pairs = face_pairs(surface.faces)
-    lengths = np.linalg.norm(centres[pairs[:, 0]] - centres[pairs[:, 1]], axis=1)
-    return coo_matrix((lengths, (pairs[:, 0], pairs[:, 1])), shape=(len(centres), len(centres))).tocsr()
+    pairs = surface.connectivity.face_pairs
+    return edge_graph(pairs, edge_lengths(centres, pairs), len(centres))
 
 
 def geodesic_voronoi(graph: csr_matrix, seeds: IntArray, *, reach: float = np.inf) -> IntArray:
     """(m,) which of the seed faces is nearest over the surface; -1 where none is within ``reach`` [m]."""
-    _, _, source = dijkstra(graph, directed=False, indices=seeds, min_only=True, return_predecessors=True, limit=reach)
+    source = nearest_sources(graph, seeds, limit=reach)[1]
     owner = np.full(graph.shape[0], -1, dtype=np.int64)
     owner[seeds] = np.arange(len(seeds))
     return np.where(source >= 0, owner[np.maximum(source, 0)], -1)
@@ -176,7 +174,7 @@ def straighten_cells(surface: Mesh, points: FloatArray, owner: IntArray, seeds: 
         seeds: (n,) one face of each taxel that stays its own.
     """
     centres = surface.vertices[surface.faces].mean(axis=1)
-    pairs = face_pairs(surface.faces)
+    pairs = surface.connectivity.face_pairs
     face, beside = np.concatenate([pairs, pairs[:, ::-1]]).T
     owner = owner.copy()
     fixed = np.zeros(len(owner), dtype=bool)

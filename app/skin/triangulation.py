@@ -24,7 +24,7 @@ from scipy.spatial import cKDTree
 
 from app.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
 from app.core.errors import Finding, SkinError
-from app.geometry.connectivity import boundary_loops, edge_table, split_nonmanifold, twin_halfedges
+from app.geometry.connectivity import Connectivity, split_nonmanifold
 from app.geometry.mesh import Mesh
 
 PLANE_NEIGHBOURS = 10
@@ -359,7 +359,7 @@ def _select_compatible(faces: IntArray, order: IntArray) -> IntArray:
 def _keep_largest_fans(faces: IntArray) -> IntArray:
     """The faces less those of all but the largest fan at each vertex."""
     while len(faces):
-        copies, vertex_of = split_nonmanifold(faces, twin_halfedges(faces))
+        copies, vertex_of = split_nonmanifold(faces, Connectivity(faces).twins)
         size = np.bincount(copies.ravel(), minlength=len(vertex_of))
         order = np.lexsort((np.arange(len(size)), -size, vertex_of))
         largest = np.zeros(len(size), dtype=bool)
@@ -375,9 +375,10 @@ def _fill_small_holes(
     faces: IntArray, positions: FloatArray, normals: FloatArray, spacing: FloatArray
 ) -> list[IntArray]:
     """Faces (f, 3) for each hole with few sides, where they look outward and no side is too long."""
-    edges = {tuple(edge) for edge in edge_table(faces).edges.tolist()}
+    connectivity = Connectivity(faces)
+    edges = {tuple(edge) for edge in connectivity.edges.tolist()}
     filled = []
-    for loop in boundary_loops(faces):
+    for loop in connectivity.boundary_loops:
         ears = _clip_ears(loop[::-1], positions, normals, spacing) if len(loop) <= MAX_HOLE_SIDES else None
         if ears is not None and edges.isdisjoint(new := {tuple(sorted(ear[[0, 2]].tolist())) for ear in ears[:-1]}):
             edges |= new

@@ -18,14 +18,7 @@ from scipy.sparse import diags
 
 from app.core.arrays import BoolArray, FloatArray
 from app.geometry.closest_point import ClosestPoint
-from app.geometry.connectivity import (
-    averaging_matrix,
-    boundary_edges,
-    bow_tie_vertices,
-    face_components,
-    faces_touching,
-    remove_unreferenced,
-)
+from app.geometry.connectivity import Connectivity, averaging_matrix, faces_touching, remove_unreferenced
 from app.geometry.mesh import Mesh
 from app.geometry.raycast import fibonacci_sphere
 
@@ -149,7 +142,7 @@ def _split_components(surface: Mesh, keep: BoolArray) -> list[np.ndarray[tuple[i
     faces = surface.faces[keep]
     if not len(faces):
         return []
-    labels = face_components(faces)
+    labels = Connectivity(faces).components
     return [faces[labels == label] for label in range(labels.max() + 1)]
 
 
@@ -157,7 +150,7 @@ def _drop_small_components(surface: Mesh, keep: BoolArray, smallest: float) -> B
     """Drop connected groups of kept faces whose area is below ``smallest``."""
     if not keep.any():
         return keep
-    labels = face_components(surface.faces[keep])
+    labels = Connectivity(surface.faces[keep]).components
     areas = np.bincount(labels, weights=surface.face_areas[keep])
     result = keep.copy()
     result[np.flatnonzero(keep)[areas[labels] < smallest]] = False
@@ -169,12 +162,13 @@ def _trim_border(surface: Mesh, keep: BoolArray) -> BoolArray:
     keep = keep.copy()
     while keep.any():
         faces = surface.faces[keep]
-        border = np.sort(boundary_edges(faces), axis=1)
+        connectivity = Connectivity(faces)
+        border = np.sort(connectivity.boundary_edges, axis=1)
         count = np.bincount(border.ravel(), minlength=len(surface.vertices))
         pairs = {tuple(edge) for edge in border.tolist()}
         suspects = np.flatnonzero((count[faces] > 0).all(axis=1))
         sides = [sum(tuple(sorted((f[k], f[k - 2]))) in pairs for k in range(3)) for f in faces[suspects].tolist()]
-        drop = faces_touching(faces, bow_tie_vertices(faces), len(surface.vertices))
+        drop = faces_touching(faces, connectivity.bow_tie_vertices, len(surface.vertices))
         drop[suspects[np.array(sides, dtype=int) >= 2]] = True
         if not drop.any():
             return keep
@@ -187,7 +181,7 @@ def _smooth_border(piece: Mesh, rounds: int = 12) -> FloatArray:
 
     Each vertex stays in its own tangent plane.
     """
-    border, edges, count = boundary_edges(piece.faces), piece.edges, len(piece.vertices)
+    border, edges, count = piece.connectivity.boundary_edges, piece.edges, len(piece.vertices)
     if not len(border):
         return piece.vertices
     on_border = np.zeros(count, dtype=bool)

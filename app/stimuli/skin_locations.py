@@ -5,13 +5,12 @@ from __future__ import annotations
 from typing import TypeAlias
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import dijkstra
 
 from app.core.arrays import FloatArray
 from app.core.errors import SceneError
 from app.geometry.closest_point import ClosestPoint
-from app.geometry.mesh import SurfacePoint
+from app.geometry.geodesics import edge_graph, path_in_tree, shortest_path_tree
+from app.geometry.mesh import SurfacePoint, edge_lengths
 from app.skin.skin import Patch, Skin
 
 SkinLocation: TypeAlias = tuple[float, ...]
@@ -128,13 +127,8 @@ def _taxel_at(patch: Patch, place: SkinLocation) -> int:
 def _taxels_between(patch: Patch, first: int, last: int) -> list[int]:
     """The taxels of the shortest way; only the last where there is none."""
     pairs, positions = patch.taxels.neighbours, patch.taxels.positions
-    lengths = np.linalg.norm(positions[pairs[:, 0]] - positions[pairs[:, 1]], axis=1)
-    graph = coo_matrix((lengths, (pairs[:, 0], pairs[:, 1])), shape=(len(positions),) * 2).tocsr()
-    _, before = dijkstra(graph, directed=False, indices=first, return_predecessors=True)
-    path = [last]
-    while before[path[-1]] >= 0:
-        path.append(int(before[path[-1]]))
-    return path[::-1]
+    graph = edge_graph(pairs, edge_lengths(positions, pairs), len(positions))
+    return path_in_tree(shortest_path_tree(graph, first)[1], last).tolist()
 
 
 def _resampled(line: FloatArray) -> FloatArray:

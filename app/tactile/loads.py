@@ -18,7 +18,6 @@ import numpy as np
 from app.core.arrays import FloatArray, freeze_arrays, readonly
 from app.core.errors import MeshError, SimulationError
 from app.geometry.closest_point import ClosestPoint
-from app.geometry.connectivity import boundary_edges, edge_table, is_closed_manifold
 from app.geometry.mesh import Mesh
 from app.geometry.pose import Pose
 from app.geometry.repair import clean_mesh
@@ -170,7 +169,7 @@ class MeshShape:
     def _normals(self) -> FloatArray:
         """(m, 7, 3) of every face's features, by the bits of the corners that meet there, less one."""
         faces, flat = self.mesh.faces, self.mesh.face_normals
-        table = edge_table(faces)
+        table = self.mesh.connectivity
         sides = np.zeros((len(table.edges), 3))
         np.add.at(sides, table.edge_of.ravel(), np.repeat(flat, 3, axis=0))
         corners = np.zeros_like(self.mesh.vertices)
@@ -181,9 +180,9 @@ class MeshShape:
 
 
 def _check_closed(mesh: Mesh, where: str) -> None:
-    if is_closed_manifold(mesh.faces):
+    if mesh.connectivity.is_closed_manifold:
         return
-    open_edges = len(boundary_edges(mesh.faces))
+    open_edges = len(mesh.connectivity.boundary_edges)
     if open_edges:
         value, remedy = f"{open_edges} edges with one face", "Close its holes, or use a box or a cylinder instead"
         raise MeshError("an open mesh has no inside and cannot press", file=where, value=value, remedy=remedy)

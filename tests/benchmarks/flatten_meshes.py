@@ -8,7 +8,6 @@ import numpy as np
 
 from app.flattening.cut import cut_to_disk, far_points, farthest_from_border
 from app.flattening.initial_map import Disk
-from app.geometry.connectivity import boundary_loops
 from app.geometry.mesh import Mesh
 from app.geometry.wrap import wrap_mesh
 from app.robots.library import load_robot
@@ -87,7 +86,7 @@ MESHES: dict[str, tuple[str, Callable[[int], Mesh]]] = {
 
 def disk_of(surface: Mesh) -> Disk:
     """The surface cut as the topology asks and with one seam more where it is closed: one disk for every method."""
-    if boundary_loops(surface.faces):
+    if surface.connectivity.boundary_loops:
         return Disk.of(surface, cut_to_disk(surface))
     ends = far_points(surface)
     first = cut_to_disk(surface, terminals=ends)

@@ -22,7 +22,8 @@ from app.flattening.bijectivity import BoundaryBarrier, crossings, flipped
 from app.flattening.initial_map import Disk
 from app.flattening.newton import minimise
 from app.flattening.symmetric_dirichlet import SymmetricDirichlet
-from app.geometry.connectivity import boundary_loops, face_components
+from app.geometry.connectivity import Connectivity
+from app.geometry.mesh import Mesh
 from tests.benchmarks.flatten_meshes import MESHES, disk_of
 from tests.benchmarks.flatten_table import FLATTENING, Run
 
@@ -36,7 +37,7 @@ _BLENDER_ITERATIONS = (3, 10, 30, 100)
 def ours(surface_disk: Disk) -> Run:
     """All that ``flatten`` does with a cut disk."""
     begin = time.perf_counter()
-    disk = Disk(surface_disk.positions, surface_disk.faces)
+    disk = Disk(Mesh(surface_disk.positions, surface_disk.faces))
     rounds = [(r.plane, time.perf_counter() - begin) for r in minimise(disk.energy, disk.start)]
     if crossings(rounds[-1][0][disk.loop]):
         apart = BoundaryBarrier(disk.energy, disk.loop, rounds[-1][0])
@@ -47,7 +48,7 @@ def ours(surface_disk: Disk) -> Run:
 def slim(surface_disk: Disk) -> Run:
     """libigl's SLIM from the same start."""
     begin = time.perf_counter()
-    disk = Disk(surface_disk.positions, surface_disk.faces)
+    disk = Disk(Mesh(surface_disk.positions, surface_disk.faces))
     none, nowhere = np.zeros(0, dtype=np.int64), np.zeros((0, 2))
     kind = igl.MappingEnergyType.SYMMETRIC_DIRICHLET
     data = igl.slim_precompute(disk.positions, disk.faces, disk.start.copy(), kind, none, nowhere, 0.0)
@@ -81,15 +82,15 @@ def peer(method: str, disk: Disk, folder: Path, *arguments: str) -> Run:
     faces = back.reshape(-1, 3)
     # Corner by corner, since the peer may have cut: its own disk has a vertex for every corner.
     loose = np.arange(disk.faces.size).reshape(-1, 3)
-    energy = SymmetricDirichlet(disk.positions[disk.faces].reshape(-1, 3), loose)
+    energy = SymmetricDirichlet(Mesh(disk.positions[disk.faces].reshape(-1, 3), loose))
     # A chart may be mirrored as a whole; that alone is no flip.
-    chart = face_components(faces)
+    chart = Connectivity(faces).components
     turned = np.bincount(chart, flipped(corners.reshape(-1, 2), loose)) > 0.5 * np.bincount(chart)
     mirror = np.where(turned[chart][:, None, None], [-1.0, 1.0], 1.0)
     unglued = (corners * mirror).reshape(-1, 2)
     flips = int(flipped(unglued, loose).sum())
     charts = int(chart.max()) + 1
-    overlaps = crossings(plane[boundary_loops(faces)[0]]) if charts == 1 and not flips else 0
+    overlaps = crossings(plane[Connectivity(faces).boundary_loops[0]]) if charts == 1 and not flips else 0
     return Run(method, (seconds,), (energy.energy_at_best_scale(unglued),), flips, overlaps, charts)
 
 

@@ -22,7 +22,7 @@ from app.flattening.initial_map import Disk
 from app.flattening.newton import minimise
 from app.flattening.pin_descent import STIFFNESS, PinnedEnergy, Springs
 from app.flattening.pinned_patch import PinnedPatch
-from app.geometry.mesh import SurfacePoint
+from app.geometry.mesh import Mesh, SurfacePoint
 from tests.benchmarks.flatten_meshes import MESHES
 
 SIZES = (1000, 5000, 10_000, 20_000, 50_000)
@@ -69,7 +69,7 @@ class Tally:
     def above(self, plane, goals):
         """Share by which the energy with springs is above the least."""
         positions = self.surface.vertices[self.chart.vertex_of] / self.unit
-        problem = Disk(positions, self.chart.faces).energy
+        problem = Disk(Mesh(positions, self.chart.faces)).energy
         corners = self.chart.faces[[at(self.chart, v).face for v in self.chosen]]
         weights = (corners == np.array(self.chosen)[:, None]).astype(float)
         energy = PinnedEnergy(problem, Springs(corners, weights), goals / self.unit)

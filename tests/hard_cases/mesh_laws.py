@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from app.flattening.bijectivity import crossings, flipped
-from app.geometry.connectivity import boundary_loops
 from app.geometry.mesh import Mesh
 from app.maps.build import build_map
 from app.maps.tactile_image import TactileImage
@@ -49,7 +48,7 @@ def check_one_to_one(map_: TactileMap) -> None:
     for plane, chart in zip(map_.uv, map_.charts, strict=True):
         assert np.isfinite(plane).all()
         assert not flipped(plane, chart.faces).any()
-        (loop,) = boundary_loops(chart.faces)
+        (loop,) = chart.connectivity.boundary_loops
         borders.append(plane[loop])
     assert crossings(*borders) == 0
     assert np.isfinite([chart.energies[-1] for chart in map_.charts]).all()

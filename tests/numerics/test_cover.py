@@ -16,7 +16,6 @@ from scipy.spatial import cKDTree
 
 from app.core.errors import MeshError
 from app.geometry.closest_point import ClosestPoint
-from app.geometry.connectivity import boundary_loops, bow_tie_vertices, face_components, is_closed_manifold
 from app.geometry.mesh import Mesh
 from app.geometry.raycast import RayCaster
 from app.geometry.repair import clean_mesh
@@ -42,9 +41,9 @@ def worn(name: str, *, seed: int = 0) -> Skin:
 
 def check_patch(patch: Patch) -> None:
     surface, taxels = patch.surface, patch.taxels
-    assert face_components(surface.faces).max() == 0
-    assert not len(bow_tie_vertices(surface.faces))
-    boundary_loops(surface.faces)  # raises where faces disagree
+    assert surface.connectivity.components.max() == 0
+    assert not len(surface.connectivity.bow_tie_vertices)
+    _ = surface.connectivity.boundary_loops  # raises where faces disagree
     assert (taxels.areas > 0).all()
     assert taxels.areas.sum() == pytest.approx(surface.area, rel=1e-9)
     quadrature = taxels.quadrature
@@ -184,8 +183,8 @@ def wrapped(name: str, closing: float) -> tuple[Mesh, WrappedMesh, float]:
 def test_a_wrap_is_one_closed_surface_around_the_mesh(name: str, closing: float) -> None:
     mesh, result, _ = wrapped(name, closing)
     surface = result.surface
-    assert is_closed_manifold(surface.faces)
-    assert face_components(surface.faces).max() == 0
+    assert surface.connectivity.is_closed_manifold
+    assert surface.connectivity.components.max() == 0
     assert len(np.unique(surface.faces)) == len(surface.vertices)
     winding = igl.winding_number(surface.vertices, surface.faces, np.ascontiguousarray(mesh.vertices))
     if name not in APART:

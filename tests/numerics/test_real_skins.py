@@ -10,13 +10,7 @@ import numpy as np
 import pytest
 
 from app.geometry.closest_point import ClosestPoint
-from app.geometry.connectivity import (
-    boundary_loops,
-    bow_tie_vertices,
-    edge_table,
-    euler_characteristic,
-    face_components,
-)
+from app.geometry.connectivity import Connectivity
 from app.geometry.refine import subdivide
 from app.maps.build import build_map
 from app.maps.comparison import compare_maps, drawn_layout
@@ -131,7 +125,7 @@ def test_neighbours_are_those_of_the_surface(shape, pitch, noise):
     assert len(points) > 50
     assert f1(found.mesh.edges, true.neighbours) > (0.93 if noise else 0.95)
     assert len(np.setdiff1d(np.arange(len(points)), found.mesh.faces)) <= 0.02 * len(points)
-    assert face_components(found.mesh.faces).max() == 0
+    assert found.mesh.connectivity.components.max() == 0
     side = np.sign((found.normals * true.normals).sum(axis=1))
     assert abs(side.sum()) == len(points)
 
@@ -140,8 +134,8 @@ def test_neighbours_are_those_of_the_surface(shape, pitch, noise):
 def test_the_surface_has_the_holes_of_the_body_and_no_others(shape):
     points, _ = sampled(shape, 0.010, noise=False)
     mesh = triangulate(points).mesh
-    assert euler_characteristic(mesh.faces) == {"tube": 0, "ball": 2}[shape]
-    assert len(boundary_loops(mesh.faces) if shape == "tube" else []) == {"tube": 2, "ball": 0}[shape]
+    assert mesh.connectivity.euler_characteristic == {"tube": 0, "ball": 2}[shape]
+    assert len(mesh.connectivity.boundary_loops if shape == "tube" else []) == {"tube": 2, "ball": 0}[shape]
     outward = mesh.vertices[mesh.faces].mean(axis=1) * ([1, 1, 0] if shape == "tube" else 1)
     assert (mesh.face_normals * outward).sum(axis=1).min() > 0
 
@@ -168,8 +162,8 @@ def test_icubs_files_become_whole_patches(name, distinct, patches):
     assert sorted(built.taxel_of.tolist()) == list(range(distinct))
     for patch in built.skin.patches:
         faces = patch.surface.faces
-        assert edge_table(faces).face_count.max() == 2
-        assert not len(bow_tie_vertices(faces))
+        assert Connectivity(faces).face_count.max() == 2
+        assert not len(Connectivity(faces).bow_tie_vertices)
         assert patch.surface.face_areas.min() > 0
         apart = np.diff(patch.taxels.positions[patch.taxels.neighbours], axis=1)[:, 0]
         assert np.median(np.linalg.norm(apart, axis=1)) == pytest.approx(0.0065, abs=0.0007)

@@ -14,7 +14,6 @@ from app.flattening.bijectivity import crossings, flipped
 from app.flattening.cut import cut_to_disk
 from app.flattening.flatten import flatten
 from app.flattening.symmetric_dirichlet import rotation_svd
-from app.geometry.connectivity import boundary_loops
 from app.maps.build import build_map
 from app.maps.formats.map_file import map_from_bytes, map_to_bytes
 from app.maps.layout import MapLayout, Placement
@@ -68,7 +67,7 @@ def test_any_heap_of_blocks_is_laid_flat(chosen):
     assume(_manifold(chosen))
     chart = flatten(blocks(chosen))
     assert not flipped(chart.plane, chart.faces).any()
-    assert crossings(chart.plane[boundary_loops(chart.faces)[0]]) == 0
+    assert crossings(chart.plane[chart.connectivity.boundary_loops[0]]) == 0
 
 
 @examples(25)
@@ -78,7 +77,7 @@ def test_any_landscape_is_laid_flat(heights):
     assert len(cut_to_disk(surface).seams) == 0
     chart = flatten(surface)
     assert not flipped(chart.plane, chart.faces).any()
-    assert crossings(chart.plane[boundary_loops(chart.faces)[0]]) == 0
+    assert crossings(chart.plane[chart.connectivity.boundary_loops[0]]) == 0
     assert chart.energies[-1] <= chart.energies[0]
 
 

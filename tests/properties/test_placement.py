@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from app.core.errors import SkinError
-from app.geometry.connectivity import bow_tie_vertices, edge_table, face_components
+from app.geometry.connectivity import Connectivity
 from app.skin.formats.taxel_set import TaxelSet
 from app.skin.placement import PlacementSpec, SphereZone, allowed_faces, place_taxels, refine_for_spec
 from app.skin.reconstruct import reconstruct_skin
@@ -65,9 +65,9 @@ def test_any_cloud_becomes_a_skin_that_keeps_every_taxel(places, flat, jitter, s
     assert len(built.skin) == len(np.unique(built.taxel_of))
     for patch in built.skin.patches:
         faces = patch.surface.faces
-        assert edge_table(faces).face_count.max() <= 2
-        assert not len(bow_tie_vertices(faces))
-        assert face_components(faces).max() == 0
+        assert Connectivity(faces).face_count.max() <= 2
+        assert not len(Connectivity(faces).bow_tie_vertices)
+        assert Connectivity(faces).components.max() == 0
         assert patch.taxels.areas.min() > 0
         assert np.isclose(patch.taxels.areas.sum(), patch.surface.area)
         assert np.isfinite(patch.taxels.normals).all()

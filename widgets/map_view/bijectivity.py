@@ -19,7 +19,6 @@ from app.core.arrays import FloatArray, IntArray
 from app.editing.document import MapDocument
 from app.flattening.bijectivity import crossing_sides, flipped
 from app.flattening.chart import Chart
-from app.geometry.connectivity import boundary_loops
 from app.maps.distortion import Flaws, nested_patches
 from widgets.common.colours import Theme
 from widgets.map_view.map_coordinates import SceneTransform
@@ -93,7 +92,7 @@ def _chart_flaws(chart: Chart, known: _ChartFlaws | None) -> _ChartFlaws:
         return known
     same = known is not None and np.array_equal(known.chart.faces, chart.faces)
     # All borders: holes have some too, and a tube's map may run into its own.
-    loops: Sequence[IntArray] = known.loops if known is not None and same else boundary_loops(chart.faces)
+    loops: Sequence[IntArray] = known.loops if known is not None and same else chart.connectivity.boundary_loops
     points = [chart.plane[loop] for loop in loops]
     flips = chart.plane[chart.faces[flipped(chart.plane, chart.faces)]]
     return _ChartFlaws(chart, loops, flips, _midpoints(points, *crossing_sides(*points)))

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.arrays import BoolArray, FloatArray, IntArray
-from app.geometry.connectivity import boundary_edges
+from app.geometry.connectivity import Connectivity
 from app.geometry.mesh import SurfacePoint
 from widgets.common.colours import Theme
 from widgets.overlays.task_overlay import SkinPolyline
@@ -50,7 +50,7 @@ def area_triangles(faces: IntArray, marked: BoolArray) -> IntArray:
 
 def area_outlines(faces: IntArray, marked: BoolArray, points: FloatArray) -> list[FloatArray]:
     """Each (k, 2): the loops around the area, holes too, on a chart with these ``faces`` and ``points`` (n, 2)."""
-    one, two, rim = _turned(faces, marked, 1), _turned(faces, ~marked, 1), boundary_edges(faces)
+    one, two, rim = _turned(faces, marked, 1), _turned(faces, ~marked, 1), Connectivity(faces).boundary_edges
     here, there = marked[rim].T
     inside, out, back = rim[here & there], rim[here & ~there], rim[there & ~here]
     starts = (_mid(one, 0, 1), _mid(two, 0, 2), _mid(inside, 0, 0), _mid(out, 0, 0), _mid(back, 0, 1))

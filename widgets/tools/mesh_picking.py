@@ -16,7 +16,6 @@ from scipy.sparse.csgraph import dijkstra
 from app.core.arrays import BoolArray, FloatArray, IntArray
 from app.editing.document import MapDocument
 from app.flattening.chart import Chart
-from app.geometry.connectivity import edge_table
 from app.geometry.mesh import Mesh, SurfacePoint
 from widgets.interaction.select_gesture import points_near_segment
 from widgets.interaction.view_tool import PointerHit
@@ -92,7 +91,7 @@ class ChartEdges:
     """Where a surface's edges lie on its chart: once inside, twice on a seam."""
 
     def __init__(self, chart: Chart) -> None:
-        self._edges = edge_table(chart.faces).edges
+        self._edges = chart.connectivity.edges
         self._count = int(chart.vertex_of.max(initial=0)) + 1
         self._keys = np.sort(chart.vertex_of[self._edges], axis=1) @ [self._count, 1]
 

@@ -18,7 +18,7 @@ from app.core.errors import Finding, MapError, MeshError
 from app.core.files import MAX_UNPACKED_BYTES, pack_arrays, read_bounded_file, unpack_arrays, write_atomically
 from app.flattening.bijectivity import flipped
 from app.flattening.chart import Chart
-from app.geometry.connectivity import boundary_loops
+from app.geometry.connectivity import Connectivity
 from app.maps.formats.obj import write_map_obj
 from app.maps.layout import FARTHEST_OFFSET, LARGEST_SCALE, SMALLEST_SCALE, MapLayout, Placement
 from app.maps.tactile_map import TactileMap
@@ -124,7 +124,7 @@ class _ChartReader:
         if flipped(take["plane"], faces).any():
             raise self._refuse("triangles are turned over", "plane", int(flipped(take["plane"], faces).sum()))
         try:
-            loops = len(boundary_loops(faces))
+            loops = len(Connectivity(faces).boundary_loops)
         except MeshError as error:
             raise self._refuse("the chart is not a disk", "faces", error.problem) from error
         if loops != 1:

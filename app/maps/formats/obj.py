@@ -20,7 +20,7 @@ from app.core.errors import Finding, MapError, MeshError, add_finding, errors_in
 from app.core.files import read_bounded_text, write_lines
 from app.flattening.bijectivity import crossings, signed_areas
 from app.flattening.chart import Chart
-from app.geometry.connectivity import boundary_loops, edge_table, face_components
+from app.geometry.connectivity import Connectivity
 from app.geometry.mesh import Mesh
 from app.maps.layout import MapLayout, Placement, pack_charts
 from app.maps.tactile_map import TactileMap
@@ -288,11 +288,12 @@ def _island(name: str, surface: Mesh, corner_uv: FloatArray) -> _Island:
         raise _unfit(name, "triangles are turned over", f"{bad} of {len(areas)}", "Unwrap the patch without folds")
     if mirrored:
         points = points * [-1.0, 1.0]
-    _require_disk(name, faces, points)
+    flat = Connectivity(faces)
+    _require_disk(name, flat, points)
     scale = float(np.sqrt(surface.area / np.abs(areas).sum()))
     findings = [Finding("mirrored-chart", name, "the file shows it mirrored; so does the map")] if mirrored else []
     corner = points.min(axis=0)
-    seams = _seams(surface, faces)
+    seams = _seams(surface.connectivity, flat)
     chart = Chart(faces, (points - corner) * scale, vertex_of, seams, OBJ_METHOD, findings=tuple(findings))
     return _Island(chart, corner, scale, mirrored)
 
@@ -306,12 +307,12 @@ def _joined_corners(surface: Mesh, corner_uv: FloatArray) -> tuple[IntArray, Flo
     return number.reshape(-1, 3), uv[first], vertex[first, 0]
 
 
-def _require_disk(name: str, faces: IntArray, points: FloatArray) -> None:
-    pieces = int(face_components(faces).max()) + 1
+def _require_disk(name: str, flat: Connectivity, points: FloatArray) -> None:
+    pieces = int(flat.components.max()) + 1
     if pieces > 1:
         raise _unfit(name, "the patch lies in several pieces", pieces, "Join its islands in the unwrapping tool")
     try:
-        loops = boundary_loops(faces)
+        loops = flat.boundary_loops
     except MeshError as error:
         raise _unfit(name, "the patch is not laid flat as one piece", error.problem, "Unwrap it again") from error
     if len(loops) != 1:
@@ -325,9 +326,8 @@ def _unfit(name: str, problem: str, value: object, remedy: str) -> MapError:
     return MapError(problem, place=f"patch {name}", value=value, remedy=remedy)
 
 
-def _seams(surface: Mesh, faces: IntArray) -> IntArray:
+def _seams(body: Connectivity, flat: Connectivity) -> IntArray:
     """(s, 2) edges of the surface with a face on both sides that are two edges on the map."""
-    body, flat = edge_table(surface.faces), edge_table(faces)
     border = flat.face_count[flat.edge_of] == 1
     return body.edges[np.unique(body.edge_of[border & (body.face_count[body.edge_of] == 2)])]
 

@@ -14,12 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import eigh
 from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import connected_components, dijkstra
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial.distance import cdist
 
 from app.core.arrays import FloatArray, IntArray
 from app.core.errors import Finding
 from app.core.progress import Progress, no_progress
+from app.geometry.geodesics import all_path_lengths
 
 
 def classical_mds(distances: FloatArray, *, dimensions: int = 2) -> FloatArray:
@@ -139,11 +140,6 @@ def connected_islands(graph: csr_matrix) -> list[IntArray]:
     return sorted(parts, key=lambda part: (-len(part), int(part[0])))
 
 
-def path_lengths(graph: csr_matrix) -> FloatArray:
-    """(n, n) lengths of shortest paths; inf where none leads."""
-    return dijkstra(graph, directed=False)
-
-
 _GAP = 3.0
 
 
@@ -189,7 +185,7 @@ def embed(
     """
     graph = knn_graph(unlike, neighbours=neighbours)
     parts = connected_islands(graph)
-    lengths = path_lengths(graph)
+    lengths = all_path_lengths(graph)
     spacing = float(np.median(graph.data)) if graph.nnz else 1.0
     points, losses, findings = np.zeros((len(unlike), 2)), [], island_findings(parts)
     for part in parts:

@@ -26,7 +26,7 @@ from app.core.arrays import FloatArray, IntArray
 from app.core.errors import Finding, MapError, MeshError, SkinError
 from app.core.progress import Progress, no_progress
 from app.flattening.flatten import flatten
-from app.geometry.connectivity import boundary_loops, face_components, remove_unreferenced
+from app.geometry.connectivity import Connectivity, remove_unreferenced
 from app.geometry.mesh import Mesh
 from app.maps.learned.embedding import NEIGHBOURS, classical_mds, embed, embed_in_plane, smacof
 from app.maps.learned.information_distance import dissimilarity
@@ -82,7 +82,7 @@ def flatten_point_cloud(cloud: FloatArray) -> FlattenedCloud:
 def _surface(cloud: FloatArray) -> tuple[IntArray, IntArray]:
     """The largest piece of a surface through the cloud: faces (f, 3) into the points (k,) that are on it."""
     faces = triangulate(cloud, where="learned surface").mesh.faces
-    piece = face_components(faces) if len(faces) else np.zeros(0, dtype=np.int64)
+    piece = Connectivity(faces).components if len(faces) else np.zeros(0, dtype=np.int64)
     largest = faces[piece == np.bincount(piece).argmax()] if len(faces) else faces
     own, kept = remove_unreferenced(largest)
     if len(kept) < _LEAST_COVERED * len(cloud):
@@ -98,9 +98,10 @@ def without_small_holes(faces: IntArray) -> IntArray:
     Args:
         faces: (m, 3) manifold and oriented.
     """
-    edges = {tuple(side) for side in np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1).tolist()}
+    connectivity = Connectivity(faces)
+    edges = {(low, high) for low, high in connectivity.edges.tolist()}
     added: list[tuple[int, int, int]] = []
-    for loop in boundary_loops(faces)[1:]:
+    for loop in connectivity.boundary_loops[1:]:
         for start in range(len(loop) if len(loop) <= _LARGEST_HOLE else 0):
             first, *others = np.roll(loop, -start).tolist()
             spokes = {(min(first, other), max(first, other)) for other in others[1:-1]}

@@ -13,13 +13,11 @@ import time
 from typing import Literal
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import dijkstra
 
 from app.core.arrays import FloatArray, IntArray
 from app.core.errors import Finding, MapError
 from app.core.progress import Progress, no_progress
-from app.geometry.geodesics import Geodesics
+from app.geometry.geodesics import Geodesics, all_path_lengths, edge_graph
 from app.geometry.mesh import Mesh
 from app.maps.learned.embedding import classical_mds, kruskal_stress
 from app.maps.learned.learned_map import LearnedMap
@@ -52,7 +50,7 @@ def isomap(
         raise MapError("a map needs three vertices or more", value=len(chosen))
     findings: tuple[Finding, ...] = ()
     if distances == "edges":
-        apart = _along_edges(surface, chosen)
+        apart = all_path_lengths(edge_graph(surface.edges, surface.edge_lengths, len(surface.vertices)), chosen)
     else:
         geodesics = Geodesics(surface)
         apart = _over_faces(geodesics, chosen, progress)
@@ -63,14 +61,6 @@ def isomap(
     points, placed = classical_mds(apart), np.ones(len(chosen), dtype=bool)
     seconds = time.perf_counter() - started
     return LearnedMap(points, placed, f"isomap-{distances}", seconds, kruskal_stress(points, apart), findings)
-
-
-def _along_edges(surface: Mesh, chosen: IntArray) -> FloatArray:
-    """(k, k) lengths of the shortest paths along edges [m]."""
-    start, end = surface.edges.T
-    lengths = np.linalg.norm(surface.vertices[start] - surface.vertices[end], axis=1)
-    graph = coo_matrix((lengths, (start, end)), shape=(len(surface.vertices),) * 2).tocsr()
-    return dijkstra(graph, directed=False, indices=chosen)[:, chosen]
 
 
 def _over_faces(geodesics: Geodesics, chosen: IntArray, progress: Progress) -> FloatArray:

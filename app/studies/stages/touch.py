@@ -13,7 +13,6 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from app.core.arrays import FloatArray, IntArray
-from app.geometry.connectivity import boundary_edges
 from app.geometry.mesh import Mesh
 from app.skin.skin import Skin
 from app.studies.rows import rms
@@ -143,7 +142,7 @@ def _touches(skin: Skin) -> tuple[ReferenceTouch, ...]:
 
 def _inner_faces(surface: Mesh) -> IntArray:
     """The third of a surface's triangles that is farthest from its border; all where it has none."""
-    border = surface.vertices[np.unique(boundary_edges(surface.faces))]
+    border = surface.vertices[np.unique(surface.connectivity.boundary_edges)]
     if not len(border):
         return np.arange(len(surface.faces))
     away = cKDTree(border).query(surface.vertices[surface.faces].mean(axis=1))[0]

@@ -9,7 +9,7 @@ from app.flattening.bijectivity import BoundaryBarrier, crossings, flipped, sign
 from app.flattening.initial_map import tutte
 from app.flattening.newton import minimise
 from app.flattening.symmetric_dirichlet import SymmetricDirichlet
-from app.geometry.connectivity import boundary_loops
+from app.geometry.mesh import Mesh
 from tests.support.surfaces import named, sheet
 
 SQUARE = np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]])
@@ -72,14 +72,14 @@ def bent():
     flat = sheet(24, 2, width=2.4, height=0.2)
     angle, radius = flat.vertices[:, 0] * (2 * np.pi - 0.06) / 2.4, 0.4 - flat.vertices[:, 1]
     plane = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
-    problem = SymmetricDirichlet(flat.vertices, flat.faces)
-    return problem, boundary_loops(flat.faces)[0], plane
+    problem = SymmetricDirichlet(flat)
+    return problem, flat.connectivity.boundary_loops[0], plane
 
 
 def test_apart_from_close_parts_it_costs_nothing():
     flat = sheet(24, 2, width=2.4, height=0.2)
-    problem, plane = SymmetricDirichlet(flat.vertices, flat.faces), flat.vertices[:, :2]
-    apart = BoundaryBarrier(problem, boundary_loops(flat.faces)[0], plane)
+    problem, plane = SymmetricDirichlet(flat), flat.vertices[:, :2]
+    apart = BoundaryBarrier(problem, flat.connectivity.boundary_loops[0], plane)
     assert apart.energy(plane) == problem.energy(plane)
     np.testing.assert_array_equal(apart.derivatives(plane)[0], problem.derivatives(plane)[0])
 
@@ -116,8 +116,8 @@ def test_a_border_that_meets_itself_costs_infinitely_much(bent):
 def test_every_round_of_a_descent_stays_off_itself():
     surface = named("spiral")
     positions = (surface.vertices - surface.vertices.mean(axis=0)) / np.sqrt(surface.area)
-    problem, loop = SymmetricDirichlet(positions, surface.faces), boundary_loops(surface.faces)[0]
-    start = tutte(positions, surface.faces) / np.sqrt(np.pi)
+    problem, loop = SymmetricDirichlet(Mesh(positions, surface.faces)), surface.connectivity.boundary_loops[0]
+    start = tutte(Mesh(positions, surface.faces)) / np.sqrt(np.pi)
     *_, free = minimise(problem, start)
     assert crossings(free.plane[loop]) > 0, "without the barrier this surface does lie on itself"
     rounds = list(minimise(BoundaryBarrier(problem, loop, free.plane), start))
@@ -133,7 +133,7 @@ def test_a_corner_that_misses_a_side_by_the_last_bit_touches():
     plane = np.array([a, tip, [-0.5, 0.3], [-0.5, -0.1], other, [-0.3, -0.1]])
     wide = plane + [[0, 0.1], [0, 0.1], [0, 0.1], [0, 0], [0, 0], [0, 0]]
     faces = np.array([[2, 3, 4], [2, 4, 1], [0, 1, 4], [0, 4, 5]])
-    problem = SymmetricDirichlet(np.column_stack([wide, np.zeros(6)]), faces)
+    problem = SymmetricDirichlet(Mesh(np.column_stack([wide, np.zeros(6)]), faces))
     apart = BoundaryBarrier(problem, np.arange(6), wide)
     assert not apart.touches(wide)
     assert crossings(plane) == 0

@@ -9,7 +9,6 @@ import pytest
 
 from app.core.errors import MapError
 from app.flattening.cut import cut_to_disk, far_points, farthest_from_border
-from app.geometry.connectivity import boundary_loops, euler_characteristic
 from app.geometry.mesh import Mesh
 from tests.support.surfaces import SURFACES, cap, frustum, named, sheet, sphere, torus
 
@@ -20,8 +19,8 @@ WHOLE = [name for name in SURFACES if name != "deep cup"]
 def test_every_surface_becomes_a_disk_with_its_own_faces(name):
     surface = named(name)
     cut = cut_to_disk(surface)
-    assert euler_characteristic(cut.faces) == 1
-    assert len(boundary_loops(cut.faces)) == 1
+    assert cut.connectivity.euler_characteristic == 1
+    assert len(cut.connectivity.boundary_loops) == 1
     np.testing.assert_array_equal(cut.vertex_of[cut.faces], surface.faces)
 
 
@@ -31,7 +30,7 @@ def test_seams_are_edges_with_a_face_on_both_sides(name):
     edges = {tuple(edge) for edge in surface.edges.tolist()}
     inner = edges - {
         tuple(sorted((a, b)))
-        for loop in boundary_loops(surface.faces)
+        for loop in surface.connectivity.boundary_loops
         for a, b in zip(loop.tolist(), np.roll(loop, -1).tolist(), strict=True)
     }
     assert {tuple(sorted(seam)) for seam in cut.seams.tolist()} <= inner
@@ -67,7 +66,7 @@ def test_a_seam_reaches_the_terminal():
     cut = cut_to_disk(surface, terminals=[0])
     assert 0 in cut.seams
     assert (cut.vertex_of == 0).sum() == 1, "the tip of a slit is one point"
-    assert euler_characteristic(cut.faces) == 1
+    assert cut.connectivity.euler_characteristic == 1
 
 
 def test_the_pole_is_farthest_from_the_border():

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from functools import cached_property
+
 import numpy as np
 import pytest
 
 from app.core.errors import MapError
 from app.flattening.bijectivity import crossings, flipped, signed_areas
+from app.flattening.cut import SeamPlan
 from app.flattening.flatten import flatten
 from app.flattening.methods import METHODS
-from app.geometry.connectivity import boundary_loops
+from app.geometry.connectivity import Connectivity
 from app.geometry.mesh import Mesh
 from tests.support.surfaces import cap, frustum, named, sheet
 
@@ -67,7 +71,7 @@ def test_the_simple_method_adds_no_seam():
 def test_what_would_overlap_is_kept_apart_and_said(name):
     chart = flatten(named(name))
     assert "overlap-avoided" in _kinds(chart)
-    assert crossings(chart.plane[boundary_loops(chart.faces)[0]]) == 0
+    assert crossings(chart.plane[chart.connectivity.boundary_loops[0]]) == 0
     assert chart.energies[-1] < 4.05
 
 
@@ -110,3 +114,26 @@ def test_more_seams_than_allowed_is_a_named_error(monkeypatch):
     monkeypatch.setattr("app.flattening.flatten.UNSOLVABLE_ENERGY", 4.0)
     with pytest.raises(MapError, match="too long and thin"):
         flatten(cap(1.0))
+
+
+@pytest.fixture
+def sorted_faces(monkeypatch):
+    """How often the edges of each set of faces were worked out since."""
+    counted: Counter[bytes] = Counter()
+    work = Connectivity._table.func
+
+    def counting(self):
+        counted[self.faces.tobytes()] += 1
+        return work(self)
+
+    table = cached_property(counting)
+    table.__set_name__(Connectivity, "_table")
+    monkeypatch.setattr(Connectivity, "_table", table)
+    return counted
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_edges_of_the_surface_and_of_its_cut_are_worked_out_once(sorted_faces, method):
+    surface = frustum(0.03, 0.02, length=0.2)
+    chart = flatten(surface, method=method, seams=SeamPlan(extra=0))
+    assert sorted_faces == {surface.faces.tobytes(): 1, chart.faces.tobytes(): 1}

@@ -11,7 +11,6 @@ from app.flattening.cut import cut_to_disk
 from app.flattening.flatten import flatten
 from app.flattening.initial_map import Disk, tutte
 from app.flattening.methods import METHODS, find_method
-from app.geometry.connectivity import boundary_loops
 from app.geometry.mesh import Mesh
 from tests.support.surfaces import SURFACES, cap, cup, frustum, named, sheet, sphere, torus
 
@@ -20,8 +19,8 @@ from tests.support.surfaces import SURFACES, cap, cup, frustum, named, sheet, sp
 def test_no_triangle_flips_and_the_border_is_the_unit_circle(name):
     surface = named(name)
     cut = cut_to_disk(surface)
-    plane = tutte(surface.vertices[cut.vertex_of], cut.faces)
-    border = plane[boundary_loops(cut.faces)[0]]
+    plane = tutte(Mesh(surface.vertices[cut.vertex_of], cut.faces))
+    border = plane[cut.connectivity.boundary_loops[0]]
     assert not flipped(plane, cut.faces).any()
     assert crossings(border) == 0
     np.testing.assert_allclose(np.linalg.norm(border, axis=1), 1.0, rtol=1e-12)
@@ -30,8 +29,8 @@ def test_no_triangle_flips_and_the_border_is_the_unit_circle(name):
 def test_arcs_on_the_circle_are_as_long_as_on_the_body():
     surface = sheet(6, 3)
     cut = cut_to_disk(surface)
-    (loop,) = boundary_loops(cut.faces)
-    plane = tutte(surface.vertices, cut.faces)[loop]
+    (loop,) = cut.connectivity.boundary_loops
+    plane = tutte(Mesh(surface.vertices, cut.faces))[loop]
     arcs = np.angle((plane @ [1, 1j])[np.r_[1 : len(loop), 0]] / (plane @ [1, 1j]))
     sides = np.linalg.norm(surface.vertices[np.roll(loop, -1)] - surface.vertices[loop], axis=1)
     np.testing.assert_allclose(arcs / (2 * np.pi), sides / sides.sum(), rtol=1e-9)
@@ -39,7 +38,7 @@ def test_arcs_on_the_circle_are_as_long_as_on_the_body():
 
 def test_an_inner_vertex_is_the_mean_of_its_neighbours():
     surface = sheet(4, 4)
-    plane = tutte(surface.vertices, surface.faces)
+    plane = tutte(surface)
     around = np.unique(surface.edges[(surface.edges == 12).any(axis=1)])
     around = around[around != 12]
     assert len(around) == 6
@@ -109,7 +108,7 @@ def test_methods_are_what_their_titles_say():
 
 def _angle(surface, chart):
     """Mean s1 / s2."""
-    disk = Disk(surface.vertices[chart.vertex_of], chart.faces)
+    disk = Disk(Mesh(surface.vertices[chart.vertex_of], chart.faces))
     values = np.linalg.svd(disk.energy.jacobians(chart.plane))[1]
     return float((values[:, 0] / values[:, 1]).mean())
 

@@ -18,8 +18,8 @@ from tests.support.surfaces import cap, sheet
 @pytest.fixture(params=[1.0, 0.1], ids=["lengths", "angles rather"])
 def posed(request):
     surface = cap(1.0, rings=3, radius=1.0)
-    problem = SymmetricDirichlet(surface.vertices, surface.faces, lengths=request.param)
-    return problem, tutte(surface.vertices, surface.faces)
+    problem = SymmetricDirichlet(surface, lengths=request.param)
+    return problem, tutte(surface)
 
 
 def test_energy_falls_every_round_and_time_is_told(posed):

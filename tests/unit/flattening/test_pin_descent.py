@@ -20,7 +20,7 @@ SPRING_WEIGHTS = np.array([[0.2, 0.3, 0.5], [1.0, 0.0, 0.0], [0.0, 0.5, 0.5]])
 @pytest.fixture
 def pinned():
     problem, plane = (
-        SymmetricDirichlet(SPRING_SURFACE.vertices, SPRING_SURFACE.faces),
+        SymmetricDirichlet(SPRING_SURFACE),
         1.1 * SPRING_SURFACE.vertices[:, :2],
     )
     springs = Springs(SPRING_SURFACE.faces[FACES], SPRING_WEIGHTS)
@@ -131,7 +131,7 @@ WEIGHTS = np.full((3, 3), 1 / 3)
 
 @pytest.fixture(scope="module")
 def rest():
-    problem = SymmetricDirichlet(SURFACE.vertices, SURFACE.faces)
+    problem = SymmetricDirichlet(SURFACE)
     *_, last = minimise(problem, SURFACE.vertices[:, :2])
     return problem, last.plane
 

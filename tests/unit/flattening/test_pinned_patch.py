@@ -16,7 +16,7 @@ from app.flattening.methods import METHODS
 from app.flattening.newton import minimise
 from app.flattening.pinned_patch import WHOLE, PinFollower, PinnedPatch
 from app.flattening.reduced_model import build_coarse_cage
-from app.geometry.mesh import SurfacePoint
+from app.geometry.mesh import Mesh, SurfacePoint
 from tests.support.surfaces import sheet
 from tests.unit.flattening.pinned_patches import at, dome, far_points, pinned, waves
 
@@ -26,7 +26,7 @@ def follower(request):
     surface, chart = waves()
     unit = np.sqrt(surface.area)
     plane = chart.plane / unit
-    disk = Disk((surface.vertices - surface.vertices.mean(axis=0))[chart.vertex_of] / unit, chart.faces)
+    disk = Disk(Mesh((surface.vertices - surface.vertices.mean(axis=0))[chart.vertex_of] / unit, chart.faces))
     cage = build_coarse_cage(surface, replace(chart, plane=plane), faces=700) if request.param != "whole" else None
     return PinFollower(disk.energy, plane, cage=cage), chart, plane
 
@@ -66,7 +66,7 @@ def test_whole_and_carried_agree():
     surface, chart = waves()
     unit = np.sqrt(surface.area)
     plane = chart.plane / unit
-    disk = Disk((surface.vertices - surface.vertices.mean(axis=0))[chart.vertex_of] / unit, chart.faces)
+    disk = Disk(Mesh((surface.vertices - surface.vertices.mean(axis=0))[chart.vertex_of] / unit, chart.faces))
     both = [
         PinFollower(disk.energy, plane),
         PinFollower(disk.energy, plane, cage=build_coarse_cage(surface, replace(chart, plane=plane), faces=700)),

@@ -14,7 +14,7 @@ from app.flattening.flatten import flatten
 from app.flattening.newton import minimise
 from app.flattening.reduced_model import GalerkinProjection, ReducedEnergy, build_coarse_cage
 from app.flattening.symmetric_dirichlet import SymmetricDirichlet
-from app.geometry.connectivity import boundary_loops, euler_characteristic
+from app.geometry.mesh import Mesh
 from tests.support.surfaces import cap, frustum, sheet, torus
 
 
@@ -34,7 +34,7 @@ def expected(carried, hessian):
 @pytest.mark.parametrize("seed", range(3))
 def test_any_weights(seed):
     surface = cap(1.0, rings=3, radius=0.6)
-    problem = SymmetricDirichlet(surface.vertices, surface.faces)
+    problem = SymmetricDirichlet(surface)
     carried = random_weights(len(surface.vertices), 9, seed)
     first = problem.derivatives(surface.vertices[:, :2])[1]
     subspace = GalerkinProjection(carried, first)
@@ -50,7 +50,7 @@ def test_a_stand_ins_weights():
     surface = sheet(24, 18, shape=lambda x, y: 0.02 * np.sin(40 * x))
     chart = flatten(surface)
     carried = build_coarse_cage(surface, chart, faces=120).carried
-    problem = SymmetricDirichlet(surface.vertices[chart.vertex_of], chart.faces)
+    problem = SymmetricDirichlet(Mesh(surface.vertices[chart.vertex_of], chart.faces))
     hessian = problem.derivatives(chart.plane)[1]
     reference = expected(carried, hessian)
     small = GalerkinProjection(carried, hessian).project(hessian).toarray()
@@ -62,7 +62,7 @@ def carried():
     surface = sheet(30, 20, shape=lambda x, y: 0.02 * np.sin(50 * x) * np.cos(40 * y))
     chart = flatten(surface)
     cage = build_coarse_cage(surface, chart, faces=150)
-    problem = SymmetricDirichlet(surface.vertices[chart.vertex_of], chart.faces)
+    problem = SymmetricDirichlet(Mesh(surface.vertices[chart.vertex_of], chart.faces))
     return problem, cage, ReducedEnergy(problem, cage.carried), cage.plane * [1.1, 0.95]
 
 
@@ -120,7 +120,7 @@ def made(request):
 def test_it_is_a_coarse_disk_without_flips(made):
     _, chart, cage = made
     assert 200 < len(cage.surface.faces) < 600 < len(chart.faces)
-    assert euler_characteristic(cage.surface.faces) == len(boundary_loops(cage.surface.faces)) == 1
+    assert cage.surface.connectivity.euler_characteristic == len(cage.surface.connectivity.boundary_loops) == 1
     assert not flipped(cage.plane, cage.surface.faces).any()
 
 

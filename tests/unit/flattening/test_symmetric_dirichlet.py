@@ -10,6 +10,7 @@ import pytest
 from app.flattening.bijectivity import flipped
 from app.flattening.initial_map import tutte
 from app.flattening.symmetric_dirichlet import HessianPattern, SymmetricDirichlet, rest_triangles, rotation_svd
+from app.geometry.connectivity import Connectivity
 from tests.support.surfaces import cap, frustum, named, sheet
 
 
@@ -61,7 +62,7 @@ def test_the_sum_is_the_dense_sums_upper_triangle(surface):
         dense[np.ix_(dofs, dofs)] += block
     pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
     blocks = {(a, b): tuple(local[:, 2 * a + i, 2 * b + j] for i, j in product(range(2), repeat=2)) for a, b in pairs}
-    matrix = HessianPattern(faces, count).matrix(blocks)
+    matrix = HessianPattern(Connectivity(faces), count).matrix(blocks)
     np.testing.assert_allclose(matrix.toarray(), np.triu(dense), atol=1e-12)
     for column in range(matrix.shape[1]):
         rows = matrix.indices[matrix.indptr[column] : matrix.indptr[column + 1]]
@@ -71,7 +72,7 @@ def test_the_sum_is_the_dense_sums_upper_triangle(surface):
 
 def test_every_matrix_shares_one_pattern():
     surface = cap(1.0, rings=2)
-    pattern, ones = HessianPattern(surface.faces, len(surface.vertices)), np.ones(len(surface.faces))
+    pattern, ones = HessianPattern(surface.connectivity, len(surface.vertices)), np.ones(len(surface.faces))
     blocks = dict.fromkeys(((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)), (ones,) * 4)
     first, second = pattern.matrix(blocks), pattern.matrix(blocks)
     assert first.indices.ctypes.data == second.indices.ctypes.data
@@ -80,8 +81,8 @@ def test_every_matrix_shares_one_pattern():
 @pytest.fixture(params=[1.0, 0.3], ids=["lengths", "angles rather"])
 def posed(request):
     surface = cap(1.0, rings=3, radius=1.0)
-    problem = SymmetricDirichlet(surface.vertices, surface.faces, lengths=request.param)
-    return problem, tutte(surface.vertices, surface.faces)
+    problem = SymmetricDirichlet(surface, lengths=request.param)
+    return problem, tutte(surface)
 
 
 def full(upper):
@@ -91,7 +92,7 @@ def full(upper):
 
 def test_an_isometry_costs_four_and_a_stretch_what_the_formula_says():
     flat = sheet(width=1.2, height=0.8)
-    problem = SymmetricDirichlet(flat.vertices, flat.faces)
+    problem = SymmetricDirichlet(flat)
     turn = np.array([[np.cos(0.7), -np.sin(0.7)], [np.sin(0.7), np.cos(0.7)]])
     assert problem.energy(flat.vertices[:, :2] @ turn.T + 5) == pytest.approx(4, abs=1e-12)
     assert problem.energy(flat.vertices[:, :2] * [2, 0.5]) == pytest.approx(2 * (4 + 0.25), rel=1e-12)
@@ -99,14 +100,14 @@ def test_an_isometry_costs_four_and_a_stretch_what_the_formula_says():
 
 def test_angles_alone_do_not_mind_size():
     flat = sheet()
-    problem = SymmetricDirichlet(flat.vertices, flat.faces, lengths=0.0)
+    problem = SymmetricDirichlet(flat, lengths=0.0)
     assert problem.energy(7 * flat.vertices[:, :2]) == pytest.approx(4, abs=1e-12)
     assert problem.energy(flat.vertices[:, :2] * [2, 0.5]) == pytest.approx(2 * (4 + 0.25), rel=1e-12)
 
 
 def test_a_flip_costs_infinitely_much():
     flat = sheet()
-    problem = SymmetricDirichlet(flat.vertices, flat.faces)
+    problem = SymmetricDirichlet(flat)
     assert problem.energy(flat.vertices[:, :2] * [-1, 1]) == np.inf
     assert problem.energy(flat.vertices[:, :2] * [0, 1]) == np.inf
 
@@ -160,8 +161,8 @@ def test_a_step_that_only_grows_has_no_limit(posed):
 
 def test_the_best_scale_is_the_best():
     surface = cap(1.0, rings=3, radius=1.0)
-    problem = SymmetricDirichlet(surface.vertices, surface.faces)
-    plane = tutte(surface.vertices, surface.faces)
+    problem = SymmetricDirichlet(surface)
+    plane = tutte(surface)
     tried = min(problem.energy(scale * plane) for scale in np.linspace(0.2, 3, 2000))
     assert problem.energy_at_best_scale(plane) == pytest.approx(tried, rel=1e-6)
     assert problem.energy_at_best_scale(7 * plane) == pytest.approx(problem.energy_at_best_scale(plane), rel=1e-12)

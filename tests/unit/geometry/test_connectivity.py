@@ -8,19 +8,18 @@ import pytest
 from app.core.errors import MeshError
 from app.geometry import connectivity
 from app.geometry.connectivity import (
-    bow_tie_vertices,
+    Connectivity,
     components_of,
-    edge_table,
-    face_components,
     flip_faces,
-    inside_out,
     manifold_twins,
     orient_faces,
     same_direction,
+    side_ends,
     split_nonmanifold,
-    twin_halfedges,
+    twins_within,
 )
 from app.geometry.mesh import Mesh
+from app.geometry.repair import inside_out
 from tests.hard_cases.meshes import HARD_MESHES, hard_mesh
 from tests.support.surfaces import cap, sphere
 
@@ -28,44 +27,63 @@ SQUARE = np.array([[0, 1, 2], [0, 2, 3]])
 BOW_TIE = np.array([[0, 1, 2], [0, 3, 4]])
 
 
-def test_edge_table_counts_the_faces_beside_each_edge() -> None:
-    table = connectivity.edge_table(SQUARE)
+def test_edges_are_numbered_and_know_how_many_faces_are_beside_them() -> None:
+    table = Connectivity(SQUARE)
     assert table.edges.tolist() == [[0, 1], [0, 2], [0, 3], [1, 2], [2, 3]]
     assert table.face_count.tolist() == [1, 2, 1, 1, 1]
     assert table.edge_of.tolist() == [[0, 3, 1], [1, 4, 2]]
+    assert table.twins.tolist() == [[2, 3]], "side 2 of the first face is side 0 of the second"
+    assert table.twin_edges.tolist() == [1]
+    assert table.boundary_sides.tolist() == [0, 1, 4, 5]
+    assert not any(part.flags.writeable for part in (table.edges, table.edge_of, table.face_count, table.twins))
+
+
+def test_two_faces_that_run_the_same_way_disagree() -> None:
+    assert Connectivity(SQUARE).agrees_in_direction
+    assert not Connectivity(np.array([[0, 1, 2], [0, 3, 2]])).agrees_in_direction
+
+
+def test_twins_run_along_one_edge_from_end_to_end() -> None:
+    mesh = cap(1.2, rings=5)
+    found, corners = mesh.connectivity, mesh.faces.ravel()
+    one, two = found.twins.T
+    np.testing.assert_array_equal(corners[one], corners[side_ends(two)])
+    np.testing.assert_array_equal(corners[two], corners[side_ends(one)])
+    np.testing.assert_array_equal(found.edge_of.ravel()[one], found.twin_edges)
+    np.testing.assert_array_equal(found.edge_of.ravel()[two], found.twin_edges)
 
 
 def test_face_pairs_and_components() -> None:
-    assert connectivity.face_pairs(SQUARE).tolist() == [[0, 1]]
-    assert connectivity.face_components(SQUARE).tolist() == [0, 0]
-    assert len(set(connectivity.face_components(BOW_TIE).tolist())) == 2
+    assert Connectivity(SQUARE).face_pairs.tolist() == [[0, 1]]
+    assert Connectivity(SQUARE).components.tolist() == [0, 0]
+    assert len(set(Connectivity(BOW_TIE).components.tolist())) == 2
 
 
 def test_boundary_of_a_square_is_one_loop() -> None:
-    assert sorted(connectivity.boundary_edges(SQUARE).tolist()) == [[0, 1], [1, 2], [2, 3], [3, 0]]
-    (loop,) = connectivity.boundary_loops(SQUARE)
+    assert sorted(Connectivity(SQUARE).boundary_edges.tolist()) == [[0, 1], [1, 2], [2, 3], [3, 0]]
+    (loop,) = Connectivity(SQUARE).boundary_loops
     assert sorted(loop.tolist()) == [0, 1, 2, 3]
 
 
 def test_a_tube_has_two_loops_and_a_ball_none() -> None:
-    assert [len(loop) for loop in connectivity.boundary_loops(HARD_MESHES["open tube"].faces)] == [40, 40]
-    assert connectivity.boundary_loops(HARD_MESHES["sphere"].faces) == []
+    assert [len(loop) for loop in HARD_MESHES["open tube"].connectivity.boundary_loops] == [40, 40]
+    assert HARD_MESHES["sphere"].connectivity.boundary_loops == ()
 
 
 def test_two_fans_at_a_vertex_are_found_and_refused() -> None:
-    assert connectivity.bow_tie_vertices(BOW_TIE).tolist() == [0]
+    assert Connectivity(BOW_TIE).bow_tie_vertices.tolist() == [0]
     with pytest.raises(MeshError, match="vertex 0"):
-        connectivity.boundary_loops(BOW_TIE)
+        _ = Connectivity(BOW_TIE).boundary_loops
 
 
 def test_faces_that_disagree_in_direction_are_refused() -> None:
     with pytest.raises(MeshError, match="simple loops"):
-        connectivity.boundary_loops(np.array([[0, 1, 2], [0, 3, 2]]))
+        _ = Connectivity(np.array([[0, 1, 2], [0, 3, 2]])).boundary_loops
 
 
 @pytest.mark.parametrize(("name", "value"), [("sphere", 2), ("torus", 0), ("open tube", 0), ("flat plate", 1)])
 def test_euler_characteristic(name: str, value: int) -> None:
-    assert connectivity.euler_characteristic(HARD_MESHES[name].faces) == value
+    assert HARD_MESHES[name].connectivity.euler_characteristic == value
 
 
 @pytest.mark.parametrize(
@@ -73,7 +91,7 @@ def test_euler_characteristic(name: str, value: int) -> None:
     [("sphere", True), ("torus", True), ("open tube", False), ("moebius", False), ("soup", False), ("fin", False)],
 )
 def test_closed_manifold(name: str, closed: bool) -> None:
-    assert connectivity.is_closed_manifold(HARD_MESHES[name].faces) is closed
+    assert HARD_MESHES[name].connectivity.is_closed_manifold is closed
 
 
 def test_compact_renumbers() -> None:
@@ -143,8 +161,8 @@ def test_an_edge_with_three_faces_pairs_the_two_of_one_piece() -> None:
     fin = HARD_MESHES["fin"]
     component = oriented(fin).component
     assert component.max() == 1, "the fin is a component of its own"
-    assert len(twin_halfedges(fin.faces)) == 17
-    paired = twin_halfedges(fin.faces, component)
+    assert len(fin.connectivity.twins) == 17
+    paired = twins_within(fin.faces, component)
     assert len(paired) == 18
     assert not same_direction(fin.faces, paired).any()
 
@@ -190,8 +208,8 @@ def fans(faces: np.ndarray) -> int:
 def test_every_edge_has_two_faces_at_most_and_every_vertex_one_fan(name: str) -> None:
     mesh = hard_mesh(name)
     before, _, faces, vertex_of = taken_apart(mesh)
-    assert edge_table(faces).face_count.max() <= 2
-    assert not len(bow_tie_vertices(faces))
+    assert Connectivity(faces).face_count.max() <= 2
+    assert not len(Connectivity(faces).bow_tie_vertices)
     assert fans(faces) == len(vertex_of) == faces.max() + 1
     assert np.array_equal(vertex_of[faces], before), "no face is lost or moved"
     assert (np.diff(vertex_of) >= 0).all()
@@ -208,11 +226,11 @@ def test_a_fin_leaves_the_box_whole_and_stands_alone() -> None:
     _, twins, faces, _ = taken_apart(hard_mesh("fin"))
     component = components_of(twins, len(faces))
     assert np.array_equal(np.bincount(component), [12, 1])
-    assert (edge_table(faces[component == 0]).face_count == 2).all()
+    assert (Connectivity(faces[component == 0]).face_count == 2).all()
 
 
 @pytest.mark.parametrize(("name", "pieces"), [("book", 5), ("two cubes", 2), ("bow-ties", 4), ("torus", 1)])
 def test_pieces_are_those_of_the_split_faces(name: str, pieces: int) -> None:
     _, twins, faces, _ = taken_apart(hard_mesh(name))
-    assert np.array_equal(components_of(twins, len(faces)), face_components(faces))
+    assert np.array_equal(components_of(twins, len(faces)), Connectivity(faces).components)
     assert components_of(twins, len(faces)).max() + 1 == pieces

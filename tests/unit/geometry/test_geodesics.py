@@ -5,7 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.geometry.geodesics import Geodesics
+from app.geometry.geodesics import (
+    Geodesics,
+    all_path_lengths,
+    distances_from,
+    edge_graph,
+    nearest_sources,
+    path_in_tree,
+    shortest_path_tree,
+)
 from app.geometry.mesh import Mesh
 from tests.support.surfaces import cap, frustum, named, sheet
 
@@ -73,3 +81,29 @@ def test_near_distances_along_edges_end_at_the_reach_too():
     near = Geodesics(surface).from_vertex_within(0, np.arange(len(surface.vertices)), 0.03)
     assert 2 < np.isfinite(near).sum() < len(near)
     assert near[np.isfinite(near)].max() <= 0.03
+
+
+LADDER = edge_graph(np.array([[0, 1], [1, 2], [0, 3], [3, 4], [2, 4], [5, 6]]), np.array([1.0, 1, 1, 5, 1, 1]), 7)
+"""0 - 1 - 2 - 4 is shorter than 0 - 3 - 4; 5 and 6 are on their own."""
+
+
+def test_the_shortest_way_is_found_and_walked():
+    distances, before = shortest_path_tree(LADDER, 0)
+    assert distances.tolist() == [0, 1, 2, 1, 3, np.inf, np.inf]
+    assert path_in_tree(before, 4).tolist() == [0, 1, 2, 4]
+    assert path_in_tree(before, 6).tolist() == [6], "no way leads there"
+
+
+def test_the_nearest_of_several_sources():
+    sources = np.array([3, 4])
+    distances, nearest = nearest_sources(LADDER, sources, limit=1.5)
+    assert distances.tolist() == [1, np.inf, 1, 0, 0, np.inf, np.inf]
+    assert nearest[[0, 2, 3, 4]].tolist() == [3, 4, 3, 4]
+    assert (nearest[[1, 5, 6]] < 0).all()
+    assert distances_from(LADDER, sources).tolist() == [1, 2, 1, 0, 0, np.inf, np.inf]
+
+
+def test_all_ways_at_once_and_some():
+    every = all_path_lengths(LADDER)
+    np.testing.assert_array_equal(every, every.T)
+    np.testing.assert_array_equal(all_path_lengths(LADDER, np.array([4, 0])), every[[4, 0]][:, [4, 0]])

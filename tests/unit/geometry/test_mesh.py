@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+import pickle
 
 import numpy as np
 import pytest
 
 from app.core.errors import MeshError
 from app.geometry.mesh import Mesh, SurfacePoint
+from tests.support.surfaces import sheet
 
 TRIANGLE = Mesh([[0, 0, 0], [2, 0, 0], [0, 2, 0]], [[0, 1, 2]])
 
@@ -65,3 +67,21 @@ def test_it_is_a_frozen_value_that_can_be_a_key() -> None:
     assert {at: 1}[SurfacePoint(0, 7, (0.2, 0.3, 0.5))] == 1
     with pytest.raises(dataclasses.FrozenInstanceError):
         at.face = 3  # type: ignore[misc]
+
+
+def test_what_meets_is_worked_out_once_and_handed_on() -> None:
+    mesh = sheet()
+    assert mesh.connectivity is mesh.connectivity
+    moved = Mesh.of(mesh.connectivity, 2 * mesh.vertices)
+    assert moved.connectivity is mesh.connectivity
+    np.testing.assert_allclose(moved.edge_lengths, 2 * mesh.edge_lengths, rtol=1e-12)
+    assert mesh.edge_lengths.shape == (len(mesh.edges),)
+
+
+def test_what_was_computed_does_not_travel() -> None:
+    mesh = sheet()
+    bare = len(pickle.dumps(mesh))
+    assert mesh.connectivity.boundary_loops
+    assert mesh.vertex_normals.any()
+    assert len(pickle.dumps(mesh)) == bare
+    np.testing.assert_array_equal(pickle.loads(pickle.dumps(mesh)).edges, mesh.edges)

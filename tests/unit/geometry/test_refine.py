@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from app.core.errors import MeshError
-from app.geometry.connectivity import edge_table, euler_characteristic
 from app.geometry.mesh import Mesh
 from app.geometry.refine import CORNER_SNAP, SIDE_INSET, insert_vertices, subdivide
 from tests.hard_cases.meshes import HARD_MESHES, hard_mesh
@@ -28,8 +27,8 @@ def test_no_edge_is_too_long_and_the_shape_stays(name: str, share: float) -> Non
     np.testing.assert_allclose(fine.face_normals, mesh.face_normals[result.parent], atol=1e-6)
     assert np.array_equal(fine.vertices[: len(mesh.vertices)], mesh.vertices)
     assert len(np.unique(fine.faces)) == len(np.unique(mesh.faces)) + len(fine.vertices) - len(mesh.vertices)
-    assert euler_characteristic(fine.faces) == euler_characteristic(mesh.faces)
-    assert edge_table(fine.faces).face_count.max() == max(2, edge_table(mesh.faces).face_count.max())
+    assert fine.connectivity.euler_characteristic == mesh.connectivity.euler_characteristic
+    assert fine.connectivity.face_count.max() == max(2, mesh.connectivity.face_count.max())
     assert (np.diff(result.parent) >= 0).all()
 
 
@@ -82,7 +81,7 @@ def test_points_become_vertices_and_the_surface_stays(count):
         mesh.vertices[vertices].reshape(-1, 3), surface.points(faces, weights), atol=2 * CORNER_SNAP * size
     )
     assert mesh.area == pytest.approx(surface.area, rel=1e-12)
-    assert euler_characteristic(mesh.faces) == euler_characteristic(surface.faces)
+    assert mesh.connectivity.euler_characteristic == surface.connectivity.euler_characteristic
     np.testing.assert_array_equal(mesh.vertices[: len(surface.vertices)], surface.vertices)
     assert (mesh.face_areas > 0).all()
 

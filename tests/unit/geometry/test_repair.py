@@ -8,15 +8,7 @@ import numpy as np
 import pytest
 
 from app.core.errors import MeshError
-from app.geometry.connectivity import (
-    boundary_loops,
-    bow_tie_vertices,
-    edge_table,
-    euler_characteristic,
-    face_components,
-    is_closed_manifold,
-    orient_faces,
-)
+from app.geometry.connectivity import Connectivity, orient_faces
 from app.geometry.mesh import Mesh
 from app.geometry.repair import (
     RepairedMesh,
@@ -47,7 +39,7 @@ def test_cleaning_leaves_a_sound_mesh_alone() -> None:
     cleaned, findings = clean_mesh(HARD_MESHES["sphere"])
     assert findings == ()
     assert cleaned.area == pytest.approx(HARD_MESHES["sphere"].area)
-    assert is_closed_manifold(cleaned.faces)
+    assert cleaned.connectivity.is_closed_manifold
 
 
 def test_each_defect_is_counted_by_cleaning() -> None:
@@ -125,9 +117,9 @@ def test_a_fan_of_flat_faces_becomes_a_fan_of_the_face_behind_it(count: int) -> 
     assert len(faces) == len(mesh.faces)
     after = Mesh(mesh.vertices, faces)
     assert after.area == pytest.approx(mesh.area, rel=1e-12)
-    assert euler_characteristic(faces) == 1
-    assert len(boundary_loops(faces)) == 1, "no slit opens"
-    assert edge_table(faces).face_count.max() == 2
+    assert Connectivity(faces).euler_characteristic == 1
+    assert len(Connectivity(faces).boundary_loops) == 1, "no slit opens"
+    assert Connectivity(faces).face_count.max() == 2
     assert (after.face_normals[:, 2] > 0.999).all(), "nothing folds over"
     assert np.bincount(owner, after.face_areas, len(faces)) == pytest.approx(mesh.face_areas, abs=1e-15)
 
@@ -166,11 +158,11 @@ def told(result: RepairedMesh) -> dict[str, int]:
 @pytest.mark.parametrize("name", EVERY)
 def test_what_leaves_can_be_laid_flat(name: str) -> None:
     mesh = repair_mesh(hard_mesh(name)).mesh
-    assert edge_table(mesh.faces).face_count.max() <= 2
+    assert mesh.connectivity.face_count.max() <= 2
     assert orient_faces(mesh.faces, mesh.face_areas).clashes == 0
     assert not orient_faces(mesh.faces, mesh.face_areas).turned.any()
-    assert not len(bow_tie_vertices(mesh.faces))
-    boundary_loops(mesh.faces)  # raises where the border is not made of simple loops
+    assert not len(mesh.connectivity.bow_tie_vertices)
+    _ = mesh.connectivity.boundary_loops  # raises where the border is not made of simple loops
     assert mesh.face_areas.min() > 0
     assert len(np.unique(mesh.faces)) == len(mesh.vertices)
 
@@ -182,7 +174,7 @@ def test_every_change_leads_back_to_the_file(name: str) -> None:
     assert np.array_equal(result.mesh.vertices, mesh.vertices[result.vertex_of])
     assert np.array_equal(np.union1d(result.face_of, result.dropped), np.arange(len(mesh.faces)))
     assert not np.isin(result.dropped, result.face_of).any()
-    assert np.array_equal(result.component, face_components(result.mesh.faces))
+    assert np.array_equal(result.component, result.mesh.connectivity.components)
     size = np.linalg.norm(np.ptp(mesh.vertices[np.unique(mesh.faces)], axis=0))
     welded = mesh.vertices[result.welded]
     assert np.linalg.norm(welded[:, 0] - welded[:, 1], axis=1).max(initial=0) < 1e-6 * size
@@ -238,7 +230,7 @@ def test_vertices_are_welded_across_the_lines_of_any_grid() -> None:
     for _ in range(5):
         turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
         torn = jittered(Mesh(ball.vertices @ turn.T + rng.normal(size=3), ball.faces), 1e-9)
-        assert is_closed_manifold(repair_mesh(torn).mesh.faces)
+        assert Connectivity(repair_mesh(torn).mesh.faces).is_closed_manifold
 
 
 def test_inner_shells_are_turned_outward_too() -> None:

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from app.flattening.chart import Chart
-from app.geometry.connectivity import boundary_loops
 from app.geometry.mesh import Mesh
 from app.maps.build import build_map
 from app.maps.layout import MapLayout, Placement
@@ -90,7 +89,7 @@ def test_a_patch_in_the_hole_of_another_overlaps_nothing():
         Chart(p.surface.faces, p.surface.vertices[:, :2], np.arange(len(p.surface.vertices)), [], "by hand")
         for p in parts
     ]
-    assert len(boundary_loops(holed.faces)) == 2
+    assert len(holed.connectivity.boundary_loops) == 2
     for corner, expected in ((0.055, 0), (0.005, 1)):
         layout = MapLayout((Placement(), Placement(offset=(corner, corner - 0.02 * (corner > 0.05)))))
         assert overlaps(TactileMap(Skin(tuple(parts)), tuple(charts), layout)) >= expected

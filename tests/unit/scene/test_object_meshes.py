@@ -7,7 +7,6 @@ import pytest
 import trimesh
 
 from app.core.errors import MeshError, SceneError
-from app.geometry.connectivity import is_closed_manifold
 from app.scene.object_meshes import make_objects, primitive_mesh
 from app.scene.objects import ObjectSpec
 from app.scene.scene import Scene
@@ -29,7 +28,7 @@ def scene_of(*objects):
 def test_primitives_are_closed_and_of_their_size(spec, extents, volume):
     (body,) = make_objects(scene_of(spec))
     assert body.spec is spec
-    assert is_closed_manifold(body.mesh.faces)
+    assert body.mesh.connectivity.is_closed_manifold
     assert np.ptp(body.mesh.vertices, axis=0) == pytest.approx(extents, rel=2e-3)
     solid = trimesh.Trimesh(body.mesh.vertices, body.mesh.faces, process=False)
     assert solid.volume == pytest.approx(volume, rel=0.02), "and its outside is outside"

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from app.core.errors import RobotError, SkinError
-from app.geometry.connectivity import boundary_loops, face_components
 from app.robots.robot import Robot
 from app.skin.fit import fit_taxels_to_link
 from tests.hard_cases.meshes import HOPELESS_MESHES, one_link
@@ -28,8 +27,8 @@ def test_two_groups_apart_are_two_patches() -> None:
     skin = worn(np.concatenate([sleeve(np.arange(0.05, 0.10, 0.006)), sleeve(np.arange(0.2, 0.22, 0.006))]))
     assert [patch.name for patch in skin.patches] == ["upper", "upper 2"]
     for patch in skin.patches:
-        assert face_components(patch.surface.faces).max() == 0
-        assert len(boundary_loops(patch.surface.faces)) == 2
+        assert patch.surface.connectivity.components.max() == 0
+        assert len(patch.surface.connectivity.boundary_loops) == 2
         assert patch.taxels.areas.sum() <= patch.surface.area * (1 + 1e-12)
 
 

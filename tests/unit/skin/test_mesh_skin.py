@@ -5,7 +5,6 @@ import pytest
 
 from app.core.errors import MeshError, SkinError
 from app.geometry.closest_point import ClosestPoint
-from app.geometry.connectivity import boundary_loops, face_components
 from app.geometry.mesh import Mesh
 from app.skin.mesh_skin import skin_of_mesh
 from app.skin.placement import PaintedZone, PlacementSpec, SphereZone
@@ -27,8 +26,8 @@ def test_the_users_surface_wears_it_and_every_bit_of_it_is_felt(name: str, patte
     assert skin.areas.sum() == pytest.approx(sum(patch.surface.area for patch in skin.patches), rel=1e-9)
     for patch in skin.patches:
         assert patch.link == name
-        assert face_components(patch.surface.faces).max() == 0
-        boundary_loops(patch.surface.faces)
+        assert patch.surface.connectivity.components.max() == 0
+        _ = patch.surface.connectivity.boundary_loops
         assert ClosestPoint(mesh).query(patch.surface.vertices)[2].max() < 1e-9 * mesh.size
 
 
@@ -60,7 +59,7 @@ def test_what_sticks_out_of_another_part_is_worn_there() -> None:
     skin = skin_of_mesh(joined(sphere(), moved(sphere(), (0.06, 0, 0))), PlacementSpec(taxels=60))
     assert len(skin) == 60
     for patch, centre in zip(skin.patches, sorted([0.0, 0.06]), strict=True):
-        assert len(boundary_loops(patch.surface.faces)) == 1
+        assert len(patch.surface.connectivity.boundary_loops) == 1
         other = 0.06 - centre
         assert np.linalg.norm(patch.taxels.positions - [other, 0, 0], axis=1).min() > 0.045
 

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from app.core.errors import Finding
-from app.geometry.connectivity import bow_tie_vertices, edge_table, face_components
 from app.geometry.mesh import Mesh
 from app.skin.formats.taxel_set import TaxelSet
 from app.skin.reconstruct import LONE_TAXEL_RADIUS, extend_boundary, reconstruct_skin, skin_from_taxels
@@ -121,9 +120,9 @@ def check(taxels: TaxelSet):
     assert set(built.taxel_of.tolist()) == set(range(len(skin)))
     for patch in skin.patches:
         surface, worn = patch.surface, patch.taxels
-        assert edge_table(surface.faces).face_count.max() <= 2
-        assert not len(bow_tie_vertices(surface.faces))
-        assert face_components(surface.faces).max() == 0
+        assert surface.connectivity.face_count.max() <= 2
+        assert not len(surface.connectivity.bow_tie_vertices)
+        assert surface.connectivity.components.max() == 0
         assert surface.face_areas.min() > 0
         assert worn.areas.sum() == pytest.approx(surface.area, rel=1e-12)
         assert worn.areas.min() > 0

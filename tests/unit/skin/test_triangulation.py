@@ -7,13 +7,7 @@ import pytest
 from scipy.spatial import Delaunay
 
 from app.core.errors import SkinError
-from app.geometry.connectivity import (
-    boundary_loops,
-    bow_tie_vertices,
-    edge_table,
-    euler_characteristic,
-    face_components,
-)
+from app.geometry.connectivity import Connectivity
 from app.skin.sampling import place_evenly
 from app.skin.triangulation import estimate_normals, local_spacing, triangulate
 from tests.support.surfaces import cap, frustum, sheet, sphere
@@ -153,14 +147,14 @@ def test_a_gap_is_not_bridged(gap):
     shift = np.array([patch[:, 0].max() + gap, 0, 0])
     faces = triangulate(np.concatenate([patch, patch + shift])).mesh.faces
     assert (np.ptp(faces // len(patch), axis=1) == 0).all()
-    assert face_components(faces).max() == 1
+    assert Connectivity(faces).components.max() == 1
 
 
 def test_a_sparse_and_a_dense_part_join_where_they_grade_into_each_other():
     x = 0.01 * np.cumsum(1.15 ** np.arange(12))
     points = np.stack([*np.meshgrid(x, 0.02 * np.arange(8)), np.zeros((8, 12))], axis=-1).reshape(-1, 3)
     found = triangulate(points)
-    assert face_components(found.mesh.faces).max() == 0
+    assert found.mesh.connectivity.components.max() == 0
     assert len(np.unique(found.mesh.faces)) == len(points)
 
 
@@ -168,10 +162,10 @@ def test_a_missing_taxel_is_spanned_and_a_real_hole_is_left():
     points = hexagonal(9, 9)
     middle = np.linalg.norm(points - points.mean(axis=0), axis=1)
     one = triangulate(np.delete(points, middle.argmin(), axis=0)).mesh
-    assert euler_characteristic(one.faces) == 1
+    assert one.connectivity.euler_characteristic == 1
     hole = triangulate(points[middle > 0.022]).mesh
-    assert euler_characteristic(hole.faces) == 0
-    assert len(boundary_loops(hole.faces)) == 2
+    assert hole.connectivity.euler_characteristic == 0
+    assert len(hole.connectivity.boundary_loops) == 2
 
 
 def test_two_walls_of_a_thin_plate_stay_apart():
@@ -180,7 +174,7 @@ def test_two_walls_of_a_thin_plate_stay_apart():
     both = np.concatenate([front, behind])
     stated = np.repeat([[0, 0, 1.0], [0, 0, -1.0]], len(front), axis=0)
     faces = triangulate(both, normals=stated).mesh.faces
-    assert edge_table(faces).face_count.max() <= 2  # whatever it makes of this, it is a surface
+    assert Connectivity(faces).face_count.max() <= 2  # whatever it makes of this, it is a surface
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -188,10 +182,10 @@ def test_noise_and_clumps_still_give_a_surface(seed):
     random = np.random.default_rng(seed)
     points = random.uniform(-0.05, 0.05, (150, 3)) * [1, 1, random.uniform(0, 1)]
     faces = triangulate(points).mesh.faces
-    assert edge_table(faces).face_count.max(initial=0) <= 2
+    assert Connectivity(faces).face_count.max(initial=0) <= 2
     directed = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     assert len(np.unique(directed, axis=0)) == len(directed)
-    assert not len(bow_tie_vertices(faces))
+    assert not len(Connectivity(faces).bow_tie_vertices)
 
 
 @pytest.mark.parametrize("count", [1, 2, 8])

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.geometry.connectivity import boundary_edges, boundary_loops, bow_tie_vertices, euler_characteristic
 from app.geometry.mesh import Mesh
 from app.geometry.wrap import wrap_mesh
 from app.skin.usable_surface import patch_name, usable_components, vertices_clear_of, visible_from_outside
@@ -63,9 +62,9 @@ def test_clear_of_nothing_is_everything() -> None:
 def test_a_belt_is_one_tube_with_smooth_borders() -> None:
     usable = np.abs(HEIGHT) < 0.05
     (belt,) = usable_components(BALL, usable, smallest=0.0, largest_hole=0.0)
-    assert euler_characteristic(belt.faces) == 0
-    assert len(boundary_loops(belt.faces)) == 2
-    border = belt.vertices[np.unique(boundary_edges(belt.faces))]
+    assert belt.connectivity.euler_characteristic == 0
+    assert len(belt.connectivity.boundary_loops) == 2
+    border = belt.vertices[np.unique(belt.connectivity.boundary_edges)]
     assert np.abs(border[:, 2]).std() < 0.003
 
 
@@ -84,8 +83,8 @@ def test_small_holes_are_filled_and_large_ones_stay() -> None:
     assert hole > 0
     (filled,) = usable_components(BALL, usable, smallest=0.0, largest_hole=1.1 * hole)
     (holed,) = usable_components(BALL, usable, smallest=0.0, largest_hole=0.5 * hole)
-    assert euler_characteristic(filled.faces) == 2
-    assert euler_characteristic(holed.faces) == 1
+    assert filled.connectivity.euler_characteristic == 2
+    assert holed.connectivity.euler_characteristic == 1
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -94,8 +93,8 @@ def test_a_ragged_choice_still_gives_simple_loops(seed: int) -> None:
     pieces = usable_components(BALL, usable, smallest=0.0, largest_hole=0.0)
     assert pieces
     for piece in pieces:
-        assert not len(bow_tie_vertices(piece.faces))
-        boundary_loops(piece.faces)  # raises where they are not simple
+        assert not len(piece.connectivity.bow_tie_vertices)
+        _ = piece.connectivity.boundary_loops  # raises where they are not simple
 
 
 def test_nothing_usable_gives_no_pieces() -> None:

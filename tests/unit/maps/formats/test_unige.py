@@ -5,7 +5,7 @@ import pytest
 
 from app.core.errors import MapError
 from app.flattening.bijectivity import signed_areas
-from app.geometry.connectivity import boundary_loops, euler_characteristic
+from app.geometry.connectivity import Connectivity
 from app.maps.build import build_map
 from app.maps.formats.unige import unige_file_of, write_unige_map
 from app.skin.formats.taxel_files import read_taxels
@@ -36,8 +36,8 @@ def test_what_is_written_reads_back(tube, tmp_path):
 def test_the_map_is_the_body_opened_along_the_seam(tube):
     file = unige_file_of(tube)
     body, flat = file.taxels.faces, file.maps[0].faces
-    assert (euler_characteristic(body), len(boundary_loops(body))) == (0, 2)
-    assert (euler_characteristic(flat), len(boundary_loops(flat))) == (1, 1)
+    assert (Connectivity(body).euler_characteristic, len(Connectivity(body).boundary_loops)) == (0, 2)
+    assert (Connectivity(flat).euler_characteristic, len(Connectivity(flat).boundary_loops)) == (1, 1)
     assert (signed_areas(file.maps[0].points, flat) > 0).all()
     assert 0 < len(body) - len(flat) < 40
 

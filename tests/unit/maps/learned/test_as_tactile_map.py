@@ -10,7 +10,7 @@ import pytest
 from app.contacts.detection import ContactDetector
 from app.core.errors import MapError
 from app.flattening.bijectivity import crossings, flipped
-from app.geometry.connectivity import boundary_loops, bow_tie_vertices, euler_characteristic
+from app.geometry.connectivity import Connectivity
 from app.maps.formats.map_file import map_from_bytes, map_to_bytes
 from app.maps.interpolation import LONGEST_SIDE
 from app.maps.learned.as_tactile_map import characteristic_shape, learned_tactile_map, longest_side
@@ -44,9 +44,9 @@ def test_it_is_one_disk_through_every_point(shape):
     points = _lattice(SHAPES[shape])
     faces = characteristic_shape(points).faces
     assert np.array_equal(np.unique(faces), np.arange(len(points)))
-    assert euler_characteristic(faces) == 1
-    assert not len(bow_tie_vertices(faces))
-    (loop,) = boundary_loops(faces)
+    assert Connectivity(faces).euler_characteristic == 1
+    assert not len(Connectivity(faces).bow_tie_vertices)
+    (loop,) = Connectivity(faces).boundary_loops
     assert not crossings(points[loop])
     assert not flipped(points, faces).any()
 

@@ -13,7 +13,7 @@ from app.maps.learned.embedding import (
     embed,
     knn_graph,
     kruskal_stress,
-    path_lengths,
+    all_path_lengths,
     smacof,
 )
 
@@ -123,7 +123,7 @@ def test_ties_are_all_taken_whatever_the_numbering():
 
 def test_paths_are_sums_of_sides():
     line = np.arange(6.0)[:, None]
-    assert np.allclose(path_lengths(knn_graph(cdist(line, line), neighbours=2)), cdist(line, line))
+    assert np.allclose(all_path_lengths(knn_graph(cdist(line, line), neighbours=2)), cdist(line, line))
 
 
 def test_unknown_pairs_are_never_joined():
@@ -131,7 +131,7 @@ def test_unknown_pairs_are_never_joined():
     apart[:2, 2:] = apart[2:, :2] = np.inf
     graph = knn_graph(apart, neighbours=5)
     assert [part.tolist() for part in connected_islands(graph)] == [[2, 3, 4, 5], [0, 1]]
-    assert np.isinf(path_lengths(graph)[0, 5])
+    assert np.isinf(all_path_lengths(graph)[0, 5])
 
 
 def test_no_way_is_free():

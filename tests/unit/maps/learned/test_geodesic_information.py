@@ -8,7 +8,7 @@ from scipy.spatial.distance import pdist, squareform
 
 from app.core.errors import MapError
 from app.core.progress import no_progress
-from app.geometry.connectivity import boundary_loops, edge_table, euler_characteristic
+from app.geometry.connectivity import Connectivity
 from app.maps.learned.geodesic_information import (
     build,
     embed_in_space,
@@ -71,10 +71,10 @@ def test_small_holes_are_closed_and_large_ones_are_ends():
     small = np.abs(middle - [0.025, 0.025]).max(axis=1) < 0.005
     large = np.abs(middle - [0.08, 0.08]).max(axis=1) < 0.02
     faces = surface.faces[~small & ~large]
-    assert sorted(len(loop) for loop in boundary_loops(faces)) == [4, 16, 48]
+    assert sorted(len(loop) for loop in Connectivity(faces).boundary_loops) == [4, 16, 48]
     closed = without_small_holes(faces)
-    assert sorted(len(loop) for loop in boundary_loops(closed)) == [16, 48]
-    assert euler_characteristic(closed) == 0
+    assert sorted(len(loop) for loop in Connectivity(closed).boundary_loops) == [16, 48]
+    assert Connectivity(closed).euler_characteristic == 0
     added = closed[len(faces) :]
     normals = np.cross(*(surface.vertices[added[:, k]] - surface.vertices[added[:, 0]] for k in (1, 2)))
     assert (normals[:, 2] != 0).all()
@@ -87,10 +87,10 @@ def test_a_hole_is_not_closed_over_a_side_that_exists(turn):
     inner = [(0, 1, 2), (0, 2, 4), (2, 5, 4), (2, 3, 5), (3, 6, 5), (3, 0, 6), (0, 4, 6)]
     faces = np.array([*inner, (4, 5, 7), (5, 6, 8), (6, 4, 9)])
     faces = np.roll(faces, turn, axis=0)
-    assert [len(loop) for loop in boundary_loops(faces)] == [6, 4]
+    assert [len(loop) for loop in Connectivity(faces).boundary_loops] == [6, 4]
     closed = without_small_holes(faces)
-    assert edge_table(closed).face_count.max() == 2
-    assert [len(loop) for loop in boundary_loops(closed)] == [6]
+    assert Connectivity(closed).face_count.max() == 2
+    assert [len(loop) for loop in Connectivity(closed).boundary_loops] == [6]
 
 
 def _up(surface, faces):

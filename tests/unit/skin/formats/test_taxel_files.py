@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.core.errors import SkinError
-from app.geometry.connectivity import euler_characteristic
+from app.geometry.connectivity import Connectivity
 from app.skin.formats.taxel_files import read_taxel_sets, read_taxels, taxel_sets, write_taxels
 from app.skin.skin import Patch, Skin
 from tests.support.surfaces import frustum, named, skin_of
@@ -101,7 +101,7 @@ def test_genoa_gets_a_mesh_over_the_taxels(tmp_path):
     tube = skin_of(frustum(along=16, around=32), taxels=150)
     write_taxels(tube, tmp_path / "tube.json")
     taxels = read_taxels(tmp_path / "tube.json")
-    assert euler_characteristic(taxels.faces) == 0
+    assert Connectivity(taxels.faces).euler_characteristic == 0
     a, b, c = (taxels.positions[taxels.faces[:, k]] for k in range(3))
     outward = (np.cross(b - a, c - a) * taxels.normals[taxels.faces[:, 0]]).sum(axis=1)
     assert (outward > 0).all()

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from app.flattening.bijectivity import signed_areas
-from app.geometry.connectivity import boundary_loops, euler_characteristic, is_closed_manifold
 from app.studies.testbeds.reference_bodies import MESHES, SIDE, flat_map, square_sheet
 
 HOLES = {"tube": 2, "cone": 2, "torso": 2, "hemisphere": 1, "bumpy shell": 1, "closed link": 0, "torus": 0}
@@ -18,9 +17,9 @@ CHARACTERISTIC = {"closed link": 2, "torus": 0, "hemisphere": 1, "bumpy shell": 
 def test_topology_and_fineness_are_as_asked(name, faces):
     mesh = MESHES[name](faces)
     assert 0.6 * faces < len(mesh.faces) < 1.6 * faces
-    assert len(boundary_loops(mesh.faces)) == HOLES[name]
-    assert euler_characteristic(mesh.faces) == CHARACTERISTIC[name]
-    assert is_closed_manifold(mesh.faces) == (HOLES[name] == 0)
+    assert len(mesh.connectivity.boundary_loops) == HOLES[name]
+    assert mesh.connectivity.euler_characteristic == CHARACTERISTIC[name]
+    assert mesh.connectivity.is_closed_manifold == (HOLES[name] == 0)
     assert len(np.unique(mesh.faces)) == len(mesh.vertices)
 
 

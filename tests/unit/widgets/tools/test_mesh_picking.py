@@ -7,7 +7,6 @@ import pytest
 
 from app.editing.document import MapDocument, show_patches
 from app.flattening.cut import shortest_edge_path
-from app.geometry.connectivity import edge_table
 from app.geometry.mesh import SurfacePoint
 from app.maps.build import build_map
 from tests.support.surfaces import frustum, sheet, skin_of
@@ -75,7 +74,7 @@ def test_runs_hold_every_edge_once(document, seed):
 def test_an_edge_lies_once_on_the_map_and_a_seam_twice(document):
     seams = present_seams(document, 0)
     assert pairs(seams) == pairs(document.charts[0].seams)
-    inner = edge_table(document.skin.patches[0].surface.faces).edges[:1]
+    inner = document.skin.patches[0].surface.connectivity.edges[:1]
     assert pairs(inner).isdisjoint(pairs(seams))
     assert len(on_map(document, 0, inner)) == 1
     segments = on_map(document, 0, seams)
