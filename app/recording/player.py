@@ -14,12 +14,12 @@ from mcap.records import Message
 from app.contacts.events import RECENT_EVENTS, ContactEvent
 from app.core.arrays import refreeze
 from app.core.errors import RecordingError, SimulationError
+from app.core.progress import Progress
 from app.recording import bundle, mcap_file
 from app.recording.frame_codec import decode_frame
 from app.recording.message_codecs import decode_event, decode_failure, decode_input
 from app.session.frame import Frame
 from app.session.inputs import MapEdited, SessionInput
-from app.session.prepare import Progress
 from app.session.runtime_settings import RuntimeSettings, runtime_settings_at
 from app.tactile.poke import PokePressed, PokeReleased
 

@@ -17,7 +17,7 @@ import trimesh
 from app.core.arrays import FloatArray, IntArray
 from app.core.errors import Finding, RobotError
 from app.geometry.mesh import Mesh
-from app.robots.mujoco_spec import compile_spec, parse_spec, spec_text
+from app.robots.mujoco_spec import check_names, compile_spec, parse_spec, spec_text
 from app.robots.robot import Joint, Link, Robot
 from app.robots.sanitize import (
     collision_exclusions,
@@ -151,10 +151,12 @@ def build_robot(
         home: Joint values by joint name [rad, m], before those of a keyframe; others rest at zero.
 
     Raises:
-        RobotError: The robot has no links, joints that are not scalar, too many bodies, or does not simulate.
+        RobotError: The robot has no links, joints that are not scalar, too many bodies, a name that is kept for what is
+            added to it, or does not simulate.
     """
     if len(spec.bodies) > MAX_BODIES:
         raise RobotError(f"the robot has more than {MAX_BODIES} bodies", file=source, value=len(spec.bodies))
+    check_names(spec, source=source)
     requested = {**keyframe_home(spec), **(home or {})}
     notes = [
         *findings,

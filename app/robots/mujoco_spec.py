@@ -10,16 +10,35 @@ import mujoco
 from app.core.errors import RobotError
 from app.robots.robot import Robot
 
+OWN_NAMES = "tactile-maps/"
+"""What we add to a robot's model is called so first, and nothing of a robot is: nobody can be taken for another."""
+
 
 def robot_spec(robot: Robot) -> mujoco.MjSpec:
     """A fresh, editable MuJoCo spec of ``robot`` alone, in radians; the caller owns it.
 
     Raises:
-        RobotError: MuJoCo cannot read the robot's text. Cost: about a millisecond; compiling is what takes time.
+        RobotError: MuJoCo cannot read the robot's text, or a name in it is kept for us.
+
+    Cost: about a millisecond; compiling is what takes time.
     """
     spec = parse_spec(robot.mjcf, robot.assets, source=robot.source)
     spec.compiler.degree = False
+    check_names(spec, source=robot.source)
     return spec
+
+
+def check_names(spec: mujoco.MjSpec, *, source: str) -> None:
+    """Refuse a robot that uses names kept for what is added to it.
+
+    Raises:
+        RobotError: With the element's name.
+    """
+    for kind in ("bodies", "joints", "geoms", "meshes"):
+        for element in getattr(spec, kind):
+            if element.name.startswith(OWN_NAMES):
+                remedy = f"Give it a name that does not begin with {OWN_NAMES}"
+                raise RobotError("this name is kept for the program", file=source, value=element.name, remedy=remedy)
 
 
 def parse_spec(text: str, assets: Mapping[str, bytes], *, source: str) -> mujoco.MjSpec:

@@ -21,16 +21,12 @@ from app.robots.sanitize import collision_exclusions
 from app.scene.effects import Effects
 from app.scene.objects import SceneObject
 from app.simulation.contact_stiffness import SOLVER_IMPEDANCE
-from app.simulation.object_geoms import body_name, is_simulated, slab_name
+from app.simulation.model_names import body_name, hull_name, is_object, shape_name, slab_name
+from app.simulation.object_geoms import is_simulated
 from app.skin.skin import Skin
 from app.tactile.elastic_layer import ElasticLayer
 
 _ROBOT, _OUTSIDE = 1, 2
-
-
-def hull_name(link: str) -> str:
-    """Of a skinned link's hull: its geom and its mesh."""
-    return f"skin {link}"
 
 
 def skinned_links(skin: Skin) -> tuple[str, ...]:
@@ -137,10 +133,10 @@ def _bare_shapes(spec: mujoco.MjSpec, links: Sequence[str], *, wanted: bool) -> 
     kept: list[mujoco.MjsGeom] = []
     for body in spec.bodies:
         for geom in list(body.geoms):
-            if geom.name.startswith(("object ", "slab ")):
+            if is_object(geom.name):
                 continue
             if wanted and body.name not in links and (geom.contype or geom.conaffinity):
-                geom.name = geom.name or f"shape {len(kept)}"
+                geom.name = geom.name or shape_name(len(kept))
                 kept.append(geom)
             elif body.explicitinertial:
                 spec.delete(geom)

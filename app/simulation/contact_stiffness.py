@@ -11,6 +11,7 @@ import mujoco
 import numpy as np
 
 from app.core.arrays import FloatArray
+from app.simulation.model_names import is_hull, plain_name
 from app.tactile.elastic_layer import ElasticLayer
 
 SOLVER_IMPEDANCE = 0.5
@@ -91,21 +92,21 @@ def unstable_contacts(model: mujoco.MjModel, layer: ElasticLayer) -> tuple[str, 
     step, notes = model.opt.timestep, []
     if model.opt.integrator == mujoco.mjtIntegrator.mjINT_DISCRETE:
         return ()  # implicit in the contact as well: none was found too stiff
-    for pair, geoms in enumerate(_geoms(model)):
+    for geoms in _geoms(model):
         weight = sum(float(model.body_invweight0[model.geom_bodyid[geom], 0]) for geom in geoms)
         share = layer.stiffness / _skins(model, geoms) * (1 - SOLVER_IMPEDANCE) * weight * step**2 / _STABILITY_LIMIT
         if share > 1:
-            name = model.pair(pair).name.replace("skin ", "").replace("object ", "").replace("slab ", "")
+            name = " and ".join(plain_name(model.geom(geom).name) for geom in geoms)
             most, longest = layer.stiffness / share, 1e3 * step / np.sqrt(share)
             notes.append(
-                f"{name.replace(' | ', ' and ')} may bounce apart: {layer.stiffness:.3g} N/m is too stiff for the time "
+                f"{name} may bounce apart: {layer.stiffness:.3g} N/m is too stiff for the time "
                 f"step; use at most {most:.2g} N/m or {longest:.2g} ms, or the integrator discrete"
             )
     return tuple(notes)
 
 
 def _skins(model: mujoco.MjModel, geoms: tuple[int, int]) -> int:
-    return sum(model.geom(geom).name.startswith("skin ") for geom in geoms)
+    return sum(is_hull(model.geom(geom).name) for geom in geoms)
 
 
 def _geoms(model: mujoco.MjModel) -> list[tuple[int, int]]:

@@ -12,6 +12,7 @@ from app.scene.effects import Effects, Integrator
 from app.scene.objects import SceneObject
 from app.simulation.contact_pairs import add_contact_pairs, allows_self_contact
 from app.simulation.contact_stiffness import ContactStiffness
+from app.simulation.model_names import is_object
 from app.simulation.object_geoms import add_object, is_simulated
 from app.skin.skin import Skin
 from app.tactile.elastic_layer import ElasticLayer
@@ -56,7 +57,7 @@ def assemble(
     if outside or allows_self_contact(effects):
         if effects.skin == "depth":
             itself = allows_self_contact(effects)
-            add_taxel_sensors(spec, skin, lambda mesh: itself or mesh.startswith("object "))
+            add_taxel_sensors(spec, skin, lambda mesh: itself or is_object(mesh))
     else:
         spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
     model = compile_spec(spec, source=robot.source)

@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 from app.core.arrays import FloatArray
 from app.scene.effects import Effects
 from app.scene.objects import MIN_MOVING_MASS, ObjectKind, ObjectSpec, SceneObject
+from app.simulation.model_names import body_name, slab_name
 
 PROBE_STIFFNESS = 1000.0
 """Of the spring by which a probe's motors hold it to its path [N/m]; their damping is critical."""
@@ -27,16 +28,6 @@ def is_simulated(kind: ObjectKind, effects: Effects) -> bool:
     if not effects.dynamics:
         return False
     return effects.contact in ("environment", "all") or (effects.contact == "probe" and kind == "probe")
-
-
-def body_name(object_spec: ObjectSpec) -> str:
-    """Of the object in the model; no link is called so."""
-    return f"object {object_spec.name}"
-
-
-def slab_name(object_spec: ObjectSpec) -> str:
-    """Of the block that skin meets where the object is a plane."""
-    return f"slab {object_spec.name}"
 
 
 def add_object(spec: mujoco.MjSpec, scene_object: SceneObject, effects: Effects) -> None:

@@ -19,7 +19,7 @@ from app.core.arrays import FloatArray, IntArray
 from app.core.errors import SimulationError
 from app.robots.robot import Robot
 from app.scene.objects import SceneObject
-from app.simulation.object_geoms import body_name
+from app.simulation.model_names import body_name, plain_name
 
 
 class ImpedanceCommand(Protocol):
@@ -114,7 +114,7 @@ class DivergenceGuard:
         self._back()
         return SimulationError(
             "the simulation diverged",
-            place=f"joint {joint.name} at {time:.3f} s",
+            place=f"joint {plain_name(joint.name)} at {time:.3f} s",
             value=f"position {position:.3g}, velocity {velocity:.3g} a second, energy before {self._energy():.3g} J",
             remedy="Reset; use softer gains, a softer finger or a smaller time step",
         )

@@ -35,7 +35,7 @@ from app.session.frame import Frame
 from app.session.prepare import PreparedScene, prepare
 from app.session.session import Session
 from app.simulation.model_assembly import assemble
-from app.simulation.object_geoms import body_name
+from app.simulation.model_names import body_name
 from app.skin.skin import Patch, Skin
 from app.studies.rows import p95, rms
 from app.tactile.elastic_layer import ElasticLayer

@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 
 from app.core.arrays import FloatArray, IntArray
+from app.robots.mujoco_spec import OWN_NAMES
 from app.skin.skin import Skin
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.loads import Load
@@ -99,7 +100,7 @@ class DepthModel:
 
 
 def _sensor_name(link: str) -> str:
-    return f"taxels {link}"
+    return f"{OWN_NAMES}taxels {link}"
 
 
 def _positions(skin: Skin) -> dict[str, FloatArray]:

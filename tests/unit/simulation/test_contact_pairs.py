@@ -37,12 +37,12 @@ def test_self_contact_collides_hulls_that_reach_the_skin():
     raised = replace(skin.patches[0].surface, vertices=skin.patches[0].surface.vertices + [0.004, 0, 0])
     model = assemble(robot, replace(skin, patches=(replace(skin.patches[0], surface=raised), skin.patches[1])),
                      Effects(contact="self"))  # fmt: skip
-    assert pairs(model) == {frozenset(("skin left", "skin right"))}
+    assert pairs(model) == {frozenset(("tactile-maps/skin left", "tactile-maps/skin right"))}
     assert not model.geom_contype.any(), "nothing collides by bits as well"
     assert model.ngeom == 2, "the links' own shapes are gone"
-    mesh = model.mesh("skin left").id
+    mesh = model.mesh("tactile-maps/skin left").id
     start, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
-    geom = model.geom("skin left")
+    geom = model.geom("tactile-maps/skin left")
     rotation = np.zeros(9)
     mujoco.mju_quat2Mat(rotation, geom.quat)
     vertices = model.mesh_vert[start : start + count].reshape(-1, 3) @ rotation.reshape(3, 3).T + geom.pos
@@ -58,15 +58,20 @@ def test_in_the_environment_skin_meets_objects_in_pairs_and_the_rest_by_bits():
     robot, skin = arm().robot, arm().skin
     model = assemble(robot, skin, Effects(contact="environment"), objects=every_kind())
     links, things = skinned_links(skin), [t.spec.name for t in every_kind()]
-    partners = {f"slab {name}" if name == "plane" else f"object {name}" for name in things}
-    assert pairs(model) == {frozenset((f"skin {link}", other)) for link in links for other in partners}
+    partners = {f"tactile-maps/slab {name}" if name == "plane" else f"tactile-maps/object {name}" for name in things}
+    assert pairs(model) == {frozenset((f"tactile-maps/skin {link}", other)) for link in links for other in partners}
     bare = [model.geom(i).name for i in np.flatnonzero(model.geom_conaffinity) if "object" not in model.geom(i).name]
     assert len(bare) == len(robot.links) - len(links)
-    assert meet(model, bare[0], "object box")
-    assert meet(model, "object box", "object plane")
+    assert meet(model, bare[0], "tactile-maps/object box")
+    assert meet(model, "tactile-maps/object box", "tactile-maps/object plane")
     assert not meet(model, bare[0], bare[1])
-    assert not any(meet(model, f"skin {links[0]}", other) for other in (*bare, "object box", "object plane"))
-    assert not meet(model, "slab plane", "object box"), "else a box would rest on plane and slab"
+    assert not any(
+        meet(model, f"tactile-maps/skin {links[0]}", other)
+        for other in (*bare, "tactile-maps/object box", "tactile-maps/object plane")
+    )
+    assert not meet(model, "tactile-maps/slab plane", "tactile-maps/object box"), (
+        "else a box would rest on plane and slab"
+    )
 
 
 def test_by_itself_the_robot_meets_no_object():
@@ -118,7 +123,7 @@ def test_friction_is_the_larger_of_both_or_none(friction, dimensions):
         )
         assert list(model.pair_dim) == [dimensions]
         assert model.pair_friction[0, 0] == felt
-        assert model.geom("object box").condim[0] == dimensions
+        assert model.geom("tactile-maps/object box").condim[0] == dimensions
         assert model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC
 
 
@@ -127,4 +132,4 @@ def test_a_robots_own_pairs_and_collision_bits_do_not_count():
                               '<contact><pair geom1="g" geom2="own"/></contact>').replace('<geom type="box" pos',
                               '<geom name="own" type="box" pos')  # fmt: skip
     model = assemble(replace(bar(), mjcf=text), bar_skin(), Effects(contact="environment"), objects=(BOX,))
-    assert pairs(model) == {frozenset(("skin bar", "object box"))}
+    assert pairs(model) == {frozenset(("tactile-maps/skin bar", "tactile-maps/object box"))}

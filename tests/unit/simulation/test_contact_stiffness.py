@@ -21,7 +21,7 @@ BOX = thing("box", at=(5.0, 0.0, 5.0), mass=1.0)
 def test_the_numbers_of_a_pair_are_those_of_the_formula():
     layer = ElasticLayer(stiffness=5e4)
     model = assemble(bar(), bar_skin(), Effects(contact="environment", friction=True), objects=(BOX,), layer=layer)
-    both = model.body("bar").invweight0[0] + model.body("object box").invweight0[0]
+    both = model.body("bar").invweight0[0] + model.body("tactile-maps/object box").invweight0[0]
     k, b = -model.pair_solref[0]
     assert k / ((1 - SOLVER_IMPEDANCE) * both) == pytest.approx(5e4)
     assert b == pytest.approx(2 * np.sqrt(k))

@@ -34,19 +34,19 @@ def alone(*things, seconds: float, effects=WORLD) -> Simulation:
      ("probe", "SPHERE", (0.01, 0, 0)), ("cylinder", "CYLINDER", (0.03, 0.01, 0)), ("plane", "PLANE", (0.5, 0.5, 1))],
 )  # fmt: skip
 def test_primitives_have_the_size_the_scene_says(kind, shape, size):
-    geom = model_with(thing(kind, at=FAR)).geom(f"object {kind}")
+    geom = model_with(thing(kind, at=FAR)).geom(f"tactile-maps/object {kind}")
     assert geom.type[0] == getattr(mujoco.mjtGeom, f"mjGEOM_{shape}")
     assert geom.size == pytest.approx(size)
 
 
 def test_a_plane_without_size_is_drawn_without_end():
-    assert not model_with(thing("plane", size=())).geom("object plane").size[:2].any()
+    assert not model_with(thing("plane", size=())).geom("tactile-maps/object plane").size[:2].any()
 
 
 @pytest.mark.parametrize("kind", ["box", "sphere", "cylinder", "mesh"])
 def test_mass_sets_free_and_none_fixes(kind):
     free, fixed = model_with(thing(kind, at=FAR, mass=0.7)), model_with(thing(kind, at=FAR))
-    assert free.body(f"object {kind}").mass[0] == pytest.approx(0.7)
+    assert free.body(f"tactile-maps/object {kind}").mass[0] == pytest.approx(0.7)
     assert (free.nv, fixed.nv) == (7, 1)
 
 
@@ -72,7 +72,7 @@ def test_objects_stand_where_and_as_the_scene_says():
 def test_a_plates_spring_has_the_stated_stiffness_along_its_own_axis():
     plate = thing("plate", at=FAR, turn=(90.0, 0.0, 0.0), mass=0.5, stiffness=300.0, damping=1.0)
     simulation = Simulation(bar(), bar_skin(), WORLD, objects=(plate,))
-    body, push = simulation._model.body("object plate").id, np.array([1.0, 2.0, 3.0])
+    body, push = simulation._model.body("tactile-maps/object plate").id, np.array([1.0, 2.0, 3.0])
     simulation._data.xfrc_applied[body, :3] = push
     simulation.step(3000, no_command(bar()))
     axis = plate.spec.pose.rotation[:, 2]
@@ -93,7 +93,11 @@ def test_a_plate_swings_with_the_stated_damping():
 
 def test_probes_and_plates_have_a_least_mass():
     model = model_with(thing("probe", at=FAR), thing("plate", at=FAR, mass=0.001))
-    assert model.body("object probe").mass[0] == model.body("object plate").mass[0] == MIN_MOVING_MASS
+    assert (
+        model.body("tactile-maps/object probe").mass[0]
+        == model.body("tactile-maps/object plate").mass[0]
+        == MIN_MOVING_MASS
+    )
 
 
 def test_a_probe_follows_its_path_again_and_again():

@@ -67,7 +67,7 @@ def test_a_hand_acts_in_every_step_at_that_steps_places(integrator):
 def test_places_are_brought_up_to_date_when_asked_for():
     ball = thing("sphere", at=(5.0, 0.0, 5.0), mass=1.0)
     made = physics(ball, contact="environment")
-    body = made.model.body("object sphere").id
+    body = made.model.body("tactile-maps/object sphere").id
     made.step(100, None)
     stale = made.data.xpos[body].copy()
     pose = made.pose("sphere")

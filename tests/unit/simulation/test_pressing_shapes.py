@@ -31,15 +31,15 @@ def world_with(*things):
 def solid_of(kind: str, **said):
     body = thing(kind, at=(0.1, 0.2, 0.3), turn=(20.0, 30.0, 40.0), **said)
     model, _ = world_with(body)
-    return Solids(model, (body,))[int(model.geom(f"object {kind}").id)]
+    return Solids(model, (body,))[int(model.geom(f"tactile-maps/object {kind}").id)]
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_distances_are_mujocos(kind):
     body, point = thing(kind, at=(0.1, 0.2, 0.3), turn=(20.0, 30.0, 40.0)), thing("probe", name="point", size=(POINT,))
     model, data = world_with(body, point)
-    geom, tip = int(model.geom(f"object {kind}").id), int(model.geom("object point").id)
-    solid, first = Solids(model, (body, point))[geom], int(model.joint("object point x").qposadr[0])
+    geom, tip = int(model.geom(f"tactile-maps/object {kind}").id), int(model.geom("tactile-maps/object point").id)
+    solid, first = Solids(model, (body, point))[geom], int(model.joint("tactile-maps/object point x").qposadr[0])
     shape, rng, nearby = solid.seen_from(data, 0), np.random.default_rng(0), np.zeros(6)
     for place in shape.points(rng.normal(size=(40, 3)) * 0.03):
         data.qpos[first : first + 3] = place
@@ -64,7 +64,7 @@ def test_kinds():
 def test_the_slab_of_a_plane_is_the_plane():
     body = thing("plane", at=(0.0, 0.0, -1.0))
     model, data = world_with(body)
-    slab = Solids(model, (body,))[int(model.geom("slab plane").id)]
+    slab = Solids(model, (body,))[int(model.geom("tactile-maps/slab plane").id)]
     assert slab.shape == Plane()
     assert slab.seen_from(data, 0).translation == pytest.approx((0, 0, -1.0))
     assert slab.by == "plane"
@@ -74,7 +74,7 @@ def test_an_open_mesh_presses_as_what_collides():
     closed = thing("mesh").mesh
     body = thing("mesh", mesh=Mesh(closed.vertices, closed.faces[3:]), at=(0.1, 0.2, 0.3))
     model, _ = world_with(body)
-    shape = Solids(model, (body,))[int(model.geom("object mesh").id)].shape
+    shape = Solids(model, (body,))[int(model.geom("tactile-maps/object mesh").id)].shape
     assert shape.distance(np.zeros((1, 3)))[0] == pytest.approx(-0.02, rel=0.03)
 
 
@@ -83,7 +83,7 @@ def test_a_links_hull_holds_link_and_skin():
     model = assemble(robot, skin, Effects(contact="self"))
     solids = Solids(model, ())
     for patch in skin.patches:
-        solid = solids[int(model.geom(f"skin {patch.link}").id)]
+        solid = solids[int(model.geom(f"tactile-maps/skin {patch.link}").id)]
         local = solid.pose.inverse.points(patch.surface.vertices)
         assert solid.shape.distance(local).max() < 1e-6
         assert solid.by == patch.link

@@ -125,17 +125,25 @@ def test_every_joint_is_carried_by_its_name_wherever_it_stands():
     one, other = physics(BALL, PROBE), physics(PROBE, BALL)
     rng = np.random.default_rng(0)
     one.data.qpos[:] = rng.normal(size=one.model.nq) * 0.1
-    one.data.qpos[one.model.joint("object sphere").qposadr[0] + 3 :][:4] = (1, 0, 0, 0)
+    one.data.qpos[one.model.joint("tactile-maps/object sphere").qposadr[0] + 3 :][:4] = (1, 0, 0, 0)
     one.data.qvel[:], one.data.qacc_warmstart[:] = rng.normal(size=(2, one.model.nv))
     states = joint_states(one.model, one.data)
-    assert list(states) == ["hinge", "object sphere", "object probe x", "object probe y", "object probe z"]
+    assert list(states) == [
+        "hinge",
+        "tactile-maps/object sphere",
+        "tactile-maps/object probe x",
+        "tactile-maps/object probe y",
+        "tactile-maps/object probe z",
+    ]
     restore_joint_states(other, states, 1.25)
     back = joint_states(other.model, other.data)
     for name, state in states.items():
         for field in ("position", "velocity", "acceleration"):
             assert np.array_equal(getattr(back[name], field), getattr(state, field)), (name, field)
     assert other.data.time == 1.25
-    assert other.data.xpos[other.model.body("object sphere").id] == pytest.approx(states["object sphere"].position[:3])
+    assert other.data.xpos[other.model.body("tactile-maps/object sphere").id] == pytest.approx(
+        states["tactile-maps/object sphere"].position[:3]
+    )
 
 
 def test_joints_without_a_state_stay_where_they_are():

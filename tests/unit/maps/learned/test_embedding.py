@@ -7,13 +7,13 @@ import pytest
 from scipy.optimize import minimize
 from scipy.spatial.distance import cdist, pdist, squareform
 
+from app.geometry.geodesics import all_path_lengths
 from app.maps.learned.embedding import (
     classical_mds,
     connected_islands,
     embed,
     knn_graph,
     kruskal_stress,
-    all_path_lengths,
     smacof,
 )
 

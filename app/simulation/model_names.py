@@ -1,0 +1,49 @@
+"""Names in a model of what the assembly adds to the robot: a skinned link's hull, an object, the block under a plane.
+
+They are in a namespace of their own, which no robot may use, and told apart by kind in it. So a link, a joint or a
+shape of a robot may have any other name, and what a name begins with says for sure what it is.
+"""
+
+from __future__ import annotations
+
+from app.robots.mujoco_spec import OWN_NAMES
+from app.scene.objects import ObjectSpec
+
+_HULL, _OBJECT, _SLAB, _SHAPE = (f"{OWN_NAMES}{kind} " for kind in ("skin", "object", "slab", "shape"))
+
+
+def hull_name(link: str) -> str:
+    """Of a skinned link's hull: its geom and its mesh."""
+    return _HULL + link
+
+
+def body_name(object_spec: ObjectSpec) -> str:
+    """Of the object: its body, its geom, its mesh, and its joint if it has one."""
+    return _OBJECT + object_spec.name
+
+
+def slab_name(object_spec: ObjectSpec) -> str:
+    """Of the block that skin meets where the object is a plane."""
+    return _SLAB + object_spec.name
+
+
+def shape_name(number: int) -> str:
+    """Of a robot's shape to which its file gives no name."""
+    return f"{_SHAPE}{number}"
+
+
+def is_hull(name: str) -> bool:
+    """Whether a geom or mesh of that name is the hull of a skinned link."""
+    return name.startswith(_HULL)
+
+
+def is_object(name: str) -> bool:
+    """Whether a geom or mesh of that name belongs to an object, or to the block under one."""
+    return name.startswith((_OBJECT, _SLAB))
+
+
+def plain_name(name: str) -> str:
+    """For people: what it is called in its own file."""
+    for kind in (_HULL, _OBJECT, _SLAB, _SHAPE):
+        name = name.removeprefix(kind)
+    return name

@@ -1,0 +1,93 @@
+"""A robot may call its parts as it likes: nothing of it is taken for a hull or an object."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.core.errors import RobotError
+from app.geometry.refine import subdivide
+from app.robots.load import load_robot_file
+from app.scene.effects import Effects
+from app.simulation.contact_stiffness import unstable_contacts
+from app.simulation.model_assembly import assemble
+from app.simulation.model_names import body_name, hull_name, is_hull, is_object, plain_name, shape_name, slab_name
+from app.simulation.simulation import Simulation
+from app.skin.sampling import place_evenly
+from app.skin.skin import Patch, Skin
+from app.tactile.elastic_layer import ElasticLayer
+from tests.support.scene_objects import thing
+from tests.support.touch import hold
+
+TWO_LINKS = """<mujoco><compiler angle="radian"/><worldbody><body name="upper">
+<inertial pos="0 0 0" mass="1" diaginertia="0.01 0.01 0.01"/><joint name="{joint}" axis="0 1 0" range="-1 1"/>
+<geom name="{first}" type="box" size="0.1 0.1 0.1"/>
+<body name="{link}" pos="0.5 0 0"><inertial pos="0 0 0" mass="1" diaginertia="0.01 0.01 0.01"/>
+<joint name="second" axis="0 1 0" range="-1 1"/><geom name="{second}" type="box" size="0.1 0.1 0.1"/>
+</body></body></worldbody></mujoco>"""
+PLAIN = {"joint": "one", "first": "a", "second": "b", "link": "lower"}
+CLASHING = {"joint": "object ball", "first": "skin upper", "second": "object ball", "link": "object ball"}
+SLABS = {"joint": "skin upper", "first": "slab floor", "second": "skin upper", "link": "slab floor"}
+BALL = thing("box", name="ball", size=(0.04, 0.04, 0.04), at=(0.0, 0.0, 0.121), mass=1.0)
+FLOOR = thing("plane", name="floor", at=(0.0, 0.0, -0.3))
+
+
+def robot_with(tmp_path, names):
+    path = tmp_path / "robot.xml"
+    path.write_text(TWO_LINKS.format(**names))
+    return load_robot_file(path)
+
+
+def skin_of(robot):
+    surface = subdivide(robot.link("upper").mesh, longest=0.02).mesh
+    return Skin((Patch("upper", "upper", surface, place_evenly(surface, 200, seed=0)),))
+
+
+@pytest.mark.parametrize("names", [CLASHING, SLABS])
+@pytest.mark.parametrize("skin", ["half-space", "foundation", "depth"])
+def test_the_same_robot_under_other_names_is_simulated_alike(tmp_path, names, skin):
+    runs = []
+    for robot in (robot_with(tmp_path, PLAIN), robot_with(tmp_path, names)):
+        effects = Effects(contact="all", gravity="on", skin=skin)
+        simulation = Simulation(robot, skin_of(robot), effects, objects=(BALL, FLOOR))
+        pressures = []
+        for _ in range(60):
+            simulation.step(2, hold(robot, 500.0, 50.0))
+            pressures.append(simulation.sense())
+        assert np.any(pressures), "the ball has come down on the skin"
+        runs.append(np.concatenate([*pressures, simulation.state(), simulation.object_poses.ravel()]))
+    np.testing.assert_array_equal(*runs)
+
+
+def test_a_geom_that_sounds_like_skin_does_not_halve_the_stiffness(tmp_path):
+    plain, clashing = (robot_with(tmp_path, names) for names in (PLAIN, CLASHING))
+    layer, effects = ElasticLayer(), Effects(contact="all")
+    numbers = [assemble(robot, skin_of(robot), effects, objects=(BALL,), layer=layer) for robot in (plain, clashing)]
+    np.testing.assert_array_equal(numbers[0].pair_solref, numbers[1].pair_solref)
+    assert len(numbers[0].pair_solref) >= 1
+
+
+def test_people_read_plain_names(tmp_path):
+    robot = robot_with(tmp_path, CLASHING)
+    layer = ElasticLayer(stiffness=1e8)
+    model = assemble(robot, skin_of(robot), Effects(contact="all"), objects=(BALL,), layer=layer)
+    notes = unstable_contacts(model, layer)
+    assert any("upper" in note and "ball" in note for note in notes)
+    assert not any("tactile-maps" in note for note in notes)
+
+
+@pytest.mark.parametrize("part", list(PLAIN))
+def test_names_in_our_namespace_are_refused(tmp_path, part):
+    with pytest.raises(RobotError, match=r"robot\.xml.*name is kept.*tactile-maps/skin upper.*does not begin"):
+        robot_with(tmp_path, {**PLAIN, part: "tactile-maps/skin upper"})
+
+
+def test_a_name_says_what_it_is():
+    assert is_hull(hull_name("upper"))
+    assert not is_hull("skin upper")
+    assert is_object(body_name(BALL.spec))
+    assert is_object(slab_name(FLOOR.spec))
+    assert not is_object("object ball")
+    assert not is_object(shape_name(0))
+    assert [plain_name(name) for name in (hull_name("a"), body_name(BALL.spec), slab_name(FLOOR.spec), "b")] == [
+        "a", "ball", "floor", "b"]  # fmt: skip
