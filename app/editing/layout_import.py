@@ -24,6 +24,7 @@ from app.maps.layout import MapLayout, Placement
 from app.skin.formats.icub_layout import apply_layout, read_icub_layout
 from app.skin.formats.taxel_files import read_taxel_sets, read_taxels
 from app.skin.formats.taxel_set import TaxelSet
+from app.skin.sampling import farthest_points
 from app.skin.skin import Skin
 
 ImportedLayout = MapDocument | TaxelLayout
@@ -142,7 +143,7 @@ def pin_as_drawn(document: MapDocument, drawing: TaxelLayout, *, most: int = MOS
     for number, fit in _fits(document, drawing).items():
         points, _ = _drawn(document, drawing, number)
         goals, taxels = fit.back(points), _taxels(document, drawing, number)
-        chosen = _farthest_point_sample(document.map.taxel_points[taxels], most)
+        chosen = _spread_out(document.map.taxel_points[taxels], most)
         pins = tuple(
             Pin(document.skin.taxel_point(int(taxels[k])), (float(goals[k, 0]), float(goals[k, 1]))) for k in chosen
         )
@@ -218,11 +219,7 @@ def _fit(plane: FloatArray, points: FloatArray) -> Placement:
     return replace(turn, offset=(float(x), float(y)))
 
 
-def _farthest_point_sample(points: FloatArray, most: int) -> list[int]:
+def _spread_out(points: FloatArray, most: int) -> IntArray:
     """Numbers of at most so many of ``points`` (k, 2), each as far as can be from those before; no two on one place."""
-    chosen = [int(np.linalg.norm(points - points.mean(axis=0), axis=1).argmax())]
-    away = np.linalg.norm(points - points[chosen[0]], axis=1)
-    while len(chosen) < most and away.max() > 0:
-        chosen.append(int(away.argmax()))
-        away = np.minimum(away, np.linalg.norm(points - points[chosen[-1]], axis=1))
-    return chosen
+    start = np.linalg.norm(points - points.mean(axis=0), axis=1).argmax()
+    return farthest_points(points, min(most, len(np.unique(points, axis=0))), np.array([start]))

@@ -2,6 +2,7 @@
 
 ``mesh``            a triangle mesh, and a point on a surface
 ``pose``            a rigid transform
+``plane``           cross products and winding numbers in the plane
 ``connectivity``    who touches whom: edges, boundaries, components, orientation, manifold parts
 ``repair``          a file's mesh cleaned for native code, or repaired to be laid flat
 ``wrap``            one clean outer surface of any mesh, at a distance from it

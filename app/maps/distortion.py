@@ -21,6 +21,7 @@ from app.core.errors import MapError
 from app.flattening.bijectivity import crossing_sides, flipped
 from app.flattening.symmetric_dirichlet import rest_triangles, rotation_svd
 from app.geometry.closest_point import ClosestPoint
+from app.geometry.plane import winding_numbers
 from app.maps.tactile_map import TactileMap
 from app.skin.skin import Patch, Skin
 
@@ -216,18 +217,10 @@ def nested_patches(borders: Sequence[Sequence[FloatArray]], insides: Sequence[Fl
     places = np.reshape(insides, (-1, 2))
     found = [np.zeros((0, 2))]
     for number, border in enumerate(borders):
-        around = np.sum([_windings(loop, places) for loop in border], axis=0) != 0
+        around = np.sum([winding_numbers(loop, places) for loop in border], axis=0) != 0
         around[number] = False
         found.append(places[around])
     return np.concatenate(found)
-
-
-def _windings(loop: FloatArray, points: FloatArray) -> FloatArray:
-    """(k,) how often a closed polygon (n, 2) runs around each of the points (k, 2)."""
-    arms = loop[None] - points[:, None]
-    after = np.roll(arms, -1, axis=1)
-    turned = np.arctan2(arms[..., 0] * after[..., 1] - arms[..., 1] * after[..., 0], (arms * after).sum(axis=-1))
-    return np.asarray(np.rint(turned.sum(axis=1) / (2 * np.pi)))
 
 
 def _crossing_points(loops: Sequence[FloatArray]) -> FloatArray:

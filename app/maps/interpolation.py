@@ -19,6 +19,7 @@ from scipy.special import xlogy
 from app.core.arrays import BoolArray, FloatArray, IntArray, readonly
 from app.core.errors import MapError
 from app.geometry.connectivity import Connectivity
+from app.geometry.plane import cross
 from app.geometry.point_location import PointLocator
 from app.maps.tactile_map import TactileMap
 
@@ -185,11 +186,11 @@ def _sibson(triangles: TaxelTriangles, points: FloatArray, face: IntArray, linea
     for owner, here, after, start, end in _sides(triangles, centres, points, face, np.flatnonzero(~flat)):
         origin, rim = points[owner], after < 0
         a, b = triangles.sites[start] - origin, triangles.sites[end] - origin
-        flat[owner[rim & (_cross(a, b) <= _FLAT * ((a - b) ** 2).sum(axis=1))]] = True
+        flat[owner[rim & (cross(a, b) <= _FLAT * ((a - b) ** 2).sum(axis=1))]] = True
         vertex = np.where(rim[:, None], _circumcentres(np.zeros_like(a), a, b), centres[after] - origin)
-        between = _cross(centres[here] - origin, vertex)
+        between = cross(centres[here] - origin, vertex)
         # The new edge between a point and its neighbour lies on their bisector, and has one end on each side of it.
-        areas = 0.5 * rim * _cross(a, vertex) - between, between - 0.5 * rim * _cross(b, vertex)
+        areas = 0.5 * rim * cross(a, vertex) - between, between - 0.5 * rim * cross(b, vertex)
         places = np.concatenate([owner, owner]), np.concatenate([start, end])
         taken = taken + coo_matrix((np.concatenate(areas), places), shape=shape).tocsr()
     total, row = np.asarray(taken.sum(axis=1)).ravel(), np.repeat(np.arange(len(points)), np.diff(taken.indptr))
@@ -230,20 +231,16 @@ def _sides(
 
 def _ahead(points: FloatArray, start: FloatArray, end: FloatArray) -> BoolArray:
     """Whether going over a side leads away from the point; only so no walk can go around a taxel."""
-    return _cross(start - points, end - points) > -_FLAT * ((start - end) ** 2).sum(axis=1)
+    return cross(start - points, end - points) > -_FLAT * ((start - end) ** 2).sum(axis=1)
 
 
 def _circumcentres(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
     """(t, 2) of triangles with corners (t, 2) each; the first corner of one that is a line by rounding."""
     b, c = b - a, c - a
-    cross = 2 * _cross(b, c)
+    doubled = 2 * cross(b, c)
     bb, cc = (b**2).sum(axis=1), (c**2).sum(axis=1)
     away = np.stack([c[:, 1] * bb - b[:, 1] * cc, b[:, 0] * cc - c[:, 0] * bb], axis=1)
-    return a + away / np.where(np.abs(cross) <= _LINE * (bb + cc), np.inf, cross)[:, None]
-
-
-def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    return a + away / np.where(np.abs(doubled) <= _LINE * (bb + cc), np.inf, doubled)[:, None]
 
 
 STENCIL = 16

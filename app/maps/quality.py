@@ -10,7 +10,7 @@ import numpy as np
 from app.core.arrays import FloatArray, IntArray
 from app.core.errors import Finding
 from app.flattening.bijectivity import crossings
-from app.maps.distortion import DistortionSummary, distortion
+from app.maps.distortion import DistortionSummary, distortion, nested_patches
 from app.maps.tactile_image import TactileImage, force_error, round_trip_mm
 from app.maps.tactile_map import TactileMap
 from app.maps.topography import BodyDistances, Topography, measure_topography
@@ -118,31 +118,14 @@ def overlaps(map_: TactileMap) -> int:
     """Pairs of border segments that meet, and patches that lie within another; 0 where no place is covered twice."""
     pairs = zip(map_.charts, map_.uv, strict=True)
     borders = [[uv[loop] for loop in chart.connectivity.boundary_loops] for chart, uv in pairs]
-    return crossings(*(loop for border in borders for loop in border)) + _nested(map_, borders)
+    insides = [uv[chart.faces[0]].mean(axis=0) for chart, uv in zip(map_.charts, map_.uv, strict=True)]
+    return crossings(*(loop for border in borders for loop in border)) + len(nested_patches(borders, insides))
 
 
 def _either_way(ratio: FloatArray) -> FloatArray:
     """Ratio or its inverse, whichever is larger."""
     with np.errstate(divide="ignore"):
         return np.maximum(ratio, 1 / ratio)
-
-
-def _nested(map_: TactileMap, borders: list[list[FloatArray]]) -> int:
-    """How many patches lie inside another: their borders need not cross for that. A hole is not inside."""
-    insides = np.stack([uv[chart.faces[0]].mean(axis=0) for chart, uv in zip(map_.charts, map_.uv, strict=True)])
-    count = 0
-    for number, border in enumerate(borders):
-        others = np.delete(insides, number, axis=0)
-        count += int((np.sum([_windings(loop, others) for loop in border], axis=0) != 0).sum())
-    return count
-
-
-def _windings(loop: FloatArray, points: FloatArray) -> FloatArray:
-    """How often a closed polygon runs around each point."""
-    arms = loop[None] - points[:, None]
-    after = np.roll(arms, -1, axis=1)
-    turned = np.arctan2(arms[..., 0] * after[..., 1] - arms[..., 1] * after[..., 0], (arms * after).sum(axis=-1))
-    return np.rint(turned.sum(axis=1) / (2 * np.pi))
 
 
 def _seam_mm(map_: TactileMap) -> float:

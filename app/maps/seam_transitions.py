@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from app.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays, readonly
+from app.geometry.plane import cross
 from app.maps.tactile_map import TactileMap
 
 _AT_ONCE = 2_000_000
@@ -125,13 +126,9 @@ def line_crossing(start: FloatArray, step: FloatArray, ends: FloatArray) -> tupl
         ends: (..., 2, 2) of a and b.
     """
     side, gap = ends[..., 1, :] - ends[..., 0, :], ends[..., 0, :] - start
-    turn = _cross(step, side)
+    turn = cross(step, side)
     turn = np.where(turn == 0, np.nan, turn)
-    return _cross(gap, side) / turn, _cross(gap, step) / turn
-
-
-def _cross(u: FloatArray, v: FloatArray) -> FloatArray:
-    return u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
+    return cross(gap, side) / turn, cross(gap, step) / turn
 
 
 def _segments(map_: TactileMap) -> list[tuple[IntArray, IntArray, IntArray]]:

@@ -26,6 +26,7 @@ from app.core.arrays import FloatArray, IntArray
 from app.core.errors import Finding, SkinError
 from app.geometry.closest_point import ClosestPoint
 from app.geometry.mesh import Mesh
+from app.skin.sampling import farthest_points
 from app.skin.skin import Patch, Skin, Taxels
 from app.skin.triangulation import triangulate
 
@@ -101,7 +102,7 @@ def group_into_modules(positions: FloatArray) -> list[IntArray]:
         positions: (n, 3) [m].
     """
     count = max(round(len(positions) / MODULE_TAXELS), 1)
-    middles = positions[_farthest_points(positions, count)]
+    middles = positions[farthest_points(positions, count, np.zeros(1, dtype=np.int64))]
     for _ in range(8):
         nearest = cKDTree(middles).query(positions)[1]
         size = np.bincount(nearest, minlength=count)
@@ -109,16 +110,6 @@ def group_into_modules(positions: FloatArray) -> list[IntArray]:
         middles = np.where(size[:, None] > 0, sums / np.maximum(size, 1)[:, None], middles)
     groups = [np.flatnonzero(nearest == number) for number in range(count)]
     return [group for group in groups if len(group)]
-
-
-def _farthest_points(points: FloatArray, count: int) -> IntArray:
-    """(count,) points, each next the one farthest from all before (Gonzalez 1985)."""
-    chosen = np.zeros(count, dtype=np.int64)
-    squared = ((points - points[0]) ** 2).sum(axis=1)
-    for k in range(1, count):
-        chosen[k] = squared.argmax()
-        np.minimum(squared, ((points - points[chosen[k]]) ** 2).sum(axis=1), out=squared)
-    return chosen
 
 
 def _shift_patch(patch: Patch, shift: FloatArray) -> Patch:

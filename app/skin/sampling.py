@@ -58,8 +58,26 @@ def farthest_point_sampling(
     surface: Mesh, count: int, start: IntArray, *, density: FloatArray | None = None, allowed: BoolArray | None = None
 ) -> IntArray:
     """(count,) faces: ``start`` (s,), then each next the one farthest from all before (Gonzalez 1985)."""
-    points = surface.vertices[surface.faces].mean(axis=1)
-    weight = 1.0 if density is None else density
+    return farthest_points(surface.vertices[surface.faces].mean(axis=1), count, start, weight=density, allowed=allowed)
+
+
+def farthest_points(
+    points: FloatArray,
+    count: int,
+    start: IntArray,
+    *,
+    weight: FloatArray | None = None,
+    allowed: BoolArray | None = None,
+) -> IntArray:
+    """(count,) numbers of ``points`` (n, d): ``start`` (s,), then each next the one farthest from all before.
+
+    Args:
+        points: Any.
+        count: At least one.
+        start: At least one.
+        weight: (n,) by which squared distances count.
+        allowed: (n,) which may be chosen.
+    """
     chosen = np.empty(count, dtype=np.int64)
     chosen[: len(start)] = start
     squared = np.full(len(points), np.inf)
@@ -67,7 +85,7 @@ def farthest_point_sampling(
         squared[~allowed] = -1.0
     for k in range(count):
         if k >= len(start):
-            chosen[k] = (squared * weight).argmax()
+            chosen[k] = (squared if weight is None else squared * weight).argmax()
         np.minimum(squared, ((points - points[chosen[k]]) ** 2).sum(axis=1), out=squared)
     return chosen
 

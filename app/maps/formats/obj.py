@@ -15,13 +15,14 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
-from app.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
+from app.core.arrays import FloatArray, IntArray, freeze_arrays
 from app.core.errors import Finding, MapError, MeshError, add_finding, errors_in_file
 from app.core.files import read_bounded_text, write_lines
 from app.flattening.bijectivity import crossings, signed_areas
 from app.flattening.chart import Chart
 from app.geometry.connectivity import Connectivity
 from app.geometry.mesh import Mesh
+from app.geometry.plane import winding_numbers
 from app.maps.layout import MapLayout, Placement, pack_charts
 from app.maps.tactile_map import TactileMap
 from app.skin.skin import Skin
@@ -366,14 +367,4 @@ def _apart(outlines: Sequence[FloatArray]) -> bool:
     if crossings(*outlines):
         return False
     starts = np.array([outline[0] for outline in outlines])
-    return all(not np.delete(_inside(outline, starts), k).any() for k, outline in enumerate(outlines))
-
-
-def _inside(outline: FloatArray, points: FloatArray) -> BoolArray:
-    """(k,) which points the outline runs around: an odd number of its sides lies to their right."""
-    a, b = outline[None], np.roll(outline, -1, axis=0)[None]
-    x, y = points[:, 0, None], points[:, 1, None]
-    spans = (a[..., 1] > y) != (b[..., 1] > y)
-    rise = np.where(spans, b[..., 1] - a[..., 1], 1.0)
-    right = a[..., 0] + (y - a[..., 1]) / rise * (b[..., 0] - a[..., 0]) > x
-    return np.asarray((spans & right).sum(axis=1) % 2 == 1)
+    return all(not np.delete(winding_numbers(outline, starts), k).any() for k, outline in enumerate(outlines))

@@ -6,7 +6,14 @@ from scipy.spatial import cKDTree
 
 from app.core.errors import SkinError
 from app.geometry.wrap import wrap_mesh
-from app.skin.sampling import face_graph, geodesic_voronoi, place_evenly, straighten_cells, taxels_at_points
+from app.skin.sampling import (
+    face_graph,
+    farthest_points,
+    geodesic_voronoi,
+    place_evenly,
+    straighten_cells,
+    taxels_at_points,
+)
 from tests.hard_cases.meshes import HARD_MESHES
 
 BALL = wrap_mesh(HARD_MESHES["sphere"], thickness=0.01, voxel=0.008).surface
@@ -72,3 +79,11 @@ def test_faces_of_nobody_are_felt_by_nobody() -> None:
     assert taxels.quadrature.positions[:, 2].min() > 0
     assert taxels.positions[0, 2] == pytest.approx(0.11, abs=1e-3)
     assert taxels.normals[0] == pytest.approx([0, 0, 1], abs=0.05)
+
+
+def test_each_next_point_is_the_farthest_from_all_before():
+    line = np.array([[0.0], [1.0], [4.0], [10.0]])
+    assert farthest_points(line, 4, np.array([0])).tolist() == [0, 3, 2, 1]
+    assert farthest_points(line, 3, np.array([1, 2])).tolist() == [1, 2, 3]
+    assert farthest_points(line, 2, np.array([0]), allowed=np.array([True, True, True, False])).tolist() == [0, 2]
+    assert farthest_points(line, 2, np.array([0]), weight=np.array([1.0, 200.0, 1.0, 1.0])).tolist() == [0, 1]
