@@ -10,6 +10,7 @@ crosstalk, hysteresis, gain spread, offset drift, noise, saturation, threshold, 
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections import deque
 from dataclasses import dataclass
 from numbers import Real
@@ -71,17 +72,19 @@ class Readout:
         return np.random.Generator(np.random.SFC64(seeds))  # a fifth quicker at normal numbers than PCG64
 
 
-class SensorStage(Protocol):
-    """One effect at work. It may remember; everything it remembers is in its state."""
+class SensorStage(ABC):
+    """One effect at work. Most remember nothing; one that does says so in ``reset`` and ``state``."""
 
+    @abstractmethod
     def read(self, pressures: FloatArray) -> FloatArray:
         """(taxels,) what leaves the stage [Pa] for what enters it, one tick after the last call; never in place."""
 
-    def reset(self) -> None:
+    def reset(self) -> None:  # noqa: B027 - the rule, not an abstract method
         """Back to before the first reading, random numbers included."""
 
     def state(self) -> FloatArray:
         """(k,) all that changes from reading to reading; with spec and readout it determines the future bit for bit."""
+        return np.zeros(0)
 
 
 class SensorEffect(Protocol):
@@ -131,7 +134,7 @@ class Crosstalk:
         return CrosstalkStage(self, readout)
 
 
-class CrosstalkStage:
+class CrosstalkStage(SensorStage):
     """Conserves force exactly: the sum of pressure times area is as before. A taxel without neighbours keeps all.
 
     What is lost: an even pressure does not stay quite even where taxels differ in area or number of neighbours; on the
@@ -144,13 +147,6 @@ class CrosstalkStage:
     def read(self, pressures: FloatArray) -> FloatArray:
         """(taxels,) [Pa]."""
         return np.asarray(self._matrix @ pressures)
-
-    def reset(self) -> None:
-        """Nothing is remembered."""
-
-    def state(self) -> FloatArray:
-        """(0,)."""
-        return np.zeros(0)
 
 
 def _exchange(skin: Skin, share: float) -> csr_array:
@@ -193,7 +189,7 @@ class Hysteresis:
         return HysteresisStage(self, readout)
 
 
-class HysteresisStage:
+class HysteresisStage(SensorStage):
     """A step of pressure p that begins at a reading reads p (1 - share exp(-t / seconds)) from there on.
 
     Exact at every tick, however long, for a pressure that holds from one reading to the next. Cost at 1,000 taxels:
@@ -244,7 +240,7 @@ class GainSpread:
         return GainSpreadStage(self, readout)
 
 
-class GainSpreadStage:
+class GainSpreadStage(SensorStage):
     """Gains are log-normal: their mean is 1, their deviation ``sd``, and none is negative, however wide they spread.
 
     Cost at 1,000 taxels: 0.5 µs.
@@ -258,13 +254,6 @@ class GainSpreadStage:
     def read(self, pressures: FloatArray) -> FloatArray:
         """(taxels,) [Pa]."""
         return pressures * self._gains
-
-    def reset(self) -> None:
-        """The gains stay: they are the sensor's own."""
-
-    def state(self) -> FloatArray:
-        """(0,)."""
-        return np.zeros(0)
 
 
 @dataclass(frozen=True)
@@ -291,7 +280,7 @@ class OffsetDrift:
         return OffsetDriftStage(self, readout)
 
 
-class OffsetDriftStage:
+class OffsetDriftStage(SensorStage):
     """The offsets' variance is sd² + walk² t a time t after the first reading, whatever the tick.
 
     Nothing pulls them back: in an hour the walk of the default adds 1.2 kPa. Cost at 1,000 taxels: 8.9 µs.
@@ -344,7 +333,7 @@ class Noise:
         return NoiseStage(self, readout)
 
 
-class NoiseStage:
+class NoiseStage(SensorStage):
     """Adds what it draws; a reading may be negative after it. Cost at 1,000 taxels: 8.4 µs."""
 
     def __init__(self, spec: Noise, readout: Readout) -> None:
@@ -390,7 +379,7 @@ class Saturation:
         return SaturationStage(self, readout)
 
 
-class SaturationStage:
+class SaturationStage(SensorStage):
     """Clips, and says where, so that whoever shows the reading can say that it is no pressure there.
 
     Cost at 1,000 taxels: 1.5 µs.
@@ -411,10 +400,6 @@ class SaturationStage:
     def reset(self) -> None:
         """None is saturated."""
         self.saturated = np.zeros_like(self.saturated)
-
-    def state(self) -> FloatArray:
-        """(0,): the next reading does not ask for this one."""
-        return np.zeros(0)
 
 
 @dataclass(frozen=True)
@@ -438,7 +423,7 @@ class Threshold:
         return ThresholdStage(self)
 
 
-class ThresholdStage:
+class ThresholdStage(SensorStage):
     """A light touch spread over many taxels is lost altogether: the force that is read is less than what presses.
 
     Cost at 1,000 taxels: 1.7 µs.
@@ -450,13 +435,6 @@ class ThresholdStage:
     def read(self, pressures: FloatArray) -> FloatArray:
         """(taxels,) [Pa], none negative."""
         return np.where(pressures < self._at, 0.0, pressures)
-
-    def reset(self) -> None:
-        """Nothing is remembered."""
-
-    def state(self) -> FloatArray:
-        """(0,)."""
-        return np.zeros(0)
 
 
 @dataclass(frozen=True)
@@ -480,7 +458,7 @@ class Quantisation:
         return QuantisationStage(self)
 
 
-class QuantisationStage:
+class QuantisationStage(SensorStage):
     """Rounds to the nearest step, halves to the even one: never more than half a step off.
 
     A saturation that is no whole number of steps may be passed by that much. Cost at 1,000 taxels: 2.3 µs.
@@ -495,13 +473,6 @@ class QuantisationStage:
         steps *= self._step
         steps += 0.0  # no reading is -0
         return steps
-
-    def reset(self) -> None:
-        """Nothing is remembered."""
-
-    def state(self) -> FloatArray:
-        """(0,)."""
-        return np.zeros(0)
 
 
 ALIVE, DEAD, STUCK = range(3)
@@ -536,7 +507,7 @@ class DeadTaxels:
         return DeadTaxelsStage(self, readout)
 
 
-class DeadTaxelsStage:
+class DeadTaxelsStage(SensorStage):
     """As many as the share says, to the nearest whole taxel; a larger share breaks the same ones and more.
 
     Cost at 1,000 taxels: 0.7 µs.
@@ -561,13 +532,6 @@ class DeadTaxelsStage:
         out[self._dead] = 0.0
         out[self._stuck] = self._stuck_at
         return out
-
-    def reset(self) -> None:
-        """What broke stays broken."""
-
-    def state(self) -> FloatArray:
-        """(0,)."""
-        return np.zeros(0)
 
 
 @dataclass(frozen=True)
@@ -594,7 +558,7 @@ class Sampling:
         return SamplingStage(self, readout)
 
 
-class SamplingStage:
+class SamplingStage(SensorStage):
     """Sample j is taken at the tick nearest to j / rate, the first at the first reading; none drifts off.
 
     The delay counts whole ticks, the nearest to what is asked. A rate above the ticks' own samples at every tick. Until

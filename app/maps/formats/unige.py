@@ -15,7 +15,6 @@ from app.core.arrays import FloatArray, IntArray
 from app.core.errors import MapError, errors_in_file
 from app.flattening.bijectivity import signed_areas
 from app.maps.tactile_map import SEAM_RATIO, TactileMap
-from app.skin.formats.foreign_file import errors_in_file
 from app.skin.formats.taxel_files import taxel_sets
 from app.skin.formats.taxel_set import TaxelSet
 from app.skin.formats.unige_json import UnigeFile, UnigeMap, write_unige
