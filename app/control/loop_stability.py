@@ -226,16 +226,16 @@ class StepResponse:
         before: The goal before [N, or what it is the goal of].
         goal: The goal after.
         overshoot: Share of the step by which the answer went beyond its goal, >= 0.
-        settling: From the step until the answer stayed within ``BAND`` of the step about its goal [s]; NaN where it has
-            not yet, or left again.
-        ripple: Standard deviation about its own mean since then; NaN without samples enough.
+        settling: From the step until the answer stayed within ``BAND`` of the step about its goal [s]; None where it
+            has not yet, or left again.
+        ripple: Standard deviation about its own mean since then; None without samples enough.
     """
 
     before: float
     goal: float
     overshoot: float
-    settling: float
-    ripple: float
+    settling: float | None
+    ripple: float | None
 
 
 def step_response(time: FloatArray, values: FloatArray, *, before: float, goal: float) -> StepResponse:
@@ -257,6 +257,6 @@ def step_response(time: FloatArray, values: FloatArray, *, before: float, goal: 
         before=before,
         goal=goal,
         overshoot=max(float(shares.max(initial=1.0)) - 1, 0.0),
-        settling=float(time[first]) if enough else np.nan,
-        ripple=float(steady.std()) if enough else np.nan,
+        settling=float(time[first]) if enough else None,
+        ripple=float(steady.std()) if enough else None,
     )

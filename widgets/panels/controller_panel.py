@@ -90,7 +90,7 @@ class StepResponseMonitor:
 def step_response_text(response: StepResponse) -> str:
     """Like "Goal 3.0 → 6.0 N: 12 % over, settled in 0.42 s, ripple 0.05 N"."""
     parts = [f"{100 * response.overshoot:.0f}\u2009% over"]
-    if math.isfinite(response.settling):
+    if response.settling is not None and response.ripple is not None:
         parts += [f"settled in {response.settling:.2f}\u2009s", f"ripple {response.ripple:.2f}\u2009N"]
     else:
         parts.append("not settled yet")

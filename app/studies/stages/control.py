@@ -49,7 +49,7 @@ def trials(subject: Subject, setting: Setting) -> Iterator[Trial]:
     speed = float(setting.values["path_speed_mm_s"])
     asked = with_stage_setting(settings_from(subject.prepared.scene.control), setting)
     course = run_path(_setup(subject), asked, _LONGEST, settling=SETTLING)
-    if not course.finished > 0:  # nan compares false
+    if course.finished is None:
         raise SimulationError(f"{speed:g} mm/s: {course.stopped or limit_texts(course.why_limited) or 'not finished'}")
     errors = {
         "body_mm": 1e3 * course.error_p95,

@@ -426,11 +426,11 @@ def measure(case: Case) -> list[Row]:
 
 def result_row(found: SpeedSearchResult, settings: ControlSettings) -> dict[str, float | str | int]:
     """What a search came to, for a table."""
-    course, met = found.course, found.speed == found.speed
+    course = found.course
     return {
-        "verdict": "met" if met else "cannot",
-        "seconds": course.finished if met else float("nan"),
-        "speed_mm_s": 1e3 * found.speed,
+        "verdict": "cannot" if found.speed is None else "met",
+        "seconds": math.nan if found.speed is None or course.finished is None else course.finished,
+        "speed_mm_s": math.nan if found.speed is None else 1e3 * found.speed,
         "error_mm": 1e3 * course.error_p95,
         "rms_mm": 1e3 * course.error_rms,
         "force_n": course.force_p95(settings.force_goal),
@@ -438,7 +438,7 @@ def result_row(found: SpeedSearchResult, settings: ControlSettings) -> dict[str,
         "lost_percent": 100 * course.lost,
         "fastest_joint": float(course.speed.max(initial=0.0)),
         "energy_min_j": course.energy_minimum,
-        "limited_by": found.limit,
+        "limited_by": "" if found.limit is None else found.limit.value,
         "why_limited": limit_texts(course.why_limited),
         "position_gain": settings.position_gain,
         "force_gain": settings.force_gain,

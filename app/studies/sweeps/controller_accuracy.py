@@ -191,7 +191,7 @@ def _force_errors(course: PathRun) -> dict[str, float | None]:
 
 def _limits(course: PathRun, settings: ControlSettings) -> dict[str, str | float | None]:
     return {
-        "finished_s": finite_or_none(course.finished),
+        "finished_s": course.finished,
         "asked_s": duration(settings),
         "lost_percent": 100 * float((course.force <= 0).mean()) if len(course.force) else 100.0,
         "fastest_joint": float(course.speed.max(initial=0.0)),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from enum import Enum
 
 import numpy as np
 
@@ -20,6 +21,15 @@ _PATIENCE = 1.6
 """A round may take this much longer than its length over the speed."""
 
 
+class CourseFault(Enum):
+    """What of a course is not well enough, the gravest first."""
+
+    NOT_FINISHED = "not finished"
+    CONTACT_LOST = "contact lost"
+    ERROR = "error"
+    FORCE = "force"
+
+
 @dataclass(frozen=True)
 class Tolerances:
     """What is well enough.
@@ -32,15 +42,15 @@ class Tolerances:
     error: float = 0.003
     force: float = 0.6
 
-    def fails(self, course: PathRun, goal: float) -> str:
-        """What is not well enough, the first of: how it ended, contact, error, force; empty when all is."""
-        if course.stopped or not np.isfinite(course.finished):
-            return "not finished"
+    def fails(self, course: PathRun, goal: float) -> CourseFault | None:
+        """The first thing that is not well enough; None when all is."""
+        if course.stopped or course.finished is None:
+            return CourseFault.NOT_FINISHED
         if course.lost > LOST:
-            return "contact lost"
+            return CourseFault.CONTACT_LOST
         if not course.error_p95 <= self.error:
-            return "error"
-        return "" if course.in_band(goal, self.force) >= BAND_SHARE else "force"
+            return CourseFault.ERROR
+        return None if course.in_band(goal, self.force) >= BAND_SHARE else CourseFault.FORCE
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,15 +58,15 @@ class SpeedSearchResult:
     """What a search came to.
 
     Attributes:
-        speed: The highest that is well enough [m/s]; nan where none is.
+        speed: The highest that is well enough [m/s]; None where none is.
         course: At that speed; where none is well enough, that with the least error.
-        limit: What is not well enough at the next higher speed tried, or at the lowest; empty at the highest.
+        limit: What is not well enough at the next higher speed tried, or at the lowest; None at the highest.
         runs: Courses that were run.
     """
 
-    speed: float
+    speed: float | None
     course: PathRun
-    limit: str
+    limit: CourseFault | None
     runs: int
 
 
@@ -85,9 +95,11 @@ def bisect_speed(
     """The same with whatever runs a course at a speed [m/s], and the force's goal [N]."""
     search = _Search(run, wanted, goal)
     low, high = search.bracket()
-    for _ in range(refinements if low and high else 0):
+    for _ in range(refinements):
+        if low is None or high is None:
+            break
         middle = float(np.sqrt(low * high))
-        low, high = (low, middle) if search.fails(middle) else (middle, high)
+        low, high = (middle, high) if search.fails(middle) is None else (low, middle)
     return search.found(low, high)
 
 
@@ -102,26 +114,26 @@ class _Search:
         self._run, self._wanted, self._goal = run, wanted, goal
         self._courses: dict[float, PathRun] = {}
 
-    def fails(self, speed: float) -> str:
+    def fails(self, speed: float) -> CourseFault | None:
         """What is not well enough at a speed [m/s]."""
         if speed not in self._courses:
             self._courses[speed] = self._run(speed)
         return self._wanted.fails(self._courses[speed], self._goal)
 
-    def bracket(self) -> tuple[float, float]:
-        """A speed that is well enough and twice that, which is not; zero for one that is not known to be."""
-        speed, good = FIRST, not self.fails(FIRST)
+    def bracket(self) -> tuple[float | None, float | None]:
+        """A speed that is well enough and twice that, which is not; None for one that is not known to be."""
+        speed, good = FIRST, self.fails(FIRST) is None
         end = FASTEST if good else SLOWEST
         while abs(speed - end) > 1e-9:
             before, speed = speed, speed * (2.0 if good else 0.5)
-            if (not self.fails(speed)) != good:
+            if (self.fails(speed) is None) != good:
                 return (before, speed) if good else (speed, before)
-        return (speed, 0.0) if good else (0.0, speed)
+        return (speed, None) if good else (None, speed)
 
-    def found(self, low: float, high: float) -> SpeedSearchResult:
+    def found(self, low: float | None, high: float | None) -> SpeedSearchResult:
         """The answer between a speed that is well enough and one that is not."""
-        limit = self.fails(high) if high else ""
-        if low:
+        limit = None if high is None else self.fails(high)
+        if low is not None:
             return SpeedSearchResult(low, self._courses[low], limit, len(self._courses))
         best = min(self._courses.values(), key=lambda course: float(np.nan_to_num(course.error_p95, nan=np.inf)))
-        return SpeedSearchResult(float("nan"), best, limit, len(self._courses))
+        return SpeedSearchResult(None, best, limit, len(self._courses))

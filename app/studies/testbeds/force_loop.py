@@ -17,7 +17,7 @@ from scipy.linalg import expm
 from app.control.command import ControlSettings
 from app.control.joint_impedance import INNER_FREQUENCY, MIN_INERTIA
 from app.core.arrays import FloatArray
-from app.core.errors import SkinError
+from app.core.errors import SkinError, UsageError
 from app.robots.kinematics import Configuration
 from app.robots.mujoco_spec import compile_spec, robot_spec
 from app.session.session import Session
@@ -54,12 +54,15 @@ class Filter:
 
 
 def stability_limit(is_stable: Callable[[float], bool], guess: float, *, steps: int = 10) -> float:
-    """The value above which something is stable no more, to a part in 2^steps of half an octave; nan far from a guess.
+    """The value above which something is stable no more, to a part in 2^steps of half an octave.
 
     Args:
         is_stable: Whether a value is.
         guess: Of the answer; up to 60 times more or less is looked at.
         steps: More are finer.
+
+    Raises:
+        UsageError: There is no such value near the guess.
     """
     low, high = 0.8 * guess, 1.25 * guess
     for _ in range(_WIDENINGS):
@@ -70,7 +73,8 @@ def stability_limit(is_stable: Callable[[float], bool], guess: float, *, steps: 
         else:
             break
     else:
-        return math.nan
+        remedy = f"Guess a value between {low:.2g} and {high:.2g}, or look whether anything is stable at all"
+        raise UsageError("there is no limit of stability near the guess", value=guess, remedy=remedy)
     for _ in range(steps):
         middle = math.sqrt(low * high)
         low, high = (middle, high) if is_stable(middle) else (low, middle)

@@ -301,7 +301,7 @@ class PathRun:
         force: (k,) that truly presses the skin [N].
         speed: (k,) of the fastest joint [rad/s, or m/s].
         energy: (k,) net energy given to contacts [J].
-        finished: How long a round took [s]; nan where it was not finished.
+        finished: How long a round took [s]; None where it was not finished.
         control_ms: What reading and control of one tick take, the median [ms].
         control_p95_ms: 95 % of the ticks take less [ms].
         why_limited: All that limited the controller, the first of each kind, in the order in which they came.
@@ -314,7 +314,7 @@ class PathRun:
     force: FloatArray
     speed: FloatArray
     energy: FloatArray
-    finished: float
+    finished: float | None
     control_ms: float
     control_p95_ms: float
     why_limited: tuple[Limit, ...] = ()
@@ -388,7 +388,8 @@ class _PathRecorder:
         self._truth = TrueContact(setup.prepared.robot, setup.prepared.skin, setup.map)
         self._rows: list[tuple[float, float, float, float, float, float]] = []
         self._why: dict[LimitKind, Limit] = {}
-        self._finished, self.stopped = float("nan"), ""
+        self._finished: float | None = None
+        self.stopped = ""
 
     def look(self, settings: ControlSettings, seconds: float, rounds: float) -> None:
         """Tick until the rounds are done or the time is over."""

@@ -199,11 +199,11 @@ def test_ripple_is_what_stays():
 def test_what_has_not_settled_has_no_settling_time():
     for values in (0.5 * np.ones(4001), np.where(TIME > 3.998, 0.5, 1.0)):
         found = step_response(TIME, values, before=0.0, goal=1.0)
-        assert np.isnan(found.settling)
-        assert np.isnan(found.ripple)
+        assert found.settling is None
+        assert found.ripple is None
 
 
 def test_a_step_just_made_has_nothing_to_show_yet():
     found = step_response(np.zeros(0), np.zeros(0), before=0.0, goal=1.0)
     assert found.overshoot == 0
-    assert np.isnan(found.settling)
+    assert found.settling is None

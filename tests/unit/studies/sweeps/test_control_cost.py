@@ -13,6 +13,7 @@ from app.contacts.pipeline import ReadingSettings
 from app.control.command import ControlSettings, check_settings
 from app.control.controllers import CONTROL_SCHEMES
 from app.control.limits import Limit, LimitKind
+from app.control.loop_stability import sampled_loop_limit
 from app.studies.figures import BarChart, Figure
 from app.studies.sweeps.control_cost import (
     BOUND,
@@ -33,11 +34,10 @@ from app.studies.sweeps.control_cost import (
     setup_knowing,
     tune_gains,
 )
-from app.studies.sweeps.speed_search import SpeedSearchResult
+from app.studies.sweeps.speed_search import CourseFault, SpeedSearchResult
 from app.studies.testbeds.force_loop import critical_gain
 from app.studies.testbeds.path_following import PathRun, beside_ball
 from app.tactile.sensor_effects import Noise, Sampling
-from tests.numerics.control_theory.sampled_loop import stable_gain
 from tests.support.pressed_arm import forearm
 
 
@@ -105,7 +105,7 @@ def test_no_loop_is_faster_than_it_can_be_without_overshoot(period, delay):
     settings = check_settings(tune_gains(NOMINAL_SETTINGS, period, delay))
     assert settings.position_gain * period <= critical_gain(delay)
     assert settings.force_gain * STIFFNESS * period <= critical_gain(delay)
-    assert settings.force_gain * STIFFNESS * period < stable_gain(delay)
+    assert settings.force_gain * STIFFNESS * period < sampled_loop_limit(delay)
 
 
 def test_a_fast_skin_leaves_the_posture_loops_lag_and_the_given_force_gain():
@@ -176,14 +176,14 @@ def course(error=0.002, finished=2.0) -> PathRun:
 
 
 def test_a_row_tells_what_was_found():
-    found = result_row(SpeedSearchResult(0.02, course(), "error", 4), ControlSettings(controller="qp"))
+    found = result_row(SpeedSearchResult(0.02, course(), CourseFault.ERROR, 4), ControlSettings(controller="qp"))
     assert (found["verdict"], found["limited_by"], found["why_limited"]) == ("met", "error", "joint speed")
     assert (found["seconds"], found["speed_mm_s"], found["error_mm"]) == pytest.approx((2.0, 20.0, 2.0))
     assert found["force_n"] == pytest.approx(0.1)
 
 
 def test_a_row_of_what_cannot_says_so_and_tells_the_least_error():
-    found = result_row(SpeedSearchResult(float("nan"), course(0.005), "error", 3), ControlSettings(controller="qp"))
+    found = result_row(SpeedSearchResult(None, course(0.005), CourseFault.ERROR, 3), ControlSettings(controller="qp"))
     assert found["verdict"] == "cannot"
     assert math.isnan(found["seconds"])
     assert found["error_mm"] == pytest.approx(5.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.studies.sweeps.speed_search import FASTEST, SLOWEST, Tolerances, bisect_speed
+from app.studies.sweeps.speed_search import FASTEST, SLOWEST, CourseFault, Tolerances, bisect_speed
 from app.studies.testbeds.path_following import PathRun
 
 
@@ -26,7 +26,7 @@ def test_the_speed_at_which_the_error_is_the_tolerance_is_found():
     assert answer.speed == pytest.approx(0.025, rel=0.03)
     assert answer.speed <= 0.025
     assert answer.course.error_p95 <= 0.003
-    assert answer.limit == "error"
+    assert answer.limit is CourseFault.ERROR
 
 
 def test_each_refinement_halves_the_interval_by_ratio():
@@ -38,23 +38,27 @@ def test_each_refinement_halves_the_interval_by_ratio():
 
 def test_a_case_that_cannot_at_any_speed_gives_its_least_error():
     answer = found(lambda speed: lagging(speed, floor=0.004))
-    assert np.isnan(answer.speed)
+    assert answer.speed is None
     assert answer.course.error_p95 == pytest.approx(0.004 + 0.1 * SLOWEST)
-    assert answer.limit == "error"
+    assert answer.limit is CourseFault.ERROR
 
 
 def test_nothing_stops_the_fastest():
     answer = found(lambda speed: lagging(speed, lag=0.0))
     assert answer.speed == pytest.approx(FASTEST)
-    assert answer.limit == ""
+    assert answer.limit is None
 
 
 @pytest.mark.parametrize(
     ("fault", "said"),
-    [({"force": 0.7}, "force"), ({"lost": 0.02}, "contact lost"), ({"finished": np.nan}, "not finished")],
+    [
+        ({"force": 0.7}, CourseFault.FORCE),
+        ({"lost": 0.02}, CourseFault.CONTACT_LOST),
+        ({"finished": None}, CourseFault.NOT_FINISHED),
+    ],
 )
 def test_what_is_not_well_enough_is_said(fault, said):
-    assert found(lambda speed: lagging(speed, lag=0.0, **fault)).limit == said
+    assert found(lambda speed: lagging(speed, lag=0.0, **fault)).limit is said
 
 
 def test_a_tighter_tolerance_takes_longer():
