@@ -174,6 +174,7 @@ def test_which_are_broken_is_drawn_evenly_over_the_skin():
     assert stats.chisquare(broken).pvalue > 1e-6
 
 
+@pytest.mark.long
 def test_an_hour_of_readings_ends_where_the_drift_may_be_and_leaves_nothing_of_the_creep():
     chain = SensorChain(row(3), SensorEffects(hysteresis=Hysteresis(), offset_drift=OffsetDrift()), tick=0.02, seed=1)
     chain.read(np.full(3, 1e5))

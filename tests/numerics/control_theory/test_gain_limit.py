@@ -11,6 +11,7 @@ from tests.numerics.control_theory.step_tests import measured_gain_limit
 from tests.support.pressed_arm import forearm
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("controller", ["hybrid", "parallel"])
 def test_the_force_swings_from_the_gain_on_that_was_predicted(controller):

@@ -25,6 +25,7 @@ def test_triangles_are_well_shaped() -> None:
     assert np.percentile(2 * surface.face_areas / longest**2, 1) > 0.3  # height over longest side
 
 
+@pytest.mark.long
 def test_closing_spans_a_hole_and_so_cuts_the_handle() -> None:
     torus = HARD_MESHES["torus"]
     open_ = wrap_mesh(torus, thickness=0.003, voxel=0.006).surface

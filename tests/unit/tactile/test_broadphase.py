@@ -231,7 +231,7 @@ def test_a_body_that_is_nowhere_is_refused():
     skin = bar_skin()
     load = Load("bar", np.zeros(3), UP, 1.0, Sphere(0.01), Pose(np.eye(3), np.array([0, np.nan, 0])))
     with pytest.raises(SimulationError, match=r"on bar: a body is nowhere.*nan"):
-        LinkBroadphase(skin, "bar").under(load)
+        LinkBroadphase(skin, "bar").near(load)
 
 
 def test_there_is_a_bed_for_each_link_that_wears_points():

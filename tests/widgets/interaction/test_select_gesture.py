@@ -118,6 +118,7 @@ def test_selecting_touches_nothing(window, side):
     assert len(heard) == 1, "the poke is heard where it is one"
 
 
+@pytest.mark.rotating
 @pytest.mark.parametrize("tool", [SELECT_BOX, SELECT_LASSO])
 def test_a_box_and_a_lasso_choose_what_they_enclose(window, side, tool):
     window.presenters.view.set_tool(tool)
@@ -188,6 +189,7 @@ def test_bracket_keys_size_the_brush_of_both_views(window, side):
         assert (radii.pop() > before) is larger
 
 
+@pytest.mark.rotating
 @pytest.mark.parametrize("tool", [SELECT_BOX, SELECT_LASSO, SELECT_BRUSH])
 def test_escape_gives_a_drag_up_and_then_selects_none(window, side, tool):
     kept = int(side.taxels()[-1])

@@ -145,6 +145,7 @@ def test_pads_average_what_comes_through_to_them():
         np.testing.assert_allclose(pressures[inner], 1e4, rtol=0.05)
 
 
+@pytest.mark.long
 def test_less_left_out_is_nearer_the_truth():
     load = press(5.0, 0.004)
     truth = HalfSpaceModel(FINE, share=1e-4).pressures([load])
