@@ -283,7 +283,7 @@ def _pair_event(tick: int, time: float, kind: EventKind, phase: EventPhase, bond
 
 
 RECENT_EVENTS = 100
-"""Events that ``EventReader.recent`` goes back."""
+"""Events that ``EventDetector.recent`` goes back."""
 
 
 _RULE = EventThresholds()
@@ -296,7 +296,7 @@ class EventDetector:
         rule: What counts as what.
 
     Attributes:
-        recent: The newest events, newest first, at most ``KEPT``; the same tuple while nothing new happens.
+        recent: The newest events, newest first, at most ``RECENT_EVENTS``; the same tuple while nothing new happens.
 
     Cost: 1 µs, and 3 µs a contact.
     """

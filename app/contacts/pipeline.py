@@ -9,7 +9,7 @@ contacts once, without a past.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
@@ -23,6 +23,7 @@ from app.contacts.regions import ContactRegion
 from app.contacts.self_touch import SelfTouchMatcher
 from app.core.arrays import FloatArray, set_fields
 from app.core.errors import MapError, SceneError, did_you_mean
+from app.core.toml import check_keys
 from app.maps.tactile_map import TactileMap
 from app.robots.kinematics import Configuration
 from app.robots.robot import Robot
@@ -95,15 +96,7 @@ def reading_from(values: Mapping[str, object]) -> ReadingSettings:
     Raises:
         SceneError: An unknown key, or a value that is none of those allowed.
     """
-    known = tuple(field.name for field in fields(ReadingSettings))
-    for key in values:
-        if key not in known:
-            raise SceneError(
-                "there is no such setting of how contacts are read",
-                place=f"contacts.{key}",
-                value=key,
-                remedy=did_you_mean(key, known),
-            )
+    check_keys(values, ReadingSettings, place="contacts")
     return ReadingSettings(**values)  # type: ignore[arg-type]
 
 
@@ -208,7 +201,7 @@ class ContactPipeline:
             wrenches: By link, (6,) force [N] and torque [N m] of all contacts on it, about its origin, in its frame;
                 where ``needs_wrenches``.
 
-        Cost: ``ContactReader``'s and 3 µs a contact, and 30 µs while two links are touched; with another estimator
+        Cost: ``ContactDetector``'s and 3 µs a contact, and 30 µs while two links are touched; with another estimator
         than the area sum, that one's as well.
         """
         pressures = self._nothing if pressures is None else pressures
@@ -230,7 +223,7 @@ class ContactPipeline:
 
     @property
     def recent(self) -> tuple[ContactEvent, ...]:
-        """The newest events, newest first; see ``EventReader``."""
+        """The newest events, newest first; see ``EventDetector``."""
         return self._events.recent
 
 

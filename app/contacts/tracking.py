@@ -138,14 +138,14 @@ class RegionTracker:
     several parts it has split: the largest part keeps the name.
 
     A contact that jumps by more than its own size and two rings between two frames is a new one, and so is one that
-    comes back; unless ``lost`` knows it.
+    comes back; unless the memory knows it.
 
     Args:
-        lost: Where contacts are that are gone; by default none comes back.
+        memory: Of contacts that are gone; by default none comes back.
     """
 
-    def __init__(self, lost: TrackMemory | None = None) -> None:
-        self._memory = lost
+    def __init__(self, memory: TrackMemory | None = None) -> None:
+        self._memory = memory
         self.reset()
 
     def reset(self) -> None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
 from app.contacts.events import EVENT_KINDS, ContactEvent, EventKind
 from app.control.command import ControlSettings, check_settings, settings_from
 from app.core.errors import SceneError, did_you_mean
+from app.core.toml import check_keys
 from app.skin.skin import Skin
 
 SettingValue: TypeAlias = int | float | str | tuple[tuple[float, float], ...]
@@ -80,15 +81,10 @@ def behaviours_from(tables: Sequence[Mapping[str, Any]]) -> tuple[Behaviour, ...
     Raises:
         SceneError: With its place in the scene.
     """
-    known = tuple(field.name for field in fields(Behaviour))
     found = []
     for number, table in enumerate(tables):
         place = f"behaviours.{number}"
-        for key in table:
-            if key not in known:
-                raise SceneError(
-                    "there is no such key", place=f"{place}.{key}", value=key, remedy=did_you_mean(key, known)
-                )
+        check_keys(table, Behaviour, place=place)
         if "on" not in table:
             raise SceneError("a key is missing", place=place, value="on", remedy='Write on = "tap"')
         try:

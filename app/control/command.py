@@ -7,8 +7,7 @@ Settings are checked where they come in: from a scene, a recording or a person.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
-from difflib import get_close_matches
+from dataclasses import dataclass
 from enum import Enum
 from math import isfinite
 from typing import Literal, TypeAlias, get_args
@@ -16,6 +15,7 @@ from typing import Literal, TypeAlias, get_args
 from app.core.arrays import FloatArray, freeze_arrays, set_fields
 from app.core.codec import AnyFloat
 from app.core.errors import SceneError
+from app.core.toml import check_keys
 from app.geometry.mesh import SurfacePoint
 from app.maps.jacobian import JacobianKind
 from app.maps.paths import PathKind
@@ -211,17 +211,7 @@ def settings_from(values: Mapping[str, object]) -> ControlSettings:
     Raises:
         SceneError: An unknown key, or a value out of range.
     """
-    known = {f.name for f in fields(ControlSettings)}
-    unknown = [key for key in values if key not in known]
-    if unknown:
-        close = get_close_matches(unknown[0], known, n=1)
-        hint = f"Did you mean {close[0]}? " if close else ""
-        raise SceneError(
-            "there is no such controller setting",
-            place=f"control.{unknown[0]}",
-            value=unknown[0],
-            remedy=f"{hint}Choose one of: {', '.join(sorted(known))}",
-        )
+    check_keys(values, ControlSettings, place="control")
     try:
         settings = ControlSettings(**values)  # type: ignore[arg-type]
     except TypeError as error:

@@ -211,7 +211,7 @@ _NO_MAP, _NO_VELOCITY = readonly(np.zeros((2, 3))), readonly(np.zeros(2))
 
 
 class TaskController:
-    """One scheme at work. Mutable: wanted posture, and what scheme, tank and supervisor remember.
+    """One scheme at work. Mutable: wanted posture, and what scheme, tank and monitors remember.
 
     The velocity wanted is integrated to a posture that a stiff impedance holds. It is not fed forward as a torque too:
     against something hard that torque is force at once, and more of it than the error it came from.

@@ -59,7 +59,8 @@ MAX_POINT_SPEED = 0.25
 MAX_JOINT_SPEED = 1.5
 """Of any joint [rad/s]."""
 WEAK = MAX_POINT_SPEED / MAX_JOINT_SPEED
-"""How little a joint velocity may move a point before damping sets in [m/rad]: MAX_SPEED asks for MAX_JOINT_SPEED."""
+"""How little a joint velocity may move a point before damping sets in [m/rad]: there the greatest speed of a point asks
+for the greatest of a joint."""
 DAMPING = WEAK / 2**0.5
 """Of least squares [m/rad] where nothing moves the point. Its square falls with that of a direction's gain s, to zero
 at WEAK; this much makes the answer 2 s / (s² + WEAK²) per speed, which is nowhere more than at WEAK."""

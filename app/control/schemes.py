@@ -125,7 +125,7 @@ def _only_unwound(before: float, after: float) -> float:
 
 
 class PointVelocityScheme(ABC):
-    """A ``Rule`` that gives each contact's point a velocity, all wanted alike. Mutable; ``reset`` forgets the past.
+    """A ``ControlScheme`` that gives each contact's point a velocity, all wanted alike. Mutable.
 
     It remembers by contact, and forgets with the contact: the force servo's integral and the velocity last wanted.
     """
@@ -294,7 +294,7 @@ _ROUNDS = 3
 
 
 class QuadraticProgramScheme(PriorityScheme):
-    """The errors of ``Priority``, in one program with bounds."""
+    """The errors of ``PriorityScheme``, in one program with bounds."""
 
     def solve(
         self,

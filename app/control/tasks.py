@@ -38,7 +38,7 @@ MOST_ERROR = 0.02
 
 @dataclass(frozen=True, eq=False)
 class _Now:
-    """One tick, as ``TaskKeeper.wants`` is asked for it."""
+    """One tick, as ``TaskManager.goals`` is asked for it."""
 
     settings: ControlSettings
     regions: Sequence[ContactRegion]

@@ -237,6 +237,24 @@ _NAMES = {float: "a number", int: "a whole number", str: "a word in quotes", boo
 _DEGREES = ("turn", "heading", "angle")
 
 
+def check_keys(table: Mapping[str, object], kind: type, *, place: str) -> None:
+    """Refuse a table that is to become a dataclass ``kind`` if it has a key without a field.
+
+    Args:
+        table: By key.
+        kind: The dataclass.
+        place: Of the table, for the error.
+
+    Raises:
+        SceneError: Naming the key, and what may stand there.
+    """
+    known = tuple(field.name for field in fields(kind))
+    for key in table:
+        if key not in known:
+            remedy = did_you_mean(str(key), known)
+            raise SceneError("there is no such key", place=f"{place}.{key}", value=key, remedy=remedy)
+
+
 class TomlReader:
     """One scene's text.
 

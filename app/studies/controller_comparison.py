@@ -88,7 +88,7 @@ class TraceRecorder:
         self._limits: list[tuple[Limit, ...]] = []
 
     def add(self, *, touched: bool, limits: tuple[Limit, ...], **numbers: float | None) -> None:
-        """Keep a tick: each of ``NUMBERS``, None where there is no such thing."""
+        """Keep a tick: each of ``TRACE_COLUMNS``, None where there is no such thing."""
         self._rows.append(tuple(numbers[name] for name in TRACE_COLUMNS))
         self._touched.append(touched)
         self._limits.append(limits)
@@ -102,7 +102,7 @@ class TraceRecorder:
 
 
 _UNITS = ("s", "N", "N", "m", "m", "rad_s", "J", "")
-"""Of ``NUMBERS``, as a file's columns name them."""
+"""Of ``TRACE_COLUMNS``, as a file's columns name them."""
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ _NEARLY = 1e-3
 
 
 class Row(NamedTuple):
-    """One figure: its name in ``LawFigures``, its words, its unit, shown units per unit, and whether less is better."""
+    """One figure: its name in ``ControllerMetrics``, words, unit, shown units per unit, and whether less is better."""
 
     name: str
     words: str

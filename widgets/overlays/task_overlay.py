@@ -1,4 +1,4 @@
-"""What a law's task looks like, ready to be drawn in both views: the wanted path, the target, where the contact was."""
+"""What a controller's task looks like, ready to be drawn in both views: path, target, where the contact was."""
 
 from __future__ import annotations
 

@@ -173,7 +173,7 @@ class LimitState(Enum):
 
 
 class LimitStatusLine(QWidget):
-    """Shows limits as ``LimitMemory.told`` has them."""
+    """Shows limits as ``LimitHistory.told`` has them."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)

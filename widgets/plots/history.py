@@ -178,7 +178,7 @@ class LimitHistory:
 
     @property
     def told(self) -> tuple[ShownLimit, ...]:
-        """Those active now as they came, then those that ended within ``LEGIBLE``, the newest first."""
+        """Those active now as they came, then those that ended within ``LIMIT_SHOWN_FOR``, the newest first."""
         ended = [(spans[-1][1], kind) for kind, spans in self._spans.items() if kind not in self._active]
         ended.sort(key=lambda pair: pair[0], reverse=True)
         recent = [kind for end, kind in ended if self._now - end <= LIMIT_SHOWN_FOR]

@@ -1,4 +1,4 @@
-"""Opens the comparison of laws, gives it what the session has, and puts what was chosen in force."""
+"""Opens the comparison of controllers, gives it what the session has, and puts what was chosen in force."""
 
 from __future__ import annotations
 

@@ -134,7 +134,7 @@ def _robot_beside_ball(robot: str, seed: int) -> PreparedScene:
 
 @lru_cache(maxsize=3)
 def _with_finger(robot: str, seed: int) -> PreparedScene:
-    """Also a finger that pushes with ``FINGER`` where the link is farthest from the ball."""
+    """Also a finger that pushes with ``FINGER_FORCE`` where the link is farthest from the ball."""
     prepared = _robot_beside_ball(robot, seed)
     scene, (ball, *_) = prepared.scene, prepared.scene.objects
     surface = points_above(prepared, np.arange(len(prepared.skin)), 0.0)

@@ -204,7 +204,7 @@ def points_above(prepared: PreparedScene, taxels: IntArray, height: float) -> Fl
 def place_to_press(prepared: PreparedScene, *, radius: float = BALL) -> int:
     """The taxel that a path is best led around: the flattest that the joints move well, with room around it.
 
-    There is room where border and seams are ``ROOM`` away on the map, and where a ball is as far from whatever else
+    There is room where border and seams are ``MARGIN`` away on the map, and where a ball is as far from whatever else
     it may touch; where no taxel has as much, those with most are taken. Joints move it well where the least singular
     value of the Jacobian at home is ``REACH`` of the greatest at any of them.
 
@@ -269,7 +269,7 @@ def _margin_to_links(skin: Skin, configuration: Configuration, radius: float) ->
 
 
 def _curvature(patch: Patch) -> FloatArray:
-    """(n,) the greatest angle between a taxel's normal and those around it, within ``ROOM`` [rad]."""
+    """(n,) the greatest angle between a taxel's normal and those around it, within ``MARGIN`` [rad]."""
     positions, normals = patch.taxels.positions, patch.taxels.normals
     around = cKDTree(positions).query_ball_point(positions, MARGIN)
     least = [float((normals[near] @ normal).min()) for near, normal in zip(around, normals, strict=True)]

@@ -46,7 +46,7 @@ def test_what_a_person_sets_stands():
     ({"threshold": True}, "contacts.threshold"),
     ({"threshold": "high"}, "contacts.threshold.*high"),
     ({"wrench_noise": -1.0}, "contacts.wrench_noise.*Choose 0 to 10 N"),
-    ({"threshold_pa": 1e3}, "contacts.threshold_pa.*no such setting.*Did you mean threshold"),
+    ({"threshold_pa": 1e3}, "contacts.threshold_pa.*no such key.*Did you mean threshold"),
 ])  # fmt: skip
 def test_a_mistake_is_named(values, words):
     with pytest.raises(SceneError, match=words):

@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.core.errors import SceneError
-from app.core.toml import TomlReader, as_float, key_lines, line_of, number_remedy, toml_lines, toml_value
+from app.core.errors import Finding, SceneError
+from app.core.toml import TomlReader, as_float, check_keys, key_lines, line_of, number_remedy, toml_lines, toml_value
 
 TEXT = '''# title = "no"
 title = "a # b [x]"
@@ -239,3 +239,9 @@ def test_an_error_that_names_no_key_gets_the_line_of_its_table():
         raise SceneError("odd", place="thing.x.0.y")
     with pytest.raises(SceneError, match="f, elsewhere: odd"), reader.locating_errors(reader.raw, ()):
         raise SceneError("odd", place="elsewhere")
+
+
+def test_a_key_that_a_dataclass_does_not_have_is_refused_with_its_place():
+    check_keys({"where": 1}, Finding, place="thing")
+    with pytest.raises(SceneError, match=r"thing\.counts: there is no such key .*Did you mean count"):
+        check_keys({"counts": 1}, Finding, place="thing")
