@@ -1,6 +1,7 @@
 from .estimate import (
     ESTIMATORS,
     ContactReading,
+    EstimateRefusal,
     EstimatorName,
     ForceEstimate,
     ForceEstimator,
@@ -12,6 +13,7 @@ from .estimation import RegionForceEstimator, build_estimator
 __all__ = [
     "ESTIMATORS",
     "ContactReading",
+    "EstimateRefusal",
     "EstimatorName",
     "ForceEstimate",
     "ForceEstimator",
