@@ -5,6 +5,7 @@
 ``progress``    how long work says how far it is
 ``timing``      stage times by the wall clock
 ``files``       bounded reads, atomic writes, text by lines, named arrays as npz
+``codec``       frozen dataclasses as JSON and strictly back, by their type hints; schemas of them
 ``toml``        TOML that people write, with located mistakes
 ``sparse_ldl``  sparse symmetric systems solved by LDL' factoring
 """
