@@ -112,7 +112,7 @@ def test_undo_is_of_the_path_with_its_tool_and_of_the_map_with_others(window):
     QTest.keyClick(window.map_view, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
     assert settings(window).path == ()
     assert window.editor.history.position == 1
-    assert "Taken back: draw a path" in window.statusBar().currentMessage()
+    assert "Undone: draw a path" in window.statusBar().currentMessage()
     assert window.action("redo").text() == "Redo draw a path"
     window.action("redo").trigger()
     assert len(settings(window).path) == 3

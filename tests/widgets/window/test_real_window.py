@@ -1,0 +1,78 @@
+"""The window as a person has it: the session on its thread, scenes, edits, qualities and recordings in processes."""
+
+from __future__ import annotations
+
+import multiprocessing as mp
+import threading
+from dataclasses import replace
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+
+from app.editing.reflatten import set_method
+from app.scene.scene_file import load_scene
+from tests.widgets.support.window_driver import press_map
+from widgets.session.backends import BACKGROUND
+
+LONG = 120_000
+
+
+@pytest.fixture
+def backends():
+    """As for a person."""
+    return BACKGROUND
+
+
+def threads():
+    """Names of those of ours that run."""
+    return sorted(thread.name for thread in threading.enumerate() if thread.name in ("session", "recording"))
+
+
+def test_a_person_presses_edits_records_and_replays(window, qtbot, tmp_path):
+    live, frames = window.live, []
+    live.frame_ready.connect(frames.append)
+    with qtbot.waitSignal(live.measured, timeout=LONG):
+        pass
+    window.action("record").trigger()
+    assert threads() == ["recording", "session"]
+    press_map(window, 70)
+    qtbot.waitUntil(lambda: bool(frames) and bool(frames[-1].regions), timeout=LONG)
+    assert any(poke.force > 0 for poke in frames[-1].pokes)
+    QTest.mouseRelease(window.map_view.viewport(), Qt.MouseButton.LeftButton)
+    window.action("record").trigger()
+    assert threads() == ["session"]
+    (file,) = (tmp_path / "recordings").glob("*.mcap")
+    with qtbot.waitSignal(live.player_changed, timeout=LONG):
+        window.presenters.files.open_path(str(file))
+    assert live.mode == "replaying"
+    live.show_time(live.player.duration)
+    assert frames[-1].regions
+    live.back_to_live()
+    ticks = len(frames)
+    qtbot.waitUntil(lambda: len(frames) > ticks + 2, timeout=LONG)
+    with qtbot.waitSignals([window.editor.settled, live.measured], timeout=LONG):
+        window.editor.ask(lambda document: set_method(document, [0], "lscm"))
+    edited = window.editor.document
+    assert edited.charts[0].method == "lscm"
+    qtbot.waitUntil(lambda: live.runner.session.map is edited.map, timeout=LONG)
+    window.presenters.map_files.give_up()
+    window.close()
+    assert threads() == []
+    assert not mp.active_children()
+
+
+def test_a_scene_is_opened_beside_the_one_that_runs_which_stays_where_it_fails(window, qtbot):
+    live, first = window.live, window.live.prepared
+    arm = load_scene("arm")
+    with qtbot.waitSignal(live.failed, timeout=LONG) as failure:
+        window.presenters.files.open_scene(replace(arm, robot="no-such-robot"))
+    assert "no-such-robot" in failure.args[0]
+    assert live.prepared is first
+    tick = live.runner.session.frame.tick
+    with qtbot.waitSignal(live.prepared_changed, timeout=LONG):
+        window.presenters.files.open_scene(replace(arm, cover=replace(arm.cover, taxels=60)))
+    assert len(live.prepared.skin) == 60
+    assert tick > 0
+    qtbot.waitUntil(lambda: live.runner.session.frame.tick > 5, timeout=LONG)
+    assert live.mode == "live"
