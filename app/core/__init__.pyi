@@ -12,6 +12,7 @@ from .errors import (
     TactileMapsError,
     UsageError,
 )
+from .progress import Progress, no_progress
 from .timing import Stopwatch, Timings
 
 __all__ = [
@@ -22,6 +23,7 @@ __all__ = [
     "IntArray",
     "MapError",
     "MeshError",
+    "Progress",
     "RecordingError",
     "RobotError",
     "SceneError",
@@ -31,5 +33,6 @@ __all__ = [
     "TactileMapsError",
     "Timings",
     "UsageError",
+    "no_progress",
     "readonly",
 ]

@@ -1,4 +1,5 @@
 from .closest_point import ClosestPoint
+from .connectivity import Connectivity
 from .geodesics import Geodesics
 from .mesh import Mesh, SurfacePoint
 from .pose import Pose
@@ -8,6 +9,7 @@ from .wrap import wrap_mesh
 
 __all__ = [
     "ClosestPoint",
+    "Connectivity",
     "Geodesics",
     "Mesh",
     "Pose",
