@@ -24,7 +24,7 @@ import app as tm
 from tests.tour import FRAME_MS, Film
 from widgets.common.colours import THEMES, apply_theme
 from widgets.common.settings import BaseLayer
-from widgets.common.tool_kinds import ToolKind
+from widgets.tools.registry import PINS
 from widgets.window.application import make_application, picture_window
 
 SIZE = (1280, 800)
@@ -47,7 +47,7 @@ def filmed(scene: tm.Scene) -> Iterator[Film]:
         QApplication.processEvents()
         yield Film(window)
     finally:
-        window.map_edit_presenter.files.give_up()
+        window.presenters.map_files.give_up()
         window.close()
 
 
@@ -63,12 +63,12 @@ def edited_map(path: Path) -> None:
     with filmed(replace(tm.load_scene("arm"), stimuli=())) as film:
         window = film.window
         skin, viewport = window.live.prepared.skin, window.map_view.viewport()
-        window.view_presenter.set_tool(ToolKind.PINS)
+        window.presenters.view.set_tool(PINS)
         places = [window.map_view.pixel_of(skin.taxel_point(taxel)).toPoint() for taxel in (20, 150, 300)]
         for place in places[:2]:
             film.drag(viewport, place, place)
         film.drag(viewport, places[2], places[2] + QPoint(-12, -24))
-        window.view_presenter.set_ground(BaseLayer.AREA)
+        window.presenters.view.set_ground(BaseLayer.AREA)
         film.pass_time(4)
         window.grab().save(str(path))
 

@@ -1,4 +1,4 @@
-"""The tour in the README: a scripted hand on the real widgets, filmed.
+"""The tour in the guide: a scripted hand on the real widgets, filmed.
 
 ``python -m tests.tour assets/tour.gif`` films it anew; it needs no display and gives the same film on the same machine.
 """

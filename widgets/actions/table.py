@@ -476,6 +476,7 @@ def _help_menu() -> Menu:
     return Menu(
         "Help",
         (
+            ActionSpec("guide", "Guide", ("Shift+F1",), "Read how everything works, with pictures"),
             ActionSpec("keys", "Keys", ("F1", "?"), "List the keys"),
             ActionSpec("about", "About Tactile Maps", (), "Versions"),
         ),

@@ -24,6 +24,7 @@ class GuideWindow(QTextBrowser):
 
     def __init__(self, page: Path, parent: QWidget | None = None) -> None:
         super().__init__(parent)
+        self.setWindowFlag(Qt.WindowType.Window)
         self.setWindowTitle("Tactile Maps: the guide")
         self.resize(*_SIZE)
         self.setOpenExternalLinks(True)

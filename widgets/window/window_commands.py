@@ -7,8 +7,10 @@ from importlib.metadata import version
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QDockWidget, QMainWindow
 
+from app.cli.guide_command import find_page
 from widgets.actions.registry import shortcuts_html
 from widgets.actions.table import MOUSE_GESTURES
+from widgets.common.guide_window import GuideWindow
 from widgets.presenters.context import AppContext
 
 _PACKAGES = ("tactile-maps", "mujoco", "libigl", "pyvista", "PySide6-Essentials", "numpy")
@@ -27,6 +29,7 @@ class WindowCommands(QObject):
     def __init__(self, context: AppContext, window: QMainWindow, panels: QDockWidget, bottom: QDockWidget) -> None:
         super().__init__(window)
         self._context, self._window, self._docks = context, window, {"panels": panels, "plots": bottom}
+        self._guide: GuideWindow | None = None
         for name, handler in (
             ("save_picture", self.choose_picture_file),
             ("quit", window.close),
@@ -35,6 +38,7 @@ class WindowCommands(QObject):
             ("plots", self._show_docks),
             ("reset_layout", self.reset_layout),
             ("full_screen", self.toggle_full_screen),
+            ("guide", self.show_guide),
             ("keys", self.tell_keys),
             ("about", self.tell_about),
         ):
@@ -75,6 +79,13 @@ class WindowCommands(QObject):
         """The whole screen, or not."""
         full = self._context.actions["full_screen"].isChecked()
         (self._window.showFullScreen if full else self._window.showNormal)()
+
+    def show_guide(self) -> None:
+        """Open the guide beside the window; asked for again, it comes to the front at the page it was left at."""
+        if self._guide is None:
+            self._guide = GuideWindow(find_page("index"), self._window)
+        self._guide.show()
+        self._guide.activateWindow()
 
     def tell_keys(self) -> None:
         """List keys and gestures."""

@@ -16,6 +16,7 @@ from app.editing.pins import add_pin
 from tests.widgets.support.snapshots import check_picture
 from tests.widgets.support.window_driver import blow_up, press_map, run, visible_skin
 from widgets.common.colours import DARK, LIGHT
+from widgets.common.guide_window import GuideWindow
 from widgets.common.notification_bar import NotificationBar
 from widgets.common.settings import BaseLayer
 from widgets.tools.registry import ARRANGE
@@ -368,3 +369,13 @@ def test_the_eye_sees_a_replay_is_no_live_session(window, tmp_path):
     window.column["timing"].refresh()
     assert window.column["timing"]._values["factor"].text() == "–"
     assert window.map_view.pixel_of(window.live.prepared.skin.taxel_point(70)) != QPointF()
+
+
+def test_the_guide_opens_once_beside_the_window(window):
+    window.action("guide").trigger()
+    window.action("guide").trigger()
+    (guide,) = window.findChildren(GuideWindow)
+    assert guide.isVisible()
+    assert guide.isWindow()
+    assert guide.toPlainText().startswith("The guide")
+    guide.close()
