@@ -9,11 +9,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import zstandard
 from mcap.reader import make_reader
 
 from app.core.errors import Finding, RecordingError
 from app.core.files import pack_array, pack_arrays
 from app.recording.bundle import objects_from_bytes, objects_to_bytes, robot_from_zip, robot_to_zip
+from app.recording.mcap_file import chunk_messages, read_recording
 from app.recording.player import RecordingPlayer
 from app.recording.recorder import Recorder
 from app.recording.recover import recover
@@ -38,6 +40,18 @@ def test_it_holds_everything(recording, prepared):
     assert np.array_equal(player.prepared.map.taxel_points, prepared.map.taxel_points)
     assert {"mujoco", "numpy", "python", "seed", "format"} <= set(player.versions)
     assert [type(act).__name__ for tick, act in player.inputs if tick > 60][:2] == ["PokeReleased", "PokePressed"]
+
+
+def test_a_chunk_that_does_not_match_its_checksum_is_not_believed(recording):
+    """One byte of the last message changed, packed again so that the archive itself is sound."""
+    contents = read_recording(recording)
+    chunk = contents.chunks[0]
+    assert chunk.compression == "zstd"
+    assert chunk_messages(chunk, dict(contents.channels))
+    plain = bytearray(zstandard.decompress(chunk.data))
+    plain[-1] ^= 1
+    spoiled = replace(chunk, data=zstandard.compress(bytes(plain)))
+    assert chunk_messages(spoiled, dict(contents.channels)) == []
 
 
 def test_frames_can_be_had_in_any_order(recording):
