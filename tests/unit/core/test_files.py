@@ -14,6 +14,7 @@ from app.core.files import (
     unpack_array,
     unpack_arrays,
     unpack_bare_arrays,
+    write_atomically,
     write_lines,
 )
 
@@ -46,6 +47,16 @@ def test_what_goes_in_comes_out() -> None:
         assert back[name].dtype == values.dtype
         assert back[name].tolist() == values.tolist()
     assert data == pack_arrays({"title": "tést"}, arrays), "the same input gives the same bytes"
+
+
+def test_a_write_that_fails_leaves_what_was_there(tmp_path) -> None:
+    """The disk is full: here by a device that always is."""
+    path = tmp_path / "map.npz"
+    path.write_bytes(b"before")
+    path.with_name("map.npz.part").symlink_to("/dev/full")
+    with pytest.raises(SkinError, match=r"map\.npz: the file cannot be written.*No space left"):
+        write_atomically(path, b"after", error=SkinError)
+    assert path.read_bytes() == b"before"
 
 
 def test_pickles_are_never_read() -> None:
