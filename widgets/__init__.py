@@ -7,14 +7,15 @@ what runs, ``document`` the only one that changes the map being edited; ``worker
 
 To add something is one place:
 
-========== ================================= =====================================================================
+========== ================================= =========================================================================
 what       where                             what follows from it
-========== ================================= =====================================================================
+========== ================================= =========================================================================
 an action  ``actions.table``, one entry      its menu, key, tip, button and icon, the list of keys, enabled, checked
 a tool     ``tools.registry``, one entry     all of the above, and presses, keys and wheel of both views
 a panel    ``panels.registry``, one entry    its place, scenes, frames, theme, session, whether it is folded
-========== ================================= =====================================================================
+a layer    ``layers.registry``, one entry    its action and setting; edits, frames and theme, on the map and on the body
+========== ================================= =========================================================================
 
 What an action does is bound by a presenter (``context.actions.bind``); a tool or a panel is a class in a file of its
-own, named in its entry.
+own, named in its entry; so is what a layer draws on either side.
 """

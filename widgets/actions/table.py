@@ -24,8 +24,9 @@ from widgets.actions.state import (
     running,
 )
 from widgets.common.controller_settings import CONTROLLERS, SETTING_CHOICES
-from widgets.common.settings import MARKS, BaseLayer
+from widgets.common.settings import BaseLayer
 from widgets.common.tool_kinds import ToolRole
+from widgets.layers.registry import LAYERS, LayerSpec
 from widgets.tools.registry import TOOLS, ToolSpec
 
 _TOOL_ENABLED = {ToolRole.EDIT: editable, ToolRole.CONTROL: can_control}
@@ -52,19 +53,6 @@ _BASE_LAYERS = {
     BaseLayer.AREA: ("Area distortion", "Ratio of map area to body area at each point (1: no area distortion)"),
     BaseLayer.CHECKER: ("Checker", "Checkerboard on the map, shown on the body as the map distorts it"),
     BaseLayer.CIRCLES: ("Circles", "Circles on the body, shown on the map as ellipses (Tissot's indicatrix)"),
-}
-_MARKS = {
-    "seams": ("Seams", "Alt+S", "Show the seams along which the skin was cut"),
-    "border": ("Border", "Alt+B", "Show the border of the skin"),
-    "pins": ("Pins", "", "Show the pins whatever the tool"),
-    "contours": ("Contours", "Alt+C", "Show the outlines of contact regions"),
-    "shapes": (
-        "Contact shapes",
-        "",
-        "Dash each contact's ellipse, and dot the circle in which its centre lies, where they are large enough",
-    ),
-    "taxel_ids": ("Taxel numbers", "Alt+N", "Number the taxels, as many as have room"),
-    "dots": ("Taxels as dots", "Alt+D", "A dot for each taxel, instead of a picture between them"),
 }
 
 
@@ -158,16 +146,14 @@ def _base_layers() -> tuple[ActionSpec, ...]:
     )
 
 
-def _marks() -> tuple[ActionSpec, ...]:
-    return tuple(
-        ActionSpec(
-            f"mark_{name}",
-            _MARKS[name][0],
-            (_MARKS[name][1],) if _MARKS[name][1] else (),
-            _MARKS[name][2],
-            checked=partial(_has_mark, name),
-        )
-        for name in MARKS
+def layer_action(spec: LayerSpec) -> ActionSpec:
+    """The action that shows or hides a layer."""
+    return ActionSpec(
+        f"mark_{spec.name}",
+        spec.text,
+        (spec.key,) if spec.key else (),
+        spec.tip,
+        checked=lambda state: state.overlays.shows(spec.name),
     )
 
 
@@ -177,10 +163,6 @@ def _is(field: str, value: str, state: WindowState) -> bool:
 
 def _has_ground(layer: BaseLayer, state: WindowState) -> bool:
     return state.overlays.ground is layer
-
-
-def _has_mark(name: str, state: WindowState) -> bool:
-    return bool(getattr(state.overlays, name))
 
 
 def _with_name(word: str, what: str) -> str:
@@ -447,7 +429,7 @@ def _select_menu(tools: tuple[ToolSpec, ...]) -> Menu:
     )
 
 
-def _view_menu() -> Menu:
+def _view_menu(layers: tuple[LayerSpec, ...]) -> Menu:
     return Menu(
         "View",
         (
@@ -460,7 +442,7 @@ def _view_menu() -> Menu:
                 in_views=True,
             ),
             ActionSpec("compare", "Other layout", ("Ctrl+D",), "Show the layout that is compared with, or ours again"),
-            Menu("Overlay", (*_base_layers(), LINE, *_marks())),
+            Menu("Overlay", (*_base_layers(), LINE, *map(layer_action, layers))),
             ActionSpec("theme", "Light theme", ("Ctrl+Shift+T",), "Dark or light", checked=lambda state: state.light),
             ActionSpec("panels", "Panels", ("F2",), "Show or hide the panels", checkable=True),
             ActionSpec("timing", "Timing", ("F3",), "Show where the time goes"),
@@ -483,8 +465,8 @@ def _help_menu() -> Menu:
     )
 
 
-def menu_bar(tools: tuple[ToolSpec, ...] = TOOLS) -> tuple[Menu, ...]:
-    """The menus, for these tools."""
+def menu_bar(tools: tuple[ToolSpec, ...] = TOOLS, layers: tuple[LayerSpec, ...] = LAYERS) -> tuple[Menu, ...]:
+    """The menus, for these tools and layers."""
     return (
         _file_menu(),
         _edit_menu(tools),
@@ -492,7 +474,7 @@ def menu_bar(tools: tuple[ToolSpec, ...] = TOOLS) -> tuple[Menu, ...]:
         _touch_menu(),
         _control_menu(tools),
         _select_menu(tools),
-        _view_menu(),
+        _view_menu(layers),
         _help_menu(),
     )
 

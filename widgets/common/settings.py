@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 
@@ -43,43 +43,31 @@ class OverlayOptions:
 
     Attributes:
         ground: What bare skin looks like.
-        seams: Whether cuts are dashed.
-        border: Whether the skin's end is lined.
-        pins: Whether pins are shown, whatever the tool.
-        contours: Whether touched areas are lined.
-        shapes: Whether contacts have their ellipse, and the circle in which their centre lies.
-        taxel_ids: Whether taxels are numbered.
-        dots: Whether each taxel is a dot of its own, instead of a picture interpolated between them.
+        shown: The layers that are shown, by name; ``widgets.layers.registry`` lists them.
     """
 
     ground: BaseLayer = BaseLayer.PRESSURE
-    seams: bool = True
-    border: bool = True
-    pins: bool = False
-    contours: bool = True
-    shapes: bool = True
-    taxel_ids: bool = False
-    dots: bool = False
+    shown: frozenset[str] = frozenset({"seams", "border", "contours", "shapes"})
 
-    def with_mark(self, name: str, *, shown: bool) -> OverlayOptions:
-        """The same with one mark on or off; ``name`` is one of ``MARKS``."""
-        marks = {mark: getattr(self, mark) for mark in MARKS} | {name: shown}
-        return OverlayOptions(self.ground, **marks)
+    def shows(self, name: str) -> bool:
+        """Whether the layer of this name is shown."""
+        return name in self.shown
+
+    def toggled(self, name: str) -> OverlayOptions:
+        """The same with one layer shown that was not, or hidden that was shown."""
+        return OverlayOptions(self.ground, self.shown ^ {name})
 
     def to_text(self) -> str:
-        """For the settings' file: the ground and the marks that are on."""
-        return " ".join([self.ground.value, *(name for name in MARKS if getattr(self, name))])
+        """For the settings' file: the ground and the layers that are shown."""
+        return " ".join([self.ground.value, *sorted(self.shown)])
 
     @classmethod
-    def from_text(cls, text: str) -> OverlayOptions:
-        """From the settings' file; what is not known there is as it first was."""
-        ground, *marks = text.split() or [""]
+    def from_text(cls, text: str) -> OverlayOptions | None:
+        """From the settings' file; None where that says nothing that is known."""
+        ground, *shown = text.split() or [""]
         if ground not in [known.value for known in BaseLayer]:
-            return cls()
-        return cls(BaseLayer(ground), **{name: name in marks for name in MARKS})
-
-
-MARKS = tuple(field.name for field in fields(OverlayOptions) if field.name != "ground")
+            return None
+        return cls(BaseLayer(ground), frozenset(shown))
 
 
 _RECENT = 8
@@ -126,8 +114,8 @@ class Settings:
         self._store.setValue("recent", [path, *(item for item in self.recent if item != path)][:_RECENT])
 
     @property
-    def overlays(self) -> OverlayOptions:
-        """What View > Overlay was set to."""
+    def overlays(self) -> OverlayOptions | None:
+        """What View > Overlay was set to; None if that was never chosen."""
         return OverlayOptions.from_text(str(self._store.value("overlays", "")))
 
     @overlays.setter

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -22,6 +23,7 @@ from widgets.interaction.select_gesture import RubberBand
 from widgets.map_view.live_image import ImageAtlas, ImageSettings
 from widgets.map_view.map_canvas import MapCanvas
 from widgets.map_view.map_coordinates import readout_text
+from widgets.map_view.map_layer import MapLayerFactory
 from widgets.map_view.map_painter import MapMarks, MapPainter
 from widgets.map_view.map_scene import MapScene
 from widgets.map_view.taxel_faults import NO_FAULTS, TaxelFaults
@@ -36,6 +38,7 @@ class MapDisplay(MapCanvas):
         theme: Colours of everything that is not skin.
         scale: Colours of pressure.
         parent: Qt parent.
+        layers: Makes each layer that has items, by name.
     """
 
     painted = Signal(int)
@@ -47,9 +50,16 @@ class MapDisplay(MapCanvas):
     cancel_requested = Signal()
     """The button of the loading state was pressed."""
 
-    def __init__(self, theme: Theme, scale: PressureScale, parent: QWidget | None = None) -> None:
+    def __init__(
+        self,
+        theme: Theme,
+        scale: PressureScale,
+        parent: QWidget | None = None,
+        *,
+        layers: Mapping[str, MapLayerFactory] | None = None,
+    ) -> None:
         super().__init__(parent)
-        self._theme, self._scale = theme, scale
+        self._theme, self._scale, self._layers = theme, scale, dict(layers or {})
         self._picture: MapScene | None = None
         self._frame: Frame | None = None
         self._hovered_at: SurfacePoint | None = None
@@ -88,7 +98,9 @@ class MapDisplay(MapCanvas):
             self.picture_changed.emit()
 
     def _show_first(self, document: MapDocument, atlas: ImageAtlas | None) -> None:
-        picture = MapScene(document, self._theme, atlas=atlas or ImageAtlas(document.map, look=self._look))
+        picture = MapScene(
+            document, self._theme, atlas=atlas or ImageAtlas(document.map, look=self._look), layers=self._layers
+        )
         picture.overlay(self._overlays, self._scale)
         picture.use_faults(self._faults)
         scene = QGraphicsScene(self)

@@ -6,7 +6,7 @@ edges.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -32,6 +32,7 @@ from widgets.map_view.contact_ellipses import ellipses_on_map
 from widgets.map_view.live_image import ImageAtlas, ImageSettings, LiveImage
 from widgets.map_view.map_coordinates import SceneTransform, VisiblePatches
 from widgets.map_view.map_items import PatchItem, TaxelsItem, to_lines
+from widgets.map_view.map_layer import MapLayerFactory
 from widgets.map_view.map_shapes import MapShapes, Wireframe, wireframe
 from widgets.map_view.taxel_faults import NO_FAULTS, FaultLegend, FaultsItem, TaxelFaults, fault_legend
 from widgets.overlays.body_overlays import SkinTexture
@@ -98,6 +99,7 @@ class MapScene:
         document: What to draw.
         theme: Colours of borders and seams.
         atlas: Its live image, where one exists already; building one takes some tenths of a second.
+        layers: Makes each layer that has items of its own, by name.
 
     Attributes:
         document: What is drawn.
@@ -107,7 +109,14 @@ class MapScene:
         held: Patches whose chart has no image yet, because it is in the hand.
     """
 
-    def __init__(self, document: MapDocument, theme: Theme, *, atlas: ImageAtlas | None = None) -> None:
+    def __init__(
+        self,
+        document: MapDocument,
+        theme: Theme,
+        *,
+        atlas: ImageAtlas | None = None,
+        layers: Mapping[str, MapLayerFactory] | None = None,
+    ) -> None:
         self.document, self.pressures = document, np.zeros(len(document.skin))
         self.shapes = MapShapes.of(document, SceneTransform.around(document.map.bounds))
         self.held: tuple[int, ...] = ()
@@ -115,6 +124,7 @@ class MapScene:
         self._patches = [PatchItem(theme) for _ in document.charts]
         self._taxels, self._flaws_item, self._flaw_finder = TaxelsItem(QFont()), FlawsItem(theme), FlawFinder()
         self._faults_item, self._faults = FaultsItem(), NO_FAULTS
+        self.layers = {name: make(document, theme) for name, make in (layers or {}).items()}
         self.fault_legend: FaultLegend = ()
         self._overlays, self._scale = OverlayOptions(), PressureScale()
         self._use_atlas(atlas or ImageAtlas(document.map))
@@ -124,6 +134,9 @@ class MapScene:
         """Put the items into ``scene``, which owns them from then on."""
         for item in (*self._patches, self._flaws_item, self._taxels, self._faults_item):
             scene.addItem(item)
+        for layer in self.layers.values():
+            for item in layer.items:
+                scene.addItem(item)
 
     @property
     def map(self) -> TactileMap:
@@ -165,12 +178,15 @@ class MapScene:
         """Show what the setting asks for. Cost: 20 to 80 ms for a ground that has not been shown before."""
         self._overlays = overlays
         for item in self._patches:
-            item.line(border=overlays.border, seams=overlays.seams)
-        self._taxels.dots, self._taxels.numbered = overlays.dots, overlays.taxel_ids
+            item.line(border=overlays.shows("border"), seams=overlays.shows("seams"))
+        dots = overlays.shows("dots")
+        self._taxels.dots, self._taxels.numbered = dots, overlays.shows("taxel_ids")
+        for name, layer in self.layers.items():
+            layer.set_shown(shown=overlays.shows(name))
         ground = self.ground
-        bare = np.full(self._atlas.shape, words32(np.array(BETWEEN_DOTS, np.uint8))) if overlays.dots else None
+        bare = np.full(self._atlas.shape, words32(np.array(BETWEEN_DOTS, np.uint8))) if dots else None
         self._live.ground = bare if ground is None else ground.pixels
-        self._live.touch_from = np.inf if overlays.dots else CONTACT_KPA
+        self._live.touch_from = np.inf if dots else CONTACT_KPA
         self.recolour(scale)
 
     @property
@@ -192,6 +208,8 @@ class MapScene:
         self.pressures = frame.pressures
         self._atlas.render(frame.pressures, self._kilopascals)
         self.recolour(scale)
+        for layer in self.layers.values():
+            layer.show_frame(frame)
 
     def recolour(self, scale: PressureScale) -> None:
         """Show the same pressures on another scale."""
@@ -218,6 +236,8 @@ class MapScene:
         """Take the theme's line colours."""
         for item in self._patches:
             item.set_theme(theme)
+        for layer in self.layers.values():
+            layer.set_theme(theme)
 
     def place_of(self, at: SurfacePoint) -> QPointF:
         """Where a body point lies in the scene."""
@@ -232,7 +252,7 @@ class MapScene:
 
     def ellipses(self, region: ContactRegion) -> tuple[FloatArray | None, FloatArray | None]:
         """Half-axes (2, 2) each of a region's ellipse and error circle [scene units]; none where not wanted."""
-        if not self._overlays.shapes or not region.axes.any():
+        if not self._overlays.shows("shapes") or not region.axes.any():
             return None, None
         scale = self.shapes.frame.scale * np.array([1.0, -1.0])
         ellipse, error = ellipses_on_map(region, self.map)
@@ -245,7 +265,7 @@ class MapScene:
 
     def pins(self) -> tuple[QPointF, ...]:
         """Where the pins of the patches shown are wanted [scene units]; none while they are not to be seen."""
-        if not self._overlays.pins:
+        if not self._overlays.shows("pins"):
             return ()
         places = [pin_places(self.document, k) for k, patch in enumerate(self.document.patches) if patch.visible]
         return tuple(QPointF(x, y) for part in places for x, y in self.shapes.frame.to_scene(part).tolist())
@@ -255,7 +275,12 @@ class MapScene:
         found: list[QLineF] = []
         for number, tile in enumerate(self._atlas.tiles):
             shape, values = self.shapes.patches[number], self._kilopascals[self._atlas.window(number)]
-            if self._overlays.contours and shape.shown and number not in self.held and values.max() >= CONTACT_KPA:
+            if (
+                self._overlays.shows("contours")
+                and shape.shown
+                and number not in self.held
+                and values.max() >= CONTACT_KPA
+            ):
                 found += to_lines(shape.to_scene(tile.chart_points(contour_segments(values, CONTACT_KPA))))
         return found
 
@@ -296,6 +321,8 @@ class MapScene:
             item.place(shape, self.shapes.frame.scale)
         self._taxels.place(self.shapes, self.held)
         self._faults_item.place(self.shapes)
+        for layer in self.layers.values():
+            layer.show_document(self.document, self.shapes)
         self._seen = VisiblePatches(self.map, self.shapes.numbers)
         self._flaws: Flaws = self._flaw_finder.of(self.document)
         self._flaws_item.mark(self._flaws, self.shapes.frame)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -21,6 +22,7 @@ from widgets.interaction.view_tool import PointerHit, ViewTool
 from widgets.map_view.live_image import ImageAtlas
 from widgets.map_view.map_coordinates import nearest_taxel
 from widgets.map_view.map_display import MapDisplay
+from widgets.map_view.map_layer import MapLayerFactory
 
 _POKES = "Press a patch to poke the robot there. Drag beside the patches to pan."
 _SELECTS = "Click taxels or draw around them to select them. Escape selects none."
@@ -35,6 +37,7 @@ class MapView(MapDisplay):
         theme: Colours of everything that is not skin.
         scale: Colours of pressure.
         parent: Qt parent.
+        layers: Makes each layer that has items, by name.
 
     Attributes:
         interaction: The hand; its signals are also the view's.
@@ -44,8 +47,15 @@ class MapView(MapDisplay):
     """The words for what is under the pointer; the view shows them too."""
     beside_skin, turns, idle_cursor = True, False, Qt.CursorShape.ArrowCursor
 
-    def __init__(self, theme: Theme, scale: PressureScale, parent: QWidget | None = None) -> None:
-        super().__init__(theme, scale, parent)
+    def __init__(
+        self,
+        theme: Theme,
+        scale: PressureScale,
+        parent: QWidget | None = None,
+        *,
+        layers: Mapping[str, MapLayerFactory] | None = None,
+    ) -> None:
+        super().__init__(theme, scale, parent, layers=layers)
         hand = self.interaction = ViewInteraction(self, self)
         self.poke_pressed, self.poke_moved, self.poke_released = hand.poke_pressed, hand.poke_moved, hand.poke_released
         self.hovered, self.cleared, self.taxel_selector = hand.hovered, hand.cleared, hand.taxel_selector

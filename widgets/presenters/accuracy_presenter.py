@@ -10,11 +10,11 @@ from app.control.command import ControlSettings
 from app.studies.stages.control import stage_setting_of, with_stage_setting
 from app.studies.stages.registry import edits_map
 from app.studies.work_precision import Setting
+from widgets.context.app_context import AppContext
 from widgets.document.stage_settings import reflatten_for
 from widgets.map_view.live_image import ImageSettings
 from widgets.panels.accuracy_panel import AccuracyPanel
 from widgets.panels.controller_panel import ControllerPanel
-from widgets.presenters.context import AppContext
 from widgets.presenters.effects_presenter import EffectsPresenter
 
 

@@ -15,9 +15,9 @@ from app.core.files import write_atomically
 from app.studies.controller_comparison import ControllerTrace, trace_csv, with_fields
 from widgets.common.colours import Theme
 from widgets.common.controller_settings import GAIN_SETTINGS
+from widgets.context.app_context import AppContext
 from widgets.controller_comparison.comparison_view import ComparisonView
 from widgets.panels.controller_panel import ControllerPanel
-from widgets.presenters.context import AppContext
 from widgets.presenters.effects_presenter import EffectsPresenter
 from widgets.workers.comparison_worker import ComparisonRequest
 

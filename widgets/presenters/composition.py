@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 from PySide6.QtWidgets import QWidget
 
+from widgets.context.app_context import AppContext
 from widgets.presenters.accuracy_presenter import AccuracyPresenter
 from widgets.presenters.comparison_presenter import ComparisonPresenter
-from widgets.presenters.context import AppContext
 from widgets.presenters.control_presenter import ControlPresenter, ControlToolsPresenter
 from widgets.presenters.effects_presenter import EffectsPresenter
 from widgets.presenters.file_presenter import FilePresenter

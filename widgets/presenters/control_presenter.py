@@ -15,8 +15,8 @@ from app.editing.document import MapDocument
 from app.maps.paths import PathKind
 from widgets.common.controller_settings import CONTROLLERS, SETTING_CHOICES
 from widgets.common.mode import Mode
+from widgets.context.app_context import AppContext
 from widgets.panels.controller_panel import ControllerPanel
-from widgets.presenters.context import AppContext
 from widgets.tools.control_tool import ForceHandle
 from widgets.tools.registry import Tools
 

@@ -13,10 +13,10 @@ from app.scene.stability import stability_warning
 from app.session.prepare import PreparedScene
 from app.studies.work_precision import Setting
 from app.tactile.half_space_stress import TAIL_SHARE
+from widgets.context.app_context import AppContext
 from widgets.map_view.taxel_faults import faults_of
 from widgets.panels.accuracy_panel import AccuracyPanel
 from widgets.panels.effects_panel import AUTO, EffectsPanel, automatic_rows, credited_decision, recorded_decision
-from widgets.presenters.context import AppContext
 
 
 class EffectsPresenter(QObject):

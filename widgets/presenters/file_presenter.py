@@ -28,7 +28,7 @@ from widgets.common.file_types import (
     scene_to_open,
     with_taxels,
 )
-from widgets.presenters.context import AppContext
+from widgets.context.app_context import AppContext
 from widgets.presenters.effects_presenter import EffectsPresenter
 from widgets.presenters.map_file_presenter import MapFilePresenter
 

@@ -12,9 +12,9 @@ from app.geometry.mesh import SurfacePoint
 from app.maps.tactile_map import TactileMap
 from app.session.prepare import PreparedScene
 from widgets.common.mode import Mode
+from widgets.context.app_context import AppContext
 from widgets.panels.compare_panel import ComparePanel
 from widgets.panels.patches_panel import PatchesPanel
-from widgets.presenters.context import AppContext
 from widgets.presenters.map_file_presenter import MapFilePresenter
 from widgets.tools.arrange_tool import ArrangeTool
 from widgets.tools.pin_tool import PinTool

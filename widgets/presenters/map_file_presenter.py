@@ -15,8 +15,8 @@ from app.editing.document_file import DocumentFile, load_document
 from app.editing.layout_import import adopt_document
 from app.maps.formats.export import ENDINGS, write_map
 from app.session.prepare import PreparedScene
-from widgets.presenters.context import AppContext
-from widgets.presenters.dialogs import Button
+from widgets.context.app_context import AppContext
+from widgets.context.dialogs import Button
 
 AUTOSAVE_MS = 20_000
 _MAPS = "Tactile maps (*.npz)"

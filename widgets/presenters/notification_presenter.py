@@ -5,7 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import QObject
 
 from app.session.prepare import PreparedScene
-from widgets.presenters.context import AppContext
+from widgets.context.app_context import AppContext
 
 _SAVED_MS = 10_000
 

@@ -8,8 +8,8 @@ from PySide6.QtCore import QObject, Signal
 
 from app.session.frame import Frame
 from app.session.prepare import PreparedScene
+from widgets.context.app_context import AppContext
 from widgets.panels.timing_panel import TimingPanel
-from widgets.presenters.context import AppContext
 from widgets.presenters.effects_presenter import EffectsPresenter
 from widgets.presenters.map_edit_presenter import MapEditPresenter
 

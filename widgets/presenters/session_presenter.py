@@ -10,7 +10,7 @@ from PySide6.QtCore import QElapsedTimer, QObject, QTimer
 
 from app.core.errors import TactileMapsError
 from app.recording.player import RecordingPlayer
-from widgets.presenters.context import AppContext
+from widgets.context.app_context import AppContext
 from widgets.session.recording_writer import make_recording_folder
 
 _PLAY_MS = 16

@@ -12,7 +12,7 @@ from app.core.errors import TactileMapsError
 from app.simulation.known_load_check import WeighingResult
 from app.stimuli.stimulus_file import load_stimuli, save_stimuli
 from widgets.common.file_types import SCRIPT_FILTER
-from widgets.presenters.context import AppContext
+from widgets.context.app_context import AppContext
 from widgets.presenters.effects_presenter import EffectsPresenter
 from widgets.workers.cost_worker import MASS
 

@@ -8,11 +8,12 @@ from functools import partial
 from PySide6.QtCore import QObject, Signal
 
 from widgets.common.panel import Panel
-from widgets.common.settings import MARKS, BaseLayer, OverlayOptions
+from widgets.common.settings import BaseLayer, OverlayOptions
 from widgets.common.tool_kinds import ToolKind
+from widgets.context.app_context import AppContext
+from widgets.layers.registry import LAYERS
 from widgets.panels.effects_panel import EffectsPanel
 from widgets.panels.timing_panel import TimingPanel
-from widgets.presenters.context import AppContext
 from widgets.tools.interest_tool import InterestTool
 from widgets.tools.registry import Tools
 
@@ -36,7 +37,8 @@ class ViewPresenter(QObject):
         self._context, self._views, self._tools = context, context.views, tools
         self._bind()
         tools.changed.connect(self._on_tool_changed)
-        self._show(context.settings.overlays)
+        at_first = OverlayOptions(shown=frozenset(layer.name for layer in LAYERS if layer.shown_at_first))
+        self._show(context.settings.overlays or at_first)
 
     def _bind(self) -> None:
         bind, selection = self._context.actions.bind, self._views.selection
@@ -44,8 +46,8 @@ class ViewPresenter(QObject):
             bind(spec.kind.name, partial(self._tools.take, spec.kind))
         for ground in BaseLayer:
             bind(f"ground_{ground.value}", partial(self.set_ground, ground))
-        for mark in MARKS:
-            bind(f"mark_{mark}", partial(self.toggle_mark, mark))
+        for layer in LAYERS:
+            bind(f"mark_{layer.name}", partial(self.toggle_layer, layer.name))
         for name, handler in (
             ("smaller_brush", partial(self._resize_brush, -1)),
             ("larger_brush", partial(self._resize_brush, 1)),
@@ -77,10 +79,9 @@ class ViewPresenter(QObject):
         """Show another ground under the touch."""
         self._show(replace(self._views.overlays, ground=ground))
 
-    def toggle_mark(self, name: str) -> None:
-        """Show or hide one kind of marks."""
-        overlays = self._views.overlays
-        self._show(overlays.with_mark(name, shown=not getattr(overlays, name)))
+    def toggle_layer(self, name: str) -> None:
+        """Show or hide a layer."""
+        self._show(self._views.overlays.toggled(name))
 
     def _show(self, overlays: OverlayOptions) -> None:
         self._context.settings.overlays = overlays

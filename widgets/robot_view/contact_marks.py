@@ -1,4 +1,4 @@
-"""Marks on the body: centres of pressure with force arrows and shapes, fingertips, the hover."""
+"""Marks on the body: centres of pressure with force arrows, fingertips, the hover; and contact shapes, a layer."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SHAPE_INK = "#5b6570"
 """Of ellipses and error circles, on skin that is light in both themes."""
 SMALLEST_ERROR = 0.001
 """Radius below which the mark of the centre hides the circle [m]."""
-_MAX_CONTACTS = 8
+MAX_CONTACTS = 8
 
 
 class ContactMarks:
@@ -31,35 +31,27 @@ class ContactMarks:
         plotter: Where to draw.
         theme: Accents.
         prepared: Whose skin is marked.
-        shapes: Whether contacts have their ellipse, and the circle in which their centre lies.
     """
 
-    def __init__(self, plotter: Any, theme: Theme, prepared: PreparedScene, *, shapes: bool = True) -> None:
+    def __init__(self, plotter: Any, theme: Theme, prepared: PreparedScene) -> None:
         self._index = prepared.robot.link_index
         self._size = 0.015
         disc = pv.Disc(inner=0.86, outer=1.0, c_res=48)  # a ring, so that the touch within stays in sight
         hover = pv.Disc(inner=0.62, outer=1.0, c_res=48)
         ball = pv.Sphere(theta_resolution=24, phi_resolution=16)
         arrow = pv.Arrow(start=(0, 0, 1), direction=(0, 0, -1), tip_length=0.3, tip_radius=0.07, shaft_radius=0.022)
-        self._discs = [_add(plotter, disc, theme.accent, lit=False) for _ in range(_MAX_CONTACTS)]
-        self._arrows = [_add(plotter, arrow, theme.accent, lit=False) for _ in range(_MAX_CONTACTS)]
-        self._balls = [_add(plotter, ball, theme.text, lit=True, opacity=0.25) for _ in range(_MAX_CONTACTS)]
-        self._ellipses = [
-            _add(plotter, _dashed_circle(every=2), SHAPE_INK, lit=False, line_width=1.0) for _ in range(_MAX_CONTACTS)
-        ]
-        self._errors = [
-            _add(plotter, _dashed_circle(every=1), SHAPE_INK, lit=False, line_width=1.0) for _ in range(_MAX_CONTACTS)
-        ]
-        self._hover = _add(plotter, hover, theme.accent, lit=False)
-        self._shapes = shapes
+        self._discs = [add_mark(plotter, disc, theme.accent, lit=False) for _ in range(MAX_CONTACTS)]
+        self._arrows = [add_mark(plotter, arrow, theme.accent, lit=False) for _ in range(MAX_CONTACTS)]
+        self._balls = [add_mark(plotter, ball, theme.text, lit=True, opacity=0.25) for _ in range(MAX_CONTACTS)]
+        self._hover = add_mark(plotter, hover, theme.accent, lit=False)
         self.forces: list[tuple[FloatArray, ContactRegion]] = []
         """Each arrow's tail and tip (2, 3) [m], world, and the region whose force it stands for."""
 
     def show_frame(self, frame: Frame, poses: FloatArray) -> None:
         """Place discs and arrows at the regions' centres of pressure, and a ball at each fingertip."""
-        regions, pokes = frame.regions[:_MAX_CONTACTS], frame.pokes[:_MAX_CONTACTS]
+        regions, pokes = frame.regions[:MAX_CONTACTS], frame.pokes[:MAX_CONTACTS]
         self.forces = []
-        for actors in (self._discs, self._arrows, self._ellipses, self._errors):
+        for actors in (self._discs, self._arrows):
             for actor in actors[len(regions) :]:
                 actor.visibility = False
         for region, disc, arrow in zip(regions, self._discs, self._arrows, strict=False):
@@ -69,40 +61,15 @@ class ContactMarks:
             length = min(ARROW_LENGTH * region.force, MAX_ARROW)
             _place(arrow, point + 0.002 * normal, normal, 0.08, max(length, 1e-3))
             self.forces.append((point + np.outer([0.002 + length, 0.002], normal), region))
-            self._place_shape(len(self.forces) - 1, region, point, pose[:3, :3])
         for actor in self._balls[len(pokes) :]:
             actor.visibility = False
         for poke, ball in zip(pokes, self._balls, strict=False):
             _place(ball, poke.point + poke.radius * poke.normal, poke.normal, 2 * poke.radius, 2 * poke.radius)
 
-    def _place_shape(self, number: int, region: ContactRegion, point: FloatArray, turn: FloatArray) -> None:
-        """The ellipse and the error circle of a region at ``point`` [m], whose link is turned so."""
-        normal, axes = turn @ region.normal, region.axes @ turn.T
-        lengths = np.linalg.norm(axes, axis=1)
-        seen = self._shapes and bool(lengths.min() > 0)
-        circle = axes / np.maximum(lengths, 1e-12)[:, None] * region.place_error
-        for actor, own, least in (
-            (self._ellipses[number], axes, 0.0),
-            (self._errors[number], circle, SMALLEST_ERROR),
-        ):
-            actor.visibility = seen and bool(np.linalg.norm(own[0]) > least)
-            if actor.visibility:
-                matrix = np.eye(4)
-                matrix[:3, 0], matrix[:3, 1], matrix[:3, 2] = own[0], own[1], normal
-                matrix[:3, 3] = point + 0.0015 * normal
-                set_matrix(actor, matrix)
-
-    def show_shapes(self, *, shown: bool) -> None:
-        """Draw ellipses and error circles, or do not; they are placed by the next ``show_frame``."""
-        self._shapes = shown
-        if not shown:
-            for actor in (*self._ellipses, *self._errors):
-                actor.visibility = False
-
     def hide(self) -> None:
         """Show no contact and no finger."""
         self.forces = []
-        for actor in (*self._discs, *self._arrows, *self._balls, *self._ellipses, *self._errors):
+        for actor in (*self._discs, *self._arrows, *self._balls):
             actor.visibility = False
 
     def set_hover(self, where: tuple[FloatArray, FloatArray] | None) -> None:
@@ -119,6 +86,63 @@ class ContactMarks:
             ball.prop.color = theme.text
 
 
+class ContactShapes:
+    """A layer on the body: a fixed set of actors, placed and shown as needed.
+
+    Args:
+        plotter: Where to draw.
+        theme: The ink is the same in all.
+        prepared: Whose skin is marked.
+    """
+
+    def __init__(self, plotter: Any, theme: Theme, prepared: PreparedScene) -> None:
+        self._index, self._shown = prepared.robot.link_index, False
+        self.ellipses, self.errors = (
+            [
+                add_mark(plotter, _dashed_circle(every=every), SHAPE_INK, lit=False, line_width=1.0)
+                for _ in range(MAX_CONTACTS)
+            ]
+            for every in (2, 1)
+        )
+
+    def show_frame(self, frame: Frame, poses: FloatArray) -> None:
+        """Draw the shape of each region, where it has one."""
+        self.hide()
+        if self._shown:
+            for number, region in enumerate(frame.regions[:MAX_CONTACTS]):
+                self._place(number, region, poses[self._index[region.link]])
+
+    def set_shown(self, *, shown: bool) -> None:
+        """Draw shapes from the next frame on, or none."""
+        self._shown = shown
+        if not shown:
+            self.hide()
+
+    def hide(self) -> None:
+        """Draw none."""
+        for actor in (*self.ellipses, *self.errors):
+            actor.visibility = False
+
+    def set_theme(self, theme: Theme) -> None:
+        """Skin is light in both themes."""
+
+    def _place(self, number: int, region: ContactRegion, pose: FloatArray) -> None:
+        """The ellipse and the error circle of a region whose link has this ``T_world_link`` (4, 4)."""
+        point = pose[:3, :3] @ region.point + pose[:3, 3]
+        normal, axes = pose[:3, :3] @ region.normal, region.axes @ pose[:3, :3].T
+        lengths = np.linalg.norm(axes, axis=1)
+        if not lengths.min() > 0:
+            return
+        circle = axes / lengths[:, None] * region.place_error
+        for actor, own, least in ((self.ellipses[number], axes, 0.0), (self.errors[number], circle, SMALLEST_ERROR)):
+            actor.visibility = bool(np.linalg.norm(own[0]) > least)
+            if actor.visibility:
+                matrix = np.eye(4)
+                matrix[:3, 0], matrix[:3, 1], matrix[:3, 2] = own[0], own[1], normal
+                matrix[:3, 3] = point + 0.0015 * normal
+                set_matrix(actor, matrix)
+
+
 def _dashed_circle(*, every: int) -> pv.PolyData:
     """A dashed unit circle; dotted with each of its short sides apart, else with a pair of them to a dash."""
     turn = np.linspace(0, 2 * np.pi, 73)[:-1]
@@ -128,9 +152,10 @@ def _dashed_circle(*, every: int) -> pv.PolyData:
     return pv.PolyData(points, lines=np.concatenate(lines))
 
 
-def _add(
+def add_mark(
     plotter: Any, mesh: pv.PolyData, colour: str, *, lit: bool, opacity: float = 1.0, line_width: float | None = None
 ) -> Any:
+    """An actor of ``mesh``, hidden until it is placed."""
     actor = plotter.add_mesh(
         mesh, color=colour, lighting=lit, opacity=opacity, pickable=False, reset_camera=False, show_scalar_bar=False,
         line_width=line_width,

@@ -7,7 +7,7 @@ once more, sharper, when the picture stays.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -24,6 +24,7 @@ from app.session.prepare import PreparedScene
 from widgets.common.colours import PressureScale, Theme
 from widgets.overlays.body_overlays import NO_MARKS, SkinTexture, ToolMarks
 from widgets.overlays.task_overlay import NO_TASK, TaskOverlay
+from widgets.robot_view.body_layer import BodyLayerFactory
 from widgets.robot_view.camera import Viewpoint
 from widgets.robot_view.caption_overlay import CaptionOverlay, Captions, ForceCaption
 from widgets.robot_view.contact_marks import ARROW_LENGTH
@@ -114,12 +115,20 @@ class RobotCanvas(QWidget):
         theme: Colours of everything that is not skin.
         scale: Colours of pressure.
         parent: Qt parent.
+        layers: Makes each layer that has actors, by name.
     """
 
     drawn = Signal(float)
     """A picture was drawn: its milliseconds."""
 
-    def __init__(self, theme: Theme, scale: PressureScale, parent: QWidget | None = None) -> None:
+    def __init__(
+        self,
+        theme: Theme,
+        scale: PressureScale,
+        parent: QWidget | None = None,
+        *,
+        layers: Mapping[str, BodyLayerFactory] | None = None,
+    ) -> None:
         super().__init__(parent)
         self.prepared: PreparedScene | None = None
         self._frame: Frame | None = None
@@ -127,7 +136,7 @@ class RobotCanvas(QWidget):
         self._captions, self._framed, self._marks = Captions(), True, NO_MARKS
         self._task, self._task_is_new = NO_TASK, False
         self.canvas = make_canvas(self)
-        self.scene = RobotScene(self.canvas.plotter, theme, scale)
+        self.scene = RobotScene(self.canvas.plotter, theme, scale, layers)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(self.canvas.widget)
@@ -159,9 +168,9 @@ class RobotCanvas(QWidget):
             self._task, self._task_is_new = task, True
             self.request()
 
-    def show_shapes(self, *, shown: bool) -> None:
-        """Draw contacts' ellipses and error circles, or do not."""
-        self.scene.show_shapes(shown=shown)
+    def show_layers(self, shown: frozenset[str]) -> None:
+        """Show the layers of these names and no others."""
+        self.scene.show_layers(shown)
         self.request()
 
     def set_hover(self, at: SurfacePoint | None) -> None:

@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from PySide6.QtCore import QPropertyAnimation, Qt, Signal
 from PySide6.QtGui import QResizeEvent
@@ -14,6 +16,7 @@ from app.core.arrays import BoolArray, FloatArray, IntArray
 from app.session.prepare import PreparedScene
 from widgets.common.colours import PressureScale, Theme
 from widgets.common.placeholder_card import PlaceholderCard
+from widgets.robot_view.body_layer import BodyLayerFactory
 from widgets.robot_view.picking import BodyTaxels, SkinPicker, facing_pixels
 from widgets.robot_view.robot_canvas import RobotCanvas
 
@@ -80,6 +83,7 @@ class RobotDisplay(RobotCanvas):
         theme: Colours of everything that is not skin.
         scale: Colours of pressure.
         parent: Qt parent.
+        layers: Makes each layer that has actors, by name.
     """
 
     open_requested = Signal()
@@ -87,8 +91,15 @@ class RobotDisplay(RobotCanvas):
     cancel_requested = Signal()
     """The button of the loading state was pressed."""
 
-    def __init__(self, theme: Theme, scale: PressureScale, parent: QWidget | None = None) -> None:
-        super().__init__(theme, scale, parent)
+    def __init__(
+        self,
+        theme: Theme,
+        scale: PressureScale,
+        parent: QWidget | None = None,
+        *,
+        layers: Mapping[str, BodyLayerFactory] | None = None,
+    ) -> None:
+        super().__init__(theme, scale, parent, layers=layers)
         self._picker: SkinPicker | None = None
         self._taxels: BodyTaxels | None = None
         self._loading = False

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -18,6 +19,7 @@ from app.session.prepare import PreparedScene
 from widgets.common.colours import PressureScale, Theme, mixed
 from widgets.overlays.body_overlays import SkinTexture, ToolMarks
 from widgets.overlays.task_overlay import TaskOverlay
+from widgets.robot_view.body_layer import BodyLayer, BodyLayerFactory
 from widgets.robot_view.camera import CameraRay, Viewpoint, framing, initial_direction
 from widgets.robot_view.contact_marks import ContactMarks
 from widgets.robot_view.object_actors import ObjectActors
@@ -40,16 +42,23 @@ class RobotScene:
         plotter: Where to draw; its actors are this scene's alone.
         theme: Colours of everything that is not skin.
         scale: Colours of pressure.
+        layers: Makes each layer that has actors, by name.
+
+    Attributes:
+        layers: Those of this scene, by name.
     """
 
-    def __init__(self, plotter: Any, theme: Theme, scale: PressureScale) -> None:
+    def __init__(
+        self, plotter: Any, theme: Theme, scale: PressureScale, layers: Mapping[str, BodyLayerFactory] | None = None
+    ) -> None:
         self._plotter, self._theme, self._scale = plotter, theme, scale
         self._prepared: PreparedScene | None = None
         self._frame: Frame | None = None
         self._links: list[tuple[int, Any]] = []
         self._bodies: list[Any] = []
         self._bounds: list[tuple[int, FloatArray]] = []
-        self._shapes = True
+        self._make_layers, self._shown = dict(layers or {}), frozenset[str]()
+        self.layers: dict[str, BodyLayer] = {}
         self._light_and_ground()
 
     def show_prepared(self, prepared: PreparedScene) -> None:
@@ -69,7 +78,9 @@ class RobotScene:
         self._bounds += [(prepared.robot.link_index[p.link], p.surface.bounds) for p in prepared.skin.patches]
         self._objects = ObjectActors(self._plotter, self._theme, prepared.objects)
         self._plane = np.eye(4)
-        self._marks = ContactMarks(self._plotter, self._theme, prepared, shapes=self._shapes)
+        self._marks = ContactMarks(self._plotter, self._theme, prepared)
+        self.layers = {name: make(self._plotter, self._theme, prepared) for name, make in self._make_layers.items()}
+        self.show_layers(self._shown)
         self._edit_marks = EditToolMarks(self._plotter, self._theme, prepared)
         self._task_marks = TaskMarks(self._plotter, self._theme, prepared)
         self._move()
@@ -87,8 +98,20 @@ class RobotScene:
         self._objects.move(frame.objects)
         self._move()
         self._colour()
-        if not self.morphed:
-            self._marks.show_frame(frame, self.poses)
+        self._mark()
+
+    def _mark(self) -> None:
+        """Marks and layers where the frame has them; none while the skin is off the body."""
+        if self._frame is None:
+            return
+        if self.morphed:
+            self._marks.hide()
+            for layer in self.layers.values():
+                layer.hide()
+            return
+        self._marks.show_frame(self._frame, self.poses)
+        for layer in self.layers.values():
+            layer.show_frame(self._frame, self.poses)
 
     def shows(self, frame: Frame) -> bool:
         """Whether ``frame`` would look like the one shown: an arm at rest need not be drawn again and again."""
@@ -132,13 +155,12 @@ class RobotScene:
         if self._prepared is not None:
             self._task_marks.show(task)
 
-    def show_shapes(self, *, shown: bool) -> None:
-        """Draw contacts' ellipses and error circles, or do not."""
-        self._shapes = shown
-        if self._prepared is not None:
-            self._marks.show_shapes(shown=shown)
-            if self._frame is not None and not self.morphed:  # no other frame may come: time may stand still
-                self._marks.show_frame(self._frame, self.poses)
+    def show_layers(self, shown: frozenset[str]) -> None:
+        """Show the layers of these names and no others; at once, since no other frame may come."""
+        self._shown = shown
+        for name, layer in self.layers.items():
+            layer.set_shown(shown=name in shown)
+        self._mark()
 
     def show_map(self, map_: TactileMap) -> None:
         """The same skin on another map."""
@@ -163,10 +185,7 @@ class RobotScene:
         self._objects.fade(_FADE * share)
         self._move()
         self._colour()
-        if share > 0:
-            self._marks.hide()
-        elif self._frame is not None:
-            self._marks.show_frame(self._frame, self.poses)
+        self._mark()
 
     @property
     def morphed(self) -> bool:
@@ -201,6 +220,8 @@ class RobotScene:
             actor.prop.color = theme.body
         if self._prepared is not None:
             self._marks.set_theme(theme)
+            for layer in self.layers.values():
+                layer.set_theme(theme)
             self._objects.set_theme(theme)
             self._edit_marks.set_theme(theme)
             self._task_marks.set_theme(theme)

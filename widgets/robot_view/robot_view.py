@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 from PySide6.QtCore import QEvent, QObject, QPointF, Qt
@@ -17,6 +18,7 @@ from widgets.interaction.select_gesture import Pixel
 from widgets.interaction.view_interaction import ViewInteraction
 from widgets.interaction.view_tool import PointerHit, ViewTool
 from widgets.overlays.body_overlays import NO_MARKS
+from widgets.robot_view.body_layer import BodyLayerFactory
 from widgets.robot_view.camera import look_from, orbit, pan, zoom
 from widgets.robot_view.caption_overlay import CubeFace
 from widgets.robot_view.robot_display import RobotDisplay
@@ -35,6 +37,7 @@ class RobotView(RobotDisplay):
         theme: Colours of everything that is not skin.
         scale: Colours of pressure.
         parent: Qt parent.
+        layers: Makes each layer that has actors, by name.
 
     Attributes:
         interaction: The hand; its signals are also the view's.
@@ -42,8 +45,15 @@ class RobotView(RobotDisplay):
 
     beside_skin, turns, idle_cursor = False, True, Qt.CursorShape.OpenHandCursor
 
-    def __init__(self, theme: Theme, scale: PressureScale, parent: QWidget | None = None) -> None:
-        super().__init__(theme, scale, parent)
+    def __init__(
+        self,
+        theme: Theme,
+        scale: PressureScale,
+        parent: QWidget | None = None,
+        *,
+        layers: Mapping[str, BodyLayerFactory] | None = None,
+    ) -> None:
+        super().__init__(theme, scale, parent, layers=layers)
         hand = self.interaction = ViewInteraction(self, self)
         self.poke_pressed, self.poke_moved, self.poke_released = hand.poke_pressed, hand.poke_moved, hand.poke_released
         self.hovered, self.cleared, self.taxel_selector = hand.hovered, hand.cleared, hand.taxel_selector

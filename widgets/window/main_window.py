@@ -17,15 +17,15 @@ from widgets.common.colours import PressureScale, Theme
 from widgets.common.notification_bar import HintBar, NotificationBar
 from widgets.common.progress_indicator import ProgressIndicator
 from widgets.common.settings import Settings
+from widgets.context.app_context import AppContext, ThemeHolder
+from widgets.context.dialogs import Dialogs
+from widgets.context.linked_views import LinkedViews
+from widgets.context.notifier import Notifier
 from widgets.document.map_editor import MapEditor
 from widgets.panels.panel_column import PanelColumn
 from widgets.panels.timing_panel import TimingPanel
 from widgets.plots.live_plots import LivePlots
 from widgets.presenters.composition import build
-from widgets.presenters.context import AppContext, ThemeHolder
-from widgets.presenters.dialogs import Dialogs
-from widgets.presenters.linked_views import LinkedViews
-from widgets.presenters.notifier import Notifier
 from widgets.session.backends import BACKGROUND, Backends
 from widgets.session.live_session import LiveSession
 from widgets.timeline.timeline import ScrubBar, Timeline

@@ -11,7 +11,7 @@ from app.cli.guide_command import find_page
 from widgets.actions.registry import shortcuts_html
 from widgets.actions.table import MOUSE_GESTURES
 from widgets.common.guide_window import GuideWindow
-from widgets.presenters.context import AppContext
+from widgets.context.app_context import AppContext
 
 _PACKAGES = ("tactile-maps", "mujoco", "libigl", "pyvista", "PySide6-Essentials", "numpy")
 

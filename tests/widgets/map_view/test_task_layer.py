@@ -142,7 +142,7 @@ def test_contacts_are_drawn_as_they_lie_where_there_is_room(view, tactile_map):
     (region,) = frame.regions
     view.show_frame(frame)
     with_shapes = pixels(view.grab().toImage())
-    view.set_overlays(OverlayOptions(shapes=False))
+    view.set_overlays(OverlayOptions().toggled("shapes"))
     without = pixels(view.grab().toImage())
     changed = np.argwhere((with_shapes != without).any(axis=2))[:, ::-1]
     assert len(changed) > 60
@@ -175,7 +175,7 @@ def test_small_shapes_are_hidden_by_their_centre(view, tactile_map):
     small = tuple(replace(r, axes=0.05 * r.axes, place_error=1e-4) for r in frame.regions)
     view.show_frame(replace(frame, regions=small))
     with_shapes = pixels(view.grab().toImage())
-    view.set_overlays(OverlayOptions(shapes=False))
+    view.set_overlays(OverlayOptions().toggled("shapes"))
     np.testing.assert_array_equal(pixels(view.grab().toImage()), with_shapes)
 
 

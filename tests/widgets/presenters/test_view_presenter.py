@@ -17,7 +17,8 @@ from app.maps.tactile_map import TactileMap
 from tests.widgets.support.samples import middle_taxel, touched
 from tests.widgets.support.snapshots import pixels, shared_share
 from widgets.common.colours import BETWEEN_DOTS, DARK, PressureScale, StretchScale
-from widgets.common.settings import MARKS, BaseLayer, OverlayOptions, Settings
+from widgets.common.settings import BaseLayer, OverlayOptions, Settings
+from widgets.layers.registry import LAYERS
 from widgets.map_view.map_coordinates import format_three_digits
 from widgets.map_view.map_view import MapView
 from widgets.window.main_window import MainWindow
@@ -132,7 +133,7 @@ def test_touch_stays_the_loudest_on_every_ground(still, prepared, ground):
     assert red - blue > 100 > before[0] - before[2]
 
 
-@pytest.mark.parametrize("name", MARKS)
+@pytest.mark.parametrize("name", [layer.name for layer in LAYERS])
 def test_each_mark_goes_on_and_off(still, prepared, name):
     still.editor.do("Pin", lambda document: add_pin(document, prepared.skin.taxel_point(40)))
     show(still, [middle_taxel(prepared.map, 0)])
@@ -163,16 +164,16 @@ def test_keys_choose_grounds_and_marks(still):
     for number, ground in enumerate(BaseLayer, start=1):
         QTest.keyClick(still, Qt.Key(Qt.Key.Key_0 + number), Qt.KeyboardModifier.ControlModifier)
         assert still.views.overlays.ground is ground
-    assert still.views.overlays.seams
+    assert still.views.overlays.shows("seams")
     QTest.keyClick(still, Qt.Key.Key_S, Qt.KeyboardModifier.AltModifier)
-    assert not still.views.overlays.seams
+    assert not still.views.overlays.shows("seams")
 
 
 def test_the_next_launch_remembers(still, prepared, tmp_path, backends):
     still.action("ground_circles").trigger()
     still.action("mark_border").trigger()
     still.action("mark_taxel_ids").trigger()
-    wanted = OverlayOptions(BaseLayer.CIRCLES, border=False, taxel_ids=True)
+    wanted = OverlayOptions(BaseLayer.CIRCLES).toggled("border").toggled("taxel_ids")
     assert still.views.overlays == wanted
     still.settings._store.sync()
     later = MainWindow(Settings(tmp_path / "window.ini"), backends=backends)
@@ -185,13 +186,11 @@ def test_the_next_launch_remembers(still, prepared, tmp_path, backends):
     later.deleteLater()
 
 
-@pytest.mark.parametrize(
-    "overlays", [OverlayOptions(), OverlayOptions(BaseLayer.AREA, seams=False, taxel_ids=True, dots=True)]
-)
+@pytest.mark.parametrize("overlays", [OverlayOptions(), OverlayOptions(BaseLayer.AREA, frozenset({"border", "dots"}))])
 def test_settings_are_words(overlays):
     assert OverlayOptions.from_text(overlays.to_text()) == overlays
     for strange in ("", "  ", "sunset dots", "\x00"):
-        assert OverlayOptions.from_text(strange) == OverlayOptions()
+        assert OverlayOptions.from_text(strange) is None
 
 
 def flipped_map(prepared):

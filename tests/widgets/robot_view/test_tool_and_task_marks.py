@@ -13,6 +13,7 @@ from app.session.session import Session
 from app.tactile.poke import PokePressed
 from tests.widgets.support.snapshots import shared_share
 from widgets.common.colours import DARK, LIGHT, PressureScale, rgb
+from widgets.layers.registry import LAYERS, body_layers
 from widgets.overlays.task_overlay import ContactTrail
 from widgets.overlays.task_overlay_builder import TaskOverlayBuilder
 from widgets.robot_view.robot_scene import RobotScene
@@ -155,17 +156,17 @@ def test_all_of_it_is_seen_in_the_picture(plotter, prepared, led, theme):
 def test_a_contact_s_ellipse_has_its_axes_and_can_be_left_out(plotter, prepared, led):
     _, frame = led
     region = frame.regions[0]
-    scene = RobotScene(plotter, DARK, PressureScale())
+    scene = RobotScene(plotter, DARK, PressureScale(), body_layers(LAYERS))
     scene.show_prepared(prepared)
+    scene.show_layers(frozenset({"shapes"}))
     scene.show_frame(frame)
-    (ellipse, *_), (error, *_) = scene._marks._ellipses, scene._marks._errors
+    (ellipse, *_), (error, *_) = scene.layers["shapes"].ellipses, scene.layers["shapes"].errors
     turn = scene.poses[prepared.robot.link_index[region.link]][:3, :3]
     np.testing.assert_allclose(ellipse.user_matrix[:3, :2].T, region.axes @ turn.T, atol=1e-12)
     np.testing.assert_allclose(np.linalg.norm(error.user_matrix[:3, :2], axis=0), region.place_error)
-    scene.show_shapes(shown=False)
+    scene.show_layers(frozenset())
     assert not ellipse.visibility
     scene.show_frame(replace(frame, tick=frame.tick + 1))
     assert not ellipse.visibility
-    scene.show_shapes(shown=True)
-    scene.show_frame(replace(frame, tick=frame.tick + 2))
-    assert ellipse.visibility
+    scene.show_layers(frozenset({"shapes"}))
+    assert ellipse.visibility, "at once: no other frame may come"

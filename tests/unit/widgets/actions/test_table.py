@@ -11,7 +11,9 @@ from widgets.actions.registry import key_text, shortcuts_html, specs_in
 from widgets.actions.state import UndoState, WindowState
 from widgets.actions.table import MOUSE_GESTURES, REMEDIES, menu_bar, tool_action
 from widgets.common.mode import Mode
+from widgets.common.settings import OverlayOptions
 from widgets.common.tool_kinds import ToolKind, ToolRole
+from widgets.layers.registry import LAYERS, LayerSpec
 from widgets.tools.registry import ARRANGE, PATH, TOOLS, ToolSpec
 
 SPECS = {spec.name: spec for spec in (*specs_in(menu_bar()), *REMEDIES)}
@@ -119,6 +121,20 @@ def test_a_tool_needs_one_line():
     assert action.toolbar == "edit"
     assert action.checked(WindowState(tool=ruler.kind))
     assert not action.enabled(WindowState())
+
+
+def test_a_layer_needs_one_line():
+    """Its action and key come from its spec, beside those that ship."""
+    grid = LayerSpec("grid", "Grid", "Alt+G", "Show a grid")
+    (view,) = [menu for menu in menu_bar(layers=(*LAYERS, grid)) if menu.title == "View"]
+    action = next(spec for spec in specs_in([view]) if spec.name == "mark_grid")
+    assert action.keys == ("Alt+G",)
+    assert not action.checked(WindowState())
+    assert action.checked(WindowState(overlays=OverlayOptions().toggled("grid")))
+
+
+def test_what_is_shown_at_first_is_what_views_show_by_themselves():
+    assert OverlayOptions().shown == {layer.name for layer in LAYERS if layer.shown_at_first}
 
 
 def test_keys_are_listed_with_arrows():

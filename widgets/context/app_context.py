@@ -10,12 +10,12 @@ from PySide6.QtWidgets import QApplication
 from widgets.actions.registry import ActionRegistry
 from widgets.common.colours import THEMES, Theme, apply_theme
 from widgets.common.settings import Settings
+from widgets.context.dialogs import Dialogs
+from widgets.context.linked_views import LinkedViews
+from widgets.context.notifier import Notifier
 from widgets.document.map_editor import MapEditor
 from widgets.panels.panel_column import PanelColumn
 from widgets.plots.live_plots import LivePlots
-from widgets.presenters.dialogs import Dialogs
-from widgets.presenters.linked_views import LinkedViews
-from widgets.presenters.notifier import Notifier
 from widgets.session.backends import Backends
 from widgets.session.live_session import LiveSession
 from widgets.timeline.timeline import Timeline

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QSplitter, QVBoxLayout, QWidget
 
@@ -16,6 +18,7 @@ from widgets.common.settings import BaseLayer, OverlayOptions
 from widgets.common.tool_kinds import BRUSH, POKE, ToolKind, resized_brush
 from widgets.document.taxel_selection import TaxelSelection
 from widgets.interaction.view_tool import ViewTool
+from widgets.layers.registry import LAYERS, LayerSpec, body_layers, map_layers
 from widgets.map_view.map_view import MapView
 from widgets.overlays.task_overlay_builder import TaskOverlayBuilder
 from widgets.robot_view.robot_view import RobotView
@@ -48,9 +51,18 @@ class LinkedViews(QWidget):
     selection_told = Signal(str)
     """How many taxels are selected, or which one; empty for none."""
 
-    def __init__(self, theme: Theme, scale: PressureScale, parent: QWidget | None = None) -> None:
+    def __init__(
+        self,
+        theme: Theme,
+        scale: PressureScale,
+        parent: QWidget | None = None,
+        *,
+        layers: Sequence[LayerSpec] = LAYERS,
+    ) -> None:
         super().__init__(parent)
-        self.robot, self.map, self.bar = RobotView(theme, scale), MapView(theme, scale), ColourBar(theme, scale)
+        self.robot = RobotView(theme, scale, layers=body_layers(layers))
+        self.map = MapView(theme, scale, layers=map_layers(layers))
+        self.bar = ColourBar(theme, scale)
         self.scale, self.selection, self.tool = scale, TaxelSelection(self), POKE
         self.selection.changed.connect(self._on_selection_changed)
         self.brush, self.overlays, self._task = BRUSH, OverlayOptions(), TaskOverlayBuilder()
@@ -142,7 +154,7 @@ class LinkedViews(QWidget):
         """Both show what View > Overlay asks for."""
         self.overlays = overlays
         self.map.set_overlays(overlays)
-        self.robot.show_shapes(shown=overlays.shapes)
+        self.robot.show_layers(overlays.shown)
         self._overlay_body()
         self._read_out()
         self.overlays_changed.emit(overlays)
@@ -150,7 +162,7 @@ class LinkedViews(QWidget):
     def _overlay_body(self) -> None:
         """The body wears the map's picture where there is one; touch alone it draws finer by itself."""
         textured = self.overlays.ground is not BaseLayer.PRESSURE
-        self.robot.set_overlay(self.map.skin_texture, textured=textured, dotted=self.overlays.dots)
+        self.robot.set_overlay(self.map.skin_texture, textured=textured, dotted=self.overlays.shows("dots"))
 
     def set_tool(self, tool: ToolKind) -> None:
         """Both hands take another tool."""

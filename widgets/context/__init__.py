@@ -1,0 +1,9 @@
+"""What every presenter is given, instead of the window.
+
+``app_context`` is the value that holds it all; ``linked_views`` keeps robot and map in step: one hover, one selection,
+one scale; ``notifier`` says what happened, ``dialogs`` asks.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

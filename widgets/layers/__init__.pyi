@@ -1,0 +1,6 @@
+from .registry import LAYERS, LayerSpec
+
+__all__ = [
+    "LAYERS",
+    "LayerSpec",
+]
