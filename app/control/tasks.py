@@ -18,9 +18,9 @@ from app.contacts.regions import ContactRegion
 from app.control.command import ControlSettings, RegraspState, TaskReport
 from app.control.limits import ActiveLimits, Limit, LimitKind, RegraspFailure
 from app.control.map_kinematics import MapKinematics
-from app.control.path_following import PathFollower, over_borders
-from app.control.regrasp import RegraspManager
-from app.control.surface_path import PathCrossing
+from app.control.path_following.follower import PathFollower, over_borders
+from app.control.path_following.regrasp import RegraspManager
+from app.control.path_following.surface_path import PathCrossing
 from app.control.task_priority import ContactGoal, ContactPresence
 from app.core.arrays import FloatArray
 from app.geometry.mesh import SurfacePoint

@@ -8,7 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from app.control.surface_path import SurfacePath
+from app.control.path_following.surface_path import SurfacePath
 from app.core.errors import TactileMapsError
 from app.flattening.bijectivity import crossings, flipped
 from app.flattening.cut import cut_to_disk

@@ -13,7 +13,7 @@ import numpy as np
 from app.contacts.regions import ContactRegion
 from app.control.command import ControlSettings, TaskReport
 from app.control.controllers import CONTROL_SCHEMES
-from app.control.surface_path import active_path
+from app.control.path_following.surface_path import active_path
 from app.core.arrays import BoolArray, FloatArray, IntArray
 from app.geometry.mesh import SurfacePoint
 from app.maps.seam_transitions import SeamTransitions

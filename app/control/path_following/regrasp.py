@@ -19,7 +19,7 @@ from app.control.command import RegraspState
 from app.control.inverse_kinematics import LinkPoint, PointTarget, solve_inverse_kinematics
 from app.control.joint_impedance import joint_limits
 from app.control.limits import Limit, LimitKind, RegraspFailure
-from app.control.surface_path import PathCrossing
+from app.control.path_following.surface_path import PathCrossing
 from app.core.arrays import FloatArray
 from app.geometry.mesh import SurfacePoint
 from app.robots.kinematics import Configuration

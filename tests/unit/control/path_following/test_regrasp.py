@@ -7,8 +7,17 @@ import pytest
 
 from app.control.command import RegraspState as State
 from app.control.limits import Limit, LimitKind, RegraspFailure
-from app.control.regrasp import ABOVE, BUMP, DEPTH, HEIGHTS, JOINT_SPEED, LONGEST, RegraspManager, RegraspPlan
-from app.control.surface_path import PathCrossing
+from app.control.path_following.regrasp import (
+    ABOVE,
+    BUMP,
+    DEPTH,
+    HEIGHTS,
+    JOINT_SPEED,
+    LONGEST,
+    RegraspManager,
+    RegraspPlan,
+)
+from app.control.path_following.surface_path import PathCrossing
 from app.robots.kinematics import Configuration
 from tests.support.touch import arm, bar, taxel_near
 from tests.unit.control.contacts_by_hand import TICK, touch_on

@@ -14,7 +14,7 @@ from app.contacts.regions import ContactRegion
 from app.control.command import ControlSettings
 from app.control.limits import Limit, LimitKind
 from app.control.map_kinematics import MapKinematics
-from app.control.surface_path import PathCrossing, SurfacePath, project_path
+from app.control.path_following.surface_path import PathCrossing, SurfacePath, project_path
 from app.core.arrays import FloatArray
 from app.core.errors import MapError
 from app.geometry.mesh import SurfacePoint

@@ -10,7 +10,7 @@ import pytest
 from app.control.command import ControlSettings
 from app.control.limits import Limit, LimitKind, RegraspFailure
 from app.control.map_kinematics import MapKinematics
-from app.control.path_following import LAG, WIDE, PathFollower, over_borders
+from app.control.path_following.follower import LAG, WIDE, PathFollower, over_borders
 from app.robots.kinematics import Configuration
 from tests.support.touch import bar
 from tests.unit.control.contacts_by_hand import TICK, region

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from app.control.command import ControlSettings, TaskReport
-from app.control.surface_path import SurfacePath, active_path, project_path
+from app.control.path_following.surface_path import SurfacePath, active_path, project_path
 from app.core.errors import MapError
 from app.maps.paths import MapPath, draw_path
 from app.maps.seam_transitions import SeamTransitions
