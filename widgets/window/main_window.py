@@ -6,7 +6,7 @@ from functools import partial
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
-from PySide6.QtWidgets import QDockWidget, QLabel, QMainWindow, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDockWidget, QLabel, QMainWindow, QSizePolicy, QVBoxLayout, QWidget
 
 from widgets.actions.focused_keys import FocusedKeys
 from widgets.actions.menus import build_menus
@@ -98,12 +98,13 @@ class MainWindow(QMainWindow):
         self._actions = ActionRegistry(self, self.views, self.theme, menus=menu_bar(), remedies=REMEDIES)
 
     def _build_bars(self) -> None:
-        """The status bar is made at once: made by its first message, it would move the views."""
+        """The status bar is made at once and keeps its height: made, or grown, by words it would move the views."""
         self.statusBar().setSizeGripEnabled(False)
         self._count, self.readout = QLabel(), QLabel()
         for label, name in ((self._count, "selection-count"), (self.readout, "readout")):
             label.setObjectName(name)
             label.setContentsMargins(12, 0, 12, 0)
+            label.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Ignored)
         self.statusBar().addWidget(self._count)
         self.statusBar().addPermanentWidget(self.readout)
         self.loading_bar = ProgressIndicator()

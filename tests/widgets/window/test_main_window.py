@@ -379,3 +379,13 @@ def test_the_guide_opens_once_beside_the_window(window):
     assert guide.isWindow()
     assert guide.toPlainText().startswith("The guide")
     guide.close()
+
+
+def test_the_views_stay_where_they_are_whatever_is_read_out(window, prepared):
+    before = window.views.geometry()
+    for taxel in (70, 71, 72):  # Qt lays out what has grown some events later
+        words = window.map_view.words_for(prepared.skin.taxel_point(taxel))
+        window.views.read_out.emit(words)
+        QApplication.processEvents()
+        assert window.readout.text() == words != ""
+    assert window.views.geometry() == before
