@@ -5,7 +5,6 @@ long.
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
@@ -21,8 +20,6 @@ from PySide6.QtWidgets import (
 
 from app.control.command import ControlSettings
 from app.control.controllers import effective_settings
-from app.core.errors import TactileMapsError
-from app.recording.player import RecordingPlayer
 from app.studies.controller_comparison import MOST_SECONDS
 from widgets.common.colours import Theme
 from widgets.common.controller_settings import CONTROLLERS, GAIN_SETTINGS, SLIDERS, ControllerSliders
@@ -142,8 +139,8 @@ class StimulusChoice(QWidget):
 
     changed = Signal()
     """Another stimulus, task or time is wanted."""
-    failed = Signal(str)
-    """A recording cannot be taken."""
+    recording_chosen = Signal(str)
+    """The stimulus of this recording is wanted: ``take_recording`` answers."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -193,16 +190,9 @@ class StimulusChoice(QWidget):
         self._take_seconds()
         self._show()
 
-    def open_recording(self, path: str | Path) -> None:
-        """Take the stimulus from a recording; one that cannot be read changes nothing."""
-        try:
-            player = RecordingPlayer(path)
-        except TactileMapsError as error:
-            self.failed.emit(str(error))
-            self._show()
-            return
-        self._known[FILE] = ComparisonStimulus(player.prepared, tuple(player.inputs), float(player.times[-1]))
-        self._file_name = Path(path).name
+    def take_recording(self, stimulus: ComparisonStimulus) -> None:
+        """Take the stimulus that a recording holds."""
+        self._known[FILE], self._file_name = stimulus, stimulus.file
         self._take(FILE)
 
     def _choice(self, name: str, words: dict[str, tuple[str, str]]) -> FlatComboBox:
@@ -234,10 +224,9 @@ class StimulusChoice(QWidget):
             self._take(source)
             return
         path, _ = QFileDialog.getOpenFileName(self, "Stimulus from a recording", "", RECORDING_FILTER)
+        self._show()  # as before, until the recording is read
         if path:
-            self.open_recording(path)
-        else:
-            self._show()
+            self.recording_chosen.emit(path)
 
     def _on_task_chosen(self, row: int) -> None:
         self._task = self._tasks.itemData(row)

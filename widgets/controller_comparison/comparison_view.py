@@ -24,6 +24,7 @@ from widgets.common.panel import SLIM_SCROLL_BAR
 from widgets.controller_comparison.comparison_plots import LETTERS, ComparisonPlots
 from widgets.controller_comparison.comparison_setup import ContenderCard, StimulusChoice
 from widgets.controller_comparison.metrics_table import MetricsTable
+from widgets.workers.comparison_worker import ComparisonStimulus
 
 _LEFT = 330
 _EMPTY = (
@@ -53,7 +54,6 @@ class ComparisonView(QWidget):
         self.traces: tuple[ControllerTrace, ...] = ()
         self.stimulus = StimulusChoice(self)
         self.stimulus.changed.connect(self._on_edited)
-        self.stimulus.failed.connect(self.show_failed)
         self._make_left()
         self._make_right()
         row = QHBoxLayout(self)
@@ -90,6 +90,17 @@ class ComparisonView(QWidget):
         self._progress.setValue(round(1000 * fraction))
         self._say(f"Running {len(self.cards)} controllers: {text}…" if text else "Drawing…")
         self._working(True)
+
+    def show_reading(self, fraction: float) -> None:
+        """A recording is being read, to compare on."""
+        self._progress.setValue(round(1000 * fraction))
+        self._say("Reading the recording…")
+        self._working(True)
+
+    def show_stimulus(self, stimulus: ComparisonStimulus) -> None:
+        """Compare on what a recording holds."""
+        self.rest()
+        self.stimulus.take_recording(stimulus)
 
     def show_compared(self, traces: tuple[ControllerTrace, ...]) -> None:
         """What came of it."""

@@ -19,7 +19,7 @@ from widgets.context.app_context import AppContext
 from widgets.controller_comparison.comparison_view import ComparisonView
 from widgets.panels.controller_panel import ControllerPanel
 from widgets.presenters.effects_presenter import EffectsPresenter
-from widgets.workers.comparison_worker import ComparisonRequest
+from widgets.workers.comparison_worker import ComparisonRequest, ComparisonStimulus
 
 CSV_FILTER = "Table (*.csv)"
 
@@ -41,6 +41,8 @@ class ComparisonPresenter(QObject):
         self.comparison_worker.failed.connect(self._on_failed)
         self.comparison_worker.progressed.connect(self._on_progressed)
         self.comparison_worker.compared.connect(self._on_compared)
+        self.comparison_worker.reading.connect(self._on_reading)
+        self.comparison_worker.read.connect(self._on_read)
         self.dialog: ComparisonDialog | None = None
         self._panel.comparison_requested.connect(self.open)
         context.actions.bind("compare_controllers", self.open)
@@ -59,6 +61,7 @@ class ComparisonPresenter(QObject):
             board = self.dialog.board
             board.asked.connect(self.run)
             board.cancelled.connect(self._on_cancelled)
+            board.stimulus.recording_chosen.connect(self.read_stimulus)
             board.used.connect(self.use)
             board.export_asked.connect(self.choose_export)
             board.begin(_first_two(self._panel.settings))
@@ -83,6 +86,10 @@ class ComparisonPresenter(QObject):
         self.comparison_worker.run(
             ComparisonRequest(occasion, contenders, board.stimulus.seconds.value(), board.stimulus.own_task)
         )
+
+    def read_stimulus(self, path: str) -> None:
+        """Compare on what a recording holds; one that cannot be read changes nothing."""
+        self.comparison_worker.read_stimulus(Path(path))
 
     def use(self, settings: ControlSettings) -> None:
         """Put a contender's controller and gains in force; what is to be done stays."""
@@ -124,6 +131,14 @@ class ComparisonPresenter(QObject):
     def _on_progressed(self, text: str, fraction: float) -> None:
         if self.board is not None:
             self.board.show_progress(text, fraction)
+
+    def _on_reading(self, _text: str, fraction: float) -> None:
+        if self.board is not None:
+            self.board.show_reading(fraction)
+
+    def _on_read(self, stimulus: ComparisonStimulus) -> None:
+        if self.board is not None:
+            self.board.show_stimulus(stimulus)
 
     def _on_compared(self, traces: tuple[ControllerTrace, ...]) -> None:
         if self.board is not None:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 
 from app.core.errors import TactileMapsError
+from app.recording.player import RecordingPlayer
 from app.session.inputs import SessionInput
 from app.session.prepare import PreparedScene
 from app.studies.controller_comparison import Contender, compare_controllers
@@ -24,11 +26,13 @@ class ComparisonStimulus:
         prepared: The scene.
         inputs: (tick, input) from its start; None for its own script.
         seconds: How long it lasted, or is to last.
+        file: Name of the recording it is from; empty for none.
     """
 
     prepared: PreparedScene
     inputs: tuple[tuple[int, SessionInput], ...] | None
     seconds: float
+    file: str = ""
 
     @property
     def touches(self) -> int:
@@ -57,10 +61,22 @@ class ComparisonRequest:
     own_task: bool
 
 
+@dataclass(frozen=True)
+class ReadStimulus:
+    """Take a stimulus from a recording."""
+
+    path: Path
+
+
 def make_handler() -> RequestHandler:
-    """In the process: matches in; progress and traces out."""
+    """In the process: recordings and matches in; progress, stimuli and traces out."""
 
     def serve(request: Any, tell: Reply) -> None:
+        if isinstance(request, ReadStimulus):
+            player = RecordingPlayer(request.path, progress=lambda *how: tell("reading", how))
+            last = float(player.times[-1])
+            tell("read", ComparisonStimulus(player.prepared, tuple(player.inputs), last, request.path.name))
+            return
         match: ComparisonRequest = request
         traces = compare_controllers(
             match.occasion.prepared,
@@ -76,14 +92,21 @@ def make_handler() -> RequestHandler:
 
 
 class ComparisonWorker(QObject):
-    """Runs one match at a time, in a process of its own, so that nothing of the window disturbs its clock."""
+    """Runs one match at a time, or reads what to run it on.
+
+    In a process of its own, so that nothing of the window disturbs its clock.
+    """
 
     progressed = Signal(str, float)
     """How far it is: seconds in words, and 0 to 1."""
     compared = Signal(tuple)
     """A LawTrace of each contender."""
+    reading = Signal(str, float)
+    """A recording is being read: what is done, and how far it is, 0 to 1."""
+    read = Signal(object)
+    """The ComparisonStimulus of a recording."""
     failed = Signal(str)
-    """Why there are none."""
+    """Why there is neither."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -100,7 +123,16 @@ class ComparisonWorker(QObject):
         """Run these controllers; what was being run is dropped."""
         self.close()
         self.progressed.emit("starting", 0.0)
-        self.process.send(match)
+        self._request(match)
+
+    def read_stimulus(self, path: Path) -> None:
+        """Take a stimulus from a recording; what was being run is dropped. Cost: 20 ms a recorded second, beside."""
+        self.close()
+        self.reading.emit("starting", 0.0)
+        self._request(ReadStimulus(path))
+
+    def _request(self, request: ComparisonRequest | ReadStimulus) -> None:
+        self.process.send(request)
 
     def close(self) -> None:
         """End the process, whatever it does."""
@@ -109,9 +141,11 @@ class ComparisonWorker(QObject):
     def _on_answered(self, _number: int, kind: str, content: Any) -> None:
         if kind == "progress":
             self.progressed.emit(*content)
-        elif kind in ("compared", "failed"):
+        elif kind == "reading":
+            self.reading.emit(*content)
+        elif kind != "done":
             self.close()
-            (self.compared if kind == "compared" else self.failed).emit(content)
+            {"compared": self.compared, "read": self.read, "failed": self.failed}[kind].emit(content)
 
     def _on_ended(self) -> None:
         self.close()
@@ -121,9 +155,8 @@ class ComparisonWorker(QObject):
 class InlineComparisonWorker(ComparisonWorker):
     """Runs them at once, while the caller waits: deterministic, for tests and pictures."""
 
-    def run(self, match: ComparisonRequest) -> None:
-        """Run these controllers now."""
+    def _request(self, request: ComparisonRequest | ReadStimulus) -> None:
         try:
-            make_handler()(match, partial(self._on_answered, 0))
+            make_handler()(request, partial(self._on_answered, 0))
         except TactileMapsError as error:
             self.failed.emit(str(error))

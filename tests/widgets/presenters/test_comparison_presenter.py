@@ -204,10 +204,10 @@ def test_a_recording_is_a_stimulus_too(board, prepared, tmp_path, monkeypatch):
     assert board.traces[0].touched.any()
 
 
-def test_a_recording_that_cannot_be_read_changes_nothing_and_is_told(board, tmp_path):
+def test_a_recording_that_cannot_be_read_changes_nothing_and_is_told(board, touched_window, tmp_path):
     path = tmp_path / "torn.mcap"
     path.write_bytes(b"nothing")
-    board.stimulus.open_recording(path)
+    touched_window.presenters.comparison.read_stimulus(str(path))
     assert "torn.mcap" in note(board)
     assert board.stimulus.occasion.touches == 1
 

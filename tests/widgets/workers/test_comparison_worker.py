@@ -11,6 +11,7 @@ import pytest
 from app.control.command import ControlChanged, ControlSettings
 from app.studies.controller_comparison import MOST_SECONDS, Contender
 from app.tactile.poke import PokePressed
+from tests.support.recordings import record
 from widgets.workers.comparison_worker import (
     ComparisonRequest,
     ComparisonStimulus,
@@ -52,6 +53,18 @@ def test_laws_are_run_beside_and_give_what_they_give_here(comparison_worker, pre
         assert np.array_equal(one.force, other.force)
         assert np.array_equal(one.joint_speed, other.joint_speed)
         assert not one.force.flags.writeable
+
+
+def test_a_stimulus_is_read_from_a_recording_beside(comparison_worker, prepared, qtbot, tmp_path):
+    session, told = record(prepared, tmp_path / "half.mcap", ticks=100), []
+    comparison_worker.reading.connect(lambda _text, done: told.append(done))
+    with qtbot.waitSignal(comparison_worker.read, timeout=START) as got:
+        comparison_worker.read_stimulus(tmp_path / "half.mcap")
+        assert comparison_worker.busy
+    stimulus = got.args[0]
+    assert (stimulus.file, stimulus.touches) == ("half.mcap", 2), "the scripted touch and the one by hand"
+    assert stimulus.seconds == pytest.approx(session.frame.time)
+    assert told[0] == 0
 
 
 def test_it_can_be_cancelled_and_asked_again(comparison_worker, prepared, qtbot):
