@@ -27,7 +27,7 @@ def settled(document, name):
     write("steps.json", {"names": window.editor.history.names, "busy": window.editor.busy, "last": name})
 
 def told():
-    write("tool.json", window.views.tool.value)
+    write("tool.json", window.views.tool.name)
 
 window.editor.settled.connect(settled)
 window.editor.failed.connect(lambda text: write("failed.json", text))

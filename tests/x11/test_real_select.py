@@ -20,7 +20,7 @@ def ready():
 
 def write_selected():
     selected = window.views.selection.taxels.tolist()
-    write("selected.json", {"taxels": selected, "pokes": len(poked), "tool": window.views.tool.value})
+    write("selected.json", {"taxels": selected, "pokes": len(poked), "tool": window.views.tool.name})
 
 def write_corners():
     outline = window.map_view.taxel_selector.rubber_band.outline

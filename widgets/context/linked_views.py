@@ -14,6 +14,7 @@ from app.session.frame import Frame
 from app.session.prepare import PreparedScene
 from widgets.common.colour_bar import ColourBar
 from widgets.common.colours import PressureScale, Theme
+from widgets.common.mode import Mode
 from widgets.common.settings import BaseLayer, OverlayOptions
 from widgets.common.tool_kinds import BRUSH, POKE, ToolKind, resized_brush
 from widgets.document.taxel_selection import TaxelSelection
@@ -147,8 +148,8 @@ class LinkedViews(QWidget):
     def show_mode(self, mode: str) -> None:
         """``live``, ``paused``, ``replaying`` or ``empty``."""
         for view in (self.robot, self.map):
-            view.set_replaying(replaying=mode == "replaying")
-            view.set_paused(paused=mode == "paused")
+            view.set_replaying(replaying=mode == Mode.REPLAYING)
+            view.set_paused(paused=mode == Mode.PAUSED)
 
     def set_overlays(self, overlays: OverlayOptions) -> None:
         """Both show what View > Overlay asks for."""

@@ -10,6 +10,7 @@ from PySide6.QtCore import QElapsedTimer, QObject, QTimer
 
 from app.core.errors import TactileMapsError
 from app.recording.player import RecordingPlayer
+from widgets.common.mode import Mode
 from widgets.context.app_context import AppContext
 from widgets.session.recording_writer import make_recording_folder
 
@@ -55,7 +56,7 @@ class SessionPresenter(QObject):
         if self._session.player is not None:
             self._timeline.toggle_play()
         else:
-            self._session.set_paused(paused=self._session.mode == "live")
+            self._session.set_paused(paused=self._session.mode == Mode.LIVE)
 
     def toggle_record(self) -> None:
         """Start recording to a new file, or complete the one being written."""

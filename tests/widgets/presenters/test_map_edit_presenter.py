@@ -182,7 +182,7 @@ def test_a_seam_is_proposed_with_the_tool_that_shows_it_and_enter_accepts(window
 
 def test_tools_say_what_they_do(window):
     for tool in (ARRANGE, PINS, SEAMS, INTEREST):
-        window.action(tool.value).trigger()
+        window.action(tool.name).trigger()
         assert window.statusBar().currentMessage()
     window.action("poke").trigger()
     assert not window.statusBar().currentMessage()
