@@ -42,7 +42,7 @@ def test_a_path_is_followed_at_a_set_force(controller):
     assert LimitKind.CONTACT_LOST not in course.why
 
 
-@pytest.mark.sampled(1)
+@pytest.mark.long
 @pytest.mark.parametrize("controller", ["hybrid", "qp"])
 def test_a_faster_path_lags_more_and_stays_bounded(controller):
     slow, fast = (

@@ -78,6 +78,7 @@ def test_settling_takes_as_long_as_the_delay_says(what, delay):
         assert found == pytest.approx(6.4 * (delay + 0.5) * PERIOD, rel=0.1)
 
 
+@pytest.mark.long
 def test_half_the_ripple_costs_four_times_the_settling():
     """White noise on the reading: variance of the true force times settling time T ln 50 / -ln(1 - L) is constant.
 
