@@ -48,7 +48,7 @@ def test_values_too_far_apart_are_a_named_error():
             return gradient, 0 * hessian
 
     with pytest.raises(MapError, match="too distorted"):
-        list(minimise(Singular(flat.vertices, flat.faces), 3 * flat.vertices[:, :2]))
+        list(minimise(Singular(flat), 3 * flat.vertices[:, :2]))
 
 
 def test_no_round_has_a_flip(posed):
@@ -66,7 +66,7 @@ def test_a_factorisation_is_used_for_several_steps(posed):
             return problem.derivatives(plane)
 
     surface = cap(1.0, rings=3, radius=1.0)
-    counted = Counted(surface.vertices, surface.faces)
+    counted = Counted(surface)
     if problem.energy(2 * plane) == counted.energy(2 * plane):
         rounds = list(minimise(counted, 0.3 * plane))
         assert len(asked) < len(rounds) - 1

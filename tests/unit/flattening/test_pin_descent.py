@@ -180,7 +180,7 @@ def test_one_factorisation_serves_several_rounds(rest):
             asked.append(1)
             return super().derivatives(plane)
 
-    counted = Counted(SURFACE.vertices, SURFACE.faces)
+    counted = Counted(SURFACE)
     descent = PinDescent(rest[1])
     for step in range(20):
         descent.round(wanted((counted, rest[1]), (0.002 * step, 0.0), (0.0, 0.0), (0.0, 0.0)))
@@ -197,7 +197,7 @@ def test_where_no_step_is_possible_the_map_stays(rest):
             gradient, hessian = super().derivatives(plane)
             return gradient, 0 * hessian
 
-    singular = Singular(SURFACE.vertices, SURFACE.faces)
+    singular = Singular(SURFACE)
     energy = PinnedEnergy(singular, Springs(CORNERS[:0], WEIGHTS[:0]), np.zeros((0, 2)))
     descent = PinDescent(1.2 * rest[1])
     assert descent.round(energy) == 0.0

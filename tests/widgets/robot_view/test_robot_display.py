@@ -114,6 +114,7 @@ def test_replaying_has_an_edge_and_paused_a_word(view):
 
 
 def test_themes_scales_and_robots_change_while_it_is_open(view, prepared, pressed):
+    view.show_prepared(prepared)  # no hover of a pointer that stands there by chance
     dark = picture(view)
     view.set_theme(LIGHT)
     assert picture(view).pixelColor(BESIDE).lightness() > 200

@@ -43,9 +43,8 @@ def test_a_person_presses_edits_records_and_replays(window, qtbot, tmp_path):
     window.action("record").trigger()
     assert threads() == ["session"]
     (file,) = (tmp_path / "recordings").glob("*.mcap")
-    with qtbot.waitSignal(live.player_changed, timeout=LONG):
-        window.presenters.files.open_path(str(file))
-    assert live.mode == "replaying"
+    window.presenters.files.open_path(str(file))
+    qtbot.waitUntil(lambda: live.mode == "replaying", timeout=LONG)
     live.show_time(live.player.duration)
     assert frames[-1].regions
     live.back_to_live()
