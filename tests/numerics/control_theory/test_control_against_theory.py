@@ -133,7 +133,7 @@ def test_told_its_speed_only_the_error_of_the_map_is_left(stretch):
     assert seen == pytest.approx(speed / gain * (1 - stretch**-0.5), abs=2e-6)
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("delay", DELAYS)
 def test_in_the_simulator_the_limit_of_the_force_is_the_same(delay):
     found, theory, explained = three("stability", OUR_SERVO, delay=delay)
@@ -141,6 +141,7 @@ def test_in_the_simulator_the_limit_of_the_force_is_the_same(delay):
     assert found == pytest.approx(explained, rel=0.04)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("delay", [0, 2])
 def test_in_the_simulator_the_limit_on_the_map_departs_by_the_posture_loop_alone(delay):
     """At 40 rad/s the posture loop is still under way when the next reading is taken, which calms what would alternate
@@ -153,6 +154,7 @@ def test_in_the_simulator_the_limit_on_the_map_departs_by_the_posture_loop_alone
     assert found == pytest.approx(theory, rel=0.1)
 
 
+@pytest.mark.long  # 20 s a case
 @pytest.mark.parametrize("delay", [0, 2])
 def test_in_the_simulator_the_stiffness_of_onset_departs_by_the_give_of_the_posture_loop(delay):
     """The posture loop gives way as a spring of 6.4 kN/m in series with the contact; at 400 rad/s it is one of 640

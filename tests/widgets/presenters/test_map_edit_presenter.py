@@ -225,7 +225,7 @@ def test_a_refused_edit_is_said_in_the_message_bar(window):
     assert "too far out" in window.notification_bar.text
 
 
-ACTS = int(os.environ.get("TACTILE_MAPS_EDITS", "160"))
+ACTS = int(os.environ.get("TACTILE_MAPS_EDITS", "80"))
 A_ROUND = 40
 _LEFT = Qt.MouseButton.LeftButton
 
