@@ -22,8 +22,8 @@ def pytest_configure(config):
     config.addinivalue_line("markers", "long: only with --all")
     config.addinivalue_line("markers", "rotating: by default each value of each parameter, the others taking turns")
     config.addinivalue_line("markers", "sampled(n): by default n of its cases, spread evenly")
-    settings.register_profile("all", max_examples=100)
-    settings.register_profile("default", max_examples=20)
+    settings.register_profile("all", max_examples=100, derandomize=True)
+    settings.register_profile("default", max_examples=20, derandomize=True)
     settings.load_profile("all" if everything(config) else "default")
 
 
