@@ -1,8 +1,8 @@
 """Tactile Maps as a library: everything that is true without a screen.
 
 The names below are what a program needs; each is imported when it is asked for. Units are SI. Positions and normals are
-in the frame that their name says (``link_position``, ``map_point``) or that of the value's ``link``. Examples in the
-docstrings go on from this one:
+in the frame that their name says (``link_position``, ``map_point``, ``world_normal``); those of a ``Skin``, in the
+frame of the link that wears them. Examples in the docstrings go on from this one:
 
     >>> import app as tm
     >>> robot = tm.load_robot("arm")

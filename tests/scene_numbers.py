@@ -62,7 +62,15 @@ def _row(frame: Frame) -> dict[str, object]:
     regions = sorted(frame.regions, key=lambda region: region.id)[:CONTACTS]
     contacts = np.zeros((CONTACTS, 12))
     for row, region in zip(contacts, regions, strict=False):
-        row[:] = (region.id, region.force, region.area, region.peak, *region.map_point, *region.point, *region.normal)
+        row[:] = (
+            region.id,
+            region.force,
+            region.area,
+            region.peak,
+            *region.map_point,
+            *region.link_position,
+            *region.link_normal,
+        )
     command = frame.command
     return {
         "tick": frame.tick,

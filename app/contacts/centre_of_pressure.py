@@ -106,18 +106,18 @@ class ContactLocation(NamedTuple):
     Attributes:
         at: On the skin.
         map_point: (2,) on the map [m].
-        point: (3,) link frame [m].
-        normal: (3,) outward unit normal, link frame.
-        sides: (2, 3) two sides of its triangle, link frame [m].
+        link_position: (3,) link frame [m].
+        link_normal: (3,) outward unit normal, link frame.
+        link_sides: (2, 3) two sides of its triangle, link frame [m].
         map_sides: (2, 2) the same on the map [m].
         torn: Whether it was found on the body, not on the map.
     """
 
     at: SurfacePoint
     map_point: FloatArray
-    point: FloatArray
-    normal: FloatArray
-    sides: FloatArray
+    link_position: FloatArray
+    link_normal: FloatArray
+    link_sides: FloatArray
     map_sides: FloatArray
     torn: bool
 
@@ -220,7 +220,7 @@ def principal_axes(
     Returns:
         (2, 3) link frame and (2, 2) on the map [m]. Cost: 9 µs.
     """
-    frame = np.array(_tangents(*at.normal.tolist(), *at.sides[0].tolist()))
+    frame = np.array(_tangents(*at.link_normal.tolist(), *at.link_sides[0].tolist()))
     flat = offsets.dot(frame.T)
     (xx, xy), (_, yy) = (flat.T * share).dot(flat).tolist()
     x, y = share.dot(flat).tolist()
@@ -247,9 +247,9 @@ def _tangents(nx: float, ny: float, nz: float, x: float, y: float, z: float) -> 
 
 def _carry(axes: FloatArray, at: ContactLocation) -> FloatArray:
     """(2, 2) ``axes`` (2, 3) on the map, by the triangle's own differential; zero where it has no area."""
-    (a, b), (_, d) = at.sides.dot(at.sides.T).tolist()
+    (a, b), (_, d) = at.link_sides.dot(at.link_sides.T).tolist()
     determinant = a * d - b * b
     if determinant <= 1e-13 * a * d:
         return np.zeros((2, 2))
     inverse = np.array(((d / determinant, -b / determinant), (-b / determinant, a / determinant)))
-    return axes.dot(at.sides.T).dot(inverse).dot(at.map_sides)
+    return axes.dot(at.link_sides.T).dot(inverse).dot(at.map_sides)

@@ -203,7 +203,7 @@ class ContactDetector:
         force = float(forces.sum())
         share = forces / force
         place = self._place(felt, share)
-        offsets = felt.body - place.point
+        offsets = felt.body - place.link_position
         errors = propagate_uncertainty(self.errors, forces, felt.areas, np.einsum("ij,ij->i", offsets, offsets))
         axes, map_axes = principal_axes(offsets, share, dot(share, felt.areas) / 12, place)
         return ContactRegion(
@@ -215,11 +215,11 @@ class ContactDetector:
             map_point=place.map_point,
             at=place.at,
             link=self._skin.patches[felt.patch].link,
-            point=place.point,
-            normal=place.normal,
+            link_position=place.link_position,
+            link_normal=place.link_normal,
             torn=place.torn,
             mean=borne / felt.area,
-            axes=axes,
+            link_axes=axes,
             map_axes=map_axes,
             place_error=errors[0],
             force_error=errors[1],

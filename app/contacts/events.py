@@ -167,11 +167,11 @@ class ContactState:
     @property
     def _pace(self) -> float:
         """How far the centre is from where the last pace ended [m]."""
-        return float(np.linalg.norm(self._last.point - self._from))
+        return float(np.linalg.norm(self._last.link_position - self._from))
 
     def _mark(self, time: float, region: ContactRegion) -> None:
         """A pace ends here."""
-        self._from: FloatArray = region.point
+        self._from: FloatArray = region.link_position
         self._marked, self._marked_at = time, region.at
 
     def _stroke(self, tick: int, time: float) -> list[ContactEvent]:
@@ -267,7 +267,7 @@ class GraspPairs:
             if one.partner is not None and one.partner > one.id and one.partner in regions:
                 found["self-touch", f"{one.id} {one.partner}"] = one, regions[one.partner]
             for other in ordered[place + 1 :]:
-                if one.link == other.link and float(one.normal.dot(other.normal)) <= self._opposed:
+                if one.link == other.link and float(one.link_normal.dot(other.link_normal)) <= self._opposed:
                     best = found.get(("grasp", one.link))
                     squeeze = min(one.force, other.force)
                     if best is None or squeeze > min(best[0].force, best[1].force):

@@ -34,11 +34,12 @@ class ContactRegion:
         map_point: (2,) centre of pressure on the tactile map [m].
         at: The centre of pressure back-projected to the body.
         link: Name of the touched link.
-        point: (3,) the same point, link frame [m].
-        normal: (3,) outward unit normal there, link frame.
+        link_position: (3,) the same point [m], frame of the link.
+        link_normal: (3,) outward unit normal there, frame of the link.
         torn: Whether a seam tears the region apart on the map, so that its centre was taken on the body instead.
         mean: Mean pressure over the touched taxels [Pa].
-        axes: (2, 3) half-axes of the ellipse with the region's second moments, the longer first, link frame [m].
+        link_axes: (2, 3) half-axes of the ellipse with the region's second moments, the longer first [m], frame of the
+            link.
         map_axes: (2, 2) the same two on the map [m]; as the map distorts there they need not be at right angles, but
             ``map_point + cos t map_axes[0] + sin t map_axes[1]`` still draws the ellipse.
         place_error: Standard uncertainty of the centre, radial [m]; see ``accuracy``.
@@ -61,11 +62,11 @@ class ContactRegion:
     map_point: FloatArray
     at: SurfacePoint
     link: str
-    point: FloatArray
-    normal: FloatArray
+    link_position: FloatArray
+    link_normal: FloatArray
     torn: bool = False
     mean: float = 0.0
-    axes: FloatArray = field(default_factory=lambda: _NO_AXES)
+    link_axes: FloatArray = field(default_factory=lambda: _NO_AXES)
     map_axes: FloatArray = field(default_factory=lambda: _NO_MAP_AXES)
     place_error: float = 0.0
     force_error: float = 0.0
@@ -75,7 +76,7 @@ class ContactRegion:
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "taxels", dtype=np.int64)
-        freeze_arrays(self, "map_point", "point", "normal", "axes", "map_axes")
+        freeze_arrays(self, "map_point", "link_position", "link_normal", "link_axes", "map_axes")
 
 
 class TaxelGroup(NamedTuple):

@@ -80,7 +80,11 @@ class SelfTouchMatcher:
             return tuple(regions)
         poses = {link: pose(link) for link in links}
         sides = [
-            _Side(region, poses[region.link].points(region.point), poses[region.link].directions(region.normal))
+            _Side(
+                region,
+                poses[region.link].points(region.link_position),
+                poses[region.link].directions(region.link_normal),
+            )
             for region in sorted(regions, key=lambda region: region.id)
         ]
         partner = self._partners(sides)

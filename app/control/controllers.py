@@ -192,8 +192,8 @@ class HoldForceController:
         contact = region.id, ContactPresence.FELT
         push = self._servo.push(settings, contact, settings.force_goal - region.force, dt, limits)
         self._configuration.update(posture)
-        normal = self._configuration.pose(region.link).rotation.dot(region.normal)
-        row = normal.dot(self._configuration.jacobian(region.link, region.point))
+        normal = self._configuration.pose(region.link).rotation.dot(region.link_normal)
+        row = normal.dot(self._configuration.jacobian(region.link, region.link_position))
         return solve_within_limits([PriorityLevel(row[None], np.array((push,)))], self._reference, start, limits)
 
 
@@ -340,8 +340,8 @@ class TaskController:
             force=region.force,
             force_error=want.force - region.force,
             normal=pose.rotation.dot(self.sight.normal(region, settings.jacobian)),
-            point=pose.points(region.point),
-            move=self._configuration.jacobian(region.link, region.point),
+            point=pose.points(region.link_position),
+            move=self._configuration.jacobian(region.link, region.link_position),
             to_map=_NO_MAP if to_map is None else to_map,
             error=want.error,
             velocity=_NO_VELOCITY if want.velocity is None else want.velocity,

@@ -139,8 +139,8 @@ class GainLimiter:
     def _stiffness(self, posture: FloatArray, region: ContactRegion) -> float:
         """Force per way [N/m] along a contact's normal: of the joints in series with what touches."""
         self._configuration.update(posture)
-        normal = self._configuration.pose(region.link).rotation @ region.normal
-        row = normal @ self._configuration.jacobian(region.link, region.point)
+        normal = self._configuration.pose(region.link).rotation @ region.link_normal
+        row = normal @ self._configuration.jacobian(region.link, region.link_position)
         return 1 / (1 / CONTACT_STIFFNESS + float(np.sum(row**2 * self._give)))
 
 

@@ -46,7 +46,7 @@ class MapKinematics:
     def normal(self, region: ContactRegion, kind: JacobianKind) -> FloatArray:
         """(3,) outward unit normal at a contact, link frame: by the same word as the Jacobian's."""
         smooth = self._jacobian.normal(region.at) if kind == "smoothed" else None
-        return region.normal if smooth is None else smooth
+        return region.link_normal if smooth is None else smooth
 
     def error(
         self, target: SurfacePoint, region: ContactRegion, jacobian: FloatArray, configuration: Configuration
@@ -57,7 +57,7 @@ class MapKinematics:
         way in space, laid into the tangent plane at its length and on the map by the contact's Jacobian (2, 3).
         """
         there = self._in_world(target, configuration)
-        apart = there - configuration.pose(region.link).points(region.point)
+        apart = there - configuration.pose(region.link).points(region.link_position)
         if target.patch == region.at.patch:
             scale = self.map.layout.placements[target.patch].scale
             step = self.map.to_map(target) - region.map_point
@@ -69,7 +69,7 @@ class MapKinematics:
 
     def away(self, target: SurfacePoint, region: ContactRegion, configuration: Configuration) -> float:
         """How far a contact is from a place in space [m]."""
-        here = configuration.pose(region.link).points(region.point)
+        here = configuration.pose(region.link).points(region.link_position)
         return float(np.linalg.norm(self._in_world(target, configuration) - here))
 
     def apart(self, one: SurfacePoint, other: SurfacePoint, configuration: Configuration) -> float:

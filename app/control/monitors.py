@@ -73,7 +73,9 @@ class SafetyMonitor:
 
 def _danger(max_force: float, velocity: FloatArray, regions: Sequence[ContactRegion]) -> Limit | None:
     for region in regions:
-        if not (isfinite(region.force) and np.isfinite(region.normal).all() and np.isfinite(region.point).all()):
+        if not (
+            isfinite(region.force) and np.isfinite(region.link_normal).all() and np.isfinite(region.link_position).all()
+        ):
             return Limit(LimitKind.STOPPED_UNREADABLE)
         if region.force > max_force:
             return Limit(LimitKind.STOPPED_BY_FORCE, value=region.force, bound=max_force)

@@ -66,8 +66,8 @@ POKE = np.dtype(
         ("id", "<i8"),
         *_PLACE,
         ("force", "<f8"),
-        ("point", "<f8", (3,)),
-        ("normal", "<f8", (3,)),
+        ("world_position", "<f8", (3,)),
+        ("world_normal", "<f8", (3,)),
         ("radius", "<f8"),
     ]
 )
@@ -81,9 +81,9 @@ REGION = np.dtype(
         ("peak", "<f8"),
         ("mean", "<f8"),
         ("map_point", "<f8", (2,)),
-        ("point", "<f8", (3,)),
-        ("normal", "<f8", (3,)),
-        ("axes", "<f8", (2, 3)),
+        ("link_position", "<f8", (3,)),
+        ("link_normal", "<f8", (3,)),
+        ("link_axes", "<f8", (2, 3)),
         ("map_axes", "<f8", (2, 2)),
         ("place_error", "<f8"),
         ("force_error", "<f8"),
@@ -138,7 +138,7 @@ FRAME_SCHEMA = json.dumps(
 
 _HEADER = struct.Struct("<" + "".join(HEADER.values()))
 _POSE = 16
-_FINITE = ("force", "area", "peak", "mean", "map_point", "point", "normal", "axes", "map_axes")
+_FINITE = ("force", "area", "peak", "mean", "map_point", "link_position", "link_normal", "link_axes", "map_axes")
 """Of a region; its error bars may be infinite."""
 _arrays_of, _poke_row, _region_row = attrgetter(*ARRAYS), attrgetter(*POKE.names or ()), attrgetter(*REGION.names or ())
 
@@ -263,7 +263,7 @@ class _FrameReader:
     def _pokes(self, rows: Any) -> tuple[PokeState, ...]:
         if not len(rows):
             return ()
-        for name in ("force", "point", "normal", "radius"):
+        for name in ("force", "world_position", "world_normal", "radius"):
             self._check_finite(rows[name], f"pokes.{name}")
         places = self._places(rows, "pokes")
         return tuple(PokeState(at=at, **values) for at, values in zip(places, _fields(rows), strict=True))

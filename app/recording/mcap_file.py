@@ -18,7 +18,7 @@ from app.core.errors import RecordingError
 from app.recording.bundle import MEDIA_TYPES
 from app.recording.message_codecs import TOPICS
 
-FORMAT = "6"
+FORMAT = "7"
 """Of the messages; another one is not read."""
 _METADATA = "tactile-maps"
 NO_SPACE = "Free space or choose another folder; what was written so far can be read with recover"

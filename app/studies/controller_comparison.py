@@ -388,7 +388,7 @@ class _BodyDistance:
         self._configuration.update(frame.posture)
         goal = self._configuration.pose(link).points(point)
         away = [
-            float(np.linalg.norm(self._configuration.pose(region.link).points(region.point) - goal))
+            float(np.linalg.norm(self._configuration.pose(region.link).points(region.link_position) - goal))
             for region in frame.regions
         ]
         return min(away, default=None)

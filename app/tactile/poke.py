@@ -73,17 +73,17 @@ class PokeState:
         id: Which finger.
         at: Where it touches.
         force: Along the skin's inward normal [N], >= 0.
-        point: (3,) touched point, world [m].
-        normal: (3,) outward skin normal, world.
+        world_position: (3,) touched point [m], world frame.
+        world_normal: (3,) outward skin normal, world frame.
         radius: Of the fingertip [m].
     """
 
     id: int
     at: SurfacePoint
     force: float
-    point: FloatArray
-    normal: FloatArray
+    world_position: FloatArray
+    world_normal: FloatArray
     radius: float
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, "point", "normal")
+        freeze_arrays(self, "world_position", "world_normal")

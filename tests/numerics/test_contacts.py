@@ -54,7 +54,7 @@ def test_a_wandering_contact_is_one_and_where_it_is(pace, noise):
         x = 0.2 + 0.15 * np.sin(pace / 0.15 * step)
         regions = reader.read(press((x, 0.0)) + random.normal(0, noise, len(SKIN)) * (noise > 0))
         assert [region.id for region in regions] == [1]
-        missed.append(np.linalg.norm(regions[0].point - [x, 0, 0.02]))
+        missed.append(np.linalg.norm(regions[0].link_position - [x, 0, 0.02]))
     assert max(missed) < 0.0015, "a seventh of the pitch"
 
 
@@ -275,7 +275,7 @@ def scatter(changed, errors: SensorUncertainty) -> tuple[float, float, float, fl
         own = changed(random, exact)
         region, trusted = (ContactDetector(BAR.map, errors=e).read(own)[0] for e in (errors, SensorUncertainty()))
         place = np.sqrt(region.place_error**2 - trusted.place_error**2)
-        found.append([*region.point, region.force, place, region.force_error])
+        found.append([*region.link_position, region.force, place, region.force_error])
     points, force, place_error, force_error = np.split(np.array(found), [3, 4, 5], axis=1)
     return float(np.sqrt(points.var(axis=0).sum())), float(force.std()), place_error.mean(), force_error.mean()
 
@@ -317,7 +317,7 @@ def test_a_contact_lies_as_near_as_its_error_bar_says(radius, force, at_most):
     for _ in range(150):
         point = np.array([random.uniform(0.06, 0.34), random.uniform(-0.02, 0.02), 0.02])
         for region in ContactDetector(BAR.map).read(felt.pressures([sphere_load("bar", point, UP, force, radius)])):
-            missed.append(np.linalg.norm(region.point - point))
+            missed.append(np.linalg.norm(region.link_position - point))
             said.append(region.place_error)
     assert len(missed) > 130
     ratio = np.sqrt(np.mean(np.square(said)) / np.mean(np.square(missed)))
@@ -362,7 +362,7 @@ def test_partners_feel_one_force_at_one_place():
         if len(frame.regions) == 2:
             configuration.update(frame.posture)
             one, other = frame.regions
-            at = [configuration.pose(region.link).points(region.point) for region in frame.regions]
+            at = [configuration.pose(region.link).points(region.link_position) for region in frame.regions]
             assert one.force == pytest.approx(other.force, rel=1e-6)
             assert np.linalg.norm(at[0] - at[1]) < one.place_error + other.place_error
 

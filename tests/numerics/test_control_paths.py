@@ -270,7 +270,7 @@ def test_a_patch_drawn_larger_is_followed_slower_on_the_body():
     settings = replace(LINE, path=on_map(larger, start, start + [0.08, 0.0]), path_speed=0.02)
     trip = Trip(beside_ball(settings, prepared=larger), 3.0)
     bounded(trip)
-    moved = trip.session.frame.regions[0].point - larger.skin.position(larger.skin.taxel_point(150))
+    moved = trip.session.frame.regions[0].link_position - larger.skin.position(larger.skin.taxel_point(150))
     assert trip.way[-1] == pytest.approx(0.06, abs=0.01)
     assert np.linalg.norm(moved) == pytest.approx(0.03, abs=0.008)
 

@@ -86,7 +86,7 @@ def test_one_finger_is_one_contact_all_the_way(name):
     assert len(touched) > len(here.ways[0])
     assert all(len(regions) == 1 for regions in touched)
     assert {regions[0].id for regions in touched} == {1}
-    assert largest_jump(np.array([regions[0].point for regions in touched])) <= max(here.jump, 0.1) * here.pitch
+    assert largest_jump(np.array([regions[0].link_position for regions in touched])) <= max(here.jump, 0.1) * here.pitch
 
 
 def test_the_seam_is_crossed():

@@ -51,7 +51,7 @@ def test_a_skin_that_is_stuck_altogether_is_one_large_contact_that_never_moves()
     assert run.forces == pytest.approx(20e3 * BAR.skin.areas.sum())
     assert [len(frame.regions) for frame in run.frames] == [1] * len(run.frames)
     assert {frame.regions[0].id for frame in run.frames} == {1}
-    places = np.array([frame.regions[0].point for frame in run.frames])
+    places = np.array([frame.regions[0].link_position for frame in run.frames])
     assert np.ptp(places, axis=0) == pytest.approx(0.0, abs=1e-12)
     assert np.abs(run.frames[-1].velocity).max() < 10.0, "a force that no retreat changes does not run away"
 
@@ -73,7 +73,7 @@ def test_a_saturated_contact_is_still_one_contact_under_the_finger(at):
     assert run.forces[-1] <= run.frames[-1].pokes[0].force * (1 + 1e-9)
     if at > 1e3:
         (region,) = run.frames[-1].regions
-        assert np.linalg.norm(region.point - [0.3, 0.0, 0.02]) < 0.03
+        assert np.linalg.norm(region.link_position - [0.3, 0.0, 0.02]) < 0.03
 
 
 def test_everything_wrong_at_once_repeats_to_the_last_bit():

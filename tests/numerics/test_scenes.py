@@ -213,7 +213,7 @@ def test_self_touch_presses_hand_and_forearm_equally_and_moves_along():
         assert hand == pytest.approx(forearm, rel=1e-6)
         assert 4.0 < hand < 15.0
         assert {region.link for region in frame.regions} == {"left_hand", "right_forearm"}
-        along += [region.point[2] for region in frame.regions if region.link == "right_forearm"]
+        along += [region.link_position[2] for region in frame.regions if region.link == "right_forearm"]
     assert np.ptp(along) > 0.04
 
 

@@ -147,7 +147,7 @@ class Course:
         if region and task.target is not None:
             skin = session.map.skin
             self.error[k] = np.linalg.norm(session.map.to_map(task.target) - region.map_point)
-            self.body_error[k] = np.linalg.norm(skin.position(task.target) - region.point)
+            self.body_error[k] = np.linalg.norm(skin.position(task.target) - region.link_position)
 
     def last(self, values: np.ndarray, seconds: float = 1.0) -> np.ndarray:
         """The end of ``values`` (k,)."""

@@ -30,7 +30,7 @@ def ellipses_on_map(region: ContactRegion, map_: TactileMap) -> tuple[FloatArray
     # Columns: what a step along the body is on the map; nothing where the triangle has no area.
     jacobian = (plane[1:] - plane[0]).T @ np.linalg.pinv(body[1:] - body[0], rcond=1e-6).T
     across = np.linalg.svd(body[1:] - body[0])[2][:2]
-    return region.axes @ jacobian.T, region.place_error * across @ jacobian.T
+    return region.link_axes @ jacobian.T, region.place_error * across @ jacobian.T
 
 
 def paint_ellipse(

@@ -252,7 +252,7 @@ class MapScene:
 
     def ellipses(self, region: ContactRegion) -> tuple[FloatArray | None, FloatArray | None]:
         """Half-axes (2, 2) each of a region's ellipse and error circle [scene units]; none where not wanted."""
-        if not self._overlays.shows("shapes") or not region.axes.any():
+        if not self._overlays.shows("shapes") or not region.link_axes.any():
             return None, None
         scale = self.shapes.frame.scale * np.array([1.0, -1.0])
         ellipse, error = ellipses_on_map(region, self.map)

@@ -85,17 +85,20 @@ class TrailRecorder:
     def _rests(self, region: ContactRegion) -> bool:
         if not self._ats or self._ats[-1].patch != region.at.patch:
             return False
-        return bool(np.linalg.norm(region.point - self.tail.on_body[-1]) < _STEP)
+        return bool(np.linalg.norm(region.link_position - self.tail.on_body[-1]) < _STEP)
 
     def _take(self, region: ContactRegion, map_: TactileMap, *, new: bool) -> None:
         self._ats.append(region.at)
         self._times = np.append(self._times, self._time)
         old = self.tail
         patch = np.append(old.patch, region.at.patch)
-        on_map, on_body = np.vstack([old.on_map, map_.to_map(region.at)]), np.vstack([old.on_body, region.point])
+        on_map, on_body = (
+            np.vstack([old.on_map, map_.to_map(region.at)]),
+            np.vstack([old.on_body, region.link_position]),
+        )
         starts = np.append(old.starts, new) | _torn(patch, on_map, on_body)
         self.tail = ContactTrail(
-            patch, on_map, on_body, np.vstack([old.normals, region.normal]), np.append(old.age, 0), starts
+            patch, on_map, on_body, np.vstack([old.normals, region.link_normal]), np.append(old.age, 0), starts
         )
 
     def _age(self) -> None:

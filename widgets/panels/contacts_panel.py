@@ -243,7 +243,7 @@ class ContactRow:
 
 def region_summary(region: ContactRegion, among: Sequence[ContactRegion]) -> str:
     """What is known of a region, in two lines; a third names the one among ``among`` that it touches."""
-    long, short = 2e3 * np.linalg.norm(region.axes, axis=1)
+    long, short = 2e3 * np.linalg.norm(region.link_axes, axis=1)
     size = f"{long:.0f} × {short:.0f}\u2009mm" if long > 0 else "shape not resolved"
     lines = [
         f"{region.force:.2f} ± {region.force_error:.2f}\u2009N, centre ± {1e3 * region.place_error:.1f}\u2009mm",

@@ -56,7 +56,7 @@ class ContactMarks:
                 actor.visibility = False
         for region, disc, arrow in zip(regions, self._discs, self._arrows, strict=False):
             pose = poses[self._index[region.link]]
-            point, normal = pose[:3, :3] @ region.point + pose[:3, 3], pose[:3, :3] @ region.normal
+            point, normal = pose[:3, :3] @ region.link_position + pose[:3, 3], pose[:3, :3] @ region.link_normal
             _place(disc, point + 0.001 * normal, normal, self._size, self._size)
             length = min(ARROW_LENGTH * region.force, MAX_ARROW)
             _place(arrow, point + 0.002 * normal, normal, 0.08, max(length, 1e-3))
@@ -64,7 +64,13 @@ class ContactMarks:
         for actor in self._balls[len(pokes) :]:
             actor.visibility = False
         for poke, ball in zip(pokes, self._balls, strict=False):
-            _place(ball, poke.point + poke.radius * poke.normal, poke.normal, 2 * poke.radius, 2 * poke.radius)
+            _place(
+                ball,
+                poke.world_position + poke.radius * poke.world_normal,
+                poke.world_normal,
+                2 * poke.radius,
+                2 * poke.radius,
+            )
 
     def hide(self) -> None:
         """Show no contact and no finger."""
@@ -128,8 +134,8 @@ class ContactShapes:
 
     def _place(self, number: int, region: ContactRegion, pose: FloatArray) -> None:
         """The ellipse and the error circle of a region whose link has this ``T_world_link`` (4, 4)."""
-        point = pose[:3, :3] @ region.point + pose[:3, 3]
-        normal, axes = pose[:3, :3] @ region.normal, region.axes @ pose[:3, :3].T
+        point = pose[:3, :3] @ region.link_position + pose[:3, 3]
+        normal, axes = pose[:3, :3] @ region.link_normal, region.link_axes @ pose[:3, :3].T
         lengths = np.linalg.norm(axes, axis=1)
         if not lengths.min() > 0:
             return

@@ -177,11 +177,11 @@ class RegionForceEstimator:
             region,
             at=at,
             map_point=self._map.to_map(at),
-            point=skin.position(at),
-            normal=skin.normal(at),
+            link_position=skin.position(at),
+            link_normal=skin.normal(at),
             place_error=estimate.place_error,
             torn=False,
-            axes=np.zeros((2, 3)),
+            link_axes=np.zeros((2, 3)),
             map_axes=np.zeros((2, 2)),
         )
 

@@ -46,9 +46,9 @@ def over_borders(
         jacobian: By which the centre is drawn beyond the patch's border, as the map would go on there.
     """
     pose = configuration.pose(region.link)
-    here, reach = pose.points(region.point), WIDE * sight.pitch
+    here, reach = pose.points(region.link_position), WIDE * sight.pitch
     others = [
-        (other, configuration.pose(other.link).points(other.point))
+        (other, configuration.pose(other.link).points(other.link_position))
         for other in regions
         if other.at.patch != region.at.patch
     ]
@@ -59,7 +59,9 @@ def over_borders(
     shift = sum((other.force * (place - here) for other, place in beside), np.zeros(3)) / max(force, 1e-9)
     along = sight.jacobian(region.at, jacobian, configuration) @ shift
     inverse = pose.rotation.T
-    return replace(region, force=force, map_point=region.map_point + along, point=region.point + inverse @ shift)
+    return replace(
+        region, force=force, map_point=region.map_point + along, link_position=region.link_position + inverse @ shift
+    )
 
 
 LAG = 0.01

@@ -310,7 +310,9 @@ class Regrasp:
 
     def _at(self, regions: Sequence[ContactRegion], at: SurfacePoint) -> ContactRegion | None:
         place, near = self._skin.position(at), PITCHES * self._pitch
-        return next((r for r in regions if r.at.patch == at.patch and np.linalg.norm(r.point - place) < near), None)
+        return next(
+            (r for r in regions if r.at.patch == at.patch and np.linalg.norm(r.link_position - place) < near), None
+        )
 
     def _turn_back(self, failure: RegraspFailure) -> None:
         route = self._plan.route
@@ -418,7 +420,7 @@ class RegraspManager:
         assert self._robot is not None
         assert self._trial is not None
         assert self.crossing is not None
-        touched = LinkPoint(region.link, region.point, region.normal)
+        touched = LinkPoint(region.link, region.link_position, region.link_normal)
         wanted = _spot(skin, self.crossing.enters)
         plan = RegraspPlan(self._robot, self._trial, start, rest, touched, wanted)
         return Regrasp(plan, skin, region.at, self.crossing.enters, pitch, known)

@@ -134,8 +134,8 @@ def force_loop_at_goal(setup: PathSetup, settings: ControlSettings) -> ForceLoop
     configuration = Configuration(robot)
     servo = np.maximum(configuration.inertia(), MIN_INERTIA) * INNER_FREQUENCY**2
     configuration.update(session.frame.posture)
-    normal = configuration.pose(region.link).rotation @ region.normal
-    move = configuration.jacobian(region.link, region.point)
+    normal = configuration.pose(region.link).rotation @ region.link_normal
+    move = configuration.jacobian(region.link, region.link_position)
     outward = normal @ move
     # A ball on a bed of springs: F = pi K R depth², so dF = 2 sqrt(pi K R F) per way.
     stiffness = 2 * math.sqrt(math.pi * setup.prepared.scene.layer.foundation * BALL * settings.force_goal)

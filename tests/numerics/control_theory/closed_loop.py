@@ -171,7 +171,7 @@ class _IdealJoints:
         read = self.force + (self._loop.noise * float(self._noise.standard_normal()) if self.force else 0.0)
         return ContactRegion(
             id=1, taxels=np.array([0]), force=read, area=1e-4, peak=1e4, map_point=point, at=at, link="plate",
-            point=believed.skin.position(at), normal=believed.skin.normal(at),
+            link_position=believed.skin.position(at), link_normal=believed.skin.normal(at),
         )  # fmt: skip
 
 

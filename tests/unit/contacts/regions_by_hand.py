@@ -9,7 +9,7 @@ from app.geometry.mesh import SurfacePoint
 
 
 def region(id_: int, **said) -> ContactRegion:
-    """A region of 1 N at the forearm's origin, facing up; ``point`` moves it."""
+    """A region of 1 N at the forearm's origin, facing up; ``link_position`` moves it."""
     known = {
         "taxels": np.array([id_]),
         "force": 1.0,
@@ -18,7 +18,7 @@ def region(id_: int, **said) -> ContactRegion:
         "map_point": np.zeros(2),
         "at": SurfacePoint(0, id_, (1.0, 0.0, 0.0)),
         "link": "forearm",
-        "point": np.zeros(3),
-        "normal": np.array([0.0, 0.0, 1.0]),
+        "link_position": np.zeros(3),
+        "link_normal": np.array([0.0, 0.0, 1.0]),
     }
     return ContactRegion(id_, **(known | said))

@@ -71,9 +71,9 @@ def test_a_map_point_is_put_on_the_body_by_its_containing_triangle():
         assert not place.torn
         assert place.at.patch == patch
         assert MAP.to_map(place.at) == pytest.approx(centre, abs=1e-12)
-        assert place.point == pytest.approx(SKIN.position(place.at), abs=1e-12)
-        assert place.normal == pytest.approx(SKIN.normal(place.at), abs=1e-12)
-        assert place.point == pytest.approx(SKIN.position(at), abs=1e-9)
+        assert place.link_position == pytest.approx(SKIN.position(place.at), abs=1e-12)
+        assert place.link_normal == pytest.approx(SKIN.normal(place.at), abs=1e-12)
+        assert place.link_position == pytest.approx(SKIN.position(at), abs=1e-9)
 
 
 def test_a_walk_that_meets_a_border_is_no_end():
@@ -100,7 +100,7 @@ def test_a_point_of_the_body_is_put_back_on_the_skin():
     at = SKIN.taxel_point(40)
     place = placer.put_back(at.patch, SKIN.position(at) + 1e-3 * SKIN.normal(at))
     assert place.torn
-    assert np.linalg.norm(place.point - SKIN.position(at)) < 1e-3
+    assert np.linalg.norm(place.link_position - SKIN.position(at)) < 1e-3
     assert place.map_point == pytest.approx(MAP.to_map(place.at), abs=1e-12)
 
 
@@ -110,7 +110,7 @@ def test_an_edited_map_places_by_the_edit():
     moved = move(MapDocument.of(MAP), [0], (0.3, 0.0)).map
     placer.use(moved)
     place = placer.place(0, moved.taxel_points[0], near=placer.face_of(0))
-    assert place.point == pytest.approx(taxel_positions(SKIN)[0], abs=1e-9)
+    assert place.link_position == pytest.approx(taxel_positions(SKIN)[0], abs=1e-9)
     cut = replace(MAP.charts[0], faces=MAP.charts[0].faces[:, [1, 2, 0]])
     turned = replace(MAP, charts=(cut, *MAP.charts[1:]))
     placer.use(turned)

@@ -52,7 +52,7 @@ def test_whatever_it_does_each_phase_begins_where_the_last_one_ended(seed):
         if tick % 200 == 0:
             pace = random.normal(0, 3e-4, 3) * random.integers(2)
         at = at + (pace if tick >= 200 else 0)
-        events += course.go_on(tick, 0.005 * tick, region(1, point=at, force=float(random.uniform(1, 5))))
+        events += course.go_on(tick, 0.005 * tick, region(1, link_position=at, force=float(random.uniform(1, 5))))
     events += course.end(2000, 10.0, released=True)
     phases = [event for event in events if event.kind in ("press", "stroke")]
     assert len(phases) > 4
@@ -69,7 +69,7 @@ DOWN = np.array([0.0, 0.0, -1.0])
 
 def test_a_grasp_goes_on_while_fingers_change():
     pairs = GraspPairs(-0.5)
-    one, other, third = region(1), region(2, normal=DOWN), region(3, normal=DOWN)
+    one, other, third = region(1), region(2, link_normal=DOWN), region(3, link_normal=DOWN)
     assert [event.phase for event in pairs.read(0, 0.0, {1: one, 2: other})] == ["began"]
     assert pairs.read(1, 0.1, {1: one, 2: other, 3: third}) == []
     assert pairs.read(2, 0.2, {1: one, 3: third}) == []
@@ -80,7 +80,7 @@ def test_a_grasp_goes_on_while_fingers_change():
 
 def test_a_grasp_waits_for_a_finger_that_may_come_back():
     pairs = GraspPairs(-0.5)
-    one, other = region(1), region(2, normal=DOWN)
+    one, other = region(1), region(2, link_normal=DOWN)
     pairs.read(0, 0.0, {1: one, 2: other})
     assert pairs.read(1, 0.1, {1: one}, awaited={2}) == []
     assert pairs.read(2, 0.2, {1: one, 2: other}) == []
@@ -92,7 +92,7 @@ def test_a_grasp_waits_for_a_finger_that_may_come_back():
 
 def test_links_are_held_on_their_own():
     pairs = GraspPairs(-0.5)
-    regions = [region(1), region(2, normal=DOWN), region(3, link="hand"), region(4, link="hand", normal=DOWN)]
+    regions = [region(1), region(2, link_normal=DOWN), region(3, link="hand"), region(4, link="hand", link_normal=DOWN)]
     events = pairs.read(0, 0.0, {found.id: found for found in regions})
     assert [event.links for event in events] == [("forearm",), ("hand",)]
 
@@ -117,7 +117,7 @@ def held(count, **said):
 
 
 def moving(count, step):
-    return [(region(1, point=np.array([step * k, 0, 0])),) for k in range(count)]
+    return [(region(1, link_position=np.array([step * k, 0, 0])),) for k in range(count)]
 
 
 def test_nothing_means_nothing():
@@ -158,7 +158,7 @@ def test_a_contact_that_travels_is_a_stroke_from_there_to_here():
 def test_there_and_back_again_is_a_way():
     """Farther than from where it began to where it ended, which is nothing."""
     out = [0.001 * k for k in range(50)]
-    frames = [(region(1, point=np.array([x, 0, 0])),) for x in (*out, *out[::-1])]
+    frames = [(region(1, link_position=np.array([x, 0, 0])),) for x in (*out, *out[::-1])]
     events = told([*frames, ()])[1]
     stroke = next(event for event in events if event.kind == "stroke" and event.phase == "ended")
     assert stroke.travelled > 0.08
@@ -176,7 +176,7 @@ def test_a_stroke_that_rests_is_a_press_again():
 
 def test_a_centre_that_trembles_does_not_travel():
     random = np.random.default_rng(0)
-    frames = [(region(1, point=random.normal(0, 0.004, 3), place_error=0.02),) for _ in range(300)]
+    frames = [(region(1, link_position=random.normal(0, 0.004, 3), place_error=0.02),) for _ in range(300)]
     assert not [word for word in told(frames)[0] if word[1] == "stroke"]
 
 
@@ -194,8 +194,8 @@ def test_a_tap_that_is_swallowed_was_none():
 
 
 def test_a_merging_centre_jumps_and_that_is_no_stroke():
-    frames = [*held(40), (region(1, merged=(2,), point=np.array([0.05, 0, 0])),)]
-    frames += [(region(1, point=np.array([0.05, 0, 0])),)] * 40
+    frames = [*held(40), (region(1, merged=(2,), link_position=np.array([0.05, 0, 0])),)]
+    frames += [(region(1, link_position=np.array([0.05, 0, 0])),)] * 40
     assert not [word for word in told(frames)[0] if word[1] == "stroke"]
 
 
@@ -205,7 +205,7 @@ def test_one_that_becomes_two_is_told_as_such():
 
 
 def test_a_link_held_from_two_sides_is_grasped():
-    below = region(2, normal=np.array([0.0, 0.0, -1.0]), force=3.0)
+    below = region(2, link_normal=np.array([0.0, 0.0, -1.0]), force=3.0)
     words, events = told([*held(5), *[(region(1, force=5.0), below)] * 50, *held(5)])
     assert ("began", "grasp", (1, 2)) in words
     end = next(event for event in events if event.kind == "grasp" and event.phase == "ended")
@@ -219,7 +219,7 @@ def test_two_on_one_side_hold_nothing():
 
 def test_the_strongest_hold_of_a_link_is_the_grasp():
     down = np.array([0.0, 0.0, -1.0])
-    frame = (region(1), region(2, normal=down, force=0.5), region(3, normal=down, force=4.0))
+    frame = (region(1), region(2, link_normal=down, force=0.5), region(3, link_normal=down, force=4.0))
     assert told([frame])[0][-1] == ("began", "grasp", (1, 3))
 
 

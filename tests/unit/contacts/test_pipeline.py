@@ -133,7 +133,7 @@ def test_one_reading_is_read_without_a_past(estimator):
     pressures = press_skin(skin, at, force=3.0, model="water-fill" if estimator == "area-sum" else "half-space")
     (contact,) = read_contacts(prepared.map, pressures, estimator=estimator)
     assert contact.force == pytest.approx(3.0, rel=1e-9 if estimator == "area-sum" else 0.2)
-    assert np.linalg.norm(contact.point - skin.position(at)) < 0.01
+    assert np.linalg.norm(contact.link_position - skin.position(at)) < 0.01
     assert read_contacts(prepared.map, pressures, threshold=1e6) == ()
 
 

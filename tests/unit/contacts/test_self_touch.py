@@ -19,7 +19,9 @@ def pose(link: str) -> Pose:
 
 def pair(**said):
     """A forearm's region and a hand's that meets it."""
-    return region(1), region(2, **({"link": "hand", "point": np.array([-1.0, 0, 0]), "normal": DOWN} | said))
+    return region(1), region(
+        2, **({"link": "hand", "link_position": np.array([-1.0, 0, 0]), "link_normal": DOWN} | said)
+    )
 
 
 def partners(regions, *, touch=None) -> list[int]:
@@ -34,10 +36,10 @@ def test_two_that_meet_are_linked():
 @pytest.mark.parametrize(
     "said",
     [
-        {"point": np.array([-0.99, 0, 0])},
-        {"normal": -DOWN},
+        {"link_position": np.array([-0.99, 0, 0])},
+        {"link_normal": -DOWN},
         {"force": 1.5},
-        {"link": "forearm", "point": np.zeros(3)},
+        {"link": "forearm", "link_position": np.zeros(3)},
     ],
     ids=["apart", "facing alike", "of other force", "of one link"],
 )
@@ -46,7 +48,7 @@ def test_others_are_not(said):
 
 
 def test_centres_known_badly_may_lie_farther_apart():
-    assert partners(pair(point=np.array([-0.99, 0, 0]), place_error=0.01)) == [2, 1]
+    assert partners(pair(link_position=np.array([-0.99, 0, 0]), place_error=0.01)) == [2, 1]
 
 
 def test_forces_known_badly_may_differ():
@@ -73,7 +75,7 @@ def test_a_pair_that_let_go_is_forgotten():
 
 def test_nobody_has_two_partners_and_the_closest_is_taken():
     one, other = pair()
-    third = region(3, link="hand", point=np.array([-1.0, 0.003, 0]), normal=DOWN)
+    third = region(3, link="hand", link_position=np.array([-1.0, 0.003, 0]), link_normal=DOWN)
     assert partners((one, other, third)) == [2, 1, None]
 
 

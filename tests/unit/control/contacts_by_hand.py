@@ -30,7 +30,7 @@ def region(force, at, place, map_point, *, id_=1, normal=(0, 0, 1), link="bar"):
     """A contact region with what controllers look at."""
     return ContactRegion(
         id=id_, taxels=np.array([0]), force=force, area=1e-4, peak=1e4, map_point=map_point, at=at, link=link,
-        point=place, normal=np.asarray(normal),
+        link_position=place, link_normal=np.asarray(normal),
     )  # fmt: skip
 
 

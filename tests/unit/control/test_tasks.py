@@ -65,7 +65,7 @@ def walked(task_manager, ticks, *, regions=None, **settings):
         point = (at(),) if regions is None else regions
         if regions is None and task_manager.target is not None:  # the contact is always where it should be
             place = task_manager.target
-            point = (replace(at(), at=place, map_point=MAP.to_map(place), point=BAR.skin.position(place)),)
+            point = (replace(at(), at=place, map_point=MAP.to_map(place), link_position=BAR.skin.position(place)),)
         limits |= set(asked(task_manager, point, task="follow_path", **settings)[1])
         ways.append(task_manager.report.way)
     return np.array(ways), limits
@@ -100,7 +100,7 @@ def test_the_goal_s_velocity_is_told_to_and_fro():
     last = MAP.to_map(at().at)
     for _ in range(2000):
         place = task_manager.target or at().at
-        point = (replace(at(), at=place, map_point=MAP.to_map(place), point=BAR.skin.position(place)),)
+        point = (replace(at(), at=place, map_point=MAP.to_map(place), link_position=BAR.skin.position(place)),)
         [want], _ = asked(task_manager, point, task="follow_path", path_kind="polyline", path_speed=0.02)
         now = MAP.to_map(task_manager.target)
         step, last = now - last, now

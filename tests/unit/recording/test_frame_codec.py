@@ -188,7 +188,7 @@ def test_a_torn_region_stays_torn(touched, prepared):
 
 def test_all_that_is_known_of_a_region_reads_back(touched, prepared):
     region = replace(touched.regions[0], partner=7, split_from=3, merged=(4, 5), place_error=1 / 3)
-    assert region.axes.any()
+    assert region.link_axes.any()
     assert region.mean > 0
     (again,) = decode_frame(encode_frame(replace(touched, regions=(region,))), prepared).regions
     for field in fields(region):
@@ -225,5 +225,5 @@ def test_estimates_read_back(estimator, prepared):
 def test_the_schema_describes_the_bytes():
     schema = json.loads(FRAME_SCHEMA)
     assert set(schema["arrays"]) >= {"posture", "pressures", "command.torque", "objects"}
-    assert "axes: float64[2, 3]" in schema["region"]
+    assert "link_axes: float64[2, 3]" in schema["region"]
     assert set(schema["text"]["properties"]) == {field.name for field in fields(FrameText)}

@@ -57,7 +57,7 @@ def same(one, other) -> bool:
     arrays += [
         (getattr(one.command, n), getattr(other.command, n)) for n in ("posture", "stiffness", "damping", "torque")
     ]
-    arrays += [(a.point, b.point) for a, b in zip(one.regions, other.regions, strict=True)]
+    arrays += [(a.link_position, b.link_position) for a, b in zip(one.regions, other.regions, strict=True)]
     arrays += [(a.map_point, b.map_point) for a, b in zip(one.regions, other.regions, strict=True)]
     values = [[(r.id, r.force, r.at) for r in f.regions] + [(p.id, p.force, p.at) for p in f.pokes] + [f.time, f.tick]
               for f in (one, other)]  # fmt: skip
@@ -74,7 +74,7 @@ def test_a_poke_is_felt_placed_and_released():
     assert poke.force > 1
     assert frame.pressures @ BAR.skin.areas == pytest.approx(poke.force, rel=1e-12)
     assert region.force == pytest.approx(poke.force, rel=1e-9)
-    assert np.linalg.norm(region.point - BAR.skin.position(AT)) < 0.012
+    assert np.linalg.norm(region.link_position - BAR.skin.position(AT)) < 0.012
     session.submit(PokeReleased(1))
     frame = session.tick()
     assert not frame.pressures.any()

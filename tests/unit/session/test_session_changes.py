@@ -298,7 +298,7 @@ def test_control_sees_what_the_estimator_found(name):
     assert region.force == pytest.approx(poke.force, rel=0.25)
     if name == "lumped":
         assert region.force == pytest.approx(poke.force, rel=1e-12)
-        assert region.point == pytest.approx(BAR.skin.position(poke.at), abs=1e-9)
+        assert region.link_position == pytest.approx(BAR.skin.position(poke.at), abs=1e-9)
 
 
 def test_two_contacts_of_a_link_are_one_to_a_sensor_in_it():
@@ -310,7 +310,7 @@ def test_two_contacts_of_a_link_are_one_to_a_sensor_in_it():
     frame = pressed(taxels=taxels, reading=ReadingSettings("lumped")).frame
     (region,) = frame.regions
     assert region.force == pytest.approx(sum(poke.force for poke in frame.pokes))
-    assert 0.1 < region.point[0] < 0.3, "between them, where nothing touches"
+    assert 0.1 < region.link_position[0] < 0.3, "between them, where nothing touches"
 
 
 def test_it_changes_live_and_who_is_touched_stays():
@@ -395,8 +395,8 @@ def test_a_skin_that_is_believed_to_lie_elsewhere_places_contacts_there(name):
     assert np.array_equal(frame.pressures, true.pressures), "what is felt is the true skin's"
     (region,), (other,) = frame.regions, true.regions
     assert np.array_equal(region.taxels, other.taxels)
-    assert region.point == pytest.approx(believed.position(region.at), abs=1e-9)
-    assert 1e-4 < np.linalg.norm(region.point - other.point) < 0.015
+    assert region.link_position == pytest.approx(believed.position(region.at), abs=1e-9)
+    assert 1e-4 < np.linalg.norm(region.link_position - other.link_position) < 0.015
     if name == "area-sum":
         assert region.force == other.force, "areas are known"
 

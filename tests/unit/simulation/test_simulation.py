@@ -193,7 +193,9 @@ def test_fingers_ride_on_it_and_press_without_moving_it():
     simulation.step(1, replace(hold(robot, 0.0, 0.0), posture=posture))
     configuration = Configuration(robot)
     configuration.update(posture)
-    assert simulation.pokes[0].point == pytest.approx(configuration.pose(skin.link(at)).points(skin.position(at)))
+    assert simulation.pokes[0].world_position == pytest.approx(
+        configuration.pose(skin.link(at)).points(skin.position(at))
+    )
 
 
 def test_a_posture_that_is_no_number_is_refused():

@@ -21,5 +21,5 @@ def test_a_state_owns_its_arrays():
     point = np.zeros(3)
     state = PokeState(1, SurfacePoint(0, 0, (1.0, 0.0, 0.0)), 2.0, point, np.ones(3), 0.01)
     point[0] = 5
-    assert state.point[0] == 0
-    assert not state.normal.flags.writeable
+    assert state.world_position[0] == 0
+    assert not state.world_normal.flags.writeable

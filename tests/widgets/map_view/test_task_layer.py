@@ -167,12 +167,12 @@ def test_the_ellipse_follows_how_the_map_lies(tactile_map):
     turn = np.array([[np.cos(0.7), np.sin(0.7)], [-np.sin(0.7), np.cos(0.7)]])
     np.testing.assert_allclose(after, 2 * before @ turn, atol=1e-12)
     np.testing.assert_allclose(circle @ circle.T, (2 * region.place_error) ** 2 * np.eye(2), atol=1e-12)
-    np.testing.assert_allclose(np.linalg.norm(before, axis=1), np.linalg.norm(region.axes, axis=1))
+    np.testing.assert_allclose(np.linalg.norm(before, axis=1), np.linalg.norm(region.link_axes, axis=1))
 
 
 def test_small_shapes_are_hidden_by_their_centre(view, tactile_map):
     frame = touched(tactile_map, [middle_taxel(tactile_map, 0)], radius=0.02)
-    small = tuple(replace(r, axes=0.05 * r.axes, place_error=1e-4) for r in frame.regions)
+    small = tuple(replace(r, link_axes=0.05 * r.link_axes, place_error=1e-4) for r in frame.regions)
     view.show_frame(replace(frame, regions=small))
     with_shapes = pixels(view.grab().toImage())
     view.set_overlays(OverlayOptions().toggled("shapes"))

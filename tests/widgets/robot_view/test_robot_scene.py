@@ -59,7 +59,7 @@ def test_a_touch_colours_the_skin_around_it_and_no_more(plotter, scene, prepared
     region = pressed.regions[0]
     assert touched.any()
     assert (patch[touched] == region.at.patch).all()
-    assert np.linalg.norm(vertices[touched] - region.point, axis=1).max() < 0.1
+    assert np.linalg.norm(vertices[touched] - region.link_position, axis=1).max() < 0.1
 
 
 def test_links_stand_where_the_posture_puts_them(plotter, scene, prepared, pressed):

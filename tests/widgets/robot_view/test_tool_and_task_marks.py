@@ -162,7 +162,7 @@ def test_a_contact_s_ellipse_has_its_axes_and_can_be_left_out(plotter, prepared,
     scene.show_frame(frame)
     (ellipse, *_), (error, *_) = scene.layers["shapes"].ellipses, scene.layers["shapes"].errors
     turn = scene.poses[prepared.robot.link_index[region.link]][:3, :3]
-    np.testing.assert_allclose(ellipse.user_matrix[:3, :2].T, region.axes @ turn.T, atol=1e-12)
+    np.testing.assert_allclose(ellipse.user_matrix[:3, :2].T, region.link_axes @ turn.T, atol=1e-12)
     np.testing.assert_allclose(np.linalg.norm(error.user_matrix[:3, :2], axis=0), region.place_error)
     scene.show_layers(frozenset())
     assert not ellipse.visibility

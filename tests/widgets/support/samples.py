@@ -35,7 +35,7 @@ def touched(tactile_map, taxels=(), *, tick=1, time=0.0, kilopascals=12.0, radiu
         regions.append(
             ContactRegion(
                 number, felt, force, area, peak, centre, at, skin.link(at), point, normal,
-                axes=axes, place_error=0.3 * radius,
+                link_axes=axes, place_error=0.3 * radius,
             )
         )  # fmt: skip
         pokes.append(PokeState(number, at, force, point, normal, 0.008))

@@ -137,11 +137,11 @@ def test_a_sensor_in_the_link_knows_one_contact_exactly():
     regions = ContactDetector(MAP).read(pressures)
     (got,), _ = RegionForceEstimator(MAP, estimator="lumped").read(regions, pressures, EXACT, wrench_of(ball(0.2)))
     assert got.force == pytest.approx(10.0)
-    assert got.point == pytest.approx((0.2, 0.005, 0.02), abs=1e-9)
+    assert got.link_position == pytest.approx((0.2, 0.005, 0.02), abs=1e-9)
     assert got.map_point == pytest.approx(MAP.to_map(got.at))
-    assert FOREARM_SKIN.position(got.at) == pytest.approx(got.point)
-    assert got.normal == pytest.approx(UPWARDS)
-    assert not got.axes.any()
+    assert FOREARM_SKIN.position(got.at) == pytest.approx(got.link_position)
+    assert got.link_normal == pytest.approx(UPWARDS)
+    assert not got.link_axes.any()
     assert (got.force_error, got.place_error) == (0.0, 0.0)
 
 
@@ -152,7 +152,7 @@ def test_a_sensor_in_the_link_sees_two_contacts_as_one_between_them():
     assert len(regions) == 2
     (got,), estimates = RegionForceEstimator(MAP, estimator="lumped").read(regions, pressures, EXACT, wrench_of(*loads))
     assert got.force == pytest.approx(15.0)
-    assert got.point[0] == pytest.approx((10 * 0.1 + 5 * 0.3) / 15)
+    assert got.link_position[0] == pytest.approx((10 * 0.1 + 5 * 0.3) / 15)
     assert estimates.keys() == {got.id}
 
 
@@ -199,7 +199,7 @@ def test_the_sensors_noise_is_what_the_error_bars_say():
     regions = ContactDetector(MAP).read(pressures)
     forces = RegionForceEstimator(MAP, estimator="lumped", wrench_noise=noise, seed=3)
     runs = [forces.read(regions, pressures, EXACT, wrench_of(ball(0.2)))[0][0] for _ in range(300)]
-    off = np.array([run.point - (0.2, 0.005, 0.02) for run in runs])
+    off = np.array([run.link_position - (0.2, 0.005, 0.02) for run in runs])
     assert np.std([run.force for run in runs]) == pytest.approx(noise, rel=0.15)
     assert np.sqrt(np.mean(np.sum(off**2, axis=1))) == pytest.approx(runs[0].place_error, rel=0.15)
     forces.reset()

@@ -36,11 +36,11 @@ def test_its_force_is_that_of_both_and_its_place_between(posture):
     left, right = touching(0.096, 2.0, 1), touching(0.126, 1.0, 2)
     one = together(posture, left, right)
     assert one.force == pytest.approx(3.0)
-    assert one.point == pytest.approx([0.096 + 0.012 / 3, 0.05, 0.0])
+    assert one.link_position == pytest.approx([0.096 + 0.012 / 3, 0.05, 0.0])
     assert one.map_point == pytest.approx([0.1, 0.05], abs=1e-4), "as if the map went on over the border"
     assert (one.id, one.at) == (left.id, left.at)
     other = together(posture, right, left)
-    assert other.point == pytest.approx(one.point)
+    assert other.link_position == pytest.approx(one.link_position)
 
 
 def test_what_is_alone_stays_as_it_is():

@@ -89,7 +89,7 @@ def test_the_ball_is_pressed_in_by_its_depth_and_touches_at_once():
     session = PathSetup(beside).session(ControlSettings())
     assert 0.5 < session.total_normal_force < 30.0
     (region,) = session.frame.regions
-    assert np.linalg.norm(region.point - prepared.skin.position(prepared.skin.taxel_point(taxel))) < 0.008
+    assert np.linalg.norm(region.link_position - prepared.skin.position(prepared.skin.taxel_point(taxel))) < 0.008
     assert prepared.scene.objects == (), "the robot that was given is as it was"
 
 
