@@ -387,16 +387,21 @@ class LiveSession(QObject):
     # Recording.
 
     def start_recording(self, path: str | Path, *, overwrite: bool = False) -> None:
-        """Record every tick from now on to a new file."""
+        """Record the tick that is shown and every one from now on to a new file."""
         run = self._shown_run
         if run is None or self.recorder is not None:
             return
         try:
-            self._recording_writer.begin(Recorder(run.prepared, path, overwrite=overwrite))
+            recorder = Recorder(run.prepared, path, overwrite=overwrite)
         except TactileMapsError as error:
             self.failed.emit(str(error))
-        else:
-            self.recording_changed.emit(str(path))
+            return
+        with run.runner.lock:
+            self._recording_writer.begin(recorder)
+            # Else a file begun and completed between two ticks, or while paused, would hold no frame to replay.
+            session = run.runner.session
+            self._recording_writer.write(session.frame, session.inputs)
+        self.recording_changed.emit(str(path))
 
     def stop_recording(self) -> None:
         """Complete the file."""

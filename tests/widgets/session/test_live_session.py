@@ -91,9 +91,18 @@ def test_the_speed_chosen_outlives_the_scene(live, prepared):
 
 def test_every_tick_is_recorded_not_every_picture(live, told, tmp_path):
     path = recorded(live, tmp_path / "all.mcap")
-    assert len(RecordingPlayer(path)) == 60
+    assert len(RecordingPlayer(path)) == 61, "with the tick it begins at"
     assert said(told, "saved") == [str(path)]
     assert said(told, "recording_changed") == [str(path), None]
+
+
+def test_a_recording_begun_and_ended_while_paused_holds_the_tick_that_is_shown(live, told, tmp_path):
+    live.runner.run_for(0.1)
+    live.set_paused(paused=True)
+    path = recorded(live, tmp_path / "paused.mcap")
+    assert said(told, "saved") == [str(path)]
+    player = RecordingPlayer(path)
+    assert [player.frame(number).tick for number in range(len(player))] == [20]
 
 
 def test_a_recording_is_never_written_over(live, told, tmp_path):
@@ -114,7 +123,7 @@ def test_a_failed_simulation_keeps_the_recording_and_a_reset_helps(live, told, t
     assert live.mode == "paused"
     assert live.recorder is None
     assert RecordingPlayer(path).complete
-    assert len(RecordingPlayer(path)) == 40
+    assert len(RecordingPlayer(path)) == 41
     live.reset()
     assert live.mode == "live"
     assert said(told, "halted") == said(told, "halted")[:1], "it is said once"
@@ -181,7 +190,7 @@ def test_back_from_a_replay_time_is_as_it_was(live, tmp_path, paused):
 
 
 def test_a_replay_begins_with_its_first_frame_even_if_the_live_one_has_its_number(live, told, tmp_path):
-    path = recorded(live, tmp_path / "same.mcap", seconds=0.005)
+    path = recorded(live, tmp_path / "same.mcap", seconds=0.0)
     live.pump()
     tick = live.runner.session.frame.tick
     told.clear()
