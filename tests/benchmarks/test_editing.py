@@ -81,7 +81,7 @@ def test_undo_until_painted(benchmark, prepared, open_window, kind):
 def test_quality_after_an_edit(benchmark, prepared, open_window, qtbot, kind):
     """From the edit to the new numbers on the card, over the process that measures."""
     window = open_window(prepared, replace(INLINE, map_quality_worker=MapQualityWorker))
-    with qtbot.waitSignal(window.live.measured, timeout=60_000):
+    with qtbot.waitSignal(window.live.measurements.measured, timeout=60_000):
         pass
     result = reflatten(set_lengths(window.editor.document, [1], 0.5))
     edits = {
@@ -89,11 +89,11 @@ def test_quality_after_an_edit(benchmark, prepared, open_window, qtbot, kind):
         "chart": lambda document: apply_result(document, result),
     }
     window.editor.do("Edit", edits[kind])
-    with qtbot.waitSignal(window.live.measured, timeout=60_000):
+    with qtbot.waitSignal(window.live.measurements.measured, timeout=60_000):
         pass
 
     def edit():
-        with qtbot.waitSignal(window.live.measured, timeout=60_000):
+        with qtbot.waitSignal(window.live.measurements.measured, timeout=60_000):
             (window.action("undo") if window.editor.history.position else window.action("redo")).trigger()
 
     benchmark.pedantic(edit, rounds=20, warmup_rounds=2)

@@ -16,6 +16,7 @@ from app.editing.document import MapDocument
 from app.editing.history import History
 from app.editing.reflatten import ReflattenRequest, ReflattenResult, StaleEdit, apply_result
 from widgets.workers.scene_worker import SceneWorker
+from widgets.workers.worker_process import Result, SourceToken
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +71,7 @@ class _PendingEdit:
     refine: bool
     propose: bool
     position: int
+    token: SourceToken
 
 
 class MapEditor(MapEditorSignals):
@@ -93,6 +95,7 @@ class MapEditor(MapEditorSignals):
         self.enabled = False
         self._selected: tuple[int, ...] = ()
         self._asked: _PendingEdit | None = None
+        self._token = SourceToken("document")  # another one with each edit that is asked for
         self._before: MapDocument | None = None
         self._late: tuple[_PendingEdit, ReflattenResult] | None = None
         worker.reflattened.connect(self._on_reflattened)
@@ -218,9 +221,10 @@ class MapEditor(MapEditorSignals):
             return
         if not wanted.jobs:
             return
-        self._asked = _PendingEdit(wanted.name, refine, propose, self.history.position)
+        self._token = self._token.next()
+        self._asked = _PendingEdit(wanted.name, refine, propose, self.history.position, self._token)
         self.working.emit(wanted.name, 0.0)
-        self._worker.reflatten(wanted)
+        self._worker.reflatten(wanted, self._token)
 
     def cancel_work(self) -> None:
         """Cancel the edit that is being computed."""
@@ -299,10 +303,10 @@ class MapEditor(MapEditorSignals):
             self.proposal_changed.emit()
         return None if proposal is None else proposal.result
 
-    def _on_reflattened(self, result: ReflattenResult) -> None:
-        asked = self._asked
-        if asked is None or self.history is None:
-            return
+    def _on_reflattened(self, computed: Result[ReflattenResult]) -> None:
+        asked, result = self._asked, computed.value
+        if asked is None or asked.token != computed.token:
+            return  # for a document that is no longer edited, or an edit that is no longer wanted
         self._rest()
         if not self.enabled or (self.gesture and not asked.propose):
             self._late = asked, result  # another document is looked at, or the hand goes first
@@ -335,11 +339,11 @@ class MapEditor(MapEditorSignals):
             self.history.do(name, document)
         self._show(name)
 
-    def _on_edit_failed(self, text: str) -> None:
-        if self._asked is not None:
+    def _on_edit_failed(self, failed: Result[str]) -> None:
+        if self._asked is not None and self._asked.token == failed.token:
             self._rest()
-            if text:
-                self.failed.emit(text)
+            if failed.value:
+                self.failed.emit(failed.value)
 
 
 def _gain(result: ReflattenResult) -> float:

@@ -1,13 +1,13 @@
 """The accuracy panel: what each setting of a stage costs and gains on the user's own skin, chosen by a click.
 
 ``AccuracyView`` is the switch of stages, the work-precision diagram and the button that measures, in the column or in a
-window of its own; ``AccuracyPanel`` keeps the results until the skin changes and runs the measuring process.
+window of its own; ``AccuracyPanel`` keeps the results until the skin changes and asks the worker it was given.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QCloseEvent
@@ -35,6 +35,7 @@ from widgets.common.panel import Panel
 from widgets.document.stage_settings import subject_of
 from widgets.plots.work_precision_plot import WorkPrecisionPlot
 from widgets.workers.accuracy_worker import AccuracyWorker
+from widgets.workers.worker_process import Result, SourceToken
 
 _COLUMNS = 2
 """Stages beside each other: more would not fit the column."""
@@ -219,7 +220,7 @@ def _caption(name: str, parent: QWidget) -> QLabel:
 
 
 @dataclass(frozen=True)
-class _Result:
+class _Measured:
     """What was measured of a stage: on what, and the state it was in."""
 
     subject: Subject
@@ -243,14 +244,11 @@ class AccuracyPanel(Panel):
         self._prepared: PreparedScene | None = None
         self._selected: tuple[int, ...] = ()
         self._told: dict[str, Setting] = {}
-        self._results: dict[str, _Result] = {}
-        self._running: tuple[str, _Result] | None = None
+        self._results: dict[str, _Measured] = {}
+        self._running: tuple[str, _Measured] | None = None
         self._trouble = ""
-        self._process = AccuracyWorker(self)
-        self._process.progressed.connect(self._on_progressed)
-        self._process.tried.connect(self._on_tried)
-        self._process.finished.connect(self._on_finished)
-        self._process.failed.connect(self._on_failed)
+        self._token = SourceToken("accuracy")  # another one with each request, and once that is dropped
+        self._worker: AccuracyWorker | None = None
         self.board = AccuracyView(theme, parent=self)
         self.board.selection_changed.connect(self._show)
         self.board.measure_requested.connect(self._on_asked)
@@ -263,6 +261,15 @@ class AccuracyPanel(Panel):
         for widget in (self.board, self._away):
             self.column.addWidget(widget)
         self._away.hide()
+        self._show()
+
+    def measure_with(self, worker: AccuracyWorker) -> None:
+        """Have stages measured by this worker; until there is one, nothing can be measured."""
+        self._worker = worker
+        worker.progressed.connect(self._on_progressed)
+        worker.tried.connect(self._on_tried)
+        worker.finished.connect(self._on_finished)
+        worker.failed.connect(self._on_failed)
         self._show()
 
     def set_theme(self, theme: Theme) -> None:
@@ -301,11 +308,11 @@ class AccuracyPanel(Panel):
     @property
     def busy(self) -> bool:
         """Whether something is being measured."""
-        return self._process.busy
+        return self._worker is not None and self._worker.busy
 
     def _subject(self) -> Subject | None:
         """The selected patches, or all."""
-        if self._document is None:
+        if self._document is None or self._worker is None:
             return None
         return self._now(self._document, self._selected or tuple(range(len(self._document.patches))))
 
@@ -328,13 +335,13 @@ class AccuracyPanel(Panel):
             self.board.rest()
             self.board.say(self._note(stage, result))
 
-    def _result(self, stage: Stage) -> _Result | None:
+    def _result(self, stage: Stage) -> _Measured | None:
         """What there is to draw: what comes in now, or what was measured last."""
         if self._running is not None and self._running[0] == stage.name and self._running[1].trials:
             return self._running[1]
         return self._results.get(stage.name)
 
-    def _note(self, stage: Stage, result: _Result | None) -> str:
+    def _note(self, stage: Stage, result: _Measured | None) -> str:
         trouble, self._trouble = self._trouble, ""
         if result is None or self._document is None:
             return trouble
@@ -351,40 +358,41 @@ class AccuracyPanel(Panel):
 
     def _on_asked(self) -> None:
         subject = self._subject()
-        if subject is None:
+        if subject is None or self._worker is None:
             return
-        stage = self.board.stage
-        self._running = (stage.name, _Result(subject, stage.fingerprint(subject)))
-        self._process.measure(stage.name, subject)
+        stage, self._token = self.board.stage, self._token.next()
+        self._running = (stage.name, _Measured(subject, stage.fingerprint(subject)))
+        self._worker.measure(stage.name, subject, self._token)
 
     def _on_progressed(self, text: str, fraction: float) -> None:
         name = self._running[0] if self._running else self.board.stage.name
         self.board.show_progress(f"{name.capitalize()}: {text}…", fraction)
 
-    def _on_tried(self, trials: tuple[Trial, ...]) -> None:
-        if self._running is not None:
-            name, result = self._running
-            self._running = (name, _Result(result.subject, result.basis, (*result.trials, *trials)))
+    def _on_tried(self, result: Result[tuple[Trial, ...]]) -> None:
+        if self._running is not None and result.token == self._token:
+            name, measured = self._running
+            self._running = (name, replace(measured, trials=(*measured.trials, *result.value)))
             self._show()
 
-    def _on_finished(self) -> None:
-        if self._running is not None:
-            name, result = self._running
-            self._results[name] = result
-        self._running = None
-        self._show()
+    def _on_finished(self, result: Result[None]) -> None:
+        if self._running is not None and result.token == self._token:
+            name, measured = self._running
+            self._running, self._results[name] = None, measured
+            self._show()
 
-    def _on_failed(self, text: str) -> None:
-        self._running, self._trouble = None, f"▲ {text}"
-        self._show()
+    def _on_failed(self, result: Result[str]) -> None:
+        if result.token == self._token:
+            self._running, self._trouble = None, f"▲ {result.value}"
+            self._show()
 
     def _on_cancelled(self) -> None:
         self._stop()
         self._show()
 
     def _stop(self) -> None:
-        self._process.close()
-        self._running = None
+        self._running, self._token = None, self._token.next()
+        if self._worker is not None:
+            self._worker.close()
 
     def _on_enlarge_asked(self) -> None:
         if self._window is not None:

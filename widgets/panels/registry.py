@@ -74,7 +74,7 @@ def _follow_behaviours(panel: BehavioursPanel, session: LiveSession, _selection:
 
 
 def _follow_quality(panel: QualityPanel, session: LiveSession, _selection: TaxelSelection) -> None:
-    session.measured.connect(panel.show_quality)
+    session.measurements.measured.connect(panel.show_quality)
 
 
 def _make_compare(editor: MapEditor, panels: Panels) -> ComparePanel:

@@ -36,6 +36,7 @@ class AccuracyPresenter(QObject):
             "control": self._use_control,
             "image": self._use_image,
         }
+        self._panel.measure_with(context.backends.accuracy_worker(self._panel))
         self._panel.chosen.connect(self._on_chosen)
         context.session.settings_changed.connect(self._on_settings_changed)
         for signal in (context.editor.settled, context.editor.selection_changed):

@@ -20,6 +20,7 @@ from widgets.controller_comparison.comparison_view import ComparisonView
 from widgets.panels.controller_panel import ControllerPanel
 from widgets.presenters.effects_presenter import EffectsPresenter
 from widgets.workers.comparison_worker import ComparisonRequest, ComparisonStimulus
+from widgets.workers.worker_process import Result, SourceToken
 
 CSV_FILTER = "Table (*.csv)"
 
@@ -37,6 +38,7 @@ class ComparisonPresenter(QObject):
         super().__init__(parent)
         self._context, self._live, self._effects, self._parent = context, context.session, effects, parent
         self._panel = context.panels.get(ControllerPanel)
+        self._token = SourceToken("comparison")  # another one with each request, and once that is cancelled
         self.comparison_worker = context.backends.comparison_worker(self)
         self.comparison_worker.failed.connect(self._on_failed)
         self.comparison_worker.progressed.connect(self._on_progressed)
@@ -83,13 +85,16 @@ class ComparisonPresenter(QObject):
             return
         task = self._panel.settings
         contenders = tuple(replace(one, settings=with_controller(task, one.settings)) for one in board.contenders)
+        self._token = self._token.next()
         self.comparison_worker.run(
-            ComparisonRequest(occasion, contenders, board.stimulus.seconds.value(), board.stimulus.own_task)
+            ComparisonRequest(occasion, contenders, board.stimulus.seconds.value(), board.stimulus.own_task),
+            self._token,
         )
 
     def read_stimulus(self, path: str) -> None:
         """Compare on what a recording holds; one that cannot be read changes nothing."""
-        self.comparison_worker.read_stimulus(Path(path))
+        self._token = self._token.next()
+        self.comparison_worker.read_stimulus(Path(path), self._token)
 
     def use(self, settings: ControlSettings) -> None:
         """Put a contender's controller and gains in force; what is to be done stays."""
@@ -136,19 +141,20 @@ class ComparisonPresenter(QObject):
         if self.board is not None:
             self.board.show_reading(fraction)
 
-    def _on_read(self, stimulus: ComparisonStimulus) -> None:
-        if self.board is not None:
-            self.board.show_stimulus(stimulus)
+    def _on_read(self, result: Result[ComparisonStimulus]) -> None:
+        if self.board is not None and result.token == self._token:
+            self.board.show_stimulus(result.value)
 
-    def _on_compared(self, traces: tuple[ControllerTrace, ...]) -> None:
-        if self.board is not None:
-            self.board.show_compared(traces)
+    def _on_compared(self, result: Result[tuple[ControllerTrace, ...]]) -> None:
+        if self.board is not None and result.token == self._token:
+            self.board.show_compared(result.value)
 
-    def _on_failed(self, text: str) -> None:
-        if self.board is not None:
-            self.board.show_failed(text)
+    def _on_failed(self, result: Result[str]) -> None:
+        if self.board is not None and result.token == self._token:
+            self.board.show_failed(result.value)
 
     def _on_cancelled(self) -> None:
+        self._token = self._token.next()
         self.comparison_worker.close()
         if self.board is not None:
             self.board.rest()

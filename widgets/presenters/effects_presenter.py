@@ -44,8 +44,8 @@ class EffectsPresenter(QObject):
         self._at_rest = False  # the map of the scene is measured; before, whoever looks at it comes first
         live, panel = self._live, self._panel
         live.effects_changed.connect(self._on_effects_changed)
-        live.measured.connect(self._on_measured)
-        live.cost_worker.priced.connect(panel.show_prices)
+        live.measurements.measured.connect(self._on_measured)
+        live.measurements.priced.connect(panel.show_prices)
         panel.folded_changed.connect(self._price)
         panel.wished.connect(self.wish)
         panel.auto_all_requested.connect(self._on_all_auto_wished)
@@ -134,4 +134,4 @@ class EffectsPresenter(QObject):
     def _price(self) -> None:
         """Have what is no stage of its own measured beside, while somebody can see the panel."""
         if self._live.player is None and self._home is not None and self.scene is not None and not self._panel.folded:
-            self._live.cost_worker.price(self._home, self.scene.effects)
+            self._live.measurements.price(self._home, self.scene.effects)

@@ -46,11 +46,11 @@ class MapEditPresenter(QObject):
         editor.settled.connect(self._on_settled)
         editor.failed.connect(self._context.notifier.fault)
         editor.told.connect(self._context.notifier.status)
-        compare, map_quality_worker = panels.get(ComparePanel), live.map_quality_worker
-        compare.compare_requested.connect(map_quality_worker.compare)
+        compare, measurements = panels.get(ComparePanel), live.measurements
+        compare.compare_requested.connect(measurements.compare)
         compare.shown_other.connect(self._on_shown_other)
-        map_quality_worker.compared.connect(compare.show_comparison)
-        map_quality_worker.failed.connect(compare.show_failed)
+        measurements.compared.connect(compare.show_comparison)
+        measurements.map_failed.connect(compare.show_failed)
         self._views.hovered.connect(self._on_hovered)
         panels.get(PatchesPanel).hovered.connect(self._tools.get(ArrangeTool).point_at)
         live.map_changed.connect(self._on_map_changed)
@@ -102,7 +102,7 @@ class MapEditPresenter(QObject):
 
     def _on_settled(self, document: MapDocument, name: str) -> None:
         self._live.edit_map(document.map, name)
-        self._live.map_quality_worker.measure(document.map)
+        self._live.measurements.measure(document.map)
 
     def _on_shown_other(self, other: bool) -> None:
         """The layout that is compared with is looked at, not edited: tools that edit wait until ours is back."""

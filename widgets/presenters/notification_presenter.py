@@ -22,7 +22,6 @@ class NotificationPresenter(QObject):
         super().__init__(parent)
         self._context, self._session, self._notifier = context, context.session, context.notifier
         self._session.failed.connect(self._notifier.fault)
-        self._session.cost_worker.failed.connect(self._notifier.fault)
         self._session.halted.connect(self._on_halted)
         self._session.saved.connect(self._on_saved)
         self._session.prepared_changed.connect(self._on_prepared_changed)

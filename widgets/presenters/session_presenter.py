@@ -87,7 +87,7 @@ class SessionPresenter(QObject):
             tick = player.prepared.scene.tick
             spans, edits = player.poke_spans(), player.edits()
             self._timeline.set_recording(player.duration, spans, edits=edits, frame_seconds=tick)
-            self._session.map_quality_worker.measure(player.prepared.map)
+            self._session.measurements.measure(player.prepared.map)
 
     def _on_play_toggled(self, playing: bool) -> None:
         if playing:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject
@@ -38,11 +37,8 @@ class TouchScriptPresenter(QObject):
             ("weigh", self.weigh),
         ):
             context.actions.bind(name, act)
-        cost_worker = self._live.cost_worker
-        cost_worker.weighing.connect(self._on_weighing)
-        cost_worker.weighed.connect(self._on_weighed)
-        cost_worker.failed.connect(self._on_failed)
-        cost_worker.dropped.connect(partial(context.notifier.done, WEIGHING_JOB))
+        self._live.measurements.weighing_changed.connect(self._on_weighing_changed)
+        self._live.measurements.weighed.connect(self._on_weighed)
         context.notifier.cancelled.connect(self._on_cancelled)
 
     def choose_save(self) -> None:
@@ -86,24 +82,20 @@ class TouchScriptPresenter(QObject):
     def weigh(self) -> None:
         """Lay a known load on a copy of the scene beside, and say what it reads."""
         prepared, scene = self._live.prepared, self._effects.scene
-        if prepared is not None and scene is not None and not self._live.cost_worker.busy_weighing:
-            self._live.cost_worker.weigh(prepared, scene.effects)
+        if prepared is not None and scene is not None:
+            self._live.measurements.weigh(prepared, scene.effects)
 
-    def _on_weighing(self) -> None:
-        self._context.notifier.progress(WEIGHING_JOB, f"Weighing {MASS:g} kg")
-
-    def _on_failed(self, _text: str) -> None:
-        """The load is not weighed any more; where it was a price that failed, it still is."""
-        if not self._live.cost_worker.busy_weighing:
+    def _on_weighing_changed(self, weighing: bool) -> None:
+        if weighing:
+            self._context.notifier.progress(WEIGHING_JOB, f"Weighing {MASS:g} kg")
+        else:
             self._context.notifier.done(WEIGHING_JOB)
 
     def _on_cancelled(self, job: str) -> None:
         if job == WEIGHING_JOB:
-            self._live.cost_worker.cancel_weighing()
-            self._context.notifier.done(WEIGHING_JOB)
+            self._live.measurements.cancel_weighing()
 
     def _on_weighed(self, weighed: WeighingResult) -> None:
-        self._context.notifier.done(WEIGHING_JOB)
         self._context.notifier.say(
             f"{MASS:g}\u2009kg reads {weighed.read_N:.3f}\u2009N (wanted {weighed.wanted_N:.3f}\u2009N), "
             f"with {weighed.model} on {weighed.patch}"

@@ -3,7 +3,8 @@
 It is put together from parts: ``live_run`` has the two things it can show, a scene that runs and a recording that is
 replayed; ``session_runner`` drives the first, by the wall clock on a thread or when told to; ``recording_writer``
 writes its ticks to a file on a thread of its own; ``active_settings`` tells settings, effects, behaviours and reading
-in force, once a change. ``backends`` says what does the work: a thread and processes beside the window, or all of it
+in force, once a change; ``measurements`` asks the measuring processes about what is shown, and drops what comes late.
+``backends`` says what does the work: a thread and processes beside the window, or all of it
 inline.
 """
 

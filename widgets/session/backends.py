@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from PySide6.QtCore import QObject
 
 from widgets.session.session_runner import InlineRunner, SessionRunner, ThreadRunner
+from widgets.workers.accuracy_worker import AccuracyWorker, InlineAccuracyWorker
 from widgets.workers.comparison_worker import ComparisonWorker, InlineComparisonWorker
 from widgets.workers.cost_worker import CostWorker, InlineCostWorker
 from widgets.workers.map_quality_worker import InlineMapQualityWorker, MapQualityWorker
@@ -24,6 +25,7 @@ class Backends:
         map_quality_worker: Measures maps.
         cost_worker: Measures on copies of the scene.
         comparison_worker: Runs controllers side by side.
+        accuracy_worker: Measures a stage for its work-precision diagram.
     """
 
     runner: Callable[..., SessionRunner]
@@ -31,9 +33,17 @@ class Backends:
     map_quality_worker: Callable[[QObject], MapQualityWorker]
     cost_worker: Callable[[QObject], CostWorker]
     comparison_worker: Callable[[QObject], ComparisonWorker]
+    accuracy_worker: Callable[[QObject], AccuracyWorker]
 
 
-BACKGROUND = Backends(ThreadRunner, SceneWorker, MapQualityWorker, CostWorker, ComparisonWorker)
-"""A thread and four processes beside the window, which never waits."""
-INLINE = Backends(InlineRunner, InlineSceneWorker, InlineMapQualityWorker, InlineCostWorker, InlineComparisonWorker)
+BACKGROUND = Backends(ThreadRunner, SceneWorker, MapQualityWorker, CostWorker, ComparisonWorker, AccuracyWorker)
+"""A thread and five processes beside the window, which never waits."""
+INLINE = Backends(
+    InlineRunner,
+    InlineSceneWorker,
+    InlineMapQualityWorker,
+    InlineCostWorker,
+    InlineComparisonWorker,
+    InlineAccuracyWorker,
+)
 """Here and now, and only when told to: deterministic, for tests and pictures."""

@@ -31,6 +31,7 @@ from app.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
 from widgets.session.active_settings import ActiveSettings
 from widgets.session.backends import BACKGROUND, Backends
 from widgets.session.live_run import LiveRun, Replay, Source
+from widgets.session.measurements import Measurements
 from widgets.session.recording_writer import RecordingWriter, make_recording_folder
 from widgets.session.session_runner import SessionRunner
 from widgets.workers.comparison_worker import ComparisonStimulus
@@ -54,8 +55,7 @@ class LiveSession(QObject):
     Attributes:
         finger: That touches.
         worker: Opens scenes and recordings, lays patches flat.
-        map_quality_worker: Measures maps.
-        cost_worker: Measures on copies of the scene.
+        measurements: What is measured beside of what is shown.
     """
 
     frame_ready = Signal(object)
@@ -64,8 +64,6 @@ class LiveSession(QObject):
     """Another PreparedScene is shown from now on."""
     map_changed = Signal(object)
     """The TactileMap in force in what is replayed: a recorded edit was passed."""
-    measured = Signal(object)
-    """The MapQuality of its map."""
     loading = Signal(str, float)
     """A scene or a recording is being opened: the stage, and 0 to 1."""
     loading_ended = Signal()
@@ -118,14 +116,13 @@ class LiveSession(QObject):
 
     def _make_workers(self) -> None:
         self.worker = self._backends.worker(self)
-        self.map_quality_worker = self._backends.map_quality_worker(self)
-        self.cost_worker = self._backends.cost_worker(self)
+        self.measurements = Measurements(self._backends, self)
         self.worker.progressed.connect(self.loading)
         self.worker.prepared.connect(self.show_prepared)
         self.worker.opened.connect(self.show_player)
         self.worker.failed.connect(self._on_worker_failed)
-        self.map_quality_worker.measured.connect(self.measured)
-        self.map_quality_worker.failed.connect(self.failed)
+        self.measurements.map_failed.connect(self.failed)
+        self.measurements.cost_failed.connect(self.failed)
 
     # What is shown.
 
@@ -195,7 +192,7 @@ class LiveSession(QObject):
         """Something else is shown. What was measured on the scene before is not of this one."""
         self._shown = None
         self._active_settings.forget()
-        self.cost_worker.drop()
+        self.measurements.show_scene()
         self.prepared_changed.emit(prepared)
 
     # Opening.
@@ -439,5 +436,4 @@ class LiveSession(QObject):
         if self._run is not None:
             self._run.runner.stop()
         self.worker.close()
-        self.map_quality_worker.close()
-        self.cost_worker.close()
+        self.measurements.close()

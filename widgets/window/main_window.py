@@ -190,8 +190,9 @@ class MainWindow(QMainWindow):
 
     def show_quality(self) -> None:
         """Measure the map that is shown, here and now; of the backends beside the window it comes by itself."""
-        if isinstance(self.live.map_quality_worker, InlineMapQualityWorker):
-            self.live.map_quality_worker.run()
+        worker = self.live.measurements.map_quality_worker
+        if isinstance(worker, InlineMapQualityWorker):
+            worker.run()
 
     # Qt.
 

@@ -6,8 +6,11 @@ from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 
+from app.core.errors import TactileMapsError
 from app.studies.work_precision import Subject, Trial
-from widgets.workers.worker_process import Reply, RequestHandler, WorkerProcess
+from widgets.workers.worker_process import Reply, RequestHandler, Result, SourceToken, WorkerProcess
+
+_DIED = "The measurement ended unexpectedly; the diagram before it is kept. Measure again."
 
 
 def make_handler() -> RequestHandler:
@@ -28,12 +31,12 @@ class AccuracyWorker(QObject):
 
     progressed = Signal(str, float)
     """What is being tried, and how far it is, 0 to 1."""
-    tried = Signal(tuple)
-    """The Trials that are there since the last time."""
-    finished = Signal()
-    """All of them are."""
-    failed = Signal(str)
-    """Why not all could be."""
+    tried = Signal(object)
+    """The Result with the Trials that are there since the last time."""
+    finished = Signal(object)
+    """The Result with nothing: all of them are there."""
+    failed = Signal(object)
+    """The Result with why not all could be."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -47,33 +50,69 @@ class AccuracyWorker(QObject):
         """Whether something is being measured."""
         return bool(self.process.waiting)
 
-    def measure(self, stage: str, subject: Subject) -> None:
+    def measure(self, stage: str, subject: Subject, token: SourceToken) -> None:
         """Measure a stage of ``stages.registry``; what was being measured is dropped."""
         self.close()
-        self.process.send((stage, subject))
         self.progressed.emit("starting", 0.0)
+        self._request((stage, subject), token)
+
+    def _request(self, request: tuple[str, Subject], token: SourceToken) -> None:
+        self.process.send(request, token)
 
     def close(self) -> None:
         """End the process, whatever it does."""
         self._trials.clear()
         self.process.close()
 
-    def _on_answered(self, _number: int, kind: str, content: Any) -> None:
+    def _on_answered(self, _number: int, kind: str, result: Result[Any]) -> None:
         if kind == "tried":
-            self._trials.append(content)
+            self._trials.append(result.value)
             return
-        self._tell()
+        if self._trials:  # rounds come in bursts; they are told, and drawn, at once
+            trials, self._trials = tuple(self._trials), []
+            self.tried.emit(Result(result.token, trials))
         if kind == "progress":
-            self.progressed.emit(*content)
+            self.progressed.emit(*result.value)
         else:  # failed comes before done, and ends it
             self.close()
-            self.finished.emit() if kind == "done" else self.failed.emit(content)
+            (self.finished if kind == "done" else self.failed).emit(result)
 
-    def _tell(self) -> None:
-        """Rounds come in bursts; they are told, and drawn, at once."""
-        if self._trials:
-            trials, self._trials = tuple(self._trials), []
-            self.tried.emit(trials)
+    def _on_ended(self, token: SourceToken) -> None:
+        self.failed.emit(Result(token, _DIED))
 
-    def _on_ended(self) -> None:
-        self.failed.emit("The measurement ended unexpectedly; the diagram before it is kept. Measure again.")
+
+class InlineAccuracyWorker(AccuracyWorker):
+    """Measures when told to, while the caller waits: deterministic, for tests and pictures."""
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._waiting: tuple[tuple[str, Subject], SourceToken] | None = None
+
+    @property
+    def busy(self) -> bool:
+        """Whether something waits for ``run``."""
+        return self._waiting is not None
+
+    def close(self) -> None:
+        """Forget what was asked for."""
+        super().close()
+        self._waiting = None
+
+    def _request(self, request: tuple[str, Subject], token: SourceToken) -> None:
+        self._waiting = request, token
+
+    def run(self) -> None:
+        """Measure what was asked for last; nothing where that was dropped."""
+        if self._waiting is None:
+            return
+        (request, token), self._waiting = self._waiting, None
+
+        def tell(kind: str, content: object) -> None:
+            self._on_answered(0, kind, Result(token, content))
+
+        try:
+            make_handler()(request, tell)
+        except TactileMapsError as error:
+            tell("failed", str(error))
+        else:
+            tell("done", None)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,7 @@ from app.session.inputs import SessionInput
 from app.session.prepare import PreparedScene
 from app.studies.controller_comparison import Contender, compare_controllers
 from app.tactile.poke import PokePressed
-from widgets.workers.worker_process import Reply, RequestHandler, WorkerProcess
+from widgets.workers.worker_process import Reply, RequestHandler, Result, SourceToken, WorkerProcess
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,14 +98,14 @@ class ComparisonWorker(QObject):
 
     progressed = Signal(str, float)
     """How far it is: seconds in words, and 0 to 1."""
-    compared = Signal(tuple)
-    """A LawTrace of each contender."""
+    compared = Signal(object)
+    """The Result with a ControllerTrace of each contender."""
     reading = Signal(str, float)
     """A recording is being read: what is done, and how far it is, 0 to 1."""
     read = Signal(object)
-    """The ComparisonStimulus of a recording."""
-    failed = Signal(str)
-    """Why there is neither."""
+    """The Result with the ComparisonStimulus of a recording."""
+    failed = Signal(object)
+    """The Result with why there is neither."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -119,44 +118,47 @@ class ComparisonWorker(QObject):
         """Whether controllers are being run."""
         return bool(self.process.waiting)
 
-    def run(self, match: ComparisonRequest) -> None:
+    def run(self, match: ComparisonRequest, token: SourceToken) -> None:
         """Run these controllers; what was being run is dropped."""
         self.close()
         self.progressed.emit("starting", 0.0)
-        self._request(match)
+        self._request(match, token)
 
-    def read_stimulus(self, path: Path) -> None:
+    def read_stimulus(self, path: Path, token: SourceToken) -> None:
         """Take a stimulus from a recording; what was being run is dropped. Cost: 20 ms a recorded second, beside."""
         self.close()
         self.reading.emit("starting", 0.0)
-        self._request(ReadStimulus(path))
+        self._request(ReadStimulus(path), token)
 
-    def _request(self, request: ComparisonRequest | ReadStimulus) -> None:
-        self.process.send(request)
+    def _request(self, request: ComparisonRequest | ReadStimulus, token: SourceToken) -> None:
+        self.process.send(request, token)
 
     def close(self) -> None:
         """End the process, whatever it does."""
         self.process.close()
 
-    def _on_answered(self, _number: int, kind: str, content: Any) -> None:
+    def _on_answered(self, _number: int, kind: str, result: Result[Any]) -> None:
         if kind == "progress":
-            self.progressed.emit(*content)
+            self.progressed.emit(*result.value)
         elif kind == "reading":
-            self.reading.emit(*content)
+            self.reading.emit(*result.value)
         elif kind != "done":
             self.close()
-            {"compared": self.compared, "read": self.read, "failed": self.failed}[kind].emit(content)
+            {"compared": self.compared, "read": self.read, "failed": self.failed}[kind].emit(result)
 
-    def _on_ended(self) -> None:
+    def _on_ended(self, token: SourceToken) -> None:
         self.close()
-        self.failed.emit(_DIED)
+        self.failed.emit(Result(token, _DIED))
 
 
 class InlineComparisonWorker(ComparisonWorker):
     """Runs them at once, while the caller waits: deterministic, for tests and pictures."""
 
-    def _request(self, request: ComparisonRequest | ReadStimulus) -> None:
+    def _request(self, request: ComparisonRequest | ReadStimulus, token: SourceToken) -> None:
+        def tell(kind: str, content: object) -> None:
+            self._on_answered(0, kind, Result(token, content))
+
         try:
-            make_handler()(request, partial(self._on_answered, 0))
+            make_handler()(request, tell)
         except TactileMapsError as error:
-            self.failed.emit(str(error))
+            tell("failed", str(error))

@@ -12,7 +12,7 @@ from app.scene.effects import Effects
 from app.session.prepare import PreparedScene
 from app.simulation.known_load_check import WeighingResult, weigh
 from app.studies.ablation import ablation_cost
-from widgets.workers.worker_process import Reply, RequestHandler, WorkerProcess
+from widgets.workers.worker_process import Reply, RequestHandler, Result, SourceToken, WorkerProcess
 
 MASS = 0.1
 """Of the known load [kg]."""
@@ -57,15 +57,11 @@ class CostWorker(QObject):
     """Measures one thing at a time, and of prices only the newest asked for."""
 
     priced = Signal(object)
-    """Milliseconds a tick by effect, of the effects asked for last."""
-    weighing = Signal()
-    """The known load is being weighed from now on."""
+    """The Result with milliseconds a tick by effect, of the effects asked for last."""
     weighed = Signal(object)
-    """The WeighingResult of it."""
-    dropped = Signal()
-    """It is not weighed any more: cancelled, or another scene is shown."""
-    failed = Signal(str)
-    """Why something is not known."""
+    """The Result with the WeighingResult of it."""
+    failed = Signal(object)
+    """The Result with why something is not known."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -73,7 +69,7 @@ class CostWorker(QObject):
         self.process.answered.connect(self._on_answered)
         self.process.ended.connect(self._on_ended)
         self._scene: PreparedScene | None = None
-        self._next: _MeasureCosts | None = None
+        self._next: tuple[_MeasureCosts, SourceToken] | None = None
         self._pricing: int | None = None
         self._weighing: int | None = None
 
@@ -82,83 +78,72 @@ class CostWorker(QObject):
         """Whether the known load is being weighed."""
         return self._weighing is not None
 
-    def price(self, prepared: PreparedScene, effects: Effects) -> None:
+    def price(self, prepared: PreparedScene, effects: Effects, token: SourceToken) -> None:
         """Measure what each of these effects costs a tick of a scene. Cost: 2 s, beside."""
-        self._take(prepared)
-        self._next = _MeasureCosts(effects)
+        self._take(prepared, token)
+        self._next = _MeasureCosts(effects), token
         if self._pricing is None:
             self._send()
 
-    def weigh(self, prepared: PreparedScene, effects: Effects) -> None:
+    def weigh(self, prepared: PreparedScene, effects: Effects, token: SourceToken) -> None:
         """Lay the known load on the skin of a scene, read by these effects' model. Cost: 1 to 5 s, beside."""
-        self._take(prepared)
-        self._weighing = self.process.send(_Weigh(effects))
-        self.weighing.emit()
+        self._take(prepared, token)
+        self._weighing = self.process.send(_Weigh(effects), token)
 
     def cancel_weighing(self) -> None:
         """Drop the load; what was priced is kept by whoever was told."""
         if self.busy_weighing:
             self.close()
-            self.dropped.emit()
-
-    def drop(self) -> None:
-        """Another scene is shown: what is being measured of the one before is told to nobody."""
-        weighed = self.busy_weighing
-        if self._scene is not None and self.process.waiting:
-            self.close()
-        if weighed:
-            self.dropped.emit()
 
     def close(self) -> None:
         """End the process, whatever it does."""
         self._scene = self._next = self._pricing = self._weighing = None
         self.process.close()
 
-    def _take(self, prepared: PreparedScene) -> None:
+    def _take(self, prepared: PreparedScene, token: SourceToken) -> None:
         """Measure on this scene; measurements of another are dropped."""
         if prepared is not self._scene:
             self.close()
             self._scene = prepared
-            self.process.send(prepared)
+            self.process.send(prepared, token)
 
     def _send(self) -> None:
         request, self._next, self._pricing = self._next, None, None
         if request is not None:
-            self._pricing = self.process.send(request)
+            self._pricing = self.process.send(*request)
 
-    def _on_answered(self, number: int, kind: str, content: Any) -> None:
+    def _on_answered(self, number: int, kind: str, result: Result[Any]) -> None:
         if number == self._pricing:
             if kind == "done":
                 self._send()
             elif self._next is None:  # nothing newer was asked for
-                (self.priced if kind == "priced" else self.failed).emit(content)
+                (self.priced if kind == "priced" else self.failed).emit(result)
         elif number == self._weighing and kind != "done":
             self._weighing = None
-            (self.weighed if kind == "weighed" else self.failed).emit(content)
+            (self.weighed if kind == "weighed" else self.failed).emit(result)
 
-    def _on_ended(self) -> None:
+    def _on_ended(self, token: SourceToken) -> None:
         self.close()
-        self.failed.emit(_DIED)
+        self.failed.emit(Result(token, _DIED))
 
 
 class InlineCostWorker(CostWorker):
     """Prices when told to, weighs at once, while the caller waits: deterministic, for tests and pictures."""
 
-    def price(self, prepared: PreparedScene, effects: Effects) -> None:
+    def price(self, prepared: PreparedScene, effects: Effects, token: SourceToken) -> None:
         """Remember what to price for ``run``."""
-        self._newest = prepared, effects
+        self._newest = prepared, effects, token
 
     def run(self) -> None:
         """Measure the newest prices asked for."""
-        prepared, effects = self._newest
-        self.priced.emit(dict(ablation_cost(prepared, effects=effects, seconds=_INLINE_SECONDS)))
+        prepared, effects, token = self._newest
+        self.priced.emit(Result(token, dict(ablation_cost(prepared, effects=effects, seconds=_INLINE_SECONDS))))
 
-    def weigh(self, prepared: PreparedScene, effects: Effects) -> None:
+    def weigh(self, prepared: PreparedScene, effects: Effects, token: SourceToken) -> None:
         """Weigh at once."""
-        self.weighing.emit()
         try:
             weighed = _weighed(prepared, effects)
         except TactileMapsError as error:
-            self.failed.emit(str(error))
+            self.failed.emit(Result(token, str(error)))
         else:
-            self.weighed.emit(weighed)
+            self.weighed.emit(Result(token, weighed))

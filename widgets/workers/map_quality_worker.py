@@ -17,7 +17,7 @@ from app.maps.tactile_image import TactileImage
 from app.maps.tactile_map import TactileMap
 from app.maps.topography import BodyDistances
 from app.skin.skin import Skin
-from widgets.workers.worker_process import Reply, RequestHandler, WorkerProcess
+from widgets.workers.worker_process import Reply, RequestHandler, Result, SourceToken, WorkerProcess
 
 _PIXELS = 512
 """Along the longer side of the map as it was first measured, as ``measure`` would take."""
@@ -85,11 +85,11 @@ class MapQualityWorker(QObject):
     """Measures the newest map asked for: one at a time, and those that were overtaken never."""
 
     measured = Signal(object)
-    """The MapQuality of the newest map."""
+    """The Result with the MapQuality of the newest map."""
     compared = Signal(object)
-    """The Comparison asked for last."""
-    failed = Signal(str)
-    """Why there is none."""
+    """The Result with the Comparison asked for last."""
+    failed = Signal(object)
+    """The Result with why there is none."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -97,7 +97,7 @@ class MapQualityWorker(QObject):
         self.process.answered.connect(self._on_answered)
         self.process.ended.connect(self._on_ended)
         self._skin: Skin | None = None
-        self._next: TactileMap | None = None
+        self._next: tuple[TactileMap, SourceToken] | None = None
         self._measuring: int | None = None
         self._sent: tuple[Chart | None, ...] = ()
 
@@ -105,19 +105,19 @@ class MapQualityWorker(QObject):
         """Start the process now, so that the first map need not wait for it."""
         self.process.warm()
 
-    def measure(self, map_: TactileMap) -> None:
+    def measure(self, map_: TactileMap, token: SourceToken) -> None:
         """Measure ``map_``. Cost: the body's distances once a skin, 1 to 3 s; then 40 ms, and 30 ms a new chart."""
         if map_.skin is not self._skin:
             self.close()  # whatever it measured is of another skin
             self._skin, self._sent = map_.skin, (None,) * len(map_.charts)
-            self.process.send(map_.skin)
-        self._next = map_
+            self.process.send(map_.skin, token)
+        self._next = map_, token
         if self._measuring is None:
             self._send()
 
-    def compare(self, first: TactileMap | TaxelLayout, second: TactileMap | TaxelLayout) -> None:
+    def compare(self, first: TactileMap | TaxelLayout, second: TactileMap | TaxelLayout, token: SourceToken) -> None:
         """Compare two maps of one skin."""
-        self.process.send(_Compare(first, second))
+        self.process.send(_Compare(first, second), token)
 
     def close(self) -> None:
         """End the process, whatever it does."""
@@ -125,27 +125,28 @@ class MapQualityWorker(QObject):
         self.process.close()
 
     def _send(self) -> None:
-        map_, self._next, self._measuring = self._next, None, None
-        if map_ is not None:
+        asked, self._next, self._measuring = self._next, None, None
+        if asked is not None:
+            map_, token = asked
             pairs = enumerate(zip(map_.charts, self._sent, strict=True))
             request = _Measure({k: chart for k, (chart, sent) in pairs if chart is not sent}, map_.layout)
-            self._measuring = self.process.send(request)
+            self._measuring = self.process.send(request, token)
             self._sent = map_.charts
 
-    def _on_answered(self, number: int, kind: str, content: Any) -> None:
+    def _on_answered(self, number: int, kind: str, result: Result[Any]) -> None:
         if kind == "done":
             if number == self._measuring:
                 self._send()
         elif kind == "failed":
-            self.failed.emit(content)
+            self.failed.emit(result)
         elif kind == "compared":
-            self.compared.emit(content)
+            self.compared.emit(result)
         elif self._next is None:  # nothing newer was asked for
-            self.measured.emit(content)
+            self.measured.emit(result)
 
-    def _on_ended(self) -> None:
+    def _on_ended(self, token: SourceToken) -> None:
         self.close()
-        self.failed.emit(_DIED)
+        self.failed.emit(Result(token, _DIED))
 
 
 class InlineMapQualityWorker(MapQualityWorker):
@@ -154,14 +155,15 @@ class InlineMapQualityWorker(MapQualityWorker):
     def warm(self) -> None:
         """There is no process to start."""
 
-    def measure(self, map_: TactileMap) -> None:
+    def measure(self, map_: TactileMap, token: SourceToken) -> None:
         """Remember ``map_`` for ``run``."""
-        self._newest = map_
+        self._newest = map_, token
 
     def run(self) -> None:
         """Measure the newest map asked for."""
-        self.measured.emit(measure(self._newest))
+        map_, token = self._newest
+        self.measured.emit(Result(token, measure(map_)))
 
-    def compare(self, first: TactileMap | TaxelLayout, second: TactileMap | TaxelLayout) -> None:
+    def compare(self, first: TactileMap | TaxelLayout, second: TactileMap | TaxelLayout, token: SourceToken) -> None:
         """Compare at once."""
-        self.compared.emit(compare_maps(first, second))
+        self.compared.emit(Result(token, compare_maps(first, second)))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,7 @@ from app.editing.reflatten import ReflattenRequest, ReflattenResult, reflatten
 from app.recording.player import RecordingPlayer
 from app.scene.scene import Scene
 from app.session.prepare import PreparedScene, prepare
-from widgets.workers.worker_process import Reply, RequestHandler, WorkerProcess
+from widgets.workers.worker_process import Reply, RequestHandler, Result, SourceToken, WorkerProcess
 
 _DIED_PREPARING = (
     "Preparing the scene ended unexpectedly; the scene before it is kept. Try fewer taxels, or another link."
@@ -32,6 +31,8 @@ class OpenRecording:
 
 
 Task = Scene | OpenRecording | ReflattenRequest
+_OPENING = SourceToken("opening")
+"""Of a scene or a recording: what is opened is shown whatever was shown before."""
 
 
 def make_handler() -> RequestHandler:
@@ -68,9 +69,9 @@ class SceneWorker(QObject):
     edit_progressed = Signal(str, float)
     """What is being done for an edit, and how far it is."""
     reflattened = Signal(object)
-    """A ReflattenResult."""
-    edit_failed = Signal(str)
-    """Why there is none; empty where a scene took its place."""
+    """The Result with a ReflattenResult."""
+    edit_failed = Signal(object)
+    """The Result with why there is none; with nothing where a scene took its place."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -78,6 +79,7 @@ class SceneWorker(QObject):
         self.process.answered.connect(self._on_answered)
         self.process.ended.connect(self._on_ended)
         self._task: Task | None = None
+        self._token = _OPENING
 
     @property
     def busy(self) -> bool:
@@ -101,24 +103,25 @@ class SceneWorker(QObject):
         """Read a recording, and drop whatever is being done. Cost: 20 ms for each second recorded, beside."""
         self._instead_of_an_edit(OpenRecording(path), _GAVE_WAY)
 
-    def reflatten(self, request: ReflattenRequest) -> None:
+    def reflatten(self, request: ReflattenRequest, token: SourceToken) -> None:
         """Lay patches flat anew, instead of what was asked for before; not while something is being opened."""
         if self.busy:
-            self.edit_failed.emit("A scene or a recording is being opened; edit the map when it is there.")
+            text = "A scene or a recording is being opened; edit the map when it is there."
+            self.edit_failed.emit(Result(token, text))
         else:
-            self._request(request)
+            self._request(request, token)
 
     def _instead_of_an_edit(self, task: Task, dropped: str) -> None:
-        editing = self.editing
-        self._request(task)
+        editing, token = self.editing, self._token
+        self._request(task, _OPENING)
         if editing:
-            self.edit_failed.emit(dropped)
+            self.edit_failed.emit(Result(token, dropped))
 
-    def _request(self, task: Task) -> None:
+    def _request(self, task: Task, token: SourceToken) -> None:
         if self.process.waiting:
             self.process.close()
-        self._task = task
-        self.process.send(task)
+        self._task, self._token = task, token
+        self.process.send(task, token)
 
     def cancel(self) -> None:
         """Drop what is being opened, and be ready for the next request."""
@@ -139,9 +142,9 @@ class SceneWorker(QObject):
         self.close()
         self.warm()
 
-    def _on_answered(self, _number: int, kind: str, content: Any) -> None:
+    def _on_answered(self, _number: int, kind: str, result: Result[Any]) -> None:
         """Of one request only: another ends the process before it is sent."""
-        editing = self.editing
+        editing, content = self.editing, result.value
         if kind == "progress":
             (self.edit_progressed if editing else self.progressed).emit(*content)
             return
@@ -149,20 +152,20 @@ class SceneWorker(QObject):
             return
         self._task = None
         if kind == "failed":
-            (self.edit_failed if editing else self.failed).emit(content)
+            self.edit_failed.emit(result) if editing else self.failed.emit(content)
         elif isinstance(content, ReflattenResult):
-            self.reflattened.emit(content)
+            self.reflattened.emit(result)
         elif isinstance(content, PreparedScene):
             self.prepared.emit(content)
         elif isinstance(content, RecordingPlayer):
             self.opened.emit(content)
 
-    def _on_ended(self) -> None:
+    def _on_ended(self, token: SourceToken) -> None:
         """The process died: killed, out of memory, or a native library crashed in it."""
         task = self._task
         self.close()
         if isinstance(task, ReflattenRequest):
-            self.edit_failed.emit(_DIED_EDITING)
+            self.edit_failed.emit(Result(token, _DIED_EDITING))
         else:
             self.failed.emit(_DIED_READING if isinstance(task, OpenRecording) else _DIED_PREPARING)
 
@@ -173,9 +176,13 @@ class InlineSceneWorker(SceneWorker):
     def warm(self) -> None:
         """There is no process to start."""
 
-    def _request(self, task: Task) -> None:
-        self._task = task
+    def _request(self, task: Task, token: SourceToken) -> None:
+        self._task, self._token = task, token
+
+        def tell(kind: str, content: object) -> None:
+            self._on_answered(0, kind, Result(token, content))
+
         try:
-            make_handler()(task, partial(self._on_answered, 0))
+            make_handler()(task, tell)
         except TactileMapsError as error:
-            self._on_answered(0, "failed", str(error))
+            tell("failed", str(error))

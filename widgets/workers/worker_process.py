@@ -5,8 +5,9 @@ from __future__ import annotations
 import multiprocessing as mp
 import signal
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
@@ -15,6 +16,39 @@ from app.core.errors import TactileMapsError
 
 POLL_MS = 5
 _UNFORESEEN = (MemoryError, OSError, ArithmeticError, ValueError, LookupError, RuntimeError, TypeError)
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class SourceToken:
+    """Which scene or document something is computed for; another one as soon as that is no longer shown.
+
+    Attributes:
+        owner: Who numbers them, so that tokens of two owners never match.
+        number: Rises with each scene, or document, that the owner shows.
+    """
+
+    owner: str
+    number: int = 0
+
+    def next(self) -> SourceToken:
+        """Of what is shown after this."""
+        return replace(self, number=self.number + 1)
+
+
+@dataclass(frozen=True, eq=False)
+class Result(Generic[T]):
+    """What was computed, and what for: whoever receives it drops it where that is no longer shown.
+
+    Attributes:
+        token: As it was asked with.
+        value: What came out, or a sentence on why nothing did.
+    """
+
+    token: SourceToken
+    value: T
+
 
 Reply = Callable[[str, object], None]
 """Send an answer: its kind and its content."""
@@ -57,20 +91,24 @@ class WorkerProcess(QObject):
     """
 
     answered = Signal(int, str, object)
-    """Which request, as ``send`` numbered it, and kind and content of an answer to it.
+    """Which request, as ``send`` numbered it, the kind of an answer to it, and the Result with its content.
 
     Kind ``failed`` has a sentence, ``done`` ends each request's answers.
     """
-    ended = Signal()
-    """It died by itself: killed, out of memory, or a native library crashed in it. The next request starts another."""
+    ended = Signal(object)
+    """It died by itself: killed, out of memory, or a native library crashed in it. The next request starts another.
+
+    With the SourceToken of the request that it was to answer next.
+    """
 
     def __init__(self, name: str, make: Callable[[], RequestHandler], parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._name, self._make = name, make
         self._process: Any = None
         self._connection: Connection | None = None
-        self._queue: list[tuple[int, object]] = []
+        self._queue: list[tuple[int, SourceToken, object]] = []
         self._sent = self._current = 0
+        self._token: SourceToken | None = None  # of the request being answered
         self._ready = self._busy = False
         self._timer = QTimer(self)
         self._timer.setInterval(POLL_MS)
@@ -98,11 +136,14 @@ class WorkerProcess(QObject):
         if self._process is None:
             self._start()
 
-    def send(self, request: object) -> int:
-        """Ask for something; it is done after what was asked for before. Its number, which its answers carry."""
+    def send(self, request: object, token: SourceToken) -> int:
+        """Ask for something; it is done after what was asked for before. Its number.
+
+        Its answers carry number and ``token``.
+        """
         self.warm()
         self._sent += 1
-        self._queue.append((self._sent, request))
+        self._queue.append((self._sent, token, request))
         self._timer.start()
         self._hand_over()
         return self._sent
@@ -135,7 +176,7 @@ class WorkerProcess(QObject):
         if not self.ready or not self._queue or self._connection is None:
             return
         self._busy = True
-        self._current, request = self._queue.pop(0)
+        self._current, self._token, request = self._queue.pop(0)
         try:
             self._connection.send(request)
         except (BrokenPipeError, ConnectionResetError):
@@ -151,18 +192,16 @@ class WorkerProcess(QObject):
     def _take(self, kind: str, content: Any) -> None:
         if kind == "ready":
             self._ready = True
-        elif kind == "done":
-            self._busy = False
-            self.answered.emit(self._current, kind, content)
-        else:
+        elif self._token is not None:
+            self._busy = self._busy and kind != "done"
             refreeze(content)
-            self.answered.emit(self._current, kind, content)
+            self.answered.emit(self._current, kind, Result(self._token, content))
         self._hand_over()
         if self.ready and not self._queue:
             self._timer.stop()
 
     def _on_ended(self) -> None:
-        asked = self.waiting
+        token = self._token if self._busy else self._queue[0][1] if self._queue else None
         self.close()
-        if asked:
-            self.ended.emit()
+        if token is not None:
+            self.ended.emit(token)

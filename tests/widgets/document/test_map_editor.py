@@ -20,13 +20,13 @@ class HeldWorker(InlineSceneWorker):
         super().__init__()
         self.held = []
 
-    def _request(self, content):
-        self._task = content
-        self.held.append(content)
+    def _request(self, task, token):
+        self._task, self._token = task, token
+        self.held.append((task, token))
 
     def release(self):
         """Do what was asked for last."""
-        super()._request(self.held.pop())
+        super()._request(*self.held.pop())
 
 
 @pytest.fixture
@@ -133,14 +133,14 @@ def test_undo_while_an_edit_is_computed_drops_that_edit(editor, worker):
 
 def test_a_result_for_a_patch_changed_meanwhile_is_told_and_left_out(editor, worker):
     editor.ask(lambda document: set_method(document, [0], "lscm"))
-    request = worker.held[-1]
+    request, _token = worker.held[-1]
     editor.do("Move", shift)  # another place does not count
     worker.release()
     assert editor.document.charts[0].method == "lscm"
     kept = editor.document
     editor._asked = None
     editor.ask(lambda document: set_method(document, [0], "arap"))
-    worker.held[-1] = request
+    worker.held[-1] = (request, worker.held[-1][1])  # as if it had been made before
     worker.release()
     assert editor.document is kept
     assert any(kind == "told" and "changed meanwhile" in text for kind, text in editor.heard)
@@ -245,3 +245,22 @@ def test_another_document_forgets_all_of_the_one_before(editor, worker, prepared
 def test_patches_that_do_not_exist_are_not_selected(editor):
     editor.select([2, 0, 0, 99, -1])
     assert editor.selected == (0, 2)
+
+
+def test_a_late_result_of_the_document_before_is_dropped(editor, worker):
+    """Even where the worker could not be stopped, and another edit is being computed by then."""
+    first = editor.document
+    editor.ask(lambda document: set_method(document, [0], "lscm"))
+    late = worker.held.pop()
+    editor.open(MapDocument.of(first.map))
+    editor.ask(lambda document: set_method(document, [1], "lscm"))
+    newest = worker.held.pop()
+    worker.held.append(late)
+    worker.release()
+    assert editor.busy, "what was asked for last is still being computed"
+    assert editor.history.position == 0
+    worker.held.append(newest)
+    worker.release()
+    assert not editor.busy
+    assert [chart.method for chart in editor.document.charts][1] == "lscm"
+    assert editor.history.position == 1

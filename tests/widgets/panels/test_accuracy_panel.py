@@ -25,6 +25,7 @@ from widgets.common.colours import DARK, LIGHT, apply_theme
 from widgets.document.stage_settings import reflatten_for
 from widgets.panels.accuracy_panel import AccuracyPanel
 from widgets.panels.panel_column import COLUMN_WIDTH
+from widgets.workers.accuracy_worker import AccuracyWorker, InlineAccuracyWorker
 
 LONG = 60_000
 
@@ -46,6 +47,7 @@ def document():
 def panel(qtbot, document):
     apply_theme(QApplication.instance(), DARK)
     made = AccuracyPanel(DARK)
+    made.measure_with(AccuracyWorker(made))
     qtbot.addWidget(made)
     made.resize(300, 480)
     made.show_document(document, (1,))
@@ -185,7 +187,7 @@ def test_points_come_while_it_measures_and_a_dead_process_is_told(panel, qtbot):
     press(panel, "measure", qtbot)
     qtbot.waitUntil(lambda: len(drawn(panel)) > 0, timeout=LONG)
     assert panel.busy
-    os.kill(panel._process.process.pid, signal.SIGKILL)
+    os.kill(panel._worker.process.pid, signal.SIGKILL)
     qtbot.waitUntil(lambda: not panel.busy, timeout=LONG)
     assert said(panel, "note") == "▲ The measurement ended unexpectedly; the diagram before it is kept. Measure again."
     assert drawn(panel) == []
@@ -197,6 +199,33 @@ def test_another_skin_stops_what_is_being_measured(panel, qtbot):
     assert not panel.busy
     assert not mp.active_children()
     assert "Measuring all patches takes" in said(panel, "question")
+
+
+def test_what_was_tried_on_another_skin_comes_too_late(qtbot, document):
+    """Where the worker goes on: its results know which request they answer."""
+
+    class Unstoppable(InlineAccuracyWorker):
+        def close(self):
+            """Goes on."""
+
+    panel, worker = AccuracyPanel(DARK), Unstoppable()
+    qtbot.addWidget(panel)
+    panel.measure_with(worker)
+    panel.show_document(document, (1,))
+    panel.show()
+    press(panel, "cut", qtbot)
+    press(panel, "measure", qtbot)
+    late = worker._waiting
+    panel.show_document(body(), (1,))
+    press(panel, "measure", qtbot)
+    newest, worker._waiting = worker._waiting, late
+    worker.run()
+    assert drawn(panel) == []
+    assert panel.board.findChild(QPushButton, "accuracy-cancel").isVisible(), "the newest is still being measured"
+    worker._waiting = newest
+    worker.run()
+    assert drawn(panel)
+    panel.shut()
 
 
 def test_enlarged_it_has_a_window_of_its_own_until_escape(panel, qtbot):

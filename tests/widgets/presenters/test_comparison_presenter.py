@@ -22,6 +22,7 @@ from widgets.common.colours import DARK, LIGHT
 from widgets.controller_comparison.comparison_plots import LETTERS, contender_pen
 from widgets.controller_comparison.comparison_view import ComparisonView
 from widgets.controller_comparison.metrics_table import NONE, ROWS, format_metric
+from widgets.workers.worker_process import Result
 
 
 @pytest.fixture
@@ -226,7 +227,10 @@ def test_traces_are_written_and_what_cannot_be_is_told(board, touched_window, tm
 
 def test_a_failure_is_told_and_what_was_there_stays(board, touched_window):
     click(board, "comparison-run")
-    touched_window.presenters.comparison.comparison_worker.failed.emit("It broke.")
+    presenter = touched_window.presenters.comparison
+    presenter.comparison_worker.failed.emit(Result(presenter._token.next(), "Of another request."))
+    assert "another" not in note(board)
+    presenter.comparison_worker.failed.emit(Result(presenter._token, "It broke."))
     assert note(board) == "▲ It broke."
     assert len(board.traces) == 2
 

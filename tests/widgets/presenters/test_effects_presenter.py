@@ -178,7 +178,7 @@ def test_dead_taxels_are_marked_while_they_are_simulated(window, panel):
 def test_prices_measured_beside_reach_the_panel(window, panel):
     panel.set_folded(False)
     panel.folded_changed.emit(False)
-    window.live.cost_worker.run()
+    window.live.measurements.cost_worker.run()
     cost = panel.lines["joint_limits"].words[2]
     assert cost not in ("…", "–")
     assert panel.lines["friction"].words[2] == "–"

@@ -49,7 +49,7 @@ def test_record_stop_replay_scrub_and_back(window, qtbot, tmp_path):
     assert window.timeline.playhead.playing
     window.action("pause").trigger()
     quality = window.column["quality"].findChild(object, "quality-bijective")
-    window.live.map_quality_worker.run()
+    window.live.measurements.map_quality_worker.run()
     assert quality.text() == "yes"
     window.timeline.live_requested.emit()
     assert window.live.mode == "live"

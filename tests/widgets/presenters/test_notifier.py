@@ -8,6 +8,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel, QMessageBox, QToolButton
 
 from tests.widgets.support.window_driver import press_map, run
+from widgets.workers.worker_process import Result
 
 LEFT = Qt.MouseButton.LeftButton
 
@@ -32,7 +33,9 @@ def test_a_message_is_shown_as_it_is_written(window):
 
 def test_a_failed_measurement_leaves_the_progress_of_a_scene(window):
     window.live.loading.emit("Placing taxels", 0.4)
-    window.live.cost_worker.failed.emit("Measuring ended unexpectedly")
+    measurements = window.live.measurements
+    measurements.cost_worker.failed.emit(Result(measurements.token, "Measuring ended unexpectedly"))
+    assert window.notification_bar.text == "Measuring ended unexpectedly"
     assert window.loading_bar.busy
     window.live.loading_ended.emit()
     assert not window.loading_bar.busy
@@ -41,9 +44,11 @@ def test_a_failed_measurement_leaves_the_progress_of_a_scene(window):
 def test_cancel_ends_the_job_that_is_shown_and_no_other(window, monkeypatch):
     ended = []
     monkeypatch.setattr(window.live.worker, "cancel", lambda: ended.append("scene"))
-    monkeypatch.setattr(window.live.cost_worker, "cancel_weighing", lambda: ended.append("weighing"))
+    cost_worker = window.live.measurements.cost_worker
+    monkeypatch.setattr(cost_worker, "weigh", lambda *_asked: None)
+    monkeypatch.setattr(cost_worker, "cancel_weighing", lambda: ended.append("weighing"))
     window.live.loading.emit("Placing taxels", 0.4)
-    window.live.cost_worker.weighing.emit()
+    window.live.measurements.weigh(window.live.prepared, window.live.prepared.scene.effects)
     cancel(window)
     assert ended == ["weighing"]
     assert window.loading_bar.busy, "the scene is still being prepared"

@@ -236,12 +236,13 @@ def test_what_was_measured_on_the_scene_before_is_dropped_when_a_recording_is_sh
     live = LiveSession(backends=replace(INLINE, cost_worker=CostWorker))
     live.show_prepared(prepared)
     path, heard = recorded(live, tmp_path / "other.mcap"), []
-    live.cost_worker.priced.connect(heard.append)
-    live.cost_worker.price(prepared, prepared.scene.effects)
-    live.cost_worker.weigh(prepared, prepared.scene.effects)
-    with qtbot.waitSignal(live.cost_worker.dropped):
+    measurements = live.measurements
+    measurements.priced.connect(heard.append)
+    measurements.price(prepared, prepared.scene.effects)
+    measurements.weigh(prepared, prepared.scene.effects)
+    with qtbot.waitSignal(measurements.weighing_changed, check_params_cb=lambda weighing: not weighing):
         live.open_recording(path)
-    assert not live.cost_worker.process.waiting
+    assert not measurements.cost_worker.process.waiting
     live.close()
     live.deleteLater()
     assert heard == []

@@ -35,13 +35,13 @@ class HeldWorker(InlineSceneWorker):
         super().__init__()
         self.held = []
 
-    def _request(self, content):
-        self._task = content
-        self.held.append(content)
+    def _request(self, task, token):
+        self._task, self._token = task, token
+        self.held.append((task, token))
 
     def release(self):
         """Do what was asked for last."""
-        super()._request(self.held.pop())
+        super()._request(*self.held.pop())
 
 
 def small_document() -> MapDocument:

@@ -38,7 +38,7 @@ def threads():
 def test_a_person_presses_edits_records_and_replays(window, qtbot, tmp_path):
     live, frames = window.live, []
     live.frame_ready.connect(frames.append)
-    with qtbot.waitSignal(live.measured, timeout=LONG):
+    with qtbot.waitSignal(live.measurements.measured, timeout=LONG):
         pass
     window.action("record").trigger()
     assert threads() == ["recording", "session"]
@@ -57,7 +57,7 @@ def test_a_person_presses_edits_records_and_replays(window, qtbot, tmp_path):
     live.back_to_live()
     ticks = len(frames)
     qtbot.waitUntil(lambda: len(frames) > ticks + 2, timeout=LONG)
-    with qtbot.waitSignals([window.editor.settled, live.measured], timeout=LONG):
+    with qtbot.waitSignals([window.editor.settled, live.measurements.measured], timeout=LONG):
         window.editor.ask(lambda document: set_method(document, [0], "lscm"))
     edited = window.editor.document
     assert edited.charts[0].method == "lscm"

@@ -18,9 +18,11 @@ from widgets.workers.comparison_worker import (
     ComparisonWorker,
     InlineComparisonWorker,
 )
+from widgets.workers.worker_process import SourceToken
 
 START = 20_000
 """For a process to start on a busy machine [ms]."""
+HERE = SourceToken("here")
 LAWS = (Contender("A", ControlSettings(controller="hybrid")), Contender("B", ControlSettings(controller="qp")))
 
 
@@ -40,7 +42,7 @@ def test_laws_are_run_beside_and_give_what_they_give_here(comparison_worker, pre
     told = []
     comparison_worker.progressed.connect(lambda text, done: told.append(done))
     with qtbot.waitSignal(comparison_worker.compared, timeout=START) as beside:
-        comparison_worker.run(match(prepared))
+        comparison_worker.run(match(prepared), HERE)
         assert comparison_worker.busy
     assert not comparison_worker.busy
     assert comparison_worker.process.pid is None, "it ends when it is done"
@@ -48,8 +50,8 @@ def test_laws_are_run_beside_and_give_what_they_give_here(comparison_worker, pre
     assert told[-1] == 1
     here = InlineComparisonWorker()
     with qtbot.waitSignal(here.compared) as inline:
-        here.run(match(prepared))
-    for one, other in zip(beside.args[0], inline.args[0], strict=True):
+        here.run(match(prepared), HERE)
+    for one, other in zip(beside.args[0].value, inline.args[0].value, strict=True):
         assert np.array_equal(one.force, other.force)
         assert np.array_equal(one.joint_speed, other.joint_speed)
         assert not one.force.flags.writeable
@@ -59,9 +61,9 @@ def test_a_stimulus_is_read_from_a_recording_beside(comparison_worker, prepared,
     session, told = record(prepared, tmp_path / "half.mcap", ticks=100), []
     comparison_worker.reading.connect(lambda _text, done: told.append(done))
     with qtbot.waitSignal(comparison_worker.read, timeout=START) as got:
-        comparison_worker.read_stimulus(tmp_path / "half.mcap")
+        comparison_worker.read_stimulus(tmp_path / "half.mcap", HERE)
         assert comparison_worker.busy
-    stimulus = got.args[0]
+    stimulus = got.args[0].value
     assert (stimulus.file, stimulus.touches) == ("half.mcap", 2), "the scripted touch and the one by hand"
     assert stimulus.seconds == pytest.approx(session.frame.time)
     assert told[0] == 0
@@ -71,11 +73,11 @@ def test_it_can_be_cancelled_and_asked_again(comparison_worker, prepared, qtbot)
     got = []
     comparison_worker.compared.connect(got.append)
     with qtbot.waitSignal(comparison_worker.progressed, timeout=START, check_params_cb=lambda _text, done: done > 0):
-        comparison_worker.run(match(prepared, seconds=MOST_SECONDS))
+        comparison_worker.run(match(prepared, seconds=MOST_SECONDS), HERE)
     comparison_worker.close()
     assert not comparison_worker.busy
     with qtbot.waitSignal(comparison_worker.compared, timeout=START):
-        comparison_worker.run(match(prepared))
+        comparison_worker.run(match(prepared), HERE)
     assert len(got) == 1
 
 
@@ -83,15 +85,15 @@ def test_it_can_be_cancelled_and_asked_again(comparison_worker, prepared, qtbot)
 def test_what_cannot_be_run_is_told(make, prepared, qtbot):
     made = make()
     with qtbot.waitSignal(made.failed, timeout=START) as failed:
-        made.run(match(prepared, seconds=2 * MOST_SECONDS))
-    assert "such a time" in failed.args[0]
+        made.run(match(prepared, seconds=2 * MOST_SECONDS), HERE)
+    assert "such a time" in failed.args[0].value
     assert not made.busy
     made.close()
 
 
 def test_a_process_that_dies_is_told(comparison_worker, prepared, qtbot):
     with qtbot.waitSignal(comparison_worker.progressed, timeout=START, check_params_cb=lambda _text, done: done > 0):
-        comparison_worker.run(match(prepared, seconds=MOST_SECONDS))
+        comparison_worker.run(match(prepared, seconds=MOST_SECONDS), HERE)
     with qtbot.waitSignal(comparison_worker.failed, timeout=START) as failed:
         os.kill(comparison_worker.process.pid, signal.SIGKILL)
-    assert "ended unexpectedly" in failed.args[0]
+    assert "ended unexpectedly" in failed.args[0].value

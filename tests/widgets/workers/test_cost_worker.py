@@ -10,8 +10,10 @@ import pytest
 
 from app.scene.scene import with_override
 from widgets.workers.cost_worker import MASS, CostWorker
+from widgets.workers.worker_process import SourceToken
 
 LONG = 60_000
+HERE = SourceToken("here")
 
 
 @pytest.fixture
@@ -26,9 +28,9 @@ def cost_worker():
 
 def test_a_load_is_weighed_beside(cost_worker, prepared, qtbot):
     with qtbot.waitSignal(cost_worker.weighed, timeout=LONG) as got:
-        cost_worker.weigh(prepared, prepared.scene.effects)
+        cost_worker.weigh(prepared, prepared.scene.effects, HERE)
         assert cost_worker.busy_weighing
-    weighed = got.args[0]
+    weighed = got.args[0].value
     assert weighed.wanted_N == pytest.approx(9.81 * MASS)
     assert abs(weighed.error) < 0.01
     assert not cost_worker.busy_weighing
@@ -36,15 +38,15 @@ def test_a_load_is_weighed_beside(cost_worker, prepared, qtbot):
 
 def test_a_scene_without_a_skin_cannot_weigh_and_says_why(cost_worker, prepared, qtbot):
     with qtbot.waitSignal(cost_worker.failed, timeout=LONG) as got:
-        cost_worker.weigh(prepared, with_override(prepared.scene, "skin", "off").effects)
-    assert "weighed" in got.args[0]
+        cost_worker.weigh(prepared, with_override(prepared.scene, "skin", "off").effects, HERE)
+    assert "weighed" in got.args[0].value
     assert not cost_worker.busy_weighing
 
 
 def test_weighing_can_be_cancelled(cost_worker, prepared, qtbot):
     told = []
     cost_worker.weighed.connect(told.append)
-    cost_worker.weigh(prepared, prepared.scene.effects)
+    cost_worker.weigh(prepared, prepared.scene.effects, HERE)
     cost_worker.cancel_weighing()
     assert not cost_worker.busy_weighing
     assert cost_worker.process.pid is None
@@ -56,44 +58,41 @@ def test_prices_are_of_what_is_on_and_only_the_newest_is_measured(cost_worker, p
     told = []
     cost_worker.priced.connect(told.append)
     for wish in ("on", "auto", "on", "auto", "on"):
-        cost_worker.price(prepared, with_override(prepared.scene, "noise", wish).effects)
+        cost_worker.price(prepared, with_override(prepared.scene, "noise", wish).effects, HERE)
     qtbot.waitUntil(lambda: not cost_worker.process.waiting, timeout=LONG)
     assert len(told) <= 2
-    assert "noise" in told[-1]
-    assert "friction" not in told[-1]
+    assert "noise" in told[-1].value
+    assert "friction" not in told[-1].value
 
 
 def test_prices_that_were_overtaken_are_told_to_nobody(cost_worker, prepared, qtbot):
     told = []
     cost_worker.priced.connect(told.append)
-    cost_worker.price(prepared, with_override(prepared.scene, "noise", "on").effects)
+    cost_worker.price(prepared, with_override(prepared.scene, "noise", "on").effects, HERE)
     first = cost_worker.process.waiting
-    cost_worker.price(prepared, with_override(prepared.scene, "noise", "auto").effects)
+    cost_worker.price(prepared, with_override(prepared.scene, "noise", "auto").effects, HERE)
     assert cost_worker.process.waiting == first, "the newer one waits until the older is done"
     qtbot.waitUntil(lambda: not cost_worker.process.waiting, timeout=LONG)
     assert len(told) == 1
-    assert "noise" not in told[0]
+    assert "noise" not in told[0].value
 
 
-def test_what_is_measured_of_a_scene_that_is_no_longer_shown_is_told_to_nobody(cost_worker, prepared, qtbot):
-    told = []
-    for fact in (cost_worker.priced, cost_worker.weighed, cost_worker.failed):
-        fact.connect(told.append)
-    cost_worker.price(prepared, prepared.scene.effects)
-    cost_worker.weigh(prepared, prepared.scene.effects)
-    with qtbot.waitSignal(cost_worker.dropped):
-        cost_worker.drop()
-    assert not cost_worker.busy_weighing
-    with qtbot.waitSignal(cost_worker.weighed, timeout=LONG):
-        cost_worker.weigh(prepared, prepared.scene.effects)
-    assert len(told) == 1
+def test_results_know_what_they_were_asked_for(cost_worker, prepared, qtbot):
+    """Also where another scene has been shown since: whoever receives them drops them by their token."""
+    there, got = HERE.next(), []
+    cost_worker.priced.connect(got.append)
+    with qtbot.waitSignal(cost_worker.weighed, timeout=LONG) as weighed:
+        cost_worker.price(prepared, prepared.scene.effects, HERE)
+        cost_worker.weigh(prepared, prepared.scene.effects, there)
+    assert [result.token for result in got] == [HERE]
+    assert weighed.args[0].token == there
 
 
 def test_a_bench_that_dies_says_so_and_the_next_load_is_weighed(cost_worker, prepared, qtbot):
     with qtbot.waitSignal(cost_worker.failed, timeout=LONG) as got:
-        cost_worker.weigh(prepared, prepared.scene.effects)
+        cost_worker.weigh(prepared, prepared.scene.effects, HERE)
         qtbot.waitUntil(lambda: cost_worker.process.pid is not None, timeout=LONG)
         os.kill(cost_worker.process.pid, signal.SIGKILL)
-    assert "unexpectedly" in got.args[0]
+    assert "unexpectedly" in got.args[0].value
     with qtbot.waitSignal(cost_worker.weighed, timeout=LONG):
-        cost_worker.weigh(prepared, prepared.scene.effects)
+        cost_worker.weigh(prepared, prepared.scene.effects, HERE)

@@ -14,8 +14,10 @@ from app.editing.reflatten import apply_result, reflatten, set_method
 from app.maps.comparison import compare_maps
 from app.maps.quality import measure
 from widgets.workers.map_quality_worker import InlineMapQualityWorker, MapQualityWorker
+from widgets.workers.worker_process import SourceToken
 
 LONG = 60_000
+HERE = SourceToken("here")
 
 
 @pytest.fixture
@@ -30,20 +32,20 @@ def map_quality_worker():
 
 def test_a_map_is_measured_as_it_would_be_here(map_quality_worker, prepared, qtbot):
     with qtbot.waitSignal(map_quality_worker.measured, timeout=LONG) as got:
-        map_quality_worker.measure(prepared.map)
-    assert facts(got.args[0]) == facts(measure(prepared.map))
-    assert got.args[0].round_trip_mm < 2, "a pixel of this map is a millimetre and a half across"
-    assert got.args[0].force_error < 1e-12
+        map_quality_worker.measure(prepared.map, HERE)
+    assert facts(got.args[0].value) == facts(measure(prepared.map))
+    assert got.args[0].value.round_trip_mm < 2, "a pixel of this map is a millimetre and a half across"
+    assert got.args[0].value.force_error < 1e-12
 
 
 def test_maps_that_were_overtaken_are_never_measured(map_quality_worker, prepared, qtbot):
     document, got = MapDocument.of(prepared.map), []
     map_quality_worker.measured.connect(got.append)
     for step in range(30):
-        map_quality_worker.measure(scale(document, [0], 1 + step / 10).map)
+        map_quality_worker.measure(scale(document, [0], 1 + step / 10).map, HERE)
     qtbot.waitUntil(lambda: not map_quality_worker.process.waiting, timeout=LONG)
     assert len(got) <= 2
-    assert facts(got[-1]) == facts(measure(scale(document, [0], 3.9).map))
+    assert facts(got[-1].value) == facts(measure(scale(document, [0], 3.9).map))
 
 
 def test_an_edited_chart_is_measured_as_it_is_now(map_quality_worker, prepared, qtbot):
@@ -51,8 +53,8 @@ def test_an_edited_chart_is_measured_as_it_is_now(map_quality_worker, prepared, 
     edited = apply_result(document, reflatten(set_method(document, [1], "lscm"))).map
     for map_ in (prepared.map, edited, prepared.map):
         with qtbot.waitSignal(map_quality_worker.measured, timeout=LONG) as got:
-            map_quality_worker.measure(map_)
-        assert facts(got.args[0]) == facts(measure(map_))
+            map_quality_worker.measure(map_, HERE)
+        assert facts(got.args[0].value) == facts(measure(map_))
 
 
 def facts(quality):
@@ -62,7 +64,7 @@ def facts(quality):
 
 def test_the_window_never_waits_for_a_process_to_read(map_quality_worker, prepared, qtbot):
     """A pipe holds 64 kB: a larger request, written before it is read, would hold up whoever writes it."""
-    map_quality_worker.measure(prepared.map)
+    map_quality_worker.measure(prepared.map, HERE)
     assert not map_quality_worker.process._busy, "nothing is written before it reads"
     assert map_quality_worker.process.waiting == 2, "skin and map wait here, not in the pipe"
     with qtbot.waitSignal(map_quality_worker.measured, timeout=LONG):
@@ -74,23 +76,23 @@ def test_the_window_never_waits_for_a_process_to_read(map_quality_worker, prepar
 def test_two_maps_are_compared(map_quality_worker, prepared, qtbot):
     larger = scale(MapDocument.of(prepared.map), [0], 2.0).map
     with qtbot.waitSignal(map_quality_worker.compared, timeout=LONG) as got:
-        map_quality_worker.compare(prepared.map, larger)
-    assert got.args[0].to_json() == compare_maps(prepared.map, larger).to_json()
+        map_quality_worker.compare(prepared.map, larger, HERE)
+    assert got.args[0].value.to_json() == compare_maps(prepared.map, larger).to_json()
 
 
 def test_a_process_that_dies_is_told_and_replaced(map_quality_worker, prepared, qtbot):
     with qtbot.waitSignal(map_quality_worker.failed, timeout=LONG) as failure:
-        map_quality_worker.measure(prepared.map)
+        map_quality_worker.measure(prepared.map, HERE)
         os.kill(map_quality_worker.process.pid, signal.SIGKILL)
-    assert "ended unexpectedly" in failure.args[0]
+    assert "ended unexpectedly" in failure.args[0].value
     with qtbot.waitSignal(map_quality_worker.measured, timeout=LONG):
-        map_quality_worker.measure(prepared.map)
+        map_quality_worker.measure(prepared.map, HERE)
 
 
 def test_inline_it_measures_when_told_to(prepared, qtbot):
     map_quality_worker, got = InlineMapQualityWorker(), []
     map_quality_worker.measured.connect(got.append)
-    map_quality_worker.measure(prepared.map)
+    map_quality_worker.measure(prepared.map, HERE)
     assert not got
     map_quality_worker.run()
     assert len(got) == 1

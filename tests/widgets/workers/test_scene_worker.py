@@ -16,8 +16,10 @@ from app.recording.verify import verify
 from app.scene.scene_file import load_scene
 from tests.support.recordings import record
 from widgets.workers.scene_worker import SceneWorker
+from widgets.workers.worker_process import SourceToken
 
 LONG = 60_000
+HERE = SourceToken("here")
 
 
 @pytest.fixture
@@ -114,10 +116,10 @@ def test_a_patch_is_laid_flat_anew_with_progress(worker, document, qtbot):
     told = []
     worker.edit_progressed.connect(lambda text, done: told.append((text, done)))
     with qtbot.waitSignal(worker.reflattened, timeout=LONG) as got:
-        worker.reflatten(set_method(document, [0], "lscm"))
+        worker.reflatten(set_method(document, [0], "lscm"), HERE)
         assert worker.editing
         assert not worker.busy
-    assert apply_result(document, got.args[0]).charts[0].method == "lscm"
+    assert apply_result(document, got.args[0].value).charts[0].method == "lscm"
     assert not worker.editing
     assert told
 
@@ -128,18 +130,18 @@ def test_an_edit_that_is_refused_says_why(worker, document, qtbot):
         request, jobs=(replace(request.jobs[0], wanted=replace(request.jobs[0].wanted, method="nosuch")),)
     )
     with qtbot.waitSignal(worker.edit_failed, timeout=LONG) as failure:
-        worker.reflatten(request)
-    assert "nosuch" in failure.args[0]
+        worker.reflatten(request, HERE)
+    assert "nosuch" in failure.args[0].value
 
 
 def test_a_cancelled_edit_never_comes(worker, document, qtbot):
     got = []
     worker.reflattened.connect(got.append)
-    worker.reflatten(set_method(document, [0], "lscm"))
+    worker.reflatten(set_method(document, [0], "lscm"), HERE)
     worker.cancel_edit()
     with qtbot.waitSignal(worker.reflattened, timeout=LONG):
-        worker.reflatten(set_method(document, [1], "arap"))
-    assert [result.request.jobs[0].number for result in got] == [1]
+        worker.reflatten(set_method(document, [1], "arap"), HERE)
+    assert [result.value.request.jobs[0].number for result in got] == [1]
 
 
 @pytest.fixture
@@ -184,10 +186,10 @@ def test_a_recording_takes_the_place_of_a_scene_and_of_an_edit_and_can_be_cancel
     worker.open_recording(recording)
     worker.cancel()
     assert not worker.busy
-    worker.reflatten(set_method(document, [0], "lscm"))
+    worker.reflatten(set_method(document, [0], "lscm"), HERE)
     with qtbot.waitSignal(worker.edit_failed, timeout=LONG) as dropped:
         worker.open_recording(recording)
-    assert "dropped" in dropped.args[0]
+    assert "dropped" in dropped.args[0].value
     qtbot.waitUntil(lambda: not worker.process.waiting, timeout=LONG)
     assert len(got) == 1
     assert isinstance(got[0], RecordingPlayer)
@@ -195,18 +197,18 @@ def test_a_recording_takes_the_place_of_a_scene_and_of_an_edit_and_can_be_cancel
 
 def test_a_scene_goes_before_an_edit(worker, document, scene, qtbot):
     with qtbot.waitSignal(worker.edit_failed, timeout=LONG) as dropped:
-        worker.reflatten(set_method(document, [0], "lscm"))
+        worker.reflatten(set_method(document, [0], "lscm"), HERE)
         worker.prepare(scene)
-    assert dropped.args == [""]
+    assert dropped.args[0].value == ""
     with qtbot.waitSignal(worker.edit_failed, timeout=LONG) as refused:
-        worker.reflatten(set_method(document, [0], "lscm"))
-    assert "being opened" in refused.args[0]
+        worker.reflatten(set_method(document, [0], "lscm"), HERE)
+    assert "being opened" in refused.args[0].value
     with qtbot.waitSignal(worker.prepared, timeout=LONG):
         pass
 
 
 def test_a_process_that_dies_at_an_edit_is_told(worker, document, qtbot):
     with qtbot.waitSignal(worker.edit_failed, timeout=LONG) as failure:
-        worker.reflatten(set_method(document, [0], "slim"))
+        worker.reflatten(set_method(document, [0], "slim"), HERE)
         os.kill(worker.process.pid, signal.SIGKILL)
-    assert "the map before it is kept" in failure.args[0]
+    assert "the map before it is kept" in failure.args[0].value
