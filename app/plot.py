@@ -130,7 +130,7 @@ def draw_forces(frames: Iterable[Frame], *, ax: Axes | None = None) -> Axes:
 def _draw_pressures(map_: TactileMap, pressures: FloatArray, full_scale: float | None, width: int, ax: Axes) -> None:
     if pressures.shape != (len(map_.skin),):
         remedy = f"Give one number for each of the {len(map_.skin)} taxels"
-        raise MapError("these are not the pressures of this skin", value=f"shape {pressures.shape}", remedy=remedy)
+        raise MapError("the pressures do not fit this skin", value=f"shape {pressures.shape}", remedy=remedy)
     image = TactileImage(map_, width=width)
     (left, bottom), (right, top) = 1e3 * image.extent
     values = np.ma.masked_where(~image.shown, image.render(pressures))

@@ -34,7 +34,7 @@ from app.studies.controller_comparison import (
 )
 
 SCRIPT_SECONDS = 10.0
-"""Of a scene; a recording is compared on for as long as it is."""
+"""Default duration of a comparison on a scene; a recording is used over its full length."""
 _COLUMNS = {
     "map_rms_mm": "map mm",
     "body_rms_mm": "body mm",
@@ -45,7 +45,7 @@ _COLUMNS = {
     "joint_speed_max": "rad/s",
     "control_ms": "ms",
 }
-"""What the table of a terminal shows, rms where several are known; the files have all."""
+"""Columns of the table in the terminal; the files have all figures."""
 _FILE = "controllers.csv"
 
 
@@ -80,7 +80,10 @@ def _controller_names(text: str) -> list[str]:
     controllers = [_checked_choice("controller", name.strip()) for name in text.split(",") if name.strip()]
     if not controllers or len(set(controllers)) < len(controllers):
         raise UsageError(
-            "controllers to compare are named once each", place="--controllers", value=text, remedy="Like hybrid,qp"
+            "the controllers to compare must be named, each once",
+            place="--controllers",
+            value=text,
+            remedy="Like hybrid,qp",
         )
     return controllers
 
@@ -112,7 +115,9 @@ def _write(folder: str | None, traces: Sequence[ControllerTrace]) -> Path | None
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         remedy = "Choose a folder you may write to"
-        raise RecordingError("the folder cannot be made", file=folder, value=error.strerror, remedy=remedy) from error
+        raise RecordingError(
+            "the folder cannot be created", file=folder, value=error.strerror, remedy=remedy
+        ) from error
     write_atomically(path, trace_csv(traces), error=RecordingError)
     return path
 
@@ -126,7 +131,7 @@ def _print_table(figures: dict[str, ControllerMetrics], ended: dict[str, str], *
     for name, why in ended.items():
         print_line(f"{name} stopped after {figures[name].seconds:.2f} s: {why}")
     if recorded:
-        print_line("Of the recording's settings, task, path and force goal were kept; controller and gains were not.")
+        print_line("Task, path and force goal of the recording were kept; its controller and gains were replaced.")
 
 
 def _json_row(found: ControllerMetrics) -> dict[str, Any]:

@@ -48,7 +48,7 @@ def recorded_touch(path: str | Path) -> tuple[Skin, FloatArray]:
     player = RecordingPlayer(path)
     readings = np.stack([player.frame(number).pressures for number in range(len(player))])
     if not readings.any():
-        raise RecordingError("nothing is touched in the recording", file=path, remedy="Record strokes over the skin")
+        raise RecordingError("the recording contains no contact", file=path, remedy="Record strokes over the skin")
     return player.prepared.skin, readings
 
 
@@ -60,7 +60,9 @@ def learned_map(arguments: argparse.Namespace, skin: Skin, readings: FloatArray 
     """
     if arguments.learn not in LEARNING_METHODS:
         raise UsageError(
-            "there is no such builder", value=arguments.learn, remedy=f"Choose one of: {', '.join(LEARNING_METHODS)}"
+            "there is no such learning method",
+            value=arguments.learn,
+            remedy=f"Choose one of: {', '.join(LEARNING_METHODS)}",
         )
     if readings is None:
         report("Babbling", 0.0)
@@ -87,7 +89,7 @@ def print_quality(result: Mapping[str, Any]) -> None:
             "One-to-one": "yes"
             if result["bijective"]
             else f"no ({result['flips']} flipped triangles, {result['overlaps']} overlaps)",
-            "Distortion": f"{result['symmetric_dirichlet']:.4f} (4 is none)",
+            "Distortion": f"{result['symmetric_dirichlet']:.4f} (4 is isometric)",
             "Angles, s1 / s2": _spread_text(result["angle"]),
             "Areas": _spread_text(result["area"]),
             "Neighbour distances": f"{_percent_text(result['edge_error'])} off (rms)",
@@ -97,7 +99,7 @@ def print_quality(result: Mapping[str, Any]) -> None:
             "Trustworthiness": _number_text(result["trustworthiness"]),
             "Continuity": _number_text(result["continuity"]),
             "Round-trip error": f"{_number_text(result['round_trip_mm'])} mm through a pixel",
-            "Force in the image": f"{_number_text(result['force_error'])} off (relative)",
+            "Force error of the image": f"{_number_text(result['force_error'])} off (relative)",
             "Time": f"{result['seconds']:.2f} s",
             "Written to": result["file"] or "nothing",
         }
@@ -174,9 +176,9 @@ def _output_path(arguments: argparse.Namespace) -> Path | None:
     if target.suffix.lower() not in ENDINGS:
         endings = ", ".join(ENDINGS)
         raise UsageError(
-            "a map is not written as this",
+            "a map cannot be exported in this format",
             file=target,
-            value=target.suffix or "no ending",
+            value=target.suffix or "no file extension",
             remedy=f"Choose one of: {endings}",
         )
     if target.is_dir():

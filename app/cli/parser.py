@@ -17,7 +17,7 @@ def build_parser() -> argparse.ArgumentParser:
         prog="tactile-maps",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
-        description="A robot's skin and its flat tactile map: see, touch, record, measure.",
+        description="Tactile maps of robot skin: simulate, control contact, record and measure.",
     )
     parser.add_argument("--version", action="version", version=f"tactile-maps {version('tactile-maps')}")
     _scene_options(parser)
@@ -40,7 +40,7 @@ def _add_window_commands(commands: argparse._SubParsersAction) -> None:  # type:
     run.add_argument(
         "--for", dest="seconds", type=_positive, default=5.0, metavar="SECONDS", help="simulated seconds (default 5)"
     )
-    run.add_argument("--stimuli", metavar="FILE.toml", help="play this script instead of the scene's")
+    run.add_argument("--stimuli", metavar="FILE.toml", help="stimulus script to play instead of the scene's")
     run.add_argument("-o", "--output", metavar="FILE.mcap", help="record to this file")
     run.add_argument("--overwrite", action="store_true", help="replace an existing file")
     _json(run)
@@ -64,17 +64,21 @@ def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: i
     inspect = commands.add_parser("inspect", help="what a robot, skin, map, taxel file, scene or recording holds")
     inspect.add_argument("input", metavar="FILE|NAME")
     _json(inspect)
-    weigh = commands.add_parser("weigh", help="check the skin with a known weight: it must read its weight")
-    weigh.add_argument("input", nargs="?", default="arm", metavar="SCENE|ROBOT", help="whose skin (default arm)")
+    weigh = commands.add_parser(
+        "weigh", help="known-load check: lay a mass on the skin and compare the measured force with its weight"
+    )
+    weigh.add_argument(
+        "input", nargs="?", default="arm", metavar="SCENE|ROBOT", help="robot whose skin is checked (default arm)"
+    )
     weigh.add_argument("--mass", type=_positive, default=0.1, metavar="KG", help="mass of the weight (default 0.1)")
     weigh.add_argument("--model", metavar="NAME", help="contact model (default: the scene's)")
     _json(weigh)
     replay = commands.add_parser("replay", help="step through a recording")
     replay.add_argument("input", metavar="FILE.mcap")
     replay.add_argument("--verify", action="store_true", help="simulate the recorded inputs again and compare")
-    replay.add_argument("--stimuli", metavar="FILE.toml", help="write the touches of the recording as a script")
+    replay.add_argument("--stimuli", metavar="FILE.toml", help="save the pokes of the recording as a stimulus script")
     _json(replay)
-    recover = commands.add_parser("recover", help="recover what is intact of a recording that was cut off")
+    recover = commands.add_parser("recover", help="recover the intact part of a truncated recording")
     recover.add_argument("input", metavar="FILE.mcap")
     recover.add_argument("-o", "--output", required=True, metavar="FIXED.mcap")
     recover.add_argument("--overwrite", action="store_true", help="replace an existing file")
@@ -83,18 +87,24 @@ def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: i
 
 def _add_compare(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]
     compare = commands.add_parser("compare", help="run several controllers on the same stimulus and compare them")
-    compare.add_argument("input", metavar="SCENE|FILE.mcap", help="a scene's script, or what was done in a recording")
+    compare.add_argument(
+        "input", metavar="SCENE|FILE.mcap", help="a scene (its stimulus script) or a recording (its inputs)"
+    )
     compare.add_argument(
         "--controllers", required=True, metavar="NAME,NAME", help="impedance, hold_force, hybrid, qp, ..."
     )
-    compare.add_argument("--task", metavar="NAME", help="instead of that of the scene or recording: follow_path, ...")
+    compare.add_argument(
+        "--task", metavar="NAME", help="task, instead of that of the scene or recording: follow_path, ..."
+    )
     compare.add_argument("--for", dest="seconds", type=_positive, metavar="SECONDS", help="simulated seconds")
     compare.add_argument("-o", "--output", metavar="DIR", help="write every tick of every controller there as CSV")
     _json(compare)
 
 
 def _add_study(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]
-    study = commands.add_parser("study", help="measure what accuracy costs in time, with a table and a page")
+    study = commands.add_parser(
+        "study", help="measure accuracy against computing time; writes CSV, JSON and an HTML report"
+    )
     study.add_argument("name", metavar="NAME", help=" or ".join(STUDY_NAMES))
     study.add_argument(
         "-o",
@@ -108,9 +118,9 @@ def _add_study(commands: argparse._SubParsersAction) -> None:  # type: ignore[ty
         type=int,
         default=1,
         metavar="N",
-        help="cases run in parallel, 0 for one per core; they disturb each other's times",
+        help="cases run in parallel, 0 for one per core; parallel runs distort the measured times",
     )
-    study.add_argument("--quick", action="store_true", help="a few small cases only")
+    study.add_argument("--quick", action="store_true", help="run a few small cases only")
     study.add_argument("--seed", type=int, default=0)
     _json(study)
 
@@ -125,7 +135,7 @@ def _add_map(commands: argparse._SubParsersAction) -> None:  # type: ignore[type
     )
     add("-o", "--output", metavar="FILE", help=".npz (everything), .obj (with UV), .svg, .png, .json (Genoa), .csv")
     add("--method", default="symmetric-dirichlet", help="symmetric-dirichlet (default), tutte, harmonic, lscm, ...")
-    add("--lengths", type=float, default=1.0, metavar="0-1", help="keep lengths (1, default) or angles (0)")
+    add("--lengths", type=float, default=1.0, metavar="0-1", help="preserve lengths (1, default) or angles (0)")
     add(
         "--cut",
         "--seams",
@@ -135,7 +145,11 @@ def _add_map(commands: argparse._SubParsersAction) -> None:  # type: ignore[type
         help="extra seams per patch (default: automatic)",
     )
     add("--uv", metavar="FILE.obj", help="take the map from this unwrapped OBJ instead of flattening")
-    add("--learn", metavar="BUILDER", help="learn the map from touch: information-distance, geodesic-information, ...")
+    add(
+        "--learn",
+        metavar="BUILDER",
+        help="learn the map from tactile readings: information-distance, geodesic-information, ...",
+    )
     add(
         "--babble",
         default="unbiased",

@@ -26,7 +26,7 @@ def execute(arguments: argparse.Namespace) -> int:
         "Frames": len(player),
         "Duration": f"{player.duration:.2f} s",
         "Robot": player.prepared.robot.name,
-        "Complete": "yes" if player.complete else "no: cut off; recover makes it whole",
+        "Complete": "yes" if player.complete else "no: truncated; see tactile-maps recover",
     }
     if player.failure is not None:
         tick, error = player.failure
@@ -47,7 +47,7 @@ def _save_stimuli(player: RecordingPlayer, file: str, rows: dict[str, object]) -
         player.prepared.skin, player.inputs, tick=scene.tick, last=player.frame(len(player) - 1).tick
     )
     if not stimuli:
-        raise RecordingError("nobody touched the skin in this recording", file=player.path)
+        raise RecordingError("the recording contains no pokes", file=player.path)
     save_stimuli(stimuli, file)
     rows["Touches"] = f"{len(stimuli)}, written to {file}"
 
@@ -64,9 +64,9 @@ def _verify(player: RecordingPlayer, result: dict[str, object], rows: dict[str, 
     }
     if player.failure is not None:
         result["stopped_again"] = outcome.stopped is not None
-        rows["Stopped again"] = "yes, at the same tick with the same words" if outcome.stopped else "no"
+        rows["Stopped again"] = "yes, at the same tick with the same message" if outcome.stopped else "no"
     rows["Identical"] = (
-        "yes, every posture, velocity, object and pressure, bit for bit"
+        "yes, all joint positions, velocities, object poses and pressures, bit for bit"
         if outcome.identical
         else f"no: from tick {outcome.first_difference} on, by up to {outcome.max_difference:.3g}"
     )

@@ -14,7 +14,7 @@ from app.session.prepare import load_robot_and_skin, open_scene
 from app.simulation.known_load_check import WeighingResult, weigh
 
 TOLERANCE = 0.02
-"""Relative; a reading farther off is a failure."""
+"""Largest relative error at which the check passes."""
 _MODELS: tuple[SkinModel, ...] = tuple(name for name in get_args(SkinModel) if name != "off")
 
 

@@ -66,7 +66,7 @@ class SensorUncertainty:
         for name in ("noise", "gain", "calibration"):
             value = getattr(self, name)
             if not 0 <= value < _LARGEST:
-                raise MapError("readings cannot be that far off", place=name, value=value, remedy="Choose 0 or more")
+                raise MapError("the uncertainty is out of range", place=name, value=value, remedy="Choose 0 or more")
 
     @classmethod
     def of_sensor(cls, sensor: SensorEffects) -> SensorUncertainty:

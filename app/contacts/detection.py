@@ -23,7 +23,7 @@ from app.core.errors import MapError
 from app.maps.tactile_map import TactileMap
 
 TOUCH_THRESHOLD = 1000.0
-"""Pressure at which a taxel counts as touched [Pa]; real skins start at 2-3 kPa."""
+"""Pressure from which a taxel is in contact [Pa]; commercial skins resolve 2-3 kPa."""
 _RELEASE = 0.5
 _DROWNED = 0.5
 """A ring that takes away this share of what the touched taxels bear is all noise."""
@@ -103,7 +103,9 @@ class ContactDetector:
     @threshold.setter
     def threshold(self, threshold: float) -> None:
         if not 0 < threshold < float("inf"):
-            raise MapError("that is no contact threshold", value=f"{threshold} Pa", remedy="Choose more than 0 Pa")
+            raise MapError(
+                "the contact threshold must be positive", value=f"{threshold} Pa", remedy="Choose more than 0 Pa"
+            )
         self._threshold = threshold
         self._level()
 

@@ -74,7 +74,7 @@ class ContactEvent:
         return ", ".join(facts)
 
 
-_OPENING = {"touch": "touch on", "merge": "two contacts become one on", "split": "one contact becomes two on"}
+_OPENING = {"touch": "touch on", "merge": "contacts merged on", "split": "contact split on"}
 
 
 _SURE = 2.0

@@ -32,7 +32,7 @@ from app.tactile.sensor_effects import SensorEffects
 ABOVE_NOISE = 3.0
 """Standard deviations of a reading's noise that the threshold is at least."""
 THRESHOLDS = (1.0, 1e6)
-"""What a person may set, lowest and highest [Pa]."""
+"""Smallest and largest selectable threshold [Pa]."""
 NOISIEST_SENSOR = 10.0
 """Of a force-torque sensor [N]."""
 
@@ -73,7 +73,7 @@ class ReadingSettings:
         number = isinstance(value, int | float) and not isinstance(value, bool)
         if not (number and low <= value <= high):  # NaN is in no range
             raise SceneError(
-                "contacts cannot be read so",
+                "a contact setting is out of range",
                 place=f"contacts.{name}",
                 value=value,
                 remedy=f"Choose {low:g} to {high:g} {unit}",
@@ -264,7 +264,7 @@ def read_contacts(
     pressures = np.asarray(pressures, dtype=np.float64)
     if pressures.shape != (len(map_.skin),):
         remedy = f"Give one number for each of the {len(map_.skin)} taxels"
-        raise MapError("these are not the pressures of this skin", value=f"shape {pressures.shape}", remedy=remedy)
+        raise MapError("the pressures do not fit this skin", value=f"shape {pressures.shape}", remedy=remedy)
     if estimator == "lumped":
         remedy = f"Choose one of: {', '.join(name for name in ESTIMATORS if name != 'lumped')}"
         raise MapError("a force-torque sensor is not read from pressures", value=estimator, remedy=remedy)

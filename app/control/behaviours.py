@@ -50,17 +50,19 @@ class Behaviour:
         if not isinstance(self.where, str):
             raise _refusal("this must be the name of a link or patch", "where", self.where, "Write it in quotes")
         if type(self.times) is not int or not 1 <= self.times <= _MOST_TIMES:
-            raise _refusal("that is no number of times", "times", self.times, f"Choose 1 to {_MOST_TIMES}")
+            raise _refusal(
+                "the number of repetitions is out of range", "times", self.times, f"Choose 1 to {_MOST_TIMES}"
+            )
         if type(self.above) not in (int, float) or not 0.0 <= self.above <= _MOST_FORCE:
-            raise _refusal("that is no force to wait for", "above", self.above, f"Choose 0 to {_MOST_FORCE:g} N")
+            raise _refusal("the force threshold is out of range", "above", self.above, f"Choose 0 to {_MOST_FORCE:g} N")
         if type(self.until_released) is not bool:
             raise _refusal("this must be true or false", "until_released", self.until_released, "Write true or false")
         if self.until_released and self.on in ENDING_EVENTS:
             remedy = "Leave it out, or choose touch or press"
-            raise _refusal(f"a {self.on} is over when it is told", "until_released", self.until_released, remedy)
+            raise _refusal(f"a {self.on} has ended when it is reported", "until_released", self.until_released, remedy)
         if not isinstance(self.then, Mapping) or not self.then:
             remedy = 'Write, for example, then = { task = "retreat" }'
-            raise _refusal("it changes no settings", "then", self.then, remedy)
+            raise _refusal("the behaviour changes no settings", "then", self.then, remedy)
         try:
             settings_from(self.then)
         except SceneError as error:
@@ -130,7 +132,7 @@ class BehaviourTrigger:
         for number, behaviour in enumerate(behaviours):
             if behaviour.where and behaviour.where not in known:
                 remedy = did_you_mean(behaviour.where, tuple(known))
-                place, problem = f"behaviours.{number}.where", "no such link or patch wears skin"
+                place, problem = f"behaviours.{number}.where", "no such link or patch has skin"
                 raise SceneError(problem, place=place, value=behaviour.where, remedy=remedy)
         self.behaviours = tuple(behaviours)
         self._past: dict[int, deque[float]] = {}

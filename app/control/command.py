@@ -140,7 +140,7 @@ RANGES: dict[str, tuple[float, float]] = {
     "path_speed": (0.0, 0.2),
     "max_force": (1.0, 200.0),
 }
-"""What a person may set, lowest and highest; the panel's sliders end here."""
+"""Smallest and largest value by setting; the panel's sliders end here."""
 CHOICES: dict[str, tuple[str, ...]] = {
     "controller": get_args(ControllerName),
     "task": get_args(TaskName),
@@ -148,7 +148,7 @@ CHOICES: dict[str, tuple[str, ...]] = {
     "gains": get_args(GainsMode),
     "path_kind": get_args(PathKind),
 }
-"""What a person may choose."""
+"""Values of the settings that are chosen from a list."""
 MOST_POINTS = 2000
 """Of a path."""
 MOST_STARTS = 10**9
@@ -187,7 +187,10 @@ def check_settings(settings: ControlSettings) -> ControlSettings:
             )
     if type(settings.starts) is not int or not 0 <= settings.starts <= MOST_STARTS:
         raise SceneError(
-            "starts are counted", place="control.starts", value=settings.starts, remedy=f"Choose 0 to {MOST_STARTS}"
+            "the number of starts is out of range",
+            place="control.starts",
+            value=settings.starts,
+            remedy=f"Choose 0 to {MOST_STARTS}",
         )
     _check_path(settings)
     return settings
@@ -198,7 +201,7 @@ def _check_path(settings: ControlSettings) -> None:
     good = all(len(point) == 2 and all(_is_number(x) and isfinite(x) for x in point) for point in path)
     if not good or len(path) > MOST_POINTS:
         raise SceneError(
-            "that is no path on the map",
+            "this is not a path on the map",
             place="control.path",
             value=path[:3],
             remedy=f"Give up to {MOST_POINTS} points of two finite numbers in metres",
@@ -217,7 +220,7 @@ def settings_from(values: Mapping[str, object]) -> ControlSettings:
     except TypeError as error:
         remedy = "Give a list of points of two numbers in metres"
         raise SceneError(
-            "that is no path on the map", place="control.path", value=values["path"], remedy=remedy
+            "this is not a path on the map", place="control.path", value=values["path"], remedy=remedy
         ) from error
     return check_settings(settings)
 

@@ -10,41 +10,41 @@ _NAMES = {
     LimitKind.JOINT_LIMIT: "joint limit",
     LimitKind.JOINT_SPEED: "joint speed",
     LimitKind.JOINT_ACCELERATION: "joint acceleration",
-    LimitKind.POINT_SPEED: "speed of the touched point",
+    LimitKind.POINT_SPEED: "contact point speed",
     LimitKind.FORCE_CAP: "force cap",
-    LimitKind.WEAK_DIRECTION: "the arm can hardly move along this contact",
-    LimitKind.HELD_BACK: "something holds the arm back",
-    LimitKind.ENERGY_TANK: "energy given to the contact",
-    LimitKind.SLOW_HOMING: "returning slowly",
+    LimitKind.WEAK_DIRECTION: "singular configuration: little motion along the contact",
+    LimitKind.HELD_BACK: "the arm is blocked",
+    LimitKind.ENERGY_TANK: "net energy output to the contact",
+    LimitKind.SLOW_HOMING: "slow return to the rest posture",
     LimitKind.CONTACT_LOST: "contact lost",
-    LimitKind.CONTACT_STICKS: "the contact moves along with the skin",
+    LimitKind.CONTACT_STICKS: "the contact sticks to the skin",
     LimitKind.OUT_OF_REACH: "the target is out of reach",
     LimitKind.PATH_WAITS: "the path waits for the contact",
     LimitKind.PATH_LEAVES_SKIN: "the path leaves the skin",
-    LimitKind.PATH_REFUSED: "the path cannot be laid on the skin",
+    LimitKind.PATH_REFUSED: "the path cannot be projected onto the skin",
     LimitKind.POINT_OFF_SKIN: "the point to hold is not on the skin",
     LimitKind.CONTACT_ELSEWHERE: "the contact is on another patch than the point to hold",
     LimitKind.REGRASP_PLANNED: "planning a regrasp",
     LimitKind.REGRASP_MOVES: "regrasping",
     LimitKind.REGRASP_RETURNS: "returning from a regrasp",
     LimitKind.REGRASP_FAILED: "the regrasp failed",
-    LimitKind.SKIN_UNREADABLE: "the skin cannot be read",
+    LimitKind.SKIN_UNREADABLE: "no valid skin readings",
     LimitKind.SKIN_SATURATED: "the skin is saturated",
     LimitKind.OSCILLATION: "the force oscillates",
     LimitKind.FORCE_GAIN_HELD: "force gain reduced",
     LimitKind.POSITION_GAIN_HELD: "position gain reduced",
     LimitKind.FORCE_GAIN_UNSTABLE: "force gain too high",
-    LimitKind.STOPPED_BY_FORCE: "stopped by force",
-    LimitKind.STOPPED_BY_SPEED: "stopped by joint speed",
-    LimitKind.STOPPED_UNREADABLE: "stopped without readings",
+    LimitKind.STOPPED_BY_FORCE: "stopped: contact force too high",
+    LimitKind.STOPPED_BY_SPEED: "stopped: joint speed too high",
+    LimitKind.STOPPED_UNREADABLE: "stopped: no valid skin readings",
 }
 _CAUSES = {
-    RegraspFailure.NO_ARM: "there is no arm to move it",
-    RegraspFailure.UNREACHABLE: "the arm finds no way there",
-    RegraspFailure.NOTHING_THERE: "nothing was there to touch",
-    RegraspFailure.TIMEOUT: "it took too long",
-    RegraspFailure.OBSTACLE: "something was in the way",
-    RegraspFailure.OBJECT_FOLLOWS: "the object came along",
+    RegraspFailure.NO_ARM: "the robot has no actuated joints",
+    RegraspFailure.UNREACHABLE: "no collision-free path for the arm",
+    RegraspFailure.NOTHING_THERE: "no contact at the new place",
+    RegraspFailure.TIMEOUT: "timed out",
+    RegraspFailure.OBSTACLE: "an obstacle was hit",
+    RegraspFailure.OBJECT_FOLLOWS: "the object moved with the skin",
 }
 _GO_ON = "remove the contact to continue"
 
@@ -55,7 +55,7 @@ def limit_name(kind: LimitKind) -> str:
 
 
 def limit_text(limit: Limit) -> str:
-    """A limit with its figures, like "joint limit: elbow" or "energy given to the contact: 0.9 J"."""
+    """A limit with its figures, like "joint limit: elbow" or "net energy output to the contact: 0.9 J"."""
     fact = _fact(limit)
     return f"{_NAMES[limit.kind]}: {fact}" if fact else _NAMES[limit.kind]
 
@@ -88,12 +88,12 @@ def _fact(limit: Limit) -> str:
         case LimitKind.OSCILLATION:
             return "reduce the force gain"
         case LimitKind.FORCE_GAIN_HELD:
-            return "" if value is None else f"{1e3 * value:.2g}\u2009mm/s per N, for a skin {_timing(limit)}"
+            return "" if value is None else f"{1e3 * value:.2g}\u2009mm/s per N, skin {_timing(limit)}"
         case LimitKind.POSITION_GAIN_HELD:
-            return "" if value is None else f"{value:.2g}/s, for a skin {_timing(limit)}"
+            return "" if value is None else f"{value:.2g}/s, skin {_timing(limit)}"
         case LimitKind.FORCE_GAIN_UNSTABLE:
-            most = "" if bound is None else f"at most {1e3 * bound:.2g}\u2009mm/s per N is stable, "
-            return f"{most}for a skin {_timing(limit)}"
+            most = "" if bound is None else f"stable up to {1e3 * bound:.2g}\u2009mm/s per N, "
+            return f"{most}skin {_timing(limit)}"
         case LimitKind.STOPPED_BY_FORCE:
             return _GO_ON if value is None else f"{value:.0f}\u2009N, more than {bound or 0:.0f}\u2009N; {_GO_ON}"
         case LimitKind.STOPPED_BY_SPEED:
@@ -113,4 +113,4 @@ def _destination(names: list[str]) -> str:
 
 def _timing(limit: Limit) -> str:
     rate = f"read at {1 / limit.period:.3g}\u2009Hz" if limit.period else "read continuously"
-    return f"{rate}, {1e3 * limit.delay:.0f}\u2009ms late" if limit.delay else rate
+    return f"{rate}, {1e3 * limit.delay:.0f}\u2009ms delay" if limit.delay else rate

@@ -452,7 +452,7 @@ def _object(kind: type) -> _Codec:
         except TactileMapsError as cause:  # the class knows its ranges
             raise _Mistake(cause.problem, cause.value or "", cause.remedy, note=cause.place or "") from cause
         except (ValueError, TypeError) as cause:
-            raise _Mistake("these values do not go together", str(cause)) from cause
+            raise _Mistake("these values are inconsistent", str(cause)) from cause
 
     def write(value: Any) -> dict[str, JsonValue]:
         result = dict(zip(names, taken(value), strict=True))

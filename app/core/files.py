@@ -164,7 +164,7 @@ def _check_sizes(
     total = sum(member.file_size for member in members)
     if len(members) > MAX_MEMBERS or total > max_bytes:
         raise error(
-            "the file would unpack to an absurd size",
+            "the file would unpack to an implausible size",
             file=file,
             value=f"{len(members)} arrays, {total} bytes",
             remedy=f"The most is {MAX_MEMBERS} arrays and {max_bytes} bytes",

@@ -82,7 +82,7 @@ def align(document: MapDocument, numbers: Iterable[int], edge: Edge) -> MapDocum
     """
     chosen = document.chosen(numbers)
     if len(chosen) < 2:
-        raise MapError("one patch has nothing to be aligned with", remedy="Select at least two patches")
+        raise MapError("aligning needs two patches", remedy="Select at least two patches")
     boxes, of = document.map.boxes, _EDGES[edge]
     goal = of(_around(boxes[chosen]))
     for number in chosen:
@@ -142,7 +142,7 @@ def _about(document: MapDocument, numbers: Iterable[int], act: Placement, about:
     if not chosen:
         return document
     if not np.isfinite([act.angle, act.scale]).all():
-        raise MapError("a turn or scale is not finite", value=f"{act.angle:g}, {act.scale:g}")
+        raise MapError("a rotation or scale is not finite", value=f"{act.angle:g}, {act.scale:g}")
     centre = _around(document.map.boxes[chosen]).mean(axis=0) if about is None else np.asarray(about, dtype=np.float64)
     x, y = centre - act.apply(centre[None])[0]
     return _placed(document, chosen, replace(act, offset=(float(x), float(y))))

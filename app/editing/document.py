@@ -134,7 +134,7 @@ def rename_patch(document: MapDocument, number: int, name: str) -> MapDocument:
     """
     (number,), wanted = document.chosen([number]), name.strip()
     if not wanted or len(wanted) > LONGEST_NAME or not wanted.isprintable():
-        raise MapError("that is no name for a patch", value=name, remedy=f"Write 1 to {LONGEST_NAME} characters")
+        raise MapError("this is not a valid patch name", value=name, remedy=f"Write 1 to {LONGEST_NAME} characters")
     if any(patch.name == wanted for k, patch in enumerate(document.patches) if k != number):
         raise MapError("another patch has this name", value=wanted, remedy="Choose another name")
     if wanted == document.patches[number].name:

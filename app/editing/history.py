@@ -77,7 +77,7 @@ class History:
             MapError: A gesture is going on.
         """
         if self.gesture:
-            raise MapError("a gesture is going on", value=self.gesture, remedy="Finish or cancel it first")
+            raise MapError("an edit is in progress", value=self.gesture, remedy="Finish or cancel it first")
         if document is self.present:
             return
         while len(self._steps) > self.position + 1:
@@ -95,7 +95,7 @@ class History:
             MapError: A gesture is going on.
         """
         if self.gesture:
-            raise MapError("a gesture is going on", value=self.gesture, remedy="Finish or cancel it first")
+            raise MapError("an edit is in progress", value=self.gesture, remedy="Finish or cancel it first")
         old = self._steps[self.position]
         self._steps[self.position] = self._count(_Step(old.name, document))
         self._forget(old)
@@ -108,7 +108,7 @@ class History:
             MapError: One is going on already.
         """
         if self.gesture:
-            raise MapError("a gesture is going on", value=self.gesture, remedy="Finish or cancel it first")
+            raise MapError("an edit is in progress", value=self.gesture, remedy="Finish or cancel it first")
         self.gesture = name
 
     def change(self, document: MapDocument) -> None:
@@ -118,7 +118,7 @@ class History:
             MapError: There is no gesture.
         """
         if not self.gesture:
-            raise MapError("there is no gesture to go on with", remedy="Begin one first")
+            raise MapError("no edit is in progress", remedy="Begin one first")
         self.present = document
 
     def end(self) -> None:

@@ -31,7 +31,7 @@ ImportedLayout = MapDocument | TaxelLayout
 """Another layout: a whole map, or only where the taxels lie."""
 
 MOST_PINS = 60
-"""On one patch for a drawing; more hold hardly more, and a person who wants to mend it must find her way among them."""
+"""Pins on one patch for a drawing: more hardly improve the fit and are hard to edit."""
 
 
 def same_skin(first: Skin, second: Skin) -> bool:
@@ -80,7 +80,7 @@ def read_other_layout(paths: Sequence[str | Path], document: MapDocument) -> Imp
         return drawing_from_taxels([apply_layout(read_taxels(files[1]), read_icub_layout(files[0]))], document.skin)
     if len(files) != 1:
         remedy = "Choose one file, or an iCub layout (.ini) and its positions"
-        raise MapError("that is not one layout", value=f"{len(files)} files", remedy=remedy)
+        raise MapError("the files are not one layout", value=f"{len(files)} files", remedy=remedy)
     if files[0].suffix.lower() == ".npz":
         return _saved_or_drawn(files[0], document)
     return drawing_from_taxels(read_taxel_sets(files[0]), document.skin)
@@ -197,7 +197,7 @@ def _fits(document: MapDocument, drawing: TaxelLayout) -> dict[int, Placement]:
         if len(points) > 1 and np.ptp(points, axis=0).any() and np.ptp(plane, axis=0).any():
             fits[number] = _fit(plane, points)
     if not fits:
-        raise MapError("nothing of this skin is drawn", remedy="Choose a drawing of this skin")
+        raise MapError("the drawing has no taxel of this skin", remedy="Choose a drawing of this skin")
     return fits
 
 

@@ -92,7 +92,7 @@ def move_pin(document: MapDocument, number: int, pin: int, point: FloatArray | t
     """
     (old,), place = _pins(document, number, [pin]), chart_place(document, number, point)
     if not np.isfinite(place).all():
-        raise MapError("a pin is wanted at no place", place=document.patches[number].name, value=point)
+        raise MapError("a pin target is not finite", place=document.patches[number].name, value=point)
     pins = list(document.patches[number].pins)
     pins[pin] = replace(old, place=place)
     return _with_pins(document, number, "Move a pin", pins)
@@ -124,7 +124,7 @@ def nudge_pins(
         _pins(document, number, moved)
         places = pin_places(document, number) + np.asarray(by, dtype=np.float64)
         if not np.isfinite(places).all():
-            raise MapError("a pin is wanted at no place", place=document.patches[number].name, value=by)
+            raise MapError("a pin target is not finite", place=document.patches[number].name, value=by)
         pins = [
             replace(pin, place=chart_place(document, number, places[k])) if k in moved else pin
             for k, pin in enumerate(document.patches[number].pins)

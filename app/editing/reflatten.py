@@ -191,11 +191,15 @@ def _unwanted(job: FlattenJob, chart: Chart) -> list[Finding]:
         drawn = {tuple(edge) for edge in np.sort(plan.drawn, axis=1).tolist()}
         more = sum(tuple(edge) not in drawn for edge in np.sort(chart.seams, axis=1).tolist())
         if more:
-            found.append(Finding("seam-needed", job.wanted.name, "cut besides: the patch does not open without", more))
+            found.append(
+                Finding(
+                    "seam-needed", job.wanted.name, "additional seam: without it the patch cannot be flattened", more
+                )
+            )
     if plan.importance is not None:
         through = int((plan.importance[chart.seams] > 0).all(axis=1).sum())
         if through:
-            found.append(Finding("seam-in-interest", job.wanted.name, "there was no way around", through))
+            found.append(Finding("seam-in-interest", job.wanted.name, "no seam around it exists", through))
     return found
 
 

@@ -90,7 +90,7 @@ def propose_seam(document: MapDocument, number: int, *, more: int = 1) -> Reflat
         MapError: No such patch, or not at least one seam more.
     """
     if more < 1:
-        raise MapError("a proposal is for at least one seam", value=more)
+        raise MapError("at least one seam must be proposed", value=more)
     _, plan = _surface_and_plan(document, number)
     return _with_seams(document, number, "Propose a seam", replace(plan, extra=extra_seams(document, number) + more))
 

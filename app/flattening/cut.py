@@ -154,7 +154,7 @@ def _unimportant(vertices: IntArray, importance: FloatArray | None) -> IntArray:
 def _check(surface: Mesh) -> None:
     """Refuse what no cut can turn into a disk."""
     if not len(surface.faces):
-        raise MapError("the surface has no faces to lay flat")
+        raise MapError("the surface has no faces to flatten")
     connectivity = surface.connectivity
     if connectivity.face_count.max() > 2:
         raise MapError(
@@ -163,7 +163,7 @@ def _check(surface: Mesh) -> None:
             remedy="Cover the link anew, or clean the mesh",
         )
     if not connectivity.agrees_in_direction:
-        raise MapError("neighbouring faces disagree about which side is outside", remedy="Orient the faces alike")
+        raise MapError("neighbouring faces are oriented inconsistently", remedy="Orient the faces alike")
     pieces = int(connectivity.components.max()) + 1
     if pieces > 1:
         raise MapError("the surface is not in one piece", value=f"{pieces} pieces", remedy="Make each piece a patch")
@@ -326,6 +326,6 @@ def shortest_edge_path(surface: Mesh, through: Sequence[int], *, importance: Flo
     for start, end in pairwise(through):
         walk = path_in_tree(shortest_path_tree(graph, start)[1], end)
         if walk[0] != start:
-            raise MapError("there is no way between two places of the seam", value=f"vertices {start} and {end}")
+            raise MapError("no path along edges connects two points of the seam", value=f"vertices {start} and {end}")
         pieces.append(np.stack([walk[:-1], walk[1:]], axis=1))
     return np.unique(np.sort(np.concatenate(pieces), axis=1), axis=0)

@@ -57,17 +57,21 @@ def flatten(
     if not 0 <= lengths <= 1:
         raise MapError("the slider between angles and lengths goes from 0 to 1", place="lengths", value=lengths)
     if not surface.area > 0:
-        raise MapError("the surface has no area to lay flat", place=name, value=f"{len(surface.faces)} faces")
+        raise MapError("the surface has no area to flatten", place=name, value=f"{len(surface.faces)} faces")
     job = _FlatteningJob(surface, how, lengths, plan, name, on_round)
     extra = job.openable()
-    notes = [Finding("seam-added", name, "too deep to open without", extra)] if plan.extra is None and extra else []
+    notes = (
+        [Finding("seam-added", name, "without it the surface is too deep to flatten", extra)]
+        if plan.extra is None and extra
+        else []
+    )
     chart, reached = job.flatten(extra)
     while job.seeks_seams and reached > WORTH_A_SEAM and extra < _MOST_SEAMS:
         extra += 1
         better, after = job.flatten(extra)
         if reached - after < _WORTH_KEEPING * (reached - 4):
             break
-        notes.append(Finding("seam-added", name, f"distortion {reached:.2f} -> {after:.2f} (4 is none)"))
+        notes.append(Finding("seam-added", name, f"distortion {reached:.2f} -> {after:.2f} (4 is isometric)"))
         chart, reached = better, after
     return replace(chart, findings=(*chart.findings, *notes))
 
@@ -90,7 +94,7 @@ class _FlatteningJob:
     def openable(self) -> int:
         """How many extra seams it takes for a first map that is not hopeless.
 
-        On a long, deep cup the first map shrinks the bottom towards the smallest number; a seam into it lets it open.
+        On a long, deep cup the initial map shrinks the bottom towards the smallest number; a seam into it lets it open.
         """
         extra = self._plan.extra or 0
         most = max(extra, _MOST_SEAMS)
@@ -100,7 +104,7 @@ class _FlatteningJob:
                 return extra
             if extra == most:
                 raise MapError(
-                    "the surface is too long and thin for a first map",
+                    "the surface is too long and thin for an initial map",
                     place=self._name,
                     value=f"{len(disk.faces)} faces",
                     remedy="Cover the link with more taxels, or split it",
@@ -122,7 +126,9 @@ class _FlatteningJob:
         if flipped(plane, cut.faces).any() or crossings(plane[disk.loop]):
             raise MapError("no one-to-one map was found", place=self._name, remedy="Split the patch, or draw a seam")
         if disk.energy.mollified:
-            note = Finding("thin-face", self._name, "given the least area that can be laid flat", disk.energy.mollified)
+            note = Finding(
+                "thin-face", self._name, "enlarged to the least area that can be flattened", disk.energy.mollified
+            )
             findings.append(note)
         energies, seconds = tuple(r.energy for r in rounds), tuple(r.seconds for r in rounds)
         chart = Chart(cut.faces, plane, cut.vertex_of, cut.seams, self._how.name, energies, seconds, tuple(findings))
@@ -137,17 +143,21 @@ class _FlatteningJob:
         try:
             rounds += self._told(disk, clock, self._how.run(disk, self._lengths))
         except RuntimeError as error:  # libigl's only way to say that a system is singular
-            findings.append(Finding("method-failed", self._name, f"{self._how.name}: {error}; made by our own instead"))
+            findings.append(
+                Finding("method-failed", self._name, f"{self._how.name}: {error}; the built-in method was used instead")
+            )
         target = methods.blended_energy(disk, self._lengths if self._how.slides else self._how.lengths)
         if not rounds or not np.isfinite(rounds[-1].energy):
             if not findings:
-                findings.append(Finding("flips-mended", self._name, f"{self._how.name} turns triangles over here"))
+                findings.append(
+                    Finding("flips-mended", self._name, f"{self._how.name} flips triangles on this surface")
+                )
             rounds += self._told(disk, clock, (r.plane for r in minimise(target, disk.start)))
         apart = BoundaryBarrier(target, disk.loop, rounds[-1].plane)
         if apart.touches(rounds[-1].plane):
             # The first map does not overlap, and a barrier between the border's parts keeps it so.
             rounds += self._told(disk, clock, (r.plane for r in minimise(apart, disk.start)))
-            note = f"border kept apart, distortion {rounds[-1].energy:.2f}"
+            note = f"boundary barrier, distortion {rounds[-1].energy:.2f}"
             findings.append(Finding("overlap-avoided", self._name, note))
         return rounds, findings
 

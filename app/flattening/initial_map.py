@@ -96,7 +96,7 @@ def _solve_interior(plane: FloatArray, pull: FloatArray, connectivity: Connectiv
         factor.update(matrix)
         result[inner] = factor.solve(right[inner])
     except ArithmeticError as error:
-        raise MapError("the first map cannot be computed", value=error, remedy="Split the patch") from error
+        raise MapError("the initial map cannot be computed", value=error, remedy="Split the patch") from error
     return result
 
 

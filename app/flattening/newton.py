@@ -89,7 +89,7 @@ def minimise(
     start = clock()
     energy = problem.energy(plane)
     if not np.isfinite(energy):
-        raise MapError("the first map has flipped triangles", remedy="The surface has triangles too thin to lay flat")
+        raise MapError("the initial map has flipped triangles", remedy="Remove very thin triangles from the surface")
     yield Iterate(plane, energy, clock() - start, 1.0)
     factor = SparseLDL()
     for _ in range(rounds):

@@ -138,7 +138,7 @@ def converge(job: ConvergenceJob, *, on_round: OnRound | None = None) -> Chart:
         raise MapError("no one-to-one map was found", place=job.name, remedy="Move the pins apart, or remove one")
     behind = np.linalg.norm(job.energy.places(plane) - job.energy.goals, axis=1)
     if (late := behind > LAG_TOLERANCE).any():
-        farthest = f"the farthest is {1e3 * job.unit * behind.max():.1f} mm from where it is wanted"
+        farthest = f"the farthest is {1e3 * job.unit * behind.max():.1f} mm from its target"
         notes.append(Finding("pin-behind", job.name, farthest, int(late.sum())))
     known = [note for note in job.chart.findings if note.kind not in ("pin-behind", "overlap-avoided")]
     energies, seconds = tuple(r.energy for r in rounds), tuple(r.seconds for r in rounds)
@@ -161,7 +161,7 @@ def _rounds(job: ConvergenceJob, on_round: OnRound | None) -> tuple[list[Iterate
         return rounds, []
     # A barrier keeps apart what is apart, so it starts from a map that is.
     follow(_descent(job, job.apart, lambda energy: BoundaryBarrier(energy, job.disk.loop, job.apart), 10 * _TOLERANCE))
-    return rounds, [Finding("overlap-avoided", job.name, f"border kept apart, distortion {rounds[-1].energy:.2f}")]
+    return rounds, [Finding("overlap-avoided", job.name, f"boundary barrier, distortion {rounds[-1].energy:.2f}")]
 
 
 def _descent(job: ConvergenceJob, start: FloatArray, barrier: Barrier, tolerance: float) -> Iterator[FloatArray]:
@@ -377,7 +377,7 @@ class PinnedPatch:
         x, y = (float(value) for value in place)
         off = np.abs(np.array([x, y]) - self._chart.plane.mean(axis=0)).max()
         if not off < _FARTHEST_PLACE * self._unit:
-            raise MapError("a pin is wanted at no place near the map", place=self._name, value=(x, y))
+            raise MapError("a pin target is too far from the map", place=self._name, value=(x, y))
         return x, y
 
 
@@ -389,7 +389,7 @@ def _check(surface: Mesh, chart: Chart, lengths: float, name: str) -> None:
     if not (same and sized and (chart.vertex_of[chart.faces] == surface.faces).all()):
         raise MapError("the chart is another surface's", place=name)
     if flips := int(flipped(chart.plane, chart.faces).sum()):
-        raise MapError("the map has flipped triangles", place=name, value=flips, remedy="Lay the patch flat first")
+        raise MapError("the map has flipped triangles", place=name, value=flips, remedy="Flatten the patch first")
 
 
 def _laid_over(plane: FloatArray, other: FloatArray) -> FloatArray:

@@ -277,7 +277,7 @@ class _Repair:
         a, b, c = self.faces.T
         whole = np.flatnonzero((a != b) & (b != c) & (c != a))
         first = whole[unique_faces(self.faces[whole])]
-        self._tell("zero-area-face", "dropped: corners at one place", len(self.faces) - len(whole))
+        self._tell("zero-area-face", "removed: two corners coincide", len(self.faces) - len(whole))
         self._tell("duplicate-face", "dropped", len(whole) - len(first))
         self._keep(first)
 
@@ -288,7 +288,7 @@ class _Repair:
             oriented.component,
             oriented.turned,
         )
-        self._tell("one-sided", "cut where its two sides meet (edges)", oriented.clashes)
+        self._tell("one-sided", "cut at edges where its two sides meet", oriented.clashes)
 
     def split_nonmanifold(self) -> None:
         table, twins = Connectivity(self.faces), manifold_twins(self.faces, self.component)
@@ -300,8 +300,10 @@ class _Repair:
         held = np.bincount(self.component[twins[:, 0] // 3], minlength=int(self.component.max()) + 1)
         self.closed = 2 * held == 3 * np.bincount(self.component)
         crowded = int((table.face_count > 2).sum())
-        self._tell("non-manifold-edge", "taken apart: more than two faces met in it", crowded)
-        self._tell("non-manifold-vertex", "taken apart: several fans of faces met in it", int((fans > 1).sum()))
+        self._tell("non-manifold-edge", "split: non-manifold edge with more than two faces", crowded)
+        self._tell(
+            "non-manifold-vertex", "split: non-manifold vertex with several fans of faces", int((fans > 1).sum())
+        )
 
     def orient_outward(self) -> None:
         mesh = self._mesh()
@@ -309,12 +311,14 @@ class _Repair:
         kept = np.bincount(self.component, np.where(self.turned, 0.0, mesh.face_areas)) / np.where(area > 0, area, 1.0)
         inverted = inside_out(mesh, self.component, self.closed, kept)[self.component]
         self.faces, self.turned = flip_faces(self.faces, inverted), self.turned ^ inverted
-        self._tell("turned-face", "turned to agree about the outside", int(self.turned.sum()))
+        self._tell("turned-face", "reoriented consistently", int(self.turned.sum()))
 
     def flip_degenerate_faces(self) -> None:
         self.faces, owner, flat = flip_degenerate_faces(self.vertices, self.faces, self.tolerance)
         self._tell(
-            "flat-face", "flipped away: the face behind it was split", int((owner != np.arange(len(owner))).sum())
+            "flat-face",
+            "removed by an edge flip: the face behind it was split",
+            int((owner != np.arange(len(owner))).sum()),
         )
         self._tell("flat-face", "dropped", int(flat.sum()))
         self.face_of, self.turned = self.face_of[owner], self.turned[owner]
@@ -362,12 +366,12 @@ def _unit_sized(mesh: Mesh, used: IntArray, where: str) -> tuple[FloatArray, flo
     vertices = mesh.vertices[used]
     largest = float(np.abs(vertices).max())
     if largest > LARGEST:
-        raise MeshError("the mesh is absurdly large", file=where, value=f"{largest:.3g} m", remedy=_REMEDY)
+        raise MeshError("the mesh is implausibly large", file=where, value=f"{largest:.3g} m", remedy=_REMEDY)
     extent = float(np.linalg.norm(np.ptp(vertices, axis=0)))
     if extent == 0:
         raise _no_area_error(mesh, where)
     if extent < SMALLEST:
-        raise MeshError("the mesh is absurdly small", file=where, value=f"{extent:.3g} m", remedy=_REMEDY)
+        raise MeshError("the mesh is implausibly small", file=where, value=f"{extent:.3g} m", remedy=_REMEDY)
     middle = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
     return (vertices - middle) / extent, weld_tolerance(vertices) / extent
 

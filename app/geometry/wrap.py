@@ -172,7 +172,7 @@ def _isosurface(grid: _VoxelGrid, field: FloatArray, level: float, where: str) -
     outer = Mesh(surface.vertices[used], faces)
     if volumes.max() <= 0 or not outer.connectivity.is_closed_manifold:
         raise MeshError(
-            "the wrap did not close",
+            "the wrapped surface is not closed",
             file=where,
             value=f"{len(outer.faces)} faces",
             remedy="Choose another number of taxels or another cover thickness",
@@ -180,7 +180,7 @@ def _isosurface(grid: _VoxelGrid, field: FloatArray, level: float, where: str) -
     loose = int((volumes > 0).sum()) - 1
     if not loose:
         return outer, ()
-    return outer, (Finding("loose-part", where, "left bare: it does not touch the largest part", loose),)
+    return outer, (Finding("loose-part", where, "not covered: separate from the largest part", loose),)
 
 
 def _smoothed(surface: Mesh, closest: ClosestPoint, mesh: Mesh, offset: float) -> Mesh:

@@ -71,7 +71,7 @@ class ComparedMeasure:
 
     Attributes:
         name: A key of ``MapQuality``.
-        first: Of the first map.
+        first: Of the initial map.
         second: Of the second.
         better: Which is nearer to the ideal.
     """
@@ -87,11 +87,11 @@ class Comparison:
     """Both maps, measured alike.
 
     Attributes:
-        first: All that is known of the first map.
+        first: All that is known of the initial map.
         second: Likewise.
         measures: Side by side.
         procrustes_mm: Rms distance between the maps' taxels after the best rigid motion, mirroring and scale, patch by
-            patch [mm of the first map]. Says how alike they are, not which is better.
+            patch [mm of the initial map]. Says how alike they are, not which is better.
     """
 
     first: Topography
@@ -130,7 +130,7 @@ def compare_maps(
     """
     skins = [map_.skin for map_ in (first, second) if isinstance(map_, TactileMap)]
     if distances is None and not skins:
-        raise MapError("two layouts say nothing about the body", remedy="Give the distances between the taxels")
+        raise MapError("two layouts contain no distances on the body", remedy="Give the distances between the taxels")
     body = BodyDistances(skins[0]) if distances is None else distances
     a, b = _points(first, int(body.first[-1])), _points(second, int(body.first[-1]))
     one, other = _measured(first, a, body, modules), _measured(second, b, body, modules)

@@ -1,7 +1,7 @@
 """The map's Jacobian: how the map point of a place moves with it, as its triangle says or its neighbourhood.
 
 The triangles' own Jacobian is exact for the map that was made, and as wrong as that map: where taxels are believed 2 mm
-from where they are, some triangles are turned over, and a loop closed through them runs away. The affine map fitted to
+from where they are, some triangles are flipped, and a loop closed through them runs away. The affine map fitted to
 a taxel and its two rings forgets the single taxel's error (at 8 mm pitch it survives 7 mm), so control uses that one.
 """
 

@@ -82,7 +82,9 @@ class MapLayout:
             raise MapError("a placement is not finite", value=numbers)
         farthest = max((abs(x) for p in self.placements for x in p.offset), default=0.0)
         if farthest >= FARTHEST_OFFSET:
-            raise MapError("a patch would lie too far out", value=f"{farthest:g} m", remedy="Bring it nearer")
+            raise MapError(
+                "a patch would be too far from the origin", value=f"{farthest:g} m", remedy="Bring it nearer"
+            )
         for scale in (p.scale for p in self.placements):
             if not SMALLEST_SCALE <= scale <= LARGEST_SCALE:
                 most = f"Between {SMALLEST_SCALE:g} and {LARGEST_SCALE:g} times its true size is possible"

@@ -153,7 +153,7 @@ class _Tracer:
         self._at = self._on_border(partner, along)
         self._point = (1 - along) * borders.ends[partner, 0] + along * borders.ends[partner, 1]
         if len(self.pieces) > _MOST_PIECES:
-            raise MapError("the path circles a corner of the skin", place=f"patch {self._at.patch}")
+            raise MapError("the path runs in a loop around a vertex of the skin", place=f"patch {self._at.patch}")
 
     def _arrive(self, point: FloatArray) -> None:
         at = self._transitions.map.to_body(point)
@@ -260,7 +260,7 @@ def _checked(points: Sequence[Sequence[float]] | FloatArray, least: int) -> Floa
         needs = "at least one point" if least == 1 else "two points or more"
         raise MapError(f"a path needs {needs}, all finite", value=given[:3].tolist(), remedy="Mark its points")
     if np.abs(given).max() > FARTHEST_OFFSET:
-        raise MapError("a path leads too far out", value=given[:3].tolist(), remedy="Draw it on the map")
+        raise MapError("a path point is too far from the origin", value=given[:3].tolist(), remedy="Draw it on the map")
     return np.round(given, 12)
 
 

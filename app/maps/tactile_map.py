@@ -168,7 +168,7 @@ def back_project(map_: TactileMap, point: FloatArray) -> BodyPoint:
     at = map_.to_body(point)
     if at is None:
         raise MapError(
-            "there is no skin behind this point of the map",
+            "this point of the map is outside all patches",
             value=np.asarray(point).tolist(),
             remedy="Choose one inside a patch, such as one of the map's taxel_points",
         )

@@ -24,7 +24,7 @@ from app.scene.scene_file import scene_from_toml, scene_to_toml
 from app.session.prepare import PreparedScene
 
 DAMAGED = "The recording is damaged, or was not made by this program"
-"""What a person is told of data that cannot be trusted."""
+"""Remedy stated for invalid data."""
 SCENE, ROBOT, MAP, OBJECTS = "scene.toml", "robot.zip", "map.npz", "objects.npz"
 MEDIA_TYPES = {
     SCENE: "application/toml",
@@ -72,7 +72,7 @@ def unpack_scene(attachments: dict[str, bytes], *, file: str) -> PreparedScene:
     known = robot.link_index
     foreign = [patch.link for patch in map_.skin.patches if patch.link not in known]
     if foreign:
-        problem = "the recording's skin is worn by a link its robot does not have"
+        problem = "the recording's skin is on a link that its robot does not have"
         raise RecordingError(problem, file=file, value=foreign[0], remedy=DAMAGED)
     return PreparedScene(scene, robot, map_.skin, map_, objects)
 
@@ -148,7 +148,7 @@ def robot_from_zip(data: bytes, *, file: str) -> Robot:
     """The robot of such a zip; nothing is written to disk, and no path in it is followed.
 
     Raises:
-        RecordingError: It is damaged, would unpack to an absurd size, or names files outside itself.
+        RecordingError: It is damaged, would unpack to an implausible size, or names files outside itself.
     """
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
@@ -161,7 +161,7 @@ def robot_from_zip(data: bytes, *, file: str) -> Robot:
     header = load_json(RobotHeader, found, error=RecordingError, place=_HEADER, file=file, remedy=DAMAGED)
     if header.home.shape != (len(header.joints),):
         where = f"{_HEADER}: home"
-        raise RecordingError("there is not one number a joint", file=file, place=where, value=header.home.shape,
+        raise RecordingError("expected one number per joint", file=file, place=where, value=header.home.shape,
                              remedy=DAMAGED)  # fmt: skip
     links = tuple(Link(name, _mesh(parts, number, file)) for number, name in enumerate(header.links))
     assets = {name.removeprefix("assets/"): part for name, part in parts.items() if name.startswith("assets/")}
@@ -175,7 +175,7 @@ def _check_members(members: list[zipfile.ZipInfo], file: str) -> None:
             problem = "the recording's robot names a file outside itself"
             raise RecordingError(problem, file=file, value=member.filename, remedy=DAMAGED)
     if len(members) > _MAX_MEMBERS or sum(member.file_size for member in members) > _MAX_UNPACKED:
-        problem = "the recording's robot would unpack to an absurd size"
+        problem = "the recording's robot would unpack to an implausible size"
         raise RecordingError(problem, file=file, value=f"{len(members)} files", remedy=DAMAGED)
 
 

@@ -50,7 +50,7 @@ def create_file(path: Path, *, overwrite: bool) -> BinaryIO:
         return path.open("wb" if overwrite else "xb")
     except FileExistsError as error:
         remedy = "Choose another name, or overwrite it"
-        raise RecordingError("the file exists already", file=path, remedy=remedy) from error
+        raise RecordingError("the file already exists", file=path, remedy=remedy) from error
     except OSError as error:
         remedy = "Choose a folder you may write to"
         raise RecordingError("the recording cannot be written", file=path, value=error.strerror, remedy=remedy) from (

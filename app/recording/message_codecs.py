@@ -80,7 +80,7 @@ def encode_input(tick: int, session_input: SessionInput, base: TactileMap) -> by
         return dump_json(InputMessage(tick, session_input))
     if not _same_places(session_input.map.skin, base.skin):
         remedy = "Record with a map of the skin that is simulated"
-        raise RecordingError("a recording cannot hold a skin that is believed to lie elsewhere", remedy=remedy)
+        raise RecordingError("a recording cannot store a skin with a calibration error", remedy=remedy)
     return dump_json(InputMessage(tick, MapEdit(session_input.name, edit_to_bytes(session_input.map, base))))
 
 

@@ -44,7 +44,7 @@ def recover(source: str | Path, target: str | Path, *, overwrite: bool = False) 
     chunks = [mcap_file.chunk_messages(chunk, contents.channels) for chunk in contents.chunks]
     ticks = [message.sequence for chunk in chunks for topic, message in chunk if topic == "/frame"]
     if not ticks:
-        raise RecordingError("nothing can be recovered: no whole frame is left", file=source, remedy=DAMAGED)
+        raise RecordingError("nothing can be recovered: it has no complete frame", file=source, remedy=DAMAGED)
     try:
         with mcap_file.create_file(target, overwrite=overwrite) as stream:
             writer = Writer(stream, chunk_size=1_000_000, compression=CompressionType.ZSTD)

@@ -111,7 +111,7 @@ def check_magnitudes(model: mujoco.MjModel, source: str) -> None:
         row = numbers[bad[0]]
         worst = float(row[np.argmin(np.abs(row) < LARGEST_MAGNITUDE)])
         place = f"body {model.body(int(bad[0])).name}"
-        raise RobotError("a place, size, mass or inertia is absurdly large", file=source, place=place, value=worst)
+        raise RobotError("a place, size, mass or inertia is implausibly large", file=source, place=place, value=worst)
 
 
 def smoke_test(model: mujoco.MjModel, home: FloatArray, source: str) -> None:
@@ -125,7 +125,7 @@ def smoke_test(model: mujoco.MjModel, home: FloatArray, source: str) -> None:
     blown = not np.isfinite(data.qpos).all() or any(data.warning[int(trouble)].number for trouble in _TROUBLES)
     if blown or complaints:
         said = str(complaints[0].message) if complaints else None
-        raise RobotError("the robot does not survive its first steps", file=source, value=said, remedy=_REMEDY)
+        raise RobotError("the simulation of the robot is unstable", file=source, value=said, remedy=_REMEDY)
 
 
 MAX_BODIES = 2000
@@ -188,7 +188,9 @@ def _exclude_touching(spec: mujoco.MjSpec, model: mujoco.MjModel, home: FloatArr
     if not pairs:
         return []
     named = ", ".join(f"{first}-{second}" for first, second in pairs[:5]) + (", …" if len(pairs) > 5 else "")
-    return [Finding("touching-links", named, "these pairs of links will not collide", len(pairs))]
+    return [
+        Finding("touching-links", named, "overlapping at home: collision disabled for these pairs of links", len(pairs))
+    ]
 
 
 def _joints(model: mujoco.MjModel) -> tuple[Joint, ...]:

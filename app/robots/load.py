@@ -72,9 +72,9 @@ def load_robot_file(source: str | Path, *, package_roots: Sequence[Path] = ()) -
     data = read_bytes(path)
     if suffix not in XML_SUFFIXES:
         raise RobotError(
-            "this is no robot file",
+            "this is not a robot file",
             file=path,
-            value=path.suffix or "no suffix",
+            value=path.suffix or "no file extension",
             remedy=f"Open one of: {', '.join((*XML_SUFFIXES, *MESH_SUFFIXES))}",
         )
     if suffix == ".urdf" or parse_xml(data, file=path).tag == "robot":

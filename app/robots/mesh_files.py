@@ -50,7 +50,7 @@ def parse_mesh(data: bytes, path: Path) -> Mesh:
         raise MeshError(
             "the mesh format is not supported",
             file=path,
-            value=path.suffix or "no suffix",
+            value=path.suffix or "no file extension",
             remedy=f"Convert it to one of: {', '.join(MESH_SUFFIXES)}",
         )
     try:
@@ -80,10 +80,10 @@ def to_metres(mesh: Mesh, *, where: str) -> tuple[Mesh, tuple[Finding, ...]]:
     if size > LARGEST_IN_METRES:
         notes, scale = [Finding("units", where, f"{size:.3g} across, so taken for millimetres")], 1e-3
     elif size < SMALLEST_IN_METRES:
-        notes = [Finding("units", where, f"only {size:.3g} m across: scale it if that is not meant")]
+        notes = [Finding("units", where, f"only {size:.3g} m across: scale it if unintended")]
     away = float(np.linalg.norm(mesh.bounds.mean(axis=0))) if size > 0 else 0.0
     if away > _FAR * size:
-        notes.append(Finding("far-away", where, f"{away / size:.3g} times its size from the origin: digits are lost"))
+        notes.append(Finding("far-away", where, f"{away / size:.3g} times its size from the origin: precision is lost"))
     return (Mesh(scale * mesh.vertices, mesh.faces) if scale != 1.0 else mesh), tuple(notes)
 
 
@@ -110,7 +110,7 @@ def _check_limits(vertices: FloatArray, faces: IntArray, path: Path) -> None:
     largest = float(np.abs(vertices).max(initial=0.0))
     if largest > MAX_COORDINATE:  # not so for NaN, which Mesh refuses with its place
         raise MeshError(
-            "a coordinate is absurdly large",
+            "a coordinate is implausibly large",
             file=path,
             value=largest,
             remedy="Export it again in metres or millimetres",
@@ -213,7 +213,7 @@ class AssetStore:
 
     def _load(self, path: Path) -> bytes:
         if not path.exists():
-            self.findings.append(Finding("missing-mesh", str(path), "a small box stands in for it"))
+            self.findings.append(Finding("missing-mesh", str(path), "replaced by a small box"))
             return to_msh(box_mesh(PLACEHOLDER_SIZE))
         mesh = parse_mesh(read_bytes(path), path)
         self._faces += len(mesh.faces)

@@ -38,7 +38,9 @@ def check_names(spec: mujoco.MjSpec, *, source: str) -> None:
         for element in getattr(spec, kind):
             if element.name.startswith(OWN_NAMES):
                 remedy = f"Give it a name that does not begin with {OWN_NAMES}"
-                raise RobotError("this name is kept for the program", file=source, value=element.name, remedy=remedy)
+                raise RobotError(
+                    "this name is reserved for the program", file=source, value=element.name, remedy=remedy
+                )
 
 
 def parse_spec(text: str, assets: Mapping[str, bytes], *, source: str) -> mujoco.MjSpec:

@@ -90,7 +90,7 @@ def resolve_inside(path: Path, roots: Sequence[Path], *, file: Path, named: str)
         raise RobotError("the path cannot be followed", file=file, place=named, value=error) from error
     if not inside:
         raise RobotError(
-            "the path climbs out of the robot's folder",
+            "the path leaves the robot's folder",
             file=file,
             value=named,
             remedy="Put the file inside that folder, or give its folder as a package root",

@@ -74,7 +74,7 @@ def name_unnamed_elements(spec: mujoco.MjSpec) -> list[Finding]:
                 element.name = next(name for name in _candidates(prefix, i) if name not in taken)
                 taken.add(element.name)
                 unnamed += 1
-    return [Finding("unnamed", "bodies and joints", "named link_… and joint_…", unnamed)] if unnamed else []
+    return [Finding("unnamed", "bodies and joints", "unnamed: named link_… and joint_…", unnamed)] if unnamed else []
 
 
 def _candidates(prefix: str, index: int) -> Iterator[str]:
@@ -158,7 +158,7 @@ def prepare_degenerate_meshes(spec: mujoco.MjSpec, assets: Mapping[str, bytes]) 
     for geom in stopped:
         geom.contype = geom.conaffinity = 0
     names = ", ".join(sorted({geom.meshname for geom in stopped}))
-    return [Finding("flat-mesh", names, "drawn, but nothing collides with it", len(stopped))] if stopped else []
+    return [Finding("flat-mesh", names, "visual only, without collision", len(stopped))] if stopped else []
 
 
 def enforce_inertia_inequality(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:

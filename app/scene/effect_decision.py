@@ -31,91 +31,95 @@ FINE_STEP, COARSE_STEP, LONGEST_STEP = 0.001, 0.002, 0.02
 
 def _dynamics(needs: Needs, _above: DecidedAbove) -> ValueAndReason:
     if needs.task == "view" and "joint_torque" not in needs.outputs:
-        return False, "the task is to look: the robot is where it is asked to be"
-    return True, f"the task is to {TASKS[needs.task].title}" if needs.task != "view" else "joint torques are wanted"
+        return False, "the task is kinematic: joint positions are prescribed"
+    return True, f"the task is to {TASKS[needs.task].title}" if needs.task != "view" else "joint torques are an output"
 
 
 def _fingers(needs: Needs, _above: DecidedAbove) -> ValueAndReason:
     if needs.scripted:
-        return True, "a scripted hand touches the skin"
+        return True, "the scene has a stimulus script"
     if needs.touch:
-        return True, f"the scene wants {_words(needs.touch)}, so somebody may touch"
-    return False, "the scene wants nothing that is felt"
+        return True, f"the scene outputs {_words(needs.touch)}, so fingers may poke the skin"
+    return False, "the scene has no tactile output"
 
 
 def _contact(needs: Needs, above: DecidedAbove) -> ValueAndReason:
     if not above["dynamics"]:
-        return "off", "without dynamics nothing can be pushed away"
+        return "off", "contact needs dynamics"
     itself = needs.task == "self-touch"
     if itself and needs.objects:
-        return "all", f"the robot touches itself, and {_names(needs)} there to touch"
+        return "all", f"the task is self-contact, and {_names(needs)} in the scene"
     if itself:
-        return "self", "the robot touches itself"
+        return "self", "the task is self-contact"
     if needs.outside:
-        return "environment", f"{_names(needs)} there to touch"
-    return ("probe", f"{_names(needs)} there to touch") if needs.probes else ("off", "there is nothing to touch")
+        return "environment", f"{_names(needs)} in the scene"
+    return ("probe", f"{_names(needs)} in the scene") if needs.probes else ("off", "the scene has no objects")
 
 
 def _gravity(needs: Needs, above: DecidedAbove) -> ValueAndReason:
     if not above["dynamics"]:
-        return "off", "without dynamics nothing has weight"
+        return "off", "gravity needs dynamics"
     if needs.free:
-        return "compensated", f"{needs.free[0]} rests on something; the robot carries itself"
+        return "compensated", f"{needs.free[0]} moves freely; the motors carry the robot's weight"
     if "joint_torque" in needs.outputs:
-        return "compensated", "joint torques are wanted, and they carry the robot"
-    return "off", "the robot carries its own weight, and nothing else has any"
+        return "compensated", "joint torques are an output and include the motors' support"
+    return "off", "the motors carry the robot, and nothing else moves freely"
 
 
 def _friction(needs: Needs, above: DecidedAbove) -> ValueAndReason:
     if above["contact"] == "off":
-        return False, "no bodies touch"
+        return False, "contact is off"
     if needs.task in ("slide", "push"):
         return True, f"the task is to {TASKS[needs.task].title}"
     if needs.free:
-        return True, f"{needs.free[0]} would slip away without"
+        return True, f"{needs.free[0]} would slip without friction"
     if "joint_torque" in needs.outputs:
-        return True, "joint torques are wanted, and friction is part of them"
-    return False, "nothing slides with a force or lies on anything"
+        return True, "joint torques are an output and include friction"
+    return False, "no task slides or pushes, and no object moves freely"
 
 
 def _joint_limits(_needs: Needs, above: DecidedAbove) -> ValueAndReason:
-    return (True, "a push may reach them") if above["dynamics"] else (False, "the robot is where it is asked to be")
+    return (
+        (True, "contact may drive joints to their limits")
+        if above["dynamics"]
+        else (False, "joint positions are prescribed")
+    )
 
 
 def _joint_friction(needs: Needs, above: DecidedAbove) -> ValueAndReason:
     if not above["dynamics"]:
-        return False, "without dynamics nothing resists"
+        return False, "joint friction needs dynamics"
     wanted = "joint_torque" in needs.outputs
-    return wanted, "joint torques are wanted" if wanted else "joint torques are not wanted"
+    return wanted, "joint torques are an output" if wanted else "joint torques are no output"
 
 
 def _skin(needs: Needs, above: DecidedAbove) -> ValueAndReason:
     if not needs.touch:
-        return "off", "the scene wants nothing that is felt"
+        return "off", "the scene has no tactile output"
     if not above["fingers"] and above["contact"] == "off":
-        return "off", "nothing can touch the skin"
+        return "off", "fingers and contact are off"
     if "pressure_shape" in needs.touch:
-        return "half-space", "the pressure's shape is wanted as buried taxels feel it"
+        return "half-space", "the output is the pressure distribution at the depth of the taxels"
     if "centre_of_pressure" in needs.touch:
-        return "punch", "the centre of pressure is wanted, exactly"
+        return "punch", "the output is the exact centre of pressure"
     if needs.touch == ("force",) and needs.controller == "impedance":
-        return "point", "the scene wants force alone, however it spreads"
-    return "water-fill", f"the scene wants {_words(needs.touch)}, and the sum of it exact"
+        return "point", "the output is the force alone, not its distribution"
+    return "water-fill", f"the scene outputs {_words(needs.touch)}, with the total force exact"
 
 
 def _timestep(needs: Needs, above: DecidedAbove) -> ValueAndReason:
     if not above["dynamics"]:
-        return _part_of(needs.tick, LONGEST_STEP), "nothing moves by force, so a step is as long as a tick"
-    return _part_of(needs.tick, FINE_STEP), "fine enough for the usual contacts"
+        return _part_of(needs.tick, LONGEST_STEP), "without dynamics a step may be as long as a tick"
+    return _part_of(needs.tick, FINE_STEP), "short enough for contacts of usual stiffness"
 
 
 def _integrator(needs: Needs, above: DecidedAbove) -> ValueAndReason:
     if above["dynamics"] and above["timestep"] > COARSE_STEP:
-        return "discrete", f"steady at steps longer than {1e3 * COARSE_STEP:g} ms"
+        return "discrete", f"stable at steps longer than {1e3 * COARSE_STEP:g} ms"
     known = measured_stability("implicitfast", above["timestep"], equivalent_stiffness(needs.layer, needs.objects))
     if above["contact"] != "off" and (known is None or known.verdict != "steady"):
-        return "discrete", f"steady where contacts are as stiff as {needs.layer.stiffness:g} N/m"
-    return "implicitfast", "cheap, and steady at this step and stiffness"
+        return "discrete", f"stable for contacts as stiff as {needs.layer.stiffness:g} N/m"
+    return "implicitfast", "fast, and stable at this step and stiffness"
 
 
 def _sensor(why: str) -> EffectRule:
@@ -123,13 +127,13 @@ def _sensor(why: str) -> EffectRule:
         if above["skin"] == "off":
             return False, "no skin is simulated"
         wanted = "readings" in needs.outputs
-        return wanted, why if wanted else "what electronics would tell is not wanted"
+        return wanted, why if wanted else "sensor readings are no output"
 
     return rule
 
 
 def _dead_taxels(_needs: Needs, _above: DecidedAbove) -> ValueAndReason:
-    return False, "a skin is whole unless the scene says otherwise"
+    return False, "all taxels work unless the scene sets dead ones"
 
 
 def _part_of(tick: float, longest: float) -> float:
@@ -148,16 +152,16 @@ def _words(outputs: tuple[str, ...]) -> str:
 
 
 _REASONS = {
-    "area_averaging": "a real pad has a size",
-    "crosstalk": "real pads share a cover and wires",
-    "hysteresis": "a real cover creeps",
-    "gain_spread": "no two real taxels are alike",
-    "offset_drift": "a real zero wanders",
-    "noise": "real amplifiers hiss",
-    "saturation": "a real taxel has a highest reading",
-    "threshold": "faint readings are cut off",
-    "quantisation": "a real converter counts in steps",
-    "sampling": "a real bus is slower than control, and late",
+    "area_averaging": "a taxel averages over its pad",
+    "crosstalk": "neighbouring taxels share cover and wiring",
+    "hysteresis": "the cover is viscoelastic",
+    "gain_spread": "sensitivity varies between taxels",
+    "offset_drift": "the zero offset drifts",
+    "noise": "amplifiers add noise",
+    "saturation": "readings have an upper limit",
+    "threshold": "readings below a threshold are zero",
+    "quantisation": "readings are digitised",
+    "sampling": "readings are slower than control and delayed",
 }
 _RULES: Mapping[str, EffectRule] = {
     "dynamics": _dynamics,
@@ -171,7 +175,7 @@ _RULES: Mapping[str, EffectRule] = {
     "timestep": _timestep,
     "integrator": _integrator,
     "dead_taxels": _dead_taxels,
-} | {key: _sensor(f"readings are wanted: {why}") for key, why in _REASONS.items()}
+} | {key: _sensor(f"the output is sensor readings: {why}") for key, why in _REASONS.items()}
 EFFECT_RULES: Mapping[str, EffectRule] = MappingProxyType({key: _RULES[key] for key in EFFECTS})
 
 
@@ -190,14 +194,14 @@ def scene_warnings(needs: Needs, effects: Effects) -> tuple[Finding, ...]:
 def _nothing_there(needs: Needs, _effects: Effects) -> tuple[str, str] | None:
     if not TASKS[needs.task].objects or needs.outside:
         return None
-    return "objects", f"The task is to {TASKS[needs.task].title}, but there is nothing: add one with [[objects]]"
+    return "objects", f"The task is to {TASKS[needs.task].title}, but the scene has no object: add one with [[objects]]"
 
 
 def _nothing_moves(needs: Needs, effects: Effects) -> tuple[str, str] | None:
     if effects.dynamics or (needs.task == "view" and "joint_torque" not in needs.outputs):
         return None
     wants = "to know joint torques" if needs.task == "view" else f"to {TASKS[needs.task].title}"
-    return "effects.dynamics", f"Without dynamics nothing gives way, but the scene is {wants}: switch dynamics on"
+    return "effects.dynamics", f"Dynamics are off, but the scene is {wants}: switch dynamics on"
 
 
 def _objects_untouched(needs: Needs, effects: Effects) -> tuple[str, str] | None:
@@ -205,45 +209,45 @@ def _objects_untouched(needs: Needs, effects: Effects) -> tuple[str, str] | None
         return None
     if needs.outside or (needs.probes and effects.contact != "probe"):
         name = next(spec.name for spec in needs.objects if effects.contact != "probe" or spec.kind != "probe")
-        return "effects.contact", f"{name} is there but nothing touches it: choose contact environment or all"
+        return "effects.contact", f"{name} collides with nothing: choose contact environment or all"
     return None
 
 
 def _no_self_contact(needs: Needs, effects: Effects) -> tuple[str, str] | None:
     if needs.task != "self-touch" or effects.contact in ("self", "all"):
         return None
-    return "effects.contact", "The robot is to touch itself, but its links pass through each other: choose contact self"
+    return "effects.contact", "The task is self-contact, but self-collision is off: choose contact self"
 
 
 def _no_friction(needs: Needs, effects: Effects) -> tuple[str, str] | None:
     if needs.task not in ("slide", "push") or effects.friction:
         return None
-    return "effects.friction", f"The task is to {TASKS[needs.task].title}, but nothing resists: switch friction on"
+    return "effects.friction", f"The task is to {TASKS[needs.task].title}, but friction is off: switch friction on"
 
 
 def _nothing_felt(needs: Needs, effects: Effects) -> tuple[str, str] | None:
     if not needs.touch or effects.skin != "off":
         return None
     wanted = needs.touch[0].replace("_", " ")
-    return "effects.skin", f"The scene wants {wanted}, but the skin feels nothing: choose skin water-fill"
+    return "effects.skin", f"The scene outputs {wanted}, but the skin model is off: choose skin water-fill"
 
 
 def _hand_away(needs: Needs, effects: Effects) -> tuple[str, str] | None:
     if not needs.scripted or effects.fingers:
         return None
-    return "effects.fingers", "A scripted hand is to touch the skin, but fingers are off: switch fingers on"
+    return "effects.fingers", "The scene has a stimulus script, but fingers are off: switch fingers on"
 
 
 def _weightless(needs: Needs, effects: Effects) -> tuple[str, str] | None:
     if not (effects.dynamics and needs.free and effects.gravity == "off"):
         return None
-    return "effects.gravity", f"{needs.free[0]} floats without gravity: choose gravity compensated"
+    return "effects.gravity", f"{needs.free[0]} does not fall, since gravity is off: choose gravity compensated"
 
 
 def _ideal_sensor(needs: Needs, effects: Effects) -> tuple[str, str] | None:
     if "readings" not in needs.outputs or any(vars(effects.sensor).values()):
         return None
-    return "effects", "Readings of real electronics are wanted, but every effect of the sensor is off: switch one on"
+    return "effects", "The scene outputs sensor readings, but every sensor effect is off: switch one on"
 
 
 _CHECKS: tuple[WarningCheck, ...] = (
@@ -252,7 +256,7 @@ _CHECKS: tuple[WarningCheck, ...] = (
 )  # fmt: skip
 
 
-OVERRIDDEN = "the scene says so"
+OVERRIDDEN = "set by the scene"
 
 
 @dataclass(frozen=True)

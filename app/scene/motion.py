@@ -39,10 +39,10 @@ class Waypoint:
         for name, value, low in (("seconds", self.seconds, 0.01), ("rest", self.rest, 0.0)):
             if not low <= value <= 3600.0:
                 remedy = f"Choose {low:g} to 3600 s"
-                raise SceneError("a motion cannot be so", place=f"motion.{name}", value=value, remedy=remedy)
+                raise SceneError("the motion is out of range", place=f"motion.{name}", value=value, remedy=remedy)
         values = self.posture.values() if isinstance(self.posture, Mapping) else self.posture
         if not all(map(math.isfinite, values)):
-            raise SceneError("a posture is finite numbers", place="motion.posture", value=self.posture)
+            raise SceneError("a posture must be finite numbers", place="motion.posture", value=self.posture)
 
 
 class Motion:
@@ -102,7 +102,7 @@ def _posture(robot: Robot, waypoint: Waypoint, before: FloatArray, place: str) -
         if len(waypoint.posture) != len(names):
             remedy = f"Give {len(names)} numbers, or joints by name"
             count = len(waypoint.posture)
-            raise SceneError("a posture has one number a joint", place=place, value=count, remedy=remedy)
+            raise SceneError("a posture needs one number per joint", place=place, value=count, remedy=remedy)
         wanted = dict(zip(names, waypoint.posture, strict=True))
     goal = before.copy()
     for number, joint in enumerate(robot.joints):
@@ -116,5 +116,5 @@ def _position(joint: Joint, value: float, unit: Unit, place: str) -> float:
     if not joint.lower - 1e-9 <= scale * value <= joint.upper + 1e-9:
         said = "m" if joint.slide else unit
         remedy = f"Choose {joint.lower / scale:.4g} to {joint.upper / scale:.4g} {said}"
-        raise SceneError("a joint cannot go there", place=place, value=value, remedy=remedy)
+        raise SceneError("the joint position is out of range", place=place, value=value, remedy=remedy)
     return scale * value

@@ -65,6 +65,6 @@ def primitive_mesh(spec: ObjectSpec) -> Mesh:
 def _open_mesh_findings(spec: ObjectSpec, mesh: Mesh) -> tuple[Finding, ...]:
     """What is wrong with a surface that should hold a body."""
     if not mesh.connectivity.is_closed_manifold:
-        action = "The mesh is not closed: inside and outside are guessed, so close it before trusting pressures"
+        action = "The mesh is not closed: inside and outside are estimated, so pressures may be wrong; close the mesh"
         return (Finding("open-mesh", spec.name, action),)
     return ()

@@ -89,12 +89,14 @@ class ObjectSpec:
             raise SceneError("a mesh comes from a file, and nothing else does", place="objects.file", remedy=remedy)
         if self.guided and (self.kind in ("probe", "plane", "plate") or not self.mass):
             remedy = "Give a box, cylinder, sphere or mesh with mass"
-            raise SceneError("only what falls can be guided", place="objects.guided", value=self.kind, remedy=remedy)
+            raise SceneError("only free bodies can be guided", place="objects.guided", value=self.kind, remedy=remedy)
 
     def _check(self, name: str, value: float, low: float, high: float) -> None:
         if not (math.isfinite(value) and low <= value <= high):
             remedy = f"Choose {low:g} to {high:g}"
-            raise SceneError(f"{self.name} cannot be so", place=f"objects.{name}", value=value, remedy=remedy)
+            raise SceneError(
+                f"{self.name} has a value out of range", place=f"objects.{name}", value=value, remedy=remedy
+            )
 
     def _check_size(self) -> None:
         meanings = _SIZES[self.kind]

@@ -78,7 +78,7 @@ class Scene:
         self._check_words()
         self._check_names()
         if not 1e-4 <= self.tick <= 1.0:
-            raise self._refusal("a tick cannot be so long", "tick", f"{self.tick} s", "Choose 0.0001 to 1 s")
+            raise self._refusal("the tick is out of range", "tick", f"{self.tick} s", "Choose 0.0001 to 1 s")
         step = self.effects.timestep
         if abs(self.tick / step - round(self.tick / step)) > 1e-6:
             remedy = f"Choose a multiple of {step:g} s up to 1 s"

@@ -20,7 +20,7 @@ from assets import asset
 
 Verdict: TypeAlias = Literal["steady", "bounces", "diverges"]
 PROBE_MASS = 0.1
-"""What pressed the arm when the table was made [kg]."""
+"""Mass of the probe that pressed the arm when the table was measured [kg]."""
 _ROUNDING = 1e-9
 
 
@@ -77,7 +77,7 @@ def stability_warning(effects: Effects, layer: ElasticLayer, *, objects: Sequenc
     found = measured_stability(effects.integrator, effects.timestep, stiffness)
     if found is not None and found.verdict == "steady":
         return None
-    fate = "was never tried" if found is None else found.verdict
+    fate = "has not been measured" if found is None else found.verdict
     where = f"{effects.integrator} at {1e3 * effects.timestep:g} ms, contacts of {layer.stiffness:.3g} N/m"
     return Finding("unstable-time-step", where, f"Contact {fate} there: {_way_out(effects, stiffness)}")
 

@@ -30,23 +30,23 @@ class Task:
 
 TASKS: Mapping[str, Task] = MappingProxyType(
     {
-        "view": Task("look at the robot in its postures", outputs=("posture",)),
+        "view": Task("show the robot in its postures", outputs=("posture",)),
         "touch": Task("touch the skin"),
-        "slide": Task("slide along something with a force", objects=True),
-        "push": Task("push something away", objects=True),
-        "self-touch": Task("let the robot touch itself"),
-        "crowd": Task("move among many things", objects=True),
+        "slide": Task("slide along an object with a force", objects=True),
+        "push": Task("push an object", objects=True),
+        "self-touch": Task("bring the robot into self-contact"),
+        "crowd": Task("move among many objects", objects=True),
     }
 )
 OUTPUTS: Mapping[str, str] = MappingProxyType(
     {
-        "posture": "where the joints are",
-        "pressure": "what the taxels feel, as physics has it",
-        "readings": "what real electronics would tell of that",
-        "force": "how hard each contact presses",
-        "centre_of_pressure": "where each contact presses, exactly",
-        "pressure_shape": "how pressure is spread under each contact, as buried taxels feel it",
-        "joint_torque": "what the joints must give",
+        "posture": "joint positions",
+        "pressure": "simulated pressure on each taxel",
+        "readings": "sensor readings of that pressure",
+        "force": "normal force of each contact",
+        "centre_of_pressure": "exact centre of pressure of each contact",
+        "pressure_shape": "pressure distribution under each contact at the depth of the taxels",
+        "joint_torque": "joint torques",
     }
 )
 TOUCH_OUTPUTS = ("pressure", "readings", "force", "centre_of_pressure", "pressure_shape")
@@ -63,7 +63,7 @@ class Needs:
         layer: The cover.
         tick: Seconds between two control ticks.
         controller: The controller the scene starts with.
-        scripted: Whether a scripted hand touches the skin.
+        scripted: Whether the scene has a stimulus script.
     """
 
     task: str = "touch"

@@ -270,7 +270,7 @@ class Session:
             TactileMapsError: As ``tick``.
         """
         if not (math.isfinite(seconds) and seconds >= 0):
-            raise SimulationError("a session cannot run so long", value=f"{seconds} s", remedy="Choose 0 s or more")
+            raise SimulationError("the duration is out of range", value=f"{seconds} s", remedy="Choose 0 s or more")
         for _ in range(round(seconds / self.prepared.scene.tick)):
             self.tick()
         return self.frame

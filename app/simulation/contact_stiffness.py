@@ -99,7 +99,7 @@ def unstable_contacts(model: mujoco.MjModel, layer: ElasticLayer) -> tuple[str, 
             name = " and ".join(plain_name(model.geom(geom).name) for geom in geoms)
             most, longest = layer.stiffness / share, 1e3 * step / np.sqrt(share)
             notes.append(
-                f"{name} may bounce apart: {layer.stiffness:.3g} N/m is too stiff for the time "
+                f"{name} may be unstable: {layer.stiffness:.3g} N/m is too stiff for the time "
                 f"step; use at most {most:.2g} N/m or {longest:.2g} ms, or the integrator discrete"
             )
     return tuple(notes)

@@ -65,7 +65,7 @@ def find_level_place(robot: Robot, skin: Skin, *, radius: float) -> tuple[Surfac
         if sky.is_free(skin.link(at), middle):
             return at, (float(middle[0]), float(middle[1]), float(middle[2]))
     raise SimulationError(
-        "no place on the skin lies level and free at home",
+        "at home no part of the skin is level and unobstructed",
         value=f"the best faces up by {best:.2f}",
         remedy="Weigh on a robot whose home posture holds some skin level",
     )
@@ -171,7 +171,9 @@ def weigh(robot: Robot, skin: Skin, layer: ElasticLayer, model: SkinModel, *, ma
     if model == "off" or not 1e-3 <= mass <= 50.0:
         place, value = ("model", model) if model == "off" else ("mass", f"{mass:g} kg")
         remedy = "Choose a contact model and 0.001 to 50 kg"
-        raise SimulationError("nothing can be weighed so", place=place, value=value, remedy=remedy)
+        raise SimulationError(
+            "the known-load check cannot run with these values", place=place, value=value, remedy=remedy
+        )
     at, middle = find_level_place(robot, skin, radius=_RADIUS)
     spec = ObjectSpec("weight", "sphere", (_RADIUS,), middle, mass=mass, guided=True)
     # Half of what keeps an explicit spring of this stiffness under this mass stable.
@@ -220,5 +222,7 @@ def _until_rest(simulation: Simulation, robot: Robot, skin: Skin, at: SurfacePoi
             )
     if not read > 0:
         remedy = "Use a contact model that conserves force"
-        raise SimulationError("the weight rests, but no taxel feels it", value=f"{read:.4g} N", remedy=remedy)
+        raise SimulationError(
+            "the weight rests on the skin, but no taxel reads pressure", value=f"{read:.4g} N", remedy=remedy
+        )
     return read

@@ -33,7 +33,7 @@ def is_simulated(kind: ObjectKind, effects: Effects) -> bool:
 def add_object(spec: mujoco.MjSpec, scene_object: SceneObject, effects: Effects) -> None:
     """Add one object to the model: a body, its shape (which touches nothing yet), its joints and motors.
 
-    A mesh touches as its convex hull. A plane gets a second shape, a block 20 m wide under it: MuJoCo makes up to four
+    A mesh collides as its convex hull. A plane gets a second shape, a block 20 m wide under it: MuJoCo makes up to four
     contacts between plane and hull, which would be as many times as stiff, and one between block and hull.
 
     Args:

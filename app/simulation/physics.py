@@ -70,7 +70,7 @@ class Physics:
         self._bodies = {
             scene_object.spec.name: int(self.model.body(body_name(scene_object.spec)).id) for scene_object in present
         }
-        hulls = (f"{t.spec.name} touches as its convex hull" for t in present if t.spec.kind == "mesh")
+        hulls = (f"{t.spec.name} collides as its convex hull" for t in present if t.spec.kind == "mesh")
         self.notes = (*hulls, *unstable_contacts(self.model, layer))
         self._drives, passing = ProbeDrives(self.model, present), TunnellingCheck(self.model, present)
         self._passing = passing if passing.needed else None

@@ -158,7 +158,9 @@ class Simulation:
             self._fingers.apply(self._data, poke)
         elif isinstance(poke, PokePressed):
             remedy = "Switch the effect fingers on"
-            raise SimulationError("nobody can poke here", value=f"finger {poke.id}", remedy=remedy)
+            raise SimulationError(
+                "fingers are off, so the skin cannot be poked", value=f"finger {poke.id}", remedy=remedy
+            )
 
     def step(self, count: int, command: ImpedanceCommand) -> None:
         """Advance ``count`` time steps under one command.

@@ -147,10 +147,10 @@ def check_command(robot: Robot, command: ImpedanceCommand) -> None:
         for joint, value in zip(robot.joints, values, strict=True):
             if not math.isfinite(value):
                 raise SimulationError(
-                    "the controller asked for no number",
+                    "the controller's output is not finite",
                     place=f"joint {joint.name}",
                     value=f"{name} {value}",
-                    remedy="Reset; look at what drives the controller",
+                    remedy="Reset; check the controller's inputs and gains",
                 )
 
 
@@ -214,7 +214,7 @@ class TunnellingCheck:
                 "an object is too fast for the time step",
                 place=f"{mover.name} near {self._model.body(self._model.geom_bodyid[met]).name} at {data.time:.3f} s",
                 value=f"{speed:.3g} m/s, {1e3 * speed * step:.3g} mm a step",
-                remedy=f"It could pass through unseen: use a time step of at most {1e3 * longest:.2g} ms",
+                remedy=f"It could pass through undetected: use a time step of at most {1e3 * longest:.2g} ms",
             )
 
     def _mover(self, name: str, body: int) -> _MovingObject:

@@ -58,7 +58,9 @@ def with_calibration_error(skin: Skin, sd: float, *, seed: int = 0, by: ErrorUni
     Cost: 0.1 s for 1000 taxels.
     """
     if not 0 <= sd <= MAX_ERROR:  # NaN compares false
-        raise SkinError("that is no error of a calibration", place="sd", value=f"{sd} m", remedy="Choose 0 to 0.05 m")
+        raise SkinError(
+            "the calibration error is out of range", place="sd", value=f"{sd} m", remedy="Choose 0 to 0.05 m"
+        )
     if by not in _SHIFTS:
         raise SkinError("there is no such unit", place="by", value=by, remedy=f"Choose {' or '.join(_SHIFTS)}")
     if sd == 0:

@@ -54,14 +54,14 @@ class CoverSpec:
     def __post_init__(self) -> None:
         if not 4 <= self.taxels <= MAX_COVER_TAXELS:
             raise SkinError(
-                "that number of taxels cannot be placed",
+                "the number of taxels is out of range",
                 place="taxels",
                 value=self.taxels,
                 remedy=f"Choose 4 to {MAX_COVER_TAXELS}",
             )
         if not 1e-4 <= self.thickness <= 0.1:
             raise SkinError(
-                "that cover thickness cannot be made",
+                "the cover thickness is out of range",
                 place="thickness",
                 value=f"{self.thickness} m",
                 remedy="Choose 0.0001 to 0.1 m",
@@ -115,7 +115,7 @@ def cover_robot(robot: Robot, spec: CoverSpec | None = None, *, progress: Progre
         findings += notes
     if not pieces:
         raise SkinError(
-            "no surface is left for skin once the joints are kept clear",
+            "no surface is left for skin outside the clearance of the joints",
             file=robot.source,
             place=", ".join(links),
             remedy="Choose other links or a thinner cover",
@@ -128,7 +128,7 @@ def _check_links(robot: Robot, links: tuple[str, ...], meshes: dict[str, Mesh]) 
     bare = [name for name in links if robot.link(name).name not in meshes]
     if bare:
         raise SkinError(
-            "the link has no geometry to wear a skin",
+            "the link has no geometry for a skin",
             file=robot.source,
             value=bare[0],
             remedy=f"Choose among: {', '.join(meshes)}",
@@ -168,7 +168,7 @@ def _usable_pieces(
     found = usable_components(wrapped.surface, usable, smallest=smallest, largest_hole=_MAX_HOLE_TAXELS * taxel_area)
     notes = list(wrapped.findings)
     if not found:
-        notes.append(Finding("no-room", name, "left bare: neighbouring links are too close everywhere"))
+        notes.append(Finding("no-room", name, "not covered: neighbouring links are too close everywhere"))
     return [_Piece(name, surface) for surface in found], notes
 
 

@@ -78,7 +78,7 @@ def fit_taxels_to_link(
 def _link_mesh(robot: Robot, link: str) -> tuple[Mesh, tuple[Finding, ...]]:
     mesh = robot.link(link).mesh
     if mesh is None or not len(mesh.faces):
-        raise SkinError("the link has no geometry to wear a skin", file=robot.source, value=link)
+        raise SkinError("the link has no geometry for a skin", file=robot.source, value=link)
     return clean_mesh(mesh, where=link)
 
 

@@ -64,12 +64,12 @@ def skin_of_mesh(
     repaired = repair_mesh(mesh, where=name)
     worn, hidden = _Surface(repaired.mesh, repaired.vertex_of, repaired.component), 0
     if surface == "outer":
-        progress(f"Looking at {name} from outside", 0.2)
+        progress(f"Finding the visible surface of {name}", 0.2)
         worn, hidden = _outer_surface(worn, _min_component_area(worn.mesh, spec))
     parts, small = _components_with_specs(worn, spec, name)
     notes = [
-        Finding("hidden-face", name, "left bare: seen from nowhere outside", hidden),
-        Finding("small-piece", name, "left bare: too small for a taxel", small),
+        Finding("hidden-face", name, "not covered: not visible from outside", hidden),
+        Finding("small-piece", name, "not covered: too small for a taxel", small),
     ]
     patches, refused = _patches(parts, name, progress)
     return Skin(patches, (*repaired.findings, *(note for note in notes if note.count), *refused))
@@ -87,7 +87,7 @@ def _patches(parts: list[_Part], name: str, progress: Progress) -> tuple[tuple[P
             refusals.append(refusal)
     if not patches:
         raise refusals[0]
-    return tuple(patches), [Finding("bare-piece", name, f"left bare: {refusal.problem}") for refusal in refusals]
+    return tuple(patches), [Finding("bare-piece", name, f"not covered: {refusal.problem}") for refusal in refusals]
 
 
 def _min_component_area(mesh: Mesh, spec: PlacementSpec) -> float:

@@ -207,7 +207,7 @@ def place_modules(surface: Mesh, pitch: float, *, allowed: BoolArray, seed: int)
             "not one module fits on the surface",
             place="pitch",
             value=f"modules with sides of {1e3 * TILE_SIDE * pitch:.0f} mm",
-            remedy="Choose a smaller pitch, fewer zones to keep out of, or the even pattern",
+            remedy="Choose a smaller pitch, fewer excluded zones, or the even pattern",
         )
     faces, weights = best.pads()
     points, centres = surface.points(faces, weights), surface.vertices[surface.faces].mean(axis=1)

@@ -48,7 +48,7 @@ class SphereZone:
     def __post_init__(self) -> None:
         set_fields(self, centre=_vector(self.centre, "ball"))
         if not 0 < self.radius < np.inf:
-            raise SkinError("a ball to keep out of needs a radius above zero", place="keep out", value=self.radius)
+            raise SkinError("an excluded ball needs a radius above zero", place="keep out", value=self.radius)
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +61,9 @@ class BoxZone:
     def __post_init__(self) -> None:
         set_fields(self, low=_vector(self.low, "box"), high=_vector(self.high, "box"))
         if (self.low > self.high).any():
-            raise SkinError("a box to keep out of is inside out", place="keep out", value=self.low.tolist())
+            raise SkinError(
+                "the lower corner of an excluded box is above the upper one", place="keep out", value=self.low.tolist()
+            )
 
 
 @dataclass(frozen=True)
@@ -72,7 +74,7 @@ class BoundaryZone:
 
     def __post_init__(self) -> None:
         if not 0 <= self.width < np.inf:
-            raise SkinError("a strip to keep out of needs a width", place="keep out", value=self.width)
+            raise SkinError("an excluded strip needs a width", place="keep out", value=self.width)
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,10 +147,10 @@ class PlacementSpec:
             raise SkinError("state the pitch or the number of taxels", place="pitch", value=(self.pitch, self.taxels))
         if self.taxels is not None and not 1 <= self.taxels <= MAX_PLACED_TAXELS:
             remedy = f"Choose 1 to {MAX_PLACED_TAXELS:,}"
-            raise SkinError("that number of taxels cannot be placed", place="taxels", value=self.taxels, remedy=remedy)
+            raise SkinError("the number of taxels is out of range", place="taxels", value=self.taxels, remedy=remedy)
         if self.pitch is not None and not _PITCH_RANGE[0] <= self.pitch <= _PITCH_RANGE[1]:
             remedy = f"Choose {_PITCH_RANGE[0]} to {_PITCH_RANGE[1]} m"
-            raise SkinError("that pitch cannot be made", place="pitch", value=f"{self.pitch} m", remedy=remedy)
+            raise SkinError("the pitch is out of range", place="pitch", value=f"{self.pitch} m", remedy=remedy)
 
 
 _DENSITIES = "Choose curvature, or one value above zero for each vertex"

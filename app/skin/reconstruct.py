@@ -117,7 +117,7 @@ def _surface(taxels: TaxelSet, first: IntArray, kind: IntArray, notes: list[Find
 def _stated_surface(stated: Mesh, normals: FloatArray | None, where: str, notes: list[Finding]) -> TriangulatedTaxels:
     """The file's own surface, turned if nearly all of its normals, where there are any, look to its other side."""
     if normals is not None and (stated.vertex_normals * normals).sum() < -_OPPOSITE * len(normals):
-        _note(notes, "turned-face", where, "turned to look where the normals look", len(stated.faces))
+        _note(notes, "turned-face", where, "reoriented to match the normals", len(stated.faces))
         stated = Mesh(stated.vertices, stated.faces[:, ::-1])
     own = stated.vertex_normals
     used = own.any(axis=1, keepdims=True)
@@ -134,7 +134,7 @@ def _defect_of_faces(mesh: Mesh) -> str | None:
         return "more than two meet in an edge"
     directed = mesh.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     if len(np.unique(directed, axis=0)) < len(directed):
-        return "neighbours look to different sides"
+        return "neighbouring faces are oriented inconsistently"
     if len(mesh.connectivity.bow_tie_vertices):
         return "several fans meet in a taxel"
     return None
@@ -146,8 +146,8 @@ def _with_extended_boundary(joined: TriangulatedTaxels, where: str, notes: list[
     lone = np.setdiff1d(np.arange(len(positions)), joined.mesh.faces)
     rows = _straight_rows(positions, lone)
     single = sum(len(row) == 1 for row in rows)
-    _note(notes, "lone-taxel", where, "no surface reaches it: given a small disk of its own", single)
-    _note(notes, "taxel-row", where, "in a straight row: given a strip of its own", len(rows) - single)
+    _note(notes, "lone-taxel", where, "isolated taxel: given a small disk", single)
+    _note(notes, "taxel-row", where, "collinear taxels: given a strip", len(rows) - single)
     walks = [*joined.mesh.connectivity.boundary_loops]
     walks += [np.concatenate([row, row[-2:0:-1]]) for row in rows]
     vertices, owner, width = [positions], [np.arange(len(positions))], _extension_widths(positions)

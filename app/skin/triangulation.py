@@ -7,10 +7,9 @@ many files hold dummies, or normals of another frame, and those have no vote.
 
 Triangles. Each taxel looks at its neighbours in its own tangent plane and names the triangles that it would have in a
 Delaunay triangulation there. Triangles that at least two of their corners name are laid down, the surest first, where
-they fit: no edge gets a third face, no vertex a second fan, no two neighbours look to different sides. No side is
-longer than the taxels around it allow, so that gaps between patches stay gaps. (After Gopi, Krishnan and Silva 2000,
-"Surface reconstruction based on lower dimensional localized Delaunay triangulation".) Nothing here calls native
-geometry code.
+they fit: no edge gets a third face, no vertex a second fan, and neighbours are oriented alike. No side is longer than
+the taxels around it allow, so that gaps between patches stay gaps. (After Gopi, Krishnan and Silva 2000, "Surface
+reconstruction based on lower dimensional localized Delaunay triangulation".) Nothing here calls native geometry code.
 """
 
 from __future__ import annotations
@@ -78,7 +77,7 @@ def estimate_normals(
     normals, sheet = _orient_consistently(normals, near, positions)
     outside, clear = _outward_signs(positions, normals, sheet, stated)
     if not clear.all():
-        action = "the outside is a guess: the taxels say too little about it (sheets of taxels)"
+        action = "the outward side is uncertain: the taxels do not determine it (sheets of taxels)"
         notes.append(Finding("guessed-outside", where, action, int((~clear).sum())))
     return EstimatedNormals(normals * outside[sheet, None], straight, tuple(notes))
 

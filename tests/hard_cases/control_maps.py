@@ -182,7 +182,7 @@ CASES: dict[str, HardCase] = {
         for sd, kind, stated, check, force in (
             (0.0005, "raw", "triangles say little else than the truth: the path is followed", led(0.004, 0.010), 10.0),
             (0.002, "smoothed", "the fit over two rings says the truth within a tenth", led(0.005, 0.014), 12.0),
-            (0.002, "raw", "some triangles are turned over, others very slow: bounded", bounded_only, 25.0),
+            (0.002, "raw", "some triangles are flipped, others very slow: bounded", bounded_only, 25.0),
             (0.007, "smoothed", "it still leads on: the path is followed, badly", bounded_only, 25.0),
             (0.007, "raw", "a third of the triangles leads backwards: bounded", bounded_only, 40.0),
         )

@@ -64,5 +64,5 @@ def test_forces_are_drawn_contact_by_contact():
 
 
 def test_pressures_of_another_skin_are_refused():
-    with pytest.raises(MapError, match="not the pressures of this skin"):
+    with pytest.raises(MapError, match="pressures do not fit this skin"):
         draw_map(BAR.map, np.zeros(3), ax=axes())

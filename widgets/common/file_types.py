@@ -52,7 +52,10 @@ def scene_to_open(path: str) -> Scene:
         return scene_for(path)
     known = ", ".join((*ROBOTS, *MESHES, *SCENES, *MAPS, *RECORDINGS, *TAXELS))
     raise UsageError(
-        "this kind of file cannot be opened", file=path, value=ending or "no ending", remedy=f"Give one of: {known}"
+        "this type of file cannot be opened",
+        file=path,
+        value=ending or "no file extension",
+        remedy=f"Give one of: {known}",
     )
 
 

@@ -102,7 +102,7 @@ class MapQualityWorker(QObject):
         self._sent: tuple[Chart | None, ...] = ()
 
     def warm(self) -> None:
-        """Start the process now, so that the first map need not wait for it."""
+        """Start the process now, so that the initial map need not wait for it."""
         self.process.warm()
 
     def measure(self, map_: TactileMap, token: SourceToken) -> None:

@@ -72,7 +72,7 @@ def wrench_of_torques(configuration: Configuration, link: str, torques: FloatArr
     jacobian = _jacobian(configuration, link)
     torques = np.asarray(torques, dtype=np.float64)
     if torques.shape != jacobian.shape[1:] or not np.isfinite(torques).all():
-        raise MapError(f"these are not the torques of {jacobian.shape[1]} joints", value=torques.tolist())
+        raise MapError(f"expected the torques of {jacobian.shape[1]} joints", value=torques.tolist())
     scale = np.array([1.0, 1.0, 1.0, 10.0, 10.0, 10.0])
     left, values, right = np.linalg.svd((jacobian * scale[:, None]).T, full_matrices=False)
     known = values > _KNOWN * max(float(values.max(initial=0.0)), 1e-300)
@@ -113,14 +113,14 @@ class EstimateRefusal(Enum):
     """Why an estimate has no distribution or no place."""
 
     RANK = "rank"
-    """Readings tell apart fewer than half of the unknowns: the cover is too deep, or the noise too great."""
+    """The effective rank is below half of the unknowns: the cover is too deep or the noise too large."""
     NO_FORCE = "no-force"
     WRENCH_RANK = "wrench-rank"
     """Too few of the six numbers of force and torque are known."""
     OFF_SKIN = "off-skin"
-    """The force's line misses the skin of the link: several contacts, or a twist."""
+    """The line of action misses the skin of the link: several contacts, or a torsional moment."""
     PULL = "pull"
-    """The force found would pull."""
+    """The estimated force would pull."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -60,7 +60,7 @@ class ForceTorqueSensor:
         """
         wrench, link = reading.wrench, reading.region.link
         if wrench is None:
-            raise MapError("there is no force and torque to go by", place=link, remedy="Choose another estimator")
+            raise MapError("there are no force-torque data", place=link, remedy="Choose another estimator")
         size = float(np.linalg.norm(wrench.force))
         at: SurfacePoint | None = None
         refused: EstimateRefusal | None = None

@@ -37,5 +37,10 @@ def write_map(map_: TactileMap, path: str | Path) -> None:
     writer = _WRITERS.get(target.suffix.lower())
     if writer is None:
         remedy = f"Choose one of: {', '.join(ENDINGS)}"
-        raise MapError("a map is not written as this", file=target, value=target.suffix or "no ending", remedy=remedy)
+        raise MapError(
+            "a map cannot be exported in this format",
+            file=target,
+            value=target.suffix or "no file extension",
+            remedy=remedy,
+        )
     writer(map_, target)

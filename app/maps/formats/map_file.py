@@ -122,7 +122,7 @@ class _ChartReader:
         if faces.shape != surface.faces.shape or (vertex_of[faces] != surface.faces).any():
             raise self._refuse("the chart is not of this patch's surface", "faces", faces.shape)
         if flipped(take["plane"], faces).any():
-            raise self._refuse("triangles are turned over", "plane", int(flipped(take["plane"], faces).sum()))
+            raise self._refuse("triangles are flipped", "plane", int(flipped(take["plane"], faces).sum()))
         try:
             loops = len(Connectivity(faces).boundary_loops)
         except MeshError as error:

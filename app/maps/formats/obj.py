@@ -147,7 +147,7 @@ class _ObjParser:
         vertex = vertex - 1 if vertex > 0 else len(self._vertices) + vertex
         uv = uv - 1 if uv > 0 else len(self._uv) + uv
         if not (0 <= vertex < len(self._vertices) and 0 <= uv < len(self._uv)):
-            raise self._bad("a corner names something that does not come before it", line, word)
+            raise self._bad("a face refers to an element that is not defined before it", line, word)
         return vertex, uv
 
     def _floats(self, words: Sequence[str], count: int, line: int) -> list[float]:
@@ -286,13 +286,13 @@ def _island(name: str, surface: Mesh, corner_uv: FloatArray) -> _Island:
     mirrored = bool((areas < 0).all())
     if not (mirrored or (areas > 0).all()):
         bad = min(int((areas <= 0).sum()), int((areas >= 0).sum()))
-        raise _unfit(name, "triangles are turned over", f"{bad} of {len(areas)}", "Unwrap the patch without folds")
+        raise _unfit(name, "triangles are flipped", f"{bad} of {len(areas)}", "Unwrap the patch without folds")
     if mirrored:
         points = points * [-1.0, 1.0]
     flat = Connectivity(faces)
     _require_disk(name, flat, points)
     scale = float(np.sqrt(surface.area / np.abs(areas).sum()))
-    findings = [Finding("mirrored-chart", name, "the file shows it mirrored; so does the map")] if mirrored else []
+    findings = [Finding("mirrored-chart", name, "mirrored in the file, so mirrored on the map")] if mirrored else []
     corner = points.min(axis=0)
     seams = _seams(surface.connectivity, flat)
     chart = Chart(faces, (points - corner) * scale, vertex_of, seams, OBJ_METHOD, findings=tuple(findings))
@@ -315,12 +315,12 @@ def _require_disk(name: str, flat: Connectivity, points: FloatArray) -> None:
     try:
         loops = flat.boundary_loops
     except MeshError as error:
-        raise _unfit(name, "the patch is not laid flat as one piece", error.problem, "Unwrap it again") from error
+        raise _unfit(name, "the patch is not unwrapped in one piece", error.problem, "Unwrap it again") from error
     if len(loops) != 1:
         raise _unfit(name, "the patch is not cut open", f"{len(loops)} borders", "Mark a seam that opens it")
     overlaps = crossings(points[loops[0]])
     if overlaps:
-        raise _unfit(name, "the patch lies on itself", f"{overlaps} crossings of its border", "Unwrap it again")
+        raise _unfit(name, "the patch overlaps itself", f"{overlaps} crossings of its border", "Unwrap it again")
 
 
 def _unfit(name: str, problem: str, value: object, remedy: str) -> MapError:
@@ -348,7 +348,7 @@ def _arranged(skin: Skin, islands: Sequence[_Island], obj: ObjUv) -> TactileMap:
     layout = MapLayout(tuple(_placement(island, common, origin) for island in islands))
     if (np.abs(scales / common - 1) > _SAME_SCALE).any() or not _apart(TactileMap(skin, charts, layout).outlines):
         layout = pack_charts(charts)
-        findings.append(Finding("rearranged", OBJ_METHOD, "the patches had several scales, or lay on each other"))
+        findings.append(Finding("rearranged", OBJ_METHOD, "the patches had different scales or overlapped"))
     first = charts[0]
     told = Chart(
         first.faces, first.plane, first.vertex_of, first.seams, OBJ_METHOD, findings=(*first.findings, *findings)

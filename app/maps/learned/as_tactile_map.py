@@ -180,8 +180,8 @@ def _mapped(patch: Patch, points: FloatArray, placed: BoolArray) -> tuple[Patch,
     surface = Mesh(positions, faces)
     notes = [
         ("taxels-on-one-place", "moved apart by a thousandth of their spacing", moved),
-        ("gaps-bridged", "triangles with long sides inside the map or holding it together", shape.bridging),
-        ("taxels-without-place", "put on the triangle nearest on the body", int((~placed).sum())),
+        ("gaps-bridged", "long triangles kept inside the map or to connect it", shape.bridging),
+        ("taxels-without-place", "placed on the nearest triangle on the body", int((~placed).sum())),
     ]
     findings = tuple(Finding(kind, patch.name, action, count) for kind, action, count in notes if count)
     none = np.zeros((0, 2), dtype=np.int64)
@@ -243,5 +243,7 @@ def _between_patches(skin: Skin, learned: LearnedMap) -> tuple[Finding, ...]:
     mixed = (patch != patch[:, :1]).any(axis=1) & (sides.max(axis=1) <= longest_side(points))
     count = int(mixed.sum())
     return (
-        (Finding("triangles-between-patches", "skin", "not made: they would lie on no link", count),) if count else ()
+        (Finding("triangles-between-patches", "skin", "left out: their taxels are on different links", count),)
+        if count
+        else ()
     )

@@ -211,5 +211,5 @@ def island_findings(parts: list[IntArray]) -> tuple[Finding, ...]:
     if len(parts) < 2:
         return ()
     sizes = ", ".join(str(len(part)) for part in parts[:12]) + (", ..." if len(parts) > 12 else "")
-    action = "nothing was felt on two of them at once, so their places to each other are not known; laid side by side"
+    action = "no contact touched two of them at once, so their relative positions are unknown; placed side by side"
     return (Finding("islands", f"parts of {sizes} taxels", action, len(parts)),)

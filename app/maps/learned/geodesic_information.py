@@ -66,7 +66,7 @@ def flatten_point_cloud(cloud: FloatArray) -> FlattenedCloud:
         raise error.at(kind=MapError, place="learned surface") from error
     notes = [*chart.findings]
     if len(chart.seams):
-        action = "closed in space; cut along a seam of its own"
+        action = "closed surface; cut along an additional seam"
         notes.append(Finding("opened", "learned surface", action, len(chart.seams)))
     points = np.zeros((len(cloud), 2))
     # Backwards, so that of two places the first is written last, and stays.
@@ -74,7 +74,7 @@ def flatten_point_cloud(cloud: FloatArray) -> FlattenedCloud:
     beside = np.setdiff1d(np.arange(len(cloud)), on_surface)
     if beside.size:
         points[beside] = _means_of_nearest(cloud[beside], cloud[on_surface], points[on_surface])
-        action = "put between the nearest that are on it"
+        action = "placed between their nearest neighbours on the surface"
         notes.append(Finding("taxels-beside-surface", "learned surface", action, int(beside.size)))
     return FlattenedCloud(points, tuple(notes))
 
@@ -86,7 +86,9 @@ def _surface(cloud: FloatArray) -> tuple[IntArray, IntArray]:
     largest = faces[piece == np.bincount(piece).argmax()] if len(faces) else faces
     own, kept = remove_unreferenced(largest)
     if len(kept) < _LEAST_COVERED * len(cloud):
-        raise MapError("no surface goes through the learned points", value=f"{len(kept)} of {len(cloud)} are on one")
+        raise MapError(
+            "no surface could be reconstructed from the learned points", value=f"{len(kept)} of {len(cloud)} are on one"
+        )
     return without_small_holes(own), kept
 
 
@@ -138,7 +140,7 @@ def embed_through_space(wanted: FloatArray, progress: Progress) -> tuple[FloatAr
         opened = flatten_point_cloud(embed_in_space(wanted, progress=progress))
     except MapError as error:
         points, _ = embed_in_plane(wanted, progress)
-        return points, (Finding("no-learned-surface", NAME, f"{error.problem}; placed in the plane at once"),)
+        return points, (Finding("no-learned-surface", NAME, f"{error.problem}; embedded in the plane directly"),)
     return opened.points, opened.findings
 
 

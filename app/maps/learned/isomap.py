@@ -57,7 +57,7 @@ def isomap(
         if not geodesics.exact:
             findings = (Finding("inexact-distance", "surface", "body distances taken along edges"),)
     if not np.isfinite(apart).all():
-        raise MapError("no way leads between some vertices", remedy="Map each connected piece by itself")
+        raise MapError("some vertices are not connected", remedy="Map each connected piece by itself")
     points, placed = classical_mds(apart), np.ones(len(chosen), dtype=bool)
     seconds = time.perf_counter() - started
     return LearnedMap(points, placed, f"isomap-{distances}", seconds, kruskal_stress(points, apart), findings)
@@ -67,7 +67,7 @@ def _over_faces(geodesics: Geodesics, chosen: IntArray, progress: Progress) -> F
     """(k, k) exact distances [m], the mean of both ways."""
     rows = []
     for number, vertex in enumerate(chosen):
-        progress("Measuring the body", number / len(chosen))
+        progress("Computing geodesic distances", number / len(chosen))
         rows.append(geodesics.from_vertex(int(vertex), chosen))
     apart = np.stack(rows)
     return 0.5 * (apart + apart.T)

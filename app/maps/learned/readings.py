@@ -86,5 +86,5 @@ def _findings(dead: IntArray) -> tuple[Finding, ...]:
     if not dead.size:
         return ()
     names = ", ".join(str(number) for number in dead[:_NAMED]) + (", ..." if dead.size > _NAMED else "")
-    action = "felt nothing, so that touch cannot tell where they lie; left in the middle of the map"
+    action = "never in contact, so their positions are unknown; placed at the centre of the map"
     return (Finding("taxels-never-touched", f"taxels {names}", action, int(dead.size)),)

@@ -86,7 +86,7 @@ def train_batch_som(contacts: csr_matrix, *, side: int, progress: Progress = no_
     squared = ((sheet[:, None] - sheet[None]) ** 2).sum(axis=-1)
     units = _initial_units(contacts, sheet)
     for number, width in enumerate(np.geomspace(_WIDEST * side, _NARROWEST, ROUNDS)):
-        progress("Organising the sheet", number / ROUNDS)
+        progress("Training the self-organising map", number / ROUNDS)
         likeness = contacts @ (units / np.maximum(np.linalg.norm(units, axis=1, keepdims=True), 1e-30)).T
         claimed = likeness.argmax(axis=1)
         sums = csr_matrix((np.ones(len(claimed)), (claimed, np.arange(len(claimed)))), shape=(len(units), len(claimed)))

@@ -107,7 +107,7 @@ def _open(path: Path) -> _Table:
     try:
         cells = list(csv.reader((line for _, line in lines), delimiter=separator, strict=True))
     except csv.Error as error:
-        raise SkinError("the table cannot be taken apart", file=path, value=error) from error
+        raise SkinError("the table cannot be parsed", file=path, value=error) from error
     rows = [(number, row) for (number, _), row in zip(lines, cells, strict=True)] if len(cells) == len(lines) else []
     if not rows:
         raise SkinError("a quoted cell runs over several lines", file=path, remedy="Close the quotes")
@@ -130,7 +130,9 @@ def _header(
         names = {3: _POSITION, 6: _POSITION + _NORMAL}.get(len(first))
         if names is None:
             remedy = f"Put a line of names first: {', '.join(_KNOWN)}"
-            raise SkinError("what the columns are is not said", file=path, value=f"{len(first)} columns", remedy=remedy)
+            raise SkinError(
+                "the names of the columns are missing", file=path, value=f"{len(first)} columns", remedy=remedy
+            )
         return {name: k for k, name in enumerate(names)}, set(), rows
     columns, millimetres = dict[str, int](), set[str]()
     for k, cell in enumerate(first):
@@ -139,9 +141,9 @@ def _header(
         if stem in _LENGTHS and ending in ("m", "mm"):
             name, unit = stem, ending
         if name not in _KNOWN:
-            add_finding(findings, "unknown-column", path.name, f"not read: {cell.strip()[:40]!r}", 1)
+            add_finding(findings, "unknown-column", path.name, f"ignored: {cell.strip()[:40]!r}", 1)
         elif name in columns:
-            raise line_error(f"the column {name} comes twice", path, line, ", ".join(first))
+            raise line_error(f"the column {name} is duplicated", path, line, ", ".join(first))
         else:
             columns[name] = k
             if unit == "mm":

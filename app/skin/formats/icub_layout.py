@@ -183,7 +183,7 @@ def _module(words: Sequence[str], path: Path, line: int) -> LayoutModule:
     if not (0 <= number < MAX_ID and number.is_integer()):
         raise refuse(f"a module's number must be whole, from 0 to {MAX_ID - 1}")
     if max(abs(x), abs(y)) * _MILLI > MAX_COORDINATE / 2 or abs(degrees) > 1e6:
-        raise refuse("a module lies absurdly far away, or is turned absurdly often; the unit is the millimetre")
+        raise refuse("a module's position or rotation is implausibly large; the unit is the millimetre")
     mirror = values[_FEWEST] if len(values) > _FEWEST else 0.0
     if mirror not in (0, 1):
         raise refuse("mirror must be 0 or 1")

@@ -188,7 +188,9 @@ def import_icub_skin(robot: Robot, path: str | Path, *, link: str | None = None,
 def _find_link(robot: Robot, named: str | None, path: Path) -> str:
     """The robot's link for the file's name; ``upper_arm`` in the file ``left_arm`` is ``l_upper_arm`` on the robot."""
     if named is None:
-        raise SkinError("the file does not name its link", file=path, remedy="Choose the link that wears these taxels")
+        raise SkinError(
+            "the file does not name its link", file=path, remedy="Choose the link that carries these taxels"
+        )
     side = {"left": "l_", "right": "r_"}.get(path.name.partition("_")[0], "")
     for name in (named, side + named):
         if name in robot.link_index:

@@ -97,5 +97,5 @@ def _take(arrays: Mapping[str, NDArray[Any]], name: str, path: Path) -> NDArray[
             "an array has the wrong shape or type", file=path, place=name, value=f"{values.shape} {values.dtype}"
         )
     if values.dtype.kind == "u" and values.size and int(values.max()) >= 2**63:
-        raise SkinError("a number is absurdly large", file=path, place=name, value=values.max())
+        raise SkinError("a number is implausibly large", file=path, place=name, value=values.max())
     return values.astype(np.float64 if "f" in kinds else np.int64)

@@ -122,7 +122,9 @@ def write_taxels(
     ending = path.suffix.lower()
     if ending not in WRITTEN_ENDINGS:
         remedy = f"Choose one of: {', '.join(WRITTEN_ENDINGS)}"
-        raise SkinError("taxels cannot be written as this", file=path, value=ending or "no ending", remedy=remedy)
+        raise SkinError(
+            "taxels cannot be saved in this format", file=path, value=ending or "no file extension", remedy=remedy
+        )
     with errors_in_file(path):
         sets = taxel_sets(taxels, points=points)
     if ending in _MANY_LINKS:

@@ -127,7 +127,7 @@ def distinct_numbers(numbers: ArrayLike, where: str, findings: list[Finding]) ->
     """``numbers`` (n,), or the rows' own numbers where one comes twice; files from two boards often repeat them."""
     stated = np.asarray(numbers, dtype=np.int64)
     twice = int(_is_duplicate(stated).sum())
-    add_finding(findings, "duplicate-number", where, "numbered by their order instead: numbers come twice", twice)
+    add_finding(findings, "duplicate-number", where, "numbered by their order instead: numbers are duplicated", twice)
     return np.arange(len(stated)) if twice else stated
 
 

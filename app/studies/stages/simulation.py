@@ -1,4 +1,4 @@
-"""How the physics steps in time: which integrator, and how long a step, on the user's own robot and cover."""
+"""Numerical integrator of the physics: which integrator, and how long a step, on the user's own robot and cover."""
 
 from __future__ import annotations
 

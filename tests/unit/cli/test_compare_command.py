@@ -86,7 +86,7 @@ def test_a_recording_is_run_as_long_as_it_is_with_its_task(capsys, recording, tm
     folder = tmp_path / "out" / "here"
     assert main(["compare", recording, "--controllers", "hybrid, parallel", "-o", str(folder)]) == 0
     said = capsys.readouterr().out
-    assert "task, path and force goal were kept; controller and gains were not" in said
+    assert "ask, path and force goal of the recording were kept; its controller and gains were replaced" in said
     assert str(folder / "controllers.csv") in said
     with (folder / "controllers.csv").open() as file:
         rows = list(csv.DictReader(file))
@@ -109,8 +109,8 @@ def test_a_table_for_a_person_has_a_row_a_controller(capsys, scene):
     ("words", "said"),
     [
         (["--controllers", "hybri"], "hybrid"),
-        (["--controllers", "qp,qp"], "once each"),
-        (["--controllers", ","], "once each"),
+        (["--controllers", "qp,qp"], "each once"),
+        (["--controllers", ","], "each once"),
         (["--controllers", "qp", "--task", "dance"], "no such task"),
         ([], "--controllers"),
         (["--controllers", "qp", "--for", "-1"], "above 0"),
@@ -129,7 +129,7 @@ def test_what_cannot_be_opened_or_written_is_1(capsys, scene, tmp_path):
     assert main(["compare", str(torn), "--controllers", "qp"]) == 1
     assert "torn.mcap" in capsys.readouterr().err
     assert main(["compare", scene, "--controllers", "qp", *SHORT, "-o", str(torn / "below")]) == 1
-    assert "cannot be made" in capsys.readouterr().err
+    assert "cannot be created" in capsys.readouterr().err
 
 
 def test_a_controller_that_stops_is_named_and_the_exit_code_says_so(capsys, tmp_path):

@@ -67,7 +67,7 @@ def test_for_a_person(capsys, scene):
     (skin,) = [line for line in lines[on:off] if line.strip().startswith("Skin ")]
     assert "water-fill" in skin
     assert " ms " in skin
-    assert any(line.strip().startswith("Friction") and "the scene says so" in line for line in lines[off:])
+    assert any(line.strip().startswith("Friction") and "set by the scene" in line for line in lines[off:])
     assert any("wall (box)" in line for line in lines[:on])
     assert any("scene-warning" in line for line in lines[off:])
 

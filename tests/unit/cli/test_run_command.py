@@ -106,4 +106,4 @@ def test_a_recording_without_a_hand_says_so(capsys, tmp_path):
     recording = tmp_path / "still.mcap"
     record(small_arm(), recording, ticks=10)
     assert main(["replay", str(recording), "--stimuli", str(tmp_path / "script.toml")]) == 1
-    assert "nobody touched" in capsys.readouterr().err
+    assert "contains no pokes" in capsys.readouterr().err

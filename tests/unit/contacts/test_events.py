@@ -34,8 +34,8 @@ def event(kind, phase, *links):
         ("stroke", "ended", ["forearm"], "stroke on forearm, 62 mm, 4.2 N, 0.8 s"),
         ("grasp", "ended", ["forearm"], "grasp of forearm, 4.2 N, 0.8 s"),
         ("release", "ended", ["forearm"], "release on forearm, 4.2 N, 0.8 s"),
-        ("merge", "began", ["forearm"], "two contacts become one on forearm"),
-        ("split", "began", ["forearm"], "one contact becomes two on forearm"),
+        ("merge", "began", ["forearm"], "contacts merged on forearm"),
+        ("split", "began", ["forearm"], "contact split on forearm"),
         ("self-touch", "began", ["left_hand", "right_forearm"], "left hand touches right forearm, 4.2 N"),
     ],
 )

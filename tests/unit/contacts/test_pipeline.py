@@ -139,7 +139,7 @@ def test_one_reading_is_read_without_a_past(estimator):
 
 def test_what_cannot_be_read_is_refused():
     map_ = prepared_bar().map
-    with pytest.raises(MapError, match="not the pressures of this skin"):
+    with pytest.raises(MapError, match="pressures do not fit this skin"):
         read_contacts(map_, np.zeros(3))
     with pytest.raises(MapError, match="not read from pressures"):
         read_contacts(map_, np.zeros(len(map_.skin)), estimator="lumped")

@@ -18,37 +18,37 @@ def test_every_kind_has_a_name_of_its_own_and_a_text_that_begins_with_it():
     ("limit", "words"),
     [
         (Limit(LimitKind.JOINT_LIMIT, ("l_elbow", "l_wrist")), "joint limit: l elbow, l wrist"),
-        (Limit(LimitKind.ENERGY_TANK, value=0.9), "energy given to the contact: 0.9\u2009J"),
+        (Limit(LimitKind.ENERGY_TANK, value=0.9), "net energy output to the contact: 0.9\u2009J"),
         (
             Limit(LimitKind.STOPPED_BY_FORCE, value=41.2, bound=40.0),
-            "stopped by force: 41\u2009N, more than 40\u2009N; remove the contact to continue",
+            "stopped: contact force too high: 41\u2009N, more than 40\u2009N; remove the contact to continue",
         ),
         (
             Limit(LimitKind.STOPPED_BY_SPEED, value=3.14, bound=3.0),
-            "stopped by joint speed: 3.1\u2009rad/s; remove the contact to continue",
+            "stopped: joint speed too high: 3.1\u2009rad/s; remove the contact to continue",
         ),
         (
             Limit(LimitKind.FORCE_GAIN_HELD, value=0.002, bound=0.01, period=0.2, delay=0.1),
-            "force gain reduced: 2\u2009mm/s per N, for a skin read at 5\u2009Hz, 100\u2009ms late",
+            "force gain reduced: 2\u2009mm/s per N, skin read at 5\u2009Hz, 100\u2009ms delay",
         ),
         (
             Limit(LimitKind.POSITION_GAIN_HELD, value=1.0, bound=4.0, period=0.2, delay=0.0),
-            "position gain reduced: 1/s, for a skin read at 5\u2009Hz",
+            "position gain reduced: 1/s, skin read at 5\u2009Hz",
         ),
         (
             Limit(LimitKind.FORCE_GAIN_UNSTABLE, value=0.03, bound=0.02, period=0.05, delay=0.0),
-            "force gain too high: at most 20\u2009mm/s per N is stable, for a skin read at 20\u2009Hz",
+            "force gain too high: stable up to 20\u2009mm/s per N, skin read at 20\u2009Hz",
         ),
         (Limit(LimitKind.REGRASP_MOVES, ("forearm", "left_hand")), "regrasping: to the left hand"),
         (
             Limit(LimitKind.REGRASP_RETURNS, ("hand", "hand"), cause=RegraspFailure.NOTHING_THERE),
-            "returning from a regrasp: to another place of the hand, nothing was there to touch",
+            "returning from a regrasp: to another place of the hand, no contact at the new place",
         ),
         (
             Limit(LimitKind.CONTACT_ELSEWHERE, ("hand", "forearm")),
             "the contact is on another patch than the point to hold: point on the hand, contact on the forearm",
         ),
-        (Limit(LimitKind.PATH_REFUSED, detail="it circles"), "the path cannot be laid on the skin: it circles"),
+        (Limit(LimitKind.PATH_REFUSED, detail="it circles"), "the path cannot be projected onto the skin: it circles"),
     ],
 )
 def test_figures_are_told(limit, words):

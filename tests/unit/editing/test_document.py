@@ -72,7 +72,7 @@ def test_a_name_is_given_without_its_spaces(document):
 
 @pytest.mark.parametrize("name", ["", "   ", "two\nlines", "x" * (LONGEST_NAME + 1), "\ud800"])
 def test_what_is_no_name_is_refused(document, name):
-    with pytest.raises(MapError, match="no name"):
+    with pytest.raises(MapError, match="not a valid patch name"):
         rename_patch(document, 0, name)
 
 

@@ -105,13 +105,13 @@ def test_undo_in_a_gesture_leaves_the_gesture_only(history):
 
 
 def test_gestures_do_not_nest_and_nothing_else_happens_in_them(history):
-    with pytest.raises(MapError, match="no gesture"):
+    with pytest.raises(MapError, match="no edit is in progress"):
         history.change(history.present)
     history.begin("Move")
     for act in (lambda: history.begin("Turn"), lambda: history.do("Name", history.present)):
-        with pytest.raises(MapError, match="gesture is going on"):
+        with pytest.raises(MapError, match="edit is in progress"):
             act()
-    with pytest.raises(MapError, match="gesture is going on"):
+    with pytest.raises(MapError, match="edit is in progress"):
         history.refine(history.present)
 
 

@@ -185,7 +185,7 @@ def test_pins_are_few_and_apart(document):
 def test_a_drawing_of_nothing_is_refused(document):
     nowhere = TaxelLayout(np.zeros((len(document.skin), 2)))
     for act in (arrange_as_drawn, pin_as_drawn):
-        with pytest.raises(MapError, match="nothing of this skin is drawn"):
+        with pytest.raises(MapError, match="the drawing has no taxel of this skin"):
             act(document, nowhere)
 
 

@@ -103,7 +103,7 @@ def test_pins_that_are_not_there_and_places_that_are_none_are_refused(pinned):
         for number in (-1, 2):
             with pytest.raises(MapError, match="no such pin"):
                 act(number)
-    with pytest.raises(MapError, match="no place"):
+    with pytest.raises(MapError, match="target is not finite"):
         move_pin(pinned, 1, 0, (np.nan, 0.0))
     assert remove_pins(pinned, 1, []).jobs == ()
 
@@ -120,7 +120,7 @@ def test_pins_of_several_patches_are_nudged_and_taken_out_in_one_step(pinned):
     assert [len(patch.pins) for patch in bare.patches] == [0, 0, 0]
     with pytest.raises(MapError, match="no such pin"):
         nudge_pins(both, {1: [2]}, (0.0, 0.0))
-    with pytest.raises(MapError, match="no place"):
+    with pytest.raises(MapError, match="target is not finite"):
         nudge_pins(both, {1: [0]}, (np.inf, 0.0))
     with pytest.raises(MapError, match="no such pin"):
         unpin(both, {1: [0], 2: [1]})

@@ -121,8 +121,8 @@ def _moebius():
         (Mesh(np.zeros((0, 3)), np.zeros((0, 3))), "no faces"),
         (_two_sheets(), "not in one piece"),
         (_fin(), "more than two faces|disagree|piece"),
-        (_turned(), "which side is outside"),
-        (_moebius(), "which side is outside"),
+        (_turned(), "oriented inconsistently"),
+        (_moebius(), "oriented inconsistently"),
     ],
 )
 def test_what_cannot_be_cut_is_named(surface, says):

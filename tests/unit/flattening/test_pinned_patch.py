@@ -160,7 +160,7 @@ def test_pins_that_cannot_get_where_they_are_wanted_are_told_once():
     assert not flipped(settled.plane, settled.faces).any()
     for chart_ in (settled, again):
         assert [note.kind for note in chart_.findings].count("pin-behind") == 1
-    assert "mm from where it is wanted" in settled.findings[-1].action
+    assert "mm from its target" in settled.findings[-1].action
 
 
 def test_a_settled_map_at_rest_stays():
@@ -350,9 +350,9 @@ class TestWhatIsRefused:
     def test_a_place_that_is_none(self, place):
         surface, chart = dome()
         patch, numbers, places = pinned(surface, chart)
-        with pytest.raises(MapError, match="no place near the map"):
+        with pytest.raises(MapError, match="too far from the map"):
             patch.move(numbers[0], place)
-        with pytest.raises(MapError, match="no place near the map"):
+        with pytest.raises(MapError, match="too far from the map"):
             patch.add(SurfacePoint(0, 7, (0.4, 0.3, 0.3)), place)
         assert list(patch.pins) == numbers
         np.testing.assert_allclose([pin.place for pin in patch.pins.values()], places, atol=1e-12)

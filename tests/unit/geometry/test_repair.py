@@ -262,7 +262,7 @@ def test_the_offset_does_not_matter(name: str) -> None:
 
 @pytest.mark.parametrize("name", [*HOPELESS])
 def test_what_has_no_area_or_no_size_is_refused_by_name(name: str) -> None:
-    with pytest.raises(MeshError, match=f"{name}.*: the mesh (has no face with an area|is absurdly)"):
+    with pytest.raises(MeshError, match=f"{name}.*: the mesh (has no face with an area|is implausibly)"):
         repair_mesh(HOPELESS[name], where=name)
 
 

@@ -93,7 +93,7 @@ def test_other_taxels_cannot_be_compared(automatic, body, points, numbers, probl
 
 def test_two_layouts_need_a_body(body, automatic):
     layout = TaxelLayout(automatic.taxel_points)
-    with pytest.raises(MapError, match="nothing about the body"):
+    with pytest.raises(MapError, match="no distances on the body"):
         compare_maps(layout, layout)
     assert compare_maps(layout, layout, distances=body).procrustes_mm < 1e-9
 

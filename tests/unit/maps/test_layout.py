@@ -56,7 +56,9 @@ def test_one_after_another_is_both(first, second):
     assert abs(both.angle) <= np.pi
 
 
-@pytest.mark.parametrize(("change", "says"), [({"offset": (1e6, 0.0)}, "too far out"), ({"scale": 20.0}, "too large")])
+@pytest.mark.parametrize(
+    ("change", "says"), [({"offset": (1e6, 0.0)}, "too far from the origin"), ({"scale": 20.0}, "too large")]
+)
 def test_a_placement_out_of_bounds_is_refused(change, says):
     with pytest.raises(MapError, match=says):
         MapLayout((Placement(), Placement(**change)))

@@ -251,7 +251,7 @@ def test_one_is_laid_about_a_place(kind):
 def test_what_is_no_path_is_refused(bad):
     with pytest.raises(MapError, match="path needs"):
         draw_path("polyline", bad)
-    with pytest.raises(MapError, match="too far out"):
+    with pytest.raises(MapError, match="too far from the origin"):
         draw_path("spline", [[0.0, 0.0], [1e300, 0.0]])
 
 

@@ -129,5 +129,5 @@ def test_a_map_point_is_taken_back_to_its_link(three_patches):
 
 
 def test_a_point_beside_the_map_is_refused(three_patches):
-    with pytest.raises(MapError, match="no skin behind.*taxel_points"):
+    with pytest.raises(MapError, match="outside all patches.*taxel_points"):
         back_project(three_patches, three_patches.bounds[1] + 1.0)

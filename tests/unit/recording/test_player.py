@@ -138,7 +138,7 @@ def test_a_robot_that_climbs_out_is_refused(prepared, name):
 
 def test_a_bomb_is_refused_before_it_is_unpacked(prepared, monkeypatch):
     monkeypatch.setattr("app.recording.bundle._MAX_UNPACKED", 50_000_000)
-    with pytest.raises(RecordingError, match="absurd size"):
+    with pytest.raises(RecordingError, match="implausible size"):
         robot_from_zip(_with_member(prepared.robot, "assets/zeros", bytes(60_000_000)), file="x.mcap")
 
 

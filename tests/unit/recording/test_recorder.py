@@ -41,7 +41,7 @@ with Recorder(prepared, sys.argv[1]) as recorder:
 def test_an_existing_file_is_never_overwritten_unasked(prepared, tmp_path):
     path = tmp_path / "kept.mcap"
     path.write_bytes(b"precious")
-    with pytest.raises(RecordingError, match="exists already"):
+    with pytest.raises(RecordingError, match="already exists"):
         Recorder(prepared, path)
     assert path.read_bytes() == b"precious"
     Recorder(prepared, path, overwrite=True).close()

@@ -69,7 +69,7 @@ def test_recover_never_eats_its_source(recording, tmp_path):
         recover(recording, recording)
     taken = tmp_path / "taken.mcap"
     taken.write_text("mine")
-    with pytest.raises(RecordingError, match="exists already"):
+    with pytest.raises(RecordingError, match="already exists"):
         recover(recording, taken)
     assert taken.read_text() == "mine"
 

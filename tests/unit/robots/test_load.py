@@ -94,7 +94,7 @@ def test_urdf_under_the_name_of_xml_is_still_urdf(urdf: Callable[[str], Path]) -
 
 
 @pytest.mark.parametrize(("name", "problem"), [("absent.xml", "no such file"), ("absent.stl", "no such file"),
-                                               ("", "folder, not a file"), ("notes.txt", "no robot file")])  # fmt: skip
+                                               ("", "folder, not a file"), ("notes.txt", "a robot file")])  # fmt: skip
 def test_what_is_no_robot_file_is_said(tmp_path: Path, name: str, problem: str) -> None:
     (tmp_path / "notes.txt").write_text("notes")
     with pytest.raises(RobotError, match=problem) as caught:

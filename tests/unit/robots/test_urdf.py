@@ -24,7 +24,7 @@ def package(tmp_path: Path) -> Path:
 
 def test_a_neighbouring_folder_of_the_same_package_may_be_named(package: Path) -> None:
     file = package / "urdf" / "robot.urdf"
-    with pytest.raises(RobotError, match="climbs out"):
+    with pytest.raises(RobotError, match="leaves the robot"):
         PackageResolver(file).resolve("../meshes/a b.stl")
     (package / "package.xml").write_text("<package/>")
     assert PackageResolver(file).resolve("../meshes/a b.stl") == package / "meshes" / "a b.stl"

@@ -56,7 +56,7 @@ def test_degrees_are_for_turning_joints_alone():
 
 
 @pytest.mark.parametrize(("posture", "unit", "words"), [
-    ({"aa": 1.0}, "rad", "no such joint.*aa.*Did you mean a"), ((1.0,), "rad", "one number a joint.*Give 3"),
+    ({"aa": 1.0}, "rad", "no such joint.*aa.*Did you mean a"), ((1.0,), "rad", "one number per joint.*Give 3"),
     ({"a": 2.5}, "rad", "motion.0.posture.a.*2.5.*-2 to 2 rad"), ({"a": 120.0}, "deg", "-114.6 to 114.6 deg"),
     ({"s": 0.6}, "deg", "0 to 0.5 m"),
 ])  # fmt: skip

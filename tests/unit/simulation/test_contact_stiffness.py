@@ -43,7 +43,7 @@ def test_a_contact_too_stiff_for_the_step_is_told_with_ways_out():
     assert unstable_contacts(assemble(bar(), bar_skin(), effects, objects=(light,), layer=soft), soft) == ()
     model = assemble(bar(), bar_skin(), effects, objects=(light,), layer=stiff)
     (note,) = unstable_contacts(model, stiff)
-    assert note.startswith("bar and sphere may bounce")
+    assert note.startswith("bar and sphere may be unstable")
     assert "discrete" in note
     discrete = assemble(bar(), bar_skin(), replace(effects, integrator="discrete"), objects=(light,), layer=stiff)
     assert unstable_contacts(discrete, stiff) == ()

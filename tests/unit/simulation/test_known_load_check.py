@@ -51,7 +51,7 @@ def test_the_weight_avoids_what_hangs_over_the_skin():
     assert bar_skin().position(at)[0] == pytest.approx(middle[0])
     everywhere = replace(covered, links=(link, replace(link, name="roof", mesh=Mesh(
         link.mesh.vertices * [1.5, 2.0, 1.0] + [-0.1, 0.0, 0.08], link.mesh.faces))))  # fmt: skip
-    with pytest.raises(SimulationError, match="level and free"):
+    with pytest.raises(SimulationError, match="level and unobstructed"):
         find_level_place(everywhere, bar_skin(), radius=RADIUS)
 
 
@@ -61,7 +61,7 @@ def test_where_the_hull_stands_off_the_skin_it_does_not_lie():
     link = robot.links[0]
     ridged = Mesh(np.concatenate([link.mesh.vertices, [[0.0, 0.05, 0.1], [0.4, 0.05, 0.1], [0.0, -0.05, 0.1],
                                                        [0.4, -0.05, 0.1]]]), link.mesh.faces)  # fmt: skip
-    with pytest.raises(SimulationError, match=r"level and free.*faces up by 1\.00"):
+    with pytest.raises(SimulationError, match=r"level and unobstructed.*faces up by 1\.00"):
         find_level_place(replace(robot, links=(replace(link, mesh=ridged),)), bar_skin(), radius=RADIUS)
 
 
@@ -69,9 +69,9 @@ def test_where_no_skin_faces_up_it_says_so():
     plate = bar_skin().patches[0].surface
     for turned in (Mesh(plate.vertices, plate.faces[:, ::-1]), Mesh(plate.vertices[:, [0, 2, 1]], plate.faces)):
         skin = Skin((Patch("side", "bar", turned, place_evenly(turned, 20, seed=0)),))
-        with pytest.raises(SimulationError, match=r"no place on the skin lies level.*faces up by 0\.00"):
+        with pytest.raises(SimulationError, match=r"no part of the skin is level.*faces up by 0\.00"):
             find_level_place(bar(), skin, radius=RADIUS)
-    with pytest.raises(SimulationError, match="no place on the skin"):
+    with pytest.raises(SimulationError, match="no part of the skin"):
         find_level_place(bar(), Skin(()), radius=RADIUS)
 
 
@@ -126,7 +126,7 @@ def test_what_cannot_be_weighed_is_refused(model, mass, words):
 
 def test_a_model_that_feels_nothing_of_it_is_named():
     """MuJoCo's taxels feel depth, and in a stiff cover the weight has none."""
-    with pytest.raises(SimulationError, match=r"rests, but no taxel feels it"):
+    with pytest.raises(SimulationError, match=r"rests on the skin, but no taxel reads pressure"):
         weigh(arm().robot, arm().skin, ElasticLayer(stiffness=1e5), "depth")
 
 

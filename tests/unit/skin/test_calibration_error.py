@@ -102,7 +102,7 @@ def test_a_few_taxels_or_one_can_be_misplaced(by, count):
 
 @pytest.mark.parametrize("sd", [-0.001, float("nan"), float("inf"), 2 * MAX_ERROR])
 def test_an_error_that_is_none_is_refused(sd):
-    with pytest.raises(SkinError, match="no error of a calibration"):
+    with pytest.raises(SkinError, match="calibration error is out of range"):
         with_calibration_error(SKIN, sd)
 
 

@@ -31,8 +31,8 @@ from tests.support.surfaces import cup, frustum, sheet, sphere
     [
         ({}, "state the pitch or the number"),
         ({"pitch": 0.01, "taxels": 5}, "state the pitch or the number"),
-        ({"pitch": 0.0}, "pitch cannot be made"),
-        ({"pitch": float("nan")}, "pitch cannot be made"),
+        ({"pitch": 0.0}, "pitch is out of range"),
+        ({"pitch": float("nan")}, "pitch is out of range"),
         ({"taxels": 0}, "number of taxels"),
         ({"taxels": 10**6}, "number of taxels"),
         ({"taxels": 5, "pattern": "square"}, "no such pattern"),

@@ -204,7 +204,7 @@ def test_sound_faces_of_the_file_are_kept():
     ("faces", "problem"),
     [
         ([[0, 1, 4], [0, 1, 5], [1, 0, 6]], "more than two"),
-        ([[0, 1, 4], [0, 1, 5]], "different sides"),
+        ([[0, 1, 4], [0, 1, 5]], "oriented inconsistently"),
         ([[0, 1, 2]], "no area"),
         ([[5, 6, 11], [5, 0, 1]], "several fans"),
     ],

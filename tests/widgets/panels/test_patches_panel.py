@@ -294,7 +294,7 @@ def test_buttons_do_what_they_say_to_the_selected_patches(panel, editor):
     buttons = {name: panel.findChild(QPushButton, f"patch-{name}") for name in ("mirror", "align", "true-size", "pack")}
     assert [name for name, button in buttons.items() if button.isEnabled()] == ["pack"]
     editor.select([1])
-    assert not buttons["align"].isEnabled(), "one patch has nothing to be aligned with"
+    assert not buttons["align"].isEnabled(), "aligning needs two patches"
     QTest.mouseClick(buttons["mirror"], LEFT_BUTTON)
     assert [p.mirrored for p in editor.document.layout.placements] == [False, True, False]
     editor.do("Scale", partial(scale, numbers=[1], factor=1.5))

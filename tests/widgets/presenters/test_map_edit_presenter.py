@@ -222,7 +222,7 @@ def test_hovering_marks_the_patch_in_the_panel_and_back(window):
 
 def test_a_refused_edit_is_said_in_the_message_bar(window):
     window.editor.do("Move", lambda document: move(document, [0], (1e9, 0.0)))
-    assert "too far out" in window.notification_bar.text
+    assert "too far from the origin" in window.notification_bar.text
 
 
 ACTS = int(os.environ.get("TACTILE_MAPS_EDITS", "80"))

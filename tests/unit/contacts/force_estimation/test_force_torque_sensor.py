@@ -70,5 +70,5 @@ def test_where_it_cannot_tell_it_says_why(wrench, why):
 
 
 def test_without_a_sensor_it_is_refused():
-    with pytest.raises(MapError, match="no force and torque"):
+    with pytest.raises(MapError, match="no force-torque data"):
         ForceTorqueSensor(SKIN).estimate(reading())

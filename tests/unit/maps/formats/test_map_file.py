@@ -74,7 +74,7 @@ def _bad_arrays(map_):
         ("faces", chart.faces[:-1], "not of this patch"),
         ("faces", swapped, "not of this patch"),
         ("plane", nan, "not finite"),
-        ("plane", turned, "turned over"),
+        ("plane", turned, "flipped"),
         ("plane", chart.plane[:, :1], "wrong shape"),
         ("vertex_of", one_less, "differ in number"),
         ("vertex_of", other, "not of this patch"),

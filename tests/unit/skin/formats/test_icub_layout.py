@@ -79,7 +79,7 @@ def test_repeated_and_unknown_modules_are_counted(tmp_path):
         ("triangle_10pad -1 2 3 4 5", "line 7.*whole, from 0.*-1"),
         ("triangle_10pad 1.5 2 3 4 5", "line 7.*whole"),
         ("triangle_10pad 99999 2 3 4 5", "line 7.*whole"),
-        ("triangle_10pad 1 2 3e9 4 5", "line 7.*absurdly far"),
+        ("triangle_10pad 1 2 3e9 4 5", "line 7.*implausibly large"),
         ("triangle_10pad 1 2 3 4 5 7", "line 7.*mirror must be 0 or 1"),
         ("fingertip 1 2 3 4 5", "no module of a known kind.*fingertip"),
         ("", "no module of a known kind"),

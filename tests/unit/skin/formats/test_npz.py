@@ -47,7 +47,7 @@ def test_plain_names_of_another_program_are_read(tmp_path):
         ({"positions": np.float64(1)}, "positions.*wrong shape or type"),
         ({"positions": np.eye(3) + 0j}, "only arrays of numbers"),
         ({"positions": np.eye(3), "numbers": np.ones(3)}, "numbers.*wrong shape or type"),
-        ({"positions": np.eye(3), "numbers": np.full(3, 2**64 - 1, dtype=np.uint64)}, "absurdly large"),
+        ({"positions": np.eye(3), "numbers": np.full(3, 2**64 - 1, dtype=np.uint64)}, "implausibly large"),
         ({"positions": np.eye(3), "numbers": np.arange(2)}, "numbers.*do not fit"),
         ({"positions": np.eye(3), "faces": np.array([[0, 1, -3]])}, "does not exist"),
         ({"positions": np.eye(3) * np.nan}, "not a finite"),
@@ -91,5 +91,5 @@ def test_damage_and_bombs_are_refused(tmp_path):
         for k in range(10_001):
             archive.writestr(f"{k}.npy", b"")
     path.write_bytes(buffer.getvalue())
-    with pytest.raises(SkinError, match="absurd size"):
+    with pytest.raises(SkinError, match="implausible size"):
         read_taxel_npz(path)

@@ -76,7 +76,7 @@ def test_a_controller_without_a_task_or_name_is_refused_and_the_rest_goes_on(sub
 def test_what_cannot_be_finished_says_why(subject):
     weak = replace(subject.prepared.scene, control={"max_force": 1.0})
     stopped = replace(subject, prepared=replace(subject.prepared, scene=weak))
-    with pytest.raises(SimulationError, match="stopped by force"):
+    with pytest.raises(SimulationError, match="stopped: contact force too high"):
         list(STAGE.trials(stopped, at("hybrid", 60.0)))
 
 

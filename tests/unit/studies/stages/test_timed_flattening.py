@@ -53,7 +53,7 @@ def test_rounds_of_several_patches_add_up(bodies, tube, hemisphere):
 
 
 def test_what_had_to_be_mended_is_noted(hemisphere):
-    assert "turns triangles over" in laid(hemisphere, method="unroll")[1].note
+    assert "flips triangles" in laid(hemisphere, method="unroll")[1].note
     assert laid(hemisphere, method="tutte")[1].note == ""
 
 

@@ -181,7 +181,7 @@ def test_a_task_without_a_path_takes_all_its_time():
 
 def test_what_the_supervisor_stops_ends():
     stopped = run_path(beside(), replace(FOLLOW, max_force=1.0), 3.0, settling=0.0)
-    assert stopped.stopped.startswith("stopped by force: ")
+    assert stopped.stopped.startswith("stopped: contact force too high: ")
     assert stopped.finished is None
     assert len(stopped.force) < 100
 

@@ -47,7 +47,7 @@ def test_a_meshs_depth_is_read_not_zero():
     centre = np.array([0.21, 0.004, 0.0385])
     ball, mesh = pressed("sphere", tuple(centre)), pressed("mesh", tuple(centre))
     assert mesh.sense().max() == pytest.approx(ball.sense().max(), rel=0.2)
-    assert mesh.notes == ("mesh touches as its convex hull",)
+    assert mesh.notes == ("mesh collides as its convex hull",)
 
 
 def test_links_that_touch_both_read_it():

@@ -55,7 +55,7 @@ def test_what_was_chosen_here_is_told_from_what_the_scene_said():
     scene = with_override(with_override(opened, "noise", "on"), "friction", "on")
     decision = credited_decision(scene.decision, opened, scene)
     reasons = {row.name: row.why for row in decision.rows if row.overridden}
-    assert reasons["friction"] == "the scene says so"
+    assert reasons["friction"] == "set by the scene"
     assert reasons["noise"] == "set by user"
     assert decision.effects == scene.effects
 
