@@ -101,7 +101,7 @@ def test_where_no_solver_makes_contact_there_is_no_corner(changes):
     (EULER, ElasticLayer(), r"diverges there: choose a time step of 2 ms or the integrator discrete"),
     (replace(TOUCHED, timestep=0.004), ElasticLayer(stiffness=1e4), r"bounces there: .* step of 2 ms or .*discrete"),
     (replace(TOUCHED, timestep=0.0005), ElasticLayer(stiffness=1e7), r"there: choose the integrator discrete$"),
-    (replace(TOUCHED, timestep=0.02, integrator="rk4"), ElasticLayer(stiffness=1e8), r"measured there: .* softer cover"),
+    (replace(TOUCHED, timestep=0.02, integrator="rk4"), ElasticLayer(stiffness=1e8), "measured there: .* softer cover"),
 ])  # fmt: skip
 def test_a_corner_names_the_nearest_way_out(effects, layer, words):
     found = stability_warning(effects, layer)

@@ -78,7 +78,7 @@ def test_people_read_plain_names(tmp_path):
 
 @pytest.mark.parametrize("part", list(PLAIN))
 def test_names_in_our_namespace_are_refused(tmp_path, part):
-    with pytest.raises(RobotError, match=r"robot\.xml.*name is kept.*tactile-maps/skin upper.*does not begin"):
+    with pytest.raises(RobotError, match=r"robot\.xml.*name is reserved.*tactile-maps/skin upper.*does not begin"):
         robot_with(tmp_path, {**PLAIN, part: "tactile-maps/skin upper"})
 
 
