@@ -14,6 +14,7 @@ from PySide6.QtGui import QAction, QActionGroup, QKeySequence
 from PySide6.QtWidgets import QWidget
 
 from widgets.actions.icons import icon
+from widgets.actions.mnemonics import choose_mnemonics, with_mnemonic
 from widgets.actions.state import WindowState, always
 from widgets.common.colours import Theme, mixed
 
@@ -92,6 +93,32 @@ def specs_in(menus: Sequence[Menu]) -> Iterator[ActionSpec]:
                 yield item
 
 
+def menu_letters(menus: Sequence[Menu]) -> list[str]:
+    """The mnemonics of the menu bar; Alt with a letter is the shortcut of some actions."""
+    keys = (key for spec in specs_in(menus) for key in spec.keys)
+    return choose_mnemonics([menu.title for menu in menus], {key[-1].lower() for key in keys if key[:-1] == "Alt+"})
+
+
+def entry_letters(menu: Menu) -> list[str]:
+    """The mnemonics of the entries of a menu, in order; empty for lines."""
+    texts = ["" if isinstance(item, Line) else _entry_text(item) for item in menu.items]
+    return choose_mnemonics(texts)
+
+
+def _entry_text(item: ActionSpec | MenuList | Menu) -> str:
+    return item.text if isinstance(item, ActionSpec) else item.title
+
+
+def _action_letters(menus: Sequence[Menu]) -> Iterator[tuple[str, str]]:
+    """Name and mnemonic of each action."""
+    for menu in menus:
+        for item, letter in zip(menu.items, entry_letters(menu), strict=True):
+            if isinstance(item, Menu):
+                yield from _action_letters([item])
+            elif isinstance(item, ActionSpec):
+                yield item.name, letter
+
+
 class ActionRegistry:
     """The actions of a window, made once. Mutable: ``bind`` what they do, ``show`` a state.
 
@@ -117,7 +144,8 @@ class ActionRegistry:
         self._bound: set[str] = set()
         self._icons: dict[str, str] = {}
         groups: dict[str, QActionGroup] = {}
-        self._actions = {spec.name: _make_action(spec, parent, groups) for spec in self.specs}
+        self._letters = dict(_action_letters(menus))
+        self._actions = {spec.name: self._make_action(spec, parent, groups) for spec in self.specs}
         for spec in self.specs:
             (views if spec.in_views else parent).addAction(self._actions[spec.name])
         self.show(self._state)
@@ -153,7 +181,7 @@ class ActionRegistry:
             if spec.checked is not None and (checked := spec.checked(state)) != action.isChecked():
                 action.setChecked(checked)
             if spec.text_for is not None:
-                action.setText(spec.text_for(state))
+                action.setText(self._text(spec, spec.text_for(state)))
             shape = spec.icon if spec.icon_for is None else spec.icon_for(state)
             if shape and self._icons.get(spec.name) != shape:
                 self._icons[spec.name] = shape
@@ -165,25 +193,28 @@ class ActionRegistry:
         for name, shape in self._icons.items():
             self._draw(self._actions[name], shape)
 
+    def _make_action(self, spec: ActionSpec, parent: QWidget, groups: dict[str, QActionGroup]) -> QAction:
+        action = QAction(self._text(spec, spec.text), parent)
+        action.setObjectName(f"action-{spec.name}")
+        action.setShortcuts([QKeySequence(keys) for keys in spec.keys])
+        tip = f"{spec.tip} ({key_text(spec.keys[0])})" if spec.keys else spec.tip
+        action.setToolTip(tip)
+        action.setStatusTip(tip)
+        action.setCheckable(spec.checked is not None or spec.checkable)
+        if spec.group:
+            groups.setdefault(spec.group, QActionGroup(parent)).addAction(action)
+        if spec.in_views:
+            action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
+        return action
+
+    def _text(self, spec: ActionSpec, text: str) -> str:
+        """A text of an action with the mnemonic that it has in its menu."""
+        return with_mnemonic(text, self._letters.get(spec.name, ""))
+
     def _draw(self, action: QAction, shape: str) -> None:
         theme = self._theme
         colour = theme.fault if shape in ("record", "stop") else theme.text
         action.setIcon(icon(shape, colour, disabled=mixed(theme.panel, theme.quiet, 0.65)))
-
-
-def _make_action(spec: ActionSpec, parent: QWidget, groups: dict[str, QActionGroup]) -> QAction:
-    action = QAction(spec.text, parent)
-    action.setObjectName(f"action-{spec.name}")
-    action.setShortcuts([QKeySequence(keys) for keys in spec.keys])
-    tip = f"{spec.tip} ({key_text(spec.keys[0])})" if spec.keys else spec.tip
-    action.setToolTip(tip)
-    action.setStatusTip(tip)
-    action.setCheckable(spec.checked is not None or spec.checkable)
-    if spec.group:
-        groups.setdefault(spec.group, QActionGroup(parent)).addAction(action)
-    if spec.in_views:
-        action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
-    return action
 
 
 _ARROWS = {"Up": "↑", "Down": "↓", "Left": "←", "Right": "→"}

@@ -17,6 +17,7 @@ from app.core.files import write_atomically
 from app.robots.library import list_robots
 from app.scene.scene import Scene
 from app.scene.scene_file import load_scene, scene_for, scene_names, scene_to_toml
+from widgets.actions.mnemonics import with_mnemonic
 from widgets.common.file_types import (
     RECORDING_FILTER,
     ROBOT_FILTER,
@@ -143,6 +144,8 @@ class FilePresenter(QObject):
         """List the files opened lately."""
         menu.clear()
         for path in self._context.settings.recent:
-            menu.addAction(path).triggered.connect(lambda _checked=False, path=path: self.open_path(path))
+            menu.addAction(with_mnemonic(path, "")).triggered.connect(
+                lambda _checked=False, path=path: self.open_path(path)
+            )
         if menu.isEmpty():
             menu.addAction("Nothing opened yet").setEnabled(False)

@@ -7,6 +7,7 @@ from PySide6.QtWidgets import QMainWindow, QMenu, QToolButton, QWidget
 
 from tests.widgets.support.window_driver import run
 from widgets.actions.menus import build_menus
+from widgets.actions.mnemonics import without_mnemonic
 from widgets.actions.registry import LINE, ActionRegistry, ActionSpec, Menu, MenuList, specs_in
 from widgets.actions.state import WindowState, running
 from widgets.common.colours import DARK
@@ -32,6 +33,17 @@ def test_the_menus_hold_each_action_once(window):
     assert names == [spec.name for spec in specs_in(window.context.actions.menus)]
 
 
+def test_the_window_shows_the_mnemonics_and_keeps_them_when_a_text_changes(window):
+    titles = [bar.text() for bar in window.menuBar().actions()]
+    assert all(title.count("&") == 1 for title in titles)
+    assert [without_mnemonic(title) for title in titles] == [menu.title for menu in window.context.actions.menus]
+    pause = window.action("pause")
+    assert (pause.text(), pause.iconText()) == ("&Pause", "Pause")
+    pause.trigger()
+    assert pause.text() == "&Play"
+    assert not [spec.name for spec in window.context.actions.specs if "&" in window.action(spec.name).toolTip()]
+
+
 def test_what_is_shown_follows_the_session(window):
     state = window.presenters.state
     assert state.state.mode is Mode.LIVE
@@ -39,9 +51,9 @@ def test_what_is_shown_follows_the_session(window):
     window.action("pause").trigger()
     assert state.state.mode is Mode.PAUSED
     assert window.action("step").isEnabled()
-    assert window.action("pause").text() == "Play"
+    assert window.action("pause").iconText() == "Play"
     window.action("pause").trigger()
-    assert window.action("pause").text() == "Pause"
+    assert window.action("pause").iconText() == "Pause"
 
 
 def test_a_frame_reads_no_state(window):
@@ -84,7 +96,7 @@ def test_an_action_needs_one_place(plain):
     assert not action.isEnabled()
     registry.show(WindowState(mode=Mode.LIVE, playing=True))
     assert action.isEnabled()
-    assert action.text() == "Measure again"
+    assert action.iconText() == "Measure again"
     assert not action.icon().isNull()
     action.trigger()
     assert asked == [1]

@@ -99,7 +99,7 @@ def test_backspace_takes_a_corner_back_and_does_not_start_the_scene_again(window
     QTest.keyClick(window.map_view, Qt.Key.Key_Backspace)
     assert window.live.runner.session.frame.time > 0.1
     QTest.keyClick(window.map_view, Qt.Key.Key_Backspace)
-    assert window.action("undo").text() == "Undo choose the path's shape"
+    assert window.action("undo").iconText() == "Undo choose the path's shape"
     QTest.keyClick(window.map_view, Qt.Key.Key_Backspace)  # nothing is drawn: it is the window's again
     assert window.live.runner.session.frame.time < 0.1
 
@@ -108,16 +108,16 @@ def test_undo_is_of_the_path_with_its_tool_and_of_the_map_with_others(window):
     window.editor.do("Move", lambda document: move(document, [2], (0.01, 0.0)))
     draw(window)
     undo = window.action("undo")
-    assert undo.text() == "Undo draw a path"
+    assert undo.iconText() == "Undo draw a path"
     QTest.keyClick(window.map_view, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
     assert settings(window).path == ()
     assert window.editor.history.position == 1
     assert "Undone: draw a path" in window.statusBar().currentMessage()
-    assert window.action("redo").text() == "Redo draw a path"
+    assert window.action("redo").iconText() == "Redo draw a path"
     window.action("redo").trigger()
     assert len(settings(window).path) == 3
     window.action("poke").trigger()
-    assert undo.text() == "Undo move"
+    assert undo.iconText() == "Undo move"
     undo.trigger()
     assert window.editor.history.position == 0
     assert len(settings(window).path) == 3

@@ -122,10 +122,10 @@ def shift_layout(player, number):
 def test_undo_and_redo_say_what_they_would_do(window):
     assert not window.action("undo").isEnabled()
     window.editor.do("Move", shift)
-    assert window.action("undo").text() == "Undo move"
+    assert window.action("undo").iconText() == "Undo move"
     window.action("undo").trigger()
     assert not window.action("undo").isEnabled()
-    assert window.action("redo").text() == "Redo move"
+    assert window.action("redo").iconText() == "Redo move"
     QTest.keyClick(window, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier)
     assert window.editor.history.position == 1
 
