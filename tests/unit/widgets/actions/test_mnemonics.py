@@ -36,7 +36,8 @@ def test_every_entry_has_a_letter_of_its_own(menu):
 @pytest.mark.parametrize(("texts", "letters"), [
     (["Open robot…", "Open map…"], ["o", "m"]),
     (["Pin", "Pin pin"], ["p", "i"]),
-    (["ab", "ab", "a"], ["b", "", "a"]),
+    (["ab", "ab", "a"], ["a", "b", ""]),
+    (["ab", "a"], ["b", "a"]),
     (["…", "²"], ["", ""]),
     (["Ä b"], ["b"]),
 ])  # fmt: skip
