@@ -93,7 +93,7 @@ def print_quality(result: Mapping[str, Any]) -> None:
             "Angles, s1 / s2": _spread_text(result["angle"]),
             "Areas": _spread_text(result["area"]),
             "Neighbour distances": f"{_percent_text(result['edge_error'])} off (rms)",
-            "Separated neighbours": f"{_percent_text(result['torn'])} on {result['seam_mm']:.0f} mm of seams",
+            "Split neighbours": f"{_percent_text(result['torn'])} on {result['seam_mm']:.0f} mm of seams",
             "Stress": _number_text(result["stress"]),
             "Rank correlation": _number_text(result["spearman"]),
             "Trustworthiness": _number_text(result["trustworthiness"]),

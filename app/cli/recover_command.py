@@ -24,8 +24,8 @@ def execute(arguments: argparse.Namespace) -> int:
         print_fields(
             {
                 "Frames": saved.frames,
-                "Missing between them": saved.lost_frames,
-                "The file was": "complete" if saved.was_complete else "cut off",
+                "Frames lost in between": saved.lost_frames,
+                "Input was": "complete" if saved.was_complete else "truncated",
                 "Written to": saved.file,
             }
         )

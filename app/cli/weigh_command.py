@@ -43,10 +43,10 @@ def _print_result(arguments: argparse.Namespace, weighed: WeighingResult, good: 
         return
     print_fields(
         {
-            "Weight": f"{arguments.mass:g} kg, {weighed.wanted_N:.3f} N",
-            "Reads": f"{weighed.read_N:.3f} N with {weighed.model}",
-            "Error": f"{100 * weighed.error:+.2f} %, {'good' if good else f'more than {100 * TOLERANCE:g} %'}",
+            "Known load": f"{arguments.mass:g} kg, {weighed.wanted_N:.3f} N",
+            "Measured": f"{weighed.read_N:.3f} N with {weighed.model}",
+            "Error": f"{100 * weighed.error:+.2f} %, {'passed' if good else f'more than {100 * TOLERANCE:g} %'}",
             "On": weighed.patch,
-            "At rest after": f"{weighed.seconds:.2f} s",
+            "Settled after": f"{weighed.seconds:.2f} s",
         }
     )

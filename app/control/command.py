@@ -229,7 +229,7 @@ class RegraspState(Enum):
     """Where a contact is on its way to another place of the skin."""
 
     PLAN = "plan"
-    """A way is looked for, the contact still held."""
+    """A path is planned while the contact is still held."""
     LIFT = "lift"
     CARRY = "carry"
     PRESS = "press"

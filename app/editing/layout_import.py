@@ -148,7 +148,7 @@ def pin_as_drawn(document: MapDocument, drawing: TaxelLayout, *, most: int = MOS
             Pin(document.skin.taxel_point(int(taxels[k])), (float(goals[k, 0]), float(goals[k, 1]))) for k in chosen
         )
         wanted.append((number, replace(document.patches[number], pins=pins)))
-    return request_reflatten(document, "Pin as drawn", wanted)
+    return request_reflatten(document, "Pin as in the drawing", wanted)
 
 
 def _saved_or_drawn(path: Path, document: MapDocument) -> ImportedLayout:

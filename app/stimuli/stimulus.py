@@ -122,8 +122,10 @@ class Stimulus(ABC):
         """
 
     def refusal(self, name: str, value: object, remedy: str) -> SceneError:
-        """The error that says that a field cannot be so."""
-        return SceneError(f"a {self.kind} cannot be so", place=f"{self.kind}.{name}", value=value, remedy=remedy)
+        """The error that says that a field is out of range."""
+        return SceneError(
+            f"a setting of the {self.kind} is out of range", place=f"{self.kind}.{name}", value=value, remedy=remedy
+        )
 
     def check_place(self, name: str, place: SkinLocation) -> None:
         """Refuse what is neither two fractions nor three coordinates.

@@ -65,7 +65,9 @@ class BabbleSpec:
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
-            raise SimulationError("no such way to babble", value=self.kind, remedy=f"Choose one of: {', '.join(KINDS)}")
+            raise SimulationError(
+                "there is no such kind of babbling", value=self.kind, remedy=f"Choose one of: {', '.join(KINDS)}"
+            )
         ranges = [
             ("touches", self.touches, 1, 10_000_000),
             ("samples", self.samples, 1, 10_000),
@@ -77,7 +79,9 @@ class BabbleSpec:
         for name, value, low, high in ranges:
             if not low <= value <= high:
                 remedy = f"Choose {low:g} to {high:g}"
-                raise SimulationError("babbling cannot be so", place=f"babbling.{name}", value=value, remedy=remedy)
+                raise SimulationError(
+                    "the babbling setting is out of range", place=f"babbling.{name}", value=value, remedy=remedy
+                )
 
 
 def babble(skin: Skin, spec: BabbleSpec) -> FloatArray:
@@ -97,7 +101,7 @@ def babble(skin: Skin, spec: BabbleSpec) -> FloatArray:
     Cost: 0.4 to 0.8 s for 3000 pokes on 250 to 1000 taxels; more where more quadrature points lie under the ball.
     """
     if not len(skin):
-        raise SimulationError("the skin has no taxels to babble with", remedy="Cover at least one link")
+        raise SimulationError("the skin has no taxels for babbling", remedy="Cover at least one link")
     generator, ground = np.random.default_rng(spec.seed), _TouchableSites(skin)
     if spec.together is not None and not all(0 <= taxel < len(skin) for taxel in spec.together):
         remedy = f"Choose two of 0 to {len(skin) - 1}"

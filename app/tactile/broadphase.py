@@ -233,7 +233,9 @@ class LinkBroadphase:
     def _search(self, load: Load, facing: float, upto: float | None) -> CachedNeighbourhood:
         """Find the points anew, and remember them instead of what held here."""
         if not np.isfinite(load.pose.translation).all():
-            raise SimulationError("a body is nowhere", place=f"on {load.link}", value=load.pose.translation.tolist())
+            raise SimulationError(
+                "the pose of a body is not finite", place=f"on {load.link}", value=load.pose.translation.tolist()
+            )
         hint = next((near.depth for near in reversed(self._near) if near.shape == load.shape), 0.0)
         seen = facing - TILT
         lowest, limit = self._cells.lowest(load), self.beside + _EMPTY

@@ -38,7 +38,10 @@ class ElasticLayer:
             value = getattr(self, name)
             if not (math.isfinite(value) and low <= value <= high):
                 raise SimulationError(
-                    "a cover cannot be so", place=f"layer.{name}", value=value, remedy=f"Choose {low:g} to {high:g}"
+                    "the cover parameter is out of range",
+                    place=f"layer.{name}",
+                    value=value,
+                    remedy=f"Choose {low:g} to {high:g}",
                 )
 
     @property

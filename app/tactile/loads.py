@@ -259,7 +259,7 @@ def sphere_load(
         SimulationError: Force or radius is no such number.
     """
     if not (math.isfinite(radius) and radius > 0):
-        raise SimulationError("there is no such ball to press", place=f"on {link}", value=f"radius {radius} m")
+        raise SimulationError("the radius of a ball must be positive", place=f"on {link}", value=f"radius {radius} m")
     centre = np.asarray(point) + (radius - depth) * np.asarray(normal)
     centre.flags.writeable = False  # nobody else has it: no copy is needed
     return Load(link, point, normal, force, Sphere(radius), Pose(_UPRIGHT, centre))

@@ -63,7 +63,9 @@ def press_skin(
     Cost: 1 ms for 1000 taxels, most of it to build the model; ``half-space`` 0.1 s.
     """
     if not (math.isfinite(force) and force >= 0):
-        raise SimulationError("the skin cannot be pressed so", place="force", value=force, remedy="Choose 0 N or more")
+        raise SimulationError(
+            "the force is not a finite number from 0 up", place="force", value=force, remedy="Choose 0 N or more"
+        )
     if model not in CONTACT_MODELS:
         raise SimulationError(
             "there is no such contact model", value=model, remedy=did_you_mean(model, tuple(CONTACT_MODELS))

@@ -78,7 +78,7 @@ def disc_field(skin: Skin, radius: float) -> ReceptiveField:
     """
     if not (math.isfinite(radius) and radius > 0):
         remedy = "Choose 0.001 to 0.02"
-        raise SimulationError("a taxel's electrode cannot be so", value=f"radius {radius} m", remedy=remedy)
+        raise SimulationError("the pad radius must be positive", value=f"radius {radius} m", remedy=remedy)
     points, taxels, weights, start = [], [], [], 0
     for patch, first in zip(skin.patches, skin.first[:-1], strict=True):
         point, taxel, weight = _in_discs(patch.taxels, radius)

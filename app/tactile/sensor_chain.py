@@ -135,5 +135,5 @@ class SensorChain:
             return
         taxel = int(np.flatnonzero(~(np.abs(pressures) <= _MOST))[0])
         patch = skin.patches[int(skin.patch_of[taxel])]
-        raise SimulationError("no taxel can feel such a pressure", place=f"taxel {taxel} on {patch.name}",
+        raise SimulationError("the pressure is not finite", place=f"taxel {taxel} on {patch.name}",
                               value=f"{pressures[taxel]} Pa")  # fmt: skip

@@ -39,7 +39,10 @@ def check_range(place: str, value: float, low: float, high: float) -> None:
     """
     if not (isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value) and low <= value <= high):
         raise SimulationError(
-            "a sensor cannot be so", place=f"sensor.{place}", value=value, remedy=f"Choose {low:g} to {high:g}"
+            "the sensor setting is out of range",
+            place=f"sensor.{place}",
+            value=value,
+            remedy=f"Choose {low:g} to {high:g}",
         )
 
 

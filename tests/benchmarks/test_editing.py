@@ -65,7 +65,7 @@ def test_undo_until_painted(benchmark, prepared, open_window, kind):
     window = open_window(prepared)
     editor = window.editor
     if kind == "layout":
-        editor.do("Turn", lambda document: rotate(document, [1], 0.3))
+        editor.do("Rotate", lambda document: rotate(document, [1], 0.3))
     else:
         editor.ask(lambda document: set_lengths(document, [1], 0.5))
     assert len(editor.history.names) == 2

@@ -31,10 +31,10 @@ from widgets.tools.registry import TOOLS, ToolSpec
 
 _TOOL_ENABLED = {ToolRole.EDIT: editable, ToolRole.CONTROL: can_control}
 _PATHS = {
-    "polyline": ("Polyline", "Straight from corner to corner"),
-    "spline": ("Spline", "Smoothly through all corners"),
+    "polyline": ("Polyline", "Straight lines between corners"),
+    "spline": ("Spline", "Smooth curve through all corners"),
     "lemniscate": ("Figure of eight", "Dragged from end to end"),
-    "raster": ("Raster", "To and fro over a box"),
+    "raster": ("Raster", "Parallel lines over a box"),
 }
 _ALIGN = {
     "left": ("Left sides", "by their left sides"),
@@ -123,7 +123,7 @@ def _tasks() -> tuple[ActionSpec, ...]:
         ActionSpec(
             f"task_{task}",
             text,
-            tip=f"{text}, with the controllers that do tasks",
+            tip=f"{text}, with the controllers that have a task",
             enabled=has_tasks,
             checked=partial(_is, "task", task),
             group="task",
@@ -176,18 +176,20 @@ def _file_menu() -> Menu:
             ActionSpec("open_robot", "Open robot…", ("Ctrl+O",), "Open MJCF, URDF or a bare mesh"),
             MenuList("robots", "Robots"),
             MenuList("scenes", "Open scene"),
-            ActionSpec("open_scene", "Open scene file…", (), "Open a scene of your own"),
+            ActionSpec("open_scene", "Open scene file…", (), "Open a scene file (.toml)"),
             ActionSpec(
-                "import_taxels", "Import iCub taxels…", (), "Put the taxels of an iCub positions file on the robot"
+                "import_taxels", "Import iCub taxels…", (), "Place the taxels of an iCub positions file on the robot"
             ),
             ActionSpec("open_recording", "Open recording…", ("Ctrl+Shift+O",), "Replay a recording"),
             MenuList("recent", "Recent files"),
             LINE,
+            ActionSpec("open_map", "Open map…", ("Ctrl+L",), "Apply a saved map of this skin", editable),
             ActionSpec(
-                "open_map", "Open map…", ("Ctrl+L",), "Take over the layout of a saved map of this skin", editable
-            ),
-            ActionSpec(
-                "save_map", "Save map", ("Ctrl+S",), "Save the tactile map, with all that can be edited", editable
+                "save_map",
+                "Save map",
+                ("Ctrl+S",),
+                "Save the tactile map with its seams, pins and arrangement",
+                editable,
             ),
             ActionSpec(
                 "save_map_as",
@@ -200,11 +202,11 @@ def _file_menu() -> Menu:
                 "export_map",
                 "Export map…",
                 ("Ctrl+E",),
-                "For other programs: OBJ with UV, SVG, PNG, CSV and more",
+                "Export for other programs: OBJ with UV, SVG, PNG, CSV and more",
                 editable,
             ),
             LINE,
-            ActionSpec("save_scene", "Save scene as…", (), "Keep this scene, with the effects you chose", has_scene),
+            ActionSpec("save_scene", "Save scene as…", (), "Save this scene with its effects", has_scene),
             LINE,
             ActionSpec("save_picture", "Save picture…", ("Ctrl+Shift+P",), "Save the window as a picture"),
             LINE,
@@ -231,7 +233,7 @@ def _edit_menu(tools: tuple[ToolSpec, ...]) -> Menu:
                 "redo",
                 "Redo",
                 ("Ctrl+Shift+Z", "Ctrl+Y"),
-                "Redo what was undone",
+                "Redo the last undone edit of the map",
                 enabled=lambda state: state.undo.can_redo,
                 text_for=lambda state: _with_name("Redo", state.undo.redo_name),
                 icon="redo",
@@ -269,7 +271,7 @@ def _edit_menu(tools: tuple[ToolSpec, ...]) -> Menu:
                 "propose_seam",
                 "Propose a seam",
                 ("Ctrl+K",),
-                "Show where one more seam would help most, and how much",
+                "Propose the seam that reduces distortion most, and show by how much",
                 editable,
             ),
             ActionSpec("mirror", "Mirror", ("Ctrl+M",), "Mirror the selected patches horizontally", patches_selected),
@@ -291,7 +293,7 @@ def _edit_menu(tools: tuple[ToolSpec, ...]) -> Menu:
                 "cancel_edit",
                 "Cancel the edit",
                 ("Ctrl+.",),
-                "Cancel the edit that is being computed",
+                "Cancel the running edit",
                 enabled=lambda state: state.edit_busy,
             ),
         ),
@@ -306,7 +308,7 @@ def _session_menu() -> Menu:
                 "pause",
                 "Pause",
                 ("Space",),
-                "Stop or go on; in a replay, play or pause",
+                "Pause or resume the session; in a replay, play or pause",
                 yields=True,
                 enabled=has_scene,
                 text_for=lambda state: "Pause" if state.playing else "Play",
@@ -317,7 +319,7 @@ def _session_menu() -> Menu:
                 "step",
                 "Step",
                 (".",),
-                "One control tick while paused, also by →",
+                "Advance one control tick while paused, also by →",
                 enabled=paused,
                 icon="step",
                 toolbar="session",
@@ -326,7 +328,7 @@ def _session_menu() -> Menu:
                 "reset",
                 "Reset",
                 ("Backspace",),
-                "Start the scene again",
+                "Restart the scene",
                 yields=True,
                 enabled=running,
                 icon="reset",
@@ -353,18 +355,18 @@ def _touch_menu() -> Menu:
         (
             ActionSpec(
                 "save_script",
-                "Save my touches as a script…",
+                "Save pokes as a script…",
                 (),
-                "Keep your touches since the last reset, to play again",
+                "Save the pokes since the last reset as a stimulus script",
                 running,
             ),
-            ActionSpec("play_script", "Play a script…", (), "Restart the scene and play a script of touches", running),
+            ActionSpec("play_script", "Play a script…", (), "Restart the scene and play a stimulus script", running),
             LINE,
             ActionSpec(
                 "weigh",
                 "Known-load check (0.1 kg)",
                 (),
-                "Lay 0.1 kg on the skin in a separate process: it must read 0.981 N",
+                "Simulate 0.1 kg resting on the skin, in a separate process: the measured force must be 0.981 N",
                 running,
             ),
         ),
@@ -394,7 +396,7 @@ def _control_menu(tools: tuple[ToolSpec, ...]) -> Menu:
                 "start_again",
                 "Restart task",
                 ("Ctrl+Backspace",),
-                "From its beginning",
+                "Restart the task from its beginning",
                 enabled=lambda state: state.mode.running and state.can_restart_task,
             ),
             LINE,
@@ -405,7 +407,7 @@ def _control_menu(tools: tuple[ToolSpec, ...]) -> Menu:
                 "compare_controllers",
                 "Compare controllers…",
                 ("Ctrl+Shift+L",),
-                "Run several controllers on the same stimuli in another process",
+                "Run several controllers on the same stimulus and compare their metrics",
                 has_scene,
             ),
         ),
@@ -419,8 +421,8 @@ def _select_menu(tools: tuple[ToolSpec, ...]) -> Menu:
             *_tools(ToolRole.POKE, tools),
             LINE,
             *_tools(ToolRole.SELECT, tools),
-            ActionSpec("smaller_brush", "Smaller brush", ("[",), "Make the brush that selects smaller", in_views=True),
-            ActionSpec("larger_brush", "Larger brush", ("]",), "Make the brush that selects larger", in_views=True),
+            ActionSpec("smaller_brush", "Smaller brush", ("[",), "Make the selection brush smaller", in_views=True),
+            ActionSpec("larger_brush", "Larger brush", ("]",), "Make the selection brush larger", in_views=True),
             LINE,
             ActionSpec("select_all", "Select all", ("A",), "Select every taxel", in_views=True),
             ActionSpec("select_none", "Select none", ("Alt+A",), "Select no taxel, also by Escape", in_views=True),
@@ -441,15 +443,27 @@ def _view_menu(layers: tuple[LayerSpec, ...]) -> Menu:
                 "Flatten the skin in the robot view, or put it back on the body",
                 in_views=True,
             ),
-            ActionSpec("compare", "Other layout", ("Ctrl+D",), "Show the layout that is compared with, or ours again"),
+            ActionSpec("compare", "Other layout", ("Ctrl+D",), "Show the compared layout, or this map again"),
             Menu("Overlay", (*_base_layers(), LINE, *map(layer_action, layers))),
-            ActionSpec("theme", "Light theme", ("Ctrl+Shift+T",), "Dark or light", checked=lambda state: state.light),
+            ActionSpec(
+                "theme",
+                "Light theme",
+                ("Ctrl+Shift+T",),
+                "Switch between light and dark theme",
+                checked=lambda state: state.light,
+            ),
             ActionSpec("panels", "Panels", ("F2",), "Show or hide the panels", checkable=True),
-            ActionSpec("timing", "Timing", ("F3",), "Show where the time goes"),
-            ActionSpec("effects", "Effects", ("F5",), "Show what is simulated, why, and what it costs"),
-            ActionSpec("plots", "Timeline and plots", ("F4",), "Show or hide what is below the views", checkable=True),
-            ActionSpec("reset_layout", "Reset layout", (), "Both views equally wide, all panels shown"),
-            ActionSpec("full_screen", "Full screen", ("F11",), "The whole screen", checkable=True),
+            ActionSpec("timing", "Timing", ("F3",), "Show the computing time of each stage"),
+            ActionSpec("effects", "Effects", ("F5",), "Show the simulated effects, their reasons and cost"),
+            ActionSpec(
+                "plots",
+                "Timeline and plots",
+                ("F4",),
+                "Show or hide the timeline and plots below the views",
+                checkable=True,
+            ),
+            ActionSpec("reset_layout", "Reset layout", (), "Show both views equally wide and all panels"),
+            ActionSpec("full_screen", "Full screen", ("F11",), "Show the window on the whole screen", checkable=True),
         ),
     )
 
@@ -458,9 +472,9 @@ def _help_menu() -> Menu:
     return Menu(
         "Help",
         (
-            ActionSpec("guide", "Guide", ("Shift+F1",), "Read how everything works, with pictures"),
-            ActionSpec("keys", "Keys", ("F1", "?"), "List the keys"),
-            ActionSpec("about", "About Tactile Maps", (), "Versions"),
+            ActionSpec("guide", "Guide", ("Shift+F1",), "Open the user guide"),
+            ActionSpec("keys", "Keys", ("F1", "?"), "List all keys and mouse gestures"),
+            ActionSpec("about", "About Tactile Maps", (), "Show the versions of the program and its libraries"),
         ),
     )
 
@@ -480,9 +494,9 @@ def menu_bar(tools: tuple[ToolSpec, ...] = TOOLS, layers: tuple[LayerSpec, ...] 
 
 
 REMEDIES = (
-    ActionSpec("restore_map", "Restore", (), "Restore the edits that were not saved when the program ended"),
-    ActionSpec("save_report", "Save report", (), "Save a report that replays what led to the stop"),
-    ActionSpec("use_anyway", "Use anyway", (), "Simulate it in spite of the warning"),
+    ActionSpec("restore_map", "Restore", (), "Restore the unsaved edits of the last session"),
+    ActionSpec("save_report", "Save report", (), "Save a recording that reproduces the failure"),
+    ActionSpec("use_anyway", "Use anyway", (), "Simulate in spite of the warning"),
 )
 """Offered by a message, where they help."""
 

@@ -81,10 +81,16 @@ class SliderSpec(NamedTuple):
 
 SLIDERS = {
     "stiffness": SliderSpec(
-        "Natural frequency", "rad/s", 1.0, 30.0, 0.5, 1.0, "Of every joint about its home; higher is stiffer"
+        "Natural frequency",
+        "rad/s",
+        1.0,
+        30.0,
+        0.5,
+        1.0,
+        "Natural frequency of each joint about its home; higher is stiffer",
     ),
     "damping_ratio": SliderSpec("Damping ratio", "", 0.1, 2.0, 0.05, 1.0, "1 returns without overshoot"),
-    "force_goal": SliderSpec("Force goal", "N", 0.0, 15.0, 0.5, 1.0, "The contact force to keep; 0 only retreats"),
+    "force_goal": SliderSpec("Force goal", "N", 0.0, 15.0, 0.5, 1.0, "Contact force to keep; 0 only retreats"),
     "force_gain": SliderSpec(
         "Force gain",
         "mm/s per N",
@@ -103,11 +109,17 @@ SLIDERS = {
     "inertia_time": SliderSpec(
         "Inertia", "ms", 0.0, 300.0, 10.0, 1e3, "Time constant of the virtual mass: longer reacts more slowly"
     ),
-    "path_speed": SliderSpec("Path speed", "mm/s", 0.0, 60.0, 1.0, 1e3, "Along the path, on the map"),
+    "path_speed": SliderSpec("Path speed", "mm/s", 0.0, 60.0, 1.0, 1e3, "Speed along the path on the map"),
     "path_size": SliderSpec(
-        "Path size", "mm", 10.0, 100.0, 5.0, 1e3, "Of a path laid about the place first touched, when none is drawn"
+        "Path size",
+        "mm",
+        10.0,
+        100.0,
+        5.0,
+        1e3,
+        "Size of the default path around the first contact, used when none is drawn",
     ),
-    "max_force": SliderSpec("Force limit", "N", 5.0, 100.0, 5.0, 1.0, "A contact with a greater force stops the arm"),
+    "max_force": SliderSpec("Force limit", "N", 5.0, 100.0, 5.0, 1.0, "Contact force above which the arm stops"),
 }
 """By setting, in the order shown."""
 

@@ -19,7 +19,7 @@ TAXELS = (".txt",)
 ROBOT_FILTER = "Robots and meshes (" + " ".join(f"*{end}" for end in (*ROBOTS, *MESHES, *SCENES)) + ")"
 RECORDING_FILTER = "Recordings (*.mcap)"
 SCENE_FILTER = "Scenes (*.toml)"
-SCRIPT_FILTER = "Scripts of touches (*.toml)"
+SCRIPT_FILTER = "Stimulus scripts (*.toml)"
 TAXEL_FILTER = "iCub taxel positions (*.txt)"
 
 

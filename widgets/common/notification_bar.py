@@ -16,7 +16,7 @@ from widgets.common.colours import Theme, mixed
 _EDGE = 12
 _CAPTIONS = 26
 """Height of the line of captions along the views' lower edge [px]: scale, readout, legend of the arrows."""
-HINTS = ("Press the skin or the map to poke it", "Drag along it to stroke", "Ctrl+R records what happens")
+HINTS = ("Press the skin or the map to poke it", "Drag along it to stroke", "Ctrl+R records the session")
 
 
 class FloatingBar(QWidget):

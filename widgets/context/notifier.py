@@ -68,7 +68,7 @@ class Notifier(QObject):
         if self._faults[key] == 1:
             self.fault(describe_unexpected_error(error))
         else:
-            self.status(f"The same unexpected problem again: {type(error).__name__}, {self._faults[key]} times")
+            self.status(f"The same unexpected error again: {type(error).__name__}, {self._faults[key]} times")
 
     def status(self, text: str, milliseconds: int = STATUS_MS) -> None:
         """Show a line at the window's lower edge for a while; an empty one clears it."""

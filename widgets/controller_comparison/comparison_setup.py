@@ -123,15 +123,15 @@ class ContenderCard(QWidget):
 
 DONE, SCRIPT, FILE = "done", "script", "file"
 _SOURCES = {
-    DONE: ("Session since the last reset", "All touches, edits and settings since then, tick by tick"),
+    DONE: ("Session since the last reset", "All pokes, edits and settings since then, tick by tick"),
     SCRIPT: ("The scene's own script", "The scripted stimuli, from the scene's start"),
     FILE: ("A recording…", "The inputs of a recording of any scene"),
 }
 _TASKS = {
-    "recorded": ("The task as it was then", "Task, path and force goal come with the stimulus"),
-    "own": ("The task set now", "All do the task that the controller has now; changes of the force goal stay"),
+    "recorded": ("Task of the recording", "Task, path and force goal come with the stimulus"),
+    "own": ("Current task", "All controllers do the current task; changes of the force goal are kept"),
 }
-_LEFT_OUT = "Its changes of controller and gains are left out: those are the contenders'."
+_LEFT_OUT = "Its changes of controller and gains are ignored; each controller keeps its own."
 
 
 class StimulusChoice(QWidget):
@@ -158,7 +158,7 @@ class StimulusChoice(QWidget):
         self.seconds.setDecimals(1)
         self.seconds.setSuffix("\u2009s")
         self.seconds.setAccessibleName("Seconds")
-        self.seconds.setToolTip("How long each controller runs; the stimulus is cut off there, or followed by rest")
+        self.seconds.setToolTip("Duration for each controller; a longer stimulus is cut off")
         self.seconds.valueChanged.connect(self._on_seconds_changed)
         self._lay_out()
         self._show()

@@ -28,8 +28,8 @@ from widgets.workers.comparison_worker import ComparisonStimulus
 
 _LEFT = 330
 _EMPTY = (
-    "Each controller runs from the same start on the same stimuli, in another process.\n"
-    "Choose the controllers and press Run: their traces are drawn over each other here, with a table of figures."
+    "Each controller runs from the same initial state on the same stimuli, in another process.\n"
+    "Choose the controllers and press Run: their traces and metrics are compared here."
 )
 
 
@@ -132,7 +132,9 @@ class ComparisonView(QWidget):
         self._cards = QVBoxLayout()
         self._cards.setSpacing(12)
         column.addLayout(self._cards)
-        self._more = self._button("comparison-more", "Add a controller", "Compare one more", self._on_more)
+        self._more = self._button(
+            "comparison-more", "Add a controller", "Add a controller to the comparison", self._on_more
+        )
         column.addWidget(self._more)
         column.addSpacing(8)
         column.addWidget(_heading("Stimulus", self))
@@ -231,7 +233,7 @@ class ComparisonView(QWidget):
             button.deleteLater()
         self._uses = []
         for number, trace in enumerate(traces):
-            tip = f"Put {self._titles[trace.name]} in force, with these gains; the task stays"
+            tip = f"Put {self._titles[trace.name]} in use, with these gains; the task stays"
             use = self._button(f"use-{trace.name}", f"Use {trace.name}", tip, partial(self._on_use, trace.settings))
             self._acts.insertWidget(number, use)
             self._uses.append(use)
@@ -268,7 +270,7 @@ class ComparisonView(QWidget):
 
     def _on_edited(self) -> None:
         if self.traces:
-            self._say("▲ These results are older than this change: run again.")
+            self._say("▲ These results are outdated: run again.")
 
     def _on_use(self, settings: ControlSettings, _checked: bool = False) -> None:
         self.used.emit(settings)

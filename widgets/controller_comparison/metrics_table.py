@@ -58,7 +58,7 @@ class MetricsTable(QTableWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(len(ROWS), 0, parent)
         self.setObjectName("controller-figures")
-        self.setAccessibleName("Figures")
+        self.setAccessibleName("Metrics")
         self.setVerticalHeaderLabels([f"{row.words} ({row.unit})" if row.unit else row.words for row in ROWS])
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)

@@ -227,7 +227,7 @@ class MapEditor(MapEditorSignals):
         self._worker.reflatten(wanted, self._token)
 
     def cancel_work(self) -> None:
-        """Cancel the edit that is being computed."""
+        """Cancel the running edit."""
         if self._asked is not None:
             name = self._rest()
             self._worker.cancel_edit()

@@ -39,18 +39,18 @@ class LayerSpec:
 LAYERS = (
     LayerSpec("seams", "Seams", "Alt+S", "Show the seams along which the skin was cut", shown_at_first=True),
     LayerSpec("border", "Border", "Alt+B", "Show the border of the skin", shown_at_first=True),
-    LayerSpec("pins", "Pins", "", "Show the pins whatever the tool"),
+    LayerSpec("pins", "Pins", "", "Show the pins with every tool"),
     LayerSpec("contours", "Contours", "Alt+C", "Show the outlines of contact regions", shown_at_first=True),
     LayerSpec(
         "shapes",
         "Contact shapes",
         "",
-        "Dash each contact's ellipse, and dot the circle in which its centre lies, where they are large enough",
+        "Show each contact's ellipse (dashed) and the error circle of its centre (dotted), where large enough",
         shown_at_first=True,
         on_body=ContactShapes,
     ),
-    LayerSpec("taxel_ids", "Taxel numbers", "Alt+N", "Number the taxels, as many as have room"),
-    LayerSpec("dots", "Taxels as dots", "Alt+D", "A dot for each taxel, instead of a picture between them"),
+    LayerSpec("taxel_ids", "Taxel numbers", "Alt+N", "Show the numbers of the taxels where there is room"),
+    LayerSpec("dots", "Taxels as dots", "Alt+D", "Draw a dot for each taxel instead of the interpolated image"),
 )
 
 

@@ -351,7 +351,7 @@ class AccuracyPanel(Panel):
         parts = (
             trouble,
             f"Measured on {result.subject.title}." if stage.recipes else "Measured on the whole map.",
-            "▲ The map has changed since: measure again." if stale else "",
+            "▲ The map has changed: measure again." if stale else "",
             f"Not available: {'; '.join(drawn.missing)}" if drawn.missing else "",
         )
         return " ".join(part for part in parts if part)

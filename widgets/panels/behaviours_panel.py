@@ -29,11 +29,11 @@ EVENT_CHOICES = {
     ("release", 1): "release",
 }
 """Words by event and how often it must happen."""
-DURATION_CHOICES = {False: "for good", True: "until released"}
+DURATION_CHOICES = {False: "permanently", True: "until released"}
 """Words by whether the settings from before come back."""
 _TASKS = {
     "retreat": "retreat",
-    "guide": "be guided",
+    "guide": "hand guiding",
     "keep_force": "keep force",
     "hold_point": "hold position",
     "follow_path": "follow the path",
@@ -195,7 +195,7 @@ class BehavioursPanel(Panel):
         self._note.setObjectName("behaviours-note")
         self._add = QPushButton("Add behaviour", self)
         self._add.setObjectName("behaviour-add")
-        self._add.setToolTip("A double tap anywhere makes the arm retreat; choose otherwise in its boxes")
+        self._add.setToolTip("Add a behaviour: by default, a double tap makes the arm retreat")
         self._add.clicked.connect(self._on_add_clicked)
         self.column.addWidget(self._add, alignment=Qt.AlignmentFlag.AlignLeft)
 

@@ -29,9 +29,9 @@ _NAME_PX = 104
 _EMPTY = "Compare with another map: a saved one, taxel positions drawn by hand, or this one as it is now."
 _REPLAYING = "A replay shows the map as it was; go back to live to compare it."
 _DRAWING = "B has taxel positions only: it is measured, not displayed. Applying it pins taxels to these positions."
-_SIDE_TIPS = {False: "Show B in the map view, to look at; an edit goes back to A", True: _DRAWING}
+_SIDE_TIPS = {False: "Show B in the map view, read-only; an edit returns to A", True: _DRAWING}
 _TAKE_TIPS = {
-    False: "Apply the charts, the arrangement and the pins of B to this map; one undo step",
+    False: "Apply charts, arrangement and pins of B to this map; one undo step",
     True: "Fit each patch to the positions in B, and pin its taxels there; two undo steps",
 }
 
@@ -71,7 +71,7 @@ class ComparePanel(Panel):
         )
         self._sides = QButtonGroup(self)
         self._a, self._b = self._side("A: this map"), self._side("B")
-        self._a.setToolTip("Show the map that is edited")
+        self._a.setToolTip("Show the edited map")
         self._a.setChecked(True)
         self._b.toggled.connect(self._on_b_toggled)
         self._take = self._button("take", "Apply B", "", self._on_take_clicked)
@@ -194,7 +194,7 @@ class ComparePanel(Panel):
         if isinstance(other, MapDocument):
             self._editor.do(f"Apply {self._name}", partial(adopt_document, other=other))
         elif other is not None:
-            self._editor.do("Arrange as drawn", partial(arrange_as_drawn, drawing=other))
+            self._editor.do("Arrange as in the drawing", partial(arrange_as_drawn, drawing=other))
             self._editor.ask(partial(pin_as_drawn, drawing=other))
         self._show_b(shown=False)
 

@@ -25,7 +25,7 @@ from widgets.common.panel import FlatComboBox, Panel, value_label
 from widgets.document.taxel_selection import TaxelSelection, region_colour
 
 _REFUSALS = {
-    EstimateRefusal.RANK: "too few forces can be told apart, because the cover is too deep or the noise too high",
+    EstimateRefusal.RANK: "the effective rank is too low, because the cover is too deep or the noise too high",
     EstimateRefusal.NO_FORCE: "no force is measured",
     EstimateRefusal.WRENCH_RANK: "too few components of force and torque are known",
     EstimateRefusal.OFF_SKIN: "the line of the force misses the skin, as with several contacts or a twist",
@@ -62,23 +62,23 @@ def _format_number(value: float) -> str:
 ESTIMATORS: dict[EstimatorName, tuple[str, str]] = {
     "area-sum": (
         "Force: pressure × area",
-        "Summed over the touched taxels and the ring around them. Costs nothing; totals stay within a few percent.\n"
-        "Loses the shape: below a cover peaks come out too low and too wide.",
+        "Summed over the touched taxels and the ring around them. No extra cost; total force within a few percent.\n"
+        "No distribution: below a cover, peaks are too low and too wide.",
     ),
     "local-nnls": (
         "Force: NNLS deconvolution",
         "Non-negative least squares on the region and its ring, with the cover's blur undone. 0.1 ms a contact.\n"
-        "Tells the shape; noise may make the total some percent too large. Assumes the scene's taxel depth.",
+        "Resolves the distribution; noise may make the total some percent too large. Assumes the scene's taxel depth.",
     ),
     "tikhonov": (
         "Force: Tikhonov (discrepancy principle)",
         "Tikhonov regularisation; its weight makes the residual equal to the noise (discrepancy principle).\n"
-        "0.1 ms a contact. Tells the shape; pressures at the rim may come out negative.",
+        "0.1 ms a contact. Resolves the distribution; pressures at the edge may be negative.",
     ),
     "lumped": (
         "Force: force-torque sensor in the link",
-        "What a force and torque sensor in each link would know without a skin, its weight taken off.\n"
-        "0.2 ms a link. Feels friction, but sees several contacts of a link as one, between them, and no shape.",
+        "Ideal force-torque sensor in each link, gravity compensated, without a skin.\n"
+        "0.2 ms a link. Includes friction, but merges several contacts of a link into one, without a distribution.",
     ),
 }
 """Words and tool tip by name."""
@@ -93,13 +93,13 @@ SHEAR_NOTE = "Net shear is unobservable"
 SHEAR_TIP = (
     "These taxels sense normal stress. A tangential force on the cover presses on one side of itself and pulls on the\n"
     "other: the normal stress below it sums to zero (Cerruti's solution has no mean). Any net shear could be added\n"
-    "to a contact without a trace in the sum, so none is estimated. The true friction is only known to the simulation\n"
+    "to a contact without changing the sum, so none is estimated. The true friction is only known to the simulation\n"
     "and to a force and torque sensor in the link."
 )
 
 
 def threshold_text(threshold: float | None, usual: float) -> str:
-    """Like "Touched from 2 kPa"; ``usual`` is what automatic means now [Pa]."""
+    """Like "Contact threshold 2 kPa"; ``usual`` is what automatic means now [Pa]."""
     if threshold is None:
         return f"Contact threshold {1e-3 * usual:.3g}\u2009kPa, automatic"
     return f"Contact threshold {1e-3 * threshold:.3g}\u2009kPa"

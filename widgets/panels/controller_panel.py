@@ -88,8 +88,8 @@ class StepResponseMonitor:
 
 
 def step_response_text(response: StepResponse) -> str:
-    """Like "Goal 3.0 → 6.0 N: 12 % over, settled in 0.42 s, ripple 0.05 N"."""
-    parts = [f"{100 * response.overshoot:.0f}\u2009% over"]
+    """Like "Goal 3.0 → 6.0 N: 12 % overshoot, settled in 0.42 s, ripple 0.05 N"."""
+    parts = [f"{100 * response.overshoot:.0f}\u2009% overshoot"]
     if response.settling is not None and response.ripple is not None:
         parts += [f"settled in {response.settling:.2f}\u2009s", f"ripple {response.ripple:.2f}\u2009N"]
     else:
@@ -458,7 +458,7 @@ class ControllerPanel(Panel):
 
 
 _GAINS_TIP = "Reset all gains of this controller to the scene's values; the task stays"
-_COMPARE_TIP = "Run several controllers on the same stimuli in another process"
+_COMPARE_TIP = "Run several controllers on the same stimulus and compare their metrics"
 
 
 def _set_text(label: QLabel, words: str) -> None:

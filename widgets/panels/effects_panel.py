@@ -83,7 +83,7 @@ def effect_tip(row: EffectRow, auto: EffectRow) -> str:
     """What the effect does, and why it is as it is; of one that is off also what it would usually be."""
     entry = EFFECTS[row.name]
     usual = ", ".join(f"{key.replace('_', ' ')} {value:g}" for key, value in entry.options.items())
-    off = f"\nUsually {usual}." if usual and not row.on else ""
+    off = f"\nDefault: {usual}." if usual and not row.on else ""
     return f"{entry.tip}.\n{effect_reason(row, auto)}{off}"
 
 
@@ -146,8 +146,8 @@ class EffectCosts:
         if row.name in self.prices:
             return CostText(_format_ms(self.prices[row.name]), True, _MEASURED_OFFLINE)
         if self.prices:
-            return CostText("–", True, "It cannot be disabled, so its cost cannot be measured")
-        return CostText("…", True, "Being measured in a separate process")
+            return CostText("–", True, "It cannot be switched off, so its cost cannot be measured")
+        return CostText("…", True, "Measuring in a separate process")
 
     @property
     def total(self) -> str:
@@ -298,7 +298,7 @@ class EffectsPanel(Panel):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Effects", "effects-panel", parent)
-        self._empty = self.caption("Open a scene to see what it simulates.")
+        self._empty = self.caption("Open a scene to see its simulated effects.")
         self._costs = EffectCosts()
         self._decision: EffectDecision | None = None
         self._lines: dict[str, EffectRowWidget] = {}
@@ -326,7 +326,7 @@ class EffectsPanel(Panel):
         self._total.setObjectName("effects-total")
         self._auto = QPushButton("Reset all to auto", self._content)
         self._auto.setObjectName("effects-all-auto")
-        self._auto.setToolTip("Simulate what the scene needs, and no more")
+        self._auto.setToolTip("Set every effect to what the scene needs")
         self._auto.clicked.connect(self.auto_all_requested)
         self._rows.addSpacing(8)
         self._rows.addLayout(self._footer())

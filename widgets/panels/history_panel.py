@@ -55,7 +55,7 @@ class HistoryModel(QAbstractListModel):
             case Qt.ItemDataRole.AccessibleTextRole:
                 return f"{name}, {state}"
             case Qt.ItemDataRole.ToolTipRole:
-                tips = {"now": "Current state", "done": "Undo all that came after", "undone": "Redo"}
+                tips = {"now": "Current state", "done": "Undo all later edits", "undone": "Redo"}
                 return f"{name}\n{tips[state]}"
         return {_UNDONE: row > self.position, _PRESENT: row == self.position}.get(role)
 

@@ -18,10 +18,10 @@ VIEW_STAGE = "3-D view"
 _STAGES = {
     "physics": "Physics of robot and probes, per tick",
     "touch": "Contact forces to taxel pressures, per tick",
-    SENSOR_STAGE: "Sensor effects, per tick; Effects lists each of them",
+    SENSOR_STAGE: "Sensor effects, per tick; listed singly under Effects",
     "contacts": "Contact regions and events, per tick",
     "control": "Controller, per tick",
-    VIEW_STAGE: "Drawing of the robot, per frame",
+    VIEW_STAGE: "Rendering of the robot, per frame",
 }
 
 
@@ -35,7 +35,7 @@ class TimingPanel(Panel):
         self._history: dict[str, deque[float]] = {}
         self._count, self._shown_factor = 0, ""
         self._values: dict[str, QLabel] = {}
-        self._add_row("factor", "Real time", "Simulated seconds per second; below what was asked for, time is dropped")
+        self._add_row("factor", "Real time", "Simulated seconds per second; below the chosen speed, time is dropped")
         for stage, tip in _STAGES.items():
             self._add_row(stage, stage[0].upper() + stage[1:], tip)
 

@@ -55,9 +55,7 @@ class AccuracyPresenter(QObject):
         elif setting.stage in self._routes:
             self._routes[setting.stage](setting)
         else:
-            self._context.notifier.status(
-                "How touch is computed is the scene's: choose the skin's model among its effects"
-            )
+            self._context.notifier.status("The contact model belongs to the scene: choose it under Effects, Skin")
 
     def _use_touch(self, setting: Setting) -> None:
         self._effects.wish("skin", setting.method)

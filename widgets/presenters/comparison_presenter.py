@@ -81,7 +81,7 @@ class ComparisonPresenter(QObject):
         self._refresh()
         occasion = board.stimulus.occasion
         if occasion is None:
-            board.show_failed("There is nothing to compare controllers on: open a robot, or choose a recording.")
+            board.show_failed("No stimulus to compare controllers on: open a robot, or choose a recording.")
             return
         task = self._panel.settings
         contenders = tuple(replace(one, settings=with_controller(task, one.settings)) for one in board.contenders)

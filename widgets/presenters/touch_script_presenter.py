@@ -44,7 +44,7 @@ class TouchScriptPresenter(QObject):
     def choose_save(self) -> None:
         """Ask where to keep what the hand did since the reset; say so where it did nothing."""
         if not self._live.touches():
-            self._context.notifier.say("There is nothing to save yet: press the skin first.")
+            self._context.notifier.say("No pokes to save yet: press the skin first.")
             return
         path = self._context.dialogs.save_file("Save script", "touches.toml", SCRIPT_FILTER)
         if path:
@@ -68,7 +68,7 @@ class TouchScriptPresenter(QObject):
             self.play(path)
 
     def play(self, path: str) -> None:
-        """Start the scene again, with its effects as they were chosen, touched as a script says."""
+        """Restart the scene, with its effects as they were chosen, touched as a script says."""
         prepared, scene = self._live.prepared, self._effects.scene
         if prepared is None or scene is None:
             return
@@ -87,7 +87,7 @@ class TouchScriptPresenter(QObject):
 
     def _on_weighing_changed(self, weighing: bool) -> None:
         if weighing:
-            self._context.notifier.progress(WEIGHING_JOB, f"Weighing {MASS:g} kg")
+            self._context.notifier.progress(WEIGHING_JOB, f"Known-load check with {MASS:g} kg")
         else:
             self._context.notifier.done(WEIGHING_JOB)
 

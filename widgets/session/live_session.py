@@ -349,7 +349,7 @@ class LiveSession(QObject):
             self.pump()
 
     def reset(self) -> None:
-        """Start the scene again; a recording ends where it is."""
+        """Restart the scene; a recording ends where it is."""
         if run := self._shown_run:
             self.stop_recording()
             halted = run.reset()

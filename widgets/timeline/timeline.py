@@ -187,7 +187,7 @@ class ScrubBar(QWidget):
         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
 
 
-EMPTY = "Press Record to keep a session; open a recording to replay it."
+EMPTY = "Press Record to record the session; open a recording to replay it."
 
 
 class Timeline(QWidget):

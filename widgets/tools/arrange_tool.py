@@ -43,7 +43,7 @@ class DragMode(Enum):
 
     MOVE = "Move"
     SCALE = "Scale"
-    TURN = "Turn"
+    TURN = "Rotate"
     BOX = "Select"
 
 

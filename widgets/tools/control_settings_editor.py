@@ -214,7 +214,7 @@ class ControlSettingsEditor(QObject):
             self.told.emit(f"Undone: {name}. With other tools Ctrl+Z undoes edits of the map")
 
     def redo(self) -> None:
-        """Redo what was undone last."""
+        """Redo the last undone edit of the map last."""
         name = self.redo_name
         if name and self.enabled and not self.gesture:
             self._wish(self._wishes.redo(self.settings))

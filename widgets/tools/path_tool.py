@@ -18,7 +18,7 @@ from widgets.tools.control_settings_editor import ControlSettingsEditor
 from widgets.tools.control_tool import REACH_PX, ControlTool, nudge_of
 from widgets.tools.drawn_path import DrawnPath, HandleKind, PathHandle, PathSketch, as_points
 
-_STARTS = "A path has to start on the skin"
+_STARTS = "A path must start on the skin"
 _NAMES = {HandleKind.CORNER: "move a corner", HandleKind.MIDDLE: "add a corner", HandleKind.LINE: "move the path"}
 
 
@@ -31,7 +31,7 @@ class PathTool(ControlTool):
 
     hint = (
         "Click corners, or draw in one stroke; Enter ends it, Backspace removes the last one. "
-        "Drag corners, sides or all of it."
+        "Drag corners, segments or the whole path."
     )
 
     def __init__(self, lead: ControlSettingsEditor, parent: QObject | None = None) -> None:
@@ -164,7 +164,7 @@ class PathTool(ControlTool):
         if number is None:
             self._settings_editor.told.emit("Click a corner to choose it, then Delete removes it")
         elif left is None:
-            self._settings_editor.told.emit("This path needs the corners it has")
+            self._settings_editor.told.emit("This path has the fewest corners already")
         else:
             self._chosen = self._hovered = None
             self._ask("remove a corner", left)

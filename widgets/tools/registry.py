@@ -92,14 +92,14 @@ TOOLS = (
         PINS,
         "Pins",
         "N",
-        "Click the skin to pin it to the map, drag pins to pull the map",
+        "Click the skin to pin it to the map, drag pins to deform the map",
         lambda context: PinTool(context.editor, context.parent),
     ),
     ToolSpec(
         SEAMS,
         "Seams",
         "K",
-        "Draw along the skin, on body or map, where it is to be cut; Alt erases",
+        "Draw seams on body or map where the skin is cut; Alt erases",
         lambda context: SeamTool(context.editor, context.parent),
     ),
     ToolSpec(
@@ -113,14 +113,14 @@ TOOLS = (
         PATH,
         "Path",
         "D",
-        "Draw the path that the contact follows, on map or body; drag its corners",
+        "Draw on map or body the path for the contact to follow; drag its corners",
         lambda context: PathTool(context.control, context.parent),
     ),
     ToolSpec(
         TARGET,
         "Target",
         "G",
-        "Click where the contact is to be held, on map or body; drag to move the target",
+        "Click on map or body where to hold the contact; drag to move the target",
         lambda context: TargetTool(context.control, context.parent),
     ),
 )

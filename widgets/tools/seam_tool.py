@@ -33,7 +33,7 @@ from widgets.tools.mesh_picking import (
     vertex_point,
 )
 
-_ONE_PATCH = "A seam stays on one patch: finish this one with Enter, or drop it with Escape."
+_ONE_PATCH = "A seam stays on one patch: finish this one with Enter, or discard it with Escape."
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +74,7 @@ class SeamTool(MapEditTool):
     def finish(self) -> None:
         """Cut along what is drawn; a refused line stays, to be mended."""
         if len(self._through) < 2 or self._patch is None:
-            self._editor.told.emit("A seam needs two places: click another one, or drop it with Escape")
+            self._editor.told.emit("A seam needs two places: click another one, or discard it with Escape")
             return
         pending = _Line(self._patch, self._path(), MarkRole.OFFERED)
         if self._ask(partial(draw_seam, number=self._patch, through=tuple(self._through))):
@@ -180,7 +180,7 @@ class SeamTool(MapEditTool):
     def _erase(self, document: MapDocument, place: PointerHit) -> bool:
         found = seam_at(document, place)
         if found is None:
-            self._editor.told.emit("There is no seam here to erase")
+            self._editor.told.emit("No seam to erase here")
             return False
         line = _Line(*found, MarkRole.ERASED)
         if self._ask(partial(erase_seams, number=line.patch, edges=as_edges(line.vertices))):

@@ -18,8 +18,8 @@ class TargetTool(ControlTool):
     """The point to hold under the hand, on the map or on the body."""
 
     hint = (
-        "Click where the contact is to be held, drag to lead it. Arrow keys move it, Page Up and Page Down turn the "
-        "force, Ctrl+Z takes back."
+        "Click where to hold the contact, drag to move the target. Arrow keys move it, Page Up and Page Down change "
+        "the force, Ctrl+Z undoes."
     )
     _leading = False
 
@@ -80,7 +80,7 @@ class TargetTool(ControlTool):
         if target is None or by is None:
             return super().key(event)
         if self._map.to_body(target + by) is None:
-            self._settings_editor.told.emit("The skin ends here")
+            self._settings_editor.told.emit("The target cannot leave the skin")
         else:
             self._settings_editor.do("move the target", goes_on=True, path=as_points((target + by)[None]))
         return True

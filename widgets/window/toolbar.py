@@ -71,7 +71,7 @@ class SessionToolbar(QToolBar):
     """
 
     speed_chosen = Signal(float)
-    """Simulated seconds per second asked for."""
+    """Simulated seconds per second requested."""
 
     def __init__(self, actions: ActionRegistry, loading: ProgressIndicator, parent: QWidget | None = None) -> None:
         super().__init__("Session", parent)
@@ -119,7 +119,7 @@ class SessionToolbar(QToolBar):
         self.speed = QComboBox()
         self.speed.setObjectName("speed")
         self.speed.setAccessibleName("Simulation speed")
-        self.speed.setToolTip("Simulated seconds per second asked for")
+        self.speed.setToolTip("Simulated seconds per second requested")
         for speed in SPEEDS:
             self.speed.addItem(f"{speed:g}×", speed)
         self.speed.setCurrentIndex(SPEEDS.index(1.0))

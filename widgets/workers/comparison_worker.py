@@ -47,7 +47,7 @@ class ComparisonStimulus:
         return f"{touches}, again and again" if self.inputs is None else f"{self.seconds:.1f}\u2009s, {touches}"
 
 
-_DIED = "Comparing ended unexpectedly; what was compared before is kept. Run it again, for fewer seconds."
+_DIED = "The comparison ended unexpectedly; earlier results are kept. Run it again, for fewer seconds."
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,11 +23,11 @@ from app.studies.work_precision import ErrorKind, Setting, Stage, Subject, Trial
 SPEEDS_MM_S = (15.0, 30.0, 60.0)
 SETTLING, _LONGEST = 0.7, 15.0
 ERRORS = (
-    ErrorKind("body_mm", "Place on the body", "mm", "How far from the path the ball truly touches the skin: no farther "
-              "for 95 % of the time.", 1e-2),
-    ErrorKind("force_n", "Force", "N", "How far the true force is from the one wanted: no more for 95 % of the time.",
+    ErrorKind("body_mm", "Place on the body", "mm", "Distance of the true contact from the path: 95th percentile over "
+              "time.", 1e-2),
+    ErrorKind("force_n", "Force", "N", "Error of the true force from its goal: 95th percentile over time.",
               1e-3),
-    ErrorKind("lost_percent", "Contact lost", "% of the time", "How long nothing touches.", 1e-1),
+    ErrorKind("lost_percent", "Contact lost", "% of the time", "Share of the time without contact.", 1e-1),
 )  # fmt: skip
 
 
@@ -115,7 +115,7 @@ def seconds(subject: Subject) -> float:
 STAGE = Stage(
     "control",
     "Control",
-    "Which controller leads a contact along a path in how short a time, and how far from it?",
+    "How fast and how accurately does each controller follow a contact path?",
     tuple(CONTROL_SCHEMES),
     ERRORS,
     settings,

@@ -81,7 +81,7 @@ def seconds(subject: Subject) -> float:
 STAGE = Stage(
     "cut",
     "Cut",
-    "What does each further cut gain, and what does it cost?",
+    "How much does each additional seam reduce distortion, and what does it cost?",
     tuple(METHODS),
     ERRORS,
     settings,

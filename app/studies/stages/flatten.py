@@ -81,7 +81,7 @@ def seconds(subject: Subject) -> float:
 STAGE = Stage(
     "flatten",
     "Flatten",
-    "Which way of laying flat distorts least, and how long does it take?",
+    "Which flattening method distorts least, and how long does it take?",
     tuple(METHODS),
     ERRORS,
     settings,

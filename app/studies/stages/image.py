@@ -27,11 +27,11 @@ _PRESS = 2.0
 _WAVE = 12.0
 """Length of a smooth wave, in pitches."""
 ERRORS = (
-    ErrorKind("press", "A press", "%", "How far the image of a fingertip's press is off, root mean square, of its "
-              "peak: a round contact two taxels in radius, steep at its rim.", 1e-2),
+    ErrorKind("press", "A press", "%", "Root mean square error of the image of a fingertip's press, of its peak: "
+              "a round contact two taxels in radius, steep at its rim.", 1e-2),
     ErrorKind("smooth", "Smooth pressure", "%", "The same of pressure that rises and falls over twelve taxels.", 1e-2),
-    ErrorKind("place", "Round trip", "mm", "From the body to the map, to a pixel and back: how far off, for 95\u2009% "
-              "of the taxels.", 1e-3),
+    ErrorKind("place", "Round trip", "mm", "From the body to the map, to a pixel and back: 95th percentile of the "
+              "error over taxels.", 1e-3),
 )  # fmt: skip
 
 

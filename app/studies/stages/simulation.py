@@ -26,12 +26,12 @@ INTEGRATORS: tuple[Integrator, ...] = get_args(Integrator)
 BOUNCES = "the contact bounces"
 """Note of a trial whose contact does not hold as it should."""
 ERRORS = (
-    ErrorKind("posture_mrad", "Posture", "mrad", "How far joints are off while the robot gives way to a probe's press, "
-              "root mean square, against a time step of 0.05 ms.", 1e-4),
-    ErrorKind("force_percent", "Held force", "%", "How far the mean force of the press is off, once it is held.", 1e-6),
-    ErrorKind("ripple_percent", "Ripple of the force", "%", "How much the held force goes up and down by step: "
-              "its standard deviation.", 1e-6),
-    ErrorKind("lost_percent", "Contact lost", "% of the time", "At how many steps nothing touches, once the press is "
+    ErrorKind("posture_mrad", "Posture", "mrad", "Error of the joint positions while a probe presses the robot, root "
+              "mean square, against a time step of 0.05 ms.", 1e-4),
+    ErrorKind("force_percent", "Held force", "%", "Error of the mean force once the press is held.", 1e-6),
+    ErrorKind("ripple_percent", "Ripple of the force", "%", "Standard deviation of the held force over "
+              "steps.", 1e-6),
+    ErrorKind("lost_percent", "Contact lost", "% of the time", "Share of steps without contact once the press is "
               "held.", 1e-1),
 )  # fmt: skip
 
@@ -112,7 +112,7 @@ def seconds(subject: Subject) -> float:
 STAGE = Stage(
     "simulation",
     "Simulation",
-    "Which way of stepping in time is near enough to the truth, and how long does it take?",
+    "How accurate is each integrator and time step, and how long does it take?",
     INTEGRATORS,
     ERRORS,
     settings,

@@ -22,12 +22,12 @@ from app.studies.work_precision import ErrorKind, PatchRecipe, Subject, timed
 MOST_ROUNDS = 8
 """So many rounds of an iterative method are shown."""
 DISTORTION = ErrorKind(
-    "distortion", "Distortion", "%", "As if every length of the skin were shown too long by so much.", 1e-3
+    "distortion", "Distortion", "%", "Distortion energy as an equivalent uniform stretch of all lengths.", 1e-3
 )
 ERRORS = (
     DISTORTION,
-    ErrorKind("angles", "Angles", "°", "How far the corners of the skin's triangles are off, root mean square.", 1e-3),
-    ErrorKind("torn", "Separated neighbours", "%", "Neighbouring taxels that are twice as far apart on the map.", 1e-2),
+    ErrorKind("angles", "Angles", "°", "Error of the angles of the skin's triangles, root mean square.", 1e-3),
+    ErrorKind("torn", "Split neighbours", "%", "Neighbouring taxels that are twice as far apart on the map.", 1e-2),
 )
 
 

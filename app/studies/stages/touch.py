@@ -45,8 +45,8 @@ ERRORS = (
               "force, against what passes through the cover to their depth.", 1e-2),
     ErrorKind("surface_percent", "Pressure at the surface", "% of the force", "The same against what presses the "
               "surface of the cover.", 1e-2),
-    ErrorKind("place_mm", "Centre of pressure", "mm", "How far along the skin the readings' centre is off.", 1e-3),
-    ErrorKind("force_percent", "Total force", "%", "How far the sum of pressure times area is off.", 1e-12),
+    ErrorKind("place_mm", "Centre of pressure", "mm", "Error of the centre of pressure along the skin.", 1e-3),
+    ErrorKind("force_percent", "Total force", "%", "Error of the total force (pressure times area).", 1e-12),
 )  # fmt: skip
 
 
@@ -203,7 +203,7 @@ def seconds(subject: Subject) -> float:
 STAGE = Stage(
     "touch",
     "Touch",
-    "Which contact model is the most accurate, and how long does a reading take?",
+    "Which contact model is most accurate, and how long does a reading take?",
     tuple(CONTACT_MODELS),
     ERRORS,
     settings,

@@ -162,15 +162,15 @@ STIFFNESS = 2000.0
 LAG = 2.0 / INNER_FREQUENCY
 """Of the posture loop, which is critically damped [s]."""
 _FORCE_SHARE = 0.5
-"""Of the greatest calm gain that the force gets: contact is stiffer the harder it is pressed."""
+"""Share of the greatest gain without overshoot that the force gets: contact is stiffer the harder it is pressed."""
 
 
 def tune_gains(settings: ControlSettings, period: float, delay: int) -> ControlSettings:
     """The same settings with gains as high as loops without overshoot allow, and no higher than the given force gain.
 
-    The map's loop gets 1 / (T / L* + e LAG): the sampled loop's calm gain L* / T, with the posture loop's lag as a dead
-    time on top, of which 1 / (e LAG) is the calm gain. The force's loop gets its share of L* / (k T), with the given
-    gain as if it were a lag.
+    The map's loop gets 1 / (T / L* + e LAG): the greatest gain L* / T without overshoot of a sampled loop, with the
+    posture loop's lag as an additional dead time, for which it is 1 / (e LAG). The force's loop gets its share of
+    L* / (k T), with the given gain as if it were a lag.
 
     Args:
         settings: Of a controller.
@@ -210,7 +210,7 @@ _FACTOR_FIGURES = {
         "Time against the rate at which the skin is read",
         "readings a second",
         "Where readings are slow it takes about as long as theory says; where they are fast, the posture loop's lag of "
-        "50 ms, which theory's ideal servo has not, sets the time, and more readings buy nothing.",
+        "50 ms, which the ideal servo of the theory lacks, sets the time, and a higher rate gains nothing.",
     ),
     "delay": (
         "Time against the delay of the readings",
@@ -222,14 +222,16 @@ _FACTOR_FIGURES = {
     "noise": (
         "Time against noise on every taxel",
         "Pa (none at 10)",
-        "Theory has no time for noise, only ripple: it moves the centre of pressure and the force that is read, and "
+        "The theory predicts ripple from noise, not time: noise moves the centre of pressure and the force that is "
+        "read, and "
         "takes from the tolerance what is then missing for speed.",
     ),
     "misplaced": (
         "Time against the error of the calibration",
         "mm along each axis (none at 0.25)",
-        "Theory has the map's Jacobian alone in mind, which single triangles turn over from 2 mm on and two rings of "
-        "taxels survive. The normal departs sooner: along a wrong one a push slides and a slide presses, so that the "
+        "The theory covers the map's Jacobian alone, which inverts for single triangles from 2 mm on and with two "
+        "rings of "
+        "taxels does not. The normal is wrong sooner: along a wrong one a push slides and a slide presses, so that the "
         "force limits the speed before the Jacobian does; two rings keep some degrees of the error where a triangle "
         "keeps tens.",
     ),
@@ -449,7 +451,7 @@ def result_row(found: SpeedSearchResult, settings: ControlSettings) -> dict[str,
 
 STUDY = Study(
     "control-cost",
-    "In how short a time can a contact be led along a path within a tolerance on the body, and what does it cost to "
+    "How fast can each controller follow a contact path within a tolerance on the body, and what does it cost to "
     "know the skin less well?",
     "Each robot wears skin with taxels 8 mm apart on its forearm, at home beside a fixed ball of 30 mm radius. The "
     "controller slides the ball once along a figure of eight of 30 mm (91 mm of way; quick cases 20 mm, 61 mm), "
@@ -458,7 +460,8 @@ STUDY = Study(
     "contact is never lost; it is found by bisection over the speed. Errors are from where the ball truly touches "
     "the true skin to where the path lies on it, and forces are true ones, whatever is read. The skin is read 50 "
     "times a second, at once and without noise, the map is our own, taxels are where they are believed, forces are "
-    "pressure times area: one of these at a time is otherwise. Gains follow rate and delay by the calm gain L* of a "
+    "pressure times area: one of these at a time is otherwise. Gains follow rate and delay by the non-oscillating "
+    "gain L* of a "
     "sampled loop. Seeds differ in taxels, noise and calibration, the same for all controllers and levels; points "
     "are medians over them, upright lines their 95 % bootstrap interval. What is missing in a diagram is not "
     "possible at any speed from 4 to 128 mm/s; its row has the least error.",

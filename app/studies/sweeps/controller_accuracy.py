@@ -229,12 +229,12 @@ def figures(rows: Sequence[Row]) -> list[Figure | BarChart]:
     return [
         Figure("Place and force", "error of the force, rms [N]", "on the body, p95 [mm]", by_skin, least=1e-2),
         BarChart(
-            "What the skin buys",
+            "Tactile skin against force-torque sensor",
             "error on the body, p95, median over controllers and seeds [mm]",
             by,
             note=_SENSORS_NOTE,
         ),
-        BarChart("What a controller costs by the skin", "reading and control of one tick, median [ms]", cost),
+        BarChart("Controller cost with tactile skin", "reading and control of one tick, median [ms]", cost),
     ]
 
 
@@ -251,7 +251,7 @@ def _median(rows: Sequence[Row], key: str, robot: object, path: object, sensor: 
 
 STUDY = Study(
     "controller-accuracy",
-    "Which controller follows how well on which robot, and what does its skin buy over a force-torque sensor?",
+    "How accurate is each controller on each robot, with tactile skin and with a force-torque sensor?",
     "Each robot wears 1,000 taxels on its forearm and is pressed by a ball of 30 mm that stands still, at the "
     "flattest place that its joints move well. It leads the contact along the same paths about that place with 3 N at"
     " 10 mm/s, or holds it, with each controller as it comes but for the force gain: half of the one from which on "

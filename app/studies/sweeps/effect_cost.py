@@ -168,7 +168,7 @@ def _name(row: Row) -> str:
 
 STUDY = Study(
     "effect-cost",
-    "What does each effect cost, as a multiple of a bare step of the same arm?",
+    "What does each effect cost, relative to a bare step of the same arm?",
     "Our own arm, held at home and, where bodies or fingers may touch, pressed with 10 N. Each effect is switched on "
     "alone, on the least that it needs (friction on contact, the sensor's effects on a skin that is touched). The "
     "ratio is the time of a step with it, in ticks of five and a reading where there is a skin, to that of a bare "

@@ -100,7 +100,7 @@ def _renderer(method: str, map_: TactileMap, width: int, centres: FloatArray) ->
 
 STUDY = Study(
     "image-cost",
-    "Which interpolation gives how small an error at how many milliseconds a frame?",
+    "How large is the error of each interpolation, and what does a frame cost?",
     "Taxels at random in the cells of a grid on a flat square of 100 mm, whose map is the square itself, read a known "
     "field between 0 and 1: smooth waves, and the pressure under a ball, steep at its rim. The error is that of the "
     "pixels more than 1.5 pitches inside the border. Times are medians, after one run to warm up.",

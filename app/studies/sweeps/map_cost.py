@@ -110,8 +110,8 @@ def _middle_fineness(rows: Sequence[Row]) -> object:
 
 STUDY = Study(
     "map-cost",
-    "Which way of laying a body flat gives how little distortion in how many seconds?",
-    "Each method lays each body flat, cut to a disk and with 0 to 4 seams more, on meshes of about 1000, 4000 "
+    "How much distortion does each flattening method leave, and in what time?",
+    "Each method flattens each body, cut to a disk and with 0 to 4 seams more, on meshes of about 1000, 4000 "
     "and 16,000 faces. Time runs from the uncut surface; each point is a round of an iterative method, the last one "
     "with the proof that the map is one-to-one. A map that is not is repaired by our own method, which its row says. "
     "Errors: mean symmetric Dirichlet energy (4 is an isometry) and the even stretch of that energy in percent, rms "

@@ -60,7 +60,7 @@ def figures(rows: Sequence[Row]) -> list[Figure]:
 
 STUDY = Study(
     "step-cost",
-    "Which integrator holds a contact of which stiffness, at which time step, and what does that cost?",
+    "Up to which contact stiffness and time step is each integrator stable, and what does it cost?",
     f"A probe of 0.1 kg presses the forearm of our own arm, at home, with {PRESS_FORCE:g} N for 1.2 s. Steady: over"
     " the last 0.4 s the force is within 5 % of a run at 0.05 ms, varies by less than 5 % (standard deviation over"
     " all steps), and contact is never lost. Diverges: the run was stopped by name. Postures are compared over the "

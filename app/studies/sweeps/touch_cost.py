@@ -208,10 +208,11 @@ def figures(rows: Sequence[Row]) -> list[Figure]:
 
 STUDY = Study(
     "touch-cost",
-    "Which contact model gives how small an error at how many milliseconds a reading?",
+    "How large is the error of each contact model, and what does a reading cost?",
     "A ball is pressed 1 mm into the middle of a flat square of 100 mm and of a tube with a radius of 36 mm, so large "
-    "that its contact with a plane has the radius named. The truth is a bed of springs sampled at 200,000 points; at "
-    "the taxels' depth, 2 mm, it is the Boussinesq stress of all those forces. Models are given force, centre of "
+    "that its contact with a plane has the radius named. The reference is a Winkler foundation (bed of springs) "
+    "sampled at 200,000 points; at "
+    "the taxels' depth, 2 mm, it is the Boussinesq stress of those forces. Models are given force, centre of "
     "pressure and the ball. A ball given 1 mm aside stands for a collision hull that does not fit the skin. "
     "Shape errors are the forces on the wrong taxels. exact_place_mm is how far off the true forces on the cells put "
     "the centre of pressure: a taxel knows only the sum over its cell, so only a blur can do better. Foundation and "

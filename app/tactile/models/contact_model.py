@@ -81,19 +81,22 @@ def _field(skin: Skin, sensor: SensorEffects) -> ReceptiveField:
 
 _ENTRIES = (
     ContactModelEntry(
-        "point", "Point", "All force on the nearest taxel. For teaching: no shape, and the cheapest.", _point
+        "point", "Point", "All force on the nearest taxel: cheapest, without pressure distribution.", _point
     ),
     ContactModelEntry(
         "water-fill",
         "Water-fill",
-        "The force spread under the body, as on a bed of springs. Exact in force.",
+        "Winkler foundation (independent springs) under the body. Total force exact.",
         _water_fill,
     ),
     ContactModelEntry(
-        "punch", "Punch", "As water-fill, tilted until the moment is right: the centre of pressure is exact.", _punch
+        "punch", "Punch", "Winkler foundation with tilt: total force and centre of pressure exact.", _punch
     ),
     ContactModelEntry(
-        "half-space", "Half-space", "Water-fill, felt through the depth of the cover, which blurs it.", _half_space
+        "half-space",
+        "Half-space",
+        "Water-fill with the elastic half-space's blur at the depth of the taxels.",
+        _half_space,
     ),
 )
 CONTACT_MODELS: Mapping[str, ContactModelEntry] = MappingProxyType({entry.name: entry for entry in _ENTRIES})

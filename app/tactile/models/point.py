@@ -44,7 +44,7 @@ class PointModel:
             if load.force > 0 and (bed := self._beds.get(load.link)) is not None:
                 point = _closest(bed, load)
                 if point is None:
-                    notes.append(f"{load.by or 'something'} presses {load.link} beside its skin: not felt")
+                    notes.append(f"{load.by or 'something'} presses {load.link} outside its skin: no reading")
                 else:
                     self._field.add(pressures, np.array([point]), np.array([load.force]))
         self.notes = tuple(notes)

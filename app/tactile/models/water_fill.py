@@ -74,7 +74,7 @@ class WaterFillModel:
         """No point faces the body: the one closest to it bears all."""
         point, who = bed.nearest(load), load.by or "something"
         if point is None:
-            self.notes += (f"{who} presses {load.link} beside its skin: not felt",)
+            self.notes += (f"{who} presses {load.link} outside its skin: no reading",)
         else:
             self.notes += (f"{who} presses the edge of the skin on {load.link}: one point bears all of it",)
             self._field.add(pressures, np.array([point]), np.array([load.force]))

@@ -38,7 +38,7 @@ def test_words_for_a_person_and_another_weight(capsys, scene):
     out = capsys.readouterr().out
     assert "0.5 kg, 4.905 N" in out
     assert "with point" in out
-    assert "good" in out
+    assert "passed" in out
 
 
 def test_a_reading_that_is_off_fails(capsys, scene):

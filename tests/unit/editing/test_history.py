@@ -108,7 +108,7 @@ def test_gestures_do_not_nest_and_nothing_else_happens_in_them(history):
     with pytest.raises(MapError, match="no edit is in progress"):
         history.change(history.present)
     history.begin("Move")
-    for act in (lambda: history.begin("Turn"), lambda: history.do("Name", history.present)):
+    for act in (lambda: history.begin("Rotate"), lambda: history.do("Name", history.present)):
         with pytest.raises(MapError, match="edit is in progress"):
             act()
     with pytest.raises(MapError, match="edit is in progress"):

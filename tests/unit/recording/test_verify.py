@@ -86,7 +86,7 @@ def test_an_edit_of_the_map_is_replayed_where_it_happened(recording):
 def test_a_session_on_an_edited_map_starts_on_it_again(prepared, tmp_path):
     session = Session(prepared)
     edited = rotate(MapDocument.of(prepared.map), [0, 1], 1.0).map
-    session.submit(MapEdited("Turn", edited))
+    session.submit(MapEdited("Rotate", edited))
     session.tick()
     session.reset()
     assert session.map is edited

@@ -230,7 +230,7 @@ def test_how_far_off_a_body_is_felt_does_not_depend_on_where_it_was():
 def test_a_body_that_is_nowhere_is_refused():
     skin = bar_skin()
     load = Load("bar", np.zeros(3), UP, 1.0, Sphere(0.01), Pose(np.eye(3), np.array([0, np.nan, 0])))
-    with pytest.raises(SimulationError, match=r"on bar: a body is nowhere.*nan"):
+    with pytest.raises(SimulationError, match=r"on bar: the pose of a body is not finite.*nan"):
         LinkBroadphase(skin, "bar").near(load)
 
 

@@ -274,5 +274,5 @@ def test_a_force_that_is_none_is_refused(force):
 
 @pytest.mark.parametrize("radius", [0.0, -0.01, np.nan, np.inf])
 def test_a_ball_that_is_none_is_refused(radius):
-    with pytest.raises(SimulationError, match="no such ball"):
+    with pytest.raises(SimulationError, match="radius of a ball must be positive"):
         sphere_load("arm", np.zeros(3), UP, 1.0, radius)

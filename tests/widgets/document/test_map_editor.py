@@ -81,12 +81,12 @@ def test_a_refused_edit_changes_nothing_and_says_why(editor):
 def test_a_gesture_changes_from_where_it_began_and_settles_once(editor):
     shown = []
     editor.shown.connect(shown.append)
-    editor.begin("Turn")
+    editor.begin("Rotate")
     for angle in (0.1, 0.2, 0.3):
         editor.change(lambda document, angle=angle: rotate(document, [1], angle))
     assert editor.heard == []
     editor.end()
-    assert editor.heard == [("settled", "Turn")]
+    assert editor.heard == [("settled", "Rotate")]
     assert len(shown) == 4
     assert editor.document.layout.placements[1].angle == pytest.approx(
         shown[0].layout.placements[1].angle + 0.2, abs=1e-12
@@ -106,7 +106,7 @@ def test_a_cancelled_gesture_never_was(editor):
 def test_undo_within_a_gesture_ends_only_the_gesture(editor):
     editor.do("Move", shift)
     kept = editor.document
-    editor.begin("Turn")
+    editor.begin("Rotate")
     editor.change(lambda document: rotate(document, [1], 1.0))
     editor.undo()
     assert editor.document is kept
@@ -148,13 +148,13 @@ def test_a_result_for_a_patch_changed_meanwhile_is_told_and_left_out(editor, wor
 
 def test_a_result_that_comes_while_a_hand_is_at_work_waits_for_it(editor, worker):
     editor.ask(lambda document: set_method(document, [0], "lscm"))
-    editor.begin("Turn")
+    editor.begin("Rotate")
     editor.change(lambda document: rotate(document, [1], 0.5))
     worker.release()
     assert editor.gesture
     assert editor.history.names == ("Open",)
     editor.end()
-    assert editor.history.names == ("Open", "Turn", "Method")
+    assert editor.history.names == ("Open", "Rotate", "Method")
     assert editor.document.charts[0].method == "lscm"
 
 

@@ -121,7 +121,7 @@ def test_a_click_on_what_was_measured_chooses_it_and_the_editors_answer_moves_th
     panel.show_document(after, (1,))
     assert panel.board.plot._named(None).startswith(f"Present: {method_name(target.setting.method)}")
     assert len(drawn(panel)) == len(points), "kept"
-    assert "changed since" not in said(panel, "note"), "the cuts are the same"
+    assert "has changed" not in said(panel, "note"), "the cuts are the same"
 
 
 def test_results_are_kept_by_stage_and_forgotten_with_the_skin(panel, qtbot, document):
@@ -161,7 +161,7 @@ def test_another_error_redraws_and_a_map_that_changed_is_told(panel, qtbot, docu
     assert [p.error for p in drawn(panel)] != distortion
     slid = MapDocument(document.map, (document.patches[0], replace(document.patches[1], lengths=0.5)), document.order)
     panel.show_document(slid, (1,))
-    assert "The map has changed since: measure again." in said(panel, "note")
+    assert "The map has changed: measure again." in said(panel, "note")
     assert drawn(panel)
 
 

@@ -151,7 +151,7 @@ def test_a_drawing_is_taken_over_by_arranging_and_pinning(panel, editor, drawing
     before = procrustes(points, editor.document.map.taxel_points, editor.document.skin.first)
     panel.open_paths([path])
     _press(panel, "take")
-    assert editor.history.names == ("Open", "Arrange as drawn", "Pin as drawn")
+    assert editor.history.names == ("Open", "Arrange as in the drawing", "Pin as in the drawing")
     assert all(len(pin_places(editor.document, k)) for k in range(3))
     after = procrustes(points, editor.document.map.taxel_points, editor.document.skin.first)
     assert after < 0.5 * before

@@ -90,7 +90,7 @@ def test_a_recording_notes_edits_replays_them_and_is_verified(window, tmp_path):
     window.editor.do("Move", shift)
     run(window, 0.3)
     window.action("undo").trigger()
-    window.editor.do("Turn", lambda document: rotate(document, [0], 0.5))
+    window.editor.do("Rotate", lambda document: rotate(document, [0], 0.5))
     run(window, 0.3)
     QTest.mouseRelease(window.map_view.viewport(), LEFT)
     window.action("record").trigger()
@@ -98,7 +98,7 @@ def test_a_recording_notes_edits_replays_them_and_is_verified(window, tmp_path):
     (file,) = (tmp_path / "recordings").glob("*.mcap")
     player = RecordingPlayer(file)
     assert verify(player).identical
-    assert [name for _, name in player.edits()] == ["Move", "Undo: Move", "Turn"]
+    assert [name for _, name in player.edits()] == ["Move", "Undo: Move", "Rotate"]
 
     window.presenters.files.open_path(str(file))
     assert not window.action("arrange").isEnabled(), "a replay is looked at, not edited"

@@ -21,7 +21,7 @@ from app.studies.testbeds.reference_bodies import flat_map
 def files(window):
     """Of a window with one edit that is not saved."""
     assert not window.presenters.map_files.unsaved
-    window.editor.do("Turn", lambda document: rotate(document, [1], 0.5))
+    window.editor.do("Rotate", lambda document: rotate(document, [1], 0.5))
     return window.presenters.map_files
 
 

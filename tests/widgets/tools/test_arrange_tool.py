@@ -115,7 +115,7 @@ def test_the_round_handle_turns(bench):
     arm = start - middle
     turned = np.array([arm[1], -arm[0]])  # a quarter counter-clockwise, y running down
     bench.release(bench.drag(start, turned - arm))
-    assert bench.steps == ("Turn",)
+    assert bench.steps == ("Rotate",)
     assert bench.placement(1).angle - before == pytest.approx(math.pi / 2, abs=1e-3)
     assert bench.pixels(bench.middle(1))[0] == pytest.approx(middle, abs=12)  # the box is another one
 

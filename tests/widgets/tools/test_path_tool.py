@@ -131,7 +131,7 @@ def test_a_figure_of_eight_whose_middle_is_beside_the_skin_is_refused(hand, lead
     low, high = document.map.boxes[SHEET]
     hand.drag(middle(document, SHEET), middle(document, SHEET) + [0.0, 3 * (high[1] - low[1])])
     assert lead.asked == []
-    assert lead.heard == ["A path has to start on the skin"]
+    assert lead.heard == ["A path must start on the skin"]
 
 
 @pytest.mark.parametrize("kind", ["polyline", "raster"])
@@ -246,7 +246,7 @@ def test_a_chosen_corner_is_taken_out(drawn, lead, corners):
     drawn.click(corners[0])
     drawn.key(Qt.Key.Key_Delete)
     assert len(path_in_force(lead)) == 2
-    assert lead.heard == ["This path needs the corners it has"]
+    assert lead.heard == ["This path has the fewest corners already"]
 
 
 def test_without_a_corner_nothing_is_lost_by_delete(drawn, lead, corners):

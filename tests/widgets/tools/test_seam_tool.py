@@ -193,7 +193,7 @@ def hand_move_with_alt(hand, point):
 
 def test_where_there_is_no_seam_there_is_nothing_to_erase(hand, editor, document):
     QTest.mouseClick(hand.view.viewport(), LEFT, ALT, hand.pixel(middle(document, CAP)))
-    assert editor.heard == [("told", "There is no seam here to erase")]
+    assert editor.heard == [("told", "No seam to erase here")]
     assert editor.document is document
 
 

@@ -94,7 +94,7 @@ def test_arrows_move_it_as_far_as_the_skin_goes(held, lead, document, centre):
     for _ in range(200):
         held.key(Qt.Key.Key_Left)
     assert document.map.to_body(target(lead)) is not None
-    assert "The skin ends here" in lead.heard
+    assert "The target cannot leave the skin" in lead.heard
     lead.undo()
     np.testing.assert_allclose(target(lead), centre, atol=PIXEL)
 

@@ -46,7 +46,7 @@ def test_a_wish_says_what_it_would_be_without():
     row, auto = row_of(scene, "friction"), automatic_rows(scene)["friction"]
     assert row.overridden
     assert auto == row_of(SCENE, "friction")
-    assert effect_reason(row, auto) == f"The scene says so; auto is off: {auto.why}."
+    assert effect_reason(row, auto) == f"Set by the scene; auto is off: {auto.why}."
     assert effect_reason(auto, auto) == f"{auto.why[:1].upper()}{auto.why[1:]}."
 
 
@@ -63,9 +63,9 @@ def test_what_was_chosen_here_is_told_from_what_the_scene_said():
 def test_what_is_off_says_what_it_would_usually_be():
     row = row_of(SCENE, "noise")
     assert not row.on
-    assert "Usually sd 100." in effect_tip(row, row)
+    assert "Default: sd 100." in effect_tip(row, row)
     on = row_of(with_override(SCENE, "noise", {"sd": 300.0}), "noise")
-    assert "Usually" not in effect_tip(on, row)
+    assert "Default" not in effect_tip(on, row)
     assert "sd 300" in effect_tip(on, row)
 
 
