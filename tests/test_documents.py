@@ -12,7 +12,7 @@ import pytest
 from app.cli.guide_command import page_names
 from app.cli.parser import build_parser
 from app.robots.library import list_robots
-from app.scene.scene_file import scene_from_toml
+from app.scene.scene_file import load_scene, scene_from_toml, scene_names
 from app.studies.catalogue import STUDY_NAMES
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -90,6 +90,32 @@ def test_the_guide_names_every_command_and_study():
     commands = next(action.choices for action in build_parser()._actions if action.dest == "command")
     assert not [name for name in commands if f"`tactile-maps {name}" not in text.replace("[gui]", "gui")]
     assert not [name for name in STUDY_NAMES if f"`{name}`" not in text]
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
+def test_every_menu_that_is_named_exists(path):
+    """Like *File > Open robot*: each part is in the one before; what a list shows is a scene's title or a robot's."""
+    from widgets.actions.registry import ActionSpec, Line, MenuList
+    from widgets.actions.table import menu_bar
+
+    text = path.read_text(encoding="utf8")
+    named = [" ".join(found.split()) for found in re.findall(r"(?<!\*)\*([A-Z][^*]*? >\s[^*]+)\*", text)]
+    assert len(named) == len(re.findall(r"\b[A-Z]\w+ >\s+[A-Z]", text)), "menus are in italics"
+    shown = {load_scene(name).title for name in scene_names()} | {entry.title for entry in list_robots()}
+    for name in named:
+        items = menu_bar()
+        for part in (parts := name.split(" > ")):
+            if items is None:
+                assert part in shown, name
+                continue
+            texts = {
+                (item.text if isinstance(item, ActionSpec) else item.title).split("…")[0].split(" (")[0]: item
+                for item in items
+                if not isinstance(item, Line)
+            }
+            assert part in texts, f"{path.name}: {name}"
+            items = None if isinstance(texts[part], MenuList) else getattr(texts[part], "items", ())
+        assert len(parts) > 1
 
 
 def test_the_versions_agree():
