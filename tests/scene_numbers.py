@@ -16,11 +16,10 @@ from pathlib import Path
 import numpy as np
 
 from app.contacts.pipeline import ReadingSettings
-from app.control.command import ControlChanged
 from app.core.errors import TactileMapsError
 from app.scene.scene_file import load_scene
 from app.session.frame import Frame
-from app.session.inputs import ReadingChanged
+from app.session.inputs import ControlChanged, ReadingChanged
 from app.session.prepare import prepare
 from app.session.session import Session
 from app.tactile.poke import PokePressed, PokeReleased

@@ -11,7 +11,6 @@ from typing import Any, cast
 from app.cli.output import print_fields, print_json, print_line, progress_line
 from app.control.command import (
     CHOICES,
-    ControlChanged,
     ControllerName,
     ControlSettings,
     TaskName,
@@ -22,7 +21,7 @@ from app.control.limit_texts import limit_name
 from app.core.errors import RecordingError, UsageError, did_you_mean
 from app.core.files import write_atomically
 from app.recording.player import RecordingPlayer
-from app.session.inputs import SessionInput
+from app.session.inputs import ControlChanged, SessionInput
 from app.session.prepare import PreparedScene, open_scene, prepare
 from app.studies.controller_comparison import (
     Contender,
@@ -139,6 +138,6 @@ def _json_row(found: ControllerMetrics) -> dict[str, Any]:
 
 
 def _cell(column: str, value: Any) -> str:
-    if value != value:  # NaN: there was nothing to measure
+    if value is None:
         return "-"
     return f"{100 * value:.1f} %" if column in ("lost", "limited") else f"{value:.3g}"

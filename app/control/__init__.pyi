@@ -1,6 +1,5 @@
 from .behaviours import Behaviour, BehaviourTrigger
 from .command import (
-    ControlChanged,
     ControllerName,
     ControlSettings,
     JointCommand,
@@ -18,7 +17,6 @@ from .loop_stability import SensorTiming, StepResponse, step_response
 __all__ = [
     "Behaviour",
     "BehaviourTrigger",
-    "ControlChanged",
     "ControlSettings",
     "Controller",
     "ControllerManager",

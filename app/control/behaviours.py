@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 from app.contacts.events import EVENT_KINDS, ContactEvent, EventKind
 from app.control.command import ControlSettings, check_settings, settings_from
@@ -75,6 +75,16 @@ class Behaviour:
         often = {1: "", 2: "double ", 3: "triple "}.get(self.times, f"{self.times} times ")
         place = f" on {self.where.replace('_', ' ')}" if self.where else ""
         return f"{often}{self.on}{place}" + (f" above {self.above:g}\u2009N" if self.above else "")
+
+
+ControlTrigger: TypeAlias = Behaviour | Literal["released"]
+"""Why the controller's settings changed without a person: a behaviour, or the last contact was released, so that those
+from before a behaviour came back."""
+
+
+def trigger_text(trigger: ControlTrigger) -> str:
+    """What a person reads of it, like "double tap on forearm" or "released"."""
+    return trigger.words if isinstance(trigger, Behaviour) else trigger
 
 
 def behaviours_from(tables: Sequence[Mapping[str, Any]]) -> tuple[Behaviour, ...]:
@@ -149,26 +159,27 @@ class BehaviourTrigger:
 
     def triggered(
         self, events: Sequence[ContactEvent], settings: ControlSettings, *, touched: bool
-    ) -> tuple[ControlSettings, str] | None:
-        """Other settings, with the words that say why; None while nothing is triggered.
+    ) -> tuple[ControlSettings, ControlTrigger] | None:
+        """Other settings, and why; None while nothing is triggered.
 
         Args:
             events: Of one tick.
             settings: In force.
             touched: Whether any contact has not been released yet. One that a slow skin missed in a sample has not.
         """
-        now, why = settings, ""
+        now = settings
+        why: ControlTrigger | None = None
         for event in events:
             for number, behaviour in enumerate(self.behaviours):
                 if self._happened(number, behaviour, event):
                     if behaviour.until_released and self._before is None:
                         self._before = settings
-                    now, why = _changed(now, behaviour), behaviour.words
-        if not touched and self._before is not None and not why:
+                    now, why = _changed(now, behaviour), behaviour
+        if not touched and self._before is not None and why is None:
             now, why = self._before, "released"
         if not touched:
             self._before = None
-        return (now, why) if now != settings else None
+        return (now, why) if why is not None and now != settings else None
 
     def _happened(self, number: int, behaviour: Behaviour, event: ContactEvent) -> bool:
         told = "ended" if event.kind in ENDING_EVENTS else "began"

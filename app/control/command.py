@@ -114,20 +114,6 @@ class ControlSettings:
         set_fields(self, path=tuple(tuple(point) for point in self.path))
 
 
-@dataclass(frozen=True)
-class ControlChanged:
-    """The controller's settings changed; an input, recorded like a poke.
-
-    Attributes:
-        settings: From now on.
-        by: The event that triggered it, in words; empty where a person did it. A session derives what its behaviours do
-            again, and takes no such input from outside.
-    """
-
-    settings: ControlSettings
-    by: str = ""
-
-
 RANGES: dict[str, tuple[float, float]] = {
     "stiffness": (0.5, 40.0),
     "damping_ratio": (0.1, 3.0),

@@ -311,11 +311,11 @@ class PathRun:
     """A part of a polygon within one patch, or outside of all.
 
     Attributes:
-        patch: Of the map; -1 outside.
+        patch: Of the map; None outside.
         points: (k, 2) on the map [m], k >= 2.
     """
 
-    patch: int
+    patch: int | None
     points: FloatArray
 
     def __post_init__(self) -> None:
@@ -343,7 +343,10 @@ def split_at_borders(points: FloatArray, transitions: SeamTransitions) -> tuple[
         return ()
     patch = transitions.map.to_body_many((places[1:] + places[:-1]) / 2)[0]
     starts = np.concatenate([[0], np.flatnonzero(np.diff(patch)) + 1, [len(patch)]])
-    return tuple(PathRun(int(patch[first]), places[first : last + 1]) for first, last in pairwise(starts))
+    return tuple(
+        PathRun(int(patch[first]) if patch[first] >= 0 else None, places[first : last + 1])
+        for first, last in pairwise(starts)
+    )
 
 
 def _met(points: FloatArray, ends: FloatArray) -> tuple[IntArray, FloatArray]:
@@ -400,8 +403,8 @@ class PathProjection:
     def _lay_drawn(self, runs: tuple[PathRun, ...], begun: bool) -> bool:
         """Lay the first of the runs; false where nothing of them comes into a patch any more."""
         run = runs[0]
-        if run.patch >= 0:
-            self._stay(run, crosses=begun and self._elsewhere(run))
+        if run.patch is not None:
+            self._stay(run.patch, run.points, crosses=begun and self._elsewhere(run))
             return True
         if len(runs) > 1:
             self._come_back(run, runs[1])
@@ -410,33 +413,31 @@ class PathProjection:
     def _lay_on(self, runs: tuple[PathRun, ...]) -> bool:
         """The same for a path that never crosses: false where it has to go on behind a seam or to end."""
         run = runs[0]
-        if run.patch >= 0 and not (self.pieces and self._elsewhere(run)):
-            self._stay(run, crosses=False)
+        if run.patch is not None and not (self.pieces and self._elsewhere(run)):
+            self._stay(run.patch, run.points, crosses=False)
             return True
-        return run.patch < 0 and len(runs) > 1 and self._come_back(run, runs[1])
+        return run.patch is None and len(runs) > 1 and self._come_back(run, runs[1])
 
     def _elsewhere(self, run: PathRun) -> bool:
         """Whether a run starts at another place of the body than where the path is."""
         return bool(self.pieces) and not self._near(self.pieces[-1].end, run)
 
-    def _stay(self, run: PathRun, *, crosses: bool) -> None:
-        """Lay what is inside a patch where it was drawn."""
+    def _stay(self, patch: int, points: FloatArray, *, crosses: bool) -> None:
+        """Lay points (k, 2) inside a patch where they were drawn."""
         if crosses:
             self.jumps.append(len(self.pieces))
-        inward = run.points.copy()
-        inward[0] += _INWARD[2] * (run.points[1] - run.points[0])
-        inward[-1] += _INWARD[2] * (run.points[-2] - run.points[-1])
-        patch, face, weights = self._map.to_body_many(inward)
+        inward = points.copy()
+        inward[0] += _INWARD[2] * (points[1] - points[0])
+        inward[-1] += _INWARD[2] * (points[-2] - points[-1])
+        found, face, weights = self._map.to_body_many(inward)
         places = [
-            SurfacePoint(run.patch, int(face[k]), (float(a), float(b), float(c)))
-            if patch[k] == run.patch
-            else back_project_inside(
-                self._map, run.patch, run.points[max(k - 1, 0) : k + 2].mean(axis=0), run.points[k]
-            )
+            SurfacePoint(patch, int(face[k]), (float(a), float(b), float(c)))
+            if found[k] == patch
+            else back_project_inside(self._map, patch, points[max(k - 1, 0) : k + 2].mean(axis=0), points[k])
             for k, (a, b, c) in enumerate(weights)
         ]
         for k in range(len(places) - 1):
-            self.pieces.append(PathSegment(run.patch, run.points[k : k + 2], places[k], places[k + 1]))
+            self.pieces.append(PathSegment(patch, points[k : k + 2], places[k], places[k + 1]))
 
     def _come_back(self, gap: PathRun, after: PathRun) -> bool:
         """Lay a gap behind a seam if it leads to where it comes in on the map."""
@@ -448,6 +449,8 @@ class PathProjection:
 
     def _near(self, here: SurfacePoint, run: PathRun) -> bool:
         """Whether a run of the same patch starts about ``here`` on the body."""
+        if run.patch is None:
+            return False
         skin = self._map.skin
         there = back_project_inside(self._map, run.patch, run.points[:2].mean(axis=0), run.points[0])
         away = np.linalg.norm(skin.position(there) - skin.position(here))

@@ -31,6 +31,7 @@ from app.recording.bundle import DAMAGED
 from app.session.frame import Frame
 from app.session.prepare import PreparedScene
 from app.skin.skin import Skin
+from app.tactile.contact_notes import ContactNote
 from app.tactile.poke import PokeState
 
 HEADER: Mapping[str, str] = MappingProxyType(
@@ -112,7 +113,7 @@ class FrameText:
     """
 
     why_limited: tuple[Limit, ...]
-    notes: tuple[str, ...]
+    notes: tuple[ContactNote, ...]
     ms: Mapping[str, float]
     merged: Mapping[int, tuple[int, ...]]
     task: TaskReport | None

@@ -13,7 +13,6 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from app.contacts.events import ContactEvent
-from app.control.command import ControlChanged
 from app.core.codec import dump_json, json_schema, load_json
 from app.core.errors import RecordingError, SimulationError, TactileMapsError
 from app.geometry.mesh import SurfacePoint
@@ -21,7 +20,14 @@ from app.maps.formats.map_file import edit_from_bytes, edit_to_bytes
 from app.maps.tactile_map import TactileMap
 from app.recording.bundle import DAMAGED
 from app.recording.frame_codec import FRAME_SCHEMA, check_place
-from app.session.inputs import BehavioursChanged, EffectsChanged, MapEdited, ReadingChanged, SessionInput
+from app.session.inputs import (
+    BehavioursChanged,
+    ControlChanged,
+    EffectsChanged,
+    MapEdited,
+    ReadingChanged,
+    SessionInput,
+)
 from app.skin.skin import Skin
 from app.tactile.poke import PokeInput, PokeMoved, PokePressed
 

@@ -34,16 +34,16 @@ class StabilityResult:
         stiffness: Of the contact [N/m].
         verdict: ``steady``: the force holds within 5 % and contact is never lost. ``bounces``: it is finite, but no
             such force. ``diverges``: the run was stopped.
-        force_percent: How far the mean force is from that of a fine step; nan where it diverged.
-        ms: Wall milliseconds of a simulated second, on the machine that made the table.
+        force_percent: How far the mean force is from that of a fine step; None where it diverged.
+        ms: Wall milliseconds of a simulated second, on the machine that made the table; likewise None.
     """
 
     integrator: Integrator
     timestep: float
     stiffness: float
     verdict: Verdict
-    force_percent: float
-    ms: float
+    force_percent: float | None
+    ms: float | None
 
 
 @lru_cache(maxsize=1)
@@ -56,8 +56,8 @@ def stability_table() -> tuple[StabilityResult, ...]:
             1e-3 * row["timestep_ms"],
             row["stiffness"],
             row["verdict"],
-            float("nan") if row["force_percent"] is None else row["force_percent"],
-            float("nan") if row["ms"] is None else row["ms"],
+            row["force_percent"],
+            row["ms"],
         )
         for row in rows
     )

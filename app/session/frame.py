@@ -20,6 +20,7 @@ from app.core.arrays import FloatArray, freeze_arrays
 from app.core.errors import SimulationError
 from app.core.timing import Timings
 from app.session.inputs import SessionInput
+from app.tactile.contact_notes import ContactNote
 from app.tactile.poke import PokeState
 
 
@@ -39,7 +40,7 @@ class Frame:
         why_limited: What bounds the controller now, one of each kind; empty when nothing does.
         timings: Wall milliseconds by stage of this tick; never part of a comparison.
         objects: (k, 4, 4) pose ``T_world_object`` of each of the scene's objects, in its order.
-        notes: What the skin's model could not do as asked at this tick, in words; empty when nothing.
+        notes: What physics and the skin's model could not do as asked at this tick; empty when nothing.
         recent: The newest contact events up to this tick, newest first: a view that shows only some of the frames
             misses none.
         task: How the controller's task goes; None under a controller without one.
@@ -63,7 +64,7 @@ class Frame:
     why_limited: tuple[Limit, ...] = ()
     timings: Timings = field(default_factory=Timings)
     objects: FloatArray = field(default_factory=lambda: np.zeros((0, 4, 4)))
-    notes: tuple[str, ...] = ()
+    notes: tuple[ContactNote, ...] = ()
     recent: tuple[ContactEvent, ...] = ()
     task: TaskReport | None = None
     estimates: Mapping[int, ForceEstimate] = field(default_factory=dict)

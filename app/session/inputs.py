@@ -5,11 +5,25 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from app.contacts.pipeline import ReadingSettings
-from app.control.behaviours import Behaviour
-from app.control.command import ControlChanged
+from app.control.behaviours import Behaviour, ControlTrigger
+from app.control.command import ControlSettings
 from app.maps.tactile_map import TactileMap
 from app.scene.effects import Effects
 from app.tactile.poke import PokeInput, PokeMoved, PokePressed, PokeReleased
+
+
+@dataclass(frozen=True)
+class ControlChanged:
+    """The controller's settings changed; an input, recorded like a poke.
+
+    Attributes:
+        settings: From now on.
+        by: What triggered it; None where a person did it. A session derives what its behaviours do again, and takes no
+            such input from outside.
+    """
+
+    settings: ControlSettings
+    by: ControlTrigger | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,10 +7,17 @@ from dataclasses import dataclass, replace
 
 from app.contacts.pipeline import ReadingSettings, reading_from
 from app.control.behaviours import Behaviour, behaviours_from
-from app.control.command import ControlChanged, ControlSettings, settings_from
+from app.control.command import ControlSettings, settings_from
 from app.maps.tactile_map import TactileMap
 from app.scene.effects import Effects
-from app.session.inputs import BehavioursChanged, EffectsChanged, MapEdited, ReadingChanged, SessionInput
+from app.session.inputs import (
+    BehavioursChanged,
+    ControlChanged,
+    EffectsChanged,
+    MapEdited,
+    ReadingChanged,
+    SessionInput,
+)
 from app.session.prepare import PreparedScene
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from app.contacts.pipeline import ContactPipeline, ReadingSettings
 from app.contacts.regions import ContactRegion
 from app.control.behaviours import Behaviour, BehaviourTrigger
-from app.control.command import ControlChanged, ControlSettings
+from app.control.command import ControlSettings
 from app.control.controller_manager import ControllerManager
 from app.control.loop_stability import SensorTiming
 from app.core.arrays import FloatArray
@@ -28,7 +28,14 @@ from app.scene.effects import Effects
 from app.scene.motion import Motion
 from app.scene.scene import Scene
 from app.session.frame import Failure, Frame
-from app.session.inputs import BehavioursChanged, EffectsChanged, MapEdited, ReadingChanged, SessionInput
+from app.session.inputs import (
+    BehavioursChanged,
+    ControlChanged,
+    EffectsChanged,
+    MapEdited,
+    ReadingChanged,
+    SessionInput,
+)
 from app.session.prepare import PreparedScene
 from app.session.runtime_settings import RuntimeSettings
 from app.simulation.simulation import Simulation
@@ -227,7 +234,7 @@ class Session:
         """
         if isinstance(session_input, MapEdited):
             _checked_map(session_input.map, self.prepared.skin)
-        if isinstance(session_input, ControlChanged) and session_input.by:
+        if isinstance(session_input, ControlChanged) and session_input.by is not None:
             return
         if isinstance(session_input, PokePressed) and self.scripted:
             self._end_script()
@@ -343,7 +350,7 @@ class Session:
             session_input = self._waiting.pop(0)
             if isinstance(session_input, ControlChanged):
                 self._controller.settings = session_input.settings
-                if not session_input.by:
+                if session_input.by is None:
                     self._behaviours.settled()
             elif isinstance(session_input, BehavioursChanged):
                 self._behaviours.use(session_input.behaviours)

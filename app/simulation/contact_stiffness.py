@@ -7,11 +7,14 @@ same way friction's b makes  b / ((1 - d) w)  [N s/m]. (Measured to the digit fo
 
 from __future__ import annotations
 
+import math
+
 import mujoco
 import numpy as np
 
 from app.core.arrays import FloatArray
 from app.simulation.model_names import is_hull, plain_name
+from app.tactile.contact_notes import ContactNote, ContactNoteKind
 from app.tactile.elastic_layer import ElasticLayer
 
 SOLVER_IMPEDANCE = 0.5
@@ -82,8 +85,8 @@ class ContactStiffness:
             self._model.pair_solreffriction[pair] = -1.0, -FRICTION_DAMPING * scale / implicit
 
 
-def unstable_contacts(model: mujoco.MjModel, layer: ElasticLayer) -> tuple[str, ...]:
-    """Contacts of the skin that are stiffer than the time step bears, for people: what they may do about each.
+def unstable_contacts(model: mujoco.MjModel, layer: ElasticLayer) -> tuple[ContactNote, ...]:
+    """Contacts of the skin that are stiffer than the time step bears, with what each bears.
 
     Args:
         model: Compiled.
@@ -96,12 +99,9 @@ def unstable_contacts(model: mujoco.MjModel, layer: ElasticLayer) -> tuple[str, 
         weight = sum(float(model.body_invweight0[model.geom_bodyid[geom], 0]) for geom in geoms)
         share = layer.stiffness / _skins(model, geoms) * (1 - SOLVER_IMPEDANCE) * weight * step**2 / _STABILITY_LIMIT
         if share > 1:
-            name = " and ".join(plain_name(model.geom(geom).name) for geom in geoms)
-            most, longest = layer.stiffness / share, 1e3 * step / np.sqrt(share)
-            notes.append(
-                f"{name} may be unstable: {layer.stiffness:.3g} N/m is too stiff for the time "
-                f"step; use at most {most:.2g} N/m or {longest:.2g} ms, or the integrator discrete"
-            )
+            names = tuple(plain_name(model.geom(geom).name) for geom in geoms)
+            bears = layer.stiffness / share, step / math.sqrt(share)
+            notes.append(ContactNote(ContactNoteKind.MAY_BOUNCE, names, layer.stiffness, *bears))
     return tuple(notes)
 
 

@@ -20,6 +20,7 @@ from app.simulation.object_geoms import ProbeDrives, has_body
 from app.simulation.pressing_shapes import Solids, contact_candidates
 from app.simulation.step_checks import DivergenceGuard, ImpedanceCommand, TunnellingCheck
 from app.skin.skin import Skin
+from app.tactile.contact_notes import ContactNote, ContactNoteKind
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.loads import Load
 from app.tactile.models.contact_model import ContactModel
@@ -52,7 +53,7 @@ class Physics:
         model: Compiled.
         data: Its state.
         touch: The contact model that lives in this physics (foundation, depth), if the effect names one of these.
-        notes: What people should know: how meshes touch, which contacts are too stiff.
+        notes: How meshes touch, and which contacts are too stiff.
     """
 
     def __init__(
@@ -70,7 +71,7 @@ class Physics:
         self._bodies = {
             scene_object.spec.name: int(self.model.body(body_name(scene_object.spec)).id) for scene_object in present
         }
-        hulls = (f"{t.spec.name} collides as its convex hull" for t in present if t.spec.kind == "mesh")
+        hulls = (ContactNote(ContactNoteKind.CONVEX_HULL, (t.spec.name,)) for t in present if t.spec.kind == "mesh")
         self.notes = (*hulls, *unstable_contacts(self.model, layer))
         self._drives, passing = ProbeDrives(self.model, present), TunnellingCheck(self.model, present)
         self._passing = passing if passing.needed else None

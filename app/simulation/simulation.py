@@ -24,6 +24,7 @@ from app.simulation.object_geoms import initial_pose
 from app.simulation.physics import Physics
 from app.simulation.step_checks import ImpedanceCommand, check_command
 from app.skin.skin import Skin
+from app.tactile.contact_notes import ContactNote
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.loads import Load
 from app.tactile.models.contact_model import CONTACT_MODELS, ContactModel
@@ -230,8 +231,8 @@ class Simulation:
         return self._effects
 
     @property
-    def notes(self) -> tuple[str, ...]:
-        """What is not as it should be, for people: how meshes touch, what the contact model had to do instead."""
+    def notes(self) -> tuple[ContactNote, ...]:
+        """What is not as it should be: how meshes touch, what the contact model had to do instead."""
         return (*self._physics.notes, *(self._touch.notes if self._touch else ()))
 
     @property

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from app.control.behaviours import Behaviour, behaviours_from
-from app.control.command import ControlChanged, ControlSettings
+from app.control.command import ControlSettings
 from app.control.limit_texts import limit_texts
 from app.control.limits import Limit, LimitKind
 from app.core.arrays import BoolArray, FloatArray, freeze_arrays
@@ -28,10 +28,17 @@ from app.core.progress import Progress, no_progress
 from app.geometry.mesh import SurfacePoint
 from app.robots.kinematics import Configuration
 from app.session.frame import Frame
-from app.session.inputs import BehavioursChanged, EffectsChanged, MapEdited, ReadingChanged, SessionInput
+from app.session.inputs import (
+    BehavioursChanged,
+    ControlChanged,
+    EffectsChanged,
+    MapEdited,
+    ReadingChanged,
+    SessionInput,
+)
 from app.session.prepare import PreparedScene
 from app.session.session import Session
-from app.studies.rows import p95, rms
+from app.studies.rows import finite_or_none, p95, rms
 
 TRACE_COLUMNS = ("time", "force", "force_goal", "map_error", "body_error", "joint_speed", "energy", "control_ms")
 """Traces that are numbers, in the order of a file's columns."""
@@ -39,7 +46,7 @@ TRACE_COLUMNS = ("time", "force", "force_goal", "map_error", "body_error", "join
 
 @dataclass(frozen=True, eq=False)
 class ControllerTrace:
-    """One run, tick by tick; NaN where there was no such thing.
+    """One run, tick by tick; an array has NaN at ticks where there was no such thing.
 
     Attributes:
         name: Of the contender.
@@ -107,7 +114,7 @@ _UNITS = ("s", "N", "N", "m", "m", "rad_s", "J", "")
 
 @dataclass(frozen=True)
 class ControllerMetrics:
-    """How well a controller did. NaN where there was nothing to measure, as the error of a task without a place.
+    """How well a controller did. None where there was nothing to measure, as the error of a task without a place.
 
     Attributes:
         map_rms_mm: Root mean square of the error on the map, while in contact [mm].
@@ -127,20 +134,20 @@ class ControllerMetrics:
         seconds: How long it ran [s].
     """
 
-    map_rms_mm: float
-    map_p95_mm: float
-    body_rms_mm: float
-    body_p95_mm: float
-    force_rms_N: float
-    force_std_N: float
-    force_max_N: float
-    lost: float
-    joint_speed_max: float
-    energy_J: float
-    limited: float
+    map_rms_mm: float | None
+    map_p95_mm: float | None
+    body_rms_mm: float | None
+    body_p95_mm: float | None
+    force_rms_N: float | None
+    force_std_N: float | None
+    force_max_N: float | None
+    lost: float | None
+    joint_speed_max: float | None
+    energy_J: float | None
+    limited: float | None
     limit: LimitKind | None
-    control_ms: float
-    control_p95_ms: float
+    control_ms: float | None
+    control_p95_ms: float | None
     seconds: float
 
 
@@ -150,20 +157,20 @@ def controller_metrics(trace: ControllerTrace) -> ControllerMetrics:
     departure = (trace.force - trace.force_goal)[np.isfinite(trace.force_goal)]
     said = Counter(limit.kind for limits in trace.limits for limit in limits)
     return ControllerMetrics(
-        map_rms_mm=1e3 * rms(trace.map_error),
-        map_p95_mm=1e3 * p95(trace.map_error),
-        body_rms_mm=1e3 * rms(trace.body_error),
-        body_p95_mm=1e3 * p95(trace.body_error),
-        force_rms_N=rms(departure),
-        force_std_N=float(departure.std()) if departure.size else np.nan,
+        map_rms_mm=finite_or_none(1e3 * rms(trace.map_error)),
+        map_p95_mm=finite_or_none(1e3 * p95(trace.map_error)),
+        body_rms_mm=finite_or_none(1e3 * rms(trace.body_error)),
+        body_p95_mm=finite_or_none(1e3 * p95(trace.body_error)),
+        force_rms_N=finite_or_none(rms(departure)),
+        force_std_N=float(departure.std()) if departure.size else None,
         force_max_N=_highest(trace.force),
         lost=_share(~felt[trace.touched & np.logical_or.accumulate(felt)]),
         joint_speed_max=_highest(trace.joint_speed),
         energy_J=_highest(trace.energy),
         limited=_share(np.array([bool(limits) for limits in trace.limits], dtype=np.bool_)),
         limit=said.most_common(1)[0][0] if said else None,
-        control_ms=float(np.median(trace.control_ms)) if len(trace) else np.nan,
-        control_p95_ms=p95(trace.control_ms),
+        control_ms=float(np.median(trace.control_ms)) if len(trace) else None,
+        control_p95_ms=finite_or_none(p95(trace.control_ms)),
         seconds=float(trace.time[-1]) if len(trace) else 0.0,
     )
 
@@ -183,17 +190,13 @@ def trace_csv(traces: Sequence[ControllerTrace]) -> bytes:
     return text.getvalue().encode()
 
 
-def _finite(values: FloatArray) -> FloatArray:
-    return values[np.isfinite(values)]
+def _highest(values: FloatArray) -> float | None:
+    known = values[np.isfinite(values)]
+    return float(known.max()) if known.size else None
 
 
-def _highest(values: FloatArray) -> float:
-    known = _finite(values)
-    return float(known.max()) if known.size else np.nan
-
-
-def _share(which: BoolArray) -> float:
-    return float(which.mean()) if which.size else np.nan
+def _share(which: BoolArray) -> float | None:
+    return float(which.mean()) if which.size else None
 
 
 TASK_FIELDS = ("task", "path_kind", "path", "path_size", "path_speed", "starts", "force_goal")
@@ -328,7 +331,7 @@ def _for_contender(
     start, waiting = settings, list[tuple[int, SessionInput]]()
     for tick, act in inputs:
         if isinstance(act, ControlChanged):
-            if act.by:
+            if act.by is not None:
                 continue  # a behaviour did it, and does it again
             before = settings
             settings = with_fields(settings, act.settings, kept)

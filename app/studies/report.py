@@ -13,14 +13,14 @@ import math
 import os
 import platform
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import escape
 from importlib.metadata import version
 from pathlib import Path
 
 from app.core.errors import UsageError
 from app.studies.figures import BarChart, Figure, figure_svg
-from app.studies.rows import Row
+from app.studies.rows import Cell, Row
 from app.studies.study import Study
 
 _LIBRARIES = ("tactile-maps", "numpy", "scipy", "libigl")
@@ -90,6 +90,8 @@ def write_report(outcome: StudyResult, folder: Path) -> tuple[Path, ...]:
         UsageError: They cannot be written there.
     """
     name = outcome.study.name
+    known = [{key: _finite_or_none(value) for key, value in row.items()} for row in outcome.rows]
+    outcome = replace(outcome, rows=known)
     texts = {"csv": _csv(outcome.rows), "json": _json(outcome), "html": _html(outcome)}
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -121,7 +123,7 @@ def _json(outcome: StudyResult) -> str:
         "jobs": outcome.jobs,
         "quick": outcome.quick,
         "machine": dict(outcome.machine),
-        "rows": [{key: _finite_or_none(value) for key, value in row.items()} for row in outcome.rows],
+        "rows": [dict(row) for row in outcome.rows],
     }
     return json.dumps(facts, indent=1, allow_nan=False)
 
@@ -167,6 +169,6 @@ def _cell(value: object) -> str:
     return f"{value:.5g}" if isinstance(value, float) else escape(str(value))
 
 
-def _finite_or_none(value: object) -> object:
-    """JSON knows no nan and no infinity."""
+def _finite_or_none(value: Cell) -> Cell:
+    """What has no number is an empty cell in every table; JSON knows no nan and no infinity."""
     return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -4,7 +4,8 @@
 made of, ``poke`` what a finger does, as data. ``broadphase`` finds the skin's quadrature points near a load; ``models``
 spread its force over them, one model a file, by the level and the tilt of a bed of springs (``winkler``).
 ``receptive_field`` says what each taxel feels of that, ``half_space_stress`` what one feels that lies below the
-surface. ``press`` is one touch of a skin that stands still. ``sensor_effects`` are what the electronics add (noise,
+surface. ``contact_notes`` are what a model did otherwise than asked.
+``press`` is one touch of a skin that stands still. ``sensor_effects`` are what the electronics add (noise,
 thresholds, delays), ``sensor_chain`` runs those that are on.
 """
 

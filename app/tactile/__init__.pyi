@@ -1,3 +1,4 @@
+from .contact_notes import ContactNote, ContactNoteKind, contact_note_text
 from .elastic_layer import ElasticLayer
 from .half_space_stress import GridBlur, disc_stress, subsurface_field
 from .loads import Box, Cylinder, Load, MeshShape, Plane, Shape, Sphere, sphere_load
@@ -9,6 +10,8 @@ from .sensor_effects import SensorEffects
 
 __all__ = [
     "Box",
+    "ContactNote",
+    "ContactNoteKind",
     "Cylinder",
     "ElasticLayer",
     "Finger",
@@ -26,6 +29,7 @@ __all__ = [
     "Shape",
     "Sphere",
     "cell_field",
+    "contact_note_text",
     "disc_field",
     "disc_stress",
     "press_skin",

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from app.control.command import ControlChanged, ControlSettings
+from app.control.command import ControlSettings
 from app.control.command import RegraspState as State
 from app.control.controllers import CONTROL_SCHEMES
 from app.control.joint_impedance import MAX_JOINT_SPEED
@@ -18,7 +18,7 @@ from app.maps.build import build_map
 from app.maps.layout import MapLayout
 from app.maps.tactile_map import TactileMap
 from app.scene.scene_file import load_scene
-from app.session.inputs import MapEdited
+from app.session.inputs import ControlChanged, MapEdited
 from app.session.prepare import PreparedScene, prepare
 from app.session.session import Session
 from app.skin.sampling import place_evenly

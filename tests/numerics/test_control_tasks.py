@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from app.contacts.pipeline import ContactPipeline
-from app.control.command import ControlChanged, ControlSettings
+from app.control.command import ControlSettings
 from app.control.controller_manager import ControllerManager
 from app.control.controllers import CONTROL_SCHEMES
 from app.control.joint_impedance import HOME_SPEED, MAX_JOINT_SPEED
 from app.control.limits import Limit, LimitKind
+from app.session.inputs import ControlChanged
 from app.session.session import Session
 from app.simulation.simulation import Simulation
 from app.tactile.poke import Finger, PokePressed, PokeReleased

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from app.contacts.detection import ContactDetector
-from app.control.command import ControlChanged, ControlSettings
+from app.control.command import ControlSettings
 from app.core.errors import SimulationError
-from app.session.inputs import EffectsChanged
+from app.session.inputs import ControlChanged, EffectsChanged
 from app.session.session import Session
 from app.tactile.loads import sphere_load
 from app.tactile.models.contact_model import CONTACT_MODELS

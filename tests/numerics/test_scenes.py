@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from app.control.command import ControlChanged, ControlSettings, RegraspState
+from app.control.command import ControlSettings, RegraspState
 from app.core.errors import RobotError
 from app.recording.player import RecordingPlayer
 from app.recording.recorder import Recorder
@@ -17,6 +17,7 @@ from app.recording.verify import verify
 from app.robots.kinematics import Configuration
 from app.scene.motion import Motion
 from app.scene.scene_file import load_scene, scene_names
+from app.session.inputs import ControlChanged
 from app.session.prepare import PreparedScene, prepare
 from app.session.session import Session
 from app.tactile.poke import PokePressed, PokeReleased

@@ -10,9 +10,10 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.control.command import CHOICES, RANGES, ControlChanged, ControlSettings
+from app.control.command import CHOICES, RANGES, ControlSettings
 from app.control.controller_manager import ControllerManager
 from app.control.joint_impedance import MAX_JOINT_SPEED, MAX_LEAD
+from app.session.inputs import ControlChanged
 from app.session.session import Session
 from app.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
 from app.tactile.sensor_effects import Noise, Sampling, SensorEffects

@@ -18,7 +18,7 @@ from mcap.writer import CompressionType, Writer
 
 from app.contacts.pipeline import ReadingSettings
 from app.control.behaviours import Behaviour
-from app.control.command import ControlChanged, ControlSettings
+from app.control.command import ControlSettings
 from app.core.errors import RecordingError, SimulationError
 from app.editing.arrange import move
 from app.editing.document import MapDocument
@@ -27,7 +27,7 @@ from app.recording.player import RecordingPlayer
 from app.recording.recorder import Recorder
 from app.recording.recover import recover
 from app.session.frame import Failure
-from app.session.inputs import BehavioursChanged, EffectsChanged, MapEdited, ReadingChanged
+from app.session.inputs import BehavioursChanged, ControlChanged, EffectsChanged, MapEdited, ReadingChanged
 from app.session.session import Session
 from app.tactile.poke import PokeMoved, PokePressed, PokeReleased
 from tests.support.examples import examples

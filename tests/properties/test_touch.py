@@ -12,14 +12,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from app.control.command import ControlChanged, ControlSettings
+from app.control.command import ControlSettings
 from app.geometry.mesh import Mesh
 from app.geometry.pose import Pose
 from app.scene.effects import Effects
 from app.scene.object_meshes import make_objects
 from app.scene.objects import ObjectSpec
 from app.session.frame import Frame
-from app.session.inputs import EffectsChanged
+from app.session.inputs import ControlChanged, EffectsChanged
 from app.session.prepare import PreparedScene
 from app.session.session import Session
 from app.skin.skin import Patch, Quadrature, Skin, Taxels

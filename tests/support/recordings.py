@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 from app.contacts.pipeline import ReadingSettings
-from app.control.command import ControlChanged, ControlSettings
+from app.control.command import ControlSettings
 from app.editing.arrange import move
 from app.editing.document import MapDocument
 from app.recording.recorder import Recorder
 from app.scene.scene_file import load_scene
-from app.session.inputs import EffectsChanged, MapEdited, ReadingChanged
+from app.session.inputs import ControlChanged, EffectsChanged, MapEdited, ReadingChanged
 from app.session.prepare import PreparedScene, prepare
 from app.session.session import Session
 from app.tactile.poke import PokeMoved, PokePressed, PokeReleased

@@ -81,7 +81,8 @@ class MetricsTable(QTableWidget):
         self.setHorizontalHeaderLabels(list(titles))
         for number, row in enumerate(ROWS):
             values = [_value(figure, row.name) for figure in figures]
-            best = _best([value for value in values if isinstance(value, float)]) if row.better and row.unit else None
+            known = [None if isinstance(value, str) else value for value in values]
+            best = _best(known) if row.better and row.unit else None
             for column, value in enumerate(values):
                 self.setItem(number, column, _cell(row, value, bold=column == best))
 
@@ -91,23 +92,24 @@ class MetricsTable(QTableWidget):
         return item.text() if item is not None else ""
 
 
-def format_metric(row: Row, value: float | str) -> str:
+def format_metric(row: Row, value: float | str | None) -> str:
     """Three significant digits, the words of what is said in words, and what stands for nothing."""
-    if isinstance(value, str):
-        return value or NONE
-    if not math.isfinite(value):
+    if value is None:
         return NONE
+    if isinstance(value, str):
+        return value
     shown = row.scale * value
     return f"{shown:.{max(2 - math.floor(math.log10(abs(shown))), 0)}f}" if 1e-3 <= abs(shown) < 1e3 else f"{shown:.3g}"
 
 
-def _value(figures: ControllerMetrics, name: str) -> float | str:
+def _value(figures: ControllerMetrics, name: str) -> float | str | None:
     if name == "limit":
-        return "" if figures.limit is None else limit_name(figures.limit)
-    return float(getattr(figures, name))
+        return None if figures.limit is None else limit_name(figures.limit)
+    value: float | None = getattr(figures, name)
+    return value
 
 
-def _cell(row: Row, value: float | str, *, bold: bool) -> QTableWidgetItem:
+def _cell(row: Row, value: float | str | None, *, bold: bool) -> QTableWidgetItem:
     item = QTableWidgetItem(format_metric(row, value))
     item.setTextAlignment(Qt.AlignmentFlag.AlignCenter)
     if isinstance(value, str):
@@ -118,9 +120,9 @@ def _cell(row: Row, value: float | str, *, bold: bool) -> QTableWidgetItem:
     return item
 
 
-def _best(values: Sequence[float]) -> int | None:
+def _best(values: Sequence[float | None]) -> int | None:
     """Which is least; None where none is less than all others."""
-    known = sorted((value, number) for number, value in enumerate(values) if math.isfinite(value))
+    known = sorted((value, number) for number, value in enumerate(values) if value is not None)
     if len(known) < 2 or known[1][0] - known[0][0] <= _NEARLY * abs(known[1][0]):
         return None
     return known[0][1]

@@ -13,7 +13,7 @@ from typing import Any
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QToolButton, QVBoxLayout, QWidget
 
-from app.control.behaviours import ENDING_EVENTS, Behaviour, SettingValue
+from app.control.behaviours import ENDING_EVENTS, Behaviour, ControlTrigger, SettingValue, trigger_text
 from app.session.prepare import PreparedScene
 from widgets.common.panel import FlatComboBox, Panel
 
@@ -226,9 +226,9 @@ class BehavioursPanel(Panel):
         for row, behaviour in zip(self._rows, behaviours, strict=True):
             row.show_behaviour(behaviour)
 
-    def show_triggered(self, words: str) -> None:
+    def show_triggered(self, trigger: ControlTrigger) -> None:
         """Say what changed the controller."""
-        self._say(f"Last: {words}")
+        self._say(f"Last: {trigger_text(trigger)}")
 
     def _build(self) -> None:
         for row in self._rows:

@@ -22,6 +22,7 @@ from app.scene.effects import EFFECTS, SENSOR_KEYS, EffectEntry, Effects, Overri
 from app.scene.scene import Scene, with_override
 from app.session.frame import Frame
 from app.session.prepare import PreparedScene
+from app.tactile.contact_notes import contact_note_text
 from widgets.common.panel import CollapsibleHeading, FlatComboBox, Panel, value_label
 
 AUTO = "auto"
@@ -383,7 +384,7 @@ class EffectsPanel(Panel):
         self._count += 1
         if self._count % _REFRESH_EVERY == 1 and self.isVisible():
             self.refresh()
-            self._notes.setText("\n".join(frame.notes))
+            self._notes.setText("\n".join(map(contact_note_text, frame.notes)))
             self._notes.setVisible(bool(frame.notes))
 
     def set_editable(self, *, editable: bool) -> None:

@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from app.control.command import ControlChanged
 from app.core.errors import TactileMapsError
 from app.maps.tactile_map import TactileMap
 from app.recording.player import RecordingPlayer
 from app.session.frame import Frame
-from app.session.inputs import SessionInput
+from app.session.inputs import ControlChanged, SessionInput
 from app.session.prepare import PreparedScene
 from app.session.runtime_settings import RuntimeSettings
 from widgets.session.session_runner import SessionRunner
@@ -127,7 +126,7 @@ class LiveRun:
             self._inputs, self._seen = session.inputs, 0
         new, self._seen = session.inputs[self._seen :], len(session.inputs)
         changes = [act for _tick, act in new if isinstance(act, ControlChanged)]
-        return changes[-1] if changes and changes[-1].by else None
+        return changes[-1] if changes and changes[-1].by is not None else None
 
 
 class Replay:

@@ -13,7 +13,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.contacts.pipeline import ReadingSettings
 from app.control.behaviours import Behaviour
-from app.control.command import ControlChanged, ControlSettings
+from app.control.command import ControlSettings
 from app.core.errors import TactileMapsError
 from app.geometry.mesh import SurfacePoint
 from app.maps.tactile_map import TactileMap
@@ -22,7 +22,14 @@ from app.recording.recorder import Recorder, save_failure_report
 from app.scene.effects import Effects
 from app.scene.scene import Scene
 from app.session.frame import Frame
-from app.session.inputs import BehavioursChanged, EffectsChanged, MapEdited, ReadingChanged, SessionInput
+from app.session.inputs import (
+    BehavioursChanged,
+    ControlChanged,
+    EffectsChanged,
+    MapEdited,
+    ReadingChanged,
+    SessionInput,
+)
 from app.session.prepare import PreparedScene
 from app.session.session import Session
 from app.stimuli.stimuli_from_pokes import stimuli_from_pokes
@@ -88,8 +95,8 @@ class LiveSession(QObject):
     """ReadingSettings in force."""
     behaviours_changed = Signal(object)
     """The tuple of Behaviour in force."""
-    triggered = Signal(str)
-    """A behaviour changed the controller: the event that did it, in words."""
+    triggered = Signal(object)
+    """A behaviour changed the controller: the ControlTrigger."""
     touched = Signal()
     """A person touched the skin."""
 

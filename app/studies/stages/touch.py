@@ -25,6 +25,7 @@ from app.studies.testbeds.reference_touch import (
     touch_errors,
 )
 from app.studies.work_precision import ErrorKind, Setting, Stage, Subject, Trial, timed
+from app.tactile.contact_notes import contact_note_text
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.half_space_stress import TAIL_SHARE, cutoff_radius
 from app.tactile.models.contact_model import CONTACT_MODELS, ContactModel
@@ -63,9 +64,8 @@ def trials(subject: Subject, setting: Setting) -> Iterator[Trial]:
     readers = [partial(model.pressures, [touch.load]) for touch in touches]
     share = setting.values.get("share")
     name = "" if share is None else f"{100 * float(share):g}\u2009% left out"
-    yield touch_trial(
-        setting, readers, touches, skin, repeats=_READINGS, budget=_BUDGET, name=name, note="; ".join(model.notes)
-    )
+    note = "; ".join(map(contact_note_text, model.notes))
+    yield touch_trial(setting, readers, touches, skin, repeats=_READINGS, budget=_BUDGET, name=name, note=note)
 
 
 Reader: TypeAlias = Callable[[], FloatArray]

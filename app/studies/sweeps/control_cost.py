@@ -31,7 +31,7 @@ from app.maps.tactile_map import TactileMap
 from app.session.prepare import PreparedScene
 from app.skin.calibration_error import ErrorUnit, with_calibration_error
 from app.studies.figures import BarChart, Figure, Panel
-from app.studies.rows import Case, Row, distinct, number
+from app.studies.rows import Case, Cell, Row, distinct, finite_or_none, number
 from app.studies.study import Study
 from app.studies.sweeps.speed_search import SpeedSearchResult, Tolerances, find_fastest_speed
 from app.studies.testbeds.force_loop import critical_gain
@@ -426,16 +426,16 @@ def measure(case: Case) -> list[Row]:
     return [{"tolerance_mm": tolerance, **result_row(found, settings), "bound_s": bound}]
 
 
-def result_row(found: SpeedSearchResult, settings: ControlSettings) -> dict[str, float | str | int]:
+def result_row(found: SpeedSearchResult, settings: ControlSettings) -> dict[str, Cell]:
     """What a search came to, for a table."""
     course = found.course
     return {
         "verdict": "cannot" if found.speed is None else "met",
-        "seconds": math.nan if found.speed is None or course.finished is None else course.finished,
-        "speed_mm_s": math.nan if found.speed is None else 1e3 * found.speed,
-        "error_mm": 1e3 * course.error_p95,
-        "rms_mm": 1e3 * course.error_rms,
-        "force_n": course.force_p95(settings.force_goal),
+        "seconds": None if found.speed is None or course.finished is None else course.finished,
+        "speed_mm_s": None if found.speed is None else 1e3 * found.speed,
+        "error_mm": finite_or_none(1e3 * course.error_p95),
+        "rms_mm": finite_or_none(1e3 * course.error_rms),
+        "force_n": finite_or_none(course.force_p95(settings.force_goal)),
         "in_band_percent": 100 * course.in_band(settings.force_goal, BAND_N),
         "lost_percent": 100 * course.lost,
         "fastest_joint": float(course.speed.max(initial=0.0)),
@@ -445,7 +445,7 @@ def result_row(found: SpeedSearchResult, settings: ControlSettings) -> dict[str,
         "position_gain": settings.position_gain,
         "force_gain": settings.force_gain,
         "runs": found.runs,
-        "control_ms": course.control_ms,
+        "control_ms": finite_or_none(course.control_ms),
     }
 
 

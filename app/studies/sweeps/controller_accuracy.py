@@ -196,8 +196,8 @@ def _limits(course: PathRun, settings: ControlSettings) -> dict[str, str | float
         "lost_percent": 100 * float((course.force <= 0).mean()) if len(course.force) else 100.0,
         "fastest_joint": float(course.speed.max(initial=0.0)),
         "energy_minimum_J": course.energy_minimum if settings.controller != FORCE_ONLY else None,
-        "control_ms": course.control_ms,
-        "control_p95_ms": course.control_p95_ms,
+        "control_ms": finite_or_none(course.control_ms),
+        "control_p95_ms": finite_or_none(course.control_p95_ms),
         "limited": limit_texts(course.why_limited),
         "stopped": course.stopped,
     }

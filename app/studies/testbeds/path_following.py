@@ -16,7 +16,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from app.contacts.pipeline import ReadingSettings
-from app.control.command import ControlChanged, ControlSettings
+from app.control.command import ControlSettings
 from app.control.limit_texts import limit_texts
 from app.control.limits import Limit, LimitKind
 from app.core.arrays import FloatArray, IntArray, freeze_arrays
@@ -32,6 +32,7 @@ from app.scene.object_meshes import make_objects
 from app.scene.objects import ObjectSpec
 from app.scene.scene_file import scene_for
 from app.session.frame import Frame
+from app.session.inputs import ControlChanged
 from app.session.prepare import PreparedScene, prepare
 from app.session.session import Session
 from app.simulation.model_assembly import assemble

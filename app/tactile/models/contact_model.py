@@ -14,6 +14,7 @@ from typing import Protocol
 
 from app.core.arrays import FloatArray
 from app.skin.skin import Skin
+from app.tactile.contact_notes import ContactNote
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.loads import Load
 from app.tactile.receptive_field import ReceptiveField, cell_field, disc_field
@@ -24,10 +25,10 @@ class ContactModel(Protocol):
     """From loads to pressures. It may remember neighbourhoods, never results.
 
     Attributes:
-        notes: What it had to do instead of what it promises at the last reading, for people; empty when nothing.
+        notes: What it had to do instead of what it promises at the last reading; empty when nothing.
     """
 
-    notes: tuple[str, ...]
+    notes: tuple[ContactNote, ...]
 
     def pressures(self, loads: Sequence[Load]) -> FloatArray:
         """(taxels,) mean pressure that each taxel feels [Pa]; loads add up."""

@@ -14,6 +14,7 @@ import numpy as np
 from app.core.arrays import FloatArray, IntArray
 from app.robots.mujoco_spec import OWN_NAMES
 from app.skin.skin import Skin
+from app.tactile.contact_notes import ContactNote
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.loads import Load
 
@@ -70,7 +71,7 @@ class DepthModel:
         notes: None: it promises nothing.
     """
 
-    notes: tuple[str, ...] = ()
+    notes: tuple[ContactNote, ...] = ()
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, skin: Skin, layer: ElasticLayer) -> None:
         self._data, self._skin, self._foundation = data, skin, layer.foundation

@@ -24,6 +24,7 @@ from app.core.arrays import FloatArray, IntArray
 from app.core.errors import SimulationError
 from app.geometry.pose import Pose
 from app.skin.skin import Skin
+from app.tactile.contact_notes import ContactNote
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.loads import Load, Shape
 from app.tactile.models.water_fill import WaterFillModel
@@ -115,7 +116,7 @@ class FoundationModel:
         self._approaches = [_WatchedCandidate(beds[meeting.link], meeting) for meeting in meetings]
         self._felt: list[tuple[IntArray, FloatArray]] = []
         self._answers: list[Load] = []
-        self.notes: tuple[str, ...] = ()
+        self.notes: tuple[ContactNote, ...] = ()
         self.wrenches: list[ContactWrench] = []
 
     def push(self, data: mujoco.MjData) -> None:

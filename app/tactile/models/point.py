@@ -10,6 +10,7 @@ from app.core.arrays import FloatArray
 from app.geometry.pose import Pose
 from app.skin.skin import Skin
 from app.tactile.broadphase import LinkBroadphase, link_broadphases
+from app.tactile.contact_notes import ContactNote, ContactNoteKind, load_note
 from app.tactile.loads import Load, Sphere
 from app.tactile.receptive_field import ReceptiveField, cell_field
 
@@ -32,7 +33,7 @@ class PointModel:
     """
 
     def __init__(self, skin: Skin, *, field: ReceptiveField | None = None) -> None:
-        self.notes: tuple[str, ...] = ()
+        self.notes: tuple[ContactNote, ...] = ()
         self._count = len(skin)
         self._field = cell_field(skin) if field is None else field
         self._beds = link_broadphases(skin)
@@ -44,7 +45,7 @@ class PointModel:
             if load.force > 0 and (bed := self._beds.get(load.link)) is not None:
                 point = _closest(bed, load)
                 if point is None:
-                    notes.append(f"{load.by or 'something'} presses {load.link} outside its skin: no reading")
+                    notes.append(load_note(ContactNoteKind.BESIDE_SKIN, load.by, load.link))
                 else:
                     self._field.add(pressures, np.array([point]), np.array([load.force]))
         self.notes = tuple(notes)

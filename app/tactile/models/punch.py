@@ -13,6 +13,7 @@ import numpy as np
 from app.core.arrays import FloatArray, IntArray
 from app.skin.skin import Skin
 from app.tactile.broadphase import LinkBroadphase, NearbyPoints
+from app.tactile.contact_notes import ContactNoteKind, load_note
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.loads import Load
 from app.tactile.models.water_fill import WaterFillModel, distribute_force
@@ -61,8 +62,7 @@ class PunchModel(WaterFillModel):
         if under is None or not self._press_tilted(bed, under, load, pressures):
             super()._press(bed, load, pressures)
             if under is not None:
-                who = load.by or "something"
-                self.notes += (f"{who} presses {load.link} beside the points under it: only its force is kept",)
+                self.notes += (load_note(ContactNoteKind.MOMENT_IGNORED, load.by, load.link),)
 
     def _press_tilted(self, bed: LinkBroadphase, under: NearbyPoints, load: Load, pressures: FloatArray) -> bool:
         """Whether force and moment could be matched; nothing is added otherwise."""

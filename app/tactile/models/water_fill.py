@@ -15,6 +15,7 @@ import numpy as np
 from app.core.arrays import FloatArray, IntArray, dot
 from app.skin.skin import Skin
 from app.tactile.broadphase import LinkBroadphase, NearbyPoints, link_broadphases
+from app.tactile.contact_notes import ContactNote, ContactNoteKind, load_note
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.loads import Load
 from app.tactile.receptive_field import ReceptiveField, cell_field
@@ -44,7 +45,7 @@ class WaterFillModel:
     def __init__(
         self, skin: Skin, *, stiffness: float = ElasticLayer().foundation, field: ReceptiveField | None = None
     ) -> None:
-        self.notes: tuple[str, ...] = ()
+        self.notes: tuple[ContactNote, ...] = ()
         self._count, self._stiffness = len(skin), stiffness
         self._field = cell_field(skin) if field is None else field
         self._beds = link_broadphases(skin)
@@ -72,11 +73,11 @@ class WaterFillModel:
 
     def _press_edge(self, bed: LinkBroadphase, load: Load, pressures: FloatArray) -> None:
         """No point faces the body: the one closest to it bears all."""
-        point, who = bed.nearest(load), load.by or "something"
+        point = bed.nearest(load)
         if point is None:
-            self.notes += (f"{who} presses {load.link} outside its skin: no reading",)
+            self.notes += (load_note(ContactNoteKind.BESIDE_SKIN, load.by, load.link),)
         else:
-            self.notes += (f"{who} presses the edge of the skin on {load.link}: one point bears all of it",)
+            self.notes += (load_note(ContactNoteKind.SKIN_EDGE, load.by, load.link),)
             self._field.add(pressures, np.array([point]), np.array([load.force]))
 
 

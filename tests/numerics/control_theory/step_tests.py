@@ -11,9 +11,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from app.control.command import ControlChanged, ControllerName, ControlSettings
+from app.control.command import ControllerName, ControlSettings
 from app.core.arrays import FloatArray
 from app.core.errors import MapError
+from app.session.inputs import ControlChanged
 from app.studies.testbeds.force_loop import critical_gain, settled_session, stability_limit
 from app.studies.testbeds.path_following import PathSetup
 from tests.numerics.control_theory.closed_loop import IDEAL, Loop, LoopResponse, Settings, run_loop

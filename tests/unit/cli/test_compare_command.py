@@ -9,8 +9,9 @@ from functools import cache
 import pytest
 
 from app.__main__ import main
-from app.control.command import ControlChanged, ControlSettings
+from app.control.command import ControlSettings
 from app.recording.recorder import Recorder
+from app.session.inputs import ControlChanged
 from app.session.session import Session
 from app.tactile.poke import PokePressed
 from tests.support.recordings import small_arm

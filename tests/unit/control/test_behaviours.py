@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from app.contacts.events import ContactEvent
-from app.control.behaviours import WITHIN, Behaviour, BehaviourTrigger, behaviours_from
+from app.control.behaviours import WITHIN, Behaviour, BehaviourTrigger, behaviours_from, trigger_text
 from app.control.command import ControlSettings
 from app.core.errors import SceneError
 from app.geometry.mesh import SurfacePoint
@@ -93,7 +93,7 @@ def test_only_the_event_that_is_named_triggers():
     assert waiting.triggered([event("press"), event("touch")], PLAIN, touched=True) is None
     settings, why = waiting.triggered([event("tap")], PLAIN, touched=False)
     assert settings == ControlSettings(controller="hybrid", task="retreat")
-    assert why == "tap"
+    assert (why, trigger_text(why)) == (waiting.behaviours[0], "tap")
 
 
 def test_what_changes_nothing_triggers_nothing():

@@ -271,13 +271,13 @@ def test_what_stays_inside_is_one_run():
 
 def test_from_one_patch_over_the_ground_into_the_other_and_out():
     runs = cut((0.05, 0.05), (0.30, 0.05))
-    assert [run.patch for run in runs] == [0, -1, 1, -1]
+    assert [run.patch for run in runs] == [0, None, 1, None]
     assert [run.points[0][0] for run in runs] == pytest.approx([0.05, 0.10, 0.12, 0.22])
     assert runs[-1].points[-1] == pytest.approx([0.30, 0.05])
 
 
 def test_out_and_in_by_the_same_border_within_one_side_and_another():
-    assert [run.patch for run in cut((0.05, 0.05), (0.05, -0.01), (0.06, -0.01), (0.06, 0.05))] == [0, -1, 0]
+    assert [run.patch for run in cut((0.05, 0.05), (0.05, -0.01), (0.06, -0.01), (0.06, 0.05))] == [0, None, 0]
 
 
 def test_a_point_alone_has_no_runs():
@@ -286,7 +286,7 @@ def test_a_point_alone_has_no_runs():
 
 
 def test_nothing_on_the_skin_is_one_run_outside():
-    assert [run.patch for run in cut((9.0, 9.0), (9.1, 9.0))] == [-1]
+    assert [run.patch for run in cut((9.0, 9.0), (9.1, 9.0))] == [None]
 
 
 @pytest.mark.parametrize("seed", range(6))

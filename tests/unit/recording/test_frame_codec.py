@@ -20,6 +20,7 @@ from app.scene.object_meshes import primitive_mesh
 from app.scene.objects import ObjectSpec, SceneObject
 from app.session.session import Session
 from app.studies.testbeds.reference_bodies import flat_map
+from app.tactile.contact_notes import ContactNote, ContactNoteKind
 from app.tactile.poke import PokePressed, PokeState
 
 BALL = ObjectSpec("ball", "sphere", size=(0.05,))
@@ -196,9 +197,15 @@ def test_all_that_is_known_of_a_region_reads_back(touched, prepared):
         assert np.array_equal(one, other), field.name
 
 
+NOTES = (
+    ContactNote(ContactNoteKind.BESIDE_SKIN, ("hand",)),
+    ContactNote(ContactNoteKind.MAY_BOUNCE, ("hand", "ball"), 1e5, 2e4, 1e-4),
+)
+
+
 def test_objects_and_notes_read_back(touched, prepared):
     poses = np.random.default_rng(0).normal(size=(3, 4, 4))
-    frame = replace(touched, objects=poses, notes=("the hand has no skin there",))
+    frame = replace(touched, objects=poses, notes=NOTES)
     balls = (SceneObject(BALL, primitive_mesh(BALL)),) * 3
     again = decode_frame(encode_frame(frame), replace(prepared, objects=balls))
     assert again.objects.tobytes() == poses.tobytes()

@@ -11,7 +11,7 @@ from mcap.reader import make_reader
 
 from app.contacts.events import EVENT_KINDS, ContactEvent
 from app.contacts.pipeline import ReadingSettings
-from app.control.command import ControlChanged, ControlSettings
+from app.control.command import ControlSettings
 from app.core.errors import RecordingError, SimulationError
 from app.editing.arrange import move, rotate
 from app.editing.document import MapDocument
@@ -28,7 +28,7 @@ from app.recording.message_codecs import (
 from app.recording.player import RecordingPlayer
 from app.recording.recorder import Recorder
 from app.scene.effects import Effects
-from app.session.inputs import EffectsChanged, MapEdited, ReadingChanged
+from app.session.inputs import ControlChanged, EffectsChanged, MapEdited, ReadingChanged
 from app.session.session import Session
 from app.studies.testbeds.reference_bodies import flat_map
 from app.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased

@@ -6,10 +6,17 @@ from typing import get_args
 
 from app.contacts.pipeline import ReadingSettings
 from app.control.behaviours import Behaviour
-from app.control.command import ControlChanged, ControlSettings
+from app.control.command import ControlSettings
 from app.recording.message_codecs import decode_input, encode_input
 from app.scene.effects import Effects
-from app.session.inputs import BehavioursChanged, EffectsChanged, MapEdited, ReadingChanged, SessionInput
+from app.session.inputs import (
+    BehavioursChanged,
+    ControlChanged,
+    EffectsChanged,
+    MapEdited,
+    ReadingChanged,
+    SessionInput,
+)
 from app.studies.testbeds.reference_bodies import flat_map
 from app.tactile.poke import PokeMoved, PokePressed, PokeReleased
 

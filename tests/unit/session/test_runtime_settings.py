@@ -8,9 +8,9 @@ import pytest
 
 from app.contacts.pipeline import ReadingSettings
 from app.control.behaviours import Behaviour
-from app.control.command import ControlChanged, ControlSettings
+from app.control.command import ControlSettings
 from app.scene.effects import Effects
-from app.session.inputs import BehavioursChanged, EffectsChanged, MapEdited, ReadingChanged
+from app.session.inputs import BehavioursChanged, ControlChanged, EffectsChanged, MapEdited, ReadingChanged
 from app.session.runtime_settings import RuntimeSettings, runtime_settings_at
 from app.session.session import Session
 from app.studies.testbeds.reference_bodies import flat_map

@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.control.command import ControlChanged, ControlSettings
+from app.control.command import ControlSettings
 from app.control.loop_stability import SensorTiming
 from app.core.errors import SceneError, SimulationError
 from app.geometry.mesh import SurfacePoint
 from app.scene.effects import Effects
-from app.session.inputs import EffectsChanged
+from app.session.inputs import ControlChanged, EffectsChanged
 from app.session.session import MAX_TICKS, Session, skin_readings, substeps
 from app.stimuli.stimulus_kinds import Poke, Stroke
 from app.stimuli.stimulus_player import FIRST_SCRIPTED_FINGER

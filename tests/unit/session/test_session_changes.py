@@ -9,8 +9,8 @@ import pytest
 
 from app.contacts.force_estimation.estimate import ESTIMATORS
 from app.contacts.pipeline import ReadingSettings
-from app.control.behaviours import Behaviour
-from app.control.command import ControlChanged, ControlSettings
+from app.control.behaviours import Behaviour, trigger_text
+from app.control.command import ControlSettings
 from app.core.errors import MapError, RecordingError, SceneError, SimulationError
 from app.maps.build import build_map
 from app.recording.player import RecordingPlayer
@@ -20,7 +20,7 @@ from app.scene.effects import Effects
 from app.scene.motion import Waypoint
 from app.scene.object_meshes import make_objects
 from app.scene.objects import ObjectSpec
-from app.session.inputs import BehavioursChanged, EffectsChanged, MapEdited, ReadingChanged
+from app.session.inputs import BehavioursChanged, ControlChanged, EffectsChanged, MapEdited, ReadingChanged
 from app.session.session import Session
 from app.skin.calibration_error import with_calibration_error
 from app.skin.skin import Skin
@@ -151,7 +151,7 @@ def tap(session: Session, *, ticks: int = 20) -> None:
 
 
 def derived(session: Session) -> list[str]:
-    return [act.by for _, act in session.inputs if isinstance(act, ControlChanged) and act.by]
+    return [trigger_text(act.by) for _, act in session.inputs if isinstance(act, ControlChanged) and act.by]
 
 
 def test_a_double_tap_makes_the_arm_retreat():
@@ -234,7 +234,7 @@ def test_behaviours_for_other_skin_are_refused_and_the_old_ones_stay():
 
 def test_what_a_behaviour_did_is_not_taken_from_outside():
     session = session_with(DOUBLE)
-    session.submit(ControlChanged(ControlSettings(controller="qp"), by="double tap"))
+    session.submit(ControlChanged(ControlSettings(controller="qp"), by=DOUBLE))
     session.tick()
     assert session.settings.controller == "hybrid"
 

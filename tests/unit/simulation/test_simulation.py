@@ -12,6 +12,7 @@ from app.robots.kinematics import Configuration
 from app.scene.effects import Effects
 from app.simulation.physics import Physics
 from app.simulation.simulation import Simulation, joint_states, restore_joint_states
+from app.tactile.contact_notes import ContactNote, ContactNoteKind
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
 from app.tactile.sensor_effects import AreaAveraging, Hysteresis, Noise, SensorEffects
@@ -404,7 +405,7 @@ def test_a_reset_repeats_the_noise():
 
 def test_how_a_mesh_touches_is_noted():
     simulation = Simulation(bar(), bar_skin(), Effects(contact="environment"), objects=(thing("mesh", at=(5, 0, 0)),))
-    assert simulation.notes == ("mesh collides as its convex hull",)
+    assert simulation.notes == (ContactNote(ContactNoteKind.CONVEX_HULL, ("mesh",)),)
     simulation.use(Effects())
     assert simulation.notes == ()
 

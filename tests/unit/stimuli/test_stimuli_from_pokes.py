@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.control.command import ControlChanged, ControlSettings
+from app.control.command import ControlSettings
+from app.session.inputs import ControlChanged
 from app.session.session import Session
 from app.stimuli.skin_locations import SkinLocator
 from app.stimuli.stimuli_from_pokes import TOLERANCE, stimuli_from_pokes

@@ -63,6 +63,7 @@ def test_the_table_holds_every_row(files):
     assert [row["method"] for row in rows] == ["a<b", "c", "d"]
     assert float(rows[0]["error"]) == 0.25
     assert rows[2]["problem"] == ROWS[2]["problem"]
+    assert rows[1]["error"] == rows[2]["error"] == "", "what has no number is an empty cell"
 
 
 def test_the_json_says_what_it_ran_on(files):

@@ -104,5 +104,5 @@ def test_what_a_scene_wants_that_no_list_offers_is_told(panel):
 
 def test_it_says_what_acted_last(panel):
     panel.show_behaviours((RETREAT,))
-    panel.show_triggered("press on bar")
+    panel.show_triggered(Behaviour("press", where="bar", then={"task": "retreat"}))
     assert note(panel).text() == "Last: press on bar"

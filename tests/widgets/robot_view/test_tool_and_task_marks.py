@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from app.control.command import ControlChanged, ControlSettings
+from app.control.command import ControlSettings
+from app.session.inputs import ControlChanged
 from app.session.session import Session
 from app.tactile.poke import PokePressed
 from tests.widgets.support.snapshots import shared_share

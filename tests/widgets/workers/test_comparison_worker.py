@@ -8,7 +8,8 @@ import signal
 import numpy as np
 import pytest
 
-from app.control.command import ControlChanged, ControlSettings
+from app.control.command import ControlSettings
+from app.session.inputs import ControlChanged
 from app.studies.controller_comparison import MOST_SECONDS, Contender
 from app.tactile.poke import PokePressed
 from tests.support.recordings import record

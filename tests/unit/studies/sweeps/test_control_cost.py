@@ -185,7 +185,7 @@ def test_a_row_tells_what_was_found():
 def test_a_row_of_what_cannot_says_so_and_tells_the_least_error():
     found = result_row(SpeedSearchResult(None, course(0.005), CourseFault.ERROR, 3), ControlSettings(controller="qp"))
     assert found["verdict"] == "cannot"
-    assert math.isnan(found["seconds"])
+    assert found["seconds"] is None
     assert found["error_mm"] == pytest.approx(5.0)
 
 
@@ -223,7 +223,7 @@ def test_each_way_of_being_misplaced_is_a_panel_that_begins_at_its_own_nominal()
 
 
 def test_names_are_bars_and_what_cannot_is_named():
-    rows = [made(), made(factor="estimator", level="lumped", seconds=float("nan"))]
+    rows = [made(), made(factor="estimator", level="lumped", seconds=None)]
     (bars,) = figures(rows)
     assert isinstance(bars, BarChart)
     assert bars.amounts["qp, area-sum"] == 3.0

@@ -7,6 +7,7 @@ import pytest
 
 from app.geometry.pose import Pose
 from app.skin.skin import Skin
+from app.tactile.contact_notes import ContactNote, ContactNoteKind
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.loads import Box, Load, Sphere, sphere_load
 from app.tactile.models.punch import PunchModel
@@ -83,7 +84,7 @@ def test_a_centre_beside_the_points_keeps_the_force_and_says_so():
     model = PunchModel(FLAT)
     pressures = model.pressures([beside])
     np.testing.assert_array_equal(pressures, WaterFillModel(FLAT).pressures([beside]))
-    assert model.notes == ("thumb presses bar beside the points under it: only its force is kept",)
+    assert model.notes == (ContactNote(ContactNoteKind.MOMENT_IGNORED, ("thumb", "bar")),)
     model.pressures([load])
     assert model.notes == (), "notes are of the last reading"
 

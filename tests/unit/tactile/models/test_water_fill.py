@@ -8,6 +8,7 @@ from scipy.optimize import brentq
 
 from app.geometry.pose import Pose
 from app.skin.skin import Skin
+from app.tactile.contact_notes import ContactNote, ContactNoteKind
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.loads import Box, Cylinder, Load, Plane, sphere_load
 from app.tactile.models.water_fill import WaterFillModel
@@ -120,7 +121,7 @@ def test_a_force_that_jumps_finds_the_points_it_needs():
 
 def test_beside_the_skin_is_told_and_not_felt():
     assert not FELT.pressures([press((-0.2, 0, 0.02))]).any()
-    assert FELT.notes == ("something presses bar outside its skin: no reading",)
+    assert FELT.notes == (ContactNote(ContactNoteKind.BESIDE_SKIN, ("bar",)),)
     assert FELT.pressures([press(MIDDLE)]).any()
     assert FELT.notes == ()
 
@@ -131,7 +132,7 @@ def test_a_body_against_the_edge_is_borne_by_the_nearest_point():
     assert pressures @ SKIN.areas == pytest.approx(5.0, rel=1e-12)
     assert np.count_nonzero(pressures) == 1
     (note,) = FELT.notes
-    assert "edge of the skin on bar" in note
+    assert note == ContactNote(ContactNoteKind.SKIN_EDGE, ("bar",))
 
 
 def test_other_links_and_no_loads_are_not_felt():

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from app.control.command import ControlChanged, ControlSettings
-from app.session.inputs import EffectsChanged
+from app.control.command import ControlSettings
+from app.session.inputs import ControlChanged, EffectsChanged
 from app.session.session import Session
 from tests.support.touch import prepared_bar
 from widgets.session.live_run import LiveRun

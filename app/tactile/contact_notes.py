@@ -1,0 +1,74 @@
+"""What a contact is not simulated as it should be, as values; ``contact_note_text`` words them for a person."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import assert_never
+
+
+class ContactNoteKind(Enum):
+    """What was done otherwise than asked. In brackets: what ``ContactNote.bodies`` names."""
+
+    CONVEX_HULL = "convex-hull"
+    """A mesh touches as its convex hull (the object)."""
+    MAY_BOUNCE = "may-bounce"
+    """A contact is stiffer than the time step bears (both bodies)."""
+    BESIDE_SKIN = "beside-skin"
+    """A load beside its link's skin is not sensed (what presses, the link)."""
+    SKIN_EDGE = "skin-edge"
+    """One point at the skin's edge bears a whole load (what presses, the link)."""
+    MOMENT_IGNORED = "moment-ignored"
+    """Of a load that acts beside the points under it, only the force is kept (what presses, the link)."""
+
+
+@dataclass(frozen=True)
+class ContactNote:
+    """One thing that physics or the contact model did not do as it should.
+
+    Attributes:
+        kind: Which.
+        bodies: Names, as ``kind`` says; what presses is left out where it has no name.
+        stiffness: Of a contact that may bounce [N/m]; None for others, as are the next two.
+        max_stiffness: The most that the time step bears [N/m].
+        max_timestep: The longest that the stiffness bears [s].
+    """
+
+    kind: ContactNoteKind
+    bodies: tuple[str, ...]
+    stiffness: float | None = None
+    max_stiffness: float | None = None
+    max_timestep: float | None = None
+
+
+def load_note(kind: ContactNoteKind, by: str, link: str) -> ContactNote:
+    """About a load on ``link`` by a body that may have no name."""
+    return ContactNote(kind, (by, link) if by else (link,))
+
+
+def contact_note_text(note: ContactNote) -> str:
+    """What a person reads of it, and what to do where something can be done."""
+    link = note.bodies[-1] if note.bodies else "something"
+    by = note.bodies[0] if len(note.bodies) > 1 else "something"
+    match note.kind:
+        case ContactNoteKind.CONVEX_HULL:
+            return f"{link} touches as its convex hull"
+        case ContactNoteKind.MAY_BOUNCE:
+            return f"{' and '.join(note.bodies)} may bounce apart{_stiffness_advice(note)}"
+        case ContactNoteKind.BESIDE_SKIN:
+            return f"{by} presses {link} beside its skin: not felt"
+        case ContactNoteKind.SKIN_EDGE:
+            return f"{by} presses the edge of the skin on {link}: one point bears all of it"
+        case ContactNoteKind.MOMENT_IGNORED:
+            return f"{by} presses {link} beside the points under it: only its force is kept"
+        case _:
+            assert_never(note.kind)
+
+
+def _stiffness_advice(note: ContactNote) -> str:
+    if note.stiffness is None or note.max_stiffness is None or note.max_timestep is None:
+        return ""
+    return (
+        f": {note.stiffness:.3g} N/m is too stiff for the time step; use at most {note.max_stiffness:.2g} N/m or "
+        f"{1e3 * note.max_timestep:.2g} ms, or the integrator discrete"
+    )

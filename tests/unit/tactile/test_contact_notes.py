@@ -1,0 +1,30 @@
+"""Every kind of note has words of its own, with what it is about and what to do."""
+
+import pytest
+
+from app.tactile.contact_notes import ContactNote, ContactNoteKind, contact_note_text, load_note
+
+
+@pytest.mark.parametrize("kind", list(ContactNoteKind))
+def test_every_note_names_what_it_is_about(kind):
+    assert "forearm" in contact_note_text(ContactNote(kind, ("forearm",)))
+    assert contact_note_text(ContactNote(kind, ()))
+
+
+def test_notes_are_worded_each_in_its_own_way():
+    texts = {contact_note_text(ContactNote(kind, ("ball", "forearm"))) for kind in ContactNoteKind}
+    assert len(texts) == len(ContactNoteKind)
+
+
+def test_what_presses_is_named_where_it_has_a_name():
+    note = load_note(ContactNoteKind.BESIDE_SKIN, "ball", "hand")
+    assert note.bodies == ("ball", "hand")
+    assert contact_note_text(note) == "ball presses hand beside its skin: not felt"
+    assert contact_note_text(load_note(ContactNoteKind.BESIDE_SKIN, "", "hand")).startswith("something presses hand")
+
+
+def test_a_stiff_contact_says_what_the_time_step_bears():
+    note = ContactNote(ContactNoteKind.MAY_BOUNCE, ("ball", "hand"), 1e5, 2.5e4, 0.5e-3)
+    text = contact_note_text(note)
+    assert text.startswith("ball and hand may bounce apart: 1e+05 N/m is too stiff")
+    assert "at most 2.5e+04 N/m or 0.5 ms" in text
