@@ -13,7 +13,7 @@ import math
 import os
 import platform
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from html import escape
 from importlib.metadata import version
 from pathlib import Path
@@ -91,8 +91,7 @@ def write_report(outcome: StudyResult, folder: Path) -> tuple[Path, ...]:
     """
     name = outcome.study.name
     known = [{key: _finite_or_none(value) for key, value in row.items()} for row in outcome.rows]
-    outcome = replace(outcome, rows=known)
-    texts = {"csv": _csv(outcome.rows), "json": _json(outcome), "html": _html(outcome)}
+    texts = {"csv": _csv(known), "json": _json(outcome, known), "html": _html(outcome, known)}
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for ending, text in texts.items():
@@ -115,7 +114,7 @@ def _csv(rows: Sequence[Row]) -> str:
     return text.getvalue()
 
 
-def _json(outcome: StudyResult) -> str:
+def _json(outcome: StudyResult, rows: Sequence[Row]) -> str:
     facts = {
         "name": outcome.study.name,
         "seconds": outcome.seconds,
@@ -123,12 +122,12 @@ def _json(outcome: StudyResult) -> str:
         "jobs": outcome.jobs,
         "quick": outcome.quick,
         "machine": dict(outcome.machine),
-        "rows": [dict(row) for row in outcome.rows],
+        "rows": [dict(row) for row in rows],
     }
     return json.dumps(facts, indent=1, allow_nan=False)
 
 
-def _html(outcome: StudyResult) -> str:
+def _html(outcome: StudyResult, rows: Sequence[Row]) -> str:
     study = outcome.study
     drawn = [
         f"<h2>{escape(figure.title)}</h2>{_figure_html(figure)}"
@@ -147,7 +146,7 @@ def _html(outcome: StudyResult) -> str:
         f"<style>{_STYLE}</style></head><body><h1>{escape(study.name)}</h1>"
         f"<p><strong>{escape(study.question)}</strong></p><p>{escape(study.method)}</p>"
         f"{''.join(drawn)}<h2>Measured on</h2><table>{facts}</table>"
-        f'<h2>All rows</h2><div class="table">{_table(outcome.rows)}</div></body></html>\n'
+        f'<h2>All rows</h2><div class="table">{_table(rows)}</div></body></html>\n'
     )
 
 
