@@ -30,6 +30,7 @@ import base64
 import binascii
 import json
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from enum import Enum
@@ -118,7 +119,7 @@ def load_json(
 ) -> Value:
     """The value that ``dump_json`` wrote; arguments and errors as for ``from_json``, and ``data`` may be no JSON."""
     try:
-        raw = json.loads(data, parse_constant=_refuse_constant)
+        raw = parse_json(data)
     except RecursionError as cause:
         problem = "lists and objects are nested too deep"
         raise error(problem, file=file, place=place or None, value=f"{len(data)} bytes", remedy=remedy) from cause
@@ -127,10 +128,34 @@ def load_json(
     return from_json(kind, raw, error=error, place=place, file=file, remedy=remedy)
 
 
+def parse_json(data: bytes | str, *, constants: bool = False) -> JsonValue:
+    """What a JSON text from anyone says; every reader of one goes through here.
+
+    Args:
+        data: The text.
+        constants: Whether NaN, Infinity and -Infinity are read, for a caller who refuses them with their place.
+
+    Raises:
+        ValueError: It is no JSON, names a key of an object twice, so that nobody knows which is meant, or has a
+            constant that JSON does not know.
+        RecursionError: It is nested too deep.
+    """
+    refuse = None if constants else _refuse_constant
+    return json.loads(data, parse_constant=refuse, object_pairs_hook=_without_duplicates)
+
+
 def json_schema(kind: Any, *, title: str = "", description: str = "") -> dict[str, Any]:
     """The JSON Schema of what ``to_json`` writes by the hint ``kind``."""
     named = {"title": title, "description": description}
     return {key: text for key, text in named.items() if text} | _codec(kind).schema
+
+
+def _without_duplicates(pairs: list[tuple[str, JsonValue]]) -> dict[str, JsonValue]:
+    values = dict(pairs)
+    if len(values) < len(pairs):
+        twice = Counter(key for key, _ in pairs).most_common(1)[0][0]
+        raise ValueError(f"an object has the key {_described(twice[:80])} twice")
+    return values
 
 
 def _refuse_constant(word: str) -> float:

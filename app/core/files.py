@@ -22,6 +22,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.codec import parse_json
 from app.core.errors import TactileMapsError
 
 MAX_FILE_BYTES = 64 * 2**20
@@ -97,7 +98,7 @@ _NUMBER_TYPE = re.compile(r"[<>|=]?(f[248]|[iu][1248]|b1)")
 
 def pack_arrays(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> bytes:
     """One npz of ``arrays`` and a JSON ``header``; the same input gives the same bytes."""
-    text = json.dumps(header, sort_keys=True, ensure_ascii=False).encode()
+    text = json.dumps(header, sort_keys=True, ensure_ascii=False, allow_nan=False).encode()
     buffer = io.BytesIO()
     np.savez_compressed(buffer, allow_pickle=False, **{_HEADER: np.frombuffer(text, np.uint8)}, **arrays)
     return buffer.getvalue()
@@ -121,7 +122,7 @@ def unpack_arrays(
     if _HEADER not in arrays:
         raise error("the file has no header", file=file, remedy="Open a file that this program saved")
     try:
-        header = json.loads(arrays.pop(_HEADER).astype(np.uint8).tobytes())
+        header = parse_json(arrays.pop(_HEADER).astype(np.uint8).tobytes())
     except (ValueError, RecursionError) as cause:
         raise error("the file is damaged or of another kind", file=file, value=cause) from cause
     if not isinstance(header, dict):
@@ -136,7 +137,7 @@ def array_format(data: bytes) -> str | None:
             member = archive.getinfo(f"{_HEADER}.npy")
             if member.file_size > MAX_HEADER_BYTES:
                 return None
-            header = json.loads(_read_member(archive, member, None, TactileMapsError).astype(np.uint8).tobytes())
+            header = parse_json(_read_member(archive, member, None, TactileMapsError).astype(np.uint8).tobytes())
     except (TactileMapsError, KeyError, *ZIP_DAMAGE):
         return None
     name = header.get("format") if isinstance(header, dict) else None

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import io
-import json
 import logging
 import struct
 from pathlib import Path
@@ -17,6 +16,7 @@ import trimesh
 from collada.common import DaeError
 
 from app.core.arrays import FloatArray, IntArray
+from app.core.codec import parse_json
 from app.core.errors import Finding, MeshError, RobotError
 from app.geometry.mesh import Mesh
 from app.robots.safe_files import parse_xml, read_bytes, resolve_inside
@@ -149,7 +149,7 @@ def _by_trimesh(data: bytes, suffix: str, path: Path) -> tuple[FloatArray, IntAr
 
 def _gltf_buffers(data: bytes, path: Path) -> dict[str, bytes]:
     """The files beside a glTF file that hold its numbers, by the names it calls them; it may not reach further."""
-    named = [buffer.get("uri", "") for buffer in json.loads(data).get("buffers", [])]
+    named = [buffer.get("uri", "") for buffer in parse_json(data).get("buffers", [])]
     return {
         name: read_bytes(resolve_inside(path.parent / unquote(name), [path.parent], file=path, named=name))
         for name in named

@@ -101,7 +101,7 @@ def unstable_contacts(model: mujoco.MjModel, layer: ElasticLayer) -> tuple[Conta
         if share > 1:
             names = tuple(plain_name(model.geom(geom).name) for geom in geoms)
             bears = layer.stiffness / share, step / math.sqrt(share)
-            notes.append(ContactNote(ContactNoteKind.MAY_BOUNCE, names, layer.stiffness, *bears))
+            notes.append(ContactNote(ContactNoteKind.UNSTABLE, names, layer.stiffness, *bears))
     return tuple(notes)
 
 

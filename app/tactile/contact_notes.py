@@ -11,11 +11,11 @@ class ContactNoteKind(Enum):
     """What was done otherwise than asked. In brackets: what ``ContactNote.bodies`` names."""
 
     CONVEX_HULL = "convex-hull"
-    """A mesh touches as its convex hull (the object)."""
-    MAY_BOUNCE = "may-bounce"
+    """A mesh collides as its convex hull (the object)."""
+    UNSTABLE = "unstable"
     """A contact is stiffer than the time step bears (both bodies)."""
-    BESIDE_SKIN = "beside-skin"
-    """A load beside its link's skin is not sensed (what presses, the link)."""
+    OUTSIDE_SKIN = "outside-skin"
+    """A load outside its link's skin is not sensed (what presses, the link)."""
     SKIN_EDGE = "skin-edge"
     """One point at the skin's edge bears a whole load (what presses, the link)."""
     MOMENT_IGNORED = "moment-ignored"
@@ -29,7 +29,7 @@ class ContactNote:
     Attributes:
         kind: Which.
         bodies: Names, as ``kind`` says; what presses is left out where it has no name.
-        stiffness: Of a contact that may bounce [N/m]; None for others, as are the next two.
+        stiffness: Of a contact that may be unstable [N/m]; None for others, as are the next two.
         max_stiffness: The most that the time step bears [N/m].
         max_timestep: The longest that the stiffness bears [s].
     """
@@ -52,11 +52,11 @@ def contact_note_text(note: ContactNote) -> str:
     by = note.bodies[0] if len(note.bodies) > 1 else "something"
     match note.kind:
         case ContactNoteKind.CONVEX_HULL:
-            return f"{link} touches as its convex hull"
-        case ContactNoteKind.MAY_BOUNCE:
-            return f"{' and '.join(note.bodies)} may bounce apart{_stiffness_advice(note)}"
-        case ContactNoteKind.BESIDE_SKIN:
-            return f"{by} presses {link} beside its skin: not felt"
+            return f"{link} collides as its convex hull"
+        case ContactNoteKind.UNSTABLE:
+            return f"{' and '.join(note.bodies)} may be unstable{_stiffness_advice(note)}"
+        case ContactNoteKind.OUTSIDE_SKIN:
+            return f"{by} presses {link} outside its skin: no reading"
         case ContactNoteKind.SKIN_EDGE:
             return f"{by} presses the edge of the skin on {link}: one point bears all of it"
         case ContactNoteKind.MOMENT_IGNORED:

@@ -30,7 +30,7 @@ _FALL = _FAST**2 / (2 * GRAVITY)
 def warned(run: Run) -> bool:
     """Whether it was said that contacts may be unstable: of the scene, before it ran, or of its bodies."""
     said = any(finding.kind == "unstable-time-step" for finding in run.prepared.scene.decision.warnings)
-    return said or any(note.kind is ContactNoteKind.MAY_BOUNCE for frame in run.frames for note in frame.notes)
+    return said or any(note.kind is ContactNoteKind.UNSTABLE for frame in run.frames for note in frame.notes)
 
 
 def stops_again(run: Run, path) -> None:
@@ -222,7 +222,7 @@ def test_a_jammed_link_is_no_harder_to_feel(model):
     assert run.failure is None
     if model in SOLVED:
         assert run.forces[-1] == pytest.approx(2e4 * JAM, rel=1e-3)
-        assert any(note.kind is ContactNoteKind.BESIDE_SKIN for note in run.frames[-1].notes), "one side wears none"
+        assert any(note.kind is ContactNoteKind.OUTSIDE_SKIN for note in run.frames[-1].notes), "one side wears none"
 
 
 @pytest.mark.rotating

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.arrays import FloatArray, IntArray, freeze_arrays
+from app.core.codec import parse_json
 from app.core.errors import Finding, SkinError, add_finding, errors_in_file
 from app.core.files import read_bounded_text, write_atomically
 from app.skin.formats.taxel_set import MAX_COORDINATE, MAX_TAXELS, TaxelSet, distinct_numbers, unit_normals
@@ -271,7 +272,7 @@ class _Reader:
 
 def _parse(path: Path) -> object:
     try:
-        document: object = json.loads(read_bounded_text(path, error=SkinError))
+        document: object = parse_json(read_bounded_text(path, error=SkinError), constants=True)
     except (ValueError, RecursionError) as error:
         remedy = "Open it in an editor at that line, or export it again"
         raise SkinError("the file is not valid JSON", file=path, value=error, remedy=remedy) from error

@@ -45,7 +45,7 @@ class PointModel:
             if load.force > 0 and (bed := self._beds.get(load.link)) is not None:
                 point = _closest(bed, load)
                 if point is None:
-                    notes.append(load_note(ContactNoteKind.BESIDE_SKIN, load.by, load.link))
+                    notes.append(load_note(ContactNoteKind.OUTSIDE_SKIN, load.by, load.link))
                 else:
                     self._field.add(pressures, np.array([point]), np.array([load.force]))
         self.notes = tuple(notes)

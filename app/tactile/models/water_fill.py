@@ -75,7 +75,7 @@ class WaterFillModel:
         """No point faces the body: the one closest to it bears all."""
         point = bed.nearest(load)
         if point is None:
-            self.notes += (load_note(ContactNoteKind.BESIDE_SKIN, load.by, load.link),)
+            self.notes += (load_note(ContactNoteKind.OUTSIDE_SKIN, load.by, load.link),)
         else:
             self.notes += (load_note(ContactNoteKind.SKIN_EDGE, load.by, load.link),)
             self._field.add(pressures, np.array([point]), np.array([load.force]))

@@ -203,6 +203,12 @@ def test_hostile_text_ends_in_the_named_error(data: bytes | str) -> None:
     assert len(str(refused.value)) < 400
 
 
+@pytest.mark.parametrize("text", ['{"a": 1, "a": 1}', '[{"b": [{"a": 1, "c": 2, "a": 3}]}]'])
+def test_a_key_that_stands_twice_is_refused_by_name(text: str) -> None:
+    with pytest.raises(RecordingError, match="this is not JSON.*has the key a twice"):
+        load_json(Everything, text, error=RecordingError, place="message")
+
+
 def test_deep_values_are_not_written_out_in_messages() -> None:
     deep: Any = []
     for _ in range(100_000):

@@ -95,6 +95,7 @@ def test_a_shape_that_lies_takes_no_memory() -> None:
         (members(), "no header"),
         (members(header=b"not an array"), "damaged"),
         (members(header=npy(np.frombuffer(b"{", np.uint8))), "damaged"),
+        (members(header=npy(np.frombuffer(b'{"a": 1, "a": 2}', np.uint8))), "the key a twice"),
         (members(header=npy(np.frombuffer(b"[]", np.uint8))), "not an object"),
         (members(header=b"\x93NUMPY\x09\x00"), "unknown format"),
     ],

@@ -17,14 +17,14 @@ def test_notes_are_worded_each_in_its_own_way():
 
 
 def test_what_presses_is_named_where_it_has_a_name():
-    note = load_note(ContactNoteKind.BESIDE_SKIN, "ball", "hand")
+    note = load_note(ContactNoteKind.OUTSIDE_SKIN, "ball", "hand")
     assert note.bodies == ("ball", "hand")
-    assert contact_note_text(note) == "ball presses hand beside its skin: not felt"
-    assert contact_note_text(load_note(ContactNoteKind.BESIDE_SKIN, "", "hand")).startswith("something presses hand")
+    assert contact_note_text(note) == "ball presses hand outside its skin: no reading"
+    assert contact_note_text(load_note(ContactNoteKind.OUTSIDE_SKIN, "", "hand")).startswith("something presses hand")
 
 
 def test_a_stiff_contact_says_what_the_time_step_bears():
-    note = ContactNote(ContactNoteKind.MAY_BOUNCE, ("ball", "hand"), 1e5, 2.5e4, 0.5e-3)
+    note = ContactNote(ContactNoteKind.UNSTABLE, ("ball", "hand"), 1e5, 2.5e4, 0.5e-3)
     text = contact_note_text(note)
-    assert text.startswith("ball and hand may bounce apart: 1e+05 N/m is too stiff")
+    assert text.startswith("ball and hand may be unstable: 1e+05 N/m is too stiff")
     assert "at most 2.5e+04 N/m or 0.5 ms" in text

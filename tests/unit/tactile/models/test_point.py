@@ -47,7 +47,7 @@ def test_the_edge_feels_and_beside_the_skin_is_told():
     edge = FELT.pressures([press((0.005, 0, 0.02), normal=np.array([-1.0, 0, 0]))])
     assert edge @ SKIN.areas == pytest.approx(5.0, rel=1e-12)
     assert not FELT.pressures([press((-0.2, 0, 0.02))]).any()
-    assert FELT.notes == (ContactNote(ContactNoteKind.BESIDE_SKIN, ("bar",)),)
+    assert FELT.notes == (ContactNote(ContactNoteKind.OUTSIDE_SKIN, ("bar",)),)
 
 
 def test_an_electrode_that_is_not_there_feels_nothing():

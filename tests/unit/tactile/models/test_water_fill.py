@@ -121,7 +121,7 @@ def test_a_force_that_jumps_finds_the_points_it_needs():
 
 def test_beside_the_skin_is_told_and_not_felt():
     assert not FELT.pressures([press((-0.2, 0, 0.02))]).any()
-    assert FELT.notes == (ContactNote(ContactNoteKind.BESIDE_SKIN, ("bar",)),)
+    assert FELT.notes == (ContactNote(ContactNoteKind.OUTSIDE_SKIN, ("bar",)),)
     assert FELT.pressures([press(MIDDLE)]).any()
     assert FELT.notes == ()
 
