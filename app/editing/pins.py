@@ -14,7 +14,7 @@ import numpy as np
 
 from app.core.arrays import FloatArray
 from app.core.errors import MapError
-from app.editing.document import MapDocument, PatchEdit
+from app.editing.document import MapDocument
 from app.editing.reflatten import ReflattenRequest, kept_lengths, request_reflatten, with_chart_in_frame
 from app.flattening.chart import Pin
 from app.flattening.pinned_patch import PinnedPatch
@@ -84,20 +84,6 @@ def finish_pin_drag(document: MapDocument, number: int) -> ReflattenRequest:
     return request_reflatten(document, "Drag a pin", [(number, document.patches[number])], anyway=True)
 
 
-def move_pin(document: MapDocument, number: int, pin: int, point: FloatArray | tuple[float, float]) -> ReflattenRequest:
-    """Pin number ``pin`` of a patch wanted at a map point (x, y) [m], as a person types it.
-
-    Raises:
-        MapError: No such patch or pin, or the point is not finite.
-    """
-    (old,), place = _pins(document, number, [pin]), chart_place(document, number, point)
-    if not np.isfinite(place).all():
-        raise MapError("a pin target is not finite", place=document.patches[number].name, value=point)
-    pins = list(document.patches[number].pins)
-    pins[pin] = replace(old, place=place)
-    return _with_pins(document, number, "Move a pin", pins)
-
-
 def remove_pins(document: MapDocument, number: int, pins: Iterable[int]) -> ReflattenRequest:
     """Pins taken out by their numbers; without the last the map is what its method makes of it.
 
@@ -105,9 +91,9 @@ def remove_pins(document: MapDocument, number: int, pins: Iterable[int]) -> Refl
         MapError: No such patch or pin.
     """
     out = set(pins)
-    _pins(document, number, out)
+    _check_pins(document, number, out)
     left = [pin for k, pin in enumerate(document.patches[number].pins) if k not in out]
-    return _with_pins(document, number, "Remove pins", left)
+    return request_reflatten(document, "Remove pins", [(number, replace(document.patches[number], pins=tuple(left)))])
 
 
 def nudge_pins(
@@ -121,7 +107,7 @@ def nudge_pins(
     edits = []
     for number, chosen in wanted.items():
         moved = set(chosen)
-        _pins(document, number, moved)
+        _check_pins(document, number, moved)
         places = pin_places(document, number) + np.asarray(by, dtype=np.float64)
         if not np.isfinite(places).all():
             raise MapError("a pin target is not finite", place=document.patches[number].name, value=by)
@@ -143,18 +129,12 @@ def unpin(document: MapDocument, wanted: Mapping[int, Iterable[int]]) -> Reflatt
     return ReflattenRequest("Remove pins", tuple(job for part in asked for job in part.jobs))
 
 
-def _pins(document: MapDocument, number: int, wanted: Iterable[int]) -> list[Pin]:
+def _check_pins(document: MapDocument, number: int, wanted: Iterable[int]) -> None:
     document.chosen([number])
     pins = document.patches[number].pins
     for pin in wanted:
         if not 0 <= pin < len(pins):
             raise MapError("there is no such pin", place=document.patches[number].name, value=pin)
-    return [pins[pin] for pin in wanted]
-
-
-def _with_pins(document: MapDocument, number: int, name: str, pins: Iterable[Pin]) -> ReflattenRequest:
-    wanted: PatchEdit = replace(document.patches[number], pins=tuple(pins))
-    return request_reflatten(document, name, [(number, wanted)])
 
 
 def _chart_point(document: MapDocument, at: SurfacePoint) -> FloatArray:

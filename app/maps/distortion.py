@@ -13,17 +13,15 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias, assert_never
 
 import numpy as np
-from scipy.sparse import coo_matrix, csr_matrix
 from scipy.spatial import cKDTree
 
 from app.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays, readonly
 from app.core.errors import MapError
 from app.flattening.bijectivity import crossing_sides, flipped
 from app.flattening.symmetric_dirichlet import rest_triangles, rotation_svd
-from app.geometry.closest_point import ClosestPoint
 from app.geometry.plane import winding_numbers
 from app.maps.tactile_map import TactileMap
-from app.skin.skin import Patch, Skin
+from app.skin.skin import Patch
 
 
 @dataclass(frozen=True)
@@ -107,23 +105,6 @@ def distortion(map_: TactileMap) -> Distortion:
     return Distortion(np.concatenate(stretch), np.concatenate(turned), np.concatenate(areas))
 
 
-def taxel_cells(skin: Skin) -> csr_matrix:
-    """Sparse (taxels, faces): the share of each taxel's area that lies in each face; rows sum to one.
-
-    ``taxel_cells(skin) @ distortion(map_).angle`` is each taxel's mean angle distortion over its cell. Depends on the
-    skin only. Cost: 20 ms for 1000 taxels on 20,000 faces.
-    """
-    rows, columns, values, faces = [], [], [], 0
-    for patch, start in zip(skin.patches, skin.first[:-1], strict=True):
-        felt = patch.taxels.quadrature
-        rows.append(felt.taxel + start)
-        columns.append(ClosestPoint(patch.surface).query(felt.positions)[0] + faces)
-        values.append(felt.areas / patch.taxels.areas[felt.taxel])
-        faces += len(patch.surface.faces)
-    shares = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
-    return coo_matrix(shares, shape=(len(skin), faces)).tocsr()
-
-
 DistortionMeasure: TypeAlias = Literal["angle", "area", "isometry"]
 """Of ``Distortion``: s1 / s2, s1 s2, or max(s1, 1 / s2)."""
 
@@ -148,10 +129,6 @@ class Stretch:
         freeze_arrays(self, "faces")
         freeze_arrays(self, "flipped", dtype=bool)
 
-    def taxels(self, cells: csr_matrix) -> FloatArray:
-        """(taxels,) the mean over each taxel's cell, as a factor; ``cells``: ``taxel_cells`` of the skin."""
-        return np.asarray(np.exp(cells @ np.log(np.clip(self.faces, 1e-12, 1e12))))
-
 
 def stretch(map_: TactileMap, measure: DistortionMeasure, *, known: Distortion | None = None) -> Stretch:
     """Measure every face of ``map_``; ``known`` saves the 15 ms for 20,000 faces that it takes."""
@@ -167,11 +144,6 @@ def stretch(map_: TactileMap, measure: DistortionMeasure, *, known: Distortion |
     with np.errstate(divide="ignore"):
         folded = np.maximum(faces, 1 / faces)
     return Stretch(measure, faces, found.flipped, found.spread(folded))
-
-
-def taxel_stretch(map_: TactileMap, measure: DistortionMeasure) -> FloatArray:
-    """(taxels,) of one measure, the mean over each taxel's cell. Cost: 35 ms for 1000 taxels on 20,000 faces."""
-    return stretch(map_, measure).taxels(taxel_cells(map_.skin))
 
 
 @dataclass(frozen=True, eq=False)

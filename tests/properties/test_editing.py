@@ -24,7 +24,7 @@ from app.editing.pins import (
     begin_pin_drag,
     chart_place,
     finish_pin_drag,
-    move_pin,
+    nudge_pins,
     pin_places,
     remove_pins,
     with_dragged_patch,
@@ -177,8 +177,7 @@ class RestlessHand(RuleBasedStateMachine):
     @rule(which=st.integers(0, 30), by=st.tuples(st.floats(-0.03, 0.03), st.floats(-0.03, 0.03)))
     def moves_a_pin(self, which, by):
         number, pin = self.pinned[which % len(self.pinned)]
-        goal = pin_places(self.present, number)[pin] + by
-        self._compute(lambda d: move_pin(d, number, pin, goal))
+        self._compute(lambda d: nudge_pins(d, {number: [pin]}, by))
 
     @precondition(lambda self: self.pinned)
     @rule(which=st.integers(0, 30), frames=st.lists(steps, min_size=1, max_size=4))

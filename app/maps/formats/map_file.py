@@ -19,7 +19,6 @@ from app.core.files import MAX_UNPACKED_BYTES, pack_arrays, read_bounded_file, u
 from app.flattening.bijectivity import flipped
 from app.flattening.chart import Chart
 from app.geometry.connectivity import Connectivity
-from app.maps.formats.obj import write_map_obj
 from app.maps.layout import FARTHEST_OFFSET, LARGEST_SCALE, SMALLEST_SCALE, MapLayout, Placement
 from app.maps.tactile_map import TactileMap
 from app.skin.skin import Patch
@@ -225,15 +224,6 @@ def map_from_bytes(data: bytes, *, file: str | Path | None = None) -> TactileMap
     layout = read_layout(header, len(skin.patches), file)
     charts = read_charts(header, arrays, dict(enumerate(skin.patches)), file)
     return TactileMap(skin, tuple(charts.values()), layout)
-
-
-def save_obj(map_: TactileMap, path: str | Path) -> None:
-    """Write the skin as OBJ with the map as texture coordinates; see ``exchange.obj_uv``.
-
-    Raises:
-        MapError: The file cannot be written.
-    """
-    write_map_obj(map_, path)
 
 
 EDIT_FORMAT = "tactile-maps-edit"

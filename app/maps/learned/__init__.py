@@ -8,8 +8,6 @@ pressures fit to learn from. ``embedding`` is the way from distances to places: 
 classical scaling and SMACOF. The builders, one a file: ``information_distance``, ``geodesic_information``,
 ``temporal_correlation``, ``human_touch``, ``self_organising``; ``methods`` names them. A ``learned_map`` becomes a
 tactile map like any other in ``as_tactile_map``.
-
-``isomap`` belongs here by its method, not by its source: it takes distances over the body, not touch.
 """
 
 import lazy_loader

@@ -14,7 +14,6 @@ from app.editing.pins import (
     begin_pin_drag,
     chart_place,
     finish_pin_drag,
-    move_pin,
     nudge_pins,
     pin_places,
     remove_pins,
@@ -63,9 +62,9 @@ def test_a_place_is_pinned_once_and_only_on_the_patch(pinned):
         add_pin(pinned, replace(FIRST, patch=7))
 
 
-def test_a_typed_place_is_reached_and_the_other_pin_stays(pinned):
+def test_a_nudged_pin_reaches_its_place_and_the_other_stays(pinned):
     goal = pin_places(pinned, 1)[0] + [0.004, -0.003]
-    new = apply_result(pinned, reflatten(move_pin(pinned, 1, 0, goal)))
+    new = apply_result(pinned, reflatten(nudge_pins(pinned, {1: [0]}, (0.004, -0.003))))
     size = np.ptp(pinned.map.boxes[1], axis=0).max()
     np.testing.assert_allclose(new.map.to_map(FIRST), goal, atol=2e-3 * size)
     np.testing.assert_allclose(new.map.to_map(SECOND), pinned.map.to_map(SECOND), atol=2e-3 * size)
@@ -91,7 +90,7 @@ def test_a_drag_shows_no_flip_and_settles_where_the_hand_left_it(pinned):
 
 
 def test_without_pins_the_map_is_what_its_method_makes(document, pinned):
-    moved = apply_result(pinned, reflatten(move_pin(pinned, 1, 0, pin_places(pinned, 1)[0] + [0.005, 0.0])))
+    moved = apply_result(pinned, reflatten(nudge_pins(pinned, {1: [0]}, (0.005, 0.0))))
     one = apply_result(moved, reflatten(remove_pins(moved, 1, [0])))
     assert [pin.at for pin in one.patches[1].pins] == [SECOND]
     none = apply_result(one, reflatten(remove_pins(one, 1, [0])))
@@ -99,12 +98,12 @@ def test_without_pins_the_map_is_what_its_method_makes(document, pinned):
 
 
 def test_pins_that_are_not_there_and_places_that_are_none_are_refused(pinned):
-    for act in (lambda k: move_pin(pinned, 1, k, (0.0, 0.0)), lambda k: remove_pins(pinned, 1, [k])):
+    for act in (lambda k: nudge_pins(pinned, {1: [k]}, (0.0, 0.0)), lambda k: remove_pins(pinned, 1, [k])):
         for number in (-1, 2):
             with pytest.raises(MapError, match="no such pin"):
                 act(number)
     with pytest.raises(MapError, match="target is not finite"):
-        move_pin(pinned, 1, 0, (np.nan, 0.0))
+        nudge_pins(pinned, {1: [0]}, (np.nan, 0.0))
     assert remove_pins(pinned, 1, []).jobs == ()
 
 

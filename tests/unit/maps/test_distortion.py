@@ -18,8 +18,6 @@ from app.maps.distortion import (
     nested_patches,
     spaced_subset,
     stretch,
-    taxel_cells,
-    taxel_stretch,
 )
 from app.maps.quality import measure
 from app.maps.tactile_map import TactileMap
@@ -97,19 +95,6 @@ def test_nothing_has_no_spread():
     assert np.isnan([*vars(empty.spread(np.zeros(0))).values(), empty.mean_energy]).all()
 
 
-def test_a_taxels_distortion_is_the_mean_over_its_cell():
-    map_ = build_map(skin_of(named("saddle"), named("hemisphere"), taxels=15))
-    skin, found = map_.skin, distortion(map_)
-    cells = taxel_cells(skin)
-    assert cells.shape == (30, len(found.areas))
-    np.testing.assert_allclose(cells.sum(axis=1), 1, rtol=1e-12)
-    # Cells are whole faces on a covered skin, so that sums over cells are sums over the skin.
-    np.testing.assert_allclose(cells.T @ skin.areas, found.areas, rtol=1e-9)
-    assert skin.areas @ (cells @ found.energy) == pytest.approx(found.areas @ found.energy)
-    second = np.flatnonzero(cells[20].toarray()[0])
-    assert second.min() >= len(map_.charts[0].faces)
-
-
 def test_values_cannot_be_changed(flat):
     with pytest.raises(ValueError, match="read-only"):
         distortion(flat).stretch[0] = 1
@@ -162,21 +147,10 @@ def test_what_is_known_need_not_be_measured_again(three_patches):
     assert stretch(three_patches, "angle").faces.shape == (sum(len(chart.faces) for chart in three_patches.charts),)
 
 
-def test_a_taxel_has_the_mean_factor_of_its_cell(three_patches):
-    cells = taxel_cells(three_patches.skin)
-    found = stretch(three_patches, "area")
-    per_taxel = taxel_stretch(three_patches, "area")
-    np.testing.assert_allclose(np.log(per_taxel), cells @ np.log(found.faces), rtol=1e-9, atol=1e-12)
-    assert found.faces.min() <= per_taxel.min() <= per_taxel.max() <= found.faces.max()
-    # A factor and its inverse cancel: that is what the mean of logarithms is for.
-    assert replace(found, faces=np.full_like(found.faces, 2.0)).taxels(cells) == pytest.approx(2.0)
-
-
-def test_a_line_instead_of_a_patch_is_infinitely_stretched_yet_a_number_for_each_taxel(flat):
+def test_a_line_instead_of_a_patch_is_infinitely_stretched(flat):
     line = spoiled(flat, lambda plane: plane * [1.0, 0.0])
     assert np.isinf(stretch(line, "angle").spread.max)
     assert stretch(line, "area").flipped.all()
-    assert np.isfinite(taxel_stretch(line, "angle")).all()
 
 
 def test_a_good_map_has_no_flaws(three_patches):
