@@ -98,7 +98,7 @@ _NUMBER_TYPE = re.compile(r"[<>|=]?(f[248]|[iu][1248]|b1)")
 
 def pack_arrays(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> bytes:
     """One npz of ``arrays`` and a JSON ``header``; the same input gives the same bytes."""
-    text = json.dumps(header, sort_keys=True, ensure_ascii=False, allow_nan=False).encode()
+    text = json.dumps(header, sort_keys=True, ensure_ascii=False).encode()
     buffer = io.BytesIO()
     np.savez_compressed(buffer, allow_pickle=False, **{_HEADER: np.frombuffer(text, np.uint8)}, **arrays)
     return buffer.getvalue()
@@ -122,7 +122,7 @@ def unpack_arrays(
     if _HEADER not in arrays:
         raise error("the file has no header", file=file, remedy="Open a file that this program saved")
     try:
-        header = parse_json(arrays.pop(_HEADER).astype(np.uint8).tobytes())
+        header = parse_json(arrays.pop(_HEADER).astype(np.uint8).tobytes(), constants=True)
     except (ValueError, RecursionError) as cause:
         raise error("the file is damaged or of another kind", file=file, value=cause) from cause
     if not isinstance(header, dict):
@@ -137,7 +137,9 @@ def array_format(data: bytes) -> str | None:
             member = archive.getinfo(f"{_HEADER}.npy")
             if member.file_size > MAX_HEADER_BYTES:
                 return None
-            header = parse_json(_read_member(archive, member, None, TactileMapsError).astype(np.uint8).tobytes())
+            header = parse_json(
+                _read_member(archive, member, None, TactileMapsError).astype(np.uint8).tobytes(), constants=True
+            )
     except (TactileMapsError, KeyError, *ZIP_DAMAGE):
         return None
     name = header.get("format") if isinstance(header, dict) else None
