@@ -51,7 +51,7 @@ class Film:
         window = self.window
         window.live.runner.run_for(1e-3 * FRAME_MS)  # type: ignore[union-attr]
         window.live.pump()
-        window.robot_view.draw_now()
+        window.robot_view.display.draw_now()
         QApplication.processEvents()
         image = window.grab().toImage().convertToFormat(QImage.Format.Format_RGB888)
         painter = QPainter(image)

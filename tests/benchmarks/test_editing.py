@@ -103,7 +103,7 @@ def test_quality_after_an_edit(benchmark, prepared, open_window, qtbot, kind):
 def test_hover_until_the_other_view_shows_it(benchmark, prepared, open_window, where):
     window = open_window(prepared)
     view = window.map_view if where == "map" else window.robot_view
-    surface = view.viewport() if where == "map" else view.canvas.widget
+    surface = view.viewport() if where == "map" else view.display.canvas.widget
     skin, other = prepared.skin, window.map_view if where == "robot" else window.robot_view
     seen = [k for k in range(0, len(skin), 25) if view.rect().contains(view.pixel_of(skin.taxel_point(k)).toPoint())]
     places = iter(seen * 50)
@@ -114,7 +114,7 @@ def test_hover_until_the_other_view_shows_it(benchmark, prepared, open_window, w
         if where == "robot":
             other.viewport().repaint()
         else:
-            other.draw_now()
+            other.display.draw_now()
 
     benchmark.pedantic(hover, rounds=60, warmup_rounds=5)
 
@@ -137,8 +137,8 @@ def test_map_frame_rate_while_the_body_is_drawn(benchmark, request, open_window,
     prepared = request.getfixturevalue("prepared" if body.startswith("arm") else "scan")
     window = open_window(prepared, replace(INLINE, runner=ThreadRunner))
     painted, drawn = [], []
-    window.map_view.painted.connect(lambda _tick: painted.append(time.perf_counter()))
-    window.robot_view.drawn.connect(drawn.append)
+    window.map_view.display.painted.connect(lambda _tick: painted.append(time.perf_counter()))
+    window.robot_view.display.drawn.connect(drawn.append)
     window.live.runner.submit(PokePressed(1, prepared.skin.taxel_point(len(prepared.skin) // 2)))
 
     def run():

@@ -56,7 +56,7 @@ def test_map_frame_shown_and_painted(benchmark, view, prepared, pressed, zoom):
     benchmark.extra_info["taxels"] = len(prepared.skin)
 
     def frame():
-        view.show_frame(pressed.frame)
+        view.display.show_frame(pressed.frame)
         view.viewport().repaint()
 
     benchmark.pedantic(frame, rounds=100, warmup_rounds=5)
@@ -79,7 +79,7 @@ def test_map_frame_with_a_task_shown_and_painted(benchmark, view, prepared, pres
     benchmark.extra_info["corners of the path"] = count
 
     def show():
-        view.show_frame(frame, task=task)
+        view.display.show_frame(frame, task=task)
         view.viewport().repaint()
 
     benchmark.pedantic(show, rounds=100, warmup_rounds=5)
@@ -91,12 +91,12 @@ def test_press_on_the_map_until_the_answer_is_painted(benchmark, view, prepared)
     painted = []
     view.poke_pressed.connect(lambda at: session.submit(PokePressed(0, at)))
     view.poke_released.connect(lambda: session.submit(PokeReleased(0)))
-    view.painted.connect(painted.append)
+    view.display.painted.connect(painted.append)
     pixel = view.pixel_of(prepared.skin.taxel_point(len(prepared.skin) // 2)).toPoint()
 
     def press():
         QTest.mousePress(view.viewport(), Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, pixel)
-        view.show_frame(session.tick())
+        view.display.show_frame(session.tick())
         view.viewport().repaint()
 
     def release():
@@ -117,7 +117,7 @@ def document(prepared):
 
 def test_map_painted(benchmark, view, prepared, pressed):
     benchmark.extra_info["taxels"] = len(prepared.skin)
-    view.show_frame(pressed.frame)
+    view.display.show_frame(pressed.frame)
 
     def paint():
         view.viewport().update()
@@ -128,7 +128,7 @@ def test_map_painted(benchmark, view, prepared, pressed):
 
 @pytest.mark.parametrize("in_hand", [True, False], ids=["in the hand", "at rest"])
 def test_layout_edit_until_painted(benchmark, view, document, pressed, in_hand):
-    view.show_frame(pressed.frame)
+    view.display.show_frame(pressed.frame)
     number = count(1)
 
     def edited():
@@ -136,7 +136,7 @@ def test_layout_edit_until_painted(benchmark, view, document, pressed, in_hand):
         return (rotate(move(document, [0], (1e-3 * step, 0.0)), [0], 1e-2 * step),), {}
 
     def show(edited):
-        view.show_document(edited, in_hand=in_hand)
+        view.display.show_document(edited, in_hand=in_hand)
         view.viewport().repaint()
 
     benchmark.extra_info["faces"] = sum(len(chart.faces) for chart in document.charts)
@@ -145,7 +145,7 @@ def test_layout_edit_until_painted(benchmark, view, document, pressed, in_hand):
 
 @pytest.mark.parametrize("in_hand", [True, False], ids=["in the hand", "at rest"])
 def test_chart_edit_until_painted(benchmark, view, document, pressed, in_hand):
-    view.show_frame(pressed.frame)
+    view.display.show_frame(pressed.frame)
     number = count(1)
 
     def edited():
@@ -155,9 +155,9 @@ def test_chart_edit_until_painted(benchmark, view, document, pressed, in_hand):
         return (replace(document, map=replace(document.map, charts=(bent, *document.charts[1:]))),), {}
 
     def show(edited):
-        view.show_document(edited, in_hand=in_hand)
+        view.display.show_document(edited, in_hand=in_hand)
         view.viewport().repaint()
 
     benchmark.extra_info["faces"] = f"{len(document.charts[0].faces)} of the chart"
-    view.show_document(edited()[0][0], in_hand=in_hand)
+    view.display.show_document(edited()[0][0], in_hand=in_hand)
     benchmark.pedantic(show, setup=edited, rounds=40 if in_hand else 10)

@@ -48,9 +48,9 @@ def test_robot_frame_shown_and_drawn(benchmark, view, prepared, frames, quality)
     coming = iter(frames * 10)
 
     def frame():
-        view.show_frame(next(coming))
-        view.draw_now(quality=quality)
-        view.canvas.widget.repaint()
+        view.display.show_frame(next(coming))
+        view.display.draw_now(quality=quality)
+        view.display.canvas.widget.repaint()
 
     benchmark.pedantic(frame, rounds=60, warmup_rounds=5)
 
@@ -61,7 +61,7 @@ def test_skin_under_the_pointer(benchmark, view, prepared):
     pixel = QPointF(view.rect().center()).toPoint()
 
     def press():
-        QTest.mouseClick(view.canvas.widget, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, pixel)
+        QTest.mouseClick(view.display.canvas.widget, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, pixel)
 
     benchmark.pedantic(press, rounds=60, warmup_rounds=5)
     view.poke_pressed.disconnect(heard.append)

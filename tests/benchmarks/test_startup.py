@@ -32,7 +32,7 @@ if __name__ == "__main__":
     window = picture_window("dark", (1400, 900))
     window.live.show_prepared(prepare(load_scene("arm")))
     app.processEvents()
-    window.robot_view.draw_now()
+    window.robot_view.display.draw_now()
     window.close()
 """,
 }

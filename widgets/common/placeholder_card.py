@@ -2,18 +2,48 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QFont, QPalette
 from PySide6.QtWidgets import QLabel, QProgressBar, QPushButton, QVBoxLayout, QWidget
 
 
+@dataclass(frozen=True)
+class CardTexts:
+    """The words of one view's card.
+
+    Attributes:
+        empty: Heading while there is nothing yet.
+        hint: And what would fill the view.
+        loading: Heading while that is being made.
+        failed: Heading where it could not be.
+    """
+
+    empty: str
+    hint: str
+    loading: str
+    failed: str
+
+
 class PlaceholderCard(QWidget):
-    """A centred message over a view. Emits ``helped`` when its button is pressed."""
+    """A centred message over a view, until ``clear`` says that there is something to show.
 
-    helped = Signal()
+    Args:
+        texts: Its words.
+        parent: What it covers; whoever resizes that resizes the card.
+    """
 
-    def __init__(self, parent: QWidget) -> None:
+    covered = Signal(bool)
+    """It covers the view from now on, or no longer."""
+    open_requested = Signal()
+    """The button of the empty or failed state was pressed."""
+    cancel_requested = Signal()
+    """The button of the loading state was pressed."""
+
+    def __init__(self, texts: CardTexts, parent: QWidget) -> None:
         super().__init__(parent)
+        self._texts, self._parent, self._filled, self._loading = texts, parent, False, False
         self.setObjectName("state-card")
         self.setAutoFillBackground(True)
         self.setBackgroundRole(QPalette.ColorRole.Base)  # the views' ground
@@ -30,7 +60,7 @@ class PlaceholderCard(QWidget):
         self._progress.setTextVisible(False)
         self._progress.setFixedSize(240, 6)
         self._progress.setAccessibleName("Progress")
-        self._button.clicked.connect(self.helped)
+        self._button.clicked.connect(self._on_clicked)
         layout = QVBoxLayout(self)
         layout.setSpacing(8)
         layout.addStretch(1)
@@ -42,15 +72,44 @@ class PlaceholderCard(QWidget):
         layout.addWidget(self._button, 0, Qt.AlignmentFlag.AlignHCenter)
         layout.addStretch(1)
 
-    def say(self, heading: str, text: str, *, button: str = "", progress: float | None = None) -> None:
-        """Show a message; ``progress`` in 0..1 shows a bar, an empty ``button`` none."""
+    def show_empty(self) -> None:
+        """Say what would fill the view."""
+        self._say(self._texts.empty, self._texts.hint)
+
+    def show_loading(self, text: str, progress: float) -> None:
+        """Say that it is being made: ``text`` names the stage, ``progress`` runs from 0 to 1."""
+        self._say(self._texts.loading, text, progress)
+
+    def show_failed(self, text: str) -> None:
+        """Say why there is nothing."""
+        self._say(self._texts.failed, text)
+
+    def show_last(self) -> None:
+        """Uncover what was there before loading something else failed or was cancelled."""
+        if self._filled:
+            self.clear()
+        else:
+            self.show_empty()
+
+    def clear(self) -> None:
+        """There is something to show from now on."""
+        self._filled = True
+        self.hide()
+        self.covered.emit(False)
+
+    def _say(self, heading: str, text: str, progress: float | None = None) -> None:
+        self._loading = progress is not None
+        self.setGeometry(self._parent.rect())
         self._heading.setText(heading)
         self._text.setText(text)
-        self._progress.setVisible(progress is not None)
+        self._progress.setVisible(self._loading)
         self._progress.setValue(round(1000 * (progress or 0.0)))
-        self._button.setVisible(bool(button))
-        self._button.setText(button)
+        self._button.setText("Cancel" if self._loading else "Open robot…")
         self.setAccessibleName(heading)
         self.setAccessibleDescription(text)
         self.show()
         self.raise_()
+        self.covered.emit(True)
+
+    def _on_clicked(self) -> None:
+        (self.cancel_requested if self._loading else self.open_requested).emit()

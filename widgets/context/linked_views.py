@@ -71,13 +71,13 @@ class LinkedViews(QWidget):
         self._words = ""
         self._lay_out()
         self.bar.maximum_changed.connect(self._on_maximum_changed)
-        self.map.picture_changed.connect(self._overlay_body)
+        self.map.display.picture_changed.connect(self._overlay_body)
         for view, other in ((self.robot, self.map), (self.map, self.robot)):
             view.poke_pressed.connect(self.poke_pressed)
             view.poke_moved.connect(self.poke_moved)
             view.poke_released.connect(self.poke_released)
-            view.open_requested.connect(self.open_requested)
-            view.cancel_requested.connect(self.cancel_requested)
+            view.card.open_requested.connect(self.open_requested)
+            view.card.cancel_requested.connect(self.cancel_requested)
             view.taxel_selector.chosen.connect(self.selection.take)
             view.taxel_selector.abandoned.connect(self.selection.abandon)
             view.cleared.connect(self.selection.clear)
@@ -119,10 +119,10 @@ class LinkedViews(QWidget):
     def show_frame(self, frame: Frame) -> None:
         """Another instant; the map first, it is what the finger waits for."""
         self._task.show_frame(frame)
-        self.map.show_frame(frame, task=self._task.shown)
+        self.map.display.show_frame(frame, task=self._task.shown)
         self.map.viewport().repaint()
-        self.robot.show_frame(frame)
-        self.robot.show_task(self._task.shown)
+        self.robot.display.show_frame(frame)
+        self.robot.display.show_task(self._task.shown)
         self.bar.set_peak(1e-3 * float(frame.pressures.max(initial=0.0)))
         self._read_out()
 
@@ -133,29 +133,29 @@ class LinkedViews(QWidget):
 
     def _show_task(self) -> None:
         for view in (self.map, self.robot):
-            view.show_task(self._task.shown)
+            view.display.show_task(self._task.shown)
 
     def show_loading(self, text: str, fraction: float) -> None:
         """The first robot is being prepared."""
         for view in (self.robot, self.map):
-            view.show_loading(text, fraction)
+            view.card.show_loading(text, fraction)
 
     def show_last(self) -> None:
         """Back to what was shown before, or to nothing."""
         for view in (self.robot, self.map):
-            view.show_last()
+            view.card.show_last()
 
     def show_mode(self, mode: str) -> None:
         """``live``, ``paused``, ``replaying`` or ``empty``."""
         for view in (self.robot, self.map):
-            view.set_replaying(replaying=mode == Mode.REPLAYING)
-            view.set_paused(paused=mode == Mode.PAUSED)
+            view.display.set_replaying(replaying=mode == Mode.REPLAYING)
+            view.display.set_paused(paused=mode == Mode.PAUSED)
 
     def set_overlays(self, overlays: OverlayOptions) -> None:
         """Both show what View > Overlay asks for."""
         self.overlays = overlays
-        self.map.set_overlays(overlays)
-        self.robot.show_layers(overlays.shown)
+        self.map.display.set_overlays(overlays)
+        self.robot.display.show_layers(overlays.shown)
         self._overlay_body()
         self._read_out()
         self.overlays_changed.emit(overlays)
@@ -163,7 +163,9 @@ class LinkedViews(QWidget):
     def _overlay_body(self) -> None:
         """The body wears the map's picture where there is one; touch alone it draws finer by itself."""
         textured = self.overlays.ground is not BaseLayer.PRESSURE
-        self.robot.set_overlay(self.map.skin_texture, textured=textured, dotted=self.overlays.shows("dots"))
+        self.robot.display.set_overlay(
+            self.map.display.skin_texture, textured=textured, dotted=self.overlays.shows("dots")
+        )
 
     def set_tool(self, tool: ToolKind) -> None:
         """Both hands take another tool."""
@@ -178,9 +180,9 @@ class LinkedViews(QWidget):
 
     def show_document(self, document: MapDocument, *, in_hand: bool = False, led: bool = True) -> None:
         """The same skin's map, edited; ``in_hand`` while a gesture changes it, ``led`` where the arm is led by it."""
-        self.map.show_document(document, in_hand=in_hand)
+        self.map.display.show_document(document, in_hand=in_hand)
         if not in_hand:
-            self.robot.show_map(document.map)
+            self.robot.display.show_map(document.map)
             self._task.show_map(document.map, led=led)
             self._show_task()
         self._read_out()
@@ -198,17 +200,17 @@ class LinkedViews(QWidget):
 
     def set_theme(self, theme: Theme) -> None:
         """Take another theme."""
-        for part in (self.robot, self.map, self.bar):
+        for part in (self.robot.display, self.map, self.bar):
             part.set_theme(theme)
 
     def _on_maximum_changed(self, kilopascals: float) -> None:
         self.scale = PressureScale(kilopascals)
-        for part in (self.robot, self.map, self.bar):
+        for part in (self.robot.display, self.map.display, self.bar):
             part.set_scale(self.scale)
 
     def _on_selection_changed(self) -> None:
         for view in (self.robot, self.map):
-            view.set_selection(self.selection.taxels, self.selection.inks)
+            view.display.set_selection(self.selection.taxels, self.selection.inks)
         taxels = self.selection.taxels
         words = f"{len(taxels)} taxels selected" if len(taxels) != 1 else f"Taxel {taxels[0]} selected"
         self.selection_told.emit(words if len(taxels) else "")
@@ -219,7 +221,7 @@ class LinkedViews(QWidget):
         self._read_out()
 
     def _read_out(self) -> None:
-        words = self.map.words_for(self._hover)
+        words = self.map.display.words_for(self._hover)
         if words != self._words:
             self._words = words
             self.read_out.emit(words)

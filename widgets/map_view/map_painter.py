@@ -10,7 +10,6 @@ from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QTransfo
 from app.core.arrays import FloatArray
 from app.session.frame import Frame
 from widgets.common.colours import Theme
-from widgets.interaction.select_gesture import RubberBand, paint_rubber_band
 from widgets.map_view.background import Legend, paint_legend
 from widgets.map_view.contact_ellipses import SMALLEST_ELLIPSE_PX, SMALLEST_ERROR_PX, paint_ellipse
 from widgets.map_view.map_coordinates import nice_floor
@@ -156,10 +155,6 @@ class MapPainter:
             corner.setY(self._keys.paint(painter, keys, corner, self._caption, self.theme, room).bottom() + 8)
         if marks.faults:
             paint_fault_legend(painter, marks.faults, corner, self._caption, self.theme)
-
-    def paint_rubber(self, painter: QPainter, rubber_band: RubberBand) -> None:
-        """Draw what a gesture draws."""
-        paint_rubber_band(painter, rubber_band, self.theme)
 
     def _paint_contours(self, painter: QPainter, marks: MapMarks, view: QTransform) -> None:
         painter.save()

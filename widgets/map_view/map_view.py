@@ -1,37 +1,70 @@
-"""The live tactile map under the hand: presses on it become pokes at body points, selections of taxels, or edits."""
+"""The live tactile map under the hand: a camera over what ``MapDisplay`` draws, and presses that become pokes at body
+points, selections of taxels, or edits.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
-from PySide6.QtCore import QEvent, QPointF, Qt, Signal
-from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent, QPainter, QWheelEvent
-from PySide6.QtWidgets import QWidget
+from PySide6.QtCore import QEvent, QPointF, QRectF, Qt, Signal
+from PySide6.QtGui import (
+    QColor,
+    QFocusEvent,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QResizeEvent,
+    QShowEvent,
+    QTransform,
+    QWheelEvent,
+)
+from PySide6.QtWidgets import QFrame, QGraphicsScene, QGraphicsView, QWidget
 
 from app.core.arrays import BoolArray, FloatArray, IntArray
+from app.core.errors import MapError
 from app.geometry.mesh import SurfacePoint
 from app.session.prepare import PreparedScene
 from widgets.common.colours import PressureScale, Theme
+from widgets.common.placeholder_card import CardTexts, PlaceholderCard
 from widgets.common.tool_kinds import ToolKind
 from widgets.interaction.poke_gesture import Panned
-from widgets.interaction.select_gesture import Pixel, RubberBand
+from widgets.interaction.select_gesture import Pixel, paint_rubber_band
 from widgets.interaction.view_interaction import ViewInteraction
 from widgets.interaction.view_tool import PointerHit, ViewTool
 from widgets.map_view.live_image import ImageAtlas
-from widgets.map_view.map_coordinates import nearest_taxel
+from widgets.map_view.map_coordinates import MapCamera, SceneTransform, nearest_taxel
 from widgets.map_view.map_display import MapDisplay
 from widgets.map_view.map_layer import MapLayerFactory
+from widgets.map_view.map_scene import MapScene
 
 _POKES = "Press a patch to poke the robot there. Drag beside the patches to pan."
 _SELECTS = "Click taxels or draw around them to select them. Escape selects none."
 _EDITS = "Edit the map with the active tool. Drag with the middle button, or with Space, to pan."
 _LEADS = "Draw the reference path or target. Drag with the middle button, or with Space, to pan."
+_TEXTS = CardTexts(
+    "No tactile map yet",
+    "Open a robot to see its tactile map.",
+    "Computing the tactile map",
+    "There is no tactile map",
+)
+WHEEL_STEP = 1.2
+"""Zoom of one notch of the wheel, or one press of plus."""
+KEY_PAN_PX = 40.0
+_PAN_KEYS = {
+    Qt.Key.Key_Left: (KEY_PAN_PX, 0.0),
+    Qt.Key.Key_Right: (-KEY_PAN_PX, 0.0),
+    Qt.Key.Key_Up: (0.0, KEY_PAN_PX),
+    Qt.Key.Key_Down: (0.0, -KEY_PAN_PX),
+}
+_ZOOM_KEYS = {Qt.Key.Key_Plus: WHEEL_STEP, Qt.Key.Key_Equal: WHEEL_STEP, Qt.Key.Key_Minus: 1 / WHEEL_STEP}
 
 
-class MapView(MapDisplay):
-    """The map and the hand on it: a ``ViewPort`` whose ``interaction`` emits what the hand does. Decides nothing.
+class MapView(QGraphicsView):
+    """A camera over a ``MapDisplay`` and the hand on it: a ``ViewPort`` whose ``interaction`` emits what the hand does.
+
+    Decides nothing.
 
     Args:
         theme: Colours of everything that is not skin.
@@ -40,7 +73,10 @@ class MapView(MapDisplay):
         layers: Makes each layer that has items, by name.
 
     Attributes:
+        display: What is drawn.
+        card: What is said instead.
         interaction: The hand; its signals are also the view's.
+        camera: What the viewport shows.
     """
 
     readout = Signal(str)
@@ -55,19 +91,45 @@ class MapView(MapDisplay):
         *,
         layers: Mapping[str, MapLayerFactory] | None = None,
     ) -> None:
-        super().__init__(theme, scale, parent, layers=layers)
+        super().__init__(parent)
+        self.camera = MapCamera.framing((1000.0, 1000.0))
+        self._set_up()
+        self.display = MapDisplay(theme, scale, self.font(), self, layers=layers)
+        self.display.changed.connect(self.viewport().update)
+        self.display.scene_changed.connect(self._on_scene_changed)
+        self.display.bounds_changed.connect(self._update_content)
+        self.display.frame_waiting.connect(self._on_frame_waiting)
+        self.display.frame_shown.connect(self._read_out)
         hand = self.interaction = ViewInteraction(self, self)
         self.poke_pressed, self.poke_moved, self.poke_released = hand.poke_pressed, hand.poke_moved, hand.poke_released
         self.hovered, self.cleared, self.taxel_selector = hand.hovered, hand.cleared, hand.taxel_selector
         self.hovered.connect(self._read_out)
         self.taxel_selector.drawn.connect(self.viewport().update)
+        self.card = PlaceholderCard(_TEXTS, self.viewport())
+        self.card.covered.connect(self._on_covered)
+        self.set_theme(theme)
+        self.card.show_empty()
+
+    def _set_up(self) -> None:
+        self.setObjectName("map-view")
+        self.setAccessibleName("Tactile map")
         self.setAccessibleDescription(_POKES)
-        self.show_empty()
+        self.setScene(QGraphicsScene(self))
+        self.setInteractive(False)
+        self.setAcceptDrops(False)  # a file dropped here is the window's
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setTransformationAnchor(QGraphicsView.ViewportAnchor.NoAnchor)
+        self.setResizeAnchor(QGraphicsView.ViewportAnchor.NoAnchor)
+        self.setViewportUpdateMode(QGraphicsView.ViewportUpdateMode.FullViewportUpdate)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.viewport().setMouseTracking(True)
 
     def show_prepared(self, prepared: PreparedScene, *, atlas: ImageAtlas | None = None) -> None:
         """Show the map of ``prepared``, framed; ``atlas`` saves building its live image here."""
         self.interaction.cancel()
-        super().show_prepared(prepared, atlas=atlas)
+        self.display.show_prepared(prepared, atlas=atlas)
         self.interaction.show_nothing()
 
     def set_tool(self, tool: ToolKind) -> None:
@@ -80,39 +142,105 @@ class MapView(MapDisplay):
         """Give presses of the left button, and keys, to ``tool``; what the one before was doing is given up."""
         self.interaction.set_view_tool(tool)
 
-    def _show_card(self, heading: str, text: str, *, button: str, progress: float | None = None) -> None:
-        self.interaction.cancel()
-        super()._show_card(heading, text, button=button, progress=progress)
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        self.setBackgroundBrush(QColor(theme.window))
+        self.display.set_theme(theme)
 
-    def _refresh(self) -> None:
-        super()._refresh()
-        self._read_out()
+    def _on_covered(self, covered: bool) -> None:
+        if covered:
+            self.interaction.cancel()
+
+    def _on_frame_waiting(self) -> None:
+        if self.isVisible():
+            self.display.refresh()
 
     def _read_out(self) -> None:
-        words = self.words_for(self.interaction.hover)
-        if words != self._marks.readout:
-            self._mark(replace(self._marks, readout=words))
+        words = self.display.words_for(self.interaction.hover)
+        if words != self.display.marks.readout:
+            self.display.read_out(words)
             self.readout.emit(words)
+
+    # The camera.
+
+    def _on_scene_changed(self, scene: QGraphicsScene) -> None:
+        """Another skin: framed. The scene before is deleted."""
+        self.card.clear()
+        previous = self.scene()
+        self.setScene(scene)
+        previous.deleteLater()
+        if self.display.picture is not None:
+            self.camera = MapCamera.framing(self.display.picture.shapes.frame.size)
+        self._update_content()
+        self.frame_all()
+
+    def _update_content(self) -> None:
+        """Framing all is framing what is shown now; what is in view stays there."""
+        bounds = self.display.bounds
+        if bounds is not None:
+            low, high = bounds
+            size = float(high[0] - low[0]), float(high[1] - low[1])
+            self.look(self.camera.over(size, (float(low[0]), float(low[1])), self._room()))
+
+    def look(self, camera: MapCamera) -> None:
+        """Look through ``camera``."""
+        self.camera = camera
+        scale = camera.scale(self._room())
+        self.setTransform(QTransform.fromScale(scale, scale))
+        # Room around the centre only: a patch moved far away would be more than scroll bars can count.
+        reach = max(self._room()) / scale + 1.0
+        self.setSceneRect(camera.centre[0] - reach, camera.centre[1] - reach, 2 * reach, 2 * reach)
+        self.centerOn(*camera.centre)
+        # Scrolling is in whole pixels; the transform carries the rest, so that the camera is met exactly.
+        width, height = self._room()
+        rest = QPointF(width / 2, height / 2) - self.viewportTransform().map(QPointF(*camera.centre))
+        self.setTransform(QTransform(scale, 0, 0, scale, rest.x(), rest.y()))
+        self.viewport().update()
+
+    def frame_all(self) -> None:
+        """Frame the whole content."""
+        self.look(MapCamera.framing(self.camera.content, self.camera.origin))
+
+    def pan(self, dx: float, dy: float) -> None:
+        """Drag the content by pixels."""
+        self.look(self.camera.panned(dx, dy, self._room()))
+
+    def zoom(self, factor: float, at: QPointF) -> None:
+        """Zoom so that what lies under the viewport point ``at`` stays there."""
+        self.look(self.camera.zoomed(factor, (at.x(), at.y()), self._room()))
+
+    def scene_point(self, position: QPointF) -> QPointF:
+        """The scene point under a viewport position, finer than a pixel."""
+        inverse, _ = self.viewportTransform().inverted()
+        return inverse.map(position)
+
+    def _room(self) -> tuple[float, float]:
+        return float(self.viewport().width()), float(self.viewport().height())
 
     # What the hand asks.
 
     @property
-    def _covered(self) -> bool:
-        return self._picture is None or self._card.isVisible()
+    def _picture(self) -> MapScene | None:
+        """What is there to be touched: nothing under a message."""
+        return None if self.card.isVisible() else self.display.picture
 
     def point_at(self, pixel: QPointF) -> SurfacePoint | None:
         """The place of the skin under a pixel; None beside the patches, and under a message."""
-        if self._picture is None or self._covered:
+        if self._picture is None:
             return None
         place = self.scene_point(pixel)
         return self._picture.hit(place.x(), place.y())
 
     def hit_at(self, pixel: QPointF, at: SurfacePoint | None) -> PointerHit | None:
         """What a tool is told of a pixel over ``at``; None without a map, and under a message."""
-        if self._picture is None or self._covered:
+        if self._picture is None:
             return None
         scene, frame = self.scene_point(pixel), self._picture.shapes.frame
-        return PointerHit(at, frame.to_map(np.array([scene.x(), scene.y()])), self._pixel())
+        return PointerHit(at, frame.to_map(np.array([scene.x(), scene.y()])), self._pixel_size(frame))
+
+    def _pixel_size(self, frame: SceneTransform) -> float:
+        """Side of a pixel on the map [m]."""
+        return 1.0 / (frame.scale * self.viewportTransform().m11())
 
     def empty_at(self, pixel: QPointF) -> bool:
         """Whether a pixel is beside the patches."""
@@ -124,6 +252,10 @@ class MapView(MapDisplay):
 
     def click_control(self, pixel: QPointF) -> None:
         """A map has no controls of its own."""
+
+    def set_hover(self, at: SurfacePoint | None) -> None:
+        """Mark the place under the pointer."""
+        self.display.set_hover(at)
 
     def navigate(self, drag: Panned, *, turn: bool) -> None:
         """Pan."""
@@ -146,28 +278,25 @@ class MapView(MapDisplay):
         """Nothing hides anything on a map."""
         return np.zeros(len(taxels), bool)
 
-    def _pixel(self) -> float:
-        """Side of a pixel on the map [m]."""
-        return (
-            1.0 if self._picture is None else 1.0 / (self._picture.shapes.frame.scale * self.viewportTransform().m11())
-        )
+    def pixel_of(self, at: SurfacePoint) -> QPointF:
+        """Where a body point is drawn in the viewport, finer than a pixel; raises MapError without a map."""
+        if self.display.picture is None:
+            raise MapError("there is no map to find the point on", value=at, remedy="Show a prepared scene first")
+        return self.viewportTransform().map(self.display.picture.place_of(at))
 
-    # What the hand draws.
+    def taxel_pixels(self) -> FloatArray:
+        """(taxels, 2) where they are drawn in the viewport [px]."""
+        picture = self.display.picture
+        return np.zeros((0, 2)) if picture is None else self._scene_to_pixels(picture.shapes.taxels)
 
-    def rubber_band(self) -> RubberBand:
-        """What the gesture draws over the map."""
-        return self.taxel_selector.rubber_band
-
-    def _paint_over(self, painter: QPainter) -> None:
-        if (tool := self.interaction.view_tool) is not None:
-            tool.paint(painter, self._to_pixels, self._theme)
-
-    def _to_pixels(self, points: FloatArray) -> FloatArray:
+    def map_to_pixels(self, points: FloatArray) -> FloatArray:
         """Map points (k, 2) [m] as pixels of the viewport."""
-        if self._picture is None:
-            return np.zeros((0, 2))
+        picture = self.display.picture
+        return np.zeros((0, 2)) if picture is None else self._scene_to_pixels(picture.shapes.frame.to_scene(points))
+
+    def _scene_to_pixels(self, points: FloatArray) -> FloatArray:
         view = self.viewportTransform()
-        return self._picture.shapes.frame.to_scene(points) * [view.m11(), view.m22()] + [view.dx(), view.dy()]
+        return points * [view.m11(), view.m22()] + [view.dx(), view.dy()]
 
     # Qt's events.
 
@@ -191,15 +320,24 @@ class MapView(MapDisplay):
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         """Qt: the tool's, where it has something to turn there; else it zooms."""
-        if self.interaction.wheel(event):
-            event.accept()
-        else:
-            super().wheelEvent(event)
+        notches = event.angleDelta().y() / 120
+        if not self.interaction.wheel(event) and notches:
+            self.zoom(WHEEL_STEP**notches, event.position())
+        event.accept()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Qt: the hand's first; else F frames all, plus and minus zoom, arrows pan."""
-        if not self.interaction.key(event):
-            super().keyPressEvent(event)
+        if self.interaction.key(event):
+            return
+        key = Qt.Key(event.key())
+        if key == Qt.Key.Key_F:
+            self.frame_all()
+        elif key in _ZOOM_KEYS:
+            self.zoom(_ZOOM_KEYS[key], QPointF(self.viewport().rect().center()))
+        elif key in _PAN_KEYS:
+            self.pan(*_PAN_KEYS[key])
+        else:
+            event.ignore()
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
         """Qt: the hand's."""
@@ -214,3 +352,27 @@ class MapView(MapDisplay):
         """Qt: nothing is under the pointer."""
         self.interaction.leave()
         super().leaveEvent(event)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Qt: catch up with the newest frame."""
+        super().showEvent(event)
+        self.display.refresh()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Qt: keep showing the same part of the content, and covering it where a message does."""
+        super().resizeEvent(event)
+        self.look(self.camera)
+        self.card.setGeometry(self.viewport().rect())
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Qt: the scene, then the marks, and what gesture and tool draw over it."""
+        super().paintEvent(event)
+        if self._picture is None:
+            return
+        painter = QPainter(self.viewport())
+        self.display.paint(painter, self.viewportTransform(), QRectF(self.viewport().rect()))
+        paint_rubber_band(painter, self.taxel_selector.rubber_band, self.display.theme)
+        if (tool := self.interaction.view_tool) is not None:
+            tool.paint(painter, self.map_to_pixels, self.display.theme)
+        painter.end()
+        self.display.tell_painted()

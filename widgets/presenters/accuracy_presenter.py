@@ -69,7 +69,7 @@ class AccuracyPresenter(QObject):
         self._context.session.set_settings(with_stage_setting(settings, setting))
 
     def _use_image(self, setting: Setting) -> None:
-        self._context.views.map.set_image(ImageSettings(setting.method, int(setting.values["pixels"])))
+        self._context.views.map.display.set_image(ImageSettings(setting.method, int(setting.values["pixels"])))
         self._panel.show_present(setting)
 
     def _on_settings_changed(self, settings: ControlSettings) -> None:

@@ -75,7 +75,7 @@ class EffectsPresenter(QObject):
         notes = () if unstable is None else (unstable,)
         decision = credited_decision(recorded_decision(scene, effects), self._prepared.scene, scene)
         self._panel.show_decision(decision, automatic_rows(scene), notes=notes)
-        self._context.views.map.set_faults(faults_of(self._prepared, effects))
+        self._context.views.map.display.set_faults(faults_of(self._prepared, effects))
         values = {"share": TAIL_SHARE} if effects.skin == "half-space" else {}
         step = {"timestep_ms": round(1e3 * effects.timestep, 6)}
         self._context.panels.get(AccuracyPanel).show_present(Setting("touch", effects.skin, values))

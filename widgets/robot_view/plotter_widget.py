@@ -1,18 +1,23 @@
-"""Two widgets that show a PyVista plotter: one that works everywhere, one for a display with OpenGL.
+"""Two widgets that show a PyVista plotter, one for every platform, one for a display with OpenGL; and when they draw.
 
 Decision: ``pyvistaqt.QtInteractor`` alone will not do. Without a display it crashes the process, and on software OpenGL
 it draws each frame twice. ``ImageCanvas`` renders off screen and paints the pixels: it works with no X server at all
 and is faster on software OpenGL. ``OpenGLCanvas`` spares the read-back where there is real hardware.
+
+``RenderScheduler`` decides when to draw: after what waits in the event loop, never so often that the rest starves, and
+once more, sharper, when the picture stays.
 """
 
 from __future__ import annotations
 
 import os
 import sys
+import time
+from collections.abc import Callable
 from typing import Any, Protocol
 
 import pyvista as pv
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QGuiApplication, QImage, QOffscreenSurface, QOpenGLContext, QPainter, QPaintEvent
 from PySide6.QtWidgets import QWidget
 from vtkmodules.util.numpy_support import vtk_to_numpy
@@ -141,3 +146,80 @@ def _has_hardware_opengl() -> bool:
 def _renderer_name(context: QOpenGLContext) -> str:
     functions = context.functions()
     return str(functions.glGetString(0x1F01)) if functions is not None else "software"  # GL_RENDERER
+
+
+SHORTEST_WAIT_MS = 15.0
+REST_MS = 150
+"""A picture that stays this long is drawn again at twice the resolution, which smooths its edges."""
+HALF_RESOLUTION_FROM_MS = 25.0
+"""While the view is turned, pictures that take longer than this are drawn at half the resolution."""
+REDRAW_UP_TO_MS = 60.0
+"""Pictures that take longer than this are not drawn again at rest."""
+
+
+class RenderScheduler(QObject):
+    """Draws a canvas when asked to, but not at once: many requests become one picture.
+
+    The next picture waits for as long as the last one took, so that at most half the time goes into drawing.
+
+    Args:
+        canvas: What is drawn.
+        parent: Qt parent.
+        clock: Seconds.
+    """
+
+    due = Signal()
+    """A picture is about to be drawn: bring the scene up to date."""
+    drawn = Signal(float)
+    """A picture was drawn: its milliseconds, with bringing the scene up to date."""
+
+    def __init__(self, canvas: Canvas, parent: QObject, *, clock: Callable[[], float] = time.perf_counter) -> None:
+        super().__init__(parent)
+        self._canvas, self._clock = canvas, clock
+        self._last_ms, self._moving = 0.0, False
+        self._soon, self._rest = QTimer(self), QTimer(self)
+        for timer, slot in ((self._soon, self._on_soon), (self._rest, self._on_rest)):
+            timer.setSingleShot(True)
+            timer.timeout.connect(slot)
+
+    @property
+    def waiting(self) -> bool:
+        """Whether a picture is still to come."""
+        return self._soon.isActive() or self._rest.isActive()
+
+    def request(self, *, moving: bool = False) -> None:
+        """Draw soon; ``moving`` while the hand turns the view, where speed matters more than sharpness."""
+        self._moving = moving
+        self._rest.stop()
+        if not self._soon.isActive():
+            self._soon.start(round(max(SHORTEST_WAIT_MS, self._last_ms)))
+
+    def now(self, *, quality: float = 1.0) -> None:
+        """Draw without waiting."""
+        self._soon.stop()
+        self._draw(quality)
+
+    def stop(self) -> None:
+        """Forget what was requested."""
+        self._soon.stop()
+        self._rest.stop()
+
+    def _on_soon(self) -> None:
+        hasty = self._moving and self._last_ms > HALF_RESOLUTION_FROM_MS
+        self._draw(0.5 if hasty else 1.0)
+        if hasty or self._last_ms <= REDRAW_UP_TO_MS:
+            self._rest.start(REST_MS)
+
+    def _on_rest(self) -> None:
+        self._moving = False
+        self._draw(2.0 if self._last_ms <= REDRAW_UP_TO_MS else 1.0)
+
+    def _draw(self, quality: float) -> None:
+        start = self._clock()
+        self.due.emit()
+        self._canvas.draw(quality=quality)
+        elapsed = 1e3 * (self._clock() - start)
+        if quality <= 1.0:
+            # A hasty picture says what a whole one would take, or speed would switch quality back and forth.
+            self._last_ms = elapsed / quality**2
+        self.drawn.emit(elapsed)

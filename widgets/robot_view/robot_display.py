@@ -1,182 +1,247 @@
-"""The robot, and what is said instead of it: empty, loading, failed. Where its taxels are, and its way to the map.
-
-``MorphSlider`` lays the skin flat: body at its left end, map at its right.
-"""
+"""What is drawn of the robot, and when: the newest frame when it is due, the camera kept, captions over it."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
-from PySide6.QtCore import QPropertyAnimation, Qt, Signal
-from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QSlider, QWidget
+from PySide6.QtCore import QObject, QPointF, Signal
+from PySide6.QtWidgets import QWidget
 
-from app.core.arrays import BoolArray, FloatArray, IntArray
+from app.core.arrays import FloatArray, IntArray
+from app.core.errors import RobotError
+from app.geometry.mesh import SurfacePoint
+from app.maps.tactile_map import TactileMap
+from app.session.frame import Frame
 from app.session.prepare import PreparedScene
 from widgets.common.colours import PressureScale, Theme
-from widgets.common.placeholder_card import PlaceholderCard
+from widgets.interaction.select_gesture import RubberBand
+from widgets.overlays.body_overlays import NO_MARKS, SkinTexture, ToolMarks
+from widgets.overlays.task_overlay import NO_TASK, TaskOverlay
 from widgets.robot_view.body_layer import BodyLayerFactory
-from widgets.robot_view.picking import BodyTaxels, SkinPicker, facing_pixels
-from widgets.robot_view.robot_canvas import RobotCanvas
-
-STEPS = 100
-EASE_MS = 150
-_WIDTH, _HEIGHT = 190, 24
-
-
-class MorphSlider(QWidget):
-    """A small slider between two words; ``toggle`` goes from one end to the other so that the eye can follow."""
-
-    moved = Signal(float)
-    """The share of flatness asked for, from 0 to 1."""
-
-    def __init__(self, parent: QWidget) -> None:
-        super().__init__(parent)
-        self.setObjectName("morph")
-        self.slider = QSlider(Qt.Orientation.Horizontal, self)
-        self.slider.setRange(0, STEPS)
-        self.slider.setAccessibleName("Flatten: body to map")
-        self.slider.setToolTip("Flatten the skin with the pressures on it; each point moves straight to the map (M)")
-        self.slider.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        self.slider.valueChanged.connect(self._on_value_changed)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(6, 0, 6, 0)
-        row.setSpacing(6)
-        for part in (QLabel("Body", self), self.slider, QLabel("Map", self)):
-            part.setProperty("role", "caption")
-            row.addWidget(part)
-        self._ease = QPropertyAnimation(self.slider, b"value", self)
-        self._ease.setDuration(EASE_MS)
-        self.resize(_WIDTH, _HEIGHT)
-        self.hide()
-
-    @property
-    def share(self) -> float:
-        """How flat: 0 on the body, 1 as on the map."""
-        return self.slider.value() / STEPS
-
-    def toggle(self) -> None:
-        """To the other end, from wherever it is."""
-        self._ease.stop()
-        self._ease.setStartValue(self.slider.value())
-        self._ease.setEndValue(STEPS if self.share < 0.5 else 0)
-        self._ease.start()
-
-    def reset(self) -> None:
-        """On the body, at once."""
-        self._ease.stop()
-        self.slider.setValue(0)
-
-    def _on_value_changed(self, _value: int) -> None:
-        self.moved.emit(self.share)
+from widgets.robot_view.camera import Viewpoint
+from widgets.robot_view.caption_overlay import CaptionOverlay, Captions, ForceCaption
+from widgets.robot_view.contact_marks import ARROW_LENGTH
+from widgets.robot_view.plotter_widget import RenderScheduler, make_canvas
+from widgets.robot_view.robot_scene import RobotScene
 
 
-_CUBE_ROOM = 78
-"""Width that the orientation cube takes in the lower right corner [px]."""
-
-
-class RobotDisplay(RobotCanvas):
-    """Shows one prepared robot, or says why there is none. Knows no hand.
+class RobotDisplay(QObject):
+    """One prepared robot as of the newest frame, in a view; draws only while that is seen and something changed.
 
     Args:
+        view: The widget that it fills.
         theme: Colours of everything that is not skin.
         scale: Colours of pressure.
-        parent: Qt parent.
         layers: Makes each layer that has actors, by name.
+
+    Attributes:
+        canvas: Shows the plotter, in the view.
+        scene: What is on it.
+        overlay: Captions, orientation cube and what a tool paints, over the picture.
+        prepared: The robot; None before there is one, and after ``close``.
     """
 
-    open_requested = Signal()
-    """The button of the empty or failed state was pressed."""
-    cancel_requested = Signal()
-    """The button of the loading state was pressed."""
+    drawn = Signal(float)
+    """A picture was drawn: its milliseconds."""
 
     def __init__(
         self,
+        view: QWidget,
         theme: Theme,
         scale: PressureScale,
-        parent: QWidget | None = None,
         *,
         layers: Mapping[str, BodyLayerFactory] | None = None,
     ) -> None:
-        super().__init__(theme, scale, parent, layers=layers)
-        self._picker: SkinPicker | None = None
-        self._taxels: BodyTaxels | None = None
-        self._loading = False
-        self.morph = MorphSlider(self)
-        self.morph.moved.connect(self._on_morphed)
-        self._card = PlaceholderCard(self)
-        self._card.helped.connect(self._on_card_helped)
+        super().__init__(view)
+        self._view, self._covered = view, False
+        self.prepared: PreparedScene | None = None
+        self._frame: Frame | None = None
+        self._mark: SurfacePoint | None = None
+        self._captions, self._framed, self._marks = Captions(), True, NO_MARKS
+        self._task, self._task_is_new = NO_TASK, False
+        self.canvas = make_canvas(view)
+        self.scene = RobotScene(self.canvas.plotter, theme, scale, layers)
+        self.overlay = CaptionOverlay(theme, view)
+        self._drawing = RenderScheduler(self.canvas, self)
+        self._drawing.due.connect(self._on_drawing_due)
+        self._drawing.drawn.connect(self.drawn)
 
     def show_prepared(self, prepared: PreparedScene) -> None:
-        """Show the robot of ``prepared`` at home, framed; if it cannot be, the last one stays."""
-        picker = SkinPicker(prepared)
-        self.morph.reset()
-        self._card.hide()
-        self.show_robot(prepared)
-        self.morph.show()
-        self._picker, self._taxels = picker, BodyTaxels(prepared, picker)
+        """Show the robot of ``prepared`` at home, framed."""
+        self.scene.show_prepared(prepared)
+        self.scene.set_marks(self._marks)
+        self.prepared, self._frame, self._mark = prepared, None, None
+        self._task, self._task_is_new = NO_TASK, False
+        legend = f"Arrow: {1e3 * ARROW_LENGTH:g}\u2009mm per newton"
+        self._captions = replace(self._captions, forces=(), legend=legend)
+        self.frame_all()
 
-    def show_empty(self) -> None:
-        """Say what would fill the view."""
-        text = "Open a robot, or drop its file here: MJCF, URDF or a bare mesh."
-        self._show_card("No robot yet", text, button="Open robot…")
+    def show_frame(self, frame: Frame) -> None:
+        """Show ``frame`` of the prepared scene at the next chance to draw; the newest wins."""
+        if self.prepared is not None:
+            self._frame = frame
+            if not self.scene.shows(frame):
+                self.request()
 
-    def show_loading(self, text: str, progress: float) -> None:
-        """Say that a robot is being made: ``text`` names the stage, ``progress`` runs from 0 to 1."""
-        self._show_card("Preparing the robot", text, button="Cancel", progress=progress)
-
-    def show_failed(self, text: str) -> None:
-        """Say why there is no robot."""
-        self._show_card("The robot could not be opened", text, button="Open robot…")
-
-    def show_last(self) -> None:
-        """Go back to the last good robot after loading another one failed or was cancelled."""
-        if self.prepared is None:
-            self.show_empty()
-        else:
-            self._card.hide()
+    def show_task(self, task: TaskOverlay) -> None:
+        """Show what a controller with a task wants, and what came of it; nothing for the same again."""
+        if task is not self._task:
+            self._task, self._task_is_new = task, True
             self.request()
 
-    def close_view(self) -> None:
-        """Give the graphics back; the view draws nothing after this."""
-        self._picker = self._taxels = None
-        super().close_view()
+    def show_layers(self, shown: frozenset[str]) -> None:
+        """Show the layers of these names and no others."""
+        self.scene.show_layers(shown)
+        self.request()
 
-    def _show_card(self, heading: str, text: str, *, button: str, progress: float | None = None) -> None:
-        self._loading = progress is not None
-        self._card.setGeometry(self.rect())
-        self._card.say(heading, text, button=button, progress=progress)
+    def set_hover(self, at: SurfacePoint | None) -> None:
+        """Mark a place on the skin, such as the one the pointer is over in another view; None for none."""
+        if at != self._mark:
+            self._mark = at
+            self.request()
 
-    def _on_card_helped(self) -> None:
-        (self.cancel_requested if self._loading else self.open_requested).emit()
+    def set_selection(self, taxels: IntArray, inks: tuple[str, ...]) -> None:
+        """Ring these taxels (k,), each in its colour."""
+        self.scene.set_selection(taxels, inks)
+        self.request()
 
-    def request(self, *, moving: bool = False) -> None:
-        """Draw soon, unless a message covers the view."""
-        if not self._card.isVisible():
-            super().request(moving=moving)
+    def set_overlay(self, picture: SkinTexture | None, *, textured: bool, dotted: bool) -> None:
+        """Take the map's picture, ``textured`` or kept for the way to the map; whole, or in a dot for each taxel."""
+        self.scene.set_overlay(picture, textured=textured, dotted=dotted)
+        self.request()
 
-    def taxel_pixels(self) -> FloatArray:
-        """(taxels, 2) where those are that face the eye [px]; NaN for the others."""
-        if self._taxels is None:
-            return np.zeros((0, 2))
-        size = (self.width(), self.height())
-        if self.scene.morphed:
-            return facing_pixels(*self.scene.flat_taxels(), self.scene.viewpoint, size)
-        return self._taxels.pixels(self.scene.viewpoint, size, self.scene.poses)
+    def show_map(self, map_: TactileMap) -> None:
+        """The same skin on another map: what was laid flat otherwise is drawn by it from now on."""
+        if self.prepared is not None and map_ is not self.prepared.map:
+            self.prepared = replace(self.prepared, map=map_)
+            self.scene.show_map(map_)
+            self.request()
 
-    def hidden(self, taxels: IntArray) -> BoolArray:
-        """(k,) which of these the robot itself, or an object, hides; off the body, nothing hides what faces the eye."""
-        if self._taxels is None or self.scene.morphed:
-            return np.zeros(len(taxels), bool)
-        return self._taxels.hidden(taxels, self.scene.viewpoint, self.scene.body_poses)
+    def set_marks(self, marks: ToolMarks) -> None:
+        """Show what an edit tool marks on the body; nothing for the same again."""
+        if marks is not self._marks:
+            self._marks = marks
+            self.scene.set_marks(marks)
+            self.request()
 
-    def _on_morphed(self, share: float) -> None:
-        self.scene.morph(share)
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        self.scene.set_theme(theme)
+        self.overlay.set_theme(theme)
+        self.request()
+
+    def set_scale(self, scale: PressureScale) -> None:
+        """Take another pressure scale."""
+        self.scene.set_scale(scale)
+        self.request()
+
+    def set_replaying(self, *, replaying: bool) -> None:
+        """Mark everything shown as replayed from a recording, or as live again."""
+        self._say(replace(self._captions, replaying=replaying))
+
+    def set_paused(self, *, paused: bool) -> None:
+        """Say that time stands still, or runs again."""
+        self._say(replace(self._captions, paused=paused))
+
+    def frame_all(self) -> None:
+        """Look at the whole robot again, and keep it whole while the view is resized."""
+        self._framed = True
+        self.scene.frame_all(aspect=self.size[0] / max(self.size[1], 1))
+        self.request()
+
+    def look(self, viewpoint: Viewpoint) -> None:
+        """Look from where the hand moved the eye."""
+        self._framed = False
+        self.scene.look(viewpoint)
         self.request(moving=True)
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        """Qt: the message keeps covering the view."""
-        super().resizeEvent(event)
-        self._card.setGeometry(self.rect())
-        self.morph.move(self.width() - self.morph.width() - _CUBE_ROOM, self.height() - self.morph.height() - 11)
+    def pixel_of(self, at: SurfacePoint) -> QPointF:
+        """Where a place on the skin is in this view now [px]; it may be hidden behind something.
+
+        Raises:
+            RobotError: No robot is shown.
+        """
+        return QPointF(*self.scene.viewpoint.pixels(self._world(at), self.size)[0])
+
+    def pixel_size(self, at: SurfacePoint | None) -> float:
+        """How large a pixel is at a place on the skin, or where the eye looks [m].
+
+        Raises:
+            RobotError: A place is given, and no robot is shown.
+        """
+        view = self.scene.viewpoint
+        depth = view.distance if at is None else float((self._world(at) - view.eye) @ view.axes[2])
+        return 2 * depth * float(np.tan(np.radians(view.view_angle) / 2)) / max(self.size[1], 1)
+
+    def _world(self, at: SurfacePoint) -> FloatArray:
+        """(3,) where a place on the skin is [m]."""
+        if self.prepared is None:
+            raise RobotError("there is no robot to find the point on", value=at, remedy="Show a prepared scene first")
+        skin = self.prepared.skin
+        pose = self.scene.poses[self.prepared.robot.link_index[skin.link(at)]]
+        return pose[:3, :3] @ skin.position(at) + pose[:3, 3]
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the view [px]."""
+        return self._view.width(), self._view.height()
+
+    def cover(self, covered: bool) -> None:
+        """A message covers the view, or no longer: what nobody sees is not drawn."""
+        self._covered = covered
+        self.request()
+
+    def request(self, *, moving: bool = False) -> None:
+        """Draw soon, if seen; ``moving`` while the hand moves the eye."""
+        if self._view.isVisible() and not self._covered and self.prepared is not None:
+            self._drawing.request(moving=moving)
+
+    def draw_now(self, *, quality: float = 1.0) -> None:
+        """Draw without waiting, at ``quality`` times the resolution where possible; for pictures and tests."""
+        self._drawing.now(quality=quality)
+
+    def stop(self) -> None:
+        """Draw nothing of what was requested."""
+        self._drawing.stop()
+
+    def resize(self) -> None:
+        """The view has another size: what was framed stays framed."""
+        self.overlay.setGeometry(self._view.rect())
+        if self._framed:
+            self.frame_all()
+        self.request()
+
+    def set_rubber_band(self, rubber_band: RubberBand) -> None:
+        """Draw what a gesture draws over the view."""
+        self._say(replace(self._captions, rubber_band=rubber_band))
+
+    def close(self) -> None:
+        """Give the graphics back; nothing is drawn after this."""
+        self._drawing.stop()
+        self.prepared = None
+        self.canvas.close_plotter()
+
+    def _on_drawing_due(self) -> None:
+        if self._frame is not None and not self.scene.shows(self._frame):
+            self.scene.show_frame(self._frame)
+        if self._task_is_new:
+            self._task_is_new = False
+            self.scene.show_task(self._task)
+        self.scene.set_hover(self._mark)
+        self.scene.fit_depth()
+        view, size = self.scene.viewpoint, self.size
+        forces = tuple(
+            ForceCaption(
+                view.pixels(arrow, size),
+                self._task.force_words(region.id, region.force),
+                bool((arrow[0] - arrow[1]) @ (view.eye - arrow[1]) < 0),
+            )
+            for arrow, region in self.scene.forces
+        )
+        self._say(replace(self._captions, forces=forces, axes=view.axes))
+
+    def _say(self, captions: Captions) -> None:
+        self._captions = captions
+        self.overlay.say(captions)

@@ -1,17 +1,22 @@
-"""The live robot under the hand: presses on the skin become pokes, selections and edits, others move the camera."""
+"""The live robot under the hand: presses on the skin become pokes, selections and edits, others move the camera.
+
+``MorphSlider`` lays the skin flat: body at its left end, map at its right.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
-from PySide6.QtCore import QEvent, QObject, QPointF, Qt
-from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent, QWheelEvent
-from PySide6.QtWidgets import QWidget
+import numpy as np
+from PySide6.QtCore import QEvent, QObject, QPointF, QPropertyAnimation, Qt, Signal
+from PySide6.QtGui import QFocusEvent, QHideEvent, QKeyEvent, QMouseEvent, QResizeEvent, QShowEvent, QWheelEvent
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QSlider, QVBoxLayout, QWidget
 
+from app.core.arrays import BoolArray, FloatArray, IntArray
 from app.geometry.mesh import SurfacePoint
 from app.session.prepare import PreparedScene
 from widgets.common.colours import PressureScale, Theme
+from widgets.common.placeholder_card import CardTexts, PlaceholderCard
 from widgets.common.tool_kinds import ToolKind
 from widgets.interaction.poke_gesture import Panned
 from widgets.interaction.select_gesture import Pixel
@@ -21,13 +26,76 @@ from widgets.overlays.body_overlays import NO_MARKS
 from widgets.robot_view.body_layer import BodyLayerFactory
 from widgets.robot_view.camera import look_from, orbit, pan, zoom
 from widgets.robot_view.caption_overlay import CubeFace
+from widgets.robot_view.picking import BodyTaxels, SkinPicker, facing_pixels
 from widgets.robot_view.robot_display import RobotDisplay
 
 _WHEEL_STEP = 1.15
+_TEXTS = CardTexts(
+    "No robot yet",
+    "Open a robot, or drop its file here: MJCF, URDF or a bare mesh.",
+    "Preparing the robot",
+    "The robot could not be opened",
+)
+STEPS = 100
+EASE_MS = 150
+_WIDTH, _HEIGHT = 190, 24
 
 
-class RobotView(RobotDisplay):
-    """The robot and the hand on it: a ``ViewPort`` whose ``interaction`` emits what the hand does. Decides nothing.
+class MorphSlider(QWidget):
+    """A small slider between two words; ``toggle`` goes from one end to the other so that the eye can follow."""
+
+    moved = Signal(float)
+    """The share of flatness asked for, from 0 to 1."""
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setObjectName("morph")
+        self.slider = QSlider(Qt.Orientation.Horizontal, self)
+        self.slider.setRange(0, STEPS)
+        self.slider.setAccessibleName("Flatten: body to map")
+        self.slider.setToolTip("Flatten the skin with the pressures on it; each point moves straight to the map (M)")
+        self.slider.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.slider.valueChanged.connect(self._on_value_changed)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(6, 0, 6, 0)
+        row.setSpacing(6)
+        for part in (QLabel("Body", self), self.slider, QLabel("Map", self)):
+            part.setProperty("role", "caption")
+            row.addWidget(part)
+        self._ease = QPropertyAnimation(self.slider, b"value", self)
+        self._ease.setDuration(EASE_MS)
+        self.resize(_WIDTH, _HEIGHT)
+        self.hide()
+
+    @property
+    def share(self) -> float:
+        """How flat: 0 on the body, 1 as on the map."""
+        return self.slider.value() / STEPS
+
+    def toggle(self) -> None:
+        """To the other end, from wherever it is."""
+        self._ease.stop()
+        self._ease.setStartValue(self.slider.value())
+        self._ease.setEndValue(STEPS if self.share < 0.5 else 0)
+        self._ease.start()
+
+    def reset(self) -> None:
+        """On the body, at once."""
+        self._ease.stop()
+        self.slider.setValue(0)
+
+    def _on_value_changed(self, _value: int) -> None:
+        self.moved.emit(self.share)
+
+
+_CUBE_ROOM = 78
+"""Width that the orientation cube takes in the lower right corner [px]."""
+
+
+class RobotView(QWidget):
+    """A ``RobotDisplay`` and the hand on it: a ``ViewPort`` whose ``interaction`` emits what the hand does.
+
+    Decides nothing.
 
     Left presses poke the skin, select taxels or go to the active tool, and turn the view beside the skin; middle or
     with Shift they pan; the wheel zooms; a click on the orientation cube looks from that side, a double click beside
@@ -40,6 +108,9 @@ class RobotView(RobotDisplay):
         layers: Makes each layer that has actors, by name.
 
     Attributes:
+        display: What is drawn.
+        card: What is said instead.
+        morph: Lays the skin flat.
         interaction: The hand; its signals are also the view's.
     """
 
@@ -53,23 +124,38 @@ class RobotView(RobotDisplay):
         *,
         layers: Mapping[str, BodyLayerFactory] | None = None,
     ) -> None:
-        super().__init__(theme, scale, parent, layers=layers)
+        super().__init__(parent)
+        self._picker: SkinPicker | None = None
+        self._taxels: BodyTaxels | None = None
+        self.display = RobotDisplay(self, theme, scale, layers=layers)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(self.display.canvas.widget)
+        self.morph = MorphSlider(self)
+        self.morph.moved.connect(self._on_morphed)
+        self.card = PlaceholderCard(_TEXTS, self)
+        self.card.covered.connect(self._on_covered)
         hand = self.interaction = ViewInteraction(self, self)
         self.poke_pressed, self.poke_moved, self.poke_released = hand.poke_pressed, hand.poke_moved, hand.poke_released
         self.hovered, self.cleared, self.taxel_selector = hand.hovered, hand.cleared, hand.taxel_selector
         self.taxel_selector.drawn.connect(self._on_rubber_drawn)
-        self.canvas.widget.installEventFilter(self)
+        self.display.canvas.widget.installEventFilter(self)
         self.setObjectName("robot-view")
         self.setAccessibleName("Robot")
         self.setAccessibleDescription("Press the skin to poke it. Drag beside it to turn the view.")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMinimumSize(200, 200)
-        self.show_empty()
+        self.card.show_empty()
 
     def show_prepared(self, prepared: PreparedScene) -> None:
         """Show the robot of ``prepared`` at home, framed; if it cannot be, the last one stays."""
         self.interaction.show_nothing()
-        super().show_prepared(prepared)
+        picker = SkinPicker(prepared)
+        self.morph.reset()
+        self.card.clear()
+        self.display.show_prepared(prepared)
+        self.morph.show()
+        self._picker, self._taxels = picker, BodyTaxels(prepared, picker)
 
     def set_tool(self, tool: ToolKind) -> None:
         """Take another tool; what the hand was doing ends."""
@@ -77,44 +163,48 @@ class RobotView(RobotDisplay):
 
     def set_view_tool(self, tool: ViewTool | None) -> None:
         """Give left presses on the skin, and keys, to this tool; None for none."""
-        self._overlay.tool = tool
+        self.display.overlay.tool = tool
         self.interaction.set_view_tool(tool)
 
     def close_view(self) -> None:
         """Give the graphics back; the view draws nothing after this."""
         self.set_view_tool(None)
-        self.canvas.widget.removeEventFilter(self)
-        super().close_view()
+        self.display.canvas.widget.removeEventFilter(self)
+        self._picker = self._taxels = None
+        self.display.close()
 
-    def _show_card(self, heading: str, text: str, *, button: str, progress: float | None = None) -> None:
-        self.interaction.cancel()
-        super()._show_card(heading, text, button=button, progress=progress)
+    def _on_covered(self, covered: bool) -> None:
+        if covered:
+            self.interaction.cancel()
+        self.display.cover(covered)
 
     def _on_morphed(self, share: float) -> None:
         self.interaction.cancel()
-        super()._on_morphed(share)
+        self.display.scene.morph(share)
+        self.display.request(moving=True)
 
     def _on_rubber_drawn(self) -> None:
-        self._say(replace(self._captions, rubber_band=self.taxel_selector.rubber_band))
+        self.display.set_rubber_band(self.taxel_selector.rubber_band)
 
     # What the hand asks.
 
     def point_at(self, pixel: QPointF) -> SurfacePoint | None:
         """The place of the skin under a pixel; None beside the skin, and under a message."""
-        if self._picker is None or self._card.isVisible():
+        if self._picker is None or self.card.isVisible():
             return None
-        ray = self.scene.viewpoint.ray((pixel.x(), pixel.y()), (self.width(), self.height()))
-        return self.scene.pick_flat(ray) if self.scene.morphed else self._picker.pick(ray, self.scene.body_poses)
+        scene = self.display.scene
+        ray = scene.viewpoint.ray((pixel.x(), pixel.y()), self.display.size)
+        return scene.pick_flat(ray) if scene.morphed else self._picker.pick(ray, scene.body_poses)
 
     def hit_at(self, pixel: QPointF, at: SurfacePoint | None) -> PointerHit | None:
         """What a tool is told of a pixel over ``at``; None without a robot, and under a message."""
-        if self.prepared is None or self._card.isVisible():
+        if self.display.prepared is None or self.card.isVisible():
             return None
-        return PointerHit(at, None, self.pixel_size(at))
+        return PointerHit(at, None, self.display.pixel_size(at))
 
     def empty_at(self, pixel: QPointF) -> bool:
         """Whether there is neither skin nor orientation cube."""
-        return not self._overlay.near_cube(pixel) and self.point_at(pixel) is None
+        return not self.display.overlay.near_cube(pixel) and self.point_at(pixel) is None
 
     def over_control(self, pixel: QPointF) -> bool:
         """Whether the orientation cube is there."""
@@ -123,21 +213,49 @@ class RobotView(RobotDisplay):
     def click_control(self, pixel: QPointF) -> None:
         """Look from the side of the cube that was clicked."""
         if (side := self._cube_at(pixel)) is not None:
-            self.look(look_from(self.scene.viewpoint, side.normal))
+            self.display.look(look_from(self.display.scene.viewpoint, side.normal))
 
     def navigate(self, drag: Panned, *, turn: bool) -> None:
         """Turn around the robot, or pan."""
-        self.look((orbit if turn else pan)(self.scene.viewpoint, drag.dx, drag.dy, self.height()))
+        self.display.look((orbit if turn else pan)(self.display.scene.viewpoint, drag.dx, drag.dy, self.height()))
 
     def set_pointer(self, shape: Qt.CursorShape) -> None:
         """Give the pointer this shape."""
-        self.canvas.widget.setCursor(shape)
+        self.display.canvas.widget.setCursor(shape)
 
     def redraw_tool(self) -> None:
         """Show what the active tool marks on the body, and paint what it draws over the view."""
         tool = self.interaction.view_tool
-        self.set_marks(NO_MARKS if tool is None else tool.body_marks())
-        self._overlay.update()
+        self.display.set_marks(NO_MARKS if tool is None else tool.body_marks())
+        self.display.overlay.update()
+
+    def frame_all(self) -> None:
+        """Look at the whole robot again."""
+        self.display.frame_all()
+
+    def set_hover(self, at: SurfacePoint | None) -> None:
+        """Mark the place under the pointer."""
+        self.display.set_hover(at)
+
+    def pixel_of(self, at: SurfacePoint) -> QPointF:
+        """Where a place on the skin is in this view [px]; raises RobotError without a robot."""
+        return self.display.pixel_of(at)
+
+    def taxel_pixels(self) -> FloatArray:
+        """(taxels, 2) where those are that face the eye [px]; NaN for the others."""
+        if self._taxels is None:
+            return np.zeros((0, 2))
+        scene, size = self.display.scene, self.display.size
+        if scene.morphed:
+            return facing_pixels(*scene.flat_taxels(), scene.viewpoint, size)
+        return self._taxels.pixels(scene.viewpoint, size, scene.poses)
+
+    def hidden(self, taxels: IntArray) -> BoolArray:
+        """(k,) which of these the robot itself, or an object, hides; off the body, nothing hides what faces the eye."""
+        scene = self.display.scene
+        if self._taxels is None or scene.morphed:
+            return np.zeros(len(taxels), bool)
+        return self._taxels.hidden(taxels, scene.viewpoint, scene.body_poses)
 
     def taxel_at(self, pixel: Pixel) -> int | None:
         """The taxel nearest to the skin under a pixel; None beside the skin."""
@@ -145,7 +263,8 @@ class RobotView(RobotDisplay):
         return None if at is None or self._taxels is None else self._taxels.nearest(at)
 
     def _cube_at(self, pixel: QPointF) -> CubeFace | None:
-        return None if self.prepared is None or self._card.isVisible() else self._overlay.cube_face_at(pixel)
+        covered = self.display.prepared is None or self.card.isVisible()
+        return None if covered else self.display.overlay.cube_face_at(pixel)
 
     # Qt's events.
 
@@ -156,7 +275,7 @@ class RobotView(RobotDisplay):
             return True
         if isinstance(event, QWheelEvent):
             if not self.interaction.wheel(event):
-                self.look(zoom(self.scene.viewpoint, _WHEEL_STEP ** (event.angleDelta().y() / 120)))
+                self.display.look(zoom(self.display.scene.viewpoint, _WHEEL_STEP ** (event.angleDelta().y() / 120)))
             return True
         if event.type() == QEvent.Type.Leave:
             self.interaction.leave()
@@ -189,3 +308,20 @@ class RobotView(RobotDisplay):
         """Qt: what is held is let go."""
         self.interaction.focus_out()
         super().focusOutEvent(event)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Qt: catch up with the newest frame."""
+        super().showEvent(event)
+        self.display.request()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Qt: what nobody sees is not drawn."""
+        super().hideEvent(event)
+        self.display.stop()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Qt: draw at the new size, and keep covering it where a message does."""
+        super().resizeEvent(event)
+        self.display.resize()
+        self.card.setGeometry(self.rect())
+        self.morph.move(self.width() - self.morph.width() - _CUBE_ROOM, self.height() - self.morph.height() - 11)

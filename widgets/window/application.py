@@ -182,7 +182,7 @@ def _play(window: MainWindow, seconds: float) -> None:
         window.live.pump()
     window.show_quality()
     QApplication.processEvents()
-    window.robot_view.draw_now(quality=2.0)
+    window.robot_view.display.draw_now(quality=2.0)
     QApplication.processEvents()
 
 

@@ -146,7 +146,7 @@ class MainWindow(QMainWindow):
         views, bar, scene = self.views, self.session_bar, self.presenters.scene
         views.read_out.connect(self.readout.setText)
         views.selection_told.connect(self._count.setText)
-        views.robot.drawn.connect(partial(self.column.get(TimingPanel).add, "3-D view"))
+        views.robot.display.drawn.connect(partial(self.column.get(TimingPanel).add, "3-D view"))
         scene.title_changed.connect(bar.show_title)
         scene.factor_changed.connect(bar.show_factor)
         bar.speed_chosen.connect(self.live.set_speed)

@@ -27,7 +27,7 @@ class Side:
     def __init__(self, window, name):
         self.window, self.name = window, name
         self.view = window.map_view if name == "map" else window.robot_view
-        self.target = self.view.viewport() if name == "map" else self.view.canvas.widget
+        self.target = self.view.viewport() if name == "map" else self.view.display.canvas.widget
 
     def pixel(self, taxel):
         return self.view.pixel_of(self.window.live.prepared.skin.taxel_point(taxel)).toPoint()
@@ -74,7 +74,7 @@ def selected(window):
 
 def ringed_on_body(window):
     """Taxels that the robot view rings, of all patches."""
-    return np.concatenate(window.robot_view.scene._skin._rings._shown).tolist()
+    return np.concatenate(window.robot_view.display.scene._skin._rings._shown).tolist()
 
 
 def around(pixel, reach):
@@ -101,7 +101,7 @@ def test_what_is_selected_in_one_view_is_marked_in_both(window, side):
     before = window.map_view.grab().toImage()
     side.click(taxel)
     assert ringed_on_body(window) == [taxel]
-    assert window.map_view._picture._taxels._selected.tolist() == [taxel]
+    assert window.map_view.display.picture._taxels._selected.tolist() == [taxel]
     assert window.map_view.grab().toImage() != before
     assert f"Taxel {taxel} selected" in window.findChild(object, "selection-count").text()
 
@@ -243,8 +243,8 @@ def test_the_far_side_of_the_body_is_never_selected(window):
     side.release(QPoint(2, 2))
     chosen = selected(window)
     assert 20 < len(chosen) < len(prepared.skin) - 20
-    positions, normals = view._taxels.world(view.scene.poses)
-    towards = view.scene.viewpoint.eye - positions
+    positions, normals = view._taxels.world(view.display.scene.poses)
+    towards = view.display.scene.viewpoint.eye - positions
     facing = np.einsum("nk,nk->n", towards, normals) > 0
     assert facing[chosen].all()
     # A ray to each meets the skin around it; at the rim it may pass beside.
@@ -258,7 +258,7 @@ def test_the_far_side_of_the_body_is_never_selected(window):
 
 
 def _world(view, prepared, at):
-    pose = view.scene.poses[prepared.robot.link_index[prepared.skin.patches[at.patch].link]]
+    pose = view.display.scene.poses[prepared.robot.link_index[prepared.skin.patches[at.patch].link]]
     return pose[:3, :3] @ prepared.skin.position(at) + pose[:3, 3]
 
 
@@ -287,16 +287,16 @@ def test_one_hover_is_marked_in_both_views(window, side, qtbot):
     QTest.mouseMove(side.target, side.pixel(taxel))
     at = window.map_view.interaction.hover if side.name == "map" else window.robot_view.interaction.hover
     assert at is not None
-    assert window.map_view._marks.hover is not None
+    assert window.map_view.display.marks.hover is not None
     np.testing.assert_allclose(
-        window.map_view._marks.hover.toTuple(), window.map_view._picture.place_of(at).toTuple(), atol=1e-9
+        window.map_view.display.marks.hover.toTuple(), window.map_view.display.picture.place_of(at).toTuple(), atol=1e-9
     )
-    mark = window.robot_view.scene._marks._hover
+    mark = window.robot_view.display.scene._marks._hover
     qtbot.waitUntil(lambda: mark.visibility, timeout=5000)
     place = np.asarray(mark.user_matrix)[:3, 3]
     assert np.linalg.norm(place - _world(window.robot_view, window.live.prepared, at)) < 2e-3
     assert f"taxel {side.picked(taxel) if side.name == 'body' else taxel}" in window.readout.text()
     QTest.mouseMove(side.target, QPoint(3, 3))
-    assert window.map_view._marks.hover is None
+    assert window.map_view.display.marks.hover is None
     qtbot.waitUntil(lambda: not mark.visibility, timeout=5000)
     assert window.readout.text() == ""

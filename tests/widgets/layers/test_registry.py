@@ -68,12 +68,12 @@ def views(qtbot):
 
 def test_a_layer_needs_one_line(views, prepared):
     views.show_prepared(prepared)
-    on_map, on_body = views.map._picture.layers["grid"], views.robot.scene.layers["grid"]
+    on_map, on_body = views.map.display.picture.layers["grid"], views.robot.display.scene.layers["grid"]
     assert on_map.got[0] == on_body.got[0] == DARK
     assert on_map.items[0].scene() is views.map.scene()
     frame = Session(prepared).frame
     views.show_frame(frame)
-    views.robot.draw_now()
+    views.robot.display.draw_now()
     assert on_map.got[-1] is frame
     assert on_body.got[-1] == (frame, len(prepared.robot.links))
     views.set_overlays(OverlayOptions().toggled("grid"))
@@ -84,5 +84,5 @@ def test_a_layer_needs_one_line(views, prepared):
     assert on_map.got[-1] is edited
     views.set_theme(LIGHT)
     assert on_map.got[-1] == on_body.got[-1] == LIGHT
-    views.robot.scene.morph(0.5)
+    views.robot.display.scene.morph(0.5)
     assert on_body.got[-1] == "hidden"

@@ -22,7 +22,7 @@ from tests.widgets.support.samples import leaf_map
 from widgets.common.colours import PressureScale
 from widgets.map_view.bijectivity import FlawFinder
 from widgets.map_view.live_image import ImageAtlas, ImageSettings, LiveImage, halo_of
-from widgets.map_view.map_canvas import MapCamera
+from widgets.map_view.map_coordinates import MapCamera
 
 
 @pytest.fixture

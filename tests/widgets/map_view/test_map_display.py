@@ -33,7 +33,7 @@ def view(qtbot):
     view = MapView(DARK, PressureScale(20.0))
     qtbot.addWidget(view)
     view.resize(640, 560)
-    view.show_document(MapDocument.of(leaves()))
+    view.display.show_document(MapDocument.of(leaves()))
     view.show()
     qtbot.waitExposed(view)
     return view
@@ -41,7 +41,7 @@ def view(qtbot):
 
 @pytest.fixture
 def document(view):
-    return view._picture.document
+    return view.display.picture.document
 
 
 def colour_beside(view, taxel):
@@ -57,59 +57,61 @@ def near(one, other):
 
 @pytest.mark.parametrize("edit", EDITS)
 def test_touch_goes_with_its_patch_and_nothing_is_built(view, document, edit):
-    taxel, tiles = middle_taxel(leaves(), 0), view._picture._atlas.tiles
+    taxel, tiles = middle_taxel(leaves(), 0), view.display.picture._atlas.tiles
     quiet = colour_beside(view, taxel)
-    view.show_frame(touched(leaves(), [taxel], kilopascals=19.0, radius=0.06))
+    view.display.show_frame(touched(leaves(), [taxel], kilopascals=19.0, radius=0.06))
     loud = colour_beside(view, taxel)
     assert loud != quiet
     edited = EDITS[edit](document)
-    view.show_document(edited)
-    assert view._picture._atlas.tiles is tiles
+    view.display.show_document(edited)
+    assert view.display.picture._atlas.tiles is tiles
     assert near(colour_beside(view, taxel), loud)
     assert not near(quiet, loud)
     for number in range(2):
         at = leaves().skin.taxel_point(middle_taxel(leaves(), number))
-        place = view._picture.shapes.frame.to_scene(edited.map.to_map(at))
+        place = view.display.picture.shapes.frame.to_scene(edited.map.to_map(at))
         assert view.pixel_of(at) == view.viewportTransform().map(QPointF(*place))
         assert view.point_at(view.pixel_of(at)).patch == number
-    assert view._marks.contacts[0].at == view._picture.place_of(leaves().skin.taxel_point(taxel))
-    assert view._marks.fingers[0].at == view._marks.contacts[0].at
+    assert view.display.marks.contacts[0].at == view.display.picture.place_of(leaves().skin.taxel_point(taxel))
+    assert view.display.marks.fingers[0].at == view.display.marks.contacts[0].at
 
 
 def test_the_contour_goes_with_its_patch(view, document):
-    view.show_frame(touched(leaves(), [middle_taxel(leaves(), 0)], radius=0.06))
-    lines = np.array([[line.x1(), line.y1()] for line in view._marks.contours])
-    view.show_document(EDITS["moved"](document))
-    moved = np.array([[line.x1(), line.y1()] for line in view._marks.contours])
+    view.display.show_frame(touched(leaves(), [middle_taxel(leaves(), 0)], radius=0.06))
+    lines = np.array([[line.x1(), line.y1()] for line in view.display.marks.contours])
+    view.display.show_document(EDITS["moved"](document))
+    moved = np.array([[line.x1(), line.y1()] for line in view.display.marks.contours])
     assert len(lines) > 10
-    assert moved - lines == pytest.approx(np.full_like(lines, 1) * view._picture.shapes.frame.scale * [0.05, 0.08])
+    assert moved - lines == pytest.approx(
+        np.full_like(lines, 1) * view.display.picture.shapes.frame.scale * [0.05, 0.08]
+    )
 
 
 def test_the_camera_does_not_jump_and_frames_all_when_asked(view, document):
     view.zoom(2.5, QPointF(200, 200))
     still = leaves().skin.taxel_point(middle_taxel(leaves(), 1))
     before, scene = view.pixel_of(still), view.scene_point(QPointF(30, 30))
-    view.show_document(move(document, [0], (-0.7, 0.4)))
+    view.display.show_document(move(document, [0], (-0.7, 0.4)))
     for point, place in ((view.pixel_of(still), before), (view.scene_point(QPointF(30, 30)), scene)):
         assert np.hypot(point.x() - place.x(), point.y() - place.y()) <= 0.01
     view.pan(3, 0)
     assert view.pixel_of(still).x() - before.x() == pytest.approx(3, abs=0.01)
     view.frame_all()
     room = view.viewport().rect()
-    low, high = view._to_pixels(view._picture.map.bounds)
+    low, high = view.map_to_pixels(view.display.picture.map.bounds)
     assert room.left() < low[0] < 60 or room.bottom() - 60 < low[1] < room.bottom()
     assert room.contains(QPointF(*low).toPoint())
     assert room.contains(QPointF(*high).toPoint())
 
 
 def test_a_patch_far_away_can_be_framed(view, document):
-    view.show_document(move(document, [0], (9e5, 0.0)))
+    view.display.show_document(move(document, [0], (9e5, 0.0)))
     view.frame_all()
-    low, high = view._to_pixels(view._picture.map.bounds)
+    low, high = view.map_to_pixels(view.display.picture.map.bounds)
     assert view.viewport().rect().contains(QPointF(*low).toPoint())
     assert view.viewport().rect().contains(QPointF(*high).toPoint())
     assert not view.grab().isNull()
-    view.show_document(document)
+    view.display.show_document(document)
     view.frame_all()
     assert view.camera.zoom == 1.0
 
@@ -117,8 +119,8 @@ def test_a_patch_far_away_can_be_framed(view, document):
 def test_another_skin_is_framed_anew(view, document, prepared):
     view.zoom(2.5, QPointF(200, 200))
     heard = []
-    view.picture_changed.connect(lambda: heard.append(True))
-    view.show_document(MapDocument.of(prepared.map))
+    view.display.picture_changed.connect(lambda: heard.append(True))
+    view.display.show_document(MapDocument.of(prepared.map))
     assert view.camera.zoom == pytest.approx(1.0)
     assert heard == [True]
 
@@ -127,121 +129,123 @@ def test_hidden_patches_are_not_drawn_hit_or_named(view, document):
     taxel = middle_taxel(leaves(), 0)
     at = leaves().skin.taxel_point(taxel)
     pixel = view.pixel_of(at)
-    view.show_frame(touched(leaves(), [taxel]))
-    view.show_document(show_patches(document, [0], visible=False))
+    view.display.show_frame(touched(leaves(), [taxel]))
+    view.display.show_document(show_patches(document, [0], visible=False))
     picture = view.grab().toImage()
-    low, high = view._to_pixels(document.map.boxes[0])
+    low, high = view.map_to_pixels(document.map.boxes[0])
     ground = picture.pixelColor(int(low[0]) + 1, int(high[1]) + 1)
     for x, y in ((pixel.x(), pixel.y()), (low[0] + 40, (low[1] + high[1]) / 2), ((low[0] + high[0]) / 2, high[1] - 10)):
         assert picture.pixelColor(int(x), int(y)) == ground
     assert view.point_at(pixel) is None
-    assert view._marks.contacts == ()
+    assert view.display.marks.contacts == ()
     view.set_hover(at)
     assert view.grab().toImage() == picture
-    view.show_document(move(document, [1], document.map.boxes[0].mean(axis=0) - document.map.boxes[1].mean(axis=0)))
+    view.display.show_document(
+        move(document, [1], document.map.boxes[0].mean(axis=0) - document.map.boxes[1].mean(axis=0))
+    )
     assert view.point_at(pixel).patch == 1
-    hidden = show_patches(view._picture.document, [1], visible=False)
-    view.show_document(hidden)
+    hidden = show_patches(view.display.picture.document, [1], visible=False)
+    view.display.show_document(hidden)
     assert view.point_at(pixel).patch == 0
-    view.show_document(show_patches(hidden, [0], visible=False))
+    view.display.show_document(show_patches(hidden, [0], visible=False))
     assert view.point_at(pixel) is None
     view.frame_all()
 
 
 def test_names_are_those_of_the_document(view, document):
     before = view.grab().toImage()
-    view.show_document(rename_patch(document, 0, "Leaf of mine"))
+    view.display.show_document(rename_patch(document, 0, "Leaf of mine"))
     assert view.grab().toImage() != before
-    assert view.words_for(leaves().skin.taxel_point(0)).startswith("Leaf of mine")
+    assert view.display.words_for(leaves().skin.taxel_point(0)).startswith("Leaf of mine")
 
 
 def test_undone_it_is_the_very_same_picture(view, document):
-    view.show_frame(touched(leaves(), [0, middle_taxel(leaves(), 1)], radius=0.04))
+    view.display.show_frame(touched(leaves(), [0, middle_taxel(leaves(), 1)], radius=0.04))
     first = view.grab().toImage()
     for edited in (EDITS["all"](document), bent(document), show_patches(document, [1], visible=False)):
-        view.show_document(edited)
+        view.display.show_document(edited)
         assert view.grab().toImage() != first
-        view.show_document(document)
+        view.display.show_document(document)
         assert view.grab().toImage() == first
 
 
 def test_a_chart_in_the_hand_is_a_net_and_at_rest_only_its_own_image_is_built(view, document):
     taxel = middle_taxel(leaves(), 0)
-    view.show_frame(touched(leaves(), [taxel], kilopascals=19.0, radius=0.06))
-    heard, tiles, first = [], view._picture._atlas.tiles, view.grab().toImage()
-    view.picture_changed.connect(lambda: heard.append(True))
+    view.display.show_frame(touched(leaves(), [taxel], kilopascals=19.0, radius=0.06))
+    heard, tiles, first = [], view.display.picture._atlas.tiles, view.grab().toImage()
+    view.display.picture_changed.connect(lambda: heard.append(True))
     for share in (0.05, 0.1):
         held = bent(document, share=share)
-        view.show_document(held, in_hand=True)
-    assert view._picture._atlas.tiles is tiles
+        view.display.show_document(held, in_hand=True)
+    assert view.display.picture._atlas.tiles is tiles
     assert heard == []
     assert view.grab().toImage() != first
-    place = view._picture.shapes.frame.to_scene(held.map.taxel_points[taxel])
-    assert view._picture.shapes.taxels[taxel] == pytest.approx(place)
-    view.set_scale(PressureScale(200.0))
+    place = view.display.picture.shapes.frame.to_scene(held.map.taxel_points[taxel])
+    assert view.display.picture.shapes.taxels[taxel] == pytest.approx(place)
+    view.display.set_scale(PressureScale(200.0))
     assert view.point_at(view.pixel_of(leaves().skin.taxel_point(taxel))) is None
-    view.set_scale(PressureScale(20.0))
+    view.display.set_scale(PressureScale(20.0))
     net = view.grab().toImage()
-    view.show_document(held)
-    assert [old is new for old, new in zip(tiles, view._picture._atlas.tiles, strict=True)] == [False, True]
+    view.display.show_document(held)
+    assert [old is new for old, new in zip(tiles, view.display.picture._atlas.tiles, strict=True)] == [False, True]
     assert heard == [True]
     assert view.grab().toImage() != net
     assert view.point_at(view.pixel_of(leaves().skin.taxel_point(taxel))).patch == 0
     loud = colour_beside(view, taxel)
-    view.show_frame(touched(leaves(), []))
+    view.display.show_frame(touched(leaves(), []))
     assert colour_beside(view, taxel) != loud
 
 
 def test_a_chart_given_up_is_its_image_again(view, document):
     first = view.grab().toImage()
-    view.show_document(bent(document), in_hand=True)
-    view.show_document(document)
+    view.display.show_document(bent(document), in_hand=True)
+    view.display.show_document(document)
     assert view.grab().toImage() == first
 
 
 def test_dots_in_the_hand_show_live_pressure(view, document):
     taxel = middle_taxel(leaves(), 0)
-    view.show_document(bent(document), in_hand=True)
+    view.display.show_document(bent(document), in_hand=True)
     at = view.pixel_of(leaves().skin.taxel_point(taxel)).toPoint()
     quiet = view.grab().toImage().pixelColor(at)
-    view.show_frame(replace(touched(leaves(), [taxel], kilopascals=19.0), regions=(), pokes=()))
+    view.display.show_frame(replace(touched(leaves(), [taxel], kilopascals=19.0), regions=(), pokes=()))
     assert view.grab().toImage().pixelColor(at) != quiet
 
 
 def test_flaws_are_marked_and_told_while_editing(view, document):
     between = document.map.boxes[1].mean(axis=0) - document.map.boxes[0].mean(axis=0)
-    assert view._marks.legend is None
-    view.show_document(move(document, [0], 0.7 * between), in_hand=True)
-    assert "overlapping" in view._marks.legend.lines[-1]
-    view.show_document(document)
-    assert view._marks.legend is None
+    assert view.display.marks.legend is None
+    view.display.show_document(move(document, [0], 0.7 * between), in_hand=True)
+    assert "overlapping" in view.display.marks.legend.lines[-1]
+    view.display.show_document(document)
+    assert view.display.marks.legend is None
 
 
 def test_stretch_of_areas_follows_the_scale_at_rest(view, document):
-    view.set_overlays(OverlayOptions(ground=BaseLayer.AREA))
-    first, ground = view.grab().toImage(), view._picture.ground
+    view.display.set_overlays(OverlayOptions(ground=BaseLayer.AREA))
+    first, ground = view.grab().toImage(), view.display.picture.ground
     enlarged = scale(document, [0], 1.5)
-    view.show_document(enlarged, in_hand=True)
-    assert view._picture.ground is ground
-    view.show_document(enlarged)
-    assert view._picture.ground.stretch.spread.max == pytest.approx(1.5**2)
-    view.show_document(document)
+    view.display.show_document(enlarged, in_hand=True)
+    assert view.display.picture.ground is ground
+    view.display.show_document(enlarged)
+    assert view.display.picture.ground.stretch.spread.max == pytest.approx(1.5**2)
+    view.display.show_document(document)
     assert view.grab().toImage() == first
 
 
 @pytest.mark.parametrize("ground", [BaseLayer.CHECKER, BaseLayer.CIRCLES])
 def test_textures_are_carried_by_their_patches(view, document, ground):
-    view.set_overlays(OverlayOptions(ground=ground))
-    pixels = view.skin_texture.pixels.copy()
+    view.display.set_overlays(OverlayOptions(ground=ground))
+    pixels = view.display.skin_texture.pixels.copy()
     assert len(np.unique(pixels)) > 3
-    view.show_document(EDITS["all"](document))
-    assert np.array_equal(view.skin_texture.pixels, pixels)
+    view.display.show_document(EDITS["all"](document))
+    assert np.array_equal(view.display.skin_texture.pixels, pixels)
 
 
 def test_a_press_while_a_chart_is_held_pokes_nothing(view, document):
     pokes = []
     view.poke_pressed.connect(pokes.append)
-    view.show_document(bent(document), in_hand=True)
+    view.display.show_document(bent(document), in_hand=True)
     pixel = view.pixel_of(leaves().skin.taxel_point(0)).toPoint()
     QTest.mouseClick(view.viewport(), Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, pixel)
     assert pokes == []

@@ -33,7 +33,7 @@ class Heard:
         view.poke_released.connect(self._on_released)
         view.hovered.connect(self.hovers.append)
         view.readout.connect(self.words.append)
-        view.painted.connect(self.painted.append)
+        view.display.painted.connect(self.painted.append)
 
     def _on_pressed(self, at):
         self.acts.append(("pressed", at))
@@ -197,12 +197,12 @@ def test_a_resize_keeps_the_framing(view):
 
 def test_hover_tells_place_and_pressure(view, heard, prepared):
     taxel = len(prepared.skin) // 2
-    view.show_frame(touched(prepared.map, [taxel]))
+    view.display.show_frame(touched(prepared.map, [taxel]))
     QTest.mouseMove(view.viewport(), pixel_of_taxel(view, prepared, taxel))
     assert heard.hovers[-1].patch == prepared.skin.patch_of[taxel]
     assert f"taxel {taxel}" in heard.words[-1]
     assert "12.0\u2009kPa" in heard.words[-1]
-    view.show_frame(touched(prepared.map, []))
+    view.display.show_frame(touched(prepared.map, []))
     assert "0.00\u2009kPa" in heard.words[-1]
     QTest.mouseMove(view.viewport(), BESIDE)
     assert heard.hovers[-1] is None
@@ -218,7 +218,7 @@ def test_a_hover_from_elsewhere_is_marked(view, prepared):
 
 
 def test_painted_follows_each_frame_once(view, heard, prepared):
-    view.show_frame(touched(prepared.map, [3], tick=7))
+    view.display.show_frame(touched(prepared.map, [3], tick=7))
     assert heard.painted == []
     view.viewport().repaint()
     view.viewport().repaint()
@@ -227,9 +227,9 @@ def test_painted_follows_each_frame_once(view, heard, prepared):
 
 def test_a_hidden_view_draws_nothing_and_catches_up(view, heard, prepared, qtbot):
     view.hide()
-    view.show_frame(touched(prepared.map, [3], tick=7))
-    view.show_frame(touched(prepared.map, [3], tick=8))
-    with qtbot.waitSignal(view.painted):
+    view.display.show_frame(touched(prepared.map, [3], tick=7))
+    view.display.show_frame(touched(prepared.map, [3], tick=8))
+    with qtbot.waitSignal(view.display.painted):
         view.show()
     assert heard.painted == [8]
 
@@ -238,10 +238,10 @@ def test_the_touch_is_drawn_where_it_is(view, prepared):
     taxel = len(prepared.skin) // 2
     pixel = pixel_of_taxel(view, prepared, taxel)
     quiet = view.grab().toImage().pixelColor(pixel)
-    view.show_frame(replace(touched(prepared.map, [taxel], kilopascals=19.0), regions=(), pokes=()))
+    view.display.show_frame(replace(touched(prepared.map, [taxel], kilopascals=19.0), regions=(), pokes=()))
     loud = view.grab().toImage().pixelColor(pixel)
     assert loud != quiet
-    view.set_scale(PressureScale(200.0))
+    view.display.set_scale(PressureScale(200.0))
     assert view.grab().toImage().pixelColor(pixel) != loud
 
 
@@ -250,40 +250,40 @@ def test_each_state_says_what_helps(qtbot, prepared, view):
     qtbot.addWidget(empty)
     empty.show()
     button = empty.findChild(QPushButton)
-    with qtbot.waitSignal(empty.open_requested):
+    with qtbot.waitSignal(empty.card.open_requested):
         QTest.mouseClick(button, LEFT)
-    view.show_loading("Flattening", 0.5)
+    view.card.show_loading("Flattening", 0.5)
     button = view.findChild(QPushButton)
-    with qtbot.waitSignal(view.cancel_requested):
+    with qtbot.waitSignal(view.card.cancel_requested):
         QTest.mouseClick(button, LEFT)
-    view.show_failed("The mesh has no surface.")
-    with qtbot.waitSignal(view.open_requested):
+    view.card.show_failed("The mesh has no surface.")
+    with qtbot.waitSignal(view.card.open_requested):
         QTest.mouseClick(button, LEFT)
-    view.show_last()
+    view.card.show_last()
     assert not button.isVisible()
 
 
 def test_nothing_is_poked_through_a_message(view, heard, prepared):
     pixel = pixel_of_taxel(view, prepared, len(prepared.skin) // 2)
-    view.show_loading("Flattening", 0.5)
+    view.card.show_loading("Flattening", 0.5)
     QTest.mouseClick(view.viewport(), LEFT, NONE, pixel)
     assert heard.acts == []
 
 
 def test_loading_ends_a_poke(view, heard, prepared):
     QTest.mousePress(view.viewport(), LEFT, NONE, pixel_of_taxel(view, prepared, len(prepared.skin) // 2))
-    view.show_loading("Flattening", 0.5)
+    view.card.show_loading("Flattening", 0.5)
     assert heard.kinds == ["pressed", "released"]
 
 
 def test_replaying_has_an_edge(view):
     corner = view.grab().toImage().pixelColor(1, 300)
-    view.set_replaying(replaying=True)
+    view.display.set_replaying(replaying=True)
     assert view.grab().toImage().pixelColor(1, 300) != corner
-    view.set_replaying(replaying=False)
+    view.display.set_replaying(replaying=False)
     live = view.grab().toImage()
     assert live.pixelColor(1, 300) == corner
-    view.set_paused(paused=True)
+    view.display.set_paused(paused=True)
     assert view.grab().toImage() != live
 
 

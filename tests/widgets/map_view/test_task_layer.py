@@ -29,7 +29,7 @@ def view(qtbot, tactile_map):
     made = MapView(DARK, PressureScale())
     qtbot.addWidget(made)
     made.resize(700, 420)
-    made.show_document(MapDocument.of(tactile_map))
+    made.display.show_document(MapDocument.of(tactile_map))
     made.show()
     qtbot.waitExposed(made)
     return made
@@ -56,7 +56,7 @@ def led(tactile_map, *, above=0.03):
 
 def colour(view, point):
     """Of the pixel of a map point (2,) [m]."""
-    x, y = view._to_pixels(np.array(point)[None])[0].round().astype(int).tolist()
+    x, y = view.map_to_pixels(np.array(point)[None])[0].round().astype(int).tolist()
     return np.array(QColor(view.grab().toImage().pixelColor(x, y)).getRgb()[:3])
 
 
@@ -69,29 +69,40 @@ def test_what_is_wanted_is_violet_and_what_was_is_white_with_a_dark_rim(view, ta
     view.set_theme(theme)
     task = led(tactile_map)
     before = [colour(view, line.on_map[len(line.on_map) // 2]) for line in task.path.lines]
-    view.show_task(task)
+    view.display.show_task(task)
     for line, plain in zip(task.path.lines, before, strict=True):
         assert near(colour(view, line.on_map[len(line.on_map) // 2]), theme.intent)
         assert not near(plain, theme.intent)
     now, old = task.tail.on_map[-3], task.tail.on_map[2]
     assert colour(view, now).min() > 245
-    rim = [colour(view, now + [0.0, step * view._pixel()]).max() for step in (-3, -2, 2, 3)]
+    rim = [
+        colour(view, now + [0.0, step * view._pixel_size(view.display.picture.shapes.frame)]).max()
+        for step in (-3, -2, 2, 3)
+    ]
     assert min(rim) < 80
-    faded = [colour(view, old + [0.0, step * view._pixel()]).max() for step in (-3, -2, 2, 3)]
+    faded = [
+        colour(view, old + [0.0, step * view._pixel_size(view.display.picture.shapes.frame)]).max()
+        for step in (-3, -2, 2, 3)
+    ]
     assert min(faded) > min(rim) + 60
 
 
 def test_the_target_is_a_ring_with_its_middle_free(view, tactile_map):
     plain = colour(view, middle(tactile_map))
-    view.show_task(led(tactile_map))
+    view.display.show_task(led(tactile_map))
     np.testing.assert_array_equal(colour(view, middle(tactile_map)), plain)
     for dx, dy in ((9, 0), (-9, 0), (0, 9), (0, -9)):
-        assert near(colour(view, middle(tactile_map) + view._pixel() * np.array([dx, dy])), DARK.intent)
+        assert near(
+            colour(
+                view, middle(tactile_map) + view._pixel_size(view.display.picture.shapes.frame) * np.array([dx, dy])
+            ),
+            DARK.intent,
+        )
 
 
 def test_the_path_is_dotted_where_it_goes_on_elsewhere(view, tactile_map):
     task = led(tactile_map)
-    view.show_task(task)
+    view.display.show_task(task)
     ((leaves, enters),) = task.path.crossings
     seen = [near(colour(view, leaves + share * (enters - leaves)), DARK.intent) for share in np.linspace(0.2, 0.8, 60)]
     assert 5 < sum(seen) < 45
@@ -99,12 +110,14 @@ def test_the_path_is_dotted_where_it_goes_on_elsewhere(view, tactile_map):
 
 def test_a_hidden_patch_hides_its_part(view, tactile_map):
     task = led(tactile_map)
-    view.show_task(task)
+    view.display.show_task(task)
     hidden = show_patches(MapDocument.of(tactile_map), [0], visible=False)
-    view.show_document(hidden)
+    view.display.show_document(hidden)
     for line, shown in zip(task.path.lines, (False, True), strict=True):
         assert near(colour(view, line.on_map[len(line.on_map) // 2]), DARK.intent) is shown
-    assert not near(colour(view, middle(tactile_map) + [9 * view._pixel(), 0]), DARK.intent)
+    assert not near(
+        colour(view, middle(tactile_map) + [9 * view._pixel_size(view.display.picture.shapes.frame), 0]), DARK.intent
+    )
 
 
 def test_the_key_names_what_there_is_and_is_gone_with_the_task(view, tactile_map):
@@ -112,13 +125,13 @@ def test_the_key_names_what_there_is_and_is_gone_with_the_task(view, tactile_map
     assert task_legend_entries(task) == (WANTED, TARGET, ACTUAL)
     assert task_legend_entries(replace(task, path=ReferencePath(), tail=ContactTrail())) == (TARGET,)
     before = pixels(view.grab().toImage())
-    view.show_task(task)
-    view.show_task(NO_TASK)
+    view.display.show_task(task)
+    view.display.show_task(NO_TASK)
     np.testing.assert_array_equal(pixels(view.grab().toImage()), before)
 
 
 def test_the_same_picture_comes_from_what_is_kept_and_moves_with_the_map(view, tactile_map):
-    view.show_task(led(tactile_map))
+    view.display.show_task(led(tactile_map))
     first = pixels(view.grab().toImage())
     np.testing.assert_array_equal(pixels(view.grab().toImage()), first)
     view.pan(17, -9)
@@ -131,8 +144,8 @@ def test_the_same_picture_comes_from_what_is_kept_and_moves_with_the_map(view, t
 
 def test_the_force_is_told_beside_its_goal_for_the_contact_that_has_one(view, tactile_map):
     frame = touched(tactile_map, [middle_taxel(tactile_map, 0), middle_taxel(tactile_map, 1)])
-    view.show_frame(frame, task=TaskOverlay(goal=3.0, contact=frame.regions[0].id))
-    first, second = (mark.text for mark in view._marks.contacts)
+    view.display.show_frame(frame, task=TaskOverlay(goal=3.0, contact=frame.regions[0].id))
+    first, second = (mark.text for mark in view.display.marks.contacts)
     assert first.endswith("of 3.0\u2009N")
     assert "of" not in second
 
@@ -140,14 +153,16 @@ def test_the_force_is_told_beside_its_goal_for_the_contact_that_has_one(view, ta
 def test_contacts_are_drawn_as_they_lie_where_there_is_room(view, tactile_map):
     frame = touched(tactile_map, [middle_taxel(tactile_map, 0)])
     (region,) = frame.regions
-    view.show_frame(frame)
+    view.display.show_frame(frame)
     with_shapes = pixels(view.grab().toImage())
-    view.set_overlays(OverlayOptions().toggled("shapes"))
+    view.display.set_overlays(OverlayOptions().toggled("shapes"))
     without = pixels(view.grab().toImage())
     changed = np.argwhere((with_shapes != without).any(axis=2))[:, ::-1]
     assert len(changed) > 60
-    centre = view._to_pixels(tactile_map.to_map(region.at)[None])[0]
-    ellipse, error = (axes / view._pixel() for axes in ellipses_on_map(region, tactile_map))
+    centre = view.map_to_pixels(tactile_map.to_map(region.at)[None])[0]
+    ellipse, error = (
+        axes / view._pixel_size(view.display.picture.shapes.frame) for axes in ellipses_on_map(region, tactile_map)
+    )
     away = np.stack([changed[:, 0] - centre[0], centre[1] - changed[:, 1]])
     on_ellipse, on_circle = (np.abs(np.linalg.norm(np.linalg.solve(axes.T, away), axis=0) - 1) < 0.25
                              for axes in (ellipse, error))  # fmt: skip
@@ -173,9 +188,9 @@ def test_the_ellipse_follows_how_the_map_lies(tactile_map):
 def test_small_shapes_are_hidden_by_their_centre(view, tactile_map):
     frame = touched(tactile_map, [middle_taxel(tactile_map, 0)], radius=0.02)
     small = tuple(replace(r, link_axes=0.05 * r.link_axes, place_error=1e-4) for r in frame.regions)
-    view.show_frame(replace(frame, regions=small))
+    view.display.show_frame(replace(frame, regions=small))
     with_shapes = pixels(view.grab().toImage())
-    view.set_overlays(OverlayOptions().toggled("shapes"))
+    view.display.set_overlays(OverlayOptions().toggled("shapes"))
     np.testing.assert_array_equal(pixels(view.grab().toImage()), with_shapes)
 
 
@@ -183,5 +198,5 @@ def test_small_shapes_are_hidden_by_their_centre(view, tactile_map):
 def test_it_looks_as_it_did(view, tactile_map, theme):
     view.set_theme(theme)
     frame = touched(tactile_map, [middle_taxel(tactile_map, 0)])
-    view.show_frame(frame, task=replace(led(tactile_map), contact=frame.regions[0].id))
+    view.display.show_frame(frame, task=replace(led(tactile_map), contact=frame.regions[0].id))
     check_picture(view, f"task_on_map_{theme.name}")

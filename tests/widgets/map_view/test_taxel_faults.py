@@ -53,41 +53,41 @@ def near(image, colour):
 
 def test_broken_taxels_are_marked_and_only_they(view, prepared, broken):
     whole = {taxel: around(view, prepared, taxel) for taxel in (DEAD, STUCK, 10)}
-    view.set_faults(broken)
+    view.display.set_faults(broken)
     for taxel in (DEAD, STUCK):
         assert near(around(view, prepared, taxel), "#1d2126"), "a dark mark on light skin"
         assert not near(whole[taxel], "#1d2126")
     np.testing.assert_array_equal(around(view, prepared, 10), whole[10])
-    view.set_faults(NO_FAULTS)
+    view.display.set_faults(NO_FAULTS)
     np.testing.assert_array_equal(around(view, prepared, DEAD), whole[DEAD])
 
 
 def test_a_taxel_at_its_limit_is_hatched_while_it_is(view, prepared, broken):
     pressures = np.zeros(len(prepared.skin))
     pressures[10] = 9e3
-    view.set_faults(broken)
-    assert Fault.SATURATED not in dict(view._marks.faults)
-    view.show_frame(replace(touched(prepared.map), pressures=pressures))
-    assert dict(view._marks.faults)[Fault.SATURATED] == "1 taxel saturated"
+    view.display.set_faults(broken)
+    assert Fault.SATURATED not in dict(view.display.marks.faults)
+    view.display.show_frame(replace(touched(prepared.map), pressures=pressures))
+    assert dict(view.display.marks.faults)[Fault.SATURATED] == "1 taxel saturated"
     assert near(around(view, prepared, 10), "#ffffff")
-    view.show_frame(replace(touched(prepared.map), pressures=0 * pressures))
-    assert Fault.SATURATED not in dict(view._marks.faults)
+    view.display.show_frame(replace(touched(prepared.map), pressures=0 * pressures))
+    assert Fault.SATURATED not in dict(view.display.marks.faults)
 
 
 def test_the_key_is_there_only_with_faults(view, broken):
     plain = pixels(view.viewport().grab().toImage())
-    view.set_faults(broken)
+    view.display.set_faults(broken)
     key = pixels(view.viewport().grab().toImage())[8:60, -140:]
     assert not np.array_equal(key, plain[8:60, -140:])
-    view.set_faults(NO_FAULTS)
+    view.display.set_faults(NO_FAULTS)
     np.testing.assert_array_equal(pixels(view.viewport().grab().toImage()), plain)
 
 
 def test_marks_go_with_their_patch(view, prepared, broken):
-    view.set_faults(broken)
+    view.display.set_faults(broken)
     document = MapDocument.of(prepared.map)
     patch = int(np.searchsorted(prepared.skin.first, DEAD, side="right")) - 1
-    view.show_document(show_patches(document, [patch], visible=False))
+    view.display.show_document(show_patches(document, [patch], visible=False))
     assert not near(around(view, prepared, DEAD), "#ffffff")
-    view.show_document(document)
+    view.display.show_document(document)
     assert near(around(view, prepared, DEAD), "#1d2126")

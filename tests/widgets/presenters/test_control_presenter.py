@@ -21,7 +21,7 @@ from widgets.tools.registry import PATH
 def pixels(window, patch=0, *, away=((-0.03, 0.0), (0.0, 0.03), (0.03, 0.0))):
     """Map points around the middle of a patch, and their pixels of the map view."""
     points = window.live.prepared.map.boxes[patch].mean(axis=0) + np.array(away)
-    return points, [QPoint(*one) for one in window.map_view._to_pixels(points).round().astype(int).tolist()]
+    return points, [QPoint(*one) for one in window.map_view.map_to_pixels(points).round().astype(int).tolist()]
 
 
 def click(view, pixel):
@@ -53,11 +53,11 @@ def test_a_path_drawn_on_the_map_is_what_the_session_follows(window):
     assert (led.controller, led.task, led.path_kind) == ("hybrid", "follow_path", "polyline")
     np.testing.assert_allclose(led.path, points, atol=3e-3)
     assert window.column["controller"]._settings == led
-    shown = window.map_view._task
-    assert shown is window.robot_view._task
+    shown = window.map_view.display._task
+    assert shown is window.robot_view.display._task
     np.testing.assert_allclose(shown.path.lines[0].on_map[0], led.path[0], atol=1e-5)
-    window.robot_view.draw_now()
-    ribbons = window.robot_view.scene._task_marks._kinds["path"]
+    window.robot_view.display.draw_now()
+    ribbons = window.robot_view.display.scene._task_marks._kinds["path"]
     assert [bool(ribbon.actor.visibility) for ribbon in ribbons] == [True, False, False]
 
 
@@ -65,11 +65,11 @@ def test_the_target_held_on_the_body_is_that_of_the_map(window, prepared):
     window.action("set_target").trigger()
     view, pixel = window.robot_view, skin_pixel(window.robot_view, prepared)
     at = view.point_at(pixel.toPointF())
-    click(view.canvas.widget, pixel)
+    click(view.display.canvas.widget, pixel)
     led = settings(window)
     assert (led.controller, led.task) == ("hybrid", "hold_point")
     np.testing.assert_allclose(led.path, [prepared.map.to_map(at)], atol=1e-9)
-    assert window.map_view._task.target.patch == at.patch
+    assert window.map_view.display._task.target.patch == at.patch
 
 
 def test_a_path_is_drawn_on_the_body(window, prepared):
@@ -81,9 +81,9 @@ def test_a_path_is_drawn_on_the_body(window, prepared):
     ats = [view.point_at(place.toPointF()) for place in places]
     assert all(at is not None for at in ats)
     for place in places:
-        click(view.canvas.widget, place)
-    assert len(view._marks.spots) == 3
-    assert view._marks.strokes
+        click(view.display.canvas.widget, place)
+    assert len(view.display._marks.spots) == 3
+    assert view.display._marks.strokes
     QTest.keyClick(view, Qt.Key.Key_Return)
     np.testing.assert_allclose(settings(window).path, [prepared.map.to_map(at) for at in ats], atol=1e-9)
 
@@ -174,7 +174,7 @@ def test_target_and_force_are_shown_while_time_stands_still(window):
     window.action("set_target").trigger()
     points, (pixel, *_) = pixels(window)
     click(window.map_view.viewport(), pixel)
-    task = window.map_view._task
+    task = window.map_view.display._task
     np.testing.assert_allclose(window.live.prepared.map.to_map(task.target), points[0], atol=3e-3)
 
 
@@ -184,11 +184,11 @@ def test_wanted_and_actual_are_shown_live_and_in_replay(window, tmp_path):
     window.live.start_recording(tmp_path / "led.mcap")
     pixel = press_map(window, taxel)
     run(window, 1.6)
-    live = window.map_view._task
+    live = window.map_view.display._task
     assert live.path
     assert live.target is not None
     assert live.goal == 3.0
-    words = [mark.text for mark in window.map_view._marks.contacts]
+    words = [mark.text for mark in window.map_view.display.marks.contacts]
     assert any("of 3.0\u2009N" in text for text in words)
     QTest.mouseRelease(window.map_view.viewport(), LEFT, NONE, pixel)
     window.live.stop_recording()
@@ -196,7 +196,7 @@ def test_wanted_and_actual_are_shown_live_and_in_replay(window, tmp_path):
     assert not window.action("draw_path").isEnabled()
     for second in np.arange(0.1, 1.6, 0.1):
         window.live.show_time(second)
-    replayed = window.map_view._task
+    replayed = window.map_view.display._task
     np.testing.assert_allclose(replayed.path.lines[0].on_map, live.path.lines[0].on_map, atol=1e-9)
     assert replayed.target is not None
     assert replayed.goal == 3.0

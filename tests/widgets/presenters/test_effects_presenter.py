@@ -169,10 +169,10 @@ def test_a_replay_shows_the_recordings_effects_and_takes_no_wishes(window, panel
 def test_dead_taxels_are_marked_while_they_are_simulated(window, panel):
     wish(panel, "dead_taxels", "on")
     run(window, 0.02)
-    assert Fault.DEAD in dict(window.map_view._marks.faults)
+    assert Fault.DEAD in dict(window.map_view.display.marks.faults)
     wish(panel, "dead_taxels", "auto")
     run(window, 0.02)
-    assert window.map_view._marks.faults == ()
+    assert window.map_view.display.marks.faults == ()
 
 
 def test_prices_measured_beside_reach_the_panel(window, panel):

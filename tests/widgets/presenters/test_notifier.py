@@ -98,11 +98,11 @@ def test_shapes_switched_on_while_time_stands_still_show_on_both_sides(window):
     pixel = press_map(window, 70)
     run(window, 0.5)
     window.action("pause").trigger()
-    shapes = window.robot_view.scene.layers["shapes"]
+    shapes = window.robot_view.display.scene.layers["shapes"]
     assert not any(actor.visibility for actor in shapes.ellipses)
     window.action("mark_shapes").trigger()
     assert any(actor.visibility for actor in shapes.ellipses)
-    assert window.map_view._picture._overlays.shows("shapes")
+    assert window.map_view.display.picture._overlays.shows("shapes")
     window.action("mark_shapes").trigger()
     assert not any(actor.visibility for actor in shapes.ellipses)
     QTest.mouseRelease(window.map_view.viewport(), LEFT, pos=pixel)

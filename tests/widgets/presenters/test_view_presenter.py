@@ -34,8 +34,8 @@ def look(widget):
 
 def body(window, qtbot):
     """The robot view's pixels, once it has drawn."""
-    with qtbot.waitSignal(window.robot_view.drawn, timeout=5000):
-        window.robot_view.request()
+    with qtbot.waitSignal(window.robot_view.display.drawn, timeout=5000):
+        window.robot_view.display.request()
     return look(window.robot_view)
 
 
@@ -80,7 +80,7 @@ def still(window, prepared):
 @pytest.mark.parametrize(("ground", "measure"), STRETCHES)
 def test_the_numbers_printed_are_those_measured(still, prepared, ground, measure):
     still.action(f"ground_{ground.value}").trigger()
-    legend, spread = still.map_view._marks.legend, stretch(prepared.map, measure).spread
+    legend, spread = still.map_view.display.marks.legend, stretch(prepared.map, measure).spread
     assert legend.title == ground.title
     said = legend.lines[0].replace("\u2009", " ")
     assert said == f"Median ×{spread.median:.2f}   95 % ×{spread.p95:.2f}   max ×{format_three_digits(spread.max)}"
@@ -94,10 +94,10 @@ def test_the_face_under_the_pointer_tells_its_stretch(still, prepared, ground, m
     still.action(f"ground_{ground.value}").trigger()
     values = getattr(distortion(prepared.map), measure)
     worst = int(values.argmax())
-    words = still.map_view.words_for(place(prepared.map, worst))
+    words = still.map_view.display.words_for(place(prepared.map, worst))
     assert f"{measure}s ×{format_three_digits(float(values[worst]))}" in words
     still.action("ground_pressure").trigger()
-    assert "×" not in still.map_view.words_for(place(prepared.map, worst))
+    assert "×" not in still.map_view.display.words_for(place(prepared.map, worst))
 
 
 @pytest.mark.parametrize(("ground", "measure"), STRETCHES)
@@ -113,14 +113,14 @@ def test_the_map_has_the_colour_of_its_stretch(still, prepared, ground, measure)
 
 @pytest.mark.parametrize("ground", [BaseLayer.ANGLE, BaseLayer.AREA, BaseLayer.CHECKER, BaseLayer.CIRCLES])
 def test_body_and_map_wear_the_same_picture(still, qtbot, ground):
-    bare, plain = body(still, qtbot), still.map_view.skin_texture.pixels.copy()
+    bare, plain = body(still, qtbot), still.map_view.display.skin_texture.pixels.copy()
     still.action(f"ground_{ground.value}").trigger()
     worn = body(still, qtbot)
     assert shared_share(worn, bare, tolerance=6) < 0.98
-    assert (still.map_view.skin_texture.pixels != plain).mean() > 0.1
+    assert (still.map_view.display.skin_texture.pixels != plain).mean() > 0.1
     still.action("ground_pressure").trigger()
     assert shared_share(body(still, qtbot), bare, tolerance=6) > 0.999
-    assert (still.map_view.skin_texture.pixels == plain).all()
+    assert (still.map_view.display.skin_texture.pixels == plain).all()
 
 
 @pytest.mark.parametrize("ground", list(BaseLayer))
@@ -181,7 +181,7 @@ def test_the_next_launch_remembers(still, prepared, tmp_path, backends):
     assert later.action("ground_circles").isChecked()
     assert not later.action("mark_border").isChecked()
     later.live.show_prepared(prepared)
-    assert later.map_view._marks.legend.title == "Circles"
+    assert later.map_view.display.marks.legend.title == "Circles"
     later.close()
     later.deleteLater()
 
@@ -207,7 +207,7 @@ def test_flips_are_marked_red_and_counted_whatever_is_shown(qtbot, prepared, gro
     view = MapView(DARK, PressureScale())
     qtbot.addWidget(view)
     view.resize(700, 600)
-    view.set_overlays(OverlayOptions(ground))
+    view.display.set_overlays(OverlayOptions(ground))
     spoiled = flipped_map(prepared)
     found = flaws(spoiled).flips
     assert len(found) > 0
@@ -225,7 +225,7 @@ def test_flips_are_marked_red_and_counted_whatever_is_shown(qtbot, prepared, gro
     assert reds[0].max() < 40
     assert np.median(reds[1]) > 60
     noun = "triangle" if len(found) == 1 else "triangles"
-    legend = view._marks.legend
+    legend = view.display.marks.legend
     assert legend.lines[-1].startswith(f"{len(found)} {noun} flipped")
     assert legend.faulty
     if ground is BaseLayer.PRESSURE:

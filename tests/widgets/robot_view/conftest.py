@@ -17,7 +17,7 @@ def empty(qtbot):
 @pytest.fixture
 def view(empty, prepared):
     empty.show_prepared(prepared)
-    empty.draw_now()
+    empty.display.draw_now()
     return empty
 
 

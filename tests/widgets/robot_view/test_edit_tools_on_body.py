@@ -31,7 +31,7 @@ _PIXELS = np.full((8, 8), 0xFF8080FF, np.uint32)
 def view(qtbot, prepared):
     made = open_view(qtbot)
     made.show_prepared(prepared)
-    made.draw_now()
+    made.display.draw_now()
     made.set_tool(PINS)
     yield made
     made.close_view()
@@ -58,15 +58,15 @@ def take(view, tool):
 
 
 def move(view, pixel):
-    QTest.mouseMove(view.canvas.widget, pixel)
+    QTest.mouseMove(view.display.canvas.widget, pixel)
     QApplication.processEvents()
 
 
 def stroke(view, start, end):
-    QTest.mousePress(view.canvas.widget, LEFT, NONE, start)
+    QTest.mousePress(view.display.canvas.widget, LEFT, NONE, start)
     for share in (0.25, 0.5, 0.75, 1.0):
         move(view, start + (end - start) * share)
-    QTest.mouseRelease(view.canvas.widget, LEFT, NONE, end)
+    QTest.mouseRelease(view.display.canvas.widget, LEFT, NONE, end)
 
 
 def changed(before, after):
@@ -77,9 +77,9 @@ def changed(before, after):
 def test_a_click_on_the_body_pins_the_place_under_it(view, editor, skin):
     heard, tool = Heard(view), take(view, PinTool(editor))
     before = picture(view)
-    QTest.mouseClick(view.canvas.widget, LEFT, NONE, skin)
+    QTest.mouseClick(view.display.canvas.widget, LEFT, NONE, skin)
     ((pin,),) = [patch.pins for patch in editor.document.patches if patch.pins]
-    away = view.pixel_of(pin.at) - QPointF(skin)
+    away = view.display.pixel_of(pin.at) - QPointF(skin)
     assert np.hypot(away.x(), away.y()) < 0.5
     assert heard.acts == []
     move(view, BESIDE)
@@ -87,13 +87,13 @@ def test_a_click_on_the_body_pins_the_place_under_it(view, editor, skin):
     assert shown[skin.y() - 3 : skin.y() + 4, skin.x() - 3 : skin.x() + 4].any()
     assert shown.sum() < 400
     move(view, skin)
-    assert view.canvas.widget.cursor().shape() == Qt.CursorShape.PointingHandCursor
+    assert view.display.canvas.widget.cursor().shape() == Qt.CursorShape.PointingHandCursor
     tool.remove()
 
 
 def test_a_press_on_a_pin_of_the_body_selects_it_and_a_drag_moves_nothing(view, editor, skin):
     tool = take(view, PinTool(editor))
-    QTest.mouseClick(view.canvas.widget, LEFT, NONE, skin)
+    QTest.mouseClick(view.display.canvas.widget, LEFT, NONE, skin)
     tool._choose([])
     stroke(view, skin, skin + FAR)
     assert list(tool.chosen.values()) == [[0]]
@@ -103,11 +103,11 @@ def test_a_press_on_a_pin_of_the_body_selects_it_and_a_drag_moves_nothing(view, 
 def test_a_drag_on_the_body_asks_for_a_seam_along_edges(view, editor, worker, skin):
     tool = take(view, SeamTool(editor))
     stroke(view, skin, skin + FAR)
-    (asked,) = worker.held
+    ((asked, _token),) = worker.held
     assert asked.name == "Draw a seam"
     (job,) = asked.jobs
     ends = job.wanted.seams.drawn
-    places = view.prepared.skin.patches[job.number].surface.vertices[np.unique(ends)]
+    places = view.display.prepared.skin.patches[job.number].surface.vertices[np.unique(ends)]
     assert len(ends) > 2
     assert np.ptp(places, axis=0).max() > 0.01
     assert [line.role for line in tool.body_marks().lines][-1] is MarkRole.OFFERED
@@ -116,7 +116,7 @@ def test_a_drag_on_the_body_asks_for_a_seam_along_edges(view, editor, worker, sk
 
 def test_the_way_to_the_pointer_is_drawn_on_the_body(view, editor, skin):
     tool = take(view, SeamTool(editor))
-    QTest.mouseClick(view.canvas.widget, LEFT, NONE, skin)
+    QTest.mouseClick(view.display.canvas.widget, LEFT, NONE, skin)
     before = picture(view)
     move(view, skin + FAR)
     shown = changed(before, picture(view))
@@ -129,29 +129,29 @@ def test_a_stroke_on_the_body_paints_only_what_looks_the_same_way(view, editor, 
     tool = take(view, InterestTool(editor))
     tool.set_radius(30)
     before = picture(view)
-    QTest.mousePress(view.canvas.widget, LEFT, NONE, skin)
+    QTest.mousePress(view.display.canvas.widget, LEFT, NONE, skin)
     move(view, skin + FAR / 2)
     (tint,) = tool.body_marks().tints
-    surface = view.prepared.skin.patches[tint.patch].surface
+    surface = view.display.prepared.skin.patches[tint.patch].surface
     normals = surface.vertex_normals[tint.vertices]
     assert len(normals) > 20
     assert (normals @ normals.mean(axis=0) > 0).mean() > 0.95
     shown = changed(before, picture(view))
     assert shown[skin.y() - 6 : skin.y() + 7, skin.x() - 6 : skin.x() + 7].mean() > 0.5
-    QTest.mouseRelease(view.canvas.widget, LEFT, NONE, skin + FAR / 2)
-    assert [asked.name for asked in worker.held] == ["Paint an area of interest"]
+    QTest.mouseRelease(view.display.canvas.widget, LEFT, NONE, skin + FAR / 2)
+    assert [asked.name for asked, _token in worker.held] == ["Paint an area of interest"]
 
 
 def test_beside_the_body_the_view_turns_and_the_middle_button_pans(view, editor, skin):
     heard, tool = Heard(view), take(view, SeamTool(editor))
-    eye = view.scene.viewpoint.eye
+    eye = view.display.scene.viewpoint.eye
     stroke(view, BESIDE, BESIDE + QPoint(40, 20))
-    turned = view.scene.viewpoint.eye
+    turned = view.display.scene.viewpoint.eye
     assert np.linalg.norm(turned - eye) > 0.01
-    QTest.mousePress(view.canvas.widget, MIDDLE, NONE, skin)
+    QTest.mousePress(view.display.canvas.widget, MIDDLE, NONE, skin)
     move(view, skin + FAR)
-    QTest.mouseRelease(view.canvas.widget, MIDDLE, NONE, skin + FAR)
-    assert np.linalg.norm(view.scene.viewpoint.eye - turned) > 1e-3
+    QTest.mouseRelease(view.display.canvas.widget, MIDDLE, NONE, skin + FAR)
+    assert np.linalg.norm(view.display.scene.viewpoint.eye - turned) > 1e-3
     assert tool._through == []
     assert heard.acts == []
 
@@ -160,16 +160,16 @@ def test_a_press_that_the_tool_leaves_turns_the_view_and_pokes_nothing(view, edi
     heard = Heard(view)
     take(view, PinTool(editor))
     editor.set_enabled(enabled=False)
-    eye = view.scene.viewpoint.eye
+    eye = view.display.scene.viewpoint.eye
     stroke(view, skin, skin + FAR)
-    assert np.linalg.norm(view.scene.viewpoint.eye - eye) > 0.01
+    assert np.linalg.norm(view.display.scene.viewpoint.eye - eye) > 0.01
     assert heard.acts == []
 
 
 def test_escape_and_keys_go_to_the_tool(view, editor, skin, qtbot):
     tool = take(view, SeamTool(editor))
     for place in (skin, skin + FAR):
-        QTest.mouseClick(view.canvas.widget, LEFT, NONE, place)
+        QTest.mouseClick(view.display.canvas.widget, LEFT, NONE, place)
     QTest.keyClick(view, Qt.Key.Key_Backspace)
     assert len(tool._through) == 1
     with qtbot.assertNotEmitted(view.cleared):
@@ -184,14 +184,14 @@ def test_a_lost_focus_ends_a_stroke_but_not_what_is_drawn_click_by_click(view, e
     other.show()
     view.activateWindow()
     tool = take(view, SeamTool(editor))
-    QTest.mouseClick(view.canvas.widget, LEFT, NONE, skin)
+    QTest.mouseClick(view.display.canvas.widget, LEFT, NONE, skin)
     qtbot.waitUntil(view.hasFocus)
     other.setFocus()
     assert len(tool._through) == 1
     view.setFocus()
     brush = take(view, InterestTool(editor))
     assert tool._through == []
-    QTest.mousePress(view.canvas.widget, LEFT, NONE, skin)
+    QTest.mousePress(view.display.canvas.widget, LEFT, NONE, skin)
     assert brush.body_marks().tints
     other.setFocus()
     assert brush.body_marks().tints == ()
@@ -203,7 +203,7 @@ def test_marks_go_with_the_tool_and_while_the_skin_is_off_the_body(view, editor)
     marked = picture(view)
     assert changed(bare, marked).any()
     view.morph.slider.setValue(50)
-    assert not any(actor.visibility for _, actor in view.scene._edit_marks.link_actors)
+    assert not any(actor.visibility for _, actor in view.display.scene._edit_marks.link_actors)
     view.morph.slider.setValue(0)
     assert picture(view) == marked
     view.set_view_tool(None)
@@ -211,7 +211,7 @@ def test_marks_go_with_the_tool_and_while_the_skin_is_off_the_body(view, editor)
 
 
 def test_what_is_behind_the_body_is_hidden(view, prepared):
-    eye, poses = view.scene.viewpoint.eye, view.scene.poses
+    eye, poses = view.display.scene.viewpoint.eye, view.display.scene.poses
     faces = []
     for taxel in range(len(prepared.skin)):
         at = prepared.skin.taxel_point(taxel)
@@ -220,7 +220,7 @@ def test_what_is_behind_the_body_is_hidden(view, prepared):
         faces.append(pose[:3, :3] @ prepared.skin.normal(at) @ towards / np.linalg.norm(towards))
     bare = picture(view)
     for taxel, seen in ((int(np.argmax(faces)), True), (int(np.argmin(faces)), False)):
-        view.set_marks(ToolMarks(spots=(PointMark(prepared.skin.taxel_point(taxel), MarkRole.HELD),)))
+        view.display.set_marks(ToolMarks(spots=(PointMark(prepared.skin.taxel_point(taxel), MarkRole.HELD),)))
         assert bool(changed(bare, picture(view)).any()) == seen
 
 
@@ -230,20 +230,20 @@ def test_a_recut_map_is_worn_and_a_moved_one_lies_elsewhere(view, editor, prepar
     ends = [int(surface.faces[0, 0]), int(surface.faces[len(surface.faces) // 2, 0])]
     document = apply_result(editor.document, reflatten(draw_seam(editor.document, number, ends)))
     assert len(document.charts[number].vertex_of) != len(prepared.map.charts[number].vertex_of)
-    view.set_overlay(SkinTexture(_PIXELS, prepared.map.bounds, prepared.map.uv), textured=False, dotted=False)
-    view.show_map(document.map)
+    view.display.set_overlay(SkinTexture(_PIXELS, prepared.map.bounds, prepared.map.uv), textured=False, dotted=False)
+    view.display.show_map(document.map)
     view.morph.slider.setValue(30)  # the old map's picture does not fit the new one; it is not textured any more
-    assert view.scene._skin._textured is None
+    assert view.display.scene._skin._textured is None
     picture_of = SkinTexture(_PIXELS, document.map.bounds, document.map.uv)
-    view.set_overlay(picture_of, textured=True, dotted=False)
+    view.display.set_overlay(picture_of, textured=True, dotted=False)
     view.morph.slider.setValue(100)
     at = prepared.skin.taxel_point(len(prepared.skin) - 1)
-    there = view.scene._skin.point(at, view.scene.poses, view.scene._plane)[0]
+    there = view.display.scene._skin.point(at, view.display.scene.poses, view.display.scene._plane)[0]
     first = document.layout.placements[number]
     moved = replace(first, offset=(first.offset[0] + 0.1, first.offset[1]))
     layout = MapLayout((*document.layout.placements[:number], moved))
     before = picture(view)
-    view.show_map(replace(document.map, layout=layout))
+    view.display.show_map(replace(document.map, layout=layout))
     assert changed(before, picture(view)).any()
-    after = view.scene._skin.point(at, view.scene.poses, view.scene._plane)[0]
+    after = view.display.scene._skin.point(at, view.display.scene.poses, view.display.scene._plane)[0]
     assert np.linalg.norm(after - there) == pytest.approx(0.1)

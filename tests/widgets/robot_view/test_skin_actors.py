@@ -42,12 +42,12 @@ def lay(window, share):
 
 def points(window):
     """For each patch the corners (k, 3) of the skin as they lie now, world frame."""
-    return [np.array(mesh.points) for mesh in window.robot_view.scene._skin._textured._meshes]
+    return [np.array(mesh.points) for mesh in window.robot_view.display.scene._skin._textured._meshes]
 
 
 def on_body(window):
     """For each patch the corners (k, 3) of its chart on the body, world frame."""
-    prepared, poses = window.live.prepared, window.robot_view.scene.poses
+    prepared, poses = window.live.prepared, window.robot_view.display.scene.poses
     places = []
     for patch, chart in zip(prepared.skin.patches, prepared.map.charts, strict=True):
         pose = poses[prepared.robot.link_index[patch.link]]
@@ -57,8 +57,8 @@ def on_body(window):
 
 def look(window, qtbot):
     """The robot view's pixels, once it has drawn."""
-    with qtbot.waitSignal(window.robot_view.drawn, timeout=5000):
-        window.robot_view.request()
+    with qtbot.waitSignal(window.robot_view.display.drawn, timeout=5000):
+        window.robot_view.display.request()
     QApplication.processEvents()
     return pixels(window.robot_view.grab().toImage())
 
@@ -72,13 +72,13 @@ def show(window, taxels, *, kilopascals=25.0):
 
 def test_at_the_end_the_skin_lies_as_on_the_map_facing_the_eye(still):
     lay(still, 1.0)
-    plane = still.robot_view.scene._plane
+    plane = still.robot_view.display.scene._plane
     np.testing.assert_allclose(plane[:3, :3].T @ plane[:3, :3], np.eye(3), atol=1e-9)
     for flat, places in zip(points(still), still.live.prepared.map.uv, strict=True):
         local = (flat - plane[:3, 3]) @ plane[:3, :3]
         np.testing.assert_allclose(local[:, :2], places, atol=1e-6)
         np.testing.assert_allclose(local[:, 2], 0, atol=1e-6)
-    right, up, forward = still.robot_view.scene.viewpoint.axes
+    right, up, forward = still.robot_view.display.scene.viewpoint.axes
     np.testing.assert_allclose(plane[:3, 2], -forward, atol=1e-9)
     np.testing.assert_allclose(plane[:3, :2].T, [right, up], atol=1e-9)
 
@@ -100,7 +100,7 @@ def test_at_the_start_the_skin_is_the_body_again(still, qtbot):
     lay(still, 1.0)
     assert shared_share(look(still, qtbot), before, tolerance=8) < 0.9
     lay(still, 0.0)
-    assert still.robot_view.scene._skin._textured is None
+    assert still.robot_view.display.scene._skin._textured is None
     assert shared_share(look(still, qtbot), before, tolerance=8) > 0.995
 
 
@@ -124,7 +124,7 @@ def test_live_touch_goes_with_the_skin(still, qtbot, share):
     hot = look(still, qtbot).astype(int)
     ruddier = (hot[..., 0] - hot[..., 2]) - (bare[..., 0] - bare[..., 2]) > 60
     assert ruddier.sum() > 30
-    scene = still.robot_view.scene
+    scene = still.robot_view.display.scene
     point, _ = scene._skin.point(still.live.prepared.skin.taxel_point(taxel), scene.poses, scene._plane)
     size = (still.robot_view.width(), still.robot_view.height())
     x, y = scene.viewpoint.pixels(point[None], size)[0]
@@ -140,7 +140,7 @@ def test_the_robot_that_moves_takes_the_half_laid_skin_along(window, qtbot):
     lay(window, 0.5)
     frame = window.live.runner.session.frame
     bodies, halves = on_body(window), points(window)
-    with qtbot.waitSignal(window.robot_view.drawn, timeout=5000):
+    with qtbot.waitSignal(window.robot_view.display.drawn, timeout=5000):
         window.views.show_frame(replace(frame, posture=frame.posture + 0.2))
     moved = [now - then for now, then in zip(on_body(window), bodies, strict=True)]
     assert max(np.abs(step).max() for step in moved) > 0.01
@@ -152,7 +152,7 @@ def test_rings_of_selected_taxels_go_along(still):
     prepared = still.live.prepared
     taxel = middle_taxel(prepared.map, 0)
     still.views.selection.take(SelectionUpdate(np.array([taxel]), SelectionMode.REPLACE))
-    scene = still.robot_view.scene
+    scene = still.robot_view.display.scene
     for share in (1.0, 0.5, 0.0):
         lay(still, share)
         point, normal = scene._skin.point(prepared.skin.taxel_point(taxel), scene.poses, scene._plane)
@@ -165,13 +165,13 @@ def test_rings_of_selected_taxels_go_along(still):
 
 
 def test_no_contact_is_drawn_on_the_bare_body_meanwhile(still, qtbot):
-    with qtbot.waitSignal(still.robot_view.drawn, timeout=5000):
+    with qtbot.waitSignal(still.robot_view.display.drawn, timeout=5000):
         show(still, [middle_taxel(still.live.prepared.map, 0)])
-    assert still.robot_view.scene.forces
+    assert still.robot_view.display.scene.forces
     lay(still, 0.5)
-    assert not still.robot_view.scene.forces
+    assert not still.robot_view.display.scene.forces
     lay(still, 0.0)
-    assert still.robot_view.scene.forces
+    assert still.robot_view.display.scene.forces
 
 
 def test_laying_the_skin_flat_lifts_the_finger(window):
@@ -180,7 +180,7 @@ def test_laying_the_skin_flat_lifts_the_finger(window):
     window.views.poke_pressed.connect(heard.append)
     window.views.poke_released.connect(lambda: heard.append("released"))
     _, pixel = visible_skin(window)
-    QTest.mousePress(window.robot_view.canvas.widget, LEFT, pos=pixel)
+    QTest.mousePress(window.robot_view.display.canvas.widget, LEFT, pos=pixel)
     assert len(heard) == 1
     lay(window, 0.5)
     assert heard[-1] == "released"
@@ -200,7 +200,7 @@ def test_another_robot_begins_on_its_body(still, prepared):
     lay(still, 1.0)
     still.live.show_prepared(prepared)
     assert still.robot_view.morph.share == 0
-    assert not still.robot_view.scene.morphed
+    assert not still.robot_view.display.scene.morphed
 
 
 @pytest.fixture
@@ -215,14 +215,16 @@ def flat(window):
 def pixel(window, taxel):
     """Where a taxel is in the robot view, on the skin as it lies."""
     view = window.robot_view
-    point, _ = view.scene._skin.point(window.live.prepared.skin.taxel_point(taxel), view.scene.poses, view.scene._plane)
-    return QPointF(*view.scene.viewpoint.pixels(point[None], (view.width(), view.height()))[0])
+    point, _ = view.display.scene._skin.point(
+        window.live.prepared.skin.taxel_point(taxel), view.display.scene.poses, view.display.scene._plane
+    )
+    return QPointF(*view.display.scene.viewpoint.pixels(point[None], (view.width(), view.height()))[0])
 
 
 def test_all_of_the_flat_skin_is_in_the_picture_before_the_eye(flat):
     view = flat.robot_view
-    corners = np.concatenate([np.array(mesh.points) for mesh in view.scene._skin._textured._meshes])
-    pixels = view.scene.viewpoint.pixels(corners, (view.width(), view.height()))
+    corners = np.concatenate([np.array(mesh.points) for mesh in view.display.scene._skin._textured._meshes])
+    pixels = view.display.scene.viewpoint.pixels(corners, (view.width(), view.height()))
     assert (pixels > 0).all()
     assert (pixels < [view.width(), view.height()]).all()
     assert np.ptp(pixels, axis=0).max() > 0.4 * min(view.width(), view.height()), "not smaller than need be"
@@ -233,13 +235,13 @@ def test_a_press_on_the_flat_skin_pokes_there(flat, patch):
     skin, heard = flat.live.prepared.skin, []
     flat.views.poke_pressed.connect(heard.append)
     taxel = middle_taxel(flat.live.prepared.map, patch)
-    QTest.mousePress(flat.robot_view.canvas.widget, LEFT, pos=pixel(flat, taxel).toPoint())
+    QTest.mousePress(flat.robot_view.display.canvas.widget, LEFT, pos=pixel(flat, taxel).toPoint())
     assert len(heard) == 1
     assert heard[0].patch == patch
     assert np.linalg.norm(skin.position(heard[0]) - skin.position(skin.taxel_point(taxel))) < 5e-3
     view = flat.robot_view
-    point, _ = view.scene._skin.point(heard[0], view.scene.poses, view.scene._plane)
-    there = view.scene.viewpoint.pixels(point[None], (view.width(), view.height()))[0]
+    point, _ = view.display.scene._skin.point(heard[0], view.display.scene.poses, view.display.scene._plane)
+    there = view.display.scene.viewpoint.pixels(point[None], (view.width(), view.height()))[0]
     np.testing.assert_allclose(there, pixel(flat, taxel).toPoint().toTuple(), atol=0.05)
 
 
@@ -251,16 +253,16 @@ def test_the_corners_of_chart_and_body_are_the_same_ones(flat):
 
 def test_the_hover_is_one_with_the_map(flat):
     taxel = middle_taxel(flat.live.prepared.map, 1)
-    QTest.mouseMove(flat.robot_view.canvas.widget, pixel(flat, taxel).toPoint())
-    assert flat.map_view._marks.hover is not None
+    QTest.mouseMove(flat.robot_view.display.canvas.widget, pixel(flat, taxel).toPoint())
+    assert flat.map_view.display.marks.hover is not None
     assert f"taxel {taxel}" in flat.readout.text()
-    QTest.mouseMove(flat.robot_view.canvas.widget, QPoint(4, 4))
-    assert flat.map_view._marks.hover is None
+    QTest.mouseMove(flat.robot_view.display.canvas.widget, QPoint(4, 4))
+    assert flat.map_view.display.marks.hover is None
 
 
 def test_a_box_on_the_flat_skin_selects_what_lies_in_it(flat):
     flat.presenters.view.set_tool(SELECT_BOX)
-    view, target = flat.robot_view, flat.robot_view.canvas.widget
+    view, target = flat.robot_view, flat.robot_view.display.canvas.widget
     start = pixel(flat, middle_taxel(flat.live.prepared.map, 0)).toPoint()
     QTest.mousePress(target, LEFT, pos=start)
     QTest.mouseMove(target, start + QPoint(60, 40))
@@ -277,13 +279,13 @@ def test_a_box_on_the_flat_skin_selects_what_lies_in_it(flat):
 def test_beside_the_flat_skin_the_view_turns(flat):
     heard = []
     flat.views.poke_pressed.connect(heard.append)
-    before = flat.robot_view.scene.viewpoint.eye.copy()
-    target = flat.robot_view.canvas.widget
+    before = flat.robot_view.display.scene.viewpoint.eye.copy()
+    target = flat.robot_view.display.canvas.widget
     QTest.mousePress(target, LEFT, pos=QPoint(8, 40))
     QTest.mouseMove(target, QPoint(60, 60))
     QTest.mouseRelease(target, LEFT, pos=QPoint(60, 60))
     assert heard == []
-    assert np.linalg.norm(flat.robot_view.scene.viewpoint.eye - before) > 0.01
+    assert np.linalg.norm(flat.robot_view.display.scene.viewpoint.eye - before) > 0.01
 
 
 def test_the_first_triangle_along_a_ray_is_met_from_either_side():

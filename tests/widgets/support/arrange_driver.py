@@ -46,7 +46,7 @@ class Bench:
         qtbot.waitExposed(self.view)
 
     def _on_shown(self, document):
-        self.view.show_document(document, in_hand=self.editor.gesture)
+        self.view.display.show_document(document, in_hand=self.editor.gesture)
 
     @property
     def document(self):
@@ -61,7 +61,7 @@ class Bench:
 
     def pixels(self, points):
         """(k, 2) of map points [px]."""
-        return self.view._to_pixels(np.atleast_2d(points))
+        return self.view.map_to_pixels(np.atleast_2d(points))
 
     def middle(self, number):
         """Of a patch's box, on the map [m]; on the leaves it is a place of the patch."""
@@ -74,7 +74,7 @@ class Bench:
     def handle(self, number):
         """Where a handle of the frame is [px]."""
         frame = TransformBox.around(self.document, self.editor.selected)
-        return self.pixels(frame.handles(self.view._pixel()))[number]
+        return self.pixels(frame.handles(self.view._pixel_size(self.view.display.picture.shapes.frame)))[number]
 
     def mouse(self, kind, pixel, keys=NONE):
         held = NO_BUTTON if kind is QEvent.Type.MouseButtonRelease else LEFT

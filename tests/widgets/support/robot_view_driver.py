@@ -38,7 +38,7 @@ class Heard:
         view.poke_moved.connect(self._on_moved)
         view.poke_released.connect(self._on_released)
         view.hovered.connect(self.hovers.append)
-        view.drawn.connect(self.drawn.append)
+        view.display.drawn.connect(self.drawn.append)
 
     def _on_pressed(self, at):
         self.acts.append(("pressed", at))
@@ -56,21 +56,21 @@ class Heard:
 
 def skin_pixel(view, prepared) -> QPoint:
     """A pixel on the skin with skin all around it."""
-    eye = view.scene.viewpoint.eye
-    poses = view.scene.poses
+    eye = view.display.scene.viewpoint.eye
+    poses = view.display.scene.poses
     for taxel in range(len(prepared.skin)):
         at = prepared.skin.taxel_point(taxel)
         pose = poses[prepared.robot.link_index[prepared.skin.link(at)]]
         towards = eye - (pose[:3, :3] @ prepared.skin.position(at) + pose[:3, 3])
         if pose[:3, :3] @ prepared.skin.normal(at) @ towards > 0.9 * np.linalg.norm(towards):
-            return view.pixel_of(at).toPoint()
+            return view.display.pixel_of(at).toPoint()
     pytest.fail("no taxel faces the eye")
 
 
 def pressed_frame(view, prepared, skin):
     """A frame in which a finger has pressed for half a second at a skin pixel."""
     heard = Heard(view)
-    QTest.mouseClick(view.canvas.widget, LEFT, NONE, skin)
+    QTest.mouseClick(view.display.canvas.widget, LEFT, NONE, skin)
     session = Session(prepared, scripted=False)
     session.submit(PokePressed(0, heard.acts[0][1]))
     for _ in range(100):
@@ -80,7 +80,7 @@ def pressed_frame(view, prepared, skin):
 
 
 def picture(view):
-    view.draw_now()
+    view.display.draw_now()
     return view.grab().toImage()
 
 
@@ -88,4 +88,4 @@ def wheel(view, notches):
     place = QPointF(view.rect().center())
     event = QWheelEvent(place, view.mapToGlobal(place), QPoint(), QPoint(0, 120 * notches),
                         Qt.MouseButton.NoButton, NONE, Qt.ScrollPhase.NoScrollPhase, False)  # fmt: skip
-    QApplication.sendEvent(view.canvas.widget, event)
+    QApplication.sendEvent(view.display.canvas.widget, event)

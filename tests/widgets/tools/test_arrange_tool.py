@@ -65,7 +65,7 @@ def test_a_hidden_patch_stays_where_it_is(bench):
 def test_moving_lines_up_with_others(bench, keys):
     boxes = bench.document.map.boxes
     gap = boxes[1, 0, 1] - boxes[0, 0, 1]  # of the lower sides
-    pixel = bench.view._pixel()
+    pixel = bench.view._pixel_size(bench.view.display.picture.shapes.frame)
     by = np.array([37.0, -(gap / pixel) + 5.0])  # five pixels short, and y runs down
     end = bench.drag(bench.over(0), by, keys)
     lined_up = bench.document.map.boxes[0, 0, 1] == pytest.approx(boxes[1, 0, 1])
@@ -194,9 +194,9 @@ def test_touch_flows_while_a_patch_is_dragged(bench):
     end = bench.drag(bench.over(0), FREE)
     at = bench.document.skin.taxel_point(taxel)
     quiet = bench.picture().pixelColor(bench.view.pixel_of(at).toPoint() + QPoint(5, 5))
-    bench.view.show_frame(touched(leaf_map(), [taxel], kilopascals=19.0, radius=0.05))
+    bench.view.display.show_frame(touched(leaf_map(), [taxel], kilopascals=19.0, radius=0.05))
     assert bench.picture().pixelColor(bench.view.pixel_of(at).toPoint() + QPoint(5, 5)) != quiet
-    mark = bench.view._marks.contacts[0].at
+    mark = bench.view.display.marks.contacts[0].at
     assert bench.view.viewportTransform().map(mark) == bench.view.pixel_of(at)
     bench.release(end)
 

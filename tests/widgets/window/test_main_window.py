@@ -35,10 +35,10 @@ def test_a_press_on_the_body_and_on_the_map_are_the_same_act(window):
     _, pixel = visible_skin(window)
     felt = []
     window.live.touched.connect(lambda: felt.append(True))
-    QTest.mousePress(window.robot_view.canvas.widget, Qt.MouseButton.LeftButton, pos=pixel)
+    QTest.mousePress(window.robot_view.display.canvas.widget, Qt.MouseButton.LeftButton, pos=pixel)
     run(window, 0.3)
     from_body = window.live.runner.session.frame.pokes[-1].at
-    QTest.mouseRelease(window.robot_view.canvas.widget, Qt.MouseButton.LeftButton, pos=pixel)
+    QTest.mouseRelease(window.robot_view.display.canvas.widget, Qt.MouseButton.LeftButton, pos=pixel)
     run(window, 0.1)
     assert not window.live.runner.session.frame.pokes
     map_pixel = window.map_view.pixel_of(from_body).toPoint()
@@ -126,8 +126,8 @@ def test_hover_is_shared(window):
     at, pixel = visible_skin(window)
     seen = []
     window.robot_view.hovered.connect(seen.append)
-    QTest.mouseMove(window.robot_view.canvas.widget, pixel + QPoint(1, 0))
-    QTest.mouseMove(window.robot_view.canvas.widget, pixel)
+    QTest.mouseMove(window.robot_view.display.canvas.widget, pixel + QPoint(1, 0))
+    QTest.mouseMove(window.robot_view.display.canvas.widget, pixel)
     assert seen
     assert seen[-1].patch == at.patch
 
@@ -146,7 +146,7 @@ def test_both_themes(window):
 def test_the_pressure_scale_is_shared(window):
     window.colour_bar.maximum_changed.emit(20.0)
     assert window.views.scale.maximum == 20.0
-    assert window.map_view._scale.maximum == 20.0
+    assert window.map_view.display._scale.maximum == 20.0
 
 
 def test_quality_is_shown(window):
@@ -159,13 +159,13 @@ def test_the_picture_of_the_whole_window(window):
     """Menus, bars, both views, panels and plots; the changing digits of the clock are left out."""
     window.hint_bar.show()
     run(window, 1.0)
-    window.robot_view.draw_now()
+    window.robot_view.display.draw_now()
     QApplication.processEvents()
     window.session_bar.show_factor(1.0)
     window.column["timing"].hide()
     window.plots.hide()
     QApplication.processEvents()
-    window.robot_view.draw_now()
+    window.robot_view.display.draw_now()
     check_picture(window, "window_dark", share=0.97)
 
 
@@ -185,14 +185,14 @@ def test_the_picture_of_the_window_in_which_the_map_is_edited(window, qtbot):
     qtbot.waitUntil(lambda: window.bottom.height() < 100)  # what is below gives its room to the views, in its own time
     window.views.frame_all()
     QApplication.processEvents()
-    window.robot_view.draw_now()
+    window.robot_view.display.draw_now()
     check_picture(window, "window_editing_light", share=0.97)
 
 
 def test_another_robot_loads_beside_the_one_that_lives(window, qtbot):
     window.live.loading.emit("Placing taxels", 0.4)
     assert window.loading_bar.busy
-    assert not window.robot_view._card.isVisible(), "the last good robot stays in sight"
+    assert not window.robot_view.card.isVisible(), "the last good robot stays in sight"
     run(window, 0.1)
     press_map(window, 70)
     run(window, 0.1)
@@ -254,7 +254,7 @@ def test_a_message_can_be_dismissed(window):
 def test_the_readout_speaks_for_both_views(window):
     run(window, 0.1)
     at, pixel = visible_skin(window)
-    widget = window.robot_view.canvas.widget
+    widget = window.robot_view.display.canvas.widget
     QTest.mouseMove(widget, pixel + QPoint(1, 0))
     QTest.mouseMove(widget, pixel)
     from_body = window.readout.text()
@@ -384,7 +384,7 @@ def test_the_guide_opens_once_beside_the_window(window):
 def test_the_views_stay_where_they_are_whatever_is_read_out(window, prepared):
     before = window.views.geometry()
     for taxel in (70, 71, 72):  # Qt lays out what has grown some events later
-        words = window.map_view.words_for(prepared.skin.taxel_point(taxel))
+        words = window.map_view.display.words_for(prepared.skin.taxel_point(taxel))
         window.views.read_out.emit(words)
         QApplication.processEvents()
         assert window.readout.text() == words != ""

@@ -6,8 +6,14 @@ import pytest
 from PySide6.QtWidgets import QWidget
 
 from app.core.errors import DisplayError
-from widgets.robot_view.plotter_widget import ImageCanvas, make_canvas
-from widgets.robot_view.robot_canvas import HALF_RESOLUTION_FROM_MS, REDRAW_UP_TO_MS, REST_MS, RenderScheduler
+from widgets.robot_view.plotter_widget import (
+    HALF_RESOLUTION_FROM_MS,
+    REDRAW_UP_TO_MS,
+    REST_MS,
+    ImageCanvas,
+    RenderScheduler,
+    make_canvas,
+)
 
 
 class SlowCanvas(QWidget):
