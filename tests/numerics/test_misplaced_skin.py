@@ -132,7 +132,7 @@ def test_a_session_feels_the_true_skin_and_believes_the_other():
     assert np.array_equal(frames[0].pressures, frames[1].pressures)
     (here,), (there,) = (frame.regions for frame in frames)
     assert there.force == pytest.approx(here.force, rel=1e-12), "areas are known from how it was made"
-    apart = np.linalg.norm(there.point - here.point)
+    apart = np.linalg.norm(there.link_position - here.link_position)
     share = frames[0].pressures * prepared.skin.areas / here.force
     shift = share @ (believed.skin.patches[0].taxels.positions - prepared.skin.patches[0].taxels.positions)
     assert apart == pytest.approx(np.linalg.norm(shift), abs=0.0015)

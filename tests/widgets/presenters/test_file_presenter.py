@@ -37,7 +37,7 @@ def test_record_stop_replay_scrub_and_back(window, qtbot, tmp_path):
     (file,) = (tmp_path / "recordings").glob("*.mcap")
     assert str(file) in window.notification_bar.text
     player = RecordingPlayer(file)
-    assert len(player) == round(0.8 / window.live.prepared.scene.tick)
+    assert len(player) == round(0.8 / window.live.prepared.scene.tick) + 1
     assert verify(player).identical
     with qtbot.waitSignal(window.live.player_changed, timeout=60_000):
         window.presenters.files.open_path(str(file))

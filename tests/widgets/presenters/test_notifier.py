@@ -93,7 +93,7 @@ def test_a_fault_of_every_frame_is_reported_once(window, crash_files):
     assert len(crash_files()) == 2
 
 
-def test_shapes_switched_on_while_time_stands_still_show_on_both_sides(window):
+def test_shapes_switched_on_while_time_stands_still_show_on_both_sides(window, qtbot):
     window.action("mark_shapes").trigger()
     pixel = press_map(window, 70)
     run(window, 0.5)
@@ -101,7 +101,8 @@ def test_shapes_switched_on_while_time_stands_still_show_on_both_sides(window):
     shapes = window.robot_view.display.scene.layers["shapes"]
     assert not any(actor.visibility for actor in shapes.ellipses)
     window.action("mark_shapes").trigger()
-    assert any(actor.visibility for actor in shapes.ellipses)
+    # The body is drawn a little later than the map.
+    qtbot.waitUntil(lambda: any(actor.visibility for actor in shapes.ellipses))
     assert window.map_view.display.picture._overlays.shows("shapes")
     window.action("mark_shapes").trigger()
     assert not any(actor.visibility for actor in shapes.ellipses)
