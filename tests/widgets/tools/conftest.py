@@ -45,7 +45,7 @@ def lead(document):
     made.asked, made.heard = [], []
     made.wished.connect(made.asked.append)
     made.told.connect(made.heard.append)
-    made.display.show_map(document.map)
+    made.show_map(document.map)
     made.set_enabled(enabled=True)
     return made
 
