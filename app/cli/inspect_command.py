@@ -11,6 +11,7 @@ from app.cli.output import plain_text, print_fields, print_json, print_line, pro
 from app.core.errors import Finding, TactileMapsError
 from app.maps.formats.map_file import load_map
 from app.maps.quality import measure
+from app.recording.damage import damage_text
 from app.recording.player import RecordingPlayer
 from app.robots.library import load_robot
 from app.robots.robot import Robot
@@ -127,11 +128,11 @@ def _scene(scene: Scene) -> dict[str, Any]:
 
 def _recording(name: str) -> dict[str, Any]:
     player = RecordingPlayer(name)
-    problems = (
-        []
-        if player.complete
-        else [{"kind": "cut-off", "where": name, "remedy": f"tactile-maps recover {name} -o fixed.mcap", "count": 1}]
-    )
+    tick, remedy = player.prepared.scene.tick, f"tactile-maps recover {name} -o recovered.mcap keeps what is whole"
+    problems = [
+        {"kind": damage.kind.value, "where": damage_text(damage, tick), "remedy": remedy, "count": damage.count or 1}
+        for damage in player.damage
+    ]
     return {
         "kind": "recording",
         "name": player.prepared.scene.name,
@@ -140,6 +141,7 @@ def _recording(name: str) -> dict[str, Any]:
         "joints": [joint.name for joint in player.prepared.robot.joints],
         **_skin(player.prepared.skin),
         "frames": len(player),
+        "complete": player.complete,
         "seconds": player.duration,
         "inputs": len(player.inputs),
         "versions": player.versions,

@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import is_dataclass
 from typing import Any
 
 from app.core.progress import Progress
+from app.recording.damage import RecordingDamage, damage_text
 
 
 def print_line(text: str) -> None:
@@ -33,6 +34,13 @@ def plain_text(value: object) -> str:
     if isinstance(value, list | tuple):
         return ", ".join(plain_text(item) for item in value)
     return str(value)
+
+
+def damage_rows(damage: Sequence[RecordingDamage], tick: float) -> dict[str, object]:
+    """Whether a recording is complete and what it has lost, as facts for ``print_fields``; its tick in seconds."""
+    if not damage:
+        return {"Complete": "yes"}
+    return {"Complete": "no", "Damage": "; ".join(damage_text(one, tick) for one in damage)}
 
 
 def print_json(result: Mapping[str, Any]) -> None:

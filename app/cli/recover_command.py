@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from app.cli.output import print_fields, print_json
+from app.cli.output import damage_rows, print_fields, print_json
 from app.recording.recover import recover
 
 
@@ -16,7 +16,7 @@ def execute(arguments: argparse.Namespace) -> int:
             {
                 "frames": saved.frames,
                 "lost_frames": saved.lost_frames,
-                "was_complete": saved.was_complete,
+                "damage": list(saved.damage),
                 "file": saved.file,
             }
         )
@@ -24,8 +24,8 @@ def execute(arguments: argparse.Namespace) -> int:
         print_fields(
             {
                 "Frames": saved.frames,
-                "Frames lost in between": saved.lost_frames,
-                "Input was": "complete" if saved.was_complete else "truncated",
+                "Known to be missing": saved.lost_frames,
+                **damage_rows(saved.damage, saved.tick),
                 "Written to": saved.file,
             }
         )

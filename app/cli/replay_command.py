@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from app.cli.output import print_error, print_fields, print_json, progress_line
+from app.cli.output import damage_rows, print_error, print_fields, print_json, progress_line
 from app.core.errors import RecordingError, UsageError
 from app.recording.player import RecordingPlayer
 from app.recording.verify import verify
@@ -14,11 +14,12 @@ from app.stimuli.stimulus_file import save_stimuli
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Read every frame, or verify every frame; 1 when a verification finds a difference."""
+    """Read every frame, or verify every frame; 1 when a verification finds a difference or damage."""
     player = RecordingPlayer(arguments.input)
     result: dict[str, object] = {
         "frames": len(player),
         "complete": player.complete,
+        "damage": list(player.damage),
         "identical": None,
         "max_difference": None,
     }
@@ -26,7 +27,7 @@ def execute(arguments: argparse.Namespace) -> int:
         "Frames": len(player),
         "Duration": f"{player.duration:.2f} s",
         "Robot": player.prepared.robot.name,
-        "Complete": "yes" if player.complete else "no: truncated; see tactile-maps recover",
+        **damage_rows(player.damage, player.prepared.scene.tick),
     }
     if player.failure is not None:
         tick, error = player.failure
@@ -36,7 +37,7 @@ def execute(arguments: argparse.Namespace) -> int:
         _save_stimuli(player, arguments.stimuli, rows)
     (_verify if arguments.verify else _read)(player, result, rows)
     (print_json(result) if arguments.json else print_fields(rows))
-    return 1 if result["identical"] is False else 0
+    return 1 if result["identical"] is False or (arguments.verify and not player.complete) else 0
 
 
 def _save_stimuli(player: RecordingPlayer, file: str, rows: dict[str, object]) -> None:
@@ -65,8 +66,11 @@ def _verify(player: RecordingPlayer, result: dict[str, object], rows: dict[str, 
     if player.failure is not None:
         result["stopped_again"] = outcome.stopped is not None
         rows["Stopped again"] = "yes, at the same tick with the same message" if outcome.stopped else "no"
+    result["not_compared"] = outcome.not_compared
+    if outcome.not_compared:
+        rows["Not compared"] = f"{outcome.not_compared} frames: inputs before them are missing"
     rows["Identical"] = (
-        "yes, all joint positions, velocities, object poses and pressures, bit for bit"
+        f"yes, all joint positions, velocities, object poses and pressures of {outcome.frames} frames, bit for bit"
         if outcome.identical
         else f"no: from tick {outcome.first_difference} on, by up to {outcome.max_difference:.3g}"
     )

@@ -12,12 +12,15 @@ from __future__ import annotations
 import io
 import json
 import math
+import os
 import re
+import stat
 import zipfile
 import zlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,21 +32,49 @@ MAX_FILE_BYTES = 64 * 2**20
 """Of a file of another program, where its format states no other bound."""
 
 
+_KINDS: Mapping[int, str] = {
+    stat.S_IFDIR: "a folder",
+    stat.S_IFIFO: "a pipe",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+    stat.S_IFSOCK: "a socket",
+}
+
+
+@contextmanager
+def open_regular_file(path: Path, *, error: type[TactileMapsError]) -> Iterator[BinaryIO]:
+    """A file to read from; a pipe or device, which may never end or never begin, is refused at once.
+
+    Raises:
+        TactileMapsError: Of kind ``error``: it cannot be opened or read, or is no file.
+    """
+    try:
+        # Not to wait for the other end of a pipe; of a file it changes nothing.
+        descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+        with open(descriptor, "rb") as stream:
+            kind = stat.S_IFMT(os.fstat(descriptor).st_mode)
+            if kind != stat.S_IFREG:
+                value = _KINDS.get(kind, "something else")
+                raise error("this is not a file", file=path, value=value, remedy="Name a file; copy a stream into one")
+            yield stream
+    except (OSError, ValueError) as cause:
+        reason = getattr(cause, "strerror", None) or cause
+        raise error("the file cannot be read", file=path, value=reason, remedy="Check the path") from cause
+
+
 def read_bounded_file(path: Path, *, error: type[TactileMapsError], most: int = MAX_FILE_BYTES) -> bytes:
     """The whole file.
 
     Raises:
-        TactileMapsError: Of kind ``error``: it cannot be read, or has more than ``most`` bytes.
+        TactileMapsError: Of kind ``error``: it cannot be read, is no file, or has more than ``most`` bytes.
     """
-    try:
-        size = path.stat().st_size
-        if size > most:
-            raise error(
-                "the file is too large", file=path, value=f"{size} bytes", remedy=f"The most is {most // 2**20} MiB"
-            )
-        return path.read_bytes()
-    except (OSError, ValueError) as cause:
-        raise error("the file cannot be read", file=path, value=cause, remedy="Check the path") from cause
+    with open_regular_file(path, error=error) as stream:
+        data = stream.read(most + 1)  # not by its size alone: some files have none, or grow
+        if len(data) > most:
+            size = max(os.fstat(stream.fileno()).st_size, len(data))
+            remedy = f"The most is {most // 2**20} MiB"
+            raise error("the file is too large", file=path, value=f"{size} bytes", remedy=remedy)
+        return data
 
 
 def read_bounded_text(path: Path, *, error: type[TactileMapsError], most: int = MAX_FILE_BYTES) -> str:

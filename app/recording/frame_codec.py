@@ -189,6 +189,18 @@ def decode_frame(data: bytes, prepared: PreparedScene, *, file: str | None = Non
     return _FrameReader(data, prepared, file).frame()
 
 
+def tick_of(data: bytes, *, file: str | None = None) -> int:
+    """The tick of a frame's message, without reading the rest.
+
+    Raises:
+        RecordingError: There is none.
+    """
+    if len(data) < _HEADER.size or (tick := int(_HEADER.unpack_from(data)[0])) < 0:
+        problem = "the frame has no tick"
+        raise RecordingError(problem, file=file, place="/frame: header", value=f"{len(data)} bytes", remedy=DAMAGED)
+    return tick
+
+
 class _Sizes(NamedTuple):
     """How many there are, in the order of ``HEADER``."""
 

@@ -11,27 +11,24 @@ from pathlib import Path
 import numpy as np
 from mcap.records import Message
 
-from app.contacts.events import RECENT_EVENTS, ContactEvent
+from app.contacts.events import RECENT_EVENTS
 from app.core.arrays import refreeze
-from app.core.errors import RecordingError, SimulationError
-from app.core.progress import Progress
+from app.core.errors import RecordingError
+from app.core.progress import Progress, no_progress
 from app.recording import bundle, mcap_file
 from app.recording.frame_codec import decode_frame
-from app.recording.message_codecs import decode_event, decode_failure, decode_input
+from app.recording.messages import read_messages
 from app.session.frame import Frame
-from app.session.inputs import MapEdited, SessionInput
+from app.session.inputs import MapEdited
 from app.session.runtime_settings import RuntimeSettings, runtime_settings_at
 from app.tactile.poke import PokePressed, PokeReleased
-
-_CHUNKS_A_STEP = 50
-"""Chunks between two calls of ``progress``: some tenths of a second."""
 
 
 class RecordingPlayer:
     """A recording, indexed. Frames are unpacked when asked for, so an hour of them needs no more memory than its file.
 
     Args:
-        path: The file; one that was cut off is read as far as it goes.
+        path: The file; one that was cut off or damaged is read as far as it goes.
         progress: Told what is being done and how far it is, 0 to 1.
 
     Attributes:
@@ -40,7 +37,7 @@ class RecordingPlayer:
         inputs: (tick, input) of everything that was done, from the session's start.
         events: What contacts began or ended to do, oldest first.
         versions: Programs' versions when it was made.
-        complete: Whether the file ends as it should.
+        damage: All that is missing, repeated or cannot be believed, in the order of ticks as far as it has any.
         failure: The tick at which the session stopped by itself, and why; None when it did not.
 
     Raises:
@@ -49,35 +46,26 @@ class RecordingPlayer:
     Cost: about 0.1 s to open, and 20 ms for each second recorded with 1000 taxels.
     """
 
-    def __init__(self, path: str | Path, *, progress: Progress = lambda _text, _done: None) -> None:
+    def __init__(self, path: str | Path, *, progress: Progress = no_progress) -> None:
         self.path, file = Path(path), str(path)
         contents = mcap_file.read_recording(path)
         self._contents = contents
-        self.versions, self.complete = contents.metadata, contents.complete
+        self.versions = contents.metadata
         self.prepared = bundle.unpack_scene(contents.attachments, file=file)
         self._start = RuntimeSettings.of_scene(self.prepared)
-        self.inputs: list[tuple[int, SessionInput]] = []
-        self.failure: tuple[int, SimulationError] | None = None
-        self.events: list[ContactEvent] = []
-        self._places: list[tuple[int, int]] = []
-        times = []
-        for number, chunk in enumerate(contents.chunks):
-            if number % _CHUNKS_A_STEP == 0:
-                progress("Reading the recording", number / len(contents.chunks))
-            for place, (topic, message) in enumerate(mcap_file.chunk_messages(chunk, contents.channels)):
-                if topic == "/frame":
-                    self._places.append((number, place))
-                    times.append(1e-9 * message.log_time)
-                elif topic == "/input":
-                    self.inputs.append(decode_input(message.data, self.prepared.map, file=file))
-                elif topic == "/event":
-                    self.events.append(decode_event(message.data, self.prepared.skin, file=file))
-                elif topic == "/failure":
-                    self.failure = decode_failure(message.data, file=file)
-        if not times:
+        messages = read_messages(contents, self.prepared, file=file, progress=progress)
+        if not messages.frames:
             raise RecordingError("the recording holds no frame", file=path, remedy=bundle.DAMAGED)
-        self.times = np.array(times)
+        self.inputs, self.events = messages.inputs, messages.events
+        self.failure, self.damage = messages.failure, messages.damage
+        self._places = [(frame.chunk, frame.place) for frame in messages.frames]
+        self.times = self.prepared.scene.tick * np.array([frame.tick for frame in messages.frames])
         self._unpacked = lru_cache(maxsize=8)(self._unpack)
+
+    @property
+    def complete(self) -> bool:
+        """Whether every tick from the first to the last is there, with all inputs and events, and the file's end."""
+        return not self.damage
 
     def __getstate__(self) -> dict[str, object]:
         """For another process: all but the frames that are unpacked."""
@@ -148,13 +136,12 @@ class RecordingPlayer:
         return [(max(start, 0.0), min(end, self.duration)) for start, end in shown if end > 0 and start < self.duration]
 
     def _unpack(self, chunk: int) -> list[Message]:
-        return [
-            message for _, message in mcap_file.chunk_messages(self._contents.chunks[chunk], self._contents.channels)
-        ]
+        contents = self._contents
+        return [message for _, message in mcap_file.chunk_messages(contents.chunks[chunk], contents.channels) or ()]
 
 
 def open_recording(path: str | Path) -> RecordingPlayer:
-    """A recording's scene, frames and inputs; one that was cut off is read as far as it goes.
+    """A recording's scene, frames and inputs; one that was cut off or damaged is read as far as it goes.
 
     Args:
         path: The file.

@@ -20,7 +20,7 @@ from app.core.errors import RecordingError
 from app.recording.bundle import pack_scene
 from app.recording.frame_codec import encode_frame
 from app.recording.mcap_file import NO_SPACE, begin_recording, create_file
-from app.recording.message_codecs import encode_event, encode_failure, encode_input
+from app.recording.message_codecs import TOPICS, encode_event, encode_failure, encode_input
 from app.session.frame import Failure, Frame
 from app.session.inputs import SessionInput
 from app.session.prepare import PreparedScene
@@ -49,9 +49,15 @@ class Recorder:
     def __init__(self, prepared: PreparedScene, path: str | Path, *, overwrite: bool = False) -> None:
         self.path, self.frames = Path(path), 0
         self.tick, self._inputs, self._map, self._told = prepared.scene.tick, 0, prepared.map, -1
+        self._numbers = dict.fromkeys(TOPICS, 0)
         self._stream = create_file(self.path, overwrite=overwrite)
         frame_bytes = 8 * (len(prepared.skin) + 6 * len(prepared.robot.joints)) + 256
-        self._writer = Writer(self._stream, chunk_size=FRAMES_A_CHUNK * frame_bytes, compression=CompressionType.ZSTD)
+        self._writer = Writer(
+            self._stream,
+            chunk_size=FRAMES_A_CHUNK * frame_bytes,
+            compression=CompressionType.ZSTD,
+            enable_data_crcs=True,
+        )
         try:
             self._begin(prepared)
         except OSError as error:
@@ -103,7 +109,9 @@ class Recorder:
         try:
             for topic, tick, data in [*news, *more]:
                 at = round(1e9 * tick * self.tick)
-                self._writer.add_message(self._channels[topic], at, data, at, tick)
+                # A running number for each topic: whoever reads the file sees by it that a message is gone.
+                self._writer.add_message(self._channels[topic], at, data, at, self._numbers[topic])
+                self._numbers[topic] += 1
             self._stream.flush()
         except OSError as error:
             raise RecordingError(

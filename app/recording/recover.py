@@ -1,4 +1,4 @@
-"""Salvages a recording that was cut off: everything whole is written to a new, complete file."""
+"""Salvages a damaged recording: everything whole is written to a new file, which says what its source had lost."""
 
 from __future__ import annotations
 
@@ -6,12 +6,13 @@ from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 
-from mcap.records import Message
 from mcap.writer import CompressionType, Writer
 
 from app.core.errors import RecordingError
 from app.recording import mcap_file
-from app.recording.bundle import DAMAGED
+from app.recording.bundle import DAMAGED, unpack_scene
+from app.recording.damage import DamageKind, RecordingDamage
+from app.recording.messages import damage_entry, read_messages
 
 
 @dataclass(frozen=True)
@@ -20,19 +21,21 @@ class RecoveryResult:
 
     Attributes:
         frames: Frames in the new file.
-        lost_frames: Frames missing between the first and the last saved one; how many followed the cut nobody knows.
-        was_complete: Whether the file was whole to begin with.
+        lost_frames: Frames known to be missing; how many followed a cut nobody knows.
+        damage: What the source had lost; the new file says the same.
+        tick: Of the scene [s].
         file: The new file.
     """
 
     frames: int
     lost_frames: int
-    was_complete: bool
+    damage: tuple[RecordingDamage, ...]
+    tick: float
     file: str
 
 
 def recover(source: str | Path, target: str | Path, *, overwrite: bool = False) -> RecoveryResult:
-    """Copy what is whole in ``source`` to a complete recording ``target``.
+    """Copy what is whole in ``source`` to a recording ``target`` that is readable to its end.
 
     Raises:
         RecordingError: The source is no recording or holds no frame; the target exists or cannot be written.
@@ -41,23 +44,26 @@ def recover(source: str | Path, target: str | Path, *, overwrite: bool = False) 
     if source.resolve() == target.resolve():
         raise RecordingError("a recording cannot be recovered into itself", file=target, remedy="Name another file")
     contents = mcap_file.read_recording(source)
-    chunks = [mcap_file.chunk_messages(chunk, contents.channels) for chunk in contents.chunks]
-    ticks = [message.sequence for chunk in chunks for topic, message in chunk if topic == "/frame"]
-    if not ticks:
+    prepared = unpack_scene(contents.attachments, file=str(source))
+    messages = read_messages(contents, prepared, file=str(source))
+    if not messages.frames:
         raise RecordingError("nothing can be recovered: it has no complete frame", file=source, remedy=DAMAGED)
     try:
         with mcap_file.create_file(target, overwrite=overwrite) as stream:
-            writer = Writer(stream, chunk_size=1_000_000, compression=CompressionType.ZSTD)
-            _write(writer, contents, chunks)
+            writer = Writer(stream, chunk_size=1_000_000, compression=CompressionType.ZSTD, enable_data_crcs=True)
+            _write(writer, contents, messages.damage)
     except OSError as error:
         problem = "the recovered recording cannot be written"
         raise RecordingError(problem, file=target, value=error, remedy=mcap_file.NO_SPACE) from error
-    return RecoveryResult(len(ticks), ticks[-1] - ticks[0] + 1 - len(ticks), contents.complete, str(target))
+    lost = sum(one.count or 0 for one in messages.damage if one.kind == DamageKind.FRAMES_MISSING)
+    return RecoveryResult(len(messages.frames), lost, messages.damage, prepared.scene.tick, str(target))
 
 
-def _write(writer: Writer, contents: mcap_file.RecordingContents, chunks: list[list[tuple[str, Message]]]) -> None:
-    channels = mcap_file.begin_recording(writer, contents.metadata, contents.attachments)
-    for topic, message in chain.from_iterable(chunks):
+def _write(writer: Writer, contents: mcap_file.RecordingContents, damage: tuple[RecordingDamage, ...]) -> None:
+    metadata = contents.metadata | damage_entry(damage)
+    channels = mcap_file.begin_recording(writer, metadata, contents.attachments)
+    whole = (mcap_file.chunk_messages(chunk, contents.channels) for chunk in contents.chunks)
+    for topic, message in chain.from_iterable(filter(None, whole)):
         if topic in channels:
             writer.add_message(channels[topic], message.log_time, message.data, message.publish_time, message.sequence)
     writer.finish()

@@ -9,6 +9,7 @@ import numpy as np
 from app.core.arrays import FloatArray
 from app.core.errors import SimulationError
 from app.core.progress import Progress, no_progress
+from app.recording.damage import DamageKind, RecordingDamage
 from app.recording.player import RecordingPlayer
 from app.recording.recorder import versions
 from app.session.frame import Frame
@@ -29,6 +30,8 @@ class Verification:
         first_difference: Tick of the first difference; None when identical.
         other_versions: Versions that differ from those it was recorded with; equality is only promised without any.
         stopped: Why the session stopped again, as recorded; None when it was not stopped.
+        not_compared: Frames that were not, as inputs before them are missing: what they show cannot be simulated again.
+        damage: What the recording has lost.
     """
 
     frames: int
@@ -37,6 +40,8 @@ class Verification:
     first_difference: int | None
     other_versions: tuple[str, ...]
     stopped: str | None = None
+    not_compared: int = 0
+    damage: tuple[RecordingDamage, ...] = ()
 
 
 def verify(player: RecordingPlayer, *, progress: Progress = no_progress) -> Verification:
@@ -52,9 +57,11 @@ def verify(player: RecordingPlayer, *, progress: Progress = no_progress) -> Veri
     Cost: as long as simulating it, about a tenth of real time.
     """
     again = _Resimulation(player)
-    largest, first, compared = 0.0, None, 0
+    largest, first, compared, sure = 0.0, None, 0, _last_sure_tick(player)
     for number in range(len(player)):
         recorded = player.frame(number)
+        if sure is not None and recorded.tick > sure:
+            break
         frame = again.frame(recorded.tick)
         difference = _difference(frame, recorded)
         largest, compared = max(largest, difference), compared + 1
@@ -62,10 +69,19 @@ def verify(player: RecordingPlayer, *, progress: Progress = no_progress) -> Veri
             first = min(recorded.tick, frame.tick + 1)  # a run that stopped is at an earlier tick
         if number % 200 == 0:
             progress("Simulating again", number / len(player))
-    stopped, tick = again.ending()
+    stopped, tick = again.ending() if sure is None else (None, None)
     if tick is not None:
         largest, first = float("inf"), tick if first is None else first
-    return Verification(compared, first is None, largest, first, _changed_versions(player), stopped)
+    missing = len(player) - compared
+    return Verification(
+        compared, first is None, largest, first, _changed_versions(player), stopped, missing, player.damage
+    )
+
+
+def _last_sure_tick(player: RecordingPlayer) -> int | None:
+    """Up to which tick the recorded inputs are all there; None where all are."""
+    starts = [damage.first or 0 for damage in player.damage if damage.kind == DamageKind.INPUTS_MISSING]
+    return min(starts, default=None)
 
 
 class _Resimulation:

@@ -13,6 +13,7 @@ import pytest
 
 from app.control.command import ControlSettings
 from app.core.errors import RecordingError, SimulationError
+from app.recording.damage import DamageKind
 from app.recording.player import RecordingPlayer, open_recording
 from app.recording.recorder import Recorder, record, save_failure_report
 from app.recording.recover import recover
@@ -104,7 +105,7 @@ def test_a_killed_process_loses_less_than_one_percent(tmp_path):
     assert saved.frames >= 0.99 * written
     assert saved.lost_frames == 0
     fixed = RecordingPlayer(tmp_path / "fixed.mcap")
-    assert fixed.complete
+    assert [damage.kind for damage in fixed.damage] == [DamageKind.CUT_OFF]
     assert len(fixed) == saved.frames
     assert fixed.frame(len(fixed) - 1).tick == saved.frames
 

@@ -8,6 +8,7 @@ import pytest
 from app.core.errors import RecordingError
 from app.editing.arrange import rotate
 from app.editing.document import MapDocument
+from app.recording.damage import DamageKind
 from app.recording.player import RecordingPlayer
 from app.recording.recorder import Recorder
 from app.recording.recover import recover
@@ -59,7 +60,7 @@ def test_a_recovered_recording_still_verifies(recording, tmp_path):
     data = recording.read_bytes()
     cut.write_bytes(data[: int(0.97 * len(data))])
     saved = recover(cut, tmp_path / "fixed.mcap")
-    assert not saved.was_complete
+    assert [damage.kind for damage in saved.damage] == [DamageKind.CUT_OFF]
     assert 0 < saved.frames <= 200
     assert verify(RecordingPlayer(tmp_path / "fixed.mcap")).identical
 

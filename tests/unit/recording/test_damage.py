@@ -1,0 +1,263 @@
+"""A recording that lost something says what, where and how long; nothing is lost in silence."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+from mcap.writer import CompressionType, Writer
+
+from app.core.errors import RecordingError
+from app.recording.damage import DamageKind, Hole, RecordingDamage, damage_text, find_losses, lost_at_end
+from app.recording.mcap_file import begin_recording, chunk_messages, read_recording
+from app.recording.message_codecs import TOPICS
+from app.recording.player import RecordingPlayer
+from app.recording.recover import recover
+from app.recording.verify import verify
+
+FIRST, LAST = 51, 250
+"""Ticks of the fixture's frames."""
+
+
+def chunk_spans(path):
+    """Where each chunk's compressed messages lie in the file, by its index."""
+    with path.open("rb") as stream:
+        indexes = make_reader(stream).get_summary().chunk_indexes
+    return [(index.chunk_start_offset + index.chunk_length - index.compressed_size, index.compressed_size)
+            for index in indexes]  # fmt: skip
+
+
+def ticks_in(path, chunk):
+    """Ticks of the frames in one chunk."""
+    contents = read_recording(path)
+    return [
+        int.from_bytes(message.data[:8], "little")
+        for topic, message in chunk_messages(contents.chunks[chunk], contents.channels)
+        if topic == "/frame"
+    ]
+
+
+def topics_in(path, chunk):
+    """Topics of the messages in one chunk."""
+    contents = read_recording(path)
+    return {topic for topic, _ in chunk_messages(contents.chunks[chunk], contents.channels)}
+
+
+def flipped(path, target, at, bit=0):
+    """A copy with one bit flipped."""
+    data = bytearray(path.read_bytes())
+    data[at] ^= 1 << bit
+    target.write_bytes(data)
+    return target
+
+
+def rewritten(path, target, change):
+    """A sound copy whose messages, (topic, message) in order, went through ``change``."""
+    contents = read_recording(path)
+    messages = [one for chunk in contents.chunks for one in chunk_messages(chunk, contents.channels)]
+    with target.open("wb") as stream:
+        writer = Writer(stream, chunk_size=20_000, compression=CompressionType.ZSTD)
+        channels = begin_recording(writer, contents.metadata, contents.attachments)
+        for topic, message in change(messages):
+            writer.add_message(channels[topic], message.log_time, message.data, 0, message.sequence)
+        writer.finish()
+    return target
+
+
+def of_kind(damage, kind):
+    """All of one kind."""
+    return [one for one in damage if one.kind == kind]
+
+
+def without_inputs(path):
+    """Numbers of chunks that hold frames and no input."""
+    return [number for number in range(len(chunk_spans(path))) if topics_in(path, number) == {"/frame"}]
+
+
+def test_a_flipped_bit_in_the_frames_is_told_with_its_ticks(recording, tmp_path):
+    number = without_inputs(recording)[5]
+    ticks = ticks_in(recording, number)
+    start, size = chunk_spans(recording)[number]
+    player = RecordingPlayer(flipped(recording, tmp_path / "flipped.mcap", start + size // 2))
+    assert not player.complete
+    assert len(player) == LAST - FIRST + 1 - len(ticks)
+    assert of_kind(player.damage, DamageKind.UNREADABLE_CHUNK) == [RecordingDamage(DamageKind.UNREADABLE_CHUNK, 1)]
+    missing = RecordingDamage(DamageKind.FRAMES_MISSING, len(ticks), ticks[0], ticks[-1])
+    assert of_kind(player.damage, DamageKind.FRAMES_MISSING) == [missing]
+    assert not of_kind(player.damage, DamageKind.INPUTS_MISSING)
+    outcome = verify(player)
+    assert outcome.identical, "the frames that are left are the recorded ones"
+    assert (outcome.frames, outcome.not_compared) == (len(player), 0)
+
+
+def test_frames_after_a_lost_input_are_not_compared(recording, tmp_path):
+    spans = chunk_spans(recording)
+    number = next(n for n in range(3, len(spans)) if {"/frame", "/input"} <= topics_in(recording, n))
+    before, after = ticks_in(recording, number - 1)[-1], ticks_in(recording, number + 1)[0]
+    start, size = spans[number]
+    player = RecordingPlayer(flipped(recording, tmp_path / "flipped.mcap", start + size // 2))
+    (lost,) = of_kind(player.damage, DamageKind.INPUTS_MISSING)
+    assert before <= lost.first <= lost.last <= after
+    outcome = verify(player)
+    assert outcome.identical
+    compared = [player.frame(k).tick for k in range(len(player)) if player.frame(k).tick <= lost.first]
+    assert outcome.frames == len(compared)
+    assert outcome.not_compared == len(player) - len(compared) > 0
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_no_flipped_bit_is_silent(recording, tmp_path, seed):
+    """Anywhere in the file: refused by name, or told; and every frame is there or counted."""
+    size = recording.stat().st_size
+    chance = np.random.default_rng(seed)
+    # Half of them behind the attachments, which are most of the file.
+    low = 8 if seed % 2 else chunk_spans(recording)[0][0] - 100
+    at = int(chance.integers(low, size))
+    path = flipped(recording, tmp_path / "flipped.mcap", at, int(chance.integers(8)))
+    try:
+        player = RecordingPlayer(path)
+    except RecordingError:
+        return
+    assert player.damage, f"byte {at} of {size}"
+    lost = sum(one.count for one in of_kind(player.damage, DamageKind.FRAMES_MISSING))
+    if not of_kind(player.damage, DamageKind.CUT_OFF):
+        assert len(player) + lost == LAST - FIRST + 1
+
+
+def test_after_a_record_whose_length_is_wrong_it_goes_on_at_the_next_chunk(recording, tmp_path):
+    number = without_inputs(recording)[3]
+    with recording.open("rb") as stream:
+        index = make_reader(stream).get_summary().chunk_indexes[number]
+    path = flipped(recording, tmp_path / "length.mcap", index.chunk_start_offset + 7, 6)
+    player = RecordingPlayer(path)
+    ticks = ticks_in(recording, number)
+    missing = RecordingDamage(DamageKind.FRAMES_MISSING, len(ticks), ticks[0], ticks[-1])
+    assert of_kind(player.damage, DamageKind.FRAMES_MISSING) == [missing]
+    assert of_kind(player.damage, DamageKind.UNREADABLE_CHUNK)
+
+
+def test_a_lost_beginning_and_a_lost_end_are_counted(recording, tmp_path):
+    spans = chunk_spans(recording)
+    last = ticks_in(recording, len(spans) - 1)
+    start, size = spans[-1]
+    player = RecordingPlayer(flipped(recording, tmp_path / "end.mcap", start + size // 2))
+    (missing,) = of_kind(player.damage, DamageKind.FRAMES_MISSING)
+    assert (missing.count, missing.first, missing.last) == (len(last), last[0], LAST)
+    number, first = next((n, ticks) for n in range(len(spans)) if (ticks := ticks_in(recording, n)))
+    start, size = spans[number]
+    player = RecordingPlayer(flipped(recording, tmp_path / "start.mcap", start + size // 2))
+    (missing,) = of_kind(player.damage, DamageKind.FRAMES_MISSING)
+    assert (missing.count, missing.first, missing.last) == (len(first), FIRST, first[-1])
+
+
+def test_a_frame_left_out_doubled_or_out_of_order_is_told(recording, tmp_path):
+    def drop(messages):
+        frames = [n for n, (topic, _) in enumerate(messages) if topic == "/frame"]
+        return [one for n, one in enumerate(messages) if n not in frames[10:12]]
+
+    player = RecordingPlayer(rewritten(recording, tmp_path / "dropped.mcap", drop))
+    assert player.damage == (RecordingDamage(DamageKind.FRAMES_MISSING, 2, FIRST + 10, FIRST + 11),)
+
+    def double(messages):
+        frames = [one for one in messages if one[0] == "/frame"]
+        return [*messages, frames[7]]
+
+    player = RecordingPlayer(rewritten(recording, tmp_path / "doubled.mcap", double))
+    assert player.damage == (RecordingDamage(DamageKind.FRAMES_REPEATED, 1, FIRST + 7, FIRST + 7),)
+    assert len(player) == LAST - FIRST + 1
+
+    def swap(messages):
+        frames = [n for n, (topic, _) in enumerate(messages) if topic == "/frame"]
+        a, b = frames[20:22]
+        messages[a], messages[b] = messages[b], messages[a]
+        return messages
+
+    player = RecordingPlayer(rewritten(recording, tmp_path / "swapped.mcap", swap))
+    assert player.damage == (RecordingDamage(DamageKind.FRAMES_OUT_OF_ORDER, 1, FIRST + 20, FIRST + 20),)
+    assert [player.frame(n).tick for n in range(len(player))] == list(range(FIRST, LAST + 1))
+
+
+def test_an_input_left_out_is_told_though_every_frame_is_there(recording, tmp_path):
+    def drop(messages):
+        inputs = [n for n, (topic, _) in enumerate(messages) if topic == "/input"]
+        return [one for n, one in enumerate(messages) if n != inputs[-2]]
+
+    player = RecordingPlayer(rewritten(recording, tmp_path / "dropped.mcap", drop))
+    (lost,) = player.damage
+    assert (lost.kind, lost.count) == (DamageKind.INPUTS_MISSING, 1)
+    assert len(player) == LAST - FIRST + 1
+    assert not player.complete
+
+
+def test_what_is_recovered_says_what_its_source_had_lost(recording, tmp_path):
+    number = without_inputs(recording)[4]
+    start, size = chunk_spans(recording)[number]
+    damaged = flipped(recording, tmp_path / "damaged.mcap", start + size // 2)
+    saved = recover(damaged, tmp_path / "saved.mcap")
+    assert saved.lost_frames == len(ticks_in(recording, number))
+    player = RecordingPlayer(tmp_path / "saved.mcap")
+    assert player.damage == saved.damage == RecordingPlayer(damaged).damage
+    assert not player.complete
+    again = recover(tmp_path / "saved.mcap", tmp_path / "again.mcap")
+    assert again.damage == saved.damage
+
+
+def test_of_a_cut_file_it_is_said_that_the_end_is_missing(recording, tmp_path):
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(recording.read_bytes()[: int(0.98 * recording.stat().st_size)])
+    player = RecordingPlayer(cut)
+    (damage,) = player.damage
+    assert damage == RecordingDamage(DamageKind.CUT_OFF, None, player.frame(len(player) - 1).tick + 1)
+
+
+def test_words_say_how_many_where_and_how_long():
+    gap = RecordingDamage(DamageKind.FRAMES_MISSING, 6, 96, 101)
+    assert damage_text(gap, 0.005) == "frames missing: 6, ticks 96 to 101 (0.03 s from 0.48 s on)"
+    assert damage_text(replace(gap, count=1, last=96), 0.005) == "frames missing: 1, at tick 96 (0.48 s)"
+    cut = RecordingDamage(DamageKind.CUT_OFF, None, 20)
+    assert damage_text(cut, 0.005) == "the file was cut off: what followed is lost, from tick 20 on (0.1 s)"
+    assert "inputs missing: 2;" in damage_text(RecordingDamage(DamageKind.INPUTS_MISSING, 2, 3, None), 0.005)
+
+
+@pytest.mark.parametrize("kind", list(DamageKind))
+def test_every_kind_of_damage_has_words(kind):
+    text = damage_text(RecordingDamage(kind, 3, 4, 5), 0.01)
+    assert "{" not in text
+    assert "ticks 4 to 5" in text
+
+
+@pytest.mark.parametrize(
+    ("numbers", "holes", "at_end", "found"),
+    [
+        ([(0, 3), (1, 5)], [], 0, []),
+        ([(0, 3), (2, 9)], [], 0, [(1, 3, 9)]),
+        ([(0, 3), (2, 90)], [Hole(40, 47)], 0, [(1, 40, 47)]),
+        ([(0, 3), (2, 90)], [Hole(100, 107)], 0, [(1, 3, 90)]),
+        ([(1, 90)], [Hole(None, 12)], 0, [(1, 0, 12)]),
+        ([(0, 3)], [Hole(40, None)], 1, [(1, 40, None)]),
+        ([], [], 2, [(2, 0, None)]),
+    ],
+)
+def test_lost_messages_lie_where_bytes_could_not_be_read(numbers, holes, at_end, found):
+    losses = find_losses(numbers, holes, at_end, DamageKind.INPUTS_MISSING)
+    assert [(one.count, one.first, one.last) for one in losses] == found
+
+
+@pytest.mark.parametrize(
+    ("numbers", "written", "count"),
+    [([0, 1, 2], 3, 0), ([0, 1, 2], 5, 2), ([0, 2], 3, 0), ([0, 2], 5, 2), ([0, 1, 1], 3, 0), ([0, 1], None, 0)],
+)
+def test_what_is_missing_at_the_end_is_known_by_what_was_written(numbers, written, count):
+    assert lost_at_end(numbers, written) == count
+
+
+def test_topics_have_channels_even_where_their_declaration_is_lost(recording):
+    """They are declared in the first chunk: a file that lost it and its end is still read."""
+    stream = io.BytesIO()
+    writer = Writer(stream)
+    channels = begin_recording(writer, {}, {})
+    assert list(channels) == list(TOPICS)
+    assert list(channels.values()) == list(range(1, len(TOPICS) + 1))
