@@ -16,6 +16,7 @@ from app.core.arrays import refreeze
 from app.core.errors import RecordingError
 from app.core.progress import Progress, no_progress
 from app.recording import bundle, mcap_file
+from app.recording.damage import RecordingDamage
 from app.recording.frame_codec import decode_frame
 from app.recording.messages import read_messages
 from app.session.frame import Frame
@@ -134,6 +135,17 @@ class RecordingPlayer:
         first = float(self.times[0])
         shown = [(start * tick - first, end * tick - first) for start, end in spans]
         return [(max(start, 0.0), min(end, self.duration)) for start, end in shown if end > 0 and start < self.duration]
+
+    def damaged_spans(self) -> list[tuple[float, float, RecordingDamage]]:
+        """From and to when [s since the first frame] something was lost, within the recording, for a timeline."""
+        tick, first = self.prepared.scene.tick, float(self.times[0])
+        spans = []
+        for damage in self.damage:
+            if damage.first is not None:
+                end = self.duration if damage.last is None else (damage.last + 1) * tick - first
+                start = damage.first * tick - first
+                spans.append((min(max(start, 0.0), self.duration), min(max(end, 0.0), self.duration), damage))
+        return spans
 
     def _unpack(self, chunk: int) -> list[Message]:
         contents = self._contents

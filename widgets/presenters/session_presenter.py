@@ -9,12 +9,16 @@ from platformdirs import user_documents_path
 from PySide6.QtCore import QElapsedTimer, QObject, QTimer
 
 from app.core.errors import TactileMapsError
+from app.recording.damage import damage_text
 from app.recording.player import RecordingPlayer
 from widgets.common.mode import Mode
 from widgets.context.app_context import AppContext
 from widgets.session.recording_writer import make_recording_folder
+from widgets.timeline.timeline import DamagedSpan
 
 _PLAY_MS = 16
+_MOST_TOLD = 3
+"""Kinds of damage that a message names; *inspect* lists all."""
 
 
 class SessionPresenter(QObject):
@@ -86,7 +90,10 @@ class SessionPresenter(QObject):
         else:
             tick = player.prepared.scene.tick
             spans, edits = player.poke_spans(), player.edits()
-            self._timeline.set_recording(player.duration, spans, edits=edits, frame_seconds=tick)
+            damage = [DamagedSpan(start, end, damage_text(one, tick)) for start, end, one in player.damaged_spans()]
+            self._timeline.set_recording(player.duration, spans, edits=edits, damage=damage, frame_seconds=tick)
+            if player.damage:
+                self._context.notifier.fault(_damage_message(player))
             self._session.measurements.measure(player.prepared.map)
 
     def _on_play_toggled(self, playing: bool) -> None:
@@ -98,6 +105,14 @@ class SessionPresenter(QObject):
 
     def _on_play_timer(self) -> None:
         self._timeline.advance(1e-3 * self._play_clock.restart())
+
+
+def _damage_message(player: RecordingPlayer) -> str:
+    """What a recording has lost: the first things in words, the others counted."""
+    tick = player.prepared.scene.tick
+    told = [damage_text(one, tick) for one in player.damage]
+    more = f"; and {len(told) - _MOST_TOLD} more" if len(told) > _MOST_TOLD else ""
+    return f"{player.path.name} is damaged: {'; '.join(told[:_MOST_TOLD])}{more}. The timeline marks where."
 
 
 def recordings_folder() -> Path:

@@ -7,7 +7,7 @@ puts buttons, keys and the bar together.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
@@ -34,6 +34,24 @@ _EDIT_REACH_PX = 5.0
 """An edit of the map is named while the pointer is as near to its mark."""
 
 
+_LEAST_DAMAGE_PX = 3.0
+
+
+@dataclass(frozen=True)
+class DamagedSpan:
+    """Where a recording has lost something.
+
+    Attributes:
+        start: Seconds from its first frame.
+        end: The same.
+        text: What, for people.
+    """
+
+    start: float
+    end: float
+    text: str
+
+
 class ScrubBar(QWidget):
     """A recording from left to right. Emits ``scrubbed`` [s] while the hand drags; keys are the timeline's."""
 
@@ -45,6 +63,7 @@ class ScrubBar(QWidget):
         self._duration = self._time = 0.0
         self._spans: tuple[tuple[float, float], ...] = ()
         self._edits: tuple[tuple[float, str], ...] = ()
+        self._damage: tuple[DamagedSpan, ...] = ()
         self._hover: float | None = None
         self.held = False
         self.setObjectName("timeline-bar")
@@ -64,10 +83,22 @@ class ScrubBar(QWidget):
         self.update()
 
     def show_recording(
-        self, duration: float, spans: Sequence[tuple[float, float]], edits: Sequence[tuple[float, str]] = ()
+        self,
+        duration: float,
+        spans: Sequence[tuple[float, float]],
+        edits: Sequence[tuple[float, str]] = (),
+        damage: Sequence[DamagedSpan] = (),
     ) -> None:
-        """Show a recording of ``duration`` [s] with pokes from and to these times [s], and when the map was edited."""
-        self._duration, self._spans, self._edits, self._time = duration, tuple(spans), tuple(edits), 0.0
+        """Show a recording of ``duration`` [s].
+
+        Args:
+            duration: Of the recording [s].
+            spans: From and to which second a finger was on the skin.
+            edits: When the map was edited [s], and what each edit was called.
+            damage: Where something was lost.
+        """
+        self._duration, self._time = duration, 0.0
+        self._spans, self._edits, self._damage = tuple(spans), tuple(edits), tuple(damage)
         self.update()
 
     def show_time(self, time: float) -> None:
@@ -141,6 +172,10 @@ class ScrubBar(QWidget):
         painter.drawRoundedRect(QRectF(SIDE, TRACK_Y, self._room, TRACK_HEIGHT), 2, 2)
         painter.setBrush(QColor(self._theme.accent))
         painter.drawRoundedRect(QRectF(SIDE, TRACK_Y, at - SIDE, TRACK_HEIGHT), 2, 2)
+        painter.setBrush(QColor(self._theme.fault))
+        for span in self._damage:
+            left, right = self._x_range(span)
+            painter.drawRect(QRectF(left, TRACK_Y - 2, right - left, TRACK_HEIGHT + 4))
         painter.setBrush(QColor(self._theme.quiet))
         for start, end in self._spans:
             left, right = self.x_of(start), self.x_of(end)
@@ -155,6 +190,12 @@ class ScrubBar(QWidget):
         painter.drawEllipse(centre, HANDLE + 1.5, HANDLE + 1.5)
         painter.setBrush(QColor(self._theme.accent))
         painter.drawEllipse(centre, HANDLE, HANDLE)
+
+    def _x_range(self, span: DamagedSpan) -> tuple[float, float]:
+        """From and to where damage is drawn [px], wide enough to be seen."""
+        left, right = self.x_of(max(span.start, 0.0)), self.x_of(min(span.end, self._duration))
+        middle, half = (left + right) / 2, max(right - left, _LEAST_DAMAGE_PX) / 2
+        return middle - half, middle + half
 
     def _paint_labels(self, painter: QPainter) -> None:
         if self._duration <= 0:
@@ -172,7 +213,8 @@ class ScrubBar(QWidget):
 
     def _paint_hover(self, painter: QPainter, x: float) -> None:
         near = [name for time, name in self._edits if abs(self.x_of(time) - x) <= _EDIT_REACH_PX]
-        text = "  ".join([clock_text(self.time_at(x), decimals=2), *near[:1]])
+        lost = [span.text for span in self._damage if self._x_range(span)[0] <= x <= self._x_range(span)[1]]
+        text = "  ".join([clock_text(self.time_at(x), decimals=2), *near[:1], *lost[:1]])
         metrics = QFontMetricsF(painter.font())
         width = metrics.horizontalAdvance(text) + 12
         x = self.x_of(self.time_at(x))
@@ -283,6 +325,7 @@ class Timeline(QWidget):
         poke_spans: Sequence[tuple[float, float]],
         *,
         edits: Sequence[tuple[float, str]] = (),
+        damage: Sequence[DamagedSpan] = (),
         frame_seconds: float = 1 / 30,
     ) -> None:
         """Show a recording from its start, paused.
@@ -291,12 +334,13 @@ class Timeline(QWidget):
             duration: Of the recording [s].
             poke_spans: From and to which second each poke lasted.
             edits: When the map was edited [s], and what each edit was called.
+            damage: Where something was lost.
             frame_seconds: Time between two frames [s]; what Left and Right step.
         """
         self._stop()
         self._replaying = True
         self._playhead = Playhead(duration, frame_seconds, speed=self._playhead.speed)
-        self._bar.show_recording(duration, poke_spans, edits)
+        self._bar.show_recording(duration, poke_spans, edits, damage)
         self._show()
 
     def set_time(self, time: float) -> None:

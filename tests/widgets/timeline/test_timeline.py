@@ -8,7 +8,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QComboBox, QLabel, QPushButton
 
 from widgets.common.colours import DARK, LIGHT
-from widgets.timeline.timeline import EMPTY, ScrubBar, Timeline
+from widgets.timeline.timeline import EMPTY, DamagedSpan, ScrubBar, Timeline
 
 LEFT, NONE, SHIFT = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.ShiftModifier
 
@@ -173,3 +173,23 @@ def test_an_edit_of_the_map_is_marked_and_named_under_the_pointer(qtbot):
     named = bar.grab().toImage()
     bar.show_recording(10.0, [])
     assert named != bar.grab().toImage(), "its name stands beside the time"
+
+
+def test_damage_is_marked_where_it_is_and_named_under_the_pointer(qtbot):
+    bar = ScrubBar(DARK)
+    qtbot.addWidget(bar)
+    bar.resize(600, 48)
+    bar.show_recording(10.0, [])
+    whole = bar.grab().toImage()
+    bar.show_recording(10.0, [], damage=[DamagedSpan(4.0, 4.01, "frames missing: 2")])
+    marked = bar.grab().toImage()
+    width, height = whole.width(), whole.height()
+    changed = [x for x in range(width) if any(whole.pixel(x, y) != marked.pixel(x, y) for y in range(height))]
+    assert changed, "one hundredth of a second is seen"
+    assert abs(sum(changed) / len(changed) - bar.x_of(4.005)) < 2
+    bar.show()
+    qtbot.waitExposed(bar)
+    QTest.mouseMove(bar, QPoint(round(bar.x_of(4.0)), 20))
+    named = bar.grab().toImage()
+    bar.show_recording(10.0, [], damage=[DamagedSpan(4.0, 4.01, "inputs missing: 2")])
+    assert named != bar.grab().toImage(), "what is lost stands beside the time"
