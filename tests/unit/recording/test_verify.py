@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from app.control.limits import Limit, LimitKind
 from app.core.errors import RecordingError
 from app.editing.arrange import rotate
 from app.editing.document import MapDocument
@@ -15,7 +18,7 @@ from app.recording.recover import recover
 from app.recording.verify import verify
 from app.session.inputs import MapEdited
 from app.session.session import Session
-from app.tactile.poke import PokePressed, PokeReleased
+from app.tactile.poke import Finger, PokePressed, PokeReleased
 
 
 def test_the_same_inputs_give_the_same_run(recording):
@@ -35,6 +38,57 @@ def test_an_input_that_is_missing_is_noticed(recording):
     assert not outcome.identical
     assert outcome.first_difference == 201
     assert outcome.max_difference > 0
+
+
+def with_stiffness(player, number, factor):
+    """The inputs with the stiffness of one finger changed."""
+    tick, press = player.inputs[number]
+    finger = replace(press.finger, stiffness=press.finger.stiffness * factor)
+    return [*player.inputs[:number], (tick, replace(press, finger=finger)), *player.inputs[number + 1 :]]
+
+
+@pytest.mark.parametrize("factor", [1.001, 1 + 1e-9, 1 + 2.3e-16])
+def test_a_digit_of_a_fingers_stiffness_that_is_changed_is_noticed_at_once(recording, factor):
+    """Also in a finger that had let go before the first frame, and in the last bit."""
+    player = RecordingPlayer(recording)
+    presses = [number for number, (_, act) in enumerate(player.inputs) if isinstance(act, PokePressed)]
+    assert len(presses) == 2
+    whole = list(player.inputs)
+    for number in presses:
+        player.inputs = list(whole)
+        player.inputs = with_stiffness(player, number, factor)
+        outcome = verify(player)
+        assert not outcome.identical
+        assert outcome.first_difference == max(player.inputs[number][0], 51)
+
+
+def test_a_finger_that_never_acted_may_be_any(prepared, tmp_path):
+    """One that does not advance never pushes, so no frame can depend on its spring: that is why it is not noticed."""
+    session = Session(prepared)
+    path = tmp_path / "still.mcap"
+    with Recorder(prepared, path) as recorder:
+        for tick in range(40):
+            if tick == 10:
+                session.submit(PokePressed(1, prepared.skin.taxel_point(3), Finger(speed=0.0)))
+            recorder.write(session.tick(), session.inputs)
+    player = RecordingPlayer(path)
+    number = next(n for n, (_, act) in enumerate(player.inputs) if isinstance(act, PokePressed) and act.id == 1)
+    player.inputs = with_stiffness(player, number, 2.0)
+    assert verify(player).identical
+    assert not any(poke.force for frame in player for poke in frame.pokes if poke.id == 1)
+
+
+def test_what_is_not_a_number_is_compared_too(recording):
+    """A frame whose limits were changed, its state being the same."""
+    player = RecordingPlayer(recording)
+    frame = player.frame(150)
+    decoded = player.frame
+    changed = replace(frame, why_limited=(Limit(LimitKind.FORCE_CAP),))
+    player.frame = lambda number: changed if number == 150 else decoded(number)
+    outcome = verify(player)
+    assert not outcome.identical
+    assert outcome.first_difference == frame.tick
+    assert outcome.max_difference == 0.0
 
 
 def test_other_versions_are_told(recording):
