@@ -20,7 +20,12 @@ its node id, nothing is left out.
 from __future__ import annotations
 
 import os
+import sys
 
+# Of every test module pytest rewrites the assertions, and each process that tests start compiles what it imports: to
+# do it once, keep it on disk even where the environment says not to. Whoever passes -B, like tests.mutate, means it.
+if os.environ.pop("PYTHONDONTWRITEBYTECODE", None):
+    sys.dont_write_bytecode = False
 # Before NumPy: two workers on two cores leave no core for a second thread.
 for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(threads, "1")

@@ -87,8 +87,10 @@ def outcome(mutation: Mutation, tree: Path) -> str:
     text = path.read_text(encoding="utf8")
     path.write_text(text.replace(mutation.old, mutation.new), encoding="utf8")
     command = [sys.executable, "-B", "-m", "pytest", "-x", "-q", "-n", "0", "-p", "no:cacheprovider", *mutation.tests]
+    # Not by the environment: tests/conftest.py overrides it.
+    env = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     try:
-        done = subprocess.run(command, cwd=tree, capture_output=True, text=True, timeout=SECONDS, check=False)
+        done = subprocess.run(command, cwd=tree, env=env, capture_output=True, text=True, timeout=SECONDS, check=False)
     except subprocess.TimeoutExpired:
         return "killed: it never ended"
     finally:
