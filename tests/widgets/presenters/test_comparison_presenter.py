@@ -13,6 +13,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QLabel, QPushButton
 
 from app.recording.recorder import Recorder
+from app.scene.scene_file import load_scene
 from app.session.session import Session
 from app.studies.controller_comparison import controller_metrics
 from app.tactile.poke import PokePressed
@@ -25,17 +26,22 @@ from widgets.controller_comparison.metrics_table import NONE, ROWS, format_metri
 from widgets.workers.worker_process import Result
 
 
+@pytest.fixture(scope="module")
+def prepared(prepared):
+    """Nobody touches it but a test."""
+    return replace(prepared, scene=replace(prepared.scene, stimuli=()))
+
+
 @pytest.fixture
 def touched_window(window, prepared):
-    """From the start, hybrid leads a finger along a path on the forearm, for a second."""
-    window.live.show_prepared(replace(prepared, scene=replace(prepared.scene, stimuli=())))
+    """From the start, hybrid leads a finger along a path on the forearm, for half a second."""
     panel = window.column["controller"]
     panel.choose_controller("hybrid")
     panel.choose_task("follow_path")
     window.live.reset()
     run(window, 0.2)
     window.live.press(window.live.prepared.skin.taxel_point(middle_taxel(prepared.map, 1)))
-    run(window, 1.0)
+    run(window, 0.4)
     assert window.live.runner.session.frame.regions
     return window
 
@@ -78,15 +84,17 @@ def curves(board, name):
 def test_it_opens_with_the_law_in_force_and_another_on_what_was_done(board):
     assert [card.settings.controller for card in board.cards] == ["hybrid", "qp"]
     assert board.stimulus.occasion.touches == 1
-    assert board.stimulus.occasion.words.startswith("1.2\u2009s, 1 touch")
-    assert board.stimulus.seconds.value() == pytest.approx(1.2)
+    assert board.stimulus.occasion.words.startswith("0.6\u2009s, 1 touch")
+    assert board.stimulus.seconds.value() == pytest.approx(0.6)
     assert not board.stimulus.own_task
     assert board.traces == ()
     assert board._empty.isVisible()
     assert not board.findChild(QPushButton, "comparison-export").isVisible()
 
 
-def test_without_a_touch_it_offers_the_scene_s_script(window):
+def test_without_a_touch_it_offers_the_scene_s_script(window, prepared):
+    scripted = replace(prepared.scene, stimuli=load_scene("arm").stimuli)
+    window.live.show_prepared(replace(prepared, scene=scripted))
     window.action("compare_controllers").trigger()
     board = window.presenters.comparison.board
     assert board.stimulus.own_task
@@ -101,7 +109,7 @@ def test_run_draws_all_traces_and_a_table_of_their_figures(board, touched_window
     assert touched_window.live.runner.session.frame.tick == before, "it is run beside the session"
     for trace, curve in zip(board.traces, curves(board, "map_error"), strict=True):
         np.testing.assert_allclose(curve.yData, 1e3 * trace.map_error)
-        assert len(curve.xData) == 240
+        assert len(curve.xData) == 120
     found = [controller_metrics(trace) for trace in board.traces]
     row = next(row for row in ROWS if row.name == "map_rms_mm")
     assert [board.table.text("map_rms_mm", k) for k in (0, 1)] == [format_metric(row, one.map_rms_mm) for one in found]
@@ -175,11 +183,11 @@ def test_what_is_done_meanwhile_is_taken_at_the_next_run(board, touched_window):
     click(board, "comparison-run")
     run(touched_window, 0.4)
     click(board, "comparison-run")
-    assert board.traces[0].time[-1] == pytest.approx(1.6)
-    board.stimulus.seconds.setValue(0.5)
+    assert board.traces[0].time[-1] == pytest.approx(1.0)
+    board.stimulus.seconds.setValue(0.3)
     run(touched_window, 0.2)
     click(board, "comparison-run")
-    assert board.traces[0].time[-1] == pytest.approx(0.5), "a time that a person chose stays"
+    assert board.traces[0].time[-1] == pytest.approx(0.3), "a time that a person chose stays"
 
 
 def test_all_can_do_the_task_set_now_instead(board, touched_window):
@@ -192,7 +200,7 @@ def test_all_can_do_the_task_set_now_instead(board, touched_window):
 
 def test_a_recording_is_a_stimulus_too(board, prepared, tmp_path, monkeypatch):
     path = tmp_path / "other.mcap"
-    session = Session(replace(prepared, scene=replace(prepared.scene, stimuli=())))
+    session = Session(prepared)
     with Recorder(session.prepared, path) as recorder:
         session.submit(PokePressed(1, prepared.skin.taxel_point(30)))
         for _ in range(80):
@@ -248,7 +256,7 @@ def test_one_that_stopped_is_named_with_its_reason(board):
     click(board, "comparison-run")
     torn = replace(board.traces[1], ended="the simulation diverged.")
     board.show_compared((board.traces[0], torn))
-    assert note(board) == "▲ B: Quadratic program stopped at 1.20\u2009s: the simulation diverged."
+    assert note(board) == "▲ B: Quadratic program stopped at 0.60\u2009s: the simulation diverged."
 
 
 def test_each_stroke_differs_in_colour_and_dash():
@@ -279,7 +287,7 @@ def test_a_double_click_shows_all_of_the_time_again(board):
     QTest.mouseRelease(plot.viewport(), Qt.MouseButton.LeftButton, pos=middle)
     low, high = plot.getPlotItem().viewRange()[0]
     assert low <= 0
-    assert high >= 1.2
+    assert high >= 0.6
 
 
 def test_the_menu_has_laws_and_tasks_by_keys(window):

@@ -11,8 +11,10 @@ import pytest
 from app.editing.arrange import scale
 from app.editing.document import MapDocument
 from app.editing.reflatten import apply_result, reflatten, set_method
+from app.maps.build import build_map
 from app.maps.comparison import compare_maps
 from app.maps.quality import measure
+from tests.support.surfaces import cap, frustum, skin_of
 from widgets.workers.map_quality_worker import InlineMapQualityWorker, MapQualityWorker
 from widgets.workers.worker_process import SourceToken
 
@@ -20,26 +22,45 @@ LONG = 60_000
 HERE = SourceToken("here")
 
 
-@pytest.fixture
-def map_quality_worker():
-    """A map_quality_worker whose process is gone after the test."""
+@pytest.fixture(scope="module")
+def shown():
+    """Two curved patches with few taxels: what a body's distances cost grows with both."""
+    return build_map(skin_of(frustum(around=24, along=12), cap(1.2, rings=10)))
+
+
+@pytest.fixture(scope="module")
+def map_quality_worker(qapp):
+    """One for all tests that leave its process alone: to start one takes longer than to measure a small map."""
     made = MapQualityWorker()
     yield made
-    made.close()
-    made.deleteLater()
-    assert not mp.active_children(), "a process outlived its test"
+    _end(made)
 
 
-def test_a_map_is_measured_as_it_would_be_here(map_quality_worker, prepared, qtbot):
+@pytest.fixture
+def fresh_worker(map_quality_worker):
+    """One whose process has not been started; it is gone after the test."""
+    others = mp.active_children()
+    made = MapQualityWorker()
+    yield made
+    _end(made, others)
+
+
+def _end(worker, others=()):
+    worker.close()
+    worker.deleteLater()
+    assert [p.pid for p in mp.active_children()] == [p.pid for p in others], "a process outlived its tests"
+
+
+def test_a_map_is_measured_as_it_would_be_here(map_quality_worker, shown, qtbot):
     with qtbot.waitSignal(map_quality_worker.measured, timeout=LONG) as got:
-        map_quality_worker.measure(prepared.map, HERE)
-    assert facts(got.args[0].value) == facts(measure(prepared.map))
+        map_quality_worker.measure(shown, HERE)
+    assert facts(got.args[0].value) == facts(measure(shown))
     assert got.args[0].value.round_trip_mm < 2, "a pixel of this map is a millimetre and a half across"
     assert got.args[0].value.force_error < 1e-12
 
 
-def test_maps_that_were_overtaken_are_never_measured(map_quality_worker, prepared, qtbot):
-    document, got = MapDocument.of(prepared.map), []
+def test_maps_that_were_overtaken_are_never_measured(map_quality_worker, shown, qtbot):
+    document, got = MapDocument.of(shown), []
     map_quality_worker.measured.connect(got.append)
     for step in range(30):
         map_quality_worker.measure(scale(document, [0], 1 + step / 10).map, HERE)
@@ -48,10 +69,10 @@ def test_maps_that_were_overtaken_are_never_measured(map_quality_worker, prepare
     assert facts(got[-1].value) == facts(measure(scale(document, [0], 3.9).map))
 
 
-def test_an_edited_chart_is_measured_as_it_is_now(map_quality_worker, prepared, qtbot):
-    document = MapDocument.of(prepared.map)
+def test_an_edited_chart_is_measured_as_it_is_now(map_quality_worker, shown, qtbot):
+    document = MapDocument.of(shown)
     edited = apply_result(document, reflatten(set_method(document, [1], "lscm"))).map
-    for map_ in (prepared.map, edited, prepared.map):
+    for map_ in (shown, edited, shown):
         with qtbot.waitSignal(map_quality_worker.measured, timeout=LONG) as got:
             map_quality_worker.measure(map_, HERE)
         assert facts(got.args[0].value) == facts(measure(map_))
@@ -62,37 +83,37 @@ def facts(quality):
     return {key: value for key, value in quality.to_json().items() if key not in ("round_trip_mm", "force_error")}
 
 
-def test_the_window_never_waits_for_a_process_to_read(map_quality_worker, prepared, qtbot):
+def test_the_window_never_waits_for_a_process_to_read(fresh_worker, shown, qtbot):
     """A pipe holds 64 kB: a larger request, written before it is read, would hold up whoever writes it."""
-    map_quality_worker.measure(prepared.map, HERE)
-    assert not map_quality_worker.process._busy, "nothing is written before it reads"
-    assert map_quality_worker.process.waiting == 2, "skin and map wait here, not in the pipe"
-    with qtbot.waitSignal(map_quality_worker.measured, timeout=LONG):
+    fresh_worker.measure(shown, HERE)
+    assert not fresh_worker.process._busy, "nothing is written before it reads"
+    assert fresh_worker.process.waiting == 2, "skin and map wait here, not in the pipe"
+    with qtbot.waitSignal(fresh_worker.measured, timeout=LONG):
         pass
-    qtbot.waitUntil(lambda: map_quality_worker.process.ready, timeout=LONG)
-    assert not map_quality_worker.process.waiting
+    qtbot.waitUntil(lambda: fresh_worker.process.ready, timeout=LONG)
+    assert not fresh_worker.process.waiting
 
 
-def test_two_maps_are_compared(map_quality_worker, prepared, qtbot):
-    larger = scale(MapDocument.of(prepared.map), [0], 2.0).map
+def test_two_maps_are_compared(map_quality_worker, shown, qtbot):
+    larger = scale(MapDocument.of(shown), [0], 2.0).map
     with qtbot.waitSignal(map_quality_worker.compared, timeout=LONG) as got:
-        map_quality_worker.compare(prepared.map, larger, HERE)
-    assert got.args[0].value.to_json() == compare_maps(prepared.map, larger).to_json()
+        map_quality_worker.compare(shown, larger, HERE)
+    assert got.args[0].value.to_json() == compare_maps(shown, larger).to_json()
 
 
-def test_a_process_that_dies_is_told_and_replaced(map_quality_worker, prepared, qtbot):
-    with qtbot.waitSignal(map_quality_worker.failed, timeout=LONG) as failure:
-        map_quality_worker.measure(prepared.map, HERE)
-        os.kill(map_quality_worker.process.pid, signal.SIGKILL)
+def test_a_process_that_dies_is_told_and_replaced(fresh_worker, shown, qtbot):
+    with qtbot.waitSignal(fresh_worker.failed, timeout=LONG) as failure:
+        fresh_worker.measure(shown, HERE)
+        os.kill(fresh_worker.process.pid, signal.SIGKILL)
     assert "ended unexpectedly" in failure.args[0].value
-    with qtbot.waitSignal(map_quality_worker.measured, timeout=LONG):
-        map_quality_worker.measure(prepared.map, HERE)
+    with qtbot.waitSignal(fresh_worker.measured, timeout=LONG):
+        fresh_worker.measure(shown, HERE)
 
 
-def test_inline_it_measures_when_told_to(prepared, qtbot):
+def test_inline_it_measures_when_told_to(shown, qtbot):
     map_quality_worker, got = InlineMapQualityWorker(), []
     map_quality_worker.measured.connect(got.append)
-    map_quality_worker.measure(prepared.map, HERE)
+    map_quality_worker.measure(shown, HERE)
     assert not got
     map_quality_worker.run()
     assert len(got) == 1
