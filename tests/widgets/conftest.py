@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 from collections import Counter
 from dataclasses import replace
+from functools import lru_cache
 
 import pytest
 import shiboken6
@@ -18,6 +19,7 @@ from app.session.prepare import PreparedScene, prepare
 from widgets.common.colours import DARK, apply_theme
 from widgets.common.settings import Settings
 from widgets.document.map_editor import MapEditor
+from widgets.map_view.live_image import AtlasTile
 from widgets.session.backends import INLINE
 from widgets.window.main_window import MainWindow
 from widgets.workers.scene_worker import InlineSceneWorker
@@ -32,6 +34,15 @@ def prepared() -> PreparedScene:
     prepared = prepare(replace(scene, cover=replace(scene.cover, taxels=TAXELS)))
     assert len(prepared.skin) == TAXELS
     return prepared
+
+
+@pytest.fixture(scope="session", autouse=True)
+def tiles_made_once():
+    """The live image of a patch depends on nothing but its chart and how it is made: 0.15 s of each window otherwise."""
+    of = lru_cache(maxsize=32)(AtlasTile.of)  # patches and charts are what they are, not what is in them
+    with pytest.MonkeyPatch.context() as patching:
+        patching.setattr(AtlasTile, "of", of)
+        yield
 
 
 @pytest.fixture

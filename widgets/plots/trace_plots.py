@@ -55,7 +55,7 @@ class TracePlot(QWidget):
         self._heading = QLabel(title, self)
         self._heading.setFont(self._caption)
         self._heading.setWordWrap(True)
-        self.plot = pg.PlotWidget(self, background=None)
+        self.plot = pg.PlotWidget(self, background=None, enableMenu=False)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(4)
@@ -66,7 +66,6 @@ class TracePlot(QWidget):
 
     def _set_up_axes(self) -> None:
         self.plot.setAcceptDrops(False)  # a file dropped here is the window's
-        self.plot.setMenuEnabled(False)
         self.plot.setMouseEnabled(x=False, y=False)
         self.plot.hideButtons()
         menu = self.plot.getPlotItem().ctrlMenu  # made without a parent, it would outlive the plot

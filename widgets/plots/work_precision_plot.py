@@ -93,10 +93,9 @@ class LogCanvas(pg.PlotWidget):
     def __init__(self, parent: QWidget) -> None:
         self.left_axis, self.bottom_axis = LogAxis("left"), LogAxis("bottom")
         axes = {"left": self.left_axis, "bottom": self.bottom_axis}
-        super().__init__(parent, background=None, axisItems=axes)
+        super().__init__(parent, background=None, axisItems=axes, enableMenu=False)
         self.setObjectName("work-precision-canvas")
         self.setAcceptDrops(False)  # a file dropped here is the window's
-        self.setMenuEnabled(False)
         self.setMouseEnabled(x=False, y=False)
         self.hideButtons()
         menu = self.getPlotItem().ctrlMenu  # made without a parent, it would outlive the plot
