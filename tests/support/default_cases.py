@@ -47,12 +47,7 @@ def pytest_collection_modifyitems(config, items):
     cases = defaultdict(list)
     for item in items:
         cases[item.nodeid.split("[")[0]].append(item)
-    kept = {
-        item.nodeid
-        for group in cases.values()
-        for item in _default(group)
-        if not item.get_closest_marker("long")
-    }
+    kept = {item.nodeid for group in cases.values() for item in _default(group) if not item.get_closest_marker("long")}
     config.hook.pytest_deselected(items=[item for item in items if item.nodeid not in kept])
     items[:] = [item for item in items if item.nodeid in kept]
 

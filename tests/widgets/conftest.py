@@ -38,7 +38,7 @@ def prepared() -> PreparedScene:
 
 @pytest.fixture(scope="session", autouse=True)
 def tiles_made_once():
-    """The live image of a patch depends on nothing but its chart and how it is made: 0.15 s of each window otherwise."""
+    """A live image depends on nothing but charts and how it is made: 0.15 s of each window otherwise."""
     of = lru_cache(maxsize=32)(AtlasTile.of)  # patches and charts are what they are, not what is in them
     with pytest.MonkeyPatch.context() as patching:
         patching.setattr(AtlasTile, "of", of)

@@ -141,8 +141,7 @@ def test_in_the_simulator_the_limit_of_the_force_is_the_same(delay):
     assert found == pytest.approx(explained, rel=0.04)
 
 
-@pytest.mark.sampled(1)
-@pytest.mark.parametrize("delay", [0, 2])
+@pytest.mark.parametrize("delay", [0, pytest.param(2, marks=pytest.mark.long)])
 def test_in_the_simulator_the_limit_on_the_map_departs_by_the_posture_loop_alone(delay):
     """At 40 rad/s the posture loop is still under way when the next reading is taken, which calms what would alternate
     (place, no delay); at 400 rad/s it is not.
