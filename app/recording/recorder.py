@@ -6,6 +6,7 @@ recording that stops again when it is replayed.
 
 from __future__ import annotations
 
+import os
 import platform
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -119,17 +120,42 @@ class Recorder:
             ) from error
         self._inputs = len(inputs)
 
+    @property
+    def bytes_written(self) -> int:
+        """So far."""
+        return self._stream.tell()
+
+    def check_file(self) -> None:
+        """Make sure that what is written can be found again: a file that was removed takes bytes all the same.
+
+        Raises:
+            RecordingError: The file is not where it was made.
+        """
+        try:
+            found = os.path.samestat(os.stat(self.path), os.fstat(self._stream.fileno()))
+        except OSError:
+            found = False
+        if not found:
+            remedy = "Record again; do not move a recording before it is complete"
+            raise RecordingError("the recording was removed or replaced while it was written", file=self.path,
+                                 remedy=remedy)  # fmt: skip
+
     def close(self) -> None:
         """Complete the file with its index. Closing twice does nothing.
 
         Raises:
-            RecordingError: The last bytes could not be written.
+            RecordingError: The last bytes could not be written, or the file was removed meanwhile.
         """
         if self._stream.closed:
             return
         try:
             self._writer.finish()
+            self._stream.flush()
+            self.check_file()
             self._stream.close()
+        except RecordingError:
+            self.abandon()
+            raise
         except OSError as error:
             self.abandon()
             raise RecordingError(

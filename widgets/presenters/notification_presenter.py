@@ -6,6 +6,7 @@ from PySide6.QtCore import QObject
 
 from app.session.prepare import PreparedScene
 from widgets.context.app_context import AppContext
+from widgets.session.recording_writer import DiskSpace
 
 _SAVED_MS = 10_000
 
@@ -24,6 +25,7 @@ class NotificationPresenter(QObject):
         self._session.failed.connect(self._notifier.fault)
         self._session.halted.connect(self._on_halted)
         self._session.saved.connect(self._on_saved)
+        self._session.disk_filling.connect(self._on_disk_filling)
         self._session.prepared_changed.connect(self._on_prepared_changed)
         self._session.touched.connect(self._on_hints_read)
         self._notifier.hints_dismissed.connect(self._on_hints_read)
@@ -37,6 +39,12 @@ class NotificationPresenter(QObject):
         self._notifier.say(f"Saved {path}")
         self._notifier.status(f"Saved {path}", _SAVED_MS)  # a second message may replace the first
         self._context.settings.add_recent(path)
+
+    def _on_disk_filling(self, space: DiskSpace) -> None:
+        minutes = space.seconds / 60
+        left = f"{minutes:.0f} minutes" if minutes >= 1.5 else f"{space.seconds:.0f} seconds"
+        text = f"The disk of {space.folder} will be full in about {left} of recording ({space.free / 1e6:.0f} MB left)."
+        self._notifier.fault(f"{text} Free space, or stop the recording.")
 
     def _on_prepared_changed(self, _prepared: PreparedScene) -> None:
         self._notifier.show_hints(shown=not self._context.settings.hints_read)

@@ -83,6 +83,8 @@ class LiveSession(QObject):
     """``empty``, ``live``, ``paused`` or ``replaying``."""
     recording_changed = Signal(object)
     """Path of the recording being written, or None."""
+    disk_filling = Signal(object)
+    """The DiskSpace that is left for the recording being written: less than an hour, ten minutes, a minute."""
     saved = Signal(str)
     """Path of a complete recording."""
     player_changed = Signal(object)
@@ -176,6 +178,8 @@ class LiveSession(QObject):
         if (torn := self._recording_writer.take_failure()) is not None:
             self.failed.emit(str(torn))
             self.recording_changed.emit(None)
+        if (space := self._recording_writer.take_warning()) is not None:
+            self.disk_filling.emit(space)
         if update.failure is not None:
             self._tell_failure(run, update.failure)
         self._active_settings.show(run.settings)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import shutil
 import threading
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from queue import SimpleQueue
 
@@ -15,13 +18,47 @@ from app.session.inputs import SessionInput
 MOST_WAITING = 4000
 """Ticks that may wait for a slow disk: 20 s of them, about 40 MB for 1000 taxels."""
 
+CHECK_SECONDS = 2.0
+"""Between two looks at the file and the space that is left [s]."""
+TOLD_AT = (3600.0, 600.0, 60.0)
+"""Space for so many seconds of recording is left: each is told once [s]."""
+
+
+@dataclass(frozen=True)
+class DiskSpace:
+    """How long the disk lasts at the rate of the recording so far.
+
+    Attributes:
+        folder: On the disk.
+        free: Bytes left.
+        seconds: For so long [s].
+    """
+
+    folder: Path
+    free: int
+    seconds: float
+
+
+def free_space(folder: Path) -> int:
+    """Bytes left on the disk of ``folder``."""
+    return shutil.disk_usage(folder).free
+
+
 _Inputs = tuple[tuple[int, SessionInput], ...]
 
 
 class RecordingWriter:
-    """The recording being written, if there is one. Mutable; ``write`` may be called from another thread."""
+    """The recording being written, if there is one. Mutable; ``write`` may be called from another thread.
 
-    def __init__(self) -> None:
+    Args:
+        free: Bytes left on the disk of a folder.
+        clock: Wall time [s].
+    """
+
+    def __init__(
+        self, *, free: Callable[[Path], int] = free_space, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self._free, self._clock = free, clock
         self._file: _OpenFile | None = None
 
     @property
@@ -31,7 +68,7 @@ class RecordingWriter:
 
     def begin(self, recorder: Recorder) -> None:
         """Write there from now on. ``complete`` closes it."""
-        self._file = _OpenFile(recorder)
+        self._file = _OpenFile(recorder, self._free, self._clock)
 
     def write(self, frame: Frame, inputs: Sequence[tuple[int, SessionInput]]) -> None:
         """Keep a tick, with all inputs since the session's reset. Never waits for the disk.
@@ -62,13 +99,24 @@ class RecordingWriter:
         file.recorder.abandon()
         return file.error
 
+    def take_warning(self) -> DiskSpace | None:
+        """That the disk will soon be full, once for each of ``TOLD_AT``; None where there is nothing to say."""
+        file = self._file
+        if file is None:
+            return None
+        warning, file.warning = file.warning, None
+        return warning
+
 
 class _OpenFile:
     """One recorder and the thread that feeds it. Mutable."""
 
-    def __init__(self, recorder: Recorder) -> None:
-        self.recorder = recorder
+    def __init__(self, recorder: Recorder, free: Callable[[Path], int], clock: Callable[[], float]) -> None:
+        self.recorder, self._free, self._clock = recorder, free, clock
         self.error: TactileMapsError | None = None
+        self.warning: DiskSpace | None = None
+        self._start = self._checked = clock()
+        self._start_bytes, self._told_at = recorder.bytes_written, float("inf")
         self._handed_over = 0
         self._inputs: list[tuple[int, SessionInput]] = []  # the thread's own: the session's list goes on growing
         self._queue: SimpleQueue[tuple[Frame, _Inputs] | None] = SimpleQueue()
@@ -102,8 +150,29 @@ class _OpenFile:
             if self.error is None:
                 try:
                     self.recorder.write(frame, self._inputs)
+                    self._check()
                 except TactileMapsError as error:
                     self.error = error
+
+    def _check(self) -> None:
+        """Now and then: is the file still there, and how long will there be space."""
+        now = self._clock()
+        if now - self._checked < CHECK_SECONDS:
+            return
+        self._checked = now
+        self.recorder.check_file()
+        written = self.recorder.bytes_written - self._start_bytes
+        if written <= 0:
+            return
+        folder = self.recorder.path.parent
+        try:
+            free = self._free(folder)
+        except OSError:
+            return  # nobody knows; a full disk is told when it is met
+        seconds = free * (now - self._start) / written
+        reached = min((limit for limit in TOLD_AT if seconds < limit), default=float("inf"))
+        if reached < self._told_at:
+            self._told_at, self.warning = reached, DiskSpace(folder, free, seconds)
 
 
 def make_recording_folder(folder: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import threading
 from pathlib import Path
 
@@ -123,3 +124,67 @@ def test_what_fails_while_it_is_completed_is_raised(prepared, tmp_path):
     with pytest.raises(RecordingError, match=r"torn\.mcap"):
         writer.complete()
     assert writer.recorder is None
+
+
+def let_it_write(writer, session, recorder, ticks, qtbot):
+    """Record so many ticks, all of them on the disk afterwards."""
+    before = recorder.frames
+    for _ in range(ticks):
+        session.tick()
+        writer.write(session.frame, session.inputs)
+    qtbot.waitUntil(lambda: recorder.frames == before + ticks, timeout=10_000)
+
+
+def test_the_space_that_is_left_is_told_an_hour_ten_minutes_and_a_minute_before_it_ends(prepared, tmp_path, qtbot):
+    now, free = [0.0], [10**15]
+    writer, session = RecordingWriter(free=lambda _folder: free[0], clock=lambda: now[0]), Session(prepared)
+    recorder = Recorder(prepared, tmp_path / "long.mcap")
+    writer.begin(recorder)
+    start, told = recorder.bytes_written, []
+    for share in (1e9, 5000.0, 3599.0, 3000.0, 599.0, 500.0, 59.0, 50.0):
+        let_it_write(writer, session, recorder, 24, qtbot)
+        now[0] += 10.0
+        free[0] = int(share * (recorder.bytes_written - start) / now[0])
+        let_it_write(writer, session, recorder, 1, qtbot)
+        told.append(writer.take_warning())
+    assert [warning is not None for warning in told] == [False, False, True, False, True, False, True, False]
+    assert told[2].folder == tmp_path
+    assert told[2].seconds == pytest.approx(3599.0, rel=0.01)
+    assert told[6].free < told[4].free
+    writer.complete()
+
+
+@pytest.mark.parametrize("gone", ["file", "folder", "replaced"])
+def test_a_file_that_vanishes_ends_the_recording_and_says_so(prepared, tmp_path, qtbot, gone):
+    now, folder = [0.0], tmp_path / "stick"
+    folder.mkdir()
+    writer, session = RecordingWriter(clock=lambda: now[0]), Session(prepared)
+    recorder = Recorder(prepared, folder / "a.mcap")
+    writer.begin(recorder)
+    let_it_write(writer, session, recorder, 5, qtbot)
+    if gone == "folder":
+        shutil.rmtree(folder)
+    else:
+        (folder / "a.mcap").unlink()
+    if gone == "replaced":
+        (folder / "a.mcap").write_bytes(b"another")
+    now[0] = 10.0
+    session.tick()
+    writer.write(session.frame, session.inputs)
+    failures = []
+    qtbot.waitUntil(lambda: failures.append(writer.take_failure()) or failures[-1] is not None, timeout=10_000)
+    assert "removed or replaced" in str(failures[-1])
+    assert writer.recorder is None
+    session.tick()
+    if gone == "replaced":
+        assert (folder / "a.mcap").read_bytes() == b"another"
+
+
+def test_a_file_that_vanished_is_not_told_as_saved(prepared, tmp_path):
+    writer, session = RecordingWriter(), Session(prepared)
+    writer.begin(Recorder(prepared, tmp_path / "a.mcap"))
+    session.tick()
+    writer.write(session.frame, session.inputs)
+    (tmp_path / "a.mcap").unlink()
+    with pytest.raises(RecordingError, match="removed or replaced"):
+        writer.complete()
