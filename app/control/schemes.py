@@ -10,7 +10,8 @@ Four tell for every contact how its point should move in space (``PointVelocityS
 acceleration form with
   k_D = 1 / inertia_time, and the other gains times k_D so that they keep their meaning:
   v' = k_D (K_P e_x + (k_F e_f + k_I integral of e_f) n - v). Position along the normal gives way to the integral of
-  force. Against a spring k_e it is stable while k_I k_e < k_D (K_P + k_F k_e) (Routh);
+  force, which is bounded only together with it: the error of force goes to zero wherever the contact stands. Against a
+  spring k_e it is stable while k_I k_e < k_D (K_P + k_F k_e) (Routh);
 * tactile servoing with a projection matrix (Li, Schürmann, Haschke and Ritter 2013), the simplest: errors in the frame
 of the touch, two of place
   and one of force, are weighted by gains, chosen by a projection matrix and turned into a velocity of the point. It
@@ -86,7 +87,14 @@ class ForceServo:
         return self._integrals.get(contact, 0.0)
 
     def push(
-        self, settings: ControlSettings, contact: ContactKey, error: float, dt: float, limits: ActiveLimits
+        self,
+        settings: ControlSettings,
+        contact: ContactKey,
+        error: float,
+        dt: float,
+        limits: ActiveLimits,
+        *,
+        beside: float = 0.0,
     ) -> float:
         """Outward speed of the touched point [m/s]: positive presses more.
 
@@ -96,10 +104,12 @@ class ForceServo:
             error: Wanted minus measured force [N].
             dt: Since the last question [s].
             limits: Told when the answer is bounded.
+            beside: Outward speed that is wanted besides [m/s], part of the answer. Only the sum is bounded, so that
+                the integral outgrows whatever of it holds the force off its goal.
         """
         before = self.integral(contact)
         self._gather(contact, error, dt, settings.integral_time)
-        wanted = settings.force_gain * (error + self.integral(contact) / settings.integral_time)
+        wanted = settings.force_gain * (error + self.integral(contact) / settings.integral_time) + beside
         bounded = min(max(wanted, -self._max_speed), self._max_speed)
         if bounded != wanted:
             if error * (wanted - bounded) > 0:
@@ -165,9 +175,11 @@ class PointVelocityScheme(ABC):
         """Forget all contacts but these."""
         self._servo.keep(contact.key for contact in contacts)
 
-    def push(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: ActiveLimits) -> float:
-        """Outward speed [m/s] for the force error, proportional and integral."""
-        return self._servo.push(settings, contact.key, contact.force_error, dt, limits)
+    def push(
+        self, settings: ControlSettings, contact: TaskContact, dt: float, limits: ActiveLimits, *, beside: float = 0.0
+    ) -> float:
+        """Outward speed [m/s] for the force error, proportional and integral, and what is wanted ``beside`` [m/s]."""
+        return self._servo.push(settings, contact.key, contact.force_error, dt, limits, beside=beside)
 
     def lagged(self, contact: TaskContact, aim: FloatArray, time: float, dt: float) -> FloatArray:
         """The velocity (3,) wanted a tick ago, nearer to ``aim`` with a time constant [s]; at once if a tick is more.
@@ -210,6 +222,11 @@ class HybridScheme(PointVelocityScheme):
         return along + (self.push(settings, contact, dt, limits) - along.dot(normal)) * normal
 
 
+MOST_RETURN = 0.02
+"""Of the way back along the normal that the parallel scheme answers [m], as much as tasks ask for along the skin. From
+there on the pull back is constant, and the integral takes up all of it even while the contact goes on moving."""
+
+
 class ParallelScheme(PointVelocityScheme):
     """No selection: a wrong normal leaks less than in hybrid control, since the integral of force has the last word.
 
@@ -229,8 +246,9 @@ class ParallelScheme(PointVelocityScheme):
     def velocity(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: ActiveLimits) -> FloatArray:
         """Both errors' answers added up, taken up slowly."""
         normal = contact.normal
-        away = normal.dot(self._begun[contact.key] - contact.point)
-        push = self.push(settings, contact, dt, limits) + settings.position_gain * away
+        away = float(normal.dot(self._begun[contact.key] - contact.point))
+        back = settings.position_gain * min(max(away, -MOST_RETURN), MOST_RETURN)
+        push = self.push(settings, contact, dt, limits, beside=back)
         aim = limit_point_speed(contact.along(settings.position_gain, MAX_POINT_SPEED) + push * normal, limits)
         return self.lagged(contact, aim, settings.inertia_time, dt)
 

@@ -19,7 +19,7 @@ from app.simulation.simulation import Simulation
 from app.tactile.poke import Finger, PokePressed, PokeReleased
 from tests.hard_cases.control import GOAL
 from tests.support.limits import kinds
-from tests.support.pressed_arm import TICK, Course, beside_ball
+from tests.support.pressed_arm import TICK, Course, beside_ball, forearm
 from tests.support.touch import arm
 
 
@@ -66,6 +66,16 @@ def test_a_point_drawn_elsewhere_is_reached_and_held(controller):
     assert course.error[0] > 0.012
     assert course.error[-1] < 0.002
     assert course.force[-1] == pytest.approx(3.0, abs=0.1)
+
+
+@pytest.mark.parametrize("controller", ["parallel", "projection"])
+def test_a_point_is_held_at_the_goal_by_a_finger_that_would_press_ten_times_as_hard(controller):
+    """It goes on at 20 mm/s until it presses with 30 N."""
+    session = Session(forearm(), settings=ControlSettings(controller=controller, task="hold_point"))
+    session.submit(PokePressed(1, forearm().skin.taxel_point(150), Finger(speed=0.02, max_force=30.0)))
+    course = Course(session, 6.0)
+    bounded(course)
+    assert course.last(course.pressed) == pytest.approx(3.0, abs=0.1)
 
 
 CONTROL_TICK = 0.005

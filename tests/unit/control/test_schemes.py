@@ -118,6 +118,18 @@ def test_a_goal_that_is_not_reached_alone_is_integrated_for_after_a_while():
     assert servo.integral(ONE) == 0.0, "a new contact waits again"
 
 
+def test_only_the_sum_with_what_is_wanted_besides_is_bounded():
+    """A pull that alone asks for more than the bound holds the force off its goal until the integral outgrows it."""
+    servo, limits = ForceServo(0.02), ActiveLimits()
+    servo.push(SETTINGS, ONE, -1.0, DT, ActiveLimits())
+    answers = [servo.push(SETTINGS, ONE, -1.0, DT, limits, beside=0.06) for _ in range(2000)]
+    assert answers[0] == 0.02
+    assert kinds(limits) == [LimitKind.POINT_SPEED]
+    assert answers[-1] == -0.02
+    held = servo.integral(ONE)
+    assert -0.01 * (1 - held / 0.5) + 0.06 == pytest.approx(-0.02, abs=2e-4), "and stands at the other bound"
+
+
 AIM, POINT_DT = np.array([0.1, 0.0, -0.2]), 0.005
 POINT_SETTINGS = ControlSettings(force_gain=0.01, integral_time=1.0)
 
@@ -320,6 +332,24 @@ def test_parallel_is_drawn_back_to_where_the_contact_began():
     assert one.outward @ scheme_answer(rule, deeper)[0] == pytest.approx(5.0 * 0.002, rel=1e-6)
     rule.reset()
     assert not scheme_answer(rule, deeper)[0].any(), "it begins here"
+
+
+@pytest.mark.parametrize("place_gain", [4.0, 20.0])
+@pytest.mark.parametrize("way", [-0.2, 0.2])
+def test_in_parallel_the_force_comes_to_its_goal_wherever_it_is_pressed_to(way, place_gain):
+    """A spring whose far end goes 200 mm and then stands still: the integral leaves no error (Chiaverini and Sciavicco
+    1993), although position asks for more speed than a point may have.
+    """
+    settings = replace(SCHEME_SETTINGS, position_gain=place_gain, integral_time=0.3, inertia_time=0.05)
+    rule, one, goal, spring, moved, force = ParallelScheme(), contact_with_goal(error=None), 3.0, 500.0, 0.0, 3.0
+    for tick in range(2000):
+        ball = way * min(tick * SCHEME_DT / 5, 1.0)
+        force = max(goal + spring * (ball + moved), 0.1)
+        here = replace(one, force=force, force_error=goal - force, point=one.point + moved * one.normal)
+        [level] = rule.levels(settings, (here,), state((here,)), ActiveLimits())
+        moved += SCHEME_DT * float(level.speed[0])
+    assert moved == pytest.approx(-way, abs=1e-5)
+    assert force == pytest.approx(goal, abs=1e-3)
 
 
 def test_priority_keeps_the_force_where_the_place_cannot_be_served():
