@@ -230,7 +230,9 @@ there on the pull back is constant, and the integral takes up all of it even whi
 class ParallelScheme(PointVelocityScheme):
     """No selection: a wrong normal leaks less than in hybrid control, since the integral of force has the last word.
 
-    Where a contact began is its wanted place along the normal.
+    Along the normal a contact is drawn back to where it began. Both parts of its error of place follow the skin: that
+    of the task acts in the tangent plane, and the place where it began goes along with it there, so that a normal that
+    turns on the way makes no error of its own.
     """
 
     def reset(self) -> None:
@@ -247,9 +249,11 @@ class ParallelScheme(PointVelocityScheme):
         """Both errors' answers added up, taken up slowly."""
         normal = contact.normal
         away = float(normal.dot(self._begun[contact.key] - contact.point))
+        self._begun[contact.key] = contact.point + away * normal
         back = settings.position_gain * min(max(away, -MOST_RETURN), MOST_RETURN)
-        push = self.push(settings, contact, dt, limits, beside=back)
-        aim = limit_point_speed(contact.along(settings.position_gain, MAX_POINT_SPEED) + push * normal, limits)
+        along = contact.along(settings.position_gain, MAX_POINT_SPEED)
+        outward = self.push(settings, contact, dt, limits, beside=back) - along.dot(normal)
+        aim = limit_point_speed(along + outward * normal, limits)
         return self.lagged(contact, aim, settings.inertia_time, dt)
 
 

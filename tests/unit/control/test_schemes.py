@@ -334,6 +334,29 @@ def test_parallel_is_drawn_back_to_where_the_contact_began():
     assert not scheme_answer(rule, deeper)[0].any(), "it begins here"
 
 
+def test_in_parallel_a_normal_that_turns_on_the_way_does_not_pull():
+    """A contact led a quarter of the way round a body of 30 mm: along the first normal it would be 9 mm off."""
+    rule, one = ParallelScheme(), contact_with_goal(error=None, force_error=0.0)
+    across, pulls = one.map_axes[0], []
+    for turn in np.linspace(0.0, np.pi / 4, 400):
+        normal = np.cos(turn) * one.normal + np.sin(turn) * across
+        here = replace(one, normal=normal, point=one.point + 0.03 * (normal - one.normal))
+        [level] = rule.levels(SCHEME_SETTINGS, (here,), state((here,)), ActiveLimits())
+        pulls.append(float(level.speed[0]))
+    assert np.abs(pulls).max() < 5.0 * 3e-5
+    deeper = replace(here, point=here.point - 0.002 * normal)
+    [level] = rule.levels(SCHEME_SETTINGS, (deeper,), state((deeper,)), ActiveLimits())
+    assert float(level.speed[0]) == pytest.approx(5.0 * 0.002, abs=5.0 * 3e-5), "what goes along the normal still does"
+
+
+def test_in_parallel_the_error_of_place_acts_across_the_normal_alone():
+    one = contact_with_goal(force_error=0.0)
+    tilted = replace(one, normal=np.cos(0.2) * one.normal + np.sin(0.2) * one.map_axes[0])
+    [level] = ParallelScheme().levels(SCHEME_SETTINGS, (tilted,), state((tilted,)), ActiveLimits())
+    assert tilted.normal @ level.speed == pytest.approx(0.0, abs=1e-12)
+    assert np.linalg.norm(level.speed) > 0.5 * np.linalg.norm(SPEED)
+
+
 @pytest.mark.parametrize("place_gain", [4.0, 20.0])
 @pytest.mark.parametrize("way", [-0.2, 0.2])
 def test_in_parallel_the_force_comes_to_its_goal_wherever_it_is_pressed_to(way, place_gain):
