@@ -21,12 +21,17 @@ from app.core.errors import SkinError, UsageError
 from app.robots.kinematics import Configuration
 from app.robots.mujoco_spec import compile_spec, robot_spec
 from app.session.session import Session
-from app.studies.testbeds.path_following import BALL, PathSetup
+from app.simulation.physics import Physics
+from app.studies.testbeds.path_following import PathSetup
+from app.tactile.models.foundation import FoundationModel
 
 REST = 1.5
 """How long the force comes to rest [s]."""
 _GUESS, _SLACK = 0.01, 1e-7
 _WIDENINGS = 10
+_PROBED = 5e-5
+"""How far the point is moved either way to feel the stiffness [m]: by 0.25 of 3 N. The layer's springs stand apart, and
+over less way their number would count (2 %)."""
 
 
 def critical_gain(delay: int) -> float:
@@ -137,8 +142,8 @@ def force_loop_at_goal(setup: PathSetup, settings: ControlSettings) -> ForceLoop
     normal = configuration.pose(region.link).rotation @ region.link_normal
     move = configuration.jacobian(region.link, region.link_position)
     outward = normal @ move
-    # A ball on a bed of springs: F = pi K R depth², so dF = 2 sqrt(pi K R F) per way.
-    stiffness = 2 * math.sqrt(math.pi * setup.prepared.scene.layer.foundation * BALL * settings.force_goal)
+    push = np.linalg.pinv(move, rcond=1e-6) @ normal
+    stiffness = contact_stiffness(setup, session.frame.posture, push)
     inertia, damping = _dynamics(setup, session.frame.posture)
     n = len(servo)
     whole = np.zeros((3 * n, 3 * n))
@@ -146,8 +151,30 @@ def force_loop_at_goal(setup: PathSetup, settings: ControlSettings) -> ForceLoop
     forces = [-np.diag(servo) - stiffness * np.outer(outward, outward), -np.diag(2 * servo / INNER_FREQUENCY + damping)]
     whole[n : 2 * n] = np.linalg.solve(inertia, np.hstack([*forces, np.diag(servo)]))
     tick = setup.prepared.scene.tick
-    push = np.linalg.pinv(move, rcond=1e-6) @ normal
     return ForceLoop(tick, expm(whole * tick), stiffness, push, outward)
+
+
+def contact_stiffness(setup: PathSetup, posture: FloatArray, push: FloatArray) -> float:
+    """How much harder something presses per way of the touched point along its normal [N/m], the joints held.
+
+    Measured from force and penetration: the physics' own contacts at two postures beside the given one. A formula would
+    have to know how the skin bends there, on which axes, and what else of it is touched.
+
+    Args:
+        setup: The robot and what touches it.
+        posture: (n,) of the robot, in contact.
+        push: (n,) joint velocity that moves the touched point outward at 1 m/s and not aside.
+    """
+    prepared = setup.prepared
+    scene = prepared.scene
+    physics = Physics(prepared.robot, prepared.skin, setup.effects, prepared.objects, scene.layer)
+
+    def force(way: float) -> float:
+        physics.start(posture + way * push)
+        pressing = physics.touch.wrenches if isinstance(physics.touch, FoundationModel) else ()
+        return sum(float(np.linalg.norm(wrench.force)) for wrench in pressing)
+
+    return (force(_PROBED) - force(-_PROBED)) / (2 * _PROBED)
 
 
 def settled_session(setup: PathSetup, settings: ControlSettings) -> Session:

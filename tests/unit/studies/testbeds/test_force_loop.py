@@ -10,14 +10,21 @@ import pytest
 
 from app.control.command import ControlSettings
 from app.core.errors import SkinError
+from app.scene.object_meshes import make_objects
+from app.scene.objects import ObjectSpec
+from app.scene.scene import Scene
+from app.session.prepare import PreparedScene
 from app.studies.testbeds.force_loop import (
     Filter,
+    contact_stiffness,
     controller_filter,
     force_loop_at_goal,
     predicted_gain_limit,
     settled_session,
 )
-from app.studies.testbeds.path_following import PathSetup, beside_ball
+from app.studies.testbeds.path_following import BALL, PathSetup, TrueContact, beside_ball
+from app.tactile.elastic_layer import ElasticLayer
+from tests.numerics.control_theory.gantry import gantry
 from tests.support.pressed_arm import forearm
 
 CALM = ControlSettings(controller="hybrid", task="hold_point", force_gain=0.002)
@@ -39,6 +46,32 @@ def test_it_is_linear_about_where_the_goal_is_held():
     made = loop()
     assert made.outward @ made.push == pytest.approx(1.0)
     assert np.abs(np.linalg.eigvals(made.moved[:14, :14])).max() < 1, "without a controller it comes to rest"
+
+
+def test_the_contact_is_as_stiff_as_force_and_penetration_say():
+    """Two goals: how much deeper the ball is then in the skin, found by the nearest point of its triangles."""
+    forces, depths = [], []
+    for goal in (2.8, 3.2):
+        session = settled_session(setup(), replace(CALM, force_goal=goal))
+        ball = session.frame.objects[0, :3, 3]
+        truth = TrueContact(setup().prepared.robot, setup().prepared.skin, setup().map)
+        truth.error(session.frame.regions[0].at, ball, session.frame.posture)
+        depths.append(BALL - float(np.linalg.norm(ball - truth.touched(ball))))
+        forces.append(session.total_normal_force)
+    found = (forces[1] - forces[0]) / (depths[1] - depths[0])
+    assert loop().stiffness == pytest.approx(found, rel=0.03)
+    flat = 2 * np.sqrt(np.pi * setup().prepared.scene.layer.foundation * BALL * 3.0)
+    assert loop().stiffness < 0.95 * flat, "the forearm is bent: a ball on a plane would be stiffer"
+
+
+def test_on_a_plane_a_ball_is_as_stiff_as_the_bed_of_springs_says():
+    """F = pi K (R - d) d²: every spring pushes along the ball's radius; pi K R d² where it is not deep (Winkler)."""
+    made, layer, deep = gantry(), ElasticLayer(), 0.001
+    ball = ObjectSpec("ball", "sphere", (BALL,), at=(0.0, 0.0, BALL - deep), friction=0.0)
+    scene = Scene("plate", "gantry", objects=(ball,), layer=layer, overrides={"skin": "foundation"}, outputs=("force",))
+    plate = PathSetup(PreparedScene(scene, made.robot, made.skin, made.map, make_objects(scene)))
+    found = contact_stiffness(plate, np.zeros(3), np.array([0.0, 0.0, 1.0]))
+    assert found == pytest.approx(np.pi * layer.foundation * deep * (2 * BALL - 3 * deep), rel=0.01)
 
 
 def test_a_controller_is_a_filter():
