@@ -17,8 +17,8 @@ from app.scene.scene_file import load_scene
 from app.session.prepare import prepare
 from app.session.session import Session
 from app.tactile.poke import PokePressed, PokeReleased
+from tests.widgets.support.layered_map_view import layered_map_view
 from widgets.common.colours import DARK, PressureScale
-from widgets.map_view.map_view import MapView
 from widgets.overlays.task_overlay import ContactTrail
 from widgets.overlays.task_overlay_builder import TaskOverlayBuilder
 
@@ -30,7 +30,7 @@ def prepared():
 
 @pytest.fixture
 def view(qtbot, prepared):
-    view = MapView(DARK, PressureScale(20.0))
+    view = layered_map_view(DARK, PressureScale(20.0))
     qtbot.addWidget(view)
     view.resize(720, 720)
     view.show_prepared(prepared)

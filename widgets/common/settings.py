@@ -47,7 +47,7 @@ class OverlayOptions:
     """
 
     ground: BaseLayer = BaseLayer.PRESSURE
-    shown: frozenset[str] = frozenset({"seams", "border", "contours", "shapes"})
+    shown: frozenset[str] = frozenset()
 
     def shows(self, name: str) -> bool:
         """Whether the layer of this name is shown."""

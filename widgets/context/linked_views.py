@@ -19,7 +19,7 @@ from widgets.common.settings import BaseLayer, OverlayOptions
 from widgets.common.tool_kinds import BRUSH, POKE, ToolKind, resized_brush
 from widgets.document.taxel_selection import TaxelSelection
 from widgets.interaction.view_tool import ViewTool
-from widgets.layers.registry import LAYERS, LayerSpec, body_layers, map_layers
+from widgets.layers.registry import LAYERS, LayerSpec, at_first, body_layers, map_layers
 from widgets.map_view.map_view import MapView
 from widgets.overlays.task_overlay_builder import TaskOverlayBuilder
 from widgets.robot_view.robot_view import RobotView
@@ -66,12 +66,13 @@ class LinkedViews(QWidget):
         self.bar = ColourBar(theme, scale)
         self.scale, self.selection, self.tool = scale, TaxelSelection(self), POKE
         self.selection.changed.connect(self._on_selection_changed)
-        self.brush, self.overlays, self._task = BRUSH, OverlayOptions(), TaskOverlayBuilder()
+        self.brush, self.overlays, self._task = BRUSH, at_first(layers), TaskOverlayBuilder()
         self._hover: SurfacePoint | None = None
         self._words = ""
         self._lay_out()
         self.bar.maximum_changed.connect(self._on_maximum_changed)
         self.map.display.picture_changed.connect(self._overlay_body)
+        self._show_overlays()
         for view, other in ((self.robot, self.map), (self.map, self.robot)):
             view.poke_pressed.connect(self.poke_pressed)
             view.poke_moved.connect(self.poke_moved)
@@ -154,18 +155,19 @@ class LinkedViews(QWidget):
     def set_overlays(self, overlays: OverlayOptions) -> None:
         """Both show what View > Overlay asks for."""
         self.overlays = overlays
-        self.map.display.set_overlays(overlays)
-        self.robot.display.show_layers(overlays.shown)
-        self._overlay_body()
+        self._show_overlays()
         self._read_out()
         self.overlays_changed.emit(overlays)
+
+    def _show_overlays(self) -> None:
+        self.map.display.set_overlays(self.overlays)
+        self.robot.display.show_layers(self.overlays.shown)
+        self._overlay_body()
 
     def _overlay_body(self) -> None:
         """The body wears the map's picture where there is one; touch alone it draws finer by itself."""
         textured = self.overlays.ground is not BaseLayer.PRESSURE
-        self.robot.display.set_overlay(
-            self.map.display.skin_texture, textured=textured, dotted=self.overlays.shows("dots")
-        )
+        self.robot.display.set_picture(self.map.display.skin_texture, textured=textured)
 
     def set_tool(self, tool: ToolKind) -> None:
         """Both hands take another tool."""

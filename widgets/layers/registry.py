@@ -8,9 +8,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from widgets.map_view.map_layer import MapLayerFactory
-from widgets.robot_view.body_layer import BodyLayerFactory
-from widgets.robot_view.contact_marks import ContactShapes
+from widgets.common.settings import OverlayOptions
+from widgets.map_view.map_layers import (
+    BorderLines,
+    ContactEllipses,
+    PinMarks,
+    SeamLines,
+    TaxelDots,
+    TaxelNumbers,
+    TouchContours,
+)
+from widgets.map_view.map_scene import MapLayerFactory
+from widgets.robot_view.body_layers import ContactShapes, TaxelDiscs
+from widgets.robot_view.robot_scene import BodyLayerFactory
 
 
 @dataclass(frozen=True)
@@ -23,8 +33,8 @@ class LayerSpec:
         key: Shortcut; empty for none.
         tip: What it shows.
         shown_at_first: Whether it is shown until a person chooses.
-        on_map: Makes its items; None where it has none, or the map's own items draw it.
-        on_body: Makes its actors; None where it has none, or the body wears the map's picture of it.
+        on_map: Draws it on the map; None where it is on the body alone.
+        on_body: Draws it on the body; None where it is on the map alone.
     """
 
     name: str
@@ -37,28 +47,45 @@ class LayerSpec:
 
 
 LAYERS = (
-    LayerSpec("seams", "Seams", "Alt+S", "Show the seams along which the skin was cut", shown_at_first=True),
-    LayerSpec("border", "Border", "Alt+B", "Show the border of the skin", shown_at_first=True),
-    LayerSpec("pins", "Pins", "", "Show the pins with every tool"),
-    LayerSpec("contours", "Contours", "Alt+C", "Show the outlines of contact regions", shown_at_first=True),
     LayerSpec(
-        "shapes",
-        "Contact shapes",
-        "",
-        "Show each contact's ellipse (dashed) and the error circle of its centre (dotted), where large enough",
-        shown_at_first=True,
-        on_body=ContactShapes,
+        "seams", "Seams", "Alt+S", "Show the seams along which the skin was cut", shown_at_first=True,
+        on_map=SeamLines,
     ),
-    LayerSpec("taxel_ids", "Taxel numbers", "Alt+N", "Show the numbers of the taxels where there is room"),
-    LayerSpec("dots", "Taxels as dots", "Alt+D", "Draw a dot for each taxel instead of the interpolated image"),
-)
+    LayerSpec(
+        "border", "Border", "Alt+B", "Show the border of the skin", shown_at_first=True,
+        on_map=BorderLines,
+    ),
+    LayerSpec("pins", "Pins", "", "Show the pins with every tool", on_map=PinMarks),
+    LayerSpec(
+        "contours", "Contours", "Alt+C", "Show the outlines of contact regions", shown_at_first=True,
+        on_map=TouchContours,
+    ),
+    LayerSpec(
+        "shapes", "Contact shapes", "",
+        "Show each contact's ellipse (dashed) and the error circle of its centre (dotted), where large enough",
+        shown_at_first=True, on_map=ContactEllipses, on_body=ContactShapes,
+    ),
+    LayerSpec(
+        "taxel_ids", "Taxel numbers", "Alt+N", "Show the numbers of the taxels where there is room",
+        on_map=TaxelNumbers,
+    ),
+    LayerSpec(
+        "dots", "Taxels as dots", "Alt+D", "Draw a dot for each taxel instead of the interpolated image",
+        on_map=TaxelDots, on_body=TaxelDiscs,
+    ),
+)  # fmt: skip
+
+
+def at_first(specs: Sequence[LayerSpec]) -> OverlayOptions:
+    """What is shown until a person chooses."""
+    return OverlayOptions(shown=frozenset(spec.name for spec in specs if spec.shown_at_first))
 
 
 def map_layers(specs: Sequence[LayerSpec]) -> dict[str, MapLayerFactory]:
-    """What makes each layer that has items on the map, by name."""
+    """What makes each layer that is drawn on the map, by name."""
     return {spec.name: spec.on_map for spec in specs if spec.on_map is not None}
 
 
 def body_layers(specs: Sequence[LayerSpec]) -> dict[str, BodyLayerFactory]:
-    """What makes each layer that has actors on the body, by name."""
+    """What makes each layer that is drawn on the body, by name."""
     return {spec.name: spec.on_body for spec in specs if spec.on_body is not None}

@@ -22,7 +22,7 @@ from app.flattening.chart import Chart
 from app.maps.distortion import Flaws, nested_patches
 from widgets.common.colours import Theme
 from widgets.map_view.map_coordinates import SceneTransform
-from widgets.map_view.map_items import cosmetic_pen, padded_bounds, to_lines, to_polygon
+from widgets.map_view.map_items import ZOrder, cosmetic_pen, padded_bounds, to_lines, to_polygon
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,6 +121,7 @@ class FlawsItem(QGraphicsItem):
         self._crosses: FloatArray = np.zeros((0, 2))
         self._bounds = QRectF()
         self._ink = QColor(theme.fault)
+        self.setZValue(ZOrder.FLAWS)
 
     def mark(self, flaws: Flaws, frame: SceneTransform) -> None:
         """Mark these; ``frame`` places the map in the scene."""

@@ -18,9 +18,8 @@ from widgets.common.colours import PressureScale, Theme
 from widgets.common.settings import OverlayOptions
 from widgets.map_view.live_image import ImageAtlas, ImageSettings
 from widgets.map_view.map_coordinates import readout_text
-from widgets.map_view.map_layer import MapLayerFactory
 from widgets.map_view.map_painter import MapMarks, MapPainter
-from widgets.map_view.map_scene import MapScene
+from widgets.map_view.map_scene import MapLayerFactory, MapScene
 from widgets.map_view.taxel_faults import NO_FAULTS, TaxelFaults
 from widgets.overlays.body_overlays import SkinTexture
 from widgets.overlays.task_overlay import NO_TASK, TaskOverlay
@@ -34,7 +33,7 @@ class MapDisplay(QObject):
         scale: Colours of pressure.
         font: The window's.
         parent: Qt parent.
-        layers: Makes each layer that has items, by name.
+        layers: Makes each layer that is drawn on the map, by name.
 
     Attributes:
         theme: As above, or as set since.
@@ -224,9 +223,7 @@ class MapDisplay(QObject):
         if picture is None:
             return
         hover = picture.mark_of(self._hovered_at)
-        marks = replace(
-            self.marks, legend=picture.legend, faults=picture.fault_legend, hover=hover, pins=picture.pins()
-        )
+        marks = replace(self.marks, legend=picture.legend, faults=picture.fault_legend, hover=hover)
         marks = replace(marks, task=self._task, target=picture.mark_of(self._task.target))
         self._mark(marks if self._frame is None else marks.of_frame(self._frame, picture))
 
@@ -237,7 +234,7 @@ class MapDisplay(QObject):
     def paint(self, painter: QPainter, view: QTransform, room: QRectF) -> None:
         """Draw the marks over the scene; ``view`` takes scene units to pixels of the viewport ``room``."""
         if self.picture is not None:
-            self._painter.paint(painter, self.marks, self.picture.shapes, view, room)
+            self._painter.paint(painter, self.marks, self.picture, view, room)
 
     def tell_painted(self) -> None:
         """All of it is on the screen."""

@@ -1,25 +1,52 @@
-"""The graphics items of the map: patches, each with its part of the live image, and taxels.
+"""The graphics items of the map: patches, each with its part of the live image, and taxels; and what lies over what.
 
-Taxels are dots in the pressure's colour, with rings around the selected ones and numbers on demand. Above them, helpers
-that turn arrays into Qt's polygons, lines and pens.
+Taxels are dots in the pressure's colour, with rings around the selected ones. Above them, helpers that turn arrays into
+Qt's polygons, lines and pens.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from enum import IntEnum
 from typing import Any
 
 import numpy as np
-from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
-from PySide6.QtGui import QBrush, QColor, QFont, QFontMetricsF, QPainter, QPainterPath, QPen, QPolygonF, QTransform
+from PySide6.QtCore import QLineF, QRectF, Qt
+from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QPen, QPolygonF, QTransform
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 from shiboken6 import VoidPtr
 
 from app.core.arrays import FloatArray, IntArray
-from widgets.common.colours import BETWEEN_DOTS, PressureScale, Theme
+from widgets.common.colours import BETWEEN_DOTS, PressureScale
 from widgets.document.taxel_selection import TAXEL_COLOURS
 from widgets.map_view.live_image import AtlasTile, LiveImage
 from widgets.map_view.map_shapes import ChartShape, MapShapes, PatchShape, Wireframe
+
+
+class ZOrder(IntEnum):
+    """What lies over what on the map, the lowest first. A layer is at one of these; the others are the map's own.
+
+    Up to ``FAULTS`` they are items of the graphics scene: ``BORDER`` and ``SEAMS`` children of each patch, so that a
+    patch covers those of the patches below it. The rest is painted over the scene, in pixels.
+    """
+
+    PATCHES = 0
+    BORDER = 1
+    SEAMS = 2
+    FLAWS = 3
+    DOTS = 4
+    TAXELS = 5
+    NUMBERS = 6
+    FAULTS = 7
+    CONTOURS = 8
+    TASK = 9
+    NAMES = 10
+    PINS = 11
+    FINGERS = 12
+    SHAPES = 13
+    CONTACTS = 14
+    CAPTIONS = 15
+
 
 _ROOM = 0.02
 """Around what is drawn, as a share of its size: for lines' widths, and so that nothing has no size."""
@@ -62,22 +89,19 @@ def padded_bounds(places: FloatArray) -> QRectF:
 
 
 class PatchItem(QGraphicsItem):
-    """One patch: the live image cut out along its border, a hairline around, seams dashed. Mutable.
+    """One patch: the live image cut out along its outline. Mutable.
 
     It is drawn in its chart's frame, as large as in the scene; ``place`` moves, turns, mirrors and scales it. While its
     chart is in the hand and has no image, it is drawn as a net.
     """
 
-    def __init__(self, theme: Theme) -> None:
+    def __init__(self) -> None:
         super().__init__()
         self._area, self._brush = QPainterPath(), QBrush()
-        self._borders: list[QPolygonF] = []
-        self._seams: list[QPolygonF] = []
         self._net: list[QLineF] = []
         self._live: LiveImage | None = None
         self._bounds = QRectF()
-        self._show_border = self._show_seams = True
-        self.set_theme(theme)
+        self.setZValue(ZOrder.PATCHES)
 
     def show_image(
         self, shape: ChartShape, scale: float, live: LiveImage, tile: AtlasTile, corner: tuple[int, int]
@@ -112,32 +136,16 @@ class PatchItem(QGraphicsItem):
         self.setTransform(QTransform(a, b, c, d, x, y))
         self.setVisible(shape.shown)
 
-    def line(self, *, border: bool, seams: bool) -> None:
-        """Line the skin's end and dash its cuts, or do not."""
-        self._show_border, self._show_seams = border, seams
-        self.update()
-
-    def set_theme(self, theme: Theme) -> None:
-        """Take the theme's line colour."""
-        self._border_ink, self._ground = QColor(theme.quiet), QColor(theme.window)
-        self.update()
-
     def boundingRect(self) -> QRectF:
         """Qt: the chart's rectangle."""
         return self._bounds
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
-        """Qt: draw image and borders."""
+        """Qt: draw the image, or the net."""
         painter.setRenderHints(QPainter.RenderHint.Antialiasing | QPainter.RenderHint.SmoothPixmapTransform)
         painter.fillPath(self._area, self._brush)
         if self._net:
             self._paint_net(painter)
-        if self._show_border:
-            painter.setPen(cosmetic_pen(painter, self._border_ink, 1.2))
-            for border in self._borders:
-                painter.drawPolyline(border)
-        if self._show_seams:
-            self._paint_seams(painter)
 
     def _outline(self, shape: ChartShape, scale: float) -> None:
         self.prepareGeometryChange()
@@ -146,8 +154,6 @@ class PatchItem(QGraphicsItem):
         self._area.addPolygon(to_polygon(scale * shape.outline))
         self._area.closeSubpath()
         self._area.setFillRule(Qt.FillRule.WindingFill)
-        self._borders = [to_polygon(scale * line) for line in shape.border]
-        self._seams = [to_polygon(scale * line) for line in shape.seam]
 
     def _paint_net(self, painter: QPainter) -> None:
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)  # of thousands of lines half the time
@@ -155,60 +161,52 @@ class PatchItem(QGraphicsItem):
         painter.drawLines(self._net)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
 
-    def _paint_seams(self, painter: QPainter) -> None:
-        painter.setPen(cosmetic_pen(painter, self._ground, 4.0))
-        for seam in self._seams:
-            painter.drawPolyline(seam)
-        dashes = cosmetic_pen(painter, self._border_ink, 1.6)
-        dashes.setCapStyle(Qt.PenCapStyle.FlatCap)
-        dashes.setDashPattern([4.0, 3.0])
-        painter.setPen(dashes)
-        for seam in self._seams:
-            painter.drawPolyline(seam)
-
 
 TAXELS_FROM_PITCH_PX = 20.0
 """Taxels are drawn once their distance on the screen reaches this: below, dots would hide the image."""
 COLOUR_BUCKETS = 32
 """Colours in which taxels are drawn; one call of Qt for each."""
 _DARK = QColor(29, 33, 38, 120)
-_ID_PX = 10
 
 
 class TaxelsItem(QGraphicsItem):
-    """The taxels as dots, ringed to stand out of the image; only when zoomed in enough, or asked for.
+    """The taxels as dots, ringed to stand out of the image; only when zoomed in enough. Mutable.
 
     Attributes:
-        dots: Whether dots are the picture: shown at every zoom, as large as their distance allows.
-        numbered: Whether their numbers are written, as many as have room.
+        replaced: Whether a layer draws all of them in place of the image, so that only the selected are drawn here.
+        places: (n, 2) where they lie [scene units].
+        pitch: Typical distance of neighbours [scene units].
+        drawn: (k,) those of patches that are shown.
+        selected: (s,) those that are ringed.
+        bounds: Around all of them.
     """
 
-    def __init__(self, font: QFont) -> None:
+    def __init__(self) -> None:
         super().__init__()
-        self.dots = self.numbered = False
-        self._places: FloatArray = np.zeros((0, 2))
-        self._pitch = 0.0
-        self._drawn = self._held = np.zeros(0, int)
+        self.replaced = False
+        self.places: FloatArray = np.zeros((0, 2))
+        self.pitch = 0.0
+        self.drawn: IntArray = np.zeros(0, int)
+        self._held: IntArray = np.zeros(0, int)
         self._kilopascals: FloatArray = np.zeros(0)
         self._scale: PressureScale | None = None
         self._colours: list[tuple[QColor, QPolygonF]] = []
-        self._selected: IntArray = np.zeros(0, int)
+        self.selected: IntArray = np.zeros(0, int)
         self._inks: tuple[str, ...] = ()
         self._rings: list[tuple[QColor, QPolygonF]] = []
-        self._font = QFont(font)
-        self._font.setPixelSize(_ID_PX)
-        self._bounds = QRectF()
+        self.bounds = QRectF()
+        self.setZValue(ZOrder.TAXELS)
 
     def place(self, shapes: MapShapes, held: Sequence[int] = ()) -> None:
         """Put them where the map has them now; those of the patches that are ``held`` are dots at every zoom."""
         self.prepareGeometryChange()
-        self._places, self._pitch = shapes.taxels, shapes.pitch
-        self._drawn, self._bounds = np.flatnonzero(shapes.on_shown()), padded_bounds(shapes.taxels)
+        self.places, self.pitch = shapes.taxels, shapes.pitch
+        self.drawn, self.bounds = np.flatnonzero(shapes.on_shown()), padded_bounds(shapes.taxels)
         first = np.cumsum([0, *(len(patch.chart.taxels) for patch in shapes.patches)])
         held = [k for k in held if shapes.patches[k].shown]
         self._held = np.concatenate([np.zeros(0, int), *(np.arange(first[k], first[k + 1]) for k in held)])
         self._colours = []
-        self.select(self._selected, self._inks)
+        self.select(self.selected, self._inks)
 
     def colour(self, kilopascals: FloatArray, scale: PressureScale) -> None:
         """Take the pressures (n,) [kPa]; they are sorted into colours when next drawn."""
@@ -216,44 +214,44 @@ class TaxelsItem(QGraphicsItem):
 
     def select(self, taxels: IntArray, inks: tuple[str, ...]) -> None:
         """Ring these (k,), each in its colour."""
-        self._selected, self._inks = taxels, inks
-        seen, by_ink = np.isin(taxels, self._drawn), np.array(inks, dtype=str)
+        self.selected, self._inks = taxels, inks
+        seen, by_ink = np.isin(taxels, self.drawn), np.array(inks, dtype=str)
         self._rings = [
-            (QColor(str(ink)), to_polygon(self._places[taxels[seen & (by_ink == ink)]])) for ink in dict.fromkeys(inks)
+            (QColor(str(ink)), to_polygon(self.places[taxels[seen & (by_ink == ink)]])) for ink in dict.fromkeys(inks)
         ]
         self.update()
 
-    def visible_at(self, pixels_per_unit: float) -> bool:
-        """Whether all dots are drawn at this zoom."""
-        return self.dots or self._pitch * pixels_per_unit >= TAXELS_FROM_PITCH_PX
+    def marked_at(self, pixels_per_unit: float) -> bool:
+        """Whether there is a mark at a taxel that is drawn, at this zoom: a dot, or rings around some."""
+        return self.replaced or self.pitch * pixels_per_unit >= TAXELS_FROM_PITCH_PX or bool(self._rings)
+
+    def by_colour(self) -> list[tuple[QColor, QPolygonF]]:
+        """Places of all that are drawn, by the colour of their pressure; none before there is a scale."""
+        if not self._colours and self._scale is not None:
+            self._colours = self._sorted(self.drawn, self._scale)
+        return self._colours
 
     def boundingRect(self) -> QRectF:
         """Qt: around all taxels."""
-        return self._bounds
+        return self.bounds
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
-        """Qt: draw dots, rings and numbers."""
-        pixels_per_unit = option.levelOfDetailFromTransform(painter.worldTransform())
-        pitch = self._pitch * pixels_per_unit
+        """Qt: draw dots and rings."""
+        pitch = self.pitch * option.levelOfDetailFromTransform(painter.worldTransform())
         if self._scale is None:
             return
-        if self.visible_at(pixels_per_unit):
-            size = min(max(0.62 * pitch, 3.0), 24.0) if self.dots else min(2.0 + 0.1 * pitch, 9.0)
-            self._paint_dots(painter, size, self._scale)
-        elif len(self._held):
+        if not self.replaced and pitch >= TAXELS_FROM_PITCH_PX:
+            self._paint_dots(painter, min(2.0 + 0.1 * pitch, 9.0))
+        elif not self.replaced and len(self._held):
             self._paint_held(painter, min(max(0.36 * pitch, 2.5), 9.0), self._scale)
         if self._rings:
-            least = 2.0 if len(self._selected) > len(TAXEL_COLOURS) else 6.0
+            least = 2.0 if len(self.selected) > len(TAXEL_COLOURS) else 6.0
             self._paint_selected(painter, min(max(0.36 * pitch, least), 9.0), self._scale)
-        if self.numbered:
-            self._paint_numbers(painter, 10.0 if self.visible_at(pixels_per_unit) or self._rings else 0.0)
 
-    def _paint_dots(self, painter: QPainter, size: float, scale: PressureScale) -> None:
-        self._colours = self._colours or self._sorted(self._drawn, scale)
-        if not self.dots:  # over the picture they need a rim; as the picture they stand on a darker ground
-            painter.setPen(cosmetic_pen(painter, _DARK, size + 1.6))
-            painter.drawPoints(to_polygon(self._places[self._drawn]))
-        for colour, dots in self._colours:
+    def _paint_dots(self, painter: QPainter, size: float) -> None:
+        painter.setPen(cosmetic_pen(painter, _DARK, size + 1.6))  # a rim, over the picture
+        painter.drawPoints(to_polygon(self.places[self.drawn]))
+        for colour, dots in self.by_colour():
             painter.setPen(cosmetic_pen(painter, colour, size))
             painter.drawPoints(dots)
 
@@ -267,44 +265,9 @@ class TaxelsItem(QGraphicsItem):
             for ink, rim in ((_DARK, 0.9 * size + 1.6), (colour, 0.9 * size)):
                 painter.setPen(cosmetic_pen(painter, ink, size + min(rim, 5.0)))
                 painter.drawPoints(places)
-        for colour, places in self._sorted(np.intersect1d(self._selected, self._drawn), scale):
+        for colour, places in self._sorted(np.intersect1d(self.selected, self.drawn), scale):
             painter.setPen(cosmetic_pen(painter, colour, size))
             painter.drawPoints(places)
-
-    def _paint_numbers(self, painter: QPainter, above: float) -> None:
-        """So many pixels above the taxels; where there is no room for all, those that are selected go first."""
-        view = painter.worldTransform()
-        room = QRectF(painter.viewport()).adjusted(-20, -10, 20, 10)
-        painter.save()
-        painter.setWorldTransform(QTransform())
-        painter.setFont(self._font)
-        painter.setPen(QColor(29, 33, 38))
-        metrics = QFontMetricsF(self._font)
-        width, height = metrics.horizontalAdvance(str(len(self._places))) + 6, metrics.height() + 1
-        for taxel, at in self._with_room(view, room, width, height):
-            text = str(taxel)
-            tight = metrics.horizontalAdvance(text) + 4
-            box = QRectF(at.x() - tight / 2, at.y() - above - height / 2, tight, height)
-            painter.fillRect(box, QColor(255, 255, 255, 130))
-            painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
-        painter.restore()
-
-    def _with_room(self, view: QTransform, room: QRectF, width: float, height: float) -> list[tuple[int, QPointF]]:
-        """Taxels and their pixels, such that no two numbers of this size overlap."""
-        others = np.setdiff1d(self._drawn, self._selected)
-        taken: dict[tuple[int, int], QPointF] = {}
-        found = []
-        for taxel in np.concatenate([np.intersect1d(self._selected, self._drawn), others]).tolist():
-            at = view.map(QPointF(*self._places[taxel].tolist()))
-            column, row = int(at.x() // width), int(at.y() // height)
-            around = [taken.get((column + dx, row + dy)) for dx in (-1, 0, 1) for dy in (-1, 0, 1)]
-            if room.contains(at) and all(
-                other is None or abs(other.x() - at.x()) >= width or abs(other.y() - at.y()) >= height
-                for other in around
-            ):
-                taken[column, row] = at
-                found.append((taxel, at))
-        return found
 
     def _sorted(self, taxels: IntArray, scale: PressureScale) -> list[tuple[QColor, QPolygonF]]:
         """Places of these taxels by the colour of their pressure."""
@@ -312,6 +275,6 @@ class TaxelsItem(QGraphicsItem):
         bucket = np.ceil(share * (COLOUR_BUCKETS - 1)).astype(int)
         entry = np.arange(COLOUR_BUCKETS) * (len(scale.lut) - 1) // (COLOUR_BUCKETS - 1)
         return [
-            (QColor.fromRgb(int(scale.lut[entry[k]])), to_polygon(self._places[taxels[bucket == k]]))
+            (QColor.fromRgb(int(scale.lut[entry[k]])), to_polygon(self.places[taxels[bucket == k]]))
             for k in np.unique(bucket)
         ]

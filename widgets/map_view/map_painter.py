@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
-from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
+from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QTransform
 
-from app.core.arrays import FloatArray
 from app.session.frame import Frame
 from widgets.common.colours import Theme
 from widgets.map_view.background import Legend, paint_legend
-from widgets.map_view.contact_ellipses import SMALLEST_ELLIPSE_PX, SMALLEST_ERROR_PX, paint_ellipse
 from widgets.map_view.map_coordinates import nice_floor
-from widgets.map_view.map_items import cosmetic_pen
+from widgets.map_view.map_items import ZOrder
 from widgets.map_view.map_scene import MapScene
-from widgets.map_view.map_shapes import MapShapes, PatchShape
+from widgets.map_view.map_shapes import PatchShape
 from widgets.map_view.task_layer import TaskLegend, TaskPainter, task_legend_entries
 from widgets.map_view.taxel_faults import FaultLegend, paint_fault_legend
-from widgets.overlays.painting import draw_pin
 from widgets.overlays.task_overlay import NO_TASK, TaskOverlay
 
 EDGE = 12.0
@@ -35,14 +32,10 @@ class ContactMark:
     Attributes:
         at: Its centre of pressure [scene units].
         text: Its force in words.
-        ellipse: (2, 2) half-axes of its second moments [scene units]; None where they are not to be seen.
-        error: (2, 2) half-axes of where its centre may be as well [scene units]; likewise.
     """
 
     at: QPointF
     text: str
-    ellipse: FloatArray | None = None
-    error: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -55,13 +48,11 @@ class FingerMark:
 
 @dataclass(frozen=True)
 class MapMarks:
-    """Everything drawn over the map at one instant, in scene units.
+    """What is drawn over the map at one instant besides the layers, in scene units.
 
     Attributes:
-        contours: Lines around the touched areas.
         contacts: Centres of pressure.
         fingers: Fingertips on the skin.
-        pins: Where pins are wanted.
         hover: What the pointer is over, in either view.
         readout: The words for it.
         replaying: Whether all this comes from a recording; said by the word and a coloured edge.
@@ -72,10 +63,8 @@ class MapMarks:
         target: Where that is now.
     """
 
-    contours: list[QLineF] = field(default_factory=list)
     contacts: tuple[ContactMark, ...] = ()
     fingers: tuple[FingerMark, ...] = ()
-    pins: tuple[QPointF, ...] = ()
     hover: QPointF | None = None
     readout: str = ""
     replaying: bool = False
@@ -94,11 +83,10 @@ class MapMarks:
         for region in frame.regions:
             if (at := picture.mark_of(region.at)) is not None:
                 words = self.task.force_words(region.id, region.force)
-                contacts.append(ContactMark(at, words, *picture.ellipses(region)))
+                contacts.append(ContactMark(at, words))
         tips = ((picture.mark_of(poke.at), poke.radius * picture.shapes.frame.scale) for poke in frame.pokes)
         return replace(
             self,
-            contours=picture.contours() if frame.regions else [],
             contacts=tuple(contacts),
             fingers=tuple(FingerMark(at, radius) for at, radius in tips if at is not None),
         )
@@ -119,24 +107,66 @@ class MapPainter:
         self._figure.setPixelSize(13)
         self._figure.setWeight(QFont.Weight.DemiBold)
 
-    def paint(self, painter: QPainter, marks: MapMarks, shapes: MapShapes, view: QTransform, room: QRectF) -> None:
-        """Draw all of ``marks``; ``view`` takes scene units to pixels of the viewport ``room``."""
+    def paint(self, painter: QPainter, marks: MapMarks, picture: MapScene, view: QTransform, room: QRectF) -> None:
+        """Draw all of ``marks``, and the layers that lie over the scene.
+
+        Args:
+            painter: Of the viewport.
+            marks: At this instant.
+            picture: Whose map, and whose layers.
+            view: Takes scene units to pixels of the viewport.
+            room: The viewport.
+        """
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        self._paint_contours(painter, marks, view)
+        own = {
+            ZOrder.TASK: self._paint_task,
+            ZOrder.NAMES: self._paint_names,
+            ZOrder.FINGERS: self._paint_fingers,
+            ZOrder.CONTACTS: self._paint_contacts,
+            ZOrder.CAPTIONS: self._paint_captions,
+        }
+        layers = [layer for layer in picture.layers.values() if layer.shown]
+        for order in ZOrder:
+            for layer in layers:
+                if layer.order is order:
+                    painter.save()
+                    layer.paint(painter, view)
+                    painter.restore()
+            if order in own:
+                own[order](painter, marks, picture, view, room)
+
+    def _paint_task(
+        self, painter: QPainter, marks: MapMarks, picture: MapScene, view: QTransform, room: QRectF
+    ) -> None:
         if marks.task:
             target = None if marks.target is None else view.map(marks.target)
-            self._task.paint(painter, marks.task, target, shapes, (view, room), self.theme)
-        for patch in shapes.patches:
+            self._task.paint(painter, marks.task, target, picture.shapes, (view, room), self.theme)
+
+    def _paint_names(
+        self, painter: QPainter, _marks: MapMarks, picture: MapScene, view: QTransform, room: QRectF
+    ) -> None:
+        for patch in picture.shapes.patches:
             self._paint_name(painter, patch, view, room)
-        for pin in marks.pins:
-            draw_pin(painter, view.map(pin), QColor(255, 255, 255), large=False)
+
+    def _paint_fingers(
+        self, painter: QPainter, marks: MapMarks, _picture: MapScene, view: QTransform, _room: QRectF
+    ) -> None:
         for finger in marks.fingers:
             self._paint_finger(painter, view.map(finger.at), finger.radius * view.m11())
+
+    def _paint_contacts(
+        self, painter: QPainter, marks: MapMarks, _picture: MapScene, view: QTransform, room: QRectF
+    ) -> None:
         for contact in marks.contacts:
             self._paint_contact(painter, contact, view, room)
+
+    def _paint_captions(
+        self, painter: QPainter, marks: MapMarks, picture: MapScene, view: QTransform, room: QRectF
+    ) -> None:
+        """The hover mark, and words along the edges."""
         if marks.hover is not None:
             self._paint_hover(painter, view.map(marks.hover))
-        taken = self._paint_scale_bar(painter, shapes.frame.scale * view.m11(), room)
+        taken = self._paint_scale_bar(painter, picture.shapes.frame.scale * view.m11(), room)
         if marks.readout:
             self._paint_readout(painter, marks.readout, room, taken)
         self._paint_keys(painter, marks, room)
@@ -155,13 +185,6 @@ class MapPainter:
             corner.setY(self._keys.paint(painter, keys, corner, self._caption, self.theme, room).bottom() + 8)
         if marks.faults:
             paint_fault_legend(painter, marks.faults, corner, self._caption, self.theme)
-
-    def _paint_contours(self, painter: QPainter, marks: MapMarks, view: QTransform) -> None:
-        painter.save()
-        painter.setTransform(view, True)
-        painter.setPen(cosmetic_pen(painter, QColor(29, 33, 38, 190), 1.3))
-        painter.drawLines(marks.contours)
-        painter.restore()
 
     def _paint_name(self, painter: QPainter, patch: PatchShape, view: QTransform, room: QRectF) -> None:
         low, high = patch.box
@@ -185,10 +208,6 @@ class MapPainter:
 
     def _paint_contact(self, painter: QPainter, contact: ContactMark, view: QTransform, room: QRectF) -> None:
         at, text = view.map(contact.at), contact.text
-        if contact.ellipse is not None:
-            paint_ellipse(painter, at, contact.ellipse, view, dotted=False, least=SMALLEST_ELLIPSE_PX)
-        if contact.error is not None:
-            paint_ellipse(painter, at, contact.error, view, dotted=True, least=SMALLEST_ERROR_PX)
         painter.setPen(QPen(QColor(29, 33, 38), 1.0))
         painter.setBrush(QColor(255, 255, 255))
         painter.drawEllipse(at, 2.5, 2.5)

@@ -36,8 +36,7 @@ from widgets.interaction.view_tool import PointerHit, ViewTool
 from widgets.map_view.live_image import ImageAtlas
 from widgets.map_view.map_coordinates import MapCamera, SceneTransform, nearest_taxel
 from widgets.map_view.map_display import MapDisplay
-from widgets.map_view.map_layer import MapLayerFactory
-from widgets.map_view.map_scene import MapScene
+from widgets.map_view.map_scene import MapLayerFactory, MapScene
 
 _POKES = "Press a patch to poke the robot there. Drag beside the patches to pan."
 _SELECTS = "Click taxels or draw around them to select them. Escape selects none."
@@ -70,7 +69,7 @@ class MapView(QGraphicsView):
         theme: Colours of everything that is not skin.
         scale: Colours of pressure.
         parent: Qt parent.
-        layers: Makes each layer that has items, by name.
+        layers: Makes each layer that is drawn on the map, by name.
 
     Attributes:
         display: What is drawn.

@@ -24,7 +24,7 @@ from app.tactile.sensor_chain import SensorChain
 from app.tactile.sensor_effects import SensorEffects
 from widgets.common.colours import Theme
 from widgets.map_view.background import paint_legend_box
-from widgets.map_view.map_items import cosmetic_pen, padded_bounds, to_lines
+from widgets.map_view.map_items import ZOrder, cosmetic_pen, padded_bounds, to_lines
 from widgets.map_view.map_shapes import MapShapes
 
 _ROUNDING = 1e-6
@@ -107,6 +107,7 @@ class FaultsItem(QGraphicsItem):
         self._pitch = 0.0
         self._faults: Mapping[Fault, BoolArray] = {}
         self._bounds = QRectF()
+        self.setZValue(ZOrder.FAULTS)
 
     def place(self, shapes: MapShapes) -> None:
         """Put them where the map has its taxels now."""

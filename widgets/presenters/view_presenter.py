@@ -37,8 +37,7 @@ class ViewPresenter(QObject):
         self._context, self._views, self._tools = context, context.views, tools
         self._bind()
         tools.changed.connect(self._on_tool_changed)
-        at_first = OverlayOptions(shown=frozenset(layer.name for layer in LAYERS if layer.shown_at_first))
-        self._show(context.settings.overlays or at_first)
+        self._show(context.settings.overlays or self._views.overlays)
 
     def _bind(self) -> None:
         bind, selection = self._context.actions.bind, self._views.selection

@@ -1,4 +1,4 @@
-"""Marks on the body: centres of pressure with force arrows, fingertips, the hover; and contact shapes, a layer."""
+"""Marks on the body: centres of pressure with force arrows, fingertips, the hover."""
 
 from __future__ import annotations
 
@@ -12,15 +12,10 @@ from app.core.arrays import FloatArray
 from app.session.frame import Frame
 from app.session.prepare import PreparedScene
 from widgets.common.colours import Theme
-from widgets.robot_view.vtk_meshes import set_matrix
 
 ARROW_LENGTH = 0.012
 """Metres of arrow per newton."""
 MAX_ARROW = 0.25
-SHAPE_INK = "#5b6570"
-"""Of ellipses and error circles, on skin that is light in both themes."""
-SMALLEST_ERROR = 0.001
-"""Radius below which the mark of the centre hides the circle [m]."""
 MAX_CONTACTS = 8
 
 
@@ -90,72 +85,6 @@ class ContactMarks:
         """Take another theme."""
         for ball in self._balls:
             ball.prop.color = theme.text
-
-
-class ContactShapes:
-    """A layer on the body: a fixed set of actors, placed and shown as needed.
-
-    Args:
-        plotter: Where to draw.
-        theme: The ink is the same in all.
-        prepared: Whose skin is marked.
-    """
-
-    def __init__(self, plotter: Any, theme: Theme, prepared: PreparedScene) -> None:
-        self._index, self._shown = prepared.robot.link_index, False
-        self.ellipses, self.errors = (
-            [
-                add_mark(plotter, _dashed_circle(every=every), SHAPE_INK, lit=False, line_width=1.0)
-                for _ in range(MAX_CONTACTS)
-            ]
-            for every in (2, 1)
-        )
-
-    def show_frame(self, frame: Frame, poses: FloatArray) -> None:
-        """Draw the shape of each region, where it has one."""
-        self.hide()
-        if self._shown:
-            for number, region in enumerate(frame.regions[:MAX_CONTACTS]):
-                self._place(number, region, poses[self._index[region.link]])
-
-    def set_shown(self, *, shown: bool) -> None:
-        """Draw shapes from the next frame on, or none."""
-        self._shown = shown
-        if not shown:
-            self.hide()
-
-    def hide(self) -> None:
-        """Draw none."""
-        for actor in (*self.ellipses, *self.errors):
-            actor.visibility = False
-
-    def set_theme(self, theme: Theme) -> None:
-        """Skin is light in both themes."""
-
-    def _place(self, number: int, region: ContactRegion, pose: FloatArray) -> None:
-        """The ellipse and the error circle of a region whose link has this ``T_world_link`` (4, 4)."""
-        point = pose[:3, :3] @ region.link_position + pose[:3, 3]
-        normal, axes = pose[:3, :3] @ region.link_normal, region.link_axes @ pose[:3, :3].T
-        lengths = np.linalg.norm(axes, axis=1)
-        if not lengths.min() > 0:
-            return
-        circle = axes / lengths[:, None] * region.place_error
-        for actor, own, least in ((self.ellipses[number], axes, 0.0), (self.errors[number], circle, SMALLEST_ERROR)):
-            actor.visibility = bool(np.linalg.norm(own[0]) > least)
-            if actor.visibility:
-                matrix = np.eye(4)
-                matrix[:3, 0], matrix[:3, 1], matrix[:3, 2] = own[0], own[1], normal
-                matrix[:3, 3] = point + 0.0015 * normal
-                set_matrix(actor, matrix)
-
-
-def _dashed_circle(*, every: int) -> pv.PolyData:
-    """A dashed unit circle; dotted with each of its short sides apart, else with a pair of them to a dash."""
-    turn = np.linspace(0, 2 * np.pi, 73)[:-1]
-    points = np.stack([np.cos(turn), np.sin(turn), np.zeros(72)], axis=1)
-    starts = np.arange(0, 72, every + 1)
-    lines = [np.append(every + 1, (start + np.arange(every + 1)) % 72) for start in starts]
-    return pv.PolyData(points, lines=np.concatenate(lines))
 
 
 def add_mark(

@@ -1,4 +1,7 @@
-"""The scene's objects as actors: calm and matte, built once a scene, moved in place from frame to frame."""
+"""The scene's objects as actors: calm and matte, built once a scene, moved in place from frame to frame.
+
+With the grids of planes, and of the floor under the robot: as large as what stands on it needs.
+"""
 
 from __future__ import annotations
 
@@ -6,11 +9,12 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import pyvista as pv
 
 from app.core.arrays import FloatArray
 from app.scene.objects import SceneObject
 from widgets.common.colours import Theme, mixed
-from widgets.robot_view.vtk_meshes import MATTE, plane_grid, polydata, set_matrix
+from widgets.robot_view.surface_marks import MATTE, polydata, set_matrix
 
 _PROBE_OPACITY = 0.55
 """A probe looks as the finger does, but for this: nothing else shows where it is while it touches nothing."""
@@ -111,3 +115,42 @@ def _colour(body: SceneObject, theme: Theme) -> str:
     if body.spec.kind == "plane":
         return mixed(theme.window, theme.quiet, 0.16)
     return mixed(theme.body, theme.window, _LIGHTER)
+
+
+_MAX_WIDTH = 20.0
+"""No floor is drawn wider [m]."""
+
+
+def floor_grid(points: FloatArray) -> pv.PolyData:
+    """A grid under points (k, 3) [m], world: at zero, or below the lowest of them."""
+    span = float(np.clip(np.ptp(points[:, :2], axis=0).max(), 0.2, _MAX_WIDTH))
+    step = _step(span)
+    half = step * np.ceil(0.9 * span / step)
+    centre = np.round(points[:, :2].mean(axis=0) / step) * step
+    floor = min(float(points[:, 2].min()), 0.0) if points[:, 2].min() < -1e-3 else 0.0
+    return _grid((half, half), step, np.array([*centre, floor]))
+
+
+def plane_grid(bounds: FloatArray) -> pv.PolyData:
+    """A grid over a plane within (2, 3) ``bounds`` [m] around its frame's origin, and lines along its edges."""
+    x, y = (float(half) for half in bounds[1, :2])
+    return _grid((x, y), _step(max(x, y)), np.zeros(3))
+
+
+def _step(span: float) -> float:
+    return float(10.0 ** np.floor(np.log10(span / 2)))
+
+
+def _grid(half: tuple[float, float], step: float, centre: FloatArray) -> pv.PolyData:
+    """Lines ``step`` apart from the middle out, and along the edges."""
+    across, along = (_ticks(reach, step) for reach in half)
+    ends = [[[t, -half[1]], [t, half[1]]] for t in across] + [[[-half[0], t], [half[0], t]] for t in along]
+    lines = np.zeros((2 * len(ends), 3))
+    lines[:, :2] = np.array(ends).reshape(-1, 2)
+    pairs = np.insert(np.arange(len(lines)).reshape(-1, 2), 0, 2, axis=1)
+    return pv.PolyData(lines + centre, lines=pairs.ravel())
+
+
+def _ticks(reach: float, step: float) -> FloatArray:
+    inner = step * np.arange(-np.floor(reach / step), np.floor(reach / step) + 1)
+    return np.unique(np.round(np.concatenate([[-reach], inner, [reach]]), 9))

@@ -19,12 +19,11 @@ from widgets.common.colours import PressureScale, Theme
 from widgets.interaction.select_gesture import RubberBand
 from widgets.overlays.body_overlays import NO_MARKS, SkinTexture, ToolMarks
 from widgets.overlays.task_overlay import NO_TASK, TaskOverlay
-from widgets.robot_view.body_layer import BodyLayerFactory
 from widgets.robot_view.camera import Viewpoint
 from widgets.robot_view.caption_overlay import CaptionOverlay, Captions, ForceCaption
 from widgets.robot_view.contact_marks import ARROW_LENGTH
 from widgets.robot_view.plotter_widget import RenderScheduler, make_canvas
-from widgets.robot_view.robot_scene import RobotScene
+from widgets.robot_view.robot_scene import BodyLayerFactory, RobotScene
 
 
 class RobotDisplay(QObject):
@@ -34,7 +33,7 @@ class RobotDisplay(QObject):
         view: The widget that it fills.
         theme: Colours of everything that is not skin.
         scale: Colours of pressure.
-        layers: Makes each layer that has actors, by name.
+        layers: Makes each layer that is drawn on the body, by name.
 
     Attributes:
         canvas: Shows the plotter, in the view.
@@ -107,9 +106,9 @@ class RobotDisplay(QObject):
         self.scene.set_selection(taxels, inks)
         self.request()
 
-    def set_overlay(self, picture: SkinTexture | None, *, textured: bool, dotted: bool) -> None:
-        """Take the map's picture, ``textured`` or kept for the way to the map; whole, or in a dot for each taxel."""
-        self.scene.set_overlay(picture, textured=textured, dotted=dotted)
+    def set_picture(self, picture: SkinTexture | None, *, textured: bool) -> None:
+        """Take the map's picture: shown while ``textured``, else kept for the way to the map."""
+        self.scene.set_picture(picture, textured=textured)
         self.request()
 
     def show_map(self, map_: TactileMap) -> None:

@@ -1,10 +1,13 @@
-"""The robot as actors on any PyVista plotter: built once a robot, then updated in place."""
+"""The robot as actors on any PyVista plotter: built once a robot, then updated in place.
+
+With what a layer of View > Overlay is on the body, so that the scene needs to know none by name.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pyvista as pv
@@ -19,13 +22,12 @@ from app.session.prepare import PreparedScene
 from widgets.common.colours import PressureScale, Theme, mixed
 from widgets.overlays.body_overlays import SkinTexture, ToolMarks
 from widgets.overlays.task_overlay import TaskOverlay
-from widgets.robot_view.body_layer import BodyLayer, BodyLayerFactory
 from widgets.robot_view.camera import CameraRay, Viewpoint, framing, initial_direction
 from widgets.robot_view.contact_marks import ContactMarks
-from widgets.robot_view.object_actors import ObjectActors
+from widgets.robot_view.object_actors import ObjectActors, floor_grid
 from widgets.robot_view.skin_actors import SkinActors
+from widgets.robot_view.surface_marks import MATTE, polydata, set_matrix
 from widgets.robot_view.tool_and_task_marks import EditToolMarks, TaskMarks
-from widgets.robot_view.vtk_meshes import MATTE, floor_grid, polydata, set_matrix
 
 _STILL = 2e-5
 """Joints and objects that move less [rad, m] do not change a pixel."""
@@ -35,6 +37,43 @@ _FLAT_FILL = 0.8
 """Share of the picture that the flat skin takes."""
 
 
+class BodyLayer:
+    """What a layer of View > Overlay draws on the body: a subclass overrides what it needs. Made once a robot.
+
+    Args:
+        scene: Whose body it is drawn on; its ``plotter``, ``prepared``, ``skin`` and ``theme`` are there.
+
+    Attributes:
+        replaces_image: Whether touch is left out of the skin's colours while it is shown.
+        shown: Whether it is to be seen.
+    """
+
+    replaces_image: ClassVar[bool] = False
+
+    def __init__(self, scene: RobotScene) -> None:
+        self.scene, self.shown = scene, False
+
+    def set_shown(self, *, shown: bool) -> None:
+        """Show it from the next ``show_frame`` and ``colour`` on, which follow at once; or hide it now."""
+        self.shown = shown
+
+    def show_frame(self, frame: Frame, poses: FloatArray) -> None:
+        """Place it as of ``frame``, the skin being on the body; ``poses`` (links, 4, 4) are ``T_world_link``."""
+
+    def hide(self) -> None:
+        """The skin is off the body: what does not go with it shows nothing until the next ``show_frame``."""
+
+    def colour(self, pressures: FloatArray, scale: PressureScale) -> None:
+        """Take the pressures (taxels,) [Pa], wherever the skin is."""
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+
+
+BodyLayerFactory = Callable[["RobotScene"], BodyLayer]
+"""Makes a layer for a scene."""
+
+
 class RobotScene:
     """Links, skin, objects, contacts and fingers of one prepared scene. Mutable; ``show_prepared`` replaces everything.
 
@@ -42,16 +81,19 @@ class RobotScene:
         plotter: Where to draw; its actors are this scene's alone.
         theme: Colours of everything that is not skin.
         scale: Colours of pressure.
-        layers: Makes each layer that has actors, by name.
+        layers: Makes each layer that is drawn on the body, by name.
 
     Attributes:
+        plotter: As above.
+        theme: As above, or as set since.
+        skin: The skin's actors; like ``prepared`` and the ``layers``, there from ``show_prepared`` on.
         layers: Those of this scene, by name.
     """
 
     def __init__(
         self, plotter: Any, theme: Theme, scale: PressureScale, layers: Mapping[str, BodyLayerFactory] | None = None
     ) -> None:
-        self._plotter, self._theme, self._scale = plotter, theme, scale
+        self.plotter, self.theme, self._scale = plotter, theme, scale
         self._prepared: PreparedScene | None = None
         self._frame: Frame | None = None
         self._links: list[tuple[int, Any]] = []
@@ -63,27 +105,26 @@ class RobotScene:
 
     def show_prepared(self, prepared: PreparedScene) -> None:
         """Draw another robot, at home, framed."""
-        self._plotter.clear_actors()
+        self.plotter.clear_actors()
         self._prepared, self._frame = prepared, None
         self._configuration = Configuration(prepared.robot)
         self._links, self._bodies, self._bounds = [], [], []
         for number, link in enumerate(prepared.robot.links):
             if link.mesh is not None and len(link.mesh.faces):
                 body = polydata(link.mesh.vertices, link.mesh.vertex_normals, link.mesh.faces)
-                actor = self._plotter.add_mesh(body, color=self._theme.body, **MATTE)
+                actor = self.plotter.add_mesh(body, color=self.theme.body, **MATTE)
                 self._links.append((number, actor))
                 self._bodies.append(actor)
                 self._bounds.append((number, link.mesh.bounds))
-        self._skin = SkinActors(self._plotter, prepared, self._scale)
+        self.skin = SkinActors(self.plotter, prepared, self._scale)
         self._bounds += [(prepared.robot.link_index[p.link], p.surface.bounds) for p in prepared.skin.patches]
-        self._objects = ObjectActors(self._plotter, self._theme, prepared.objects)
+        self._objects = ObjectActors(self.plotter, self.theme, prepared.objects)
         self._plane = np.eye(4)
-        self._marks = ContactMarks(self._plotter, self._theme, prepared)
-        self.layers = {name: make(self._plotter, self._theme, prepared) for name, make in self._make_layers.items()}
+        self._marks = ContactMarks(self.plotter, self.theme, prepared)
+        self.layers = {name: make(self) for name, make in self._make_layers.items()}
+        self._edit_marks = EditToolMarks(self.plotter, self.theme, prepared)
+        self._task_marks = TaskMarks(self.plotter, self.theme, prepared)
         self.show_layers(self._shown)
-        self._edit_marks = EditToolMarks(self._plotter, self._theme, prepared)
-        self._task_marks = TaskMarks(self._plotter, self._theme, prepared)
-        self._move()
         self._ground()
         self._away = initial_direction(prepared, self.poses)
         self.frame_all()
@@ -130,18 +171,17 @@ class RobotScene:
     def set_hover(self, at: SurfacePoint | None) -> None:
         """Mark a place on the skin; None for none."""
         if self._prepared is not None:
-            self._marks.set_hover(None if at is None else self._skin.point(at, self.poses, self._plane))
+            self._marks.set_hover(None if at is None else self.skin.point(at, self.poses, self._plane))
 
     def set_selection(self, taxels: IntArray, inks: tuple[str, ...]) -> None:
         """Ring these taxels (k,), each in its colour."""
         if self._prepared is not None:
-            self._skin.select(taxels, inks)
+            self.skin.select(taxels, inks)
 
-    def set_overlay(self, picture: SkinTexture | None, *, textured: bool, dotted: bool) -> None:
-        """Take the map's picture, ``textured`` or kept for the way to the map; whole, or in a dot for each taxel."""
+    def set_picture(self, picture: SkinTexture | None, *, textured: bool) -> None:
+        """Take the map's picture: shown while ``textured``, else kept for the way to the map."""
         if self._prepared is not None:
-            self._skin.set_texture(picture, always=textured)
-            self._skin.dot(dotted=dotted)
+            self.skin.set_texture(picture, always=textured)
             self._move()
             self._colour()
 
@@ -160,13 +200,17 @@ class RobotScene:
         self._shown = shown
         for name, layer in self.layers.items():
             layer.set_shown(shown=name in shown)
+        if self._prepared is not None:
+            self.skin.bare = any(layer.shown and layer.replaces_image for layer in self.layers.values())
+            self._move()
+            self._colour()
         self._mark()
 
     def show_map(self, map_: TactileMap) -> None:
         """The same skin on another map."""
         if self._prepared is not None:
             self._prepared = replace(self._prepared, map=map_)
-            self._skin.show_map(map_)
+            self.skin.show_map(map_)
             self._move()
             self._colour()
 
@@ -174,9 +218,9 @@ class RobotScene:
         """Lay the skin flat by this share: 0 on the body, 1 as on the map, facing the eye as it was at the start."""
         if self._prepared is None:
             return
-        if self._skin.share == 0:
+        if self.skin.share == 0:
             self._plane = self._facing_plane()
-        self._skin.morph(share)
+        self.skin.morph(share)
         for marks in (self._edit_marks, self._task_marks):
             marks.hide(hidden=share > 0)
         for actor in self._bodies:
@@ -190,12 +234,12 @@ class RobotScene:
     @property
     def morphed(self) -> bool:
         """Whether the skin is off the body."""
-        return self._prepared is not None and self._skin.share > 0
+        return self._prepared is not None and self.skin.share > 0
 
     def _facing_plane(self) -> FloatArray:
         """(4, 4) ``T_world_map``: upright in the middle of the picture, as near as all of the map is in it."""
         assert self._prepared is not None
-        view, (width, height) = self.viewpoint, self._plotter.window_size
+        view, (width, height) = self.viewpoint, self.plotter.window_size
         (right, up, forward), bounds = view.axes, self._prepared.map.bounds
         plane = np.eye(4)
         plane[:3, :3] = np.stack([right, up, -forward], axis=1)
@@ -206,16 +250,16 @@ class RobotScene:
 
     def pick_flat(self, ray: CameraRay) -> SurfacePoint | None:
         """The place of the skin that a ray (world frame) meets first, while it is off the body; None beside it."""
-        return self._skin.pick(ray) if self.morphed else None
+        return self.skin.pick(ray) if self.morphed else None
 
     def flat_taxels(self) -> tuple[FloatArray, FloatArray]:
         """Positions [m] and unit normals, (taxels, 3) each, world frame, of the skin off the body."""
-        return self._skin.taxels(self.poses, self._plane)
+        return self.skin.taxels(self.poses, self._plane)
 
     def set_theme(self, theme: Theme) -> None:
         """Take another theme."""
-        self._theme = theme
-        self._plotter.set_background(theme.window)
+        self.theme = theme
+        self.plotter.set_background(theme.window)
         for actor in self._bodies:
             actor.prop.color = theme.body
         if self._prepared is not None:
@@ -232,6 +276,12 @@ class RobotScene:
         self._scale = scale
         if self._prepared is not None:
             self._colour()
+
+    @property
+    def prepared(self) -> PreparedScene:
+        """Robot, skin and map, as drawn."""
+        assert self._prepared is not None
+        return self._prepared
 
     @property
     def poses(self) -> FloatArray:
@@ -251,12 +301,12 @@ class RobotScene:
     @property
     def viewpoint(self) -> Viewpoint:
         """Where the eye is."""
-        return Viewpoint.of(self._plotter.camera)
+        return Viewpoint.of(self.plotter.camera)
 
     def look(self, viewpoint: Viewpoint) -> None:
         """Look from there."""
-        viewpoint.to(self._plotter.camera)
-        self._plotter.camera.is_set = True  # or PyVista would look from its own default place at the first render
+        viewpoint.to(self.plotter.camera)
+        self.plotter.camera.is_set = True  # or PyVista would look from its own default place at the first render
 
     def frame_all(self, *, aspect: float | None = None) -> None:
         """Look at everything, three quarters from the front and slightly from above.
@@ -265,14 +315,14 @@ class RobotScene:
             aspect: Width by height of the picture; by default the plotter's.
         """
         if self._prepared is not None:
-            width, height = self._plotter.window_size
+            width, height = self.plotter.window_size
             robot = self._corners()
             points = np.concatenate([robot, self._objects.near(robot)])
             self.look(framing(points, self._away, aspect or width / height, view_angle=30.0, fill=0.86))
 
     def fit_depth(self) -> None:
         """Let the camera's depth hold all that is drawn; before each picture, since the robot moves."""
-        self._plotter.renderer.ResetCameraClippingRange()
+        self.plotter.renderer.ResetCameraClippingRange()
 
     def _corners(self) -> FloatArray:
         """(k, 3) corners of all links' and patches' boxes, world [m]."""
@@ -289,26 +339,28 @@ class RobotScene:
             set_matrix(actor, poses[number])
         for number, actor in (*self._edit_marks.link_actors, *self._task_marks.link_actors):
             set_matrix(actor, poses[number])
-        self._skin.move(poses, self._plane)
+        self.skin.move(poses, self._plane)
 
     def _colour(self) -> None:
         assert self._prepared is not None
         pressures = np.zeros(len(self._prepared.skin)) if self._frame is None else self._frame.pressures
-        self._skin.colour(pressures, self._scale)
+        self.skin.colour(pressures, self._scale)
+        for layer in self.layers.values():
+            layer.colour(pressures, self._scale)
 
     def _light_and_ground(self) -> None:
-        self._plotter.set_background(self._theme.window)
-        self._plotter.remove_all_lights()
+        self.plotter.set_background(self.theme.window)
+        self.plotter.remove_all_lights()
         # One headlight, a little above the eye, so that shape shows without hiding colour.
-        self._plotter.add_light(pv.Light(position=(0.25, 0.45, 1.0), light_type="camera light", intensity=0.95))
+        self.plotter.add_light(pv.Light(position=(0.25, 0.45, 1.0), light_type="camera light", intensity=0.95))
 
     def _ground(self) -> None:
         """A faint grid on the floor, unless the scene has a floor of its own."""
         if self._objects.has_floor:
-            self._plotter.remove_actor("ground", render=False)
+            self.plotter.remove_actor("ground", render=False)
             return
-        colour = mixed(self._theme.window, self._theme.quiet, 0.28)
-        self._plotter.add_mesh(
+        colour = mixed(self.theme.window, self.theme.quiet, 0.28)
+        self.plotter.add_mesh(
             floor_grid(self._corners()),
             color=colour, line_width=1, lighting=False, name="ground", pickable=False, reset_camera=False,
         )  # fmt: skip

@@ -23,11 +23,11 @@ from widgets.interaction.select_gesture import Pixel
 from widgets.interaction.view_interaction import ViewInteraction
 from widgets.interaction.view_tool import PointerHit, ViewTool
 from widgets.overlays.body_overlays import NO_MARKS
-from widgets.robot_view.body_layer import BodyLayerFactory
 from widgets.robot_view.camera import look_from, orbit, pan, zoom
 from widgets.robot_view.caption_overlay import CubeFace
 from widgets.robot_view.picking import BodyTaxels, SkinPicker, facing_pixels
 from widgets.robot_view.robot_display import RobotDisplay
+from widgets.robot_view.robot_scene import BodyLayerFactory
 
 _WHEEL_STEP = 1.15
 _TEXTS = CardTexts(
@@ -105,7 +105,7 @@ class RobotView(QWidget):
         theme: Colours of everything that is not skin.
         scale: Colours of pressure.
         parent: Qt parent.
-        layers: Makes each layer that has actors, by name.
+        layers: Makes each layer that is drawn on the body, by name.
 
     Attributes:
         display: What is drawn.

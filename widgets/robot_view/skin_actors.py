@@ -1,5 +1,4 @@
-"""The skin on the body: coloured by touch, or textured with the map's picture; whole or in dots; on the way to flat
-too.
+"""The skin on the body: coloured by touch, bare, or textured with the map's picture; on the way to flat too.
 
 ``TexturedSkin`` has the same pixels on the body as on the map, and all places in between: ``share`` runs from 0, on the
 body, to 1, where every patch lies flat in a plane of the world; on the way each point goes straight from the one to the
@@ -23,8 +22,7 @@ from widgets.common.colours import BETWEEN_DOTS, PressureScale, rgb
 from widgets.document.taxel_selection import TAXEL_COLOURS
 from widgets.overlays.body_overlays import SkinTexture
 from widgets.robot_view.camera import CameraRay
-from widgets.robot_view.surface_marks import TaxelMarkers
-from widgets.robot_view.vtk_meshes import MATTE, polydata, set_matrix
+from widgets.robot_view.surface_marks import MATTE, TaxelMarkers, polydata, set_matrix
 
 
 class TexturedSkin:
@@ -158,8 +156,8 @@ def ray_mesh_intersection(
     return float(away[face]), face, (float(1 - u[face] - v[face]), float(u[face]), float(v[face]))
 
 
-RING_SIZE, FEW_RING_SIZE, DOT_SIZE = 0.34, 0.55, 0.4
-"""Radius of the mark of a taxel, as a share of the root of its area: selected, one of few selected, and as a dot."""
+RING_SIZE, FEW_RING_SIZE = 0.34, 0.55
+"""Radius of a selected taxel's ring, as a share of the root of its area: one of many, and one of few."""
 
 
 class SkinActors:
@@ -173,6 +171,7 @@ class SkinActors:
     Attributes:
         link_actors: Link number and actor of all that moves with a link.
         share: How flat it lies: 0 on the body, 1 as on the map.
+        bare: Whether touch is left out of the colours, because a layer shows it otherwise.
     """
 
     def __init__(self, plotter: Any, prepared: PreparedScene, scale: PressureScale) -> None:
@@ -185,18 +184,20 @@ class SkinActors:
             surface.point_data["touch"] = scale.rgb(np.zeros(len(patch.surface.vertices)))
             self._plain.append(plotter.add_mesh(surface, scalars="touch", rgb=True, copy_mesh=False, **MATTE))
             self._surfaces.append(surface)
-        self._dots = TaxelMarkers(plotter, prepared.skin, filled=True)
-        self._rings = TaxelMarkers(plotter, prepared.skin)
         self._links = [prepared.robot.link_index[patch.link] for patch in prepared.skin.patches]
-        kinds = (self._plain, self._dots.actors, self._rings.actors)
-        self.link_actors: list[tuple[int, Any]] = [
-            pair for kind in kinds for pair in zip(self._links, kind, strict=True)
-        ]
-        self._every: IntArray = np.arange(len(prepared.skin))
-        self.share = 0.0
-        self._dotted = self._always = self._moved = False
+        self.link_actors: list[tuple[int, Any]] = list(zip(self._links, self._plain, strict=True))
+        self._carried: list[TaxelMarkers] = []
+        self._rings = TaxelMarkers(plotter, prepared.skin)
+        self.carry(self._rings)
+        self.share, self.bare = 0.0, False
+        self._always = self._moved = False
         self._picture: SkinTexture | None = None
         self._textured: TexturedSkin | None = None
+
+    def carry(self, markers: TaxelMarkers) -> None:
+        """Move these with the skin from now on."""
+        self._carried.append(markers)
+        self.link_actors += zip(self._links, markers.actors, strict=True)
 
     def show_map(self, map_: TactileMap) -> None:
         """Another map of the same skin; its picture comes with ``set_texture``, and the one of before is taken off.
@@ -233,15 +234,6 @@ class SkinActors:
         for actor in self._plain:
             actor.visibility = not wanted
 
-    def dot(self, *, dotted: bool) -> None:
-        """Show a dot for each taxel instead of what lies between them."""
-        self._dotted = dotted
-        none = np.zeros((0, 3), np.uint8)
-        if dotted:
-            self._dots.show(self._every, np.zeros((len(self._every), 3), np.uint8), radius=DOT_SIZE)
-        else:
-            self._dots.show(self._every[:0], none, radius=DOT_SIZE)
-
     def colour(self, pressures: FloatArray, scale: PressureScale) -> None:
         """Take pressures (taxels,) [Pa]."""
         kilopascals = 1e-3 * pressures
@@ -249,10 +241,8 @@ class SkinActors:
             self._textured.refresh()
         else:
             for surface, matrix in zip(self._surfaces, self._weights, strict=True):
-                surface.point_data["touch"][:] = BETWEEN_DOTS if self._dotted else scale.rgb(matrix @ kilopascals)
+                surface.point_data["touch"][:] = BETWEEN_DOTS if self.bare else scale.rgb(matrix @ kilopascals)
                 surface.GetPointData().GetArray("touch").Modified()
-        if self._dotted:
-            self._dots.colour(self._every, scale.rgb(kilopascals))
 
     def morph(self, share: float) -> None:
         """Lay the skin flat by this share, from 0 to 1; ``move`` and ``colour`` show it."""
@@ -272,13 +262,13 @@ class SkinActors:
             self._textured.place(poses, self.share, plane)
         if self.share > 0:
             places = [self._taxels_at(number, poses, plane) for number in range(len(self._prepared.skin.patches))]
-            for rings in (self._dots, self._rings):
-                rings.place([at for at, _ in places], [normals for _, normals in places])
+            for markers in self._carried:
+                markers.place([at for at, _ in places], [normals for _, normals in places])
             self._moved = True
         elif self._moved:
             felt = [patch.taxels for patch in self._prepared.skin.patches]
-            for rings in (self._dots, self._rings):
-                rings.place([part.positions for part in felt], [part.normals for part in felt])
+            for markers in self._carried:
+                markers.place([part.positions for part in felt], [part.normals for part in felt])
             self._moved = False
 
     def pick(self, ray: CameraRay) -> SurfacePoint | None:

@@ -1,8 +1,8 @@
-"""Flat marks that lie on the curved skin: rings or discs at taxels, ribbons along lines, arrowheads, diamonds.
+"""How meshes are handed to VTK, and flat marks that lie on the curved skin.
 
-Triangles first, then the actors that show them in their colours, without light, filled again where they change;
-``SurfaceMarks`` is the base of all marks that move with a link, take a theme, and are hidden while the skin is off the
-body.
+Marks are rings or discs at taxels, ribbons along lines, arrowheads, diamonds: triangles first, then the actors that
+show them in their colours, without light, filled again where they change. ``SurfaceMarks`` is the base of all marks
+that move with a link, take a theme, and are hidden while the skin is off the body.
 """
 
 from __future__ import annotations
@@ -14,11 +14,39 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
+from vtkmodules.vtkCommonMath import vtkMatrix4x4
 
 from app.core.arrays import FloatArray, IntArray
 from app.session.prepare import PreparedScene
 from app.skin.skin import Skin
 from widgets.common.colours import Theme, rgb
+
+MATTE: dict[str, Any] = {
+    "smooth_shading": True,
+    "split_sharp_edges": False,
+    "ambient": 0.34,
+    "diffuse": 0.70,
+    "specular": 0.0,
+    "show_scalar_bar": False,
+    "reset_camera": False,
+}
+
+
+def set_matrix(actor: Any, matrix: FloatArray) -> None:
+    """Place an actor by a (4, 4) matrix, in place."""
+    own = actor.GetUserMatrix()
+    if own is None:
+        own = vtkMatrix4x4()
+        actor.SetUserMatrix(own)
+    own.DeepCopy(matrix.ravel())
+
+
+def polydata(vertices: FloatArray, normals: FloatArray, faces: IntArray) -> pv.PolyData:
+    """Points (n, 3), unit normals (n, 3) and triangles (m, 3) as copies for VTK, so that it computes no normals."""
+    surface = pv.PolyData.from_regular_faces(vertices.copy(), faces.copy())
+    surface.point_data.active_normals = normals.copy()
+    return surface
+
 
 _SIDES = 20
 _INNER = 0.62

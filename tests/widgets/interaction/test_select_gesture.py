@@ -74,7 +74,7 @@ def selected(window):
 
 def ringed_on_body(window):
     """Taxels that the robot view rings, of all patches."""
-    return np.concatenate(window.robot_view.display.scene._skin._rings._shown).tolist()
+    return np.concatenate(window.robot_view.display.scene.skin._rings._shown).tolist()
 
 
 def around(pixel, reach):
@@ -101,7 +101,7 @@ def test_what_is_selected_in_one_view_is_marked_in_both(window, side):
     before = window.map_view.grab().toImage()
     side.click(taxel)
     assert ringed_on_body(window) == [taxel]
-    assert window.map_view.display.picture._taxels._selected.tolist() == [taxel]
+    assert window.map_view.display.picture.taxels.selected.tolist() == [taxel]
     assert window.map_view.grab().toImage() != before
     assert f"Taxel {taxel} selected" in window.findChild(object, "selection-count").text()
 

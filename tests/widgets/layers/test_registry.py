@@ -1,51 +1,63 @@
-"""A layer of one's own, registered once: menus aside, all that reaches it on map and body."""
+"""The layers that ship change what is seen; one of one's own needs one line: menus aside, all that reaches it."""
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
-from PySide6.QtWidgets import QGraphicsRectItem
+from PySide6.QtWidgets import QApplication, QGraphicsRectItem
 
 from app.editing.arrange import move
 from app.editing.document import MapDocument
+from app.editing.pins import add_pin
 from app.session.session import Session
+from app.tactile.poke import PokePressed
+from tests.widgets.support.samples import middle_taxel
+from tests.widgets.support.snapshots import pixels
 from widgets.common.colours import DARK, LIGHT, PressureScale
 from widgets.common.settings import OverlayOptions
 from widgets.context.linked_views import LinkedViews
-from widgets.layers.registry import LAYERS, LayerSpec
+from widgets.layers.registry import LAYERS, LayerSpec, at_first
+from widgets.map_view.map_items import ZOrder
+from widgets.map_view.map_scene import MapLayer
+from widgets.robot_view.robot_scene import BodyLayer
 
 
 class Recorded:
     """Keeps what reaches it."""
 
-    def __init__(self, theme):
-        self.got = [theme]
+    def __init__(self, scene):
+        super().__init__(scene)
+        self.got = [scene.theme]
 
     def set_shown(self, *, shown):
+        super().set_shown(shown=shown)
         self.got.append(shown)
 
     def set_theme(self, theme):
         self.got.append(theme)
 
 
-class OnMap(Recorded):
-    """A square on the map."""
+class OnMap(Recorded, MapLayer):
+    """A square on the map, and a word where it is painted."""
 
-    def __init__(self, document, theme):
-        super().__init__(theme)
+    order = ZOrder.PINS
+
+    def __init__(self, scene):
+        super().__init__(scene)
         self.items = (QGraphicsRectItem(0, 0, 10, 10),)
 
-    def show_document(self, document, shapes):
-        self.got.append(document)
+    def show_document(self):
+        self.got.append(self.scene.document)
 
     def show_frame(self, frame):
         self.got.append(frame)
 
+    def paint(self, painter, view):
+        self.got.append("painted")
 
-class OnBody(Recorded):
+
+class OnBody(Recorded, BodyLayer):
     """Nothing, at the links."""
-
-    def __init__(self, plotter, theme, prepared):
-        super().__init__(theme)
 
     def show_frame(self, frame, poses):
         self.got.append((frame, len(poses)))
@@ -54,23 +66,35 @@ class OnBody(Recorded):
         self.got.append("hidden")
 
 
+SPEC = LayerSpec("grid", "Grid", "", "A grid", on_map=OnMap, on_body=OnBody)
+
+
 @pytest.fixture
-def views(qtbot):
-    spec = LayerSpec("grid", "Grid", "", "A grid", on_map=OnMap, on_body=OnBody)
-    made = LinkedViews(DARK, PressureScale(), layers=(*LAYERS, spec))
-    made.resize(900, 500)
-    qtbot.addWidget(made)
-    made.show()
-    qtbot.waitExposed(made)
-    yield made
-    made.robot.close_view()
+def make_views(qtbot):
+    """Both views, seen, with these layers."""
+    made = []
+
+    def make(layers):
+        views = LinkedViews(DARK, PressureScale(), layers=layers)
+        made.append(views)
+        views.resize(900, 500)
+        qtbot.addWidget(views)
+        views.show()
+        qtbot.waitExposed(views)
+        return views
+
+    yield make
+    for views in made:
+        views.robot.close_view()
 
 
-def test_a_layer_needs_one_line(views, prepared):
+def test_a_layer_needs_one_line(make_views, prepared):
+    views = make_views((*LAYERS, SPEC))
     views.show_prepared(prepared)
     on_map, on_body = views.map.display.picture.layers["grid"], views.robot.display.scene.layers["grid"]
     assert on_map.got[0] == on_body.got[0] == DARK
     assert on_map.items[0].scene() is views.map.scene()
+    assert not on_map.items[0].isVisible()
     frame = Session(prepared).frame
     views.show_frame(frame)
     views.robot.display.draw_now()
@@ -78,11 +102,74 @@ def test_a_layer_needs_one_line(views, prepared):
     assert on_body.got[-1] == (frame, len(prepared.robot.links))
     views.set_overlays(OverlayOptions().toggled("grid"))
     assert on_map.got[-1] is True
+    assert on_map.items[0].isVisible()
     assert on_body.got[-2:] == [True, (frame, len(prepared.robot.links))], "at once, though no frame came"
     edited = move(MapDocument.of(prepared.map), [0], (0.05, 0.0))
     views.show_document(edited)
     assert on_map.got[-1] is edited
+    views.map.grab()
+    assert "painted" in on_map.got
     views.set_theme(LIGHT)
     assert on_map.got[-1] == on_body.got[-1] == LIGHT
     views.robot.display.scene.morph(0.5)
     assert on_body.got[-1] == "hidden"
+
+
+def test_views_show_by_themselves_what_is_shown_at_first(make_views, prepared):
+    views = make_views((LayerSpec("grid", "Grid", "", "A grid", shown_at_first=True, on_map=OnMap, on_body=OnBody),))
+    views.show_prepared(prepared)
+    assert views.overlays == OverlayOptions(shown=frozenset({"grid"}))
+    assert views.map.display.picture.layers["grid"].shown
+    assert views.robot.display.scene.layers["grid"].shown
+
+
+def pictures(views):
+    """Pixels of map and body as they are now."""
+    QApplication.processEvents()
+    views.robot.display.draw_now()
+    return [pixels(view.grab().toImage()).astype(int) for view in (views.map, views.robot)]
+
+
+@pytest.fixture(scope="module")
+def touch(prepared):
+    """A frame in which a finger presses, near enough the middle of a patch for its shape to be seen."""
+    session = Session(prepared)
+    session.submit(PokePressed(0, prepared.skin.taxel_point(middle_taxel(prepared.map, 0))))
+    for _ in range(100):
+        session.tick()
+    assert session.frame.regions
+    return session.frame
+
+
+@pytest.mark.parametrize("spec", LAYERS, ids=lambda spec: spec.name)
+def test_each_layer_is_drawn_by_its_entry_and_by_nothing_else(make_views, prepared, touch, spec):
+    """Seen where its entry has something to draw it, and nowhere when it is taken out of the registry."""
+    document = add_pin(MapDocument.of(prepared.map), prepared.skin.taxel_point(40))
+
+    def shown_with(layers):
+        views = make_views(layers)
+        views.show_prepared(prepared)
+        views.show_document(document)
+        views.show_frame(touch)
+        at = touch.regions[0].at
+        views.map.zoom(2.0, views.map.pixel_of(at))
+        views.robot.display.look(views.robot.display.scene.viewpoint)
+        found = []
+        for shown in (frozenset(), frozenset({spec.name}), frozenset()):
+            views.set_overlays(OverlayOptions(shown=shown))
+            found.append(pictures(views))
+        return found
+
+    off, on, off_again = shown_with(LAYERS)
+    for number, drawn in enumerate((spec.on_map, spec.on_body)):
+        changed = (on[number] != off[number]).any(axis=-1).sum()
+        assert changed > 20 if drawn is not None else changed == 0
+        np.testing.assert_array_equal(off_again[number], off[number])
+    without = shown_with([other for other in LAYERS if other is not spec])
+    for number in range(2):
+        np.testing.assert_array_equal(without[1][number], without[0][number])
+
+
+def test_every_layer_is_drawn_somewhere():
+    assert all(spec.on_map is not None for spec in LAYERS)
+    assert at_first(LAYERS).shown < {spec.name for spec in LAYERS}

@@ -13,10 +13,11 @@ from PySide6.QtTest import QTest
 from app.editing.arrange import mirror, move, rotate, scale
 from app.editing.document import MapDocument, rename_patch, show_patches
 from tests.widgets.support.arrange_driver import bent
+from tests.widgets.support.layered_map_view import layered_map_view
 from tests.widgets.support.samples import leaf_map, middle_taxel, touched
 from widgets.common.colours import DARK, PressureScale
-from widgets.common.settings import BaseLayer, OverlayOptions
-from widgets.map_view.map_view import MapView
+from widgets.common.settings import BaseLayer
+from widgets.layers.registry import LAYERS, at_first
 
 leaves = cache(leaf_map)
 EDITS = {
@@ -30,7 +31,7 @@ EDITS = {
 
 @pytest.fixture
 def view(qtbot):
-    view = MapView(DARK, PressureScale(20.0))
+    view = layered_map_view(DARK, PressureScale(20.0))
     qtbot.addWidget(view)
     view.resize(640, 560)
     view.display.show_document(MapDocument.of(leaves()))
@@ -78,9 +79,9 @@ def test_touch_goes_with_its_patch_and_nothing_is_built(view, document, edit):
 
 def test_the_contour_goes_with_its_patch(view, document):
     view.display.show_frame(touched(leaves(), [middle_taxel(leaves(), 0)], radius=0.06))
-    lines = np.array([[line.x1(), line.y1()] for line in view.display.marks.contours])
+    lines = np.array([[line.x1(), line.y1()] for line in view.display.picture.layers["contours"].lines])
     view.display.show_document(EDITS["moved"](document))
-    moved = np.array([[line.x1(), line.y1()] for line in view.display.marks.contours])
+    moved = np.array([[line.x1(), line.y1()] for line in view.display.picture.layers["contours"].lines])
     assert len(lines) > 10
     assert moved - lines == pytest.approx(
         np.full_like(lines, 1) * view.display.picture.shapes.frame.scale * [0.05, 0.08]
@@ -222,7 +223,7 @@ def test_flaws_are_marked_and_told_while_editing(view, document):
 
 
 def test_stretch_of_areas_follows_the_scale_at_rest(view, document):
-    view.display.set_overlays(OverlayOptions(ground=BaseLayer.AREA))
+    view.display.set_overlays(replace(at_first(LAYERS), ground=BaseLayer.AREA))
     first, ground = view.grab().toImage(), view.display.picture.ground
     enlarged = scale(document, [0], 1.5)
     view.display.show_document(enlarged, in_hand=True)
@@ -235,7 +236,7 @@ def test_stretch_of_areas_follows_the_scale_at_rest(view, document):
 
 @pytest.mark.parametrize("ground", [BaseLayer.CHECKER, BaseLayer.CIRCLES])
 def test_textures_are_carried_by_their_patches(view, document, ground):
-    view.display.set_overlays(OverlayOptions(ground=ground))
+    view.display.set_overlays(replace(at_first(LAYERS), ground=ground))
     pixels = view.display.skin_texture.pixels.copy()
     assert len(np.unique(pixels)) > 3
     view.display.show_document(EDITS["all"](document))

@@ -12,10 +12,10 @@ from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton
 
+from tests.widgets.support.layered_map_view import layered_map_view
 from tests.widgets.support.samples import touched
 from widgets.common.colours import DARK, LIGHT, PressureScale
 from widgets.map_view.live_image import ImageAtlas
-from widgets.map_view.map_view import MapView
 
 LEFT, MIDDLE, NONE = Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton, Qt.KeyboardModifier.NoModifier
 BESIDE = QPoint(4, 4)
@@ -51,7 +51,7 @@ class Heard:
 
 @pytest.fixture
 def view(qtbot, prepared):
-    view = MapView(DARK, PressureScale(20.0))
+    view = layered_map_view(DARK, PressureScale(20.0))
     qtbot.addWidget(view)
     view.resize(700, 600)
     view.show_prepared(prepared, atlas=atlas_of(prepared.map))
@@ -246,7 +246,7 @@ def test_the_touch_is_drawn_where_it_is(view, prepared):
 
 
 def test_each_state_says_what_helps(qtbot, prepared, view):
-    empty = MapView(LIGHT, PressureScale(20.0))
+    empty = layered_map_view(LIGHT, PressureScale(20.0))
     qtbot.addWidget(empty)
     empty.show()
     button = empty.findChild(QPushButton)

@@ -7,10 +7,10 @@ from dataclasses import replace
 import pytest
 from PySide6.QtGui import QFont
 
+from tests.widgets.support.layered_map_view import layered_map_view
 from tests.widgets.support.samples import leaf_map, middle_taxel, touched
 from tests.widgets.support.snapshots import check_picture
 from widgets.common.colours import DARK, LIGHT, PressureScale
-from widgets.map_view.map_view import MapView
 
 HOVERED = 9
 
@@ -18,7 +18,7 @@ HOVERED = 9
 @pytest.fixture
 def view(qtbot, prepared):
     leaves = leaf_map()
-    view = MapView(DARK, PressureScale(20.0))
+    view = layered_map_view(DARK, PressureScale(20.0))
     qtbot.addWidget(view)
     view.setFont(QFont("DejaVu Sans", 10))
     view.resize(640, 560)

@@ -9,12 +9,12 @@ import pytest
 from PySide6.QtGui import QColor
 
 from app.editing.document import MapDocument, show_patches
+from tests.widgets.support.layered_map_view import layered_map_view
 from tests.widgets.support.samples import leaf_map, middle_taxel, touched
 from tests.widgets.support.snapshots import check_picture, pixels
 from widgets.common.colours import DARK, LIGHT, PressureScale
-from widgets.common.settings import OverlayOptions
-from widgets.map_view.contact_ellipses import ellipses_on_map
-from widgets.map_view.map_view import MapView
+from widgets.layers.registry import LAYERS, at_first
+from widgets.map_view.map_layers import ellipses_on_map
 from widgets.map_view.task_layer import ACTUAL, TARGET, WANTED, task_legend_entries
 from widgets.overlays.task_overlay import NO_TASK, ContactTrail, ReferencePath, TaskOverlay, lines_on_skin
 
@@ -26,7 +26,7 @@ def tactile_map():
 
 @pytest.fixture
 def view(qtbot, tactile_map):
-    made = MapView(DARK, PressureScale())
+    made = layered_map_view(DARK, PressureScale())
     qtbot.addWidget(made)
     made.resize(700, 420)
     made.display.show_document(MapDocument.of(tactile_map))
@@ -155,7 +155,7 @@ def test_contacts_are_drawn_as_they_lie_where_there_is_room(view, tactile_map):
     (region,) = frame.regions
     view.display.show_frame(frame)
     with_shapes = pixels(view.grab().toImage())
-    view.display.set_overlays(OverlayOptions().toggled("shapes"))
+    view.display.set_overlays(at_first(LAYERS).toggled("shapes"))
     without = pixels(view.grab().toImage())
     changed = np.argwhere((with_shapes != without).any(axis=2))[:, ::-1]
     assert len(changed) > 60
@@ -190,7 +190,7 @@ def test_small_shapes_are_hidden_by_their_centre(view, tactile_map):
     small = tuple(replace(r, link_axes=0.05 * r.link_axes, place_error=1e-4) for r in frame.regions)
     view.display.show_frame(replace(frame, regions=small))
     with_shapes = pixels(view.grab().toImage())
-    view.display.set_overlays(OverlayOptions().toggled("shapes"))
+    view.display.set_overlays(at_first(LAYERS).toggled("shapes"))
     np.testing.assert_array_equal(pixels(view.grab().toImage()), with_shapes)
 
 

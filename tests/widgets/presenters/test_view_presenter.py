@@ -14,13 +14,13 @@ from PySide6.QtWidgets import QApplication
 from app.editing.pins import add_pin
 from app.maps.distortion import distortion, flaws, stretch
 from app.maps.tactile_map import TactileMap
+from tests.widgets.support.layered_map_view import layered_map_view
 from tests.widgets.support.samples import middle_taxel, touched
 from tests.widgets.support.snapshots import pixels, shared_share
 from widgets.common.colours import BETWEEN_DOTS, DARK, PressureScale, StretchScale
 from widgets.common.settings import BaseLayer, OverlayOptions, Settings
-from widgets.layers.registry import LAYERS
+from widgets.layers.registry import LAYERS, at_first
 from widgets.map_view.map_coordinates import format_three_digits
-from widgets.map_view.map_view import MapView
 from widgets.window.main_window import MainWindow
 
 STRETCHES = [(BaseLayer.ANGLE, "angle"), (BaseLayer.AREA, "area")]
@@ -173,7 +173,7 @@ def test_the_next_launch_remembers(still, prepared, tmp_path, backends):
     still.action("ground_circles").trigger()
     still.action("mark_border").trigger()
     still.action("mark_taxel_ids").trigger()
-    wanted = OverlayOptions(BaseLayer.CIRCLES).toggled("border").toggled("taxel_ids")
+    wanted = replace(at_first(LAYERS), ground=BaseLayer.CIRCLES).toggled("border").toggled("taxel_ids")
     assert still.views.overlays == wanted
     still.settings._store.sync()
     later = MainWindow(Settings(tmp_path / "window.ini"), backends=backends)
@@ -204,10 +204,10 @@ def flipped_map(prepared):
 
 @pytest.mark.parametrize("ground", [BaseLayer.PRESSURE, BaseLayer.ANGLE])
 def test_flips_are_marked_red_and_counted_whatever_is_shown(qtbot, prepared, ground):
-    view = MapView(DARK, PressureScale())
+    view = layered_map_view(DARK, PressureScale())
     qtbot.addWidget(view)
     view.resize(700, 600)
-    view.display.set_overlays(OverlayOptions(ground))
+    view.display.set_overlays(replace(at_first(LAYERS), ground=ground))
     spoiled = flipped_map(prepared)
     found = flaws(spoiled).flips
     assert len(found) > 0

@@ -230,20 +230,20 @@ def test_a_recut_map_is_worn_and_a_moved_one_lies_elsewhere(view, editor, prepar
     ends = [int(surface.faces[0, 0]), int(surface.faces[len(surface.faces) // 2, 0])]
     document = apply_result(editor.document, reflatten(draw_seam(editor.document, number, ends)))
     assert len(document.charts[number].vertex_of) != len(prepared.map.charts[number].vertex_of)
-    view.display.set_overlay(SkinTexture(_PIXELS, prepared.map.bounds, prepared.map.uv), textured=False, dotted=False)
+    view.display.set_picture(SkinTexture(_PIXELS, prepared.map.bounds, prepared.map.uv), textured=False)
     view.display.show_map(document.map)
     view.morph.slider.setValue(30)  # the old map's picture does not fit the new one; it is not textured any more
-    assert view.display.scene._skin._textured is None
+    assert view.display.scene.skin._textured is None
     picture_of = SkinTexture(_PIXELS, document.map.bounds, document.map.uv)
-    view.display.set_overlay(picture_of, textured=True, dotted=False)
+    view.display.set_picture(picture_of, textured=True)
     view.morph.slider.setValue(100)
     at = prepared.skin.taxel_point(len(prepared.skin) - 1)
-    there = view.display.scene._skin.point(at, view.display.scene.poses, view.display.scene._plane)[0]
+    there = view.display.scene.skin.point(at, view.display.scene.poses, view.display.scene._plane)[0]
     first = document.layout.placements[number]
     moved = replace(first, offset=(first.offset[0] + 0.1, first.offset[1]))
     layout = MapLayout((*document.layout.placements[:number], moved))
     before = picture(view)
     view.display.show_map(replace(document.map, layout=layout))
     assert changed(before, picture(view)).any()
-    after = view.display.scene._skin.point(at, view.display.scene.poses, view.display.scene._plane)[0]
+    after = view.display.scene.skin.point(at, view.display.scene.poses, view.display.scene._plane)[0]
     assert np.linalg.norm(after - there) == pytest.approx(0.1)

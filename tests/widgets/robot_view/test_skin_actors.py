@@ -42,7 +42,7 @@ def lay(window, share):
 
 def points(window):
     """For each patch the corners (k, 3) of the skin as they lie now, world frame."""
-    return [np.array(mesh.points) for mesh in window.robot_view.display.scene._skin._textured._meshes]
+    return [np.array(mesh.points) for mesh in window.robot_view.display.scene.skin._textured._meshes]
 
 
 def on_body(window):
@@ -100,7 +100,7 @@ def test_at_the_start_the_skin_is_the_body_again(still, qtbot):
     lay(still, 1.0)
     assert shared_share(look(still, qtbot), before, tolerance=8) < 0.9
     lay(still, 0.0)
-    assert still.robot_view.display.scene._skin._textured is None
+    assert still.robot_view.display.scene.skin._textured is None
     assert shared_share(look(still, qtbot), before, tolerance=8) > 0.995
 
 
@@ -125,7 +125,7 @@ def test_live_touch_goes_with_the_skin(still, qtbot, share):
     ruddier = (hot[..., 0] - hot[..., 2]) - (bare[..., 0] - bare[..., 2]) > 60
     assert ruddier.sum() > 30
     scene = still.robot_view.display.scene
-    point, _ = scene._skin.point(still.live.prepared.skin.taxel_point(taxel), scene.poses, scene._plane)
+    point, _ = scene.skin.point(still.live.prepared.skin.taxel_point(taxel), scene.poses, scene._plane)
     size = (still.robot_view.width(), still.robot_view.height())
     x, y = scene.viewpoint.pixels(point[None], size)[0]
     rows, columns = np.nonzero(ruddier)
@@ -155,8 +155,8 @@ def test_rings_of_selected_taxels_go_along(still):
     scene = still.robot_view.display.scene
     for share in (1.0, 0.5, 0.0):
         lay(still, share)
-        point, normal = scene._skin.point(prepared.skin.taxel_point(taxel), scene.poses, scene._plane)
-        actor = scene._skin._rings.actors[0]
+        point, normal = scene.skin.point(prepared.skin.taxel_point(taxel), scene.poses, scene._plane)
+        actor = scene.skin._rings.actors[0]
         ring = np.array(actor.mapper.dataset.points)
         matrix = np.array(actor.user_matrix)
         middle = (ring @ matrix[:3, :3].T + matrix[:3, 3]).mean(axis=0)
@@ -215,7 +215,7 @@ def flat(window):
 def pixel(window, taxel):
     """Where a taxel is in the robot view, on the skin as it lies."""
     view = window.robot_view
-    point, _ = view.display.scene._skin.point(
+    point, _ = view.display.scene.skin.point(
         window.live.prepared.skin.taxel_point(taxel), view.display.scene.poses, view.display.scene._plane
     )
     return QPointF(*view.display.scene.viewpoint.pixels(point[None], (view.width(), view.height()))[0])
@@ -223,7 +223,7 @@ def pixel(window, taxel):
 
 def test_all_of_the_flat_skin_is_in_the_picture_before_the_eye(flat):
     view = flat.robot_view
-    corners = np.concatenate([np.array(mesh.points) for mesh in view.display.scene._skin._textured._meshes])
+    corners = np.concatenate([np.array(mesh.points) for mesh in view.display.scene.skin._textured._meshes])
     pixels = view.display.scene.viewpoint.pixels(corners, (view.width(), view.height()))
     assert (pixels > 0).all()
     assert (pixels < [view.width(), view.height()]).all()
@@ -240,7 +240,7 @@ def test_a_press_on_the_flat_skin_pokes_there(flat, patch):
     assert heard[0].patch == patch
     assert np.linalg.norm(skin.position(heard[0]) - skin.position(skin.taxel_point(taxel))) < 5e-3
     view = flat.robot_view
-    point, _ = view.display.scene._skin.point(heard[0], view.display.scene.poses, view.display.scene._plane)
+    point, _ = view.display.scene.skin.point(heard[0], view.display.scene.poses, view.display.scene._plane)
     there = view.display.scene.viewpoint.pixels(point[None], (view.width(), view.height()))[0]
     np.testing.assert_allclose(there, pixel(flat, taxel).toPoint().toTuple(), atol=0.05)
 

@@ -10,9 +10,9 @@ from PySide6.QtGui import QMouseEvent
 from PySide6.QtWidgets import QApplication
 
 from app.editing.document import MapDocument
+from tests.widgets.support.layered_map_view import layered_map_view
 from widgets.common.colours import DARK, PressureScale
 from widgets.document.map_editor import MapEditor
-from widgets.map_view.map_view import MapView
 from widgets.tools.arrange_tool import ArrangeTool
 from widgets.tools.registry import ARRANGE
 from widgets.tools.transform_box import TransformBox
@@ -30,7 +30,7 @@ class Bench:
     """View, editor and tool, connected as in the window."""
 
     def __init__(self, qtbot, map_):
-        self.view = MapView(DARK, PressureScale(20.0))
+        self.view = layered_map_view(DARK, PressureScale(20.0))
         qtbot.addWidget(self.view)
         self.view.resize(640, 560)
         self.editor = MapEditor(SceneWorker(self.view), self.view)

@@ -16,9 +16,9 @@ from app.editing.document import MapDocument
 from app.flattening.bijectivity import flipped
 from app.maps.build import build_map
 from tests.support.surfaces import cap, frustum, sheet, skin_of
+from tests.widgets.support.layered_map_view import layered_map_view
 from widgets.common.colours import DARK, PressureScale
 from widgets.document.map_editor import MapEditor
-from widgets.map_view.map_view import MapView
 from widgets.tools.registry import PINS
 from widgets.workers.scene_worker import InlineSceneWorker
 
@@ -66,7 +66,7 @@ class MapViewDriver:
     """Shows what the editor shows; the left button is held from ``press`` to ``release``."""
 
     def __init__(self, qtbot, editor, tool, *, kind=PINS):
-        self.editor, self.tool, self.view = editor, tool, MapView(DARK, PressureScale())
+        self.editor, self.tool, self.view = editor, tool, layered_map_view(DARK, PressureScale())
         qtbot.addWidget(self.view)
         self.view.resize(900, 700)
         self.view.display.show_document(editor.document)

@@ -13,7 +13,7 @@ from widgets.actions.table import MOUSE_GESTURES, REMEDIES, menu_bar, tool_actio
 from widgets.common.mode import Mode
 from widgets.common.settings import OverlayOptions
 from widgets.common.tool_kinds import ToolKind, ToolRole
-from widgets.layers.registry import LAYERS, LayerSpec
+from widgets.layers.registry import LAYERS, LayerSpec, at_first
 from widgets.tools.registry import ARRANGE, PATH, TOOLS, ToolSpec
 
 SPECS = {spec.name: spec for spec in (*specs_in(menu_bar()), *REMEDIES)}
@@ -133,8 +133,10 @@ def test_a_layer_needs_one_line():
     assert action.checked(WindowState(overlays=OverlayOptions().toggled("grid")))
 
 
-def test_what_is_shown_at_first_is_what_views_show_by_themselves():
-    assert OverlayOptions().shown == {layer.name for layer in LAYERS if layer.shown_at_first}
+def test_what_is_shown_at_first_is_said_by_each_layer():
+    hidden = LayerSpec("grid", "Grid", "", "Show a grid")
+    shown = LayerSpec("frame", "Frame", "", "Show a frame", shown_at_first=True)
+    assert at_first((hidden, shown)).shown == {"frame"}
 
 
 def test_keys_are_listed_with_arrows():

@@ -1,0 +1,14 @@
+"""A map view of its own, with the layers of View > Overlay as they are shown at first."""
+
+from __future__ import annotations
+
+from widgets.common.colours import PressureScale, Theme
+from widgets.layers.registry import LAYERS, at_first, map_layers
+from widgets.map_view.map_view import MapView
+
+
+def layered_map_view(theme: Theme, scale: PressureScale) -> MapView:
+    """The view, empty."""
+    view = MapView(theme, scale, layers=map_layers(LAYERS))
+    view.display.set_overlays(at_first(LAYERS))
+    return view
