@@ -33,7 +33,6 @@ MAX_FILE_BYTES = 64 * 2**20
 
 
 _KINDS: Mapping[int, str] = {
-    stat.S_IFDIR: "a folder",
     stat.S_IFIFO: "a pipe",
     stat.S_IFCHR: "a device",
     stat.S_IFBLK: "a device",
@@ -51,12 +50,17 @@ def open_regular_file(path: Path, *, error: type[TactileMapsError]) -> Iterator[
     try:
         # Not to wait for the other end of a pipe; of a file it changes nothing.
         descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
-        with open(descriptor, "rb") as stream:
+        try:
             kind = stat.S_IFMT(os.fstat(descriptor).st_mode)
+            if kind == stat.S_IFDIR:
+                raise error("the file cannot be read", file=path, value="a folder", remedy="Name a file in it")
             if kind != stat.S_IFREG:
                 value = _KINDS.get(kind, "something else")
                 raise error("this is not a file", file=path, value=value, remedy="Name a file; copy a stream into one")
-            yield stream
+            with open(descriptor, "rb", closefd=False) as stream:
+                yield stream
+        finally:
+            os.close(descriptor)  # a folder's descriptor is left open by ``open``, which refuses it
     except (OSError, ValueError) as cause:
         reason = getattr(cause, "strerror", None) or cause
         raise error("the file cannot be read", file=path, value=reason, remedy="Check the path") from cause
@@ -69,9 +73,12 @@ def read_bounded_file(path: Path, *, error: type[TactileMapsError], most: int = 
         TactileMapsError: Of kind ``error``: it cannot be read, is no file, or has more than ``most`` bytes.
     """
     with open_regular_file(path, error=error) as stream:
-        data = stream.read(most + 1)  # not by its size alone: some files have none, or grow
+        size = os.fstat(stream.fileno()).st_size
+        data = stream.read(min(size, most) + 1)  # not by its size alone: some files have none, or grow
+        while size < len(data) <= most and (more := stream.read(2**20)):
+            data += more
         if len(data) > most:
-            size = max(os.fstat(stream.fileno()).st_size, len(data))
+            size = max(size, len(data))
             remedy = f"The most is {most // 2**20} MiB"
             raise error("the file is too large", file=path, value=f"{size} bytes", remedy=remedy)
         return data

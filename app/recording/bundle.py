@@ -7,7 +7,7 @@ import zipfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 from numpy.typing import NDArray
@@ -18,6 +18,8 @@ from app.core.errors import Finding, MeshError, RecordingError, TactileMapsError
 from app.core.files import ZIP_DAMAGE, pack_array, pack_arrays, unpack_array, unpack_arrays
 from app.geometry.mesh import Mesh
 from app.maps.formats.map_file import map_from_bytes, map_to_bytes
+from app.robots.mesh_files import parse_mesh
+from app.robots.mujoco_spec import robot_spec
 from app.robots.robot import Joint, Link, Robot
 from app.scene.objects import ObjectSpec, SceneObject
 from app.scene.scene_file import scene_from_toml, scene_to_toml
@@ -33,7 +35,7 @@ MEDIA_TYPES = {
     OBJECTS: "application/x-npz",
 }
 _HEADER, _MJCF = "header.json", "robot.xml"
-_MAX_UNPACKED = 1_000_000_000
+_MAX_UNPACKED = 500_000_000
 _MAX_MEMBERS = 5000
 
 
@@ -165,7 +167,19 @@ def robot_from_zip(data: bytes, *, file: str) -> Robot:
                              remedy=DAMAGED)  # fmt: skip
     links = tuple(Link(name, _mesh(parts, number, file)) for number, name in enumerate(header.links))
     assets = {name.removeprefix("assets/"): part for name, part in parts.items() if name.startswith("assets/")}
+    for name, part in assets.items():
+        _check_asset(name, part, file)
+    # Before anything is built of it; it is built when a session asks.
+    robot_spec(Robot(header.name, file, mjcf, assets, (), (), header.home))
     return Robot(header.name, header.source, mjcf, assets, links, header.joints, header.home, header.findings)
+
+
+def _check_asset(name: str, data: bytes, file: str) -> None:
+    """Refuse a robot's file that is no mesh as this program writes them: MuJoCo reads it without our own checks."""
+    if not name.endswith(".msh"):
+        problem = "the recording's robot holds a file that is no mesh"
+        raise RecordingError(problem, file=file, place=ROBOT, value=name, remedy=DAMAGED)
+    parse_mesh(data, Path(name))
 
 
 def _check_members(members: list[zipfile.ZipInfo], file: str) -> None:

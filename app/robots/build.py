@@ -15,8 +15,9 @@ import numpy as np
 import trimesh
 
 from app.core.arrays import FloatArray, IntArray
-from app.core.errors import Finding, RobotError
+from app.core.errors import Finding, RobotError, errors_in_file
 from app.geometry.mesh import Mesh
+from app.robots.model_limits import LARGEST_MAGNITUDE, MAX_BODIES
 from app.robots.mujoco_spec import check_names, compile_spec, parse_spec, spec_text
 from app.robots.robot import Joint, Link, Robot
 from app.robots.sanitize import (
@@ -95,7 +96,6 @@ def _mesh_triangles(model: mujoco.MjModel, mesh: int) -> tuple[FloatArray, IntAr
 
 
 SMOKE_TEST_STEPS = 20
-LARGEST_MAGNITUDE = 1e6  # m, or the same number of anything else; beyond it float32 shapes lose their form
 _TROUBLES = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
 _REMEDY = "Check masses, inertias and joint damping in the file"
 
@@ -126,9 +126,6 @@ def smoke_test(model: mujoco.MjModel, home: FloatArray, source: str) -> None:
     if blown or complaints:
         said = str(complaints[0].message) if complaints else None
         raise RobotError("the simulation of the robot is unstable", file=source, value=said, remedy=_REMEDY)
-
-
-MAX_BODIES = 2000
 
 
 def build_robot(
@@ -169,7 +166,8 @@ def build_robot(
     first = compile_spec(spec, source=source)
     check_magnitudes(first, source)
     enforce_inertia_inequality(spec, first)
-    notes += _exclude_touching(spec, first, _home(first, requested)[0])
+    with errors_in_file(source):
+        notes += _exclude_touching(spec, first, _home(first, requested)[0])
     text = spec_text(spec, source=source)
     model = compile_spec(parse_spec(text, files, source=source), source=source)
     rest, clipped = _home(model, requested)

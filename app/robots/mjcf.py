@@ -5,24 +5,18 @@ What it need not see: scenery, decoration, and orders for absurd amounts of anyt
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from pathlib import Path, PurePosixPath
 from xml.etree.ElementTree import Element, tostring
 
-from app.core.errors import RobotError
+from app.core.errors import Finding, RobotError
 from app.robots.build import build_robot
 from app.robots.mesh_files import AssetStore
+from app.robots.model_limits import NO_ROBOT_SECTIONS, check_amounts
 from app.robots.mujoco_spec import parse_spec
 from app.robots.robot import Robot
 from app.robots.safe_files import parse_xml, read_bytes, resolve_inside
 
-MAX_COPIES = 2000
-MAX_MESH_PARAMETER = 256.0  # MuJoCo's own shapes are grids of at most this many cells a side
-
-_IGNORED_SECTIONS = frozenset(
-    ("actuator", "sensor", "tendon", "option", "size", "visual", "statistic", "custom", "extension", "deformable")
-)
 _UNSUPPORTED = ("composite", "flexcomp", "attach", "model")
 _FILE_ASSETS = frozenset(("texture", "hfield", "skin"))
 
@@ -41,8 +35,8 @@ def strip_mjcf(root: Element, path: Path) -> None:
         if root.find(f".//{tag}") is not None:
             remedy = "A robot is made of rigid links: export it as one plain MJCF file"
             raise RobotError(f"<{tag}> is not supported", file=path, remedy=remedy)
-    _check_limits(root, path)
-    root[:] = [section for section in root if section.tag not in _IGNORED_SECTIONS]
+    check_amounts(root, path)
+    root[:] = [section for section in root if section.tag not in NO_ROBOT_SECTIONS]
     for parent in list(root.iter()):
         files = _FILE_ASSETS if parent.tag == "asset" else frozenset()
         parent[:] = [child for child in parent if child.tag not in files and not _is_plugin_or_relief(child)]
@@ -54,32 +48,6 @@ def strip_mjcf(root: Element, path: Path) -> None:
 def _is_plugin_or_relief(element: Element) -> bool:
     relief = element.get("hfield") is not None or element.get("type") == "hfield"
     return element.tag == "plugin" or (element.tag == "geom" and relief)
-
-
-def _check_limits(root: Element, path: Path) -> None:
-    copies = sum(_copies(replicate, path) for replicate in root.iter("replicate"))
-    if copies > MAX_COPIES:
-        raise RobotError("<replicate> asks for too many copies", file=path, value=copies)
-    for mesh in root.iter("mesh"):
-        finest = max((_number(word, path) for word in mesh.get("params", "").split()), default=0.0)
-        if not finest <= MAX_MESH_PARAMETER:
-            raise RobotError("a built-in mesh is too fine", file=path, place=mesh.get("name"), value=mesh.get("params"))
-
-
-def _copies(replicate: Element, path: Path) -> float:
-    """Copies asked for by a ``<replicate>`` and those nested in it."""
-    copies = max(1.0, _number(replicate.get("count", "1"), path))
-    for inner in replicate.findall(".//replicate"):
-        copies *= max(1.0, _number(inner.get("count", "1"), path))
-    return copies
-
-
-def _number(text: str, path: Path) -> float:
-    try:
-        value = float(text)
-    except ValueError as error:
-        raise RobotError("a count is not a number", file=path, value=text) from error
-    return value if math.isfinite(value) else math.inf
 
 
 _MAX_INCLUDES = 100
@@ -110,8 +78,12 @@ def load_mjcf(path: Path, *, package_roots: Sequence[Path] = (), name: str | Non
             remedy="Open an MJCF file (<mujoco>) or a URDF file (<robot>)",
         )
     folder = _mesh_folder(root)
-    strip_mjcf(root, path)
     store = AssetStore()
+    plugins = sorted({element.get("plugin", "(unnamed)") for element in root.iter("plugin")})
+    if plugins:
+        note = "left out: no library of a model is loaded"
+        store.findings.append(Finding("plug-in", ", ".join(plugins), note, len(plugins)))
+    strip_mjcf(root, path)
     for mesh in root.iter("mesh"):
         if mesh.get("file") is not None:
             _gather(mesh, folder, reader, store)

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
+from xml.etree.ElementTree import tostring
 
 import mujoco
 
 from app.core.errors import RobotError
+from app.robots.model_limits import check_amounts, check_contents
 from app.robots.robot import Robot
+from app.robots.safe_files import parse_xml
 
 OWN_NAMES = "tactile-maps/"
 """What we add to a robot's model is called so first, and nothing of a robot is: nobody can be taken for another."""
@@ -46,11 +49,16 @@ def check_names(spec: mujoco.MjSpec, *, source: str) -> None:
 def parse_spec(text: str, assets: Mapping[str, bytes], *, source: str) -> mujoco.MjSpec:
     """Parse MJCF or URDF text whose files are all in ``assets``; ``source`` names it in an error.
 
+    The text may be anyone's: MuJoCo gets what our own parser understood of it, once its amounts and files are checked.
+
     Raises:
-        RobotError: MuJoCo cannot read the text.
+        RobotError: The text asks for too much, names other files, or MuJoCo cannot read it.
     """
+    root = parse_xml(text.encode(errors="replace"), file=source)
+    check_contents(root, assets, source)
+    check_amounts(root, source)
     try:
-        return mujoco.MjSpec.from_string(text, assets=dict(assets))
+        return mujoco.MjSpec.from_string(tostring(root, encoding="unicode"), assets=dict(assets))
     except (ValueError, mujoco.FatalError) as error:
         raise RobotError("MuJoCo cannot read the robot", file=source, value=_mujoco_message(error)) from error
 

@@ -10,6 +10,7 @@ from defusedxml import ElementTree as SafeXml
 from defusedxml.common import DefusedXmlException
 
 from app.core.errors import RobotError
+from app.core.files import read_bounded_file
 
 MAX_BYTES = 64 * 2**20
 MAX_ELEMENTS = 200_000
@@ -23,23 +24,20 @@ def read_bytes(path: Path) -> bytes:
         RobotError: It is missing, a folder, too large, or not readable.
     """
     try:
-        if path.is_dir():
-            raise RobotError("this is a folder, not a file", file=path, remedy="Choose the robot's main file inside it")
-        if path.stat().st_size > MAX_BYTES:
-            raise RobotError(
-                "the file is larger than 64 MB",
-                file=path,
-                value=f"{path.stat().st_size} bytes",
-                remedy="Simplify its meshes or split it",
-            )
-        return path.read_bytes()
-    except FileNotFoundError as error:
-        raise RobotError("there is no such file", file=path, remedy="Check the path") from error
-    except (OSError, ValueError) as error:
-        raise RobotError("the file cannot be read", file=path, value=error) from error
+        return read_bounded_file(path, error=RobotError, most=MAX_BYTES)
+    except RobotError as error:
+        if error.value == "a folder":
+            remedy = "Choose the robot's main file inside it"
+            raise error.at(problem="this is a folder, not a file", remedy=remedy) from error
+        if isinstance(error.__cause__, FileNotFoundError):
+            raise RobotError("there is no such file", file=path, remedy="Check the path") from error
+        if error.problem == "the file is too large":
+            remedy = "Simplify its meshes or split it"
+            raise error.at(problem="the file is larger than 64 MB", remedy=remedy) from error
+        raise
 
 
-def parse_xml(data: bytes, *, file: Path) -> Element:
+def parse_xml(data: bytes, *, file: Path | str) -> Element:
     """The root element of an XML document without document type, entities or absurd size.
 
     Raises:

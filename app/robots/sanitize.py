@@ -194,6 +194,9 @@ def _is_hollow(mesh: Mesh) -> bool:
 
 SAMPLED_POSTURES = 30
 TOUCHING_SHARE = 0.5
+MAX_NEAR_PAIRS = 20_000
+"""Of shapes near each other at rest: each is looked at exactly, in 31 postures."""
+_ROWS = 500
 
 
 def collision_exclusions(model: mujoco.MjModel, home: FloatArray, *, seed: int = 0) -> list[tuple[str, str]]:
@@ -207,14 +210,46 @@ def collision_exclusions(model: mujoco.MjModel, home: FloatArray, *, seed: int =
         model: A compiled model with scalar joints only and names for all bodies.
         home: (nq,) the posture at rest.
         seed: Of the random postures.
+
+    Raises:
+        RobotError: Too many shapes lie in the same place for that.
     """
     data = mujoco.MjData(model)
+    _check_crowding(model, data, home)
     counts: Counter[tuple[int, int]] = Counter()
     for posture in _random_postures(model, seed):
         counts.update(_touching(model, data, posture))
     pairs = {pair for pair, count in counts.items() if count >= TOUCHING_SHARE * SAMPLED_POSTURES}
     pairs |= _touching(model, data, home) | _children_of_fixed_links(model)
     return sorted((model.body(a).name, model.body(b).name) for a, b in pairs)
+
+
+def _check_crowding(model: mujoco.MjModel, data: mujoco.MjData, home: FloatArray) -> None:
+    """Refuse a model most of whose shapes lie inside each other, by their bounding spheres and before any is met."""
+    data.qpos[:] = home
+    mujoco.mj_kinematics(model, data)
+    solid = np.flatnonzero((model.geom_contype | model.geom_conaffinity) != 0)
+    centres, radii, bodies = (
+        data.geom_xpos[solid],
+        model.geom_rbound[solid],
+        model.body_weldid[model.geom_bodyid[solid]],
+    )
+    near = 0
+    for start in range(0, len(solid), _ROWS):
+        rows = slice(start, start + _ROWS)
+        squared = np.zeros((len(radii[rows]), len(solid)))
+        for axis in range(3):
+            squared += (centres[rows, axis, None] - centres[None, :, axis]) ** 2
+        close = squared < (radii[rows, None] + radii[None, :]) ** 2
+        near += int(np.count_nonzero(close & (bodies[rows, None] < bodies[None, :])))
+        if near > MAX_NEAR_PAIRS:
+            remedy = (
+                "Let only simple outer shapes collide, or switch off collisions of the others (contype, conaffinity)"
+            )
+            raise RobotError(
+                "too many of the robot's shapes lie inside each other", value=f"more than {MAX_NEAR_PAIRS} pairs",
+                place=f"body {model.body(int(model.geom_bodyid[solid[start]])).name}", remedy=remedy,
+            )  # fmt: skip
 
 
 def _random_postures(model: mujoco.MjModel, seed: int) -> FloatArray:

@@ -18,6 +18,7 @@ import numpy as np
 from app.core.errors import Finding, RobotError
 from app.robots.build import build_robot
 from app.robots.mesh_files import AssetStore
+from app.robots.model_limits import check_amounts
 from app.robots.mujoco_spec import parse_spec
 from app.robots.robot import Robot
 from app.robots.safe_files import parse_xml, read_bytes, resolve_inside
@@ -26,9 +27,9 @@ from app.robots.safe_files import parse_xml, read_bytes, resolve_inside
 class PackageResolver:
     """Finds the files that one URDF file names.
 
-    A package is looked for in the given roots, in ``ROS_PACKAGE_PATH``, in the folders above the file and in the
-    interpreter's ``share``. A relative path may not leave the file's folder, the package around it (the nearest folder
-    above with a package.xml), or a given root.
+    A package is looked for in the given roots, in ``ROS_PACKAGE_PATH``, in the folders above the file (those beside
+    them need a package.xml) and in the interpreter's ``share``. A relative path may not leave the file's folder, the
+    package around it (the nearest folder above with a package.xml), or a given root.
 
     Args:
         file: The URDF file.
@@ -42,7 +43,7 @@ class PackageResolver:
         around = next((folder for folder in above if (folder / "package.xml").is_file()), self._folder)
         self._allowed = (self._folder, around, *roots)
         ros = [Path(part) for part in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if part]
-        self._search = (*roots, *ros, *above, Path(sys.prefix, "share"))
+        self._given, self._above = (*roots, *ros), above
 
     def resolve(self, address: str) -> Path:
         """Where ``address`` points; the file need not exist.
@@ -73,9 +74,21 @@ class PackageResolver:
                 value=address,
                 remedy="It reads package://name/path/to/file",
             )
-        homes = [root if root.name == parts[0] else root / parts[0] for root in self._search]
+        homes = self._homes(parts[0])
         paths = [resolve_inside(home.joinpath(*parts[1:]), [home], file=self._file, named=address) for home in homes]
         return next((path for path in paths if path.is_file()), paths[0])
+
+    def _homes(self, name: str) -> list[Path]:
+        """Where the package of that name may lie, the likeliest first; never all of a disk or of a person's files."""
+        share = Path(sys.prefix, "share")
+        homes = [root if root.name == name else root / name for root in (*self._given, self._folder, share)]
+        people = (Path.home(), *Path.home().parents)
+        for folder in self._above:
+            if folder.name == name and folder not in people and len(folder.parts) > 2:
+                homes.append(folder)
+            elif (folder / name / "package.xml").is_file():
+                homes.append(folder / name)
+        return homes
 
 
 ARMATURE = 0.01  # kg m²
@@ -116,6 +129,7 @@ def read_urdf(path: Path) -> Element:
     if any("xacro" in element.tag for element in root.iter()):
         raise RobotError("this is a xacro file", file=path, remedy="Run xacro on it and open the URDF it writes")
     root[:] = [child for child in root if child.tag in _KEPT]
+    check_amounts(root, path)
     return root
 
 

@@ -12,6 +12,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 from app.core.errors import SceneError, did_you_mean
+from app.core.files import read_bounded_file
 from app.core.toml import TomlReader, as_float, toml_lines
 from app.scene.motion import Waypoint
 from app.scene.objects import ObjectSpec
@@ -127,15 +128,13 @@ def load_scene(name: str, *, check: Callable[[Scene], None] = _accept) -> Scene:
         ('arm', 'slide')
     """
     path = asset("scenes", f"{name}.toml") if name in scene_names() else Path(name)
-    if not path.is_file():
+    if not path.exists():
         remedy = f"{did_you_mean(name, scene_names())}, or give the path of a file"
         raise SceneError("there is no such scene", value=name, remedy=remedy)
-    if path.stat().st_size > _MAX_BYTES:
-        raise SceneError("the file is too large for a scene", file=path, value=f"{path.stat().st_size} bytes")
     try:
-        text = path.read_text(encoding="utf8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise SceneError("the scene cannot be read", file=path, value=error) from error
+        text = read_bounded_file(path, error=SceneError, most=_MAX_BYTES).decode("utf8")
+    except UnicodeDecodeError as error:
+        raise SceneError("the scene cannot be read", file=path, value=error, remedy="Save it as UTF-8") from error
     scene = scene_from_toml(text, name=path.stem, file=str(path))
     scene = replace(
         scene,

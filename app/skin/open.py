@@ -117,8 +117,8 @@ def _has_sensors(path: Path) -> bool:
     if path.suffix.lower() != ".urdf":
         return False
     try:
-        return b"<tactile" in path.read_bytes()
-    except OSError:
+        return b"<tactile" in read_bounded_file(path, error=SkinError)
+    except SkinError:
         return False  # the loader says why it cannot be read
 
 

@@ -1,0 +1,197 @@
+"""Files made to hurt are refused by name within bounds, open nothing that is not theirs, and run nothing."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+import pytest
+import trimesh
+
+from app.core.errors import TactileMapsError
+from app.robots.load import load_robot_file
+from tests.hard_cases import hostile_files
+from tests.hard_cases.hostile_files import BODY, PATHS, READERS, RECORDED, ROBOTS, mjcf, spiked_sphere
+from tests.support.bounded_process import call_all
+
+SECRET = "root-of-all-secrets"
+
+
+def refused(outcome: str, words: str) -> bool:
+    return outcome.startswith("refused: ") and re.search(words, outcome) is not None
+
+
+def test_what_is_no_file_is_refused_by_every_reader(tmp_path):
+    """A pipe that nobody writes to, a device that never ends, a link to one, a folder: at once, and closed again."""
+    cases = []
+    for number, (name, ending) in enumerate(PATHS):
+        pipe = tmp_path / f"{number} pipe{ending}"
+        os.mkfifo(pipe)
+        (device := tmp_path / f"{number} device{ending}").symlink_to("/dev/zero")
+        (link := tmp_path / f"{number} link{ending}").symlink_to(pipe)
+        (folder := tmp_path / f"{number} folder{ending}").mkdir()
+        cases += [(name, str(path)) for path in (pipe, device, link, folder)]
+    for case, outcome in zip(cases, call_all(hostile_files.read, cases, cpu=5), strict=True):
+        assert refused(outcome, "not a file|no folder|a folder"), (case, outcome)
+
+
+def test_every_reader_is_walked():
+    """What the library opens by name is among the readers."""
+    import app.editing.document_file
+    import app.maps
+    import app.recording
+    import app.robots
+    import app.scene
+    import app.skin
+    import app.stimuli
+
+    wanted = re.compile(r"(load|open|read)_(map|document|obj|skin|taxel_sets|scene|stimuli|recording|mesh|robot_file)$")
+    packages = (app.maps, app.skin, app.robots, app.scene, app.stimuli, app.recording, app.editing.document_file)
+    known = {reader.__name__ for reader, _ in READERS.values()}
+    found = {name for package in packages for name in dir(package) if wanted.match(name)}
+    assert len(found) >= 5
+    assert found <= known
+
+
+def test_meshes_and_includes_that_are_pipes_are_refused(tmp_path):
+    os.mkfifo(tmp_path / "m.stl")
+    os.mkfifo(tmp_path / "part.xml")
+    os.mkfifo(tmp_path / "b.bin")
+    (tmp_path / "mesh.xml").write_text(mjcf(BODY, '<asset><mesh file="m.stl"/></asset>'))
+    (tmp_path / "include.xml").write_text('<mujoco><include file="part.xml"/></mujoco>')
+    (tmp_path / "mesh.urdf").write_text(
+        '<robot name="r"><link name="a"><visual><geometry><mesh filename="m.stl"/></geometry></visual></link></robot>'
+    )
+    (tmp_path / "mesh.gltf").write_text('{"asset":{"version":"2.0"},"buffers":[{"uri":"b.bin","byteLength":4}]}')
+    names = ("mesh.xml", "include.xml", "mesh.urdf", "mesh.gltf")
+    for outcome in call_all(hostile_files.robot, [(str(tmp_path / name),) for name in names], cpu=5):
+        assert refused(outcome, "not a file.*a pipe"), outcome
+
+
+def test_hostile_robots_are_refused_quickly(tmp_path):
+    for name, (text, _) in ROBOTS.items():
+        (tmp_path / name).write_text(text)
+    outcomes = call_all(hostile_files.robot, [(str(tmp_path / name),) for name in ROBOTS])
+    for (name, (_, words)), outcome in zip(ROBOTS.items(), outcomes, strict=True):
+        assert refused(outcome, words) if words else outcome == "ok", (name, outcome)
+        assert words is None or f"/{name}" in outcome, outcome
+
+
+def test_hostile_robots_in_recordings_are_refused_quickly():
+    outcomes = call_all(hostile_files.recorded, [(text, {}) for text, _ in RECORDED.values()])
+    for (name, (_, words)), outcome in zip(RECORDED.items(), outcomes, strict=True):
+        assert refused(outcome, words), (name, outcome)
+        assert "hostile.mcap" in outcome
+
+
+def test_a_spike_of_a_hundred_radii_is_mapped_or_refused_quickly(tmp_path):
+    path = spiked_sphere(tmp_path / "spike.stl", 100.0)
+    (outcome,) = call_all(hostile_files.mapped, [(str(path),)])
+    assert outcome == "ok" or outcome.startswith("refused: "), outcome
+
+
+def test_a_mesh_of_a_billion_metres_is_refused_quickly(tmp_path):
+    path = tmp_path / "huge.stl"
+    trimesh.creation.icosphere(4, radius=1e9).export(path)
+    outcomes = call_all(hostile_files.mapped, [(str(path),)]) + call_all(hostile_files.robot, [(str(path),)])
+    assert all(refused(outcome, "implausibly large.*metres") for outcome in outcomes), outcomes
+
+
+@pytest.fixture
+def secret(tmp_path) -> Path:
+    """A file beside the model's folder, which the model may not see."""
+    (tmp_path / "model").mkdir()
+    for name in ("secret.xml", "secret.obj", "secret.stl", "secret.bin"):
+        (tmp_path / name).write_text(f"{SECRET} {SECRET}\n")
+    return tmp_path
+
+
+@pytest.mark.parametrize("how", ["..", "absolute", "link"])
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("m.xml", '<mujoco><include file="{}.xml"/></mujoco>'),
+        ("m.xml", '<mujoco><asset><mesh file="{}.obj"/></asset></mujoco>'),
+        ("m.xml", '<mujoco><compiler meshdir=".."/><asset><mesh file="{}.stl"/></asset></mujoco>'),
+        ("m.urdf", '<robot><link><visual><geometry><mesh filename="{}.obj"/></geometry></visual></link></robot>'),
+        ("m.gltf", '{{"asset":{{"version":"2.0"}},"buffers":[{{"uri":"{}.bin","byteLength":4}}]}}'),
+    ],
+)  # fmt: skip
+def test_a_model_opens_only_files_of_its_own_tree(secret, name, text, how):
+    model = secret / "model"
+    if how == "link":
+        for ending in ("xml", "obj", "stl", "bin"):
+            (model / f"inside.{ending}").symlink_to(secret / f"secret.{ending}")
+    named = {"..": "../secret", "absolute": str(secret / "secret"), "link": "inside"}[how]
+    (model / name).write_text(text.format(named).replace(' meshdir=".."', "" if how == "link" else ' meshdir=".."'))
+    with pytest.raises(TactileMapsError, match="leaves the robot's folder") as found:
+        load_robot_file(model / name)
+    assert SECRET not in str(found.value)
+
+
+def test_a_urdf_finds_no_package_that_is_none(secret):
+    """A folder beside those above the file is not a package by its name alone."""
+    (secret / "private").mkdir()
+    (secret / "private" / "secret.obj").write_text(SECRET)
+    (secret / "model" / "m.urdf").write_text(
+        '<robot name="r"><link name="a"><visual><geometry><mesh filename="package://private/secret.obj"/></geometry>'
+        "</visual></link></robot>"
+    )
+    robot = load_robot_file(secret / "model" / "m.urdf")
+    assert [finding.kind for finding in robot.findings if "mesh" in finding.kind] == ["missing-mesh"]
+    (secret / "private" / "package.xml").write_text("<package/>")
+    with pytest.raises(TactileMapsError, match="no triangles"):
+        load_robot_file(secret / "model" / "m.urdf")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '<mujoco><asset><mesh name="a" file="{}/secret.obj"/></asset><worldbody>{}</worldbody></mujoco>',
+        '<mujoco><compiler meshdir="{}"/><asset><mesh file="m.msh"/></asset><worldbody>{}</worldbody></mujoco>',
+        '<mujoco><include file="{}/secret.xml"/><worldbody>{}</worldbody></mujoco>',
+        '<mujoco><asset><texture name="t" type="2d" file="{}/secret.png"/></asset><worldbody>{}</worldbody></mujoco>',
+        '<mujoco><worldbody><attach model="{}/secret.xml"/>{}</worldbody></mujoco>',
+    ],
+)
+def test_a_recorded_robot_opens_no_file(secret, text):
+    """What MuJoCo does not find among the recording's files it would look for on the disk."""
+    mesh = trimesh.creation.box()
+    from app.robots.mesh_files import Mesh, to_msh
+
+    files = {"m.msh": to_msh(Mesh(mesh.vertices, mesh.faces))}
+    with pytest.raises(TactileMapsError, match="not allowed in a robot|not its own|may not name folders") as found:
+        hostile_files.recorded(text.format(secret, BODY), files)
+    assert SECRET not in str(found.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "data"), [("a.obj", b"mtllib /etc/passwd"), ("a.msh", b"\x7f" * 40), ("a.dll", b"MZ")]
+)
+def test_a_recorded_robot_holds_only_meshes(name, data):
+    with pytest.raises(TactileMapsError, match="no mesh|cannot be read"):
+        hostile_files.recorded(mjcf(BODY), {name: data})
+
+
+def test_plug_ins_of_a_model_are_left_out_and_told(tmp_path):
+    path = tmp_path / "m.xml"
+    path.write_text(
+        mjcf('<body><joint/><geom size="1"/><plugin plugin="evil.b"/></body>',
+             '<extension><plugin plugin="evil.a"><instance name="i"/></plugin></extension>')
+    )  # fmt: skip
+    robot = load_robot_file(path)
+    assert "evil" not in robot.mjcf
+    assert [finding.where for finding in robot.findings if finding.kind == "plug-in"] == ["evil.a, evil.b"]
+
+
+def test_nothing_unpickles_or_evaluates():
+    """Neither recordings nor maps can run code: nothing in the program that reads files calls what could."""
+    never = re.compile(
+        r"\bpickle\.loads?\b|allow_pickle=True|(?<![.\w])(?:eval|exec)\(|yaml\.load|marshal\.|shelve\.|os\.system"
+    )
+    root = Path(hostile_files.__file__).resolve().parents[2]
+    files = [path for folder in ("app", "widgets") for path in (root / folder).rglob("*.py")]
+    assert len(files) > 200
+    found = [f"{path.relative_to(root)}: {text}" for path in files for text in never.findall(path.read_text())]
+    assert not found

@@ -1,0 +1,109 @@
+"""Functions called with bytes or files of strangers, each in a process with limits: time, memory, descriptors.
+
+The process is forked from one that has imported the program already, so a case costs milliseconds. What hangs or grows
+is killed by the kernel, also inside native code, and only that case fails.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import resource
+import select
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+MEMORY = 2 * 2**30
+CPU_SECONDS = 10
+WALL_SECONDS = 120  # for what waits without working; a busy machine is no fault
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def call_all(
+    function: Callable[..., Any], cases: Sequence[tuple[Any, ...]], *, cpu: float = CPU_SECONDS, memory: int = MEMORY
+) -> list[str]:
+    """What became of ``function(*case)`` for each case; function and cases must pickle.
+
+    Returns:
+        For each ``"ok"``, ``"refused: ..."`` for a TactileMapsError, ``"traceback: ..."`` for another exception,
+        ``"killed by ..."`` where it ran past its time or memory, ``"leaked ..."`` for open descriptors.
+    """
+    order = (function.__module__, function.__qualname__, list(cases), cpu, memory)
+    command = [sys.executable, "-W", "ignore", "-c", "from tests.support.bounded_process import _serve; _serve()"]
+    done = subprocess.run(command, input=pickle.dumps(order), stdout=subprocess.PIPE, cwd=ROOT, check=True)
+    return pickle.loads(done.stdout)
+
+
+def _serve() -> None:
+    from importlib import import_module
+
+    module, name, cases, cpu, memory = pickle.load(sys.stdin.buffer)
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # what native code prints is no answer
+    function = getattr(import_module(module), name)
+    found: list[str] = []
+    while len(found) < len(cases):
+        found += _run(function, cases[len(found) :], cpu, memory)
+    pickle.dump(found, answers)
+    answers.flush()
+    os._exit(0)
+
+
+def _run(function: Callable[..., Any], cases: Sequence[tuple[Any, ...]], cpu: float, memory: int) -> list[str]:
+    """What became of the cases up to the last, or the first that ended its process."""
+    reading, writing = os.pipe()
+    child = os.fork()
+    if not child:
+        os.close(reading)
+        _work(function, cases, cpu, memory, writing)
+    os.close(writing)
+    found, rest = [], b""
+    while ready := select.select([reading], [], [], WALL_SECONDS)[0]:
+        data = os.read(ready[0], 2**16)
+        if not data:
+            break
+        *lines, rest = (rest + data).split(b"\n")
+        found += [line.decode() for line in lines]
+    else:
+        os.kill(child, signal.SIGKILL)
+    os.close(reading)
+    _, status = os.waitpid(child, 0)
+    if len(found) < len(cases):
+        ended = signal.Signals(os.WTERMSIG(status)).name if os.WIFSIGNALED(status) else f"exit {status}"
+        found.append(f"killed by {ended}")
+    return found
+
+
+def _work(function: Callable[..., Any], cases: Sequence[tuple[Any, ...]], cpu: float, memory: int, writing: int) -> Any:
+    from app.core.errors import TactileMapsError
+
+    resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
+    os.dup2(2, 1)
+    for case in cases:
+        before = set(os.listdir("/proc/self/fd"))
+        signal.setitimer(signal.ITIMER_PROF, cpu)  # ends the process, native code too
+        try:
+            function(*case)
+            text = "ok"
+        except TactileMapsError as error:
+            text = f"refused: {error}"
+        except BaseException as error:
+            places = []
+            trace = error.__traceback__
+            while trace:
+                places.append(f"{Path(trace.tb_frame.f_code.co_filename).name}:{trace.tb_lineno}")
+                trace = trace.tb_next
+            text = f"traceback: {type(error).__name__}: {error} at {' '.join(places[-6:])}"
+            del trace
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        leaked = len(set(os.listdir("/proc/self/fd")) - before)
+        if leaked > 0:
+            text = f"leaked {leaked} descriptors; {text}"
+        os.write(writing, (" ".join(text.split())[:2000] + "\n").encode(errors="replace"))
+    os._exit(0)
