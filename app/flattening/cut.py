@@ -13,10 +13,10 @@ all keep out of areas of interest where they can.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import pairwise
+from itertools import islice, pairwise
 
 import numpy as np
 from scipy.sparse.csgraph import minimum_spanning_tree
@@ -289,19 +289,25 @@ class SeamPlan:
 
 
 def cut_as_planned(surface: Mesh, plan: SeamPlan, extra: int) -> CutSurface:
-    """The patch cut as planned, with ``extra`` seams more, each to the place farthest from all before.
+    """The patch cut as planned, with ``extra`` seams more; errors as ``planned_cuts``."""
+    return next(islice(planned_cuts(surface, plan), extra, None))
+
+
+def planned_cuts(surface: Mesh, plan: SeamPlan) -> Iterator[CutSurface]:
+    """The patch cut as planned, then with one seam more each time, each to the place farthest from all before.
 
     Raises:
         MapError: See ``cut_to_disk``; or the plan is for another surface.
+
+    Cost: a cut each, see ``cut_to_disk``, and as much again to find the farthest place.
     """
     if plan.importance is not None and len(plan.importance) != len(surface.vertices):
         raise MapError("the areas of interest are another surface's", value=len(plan.importance))
     ends: list[int] = []
-    cut = _cut_with_ends(surface, plan, ends)
-    for _ in range(extra):
-        ends.append(farthest_from_border(surface, cut, importance=plan.importance))
+    while True:
         cut = _cut_with_ends(surface, plan, ends)
-    return cut
+        yield cut
+        ends.append(farthest_from_border(surface, cut, importance=plan.importance))
 
 
 def _cut_with_ends(surface: Mesh, plan: SeamPlan, ends: Sequence[int]) -> CutSurface:

@@ -15,7 +15,7 @@ from app.flattening.flatten import flatten
 from app.flattening.methods import METHODS
 from app.geometry.connectivity import Connectivity
 from app.geometry.mesh import Mesh
-from tests.support.surfaces import cap, frustum, named, sheet
+from tests.support.surfaces import blocks, cap, frustum, named, sheet
 
 
 def _kinds(chart):
@@ -110,9 +110,48 @@ def test_the_same_surface_gives_the_same_map_to_the_bit():
     np.testing.assert_array_equal(first.plane, second.plane)
 
 
-def test_more_seams_than_allowed_is_a_named_error(monkeypatch):
-    monkeypatch.setattr("app.flattening.flatten.UNSOLVABLE_ENERGY", 4.0)
-    with pytest.raises(MapError, match="too long and thin"):
+def limbs(pairs, length):
+    """A closed body with ``pairs`` of limbs and a tail, each ``length`` times as long as wide: Tutte's map of it, with
+    a few seams, puts the ends of the limbs on one number."""
+    body = {(x, y, z) for x in range(2 * pairs + 2) for y in range(4) for z in range(2)}
+    legs = {(1 + 2 * pair, y, 0) for pair in range(pairs) for n in range(length) for y in (4 + n, -1 - n)}
+    return blocks(body | legs | {(-1 - n, 1, 1) for n in range(length)})
+
+
+def scaffold(cells, beam):
+    """A cube of ``cells``³ frames of beams: 28 handles for 2, 81 for 3."""
+    side = range(cells * beam + 1)
+    return blocks({(x, y, z) for x in side for y in side for z in side if sum(k % beam == 0 for k in (x, y, z)) >= 2})
+
+
+def assert_one_to_one(chart):
+    """No triangle is flipped, and the border does not cross itself."""
+    assert not flipped(chart.plane, chart.faces).any()
+    assert crossings(chart.plane[chart.connectivity.boundary_loops[0]]) == 0
+
+
+def test_a_body_with_many_long_limbs_takes_a_seam_into_each():
+    chart = flatten(limbs(3, 25))
+    assert_one_to_one(chart)
+    assert chart.energies[-1] < 4.3
+    (note,) = [finding for finding in chart.findings if finding.kind == "seam-added"]
+    assert note.count > 3
+
+
+@pytest.mark.parametrize(
+    ("cells", "beam"), [pytest.param(2, 3, id="28"), pytest.param(3, 5, id="81", marks=pytest.mark.long)]
+)
+def test_a_body_with_many_handles_is_mapped(cells, beam):
+    chart = flatten(scaffold(cells, beam))
+    assert_one_to_one(chart)
+    assert chart.energies[-1] < 4.3
+
+
+def test_where_no_seam_opens_the_surface_the_best_map_is_tried(monkeypatch):
+    monkeypatch.setattr("app.flattening.flatten.EASY_ENERGY", 4.0)
+    assert_one_to_one(flatten(cap(1.0)))
+    monkeypatch.setattr("app.flattening.flatten.HARDEST_ENERGY", 4.0)
+    with pytest.raises(MapError, match="no initial map"):
         flatten(cap(1.0))
 
 
