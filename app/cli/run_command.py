@@ -24,7 +24,8 @@ def execute(arguments: argparse.Namespace) -> int:
     prepared = prepare(scene, progress=progress_line())
     recorder = Recorder(prepared, arguments.output, overwrite=arguments.overwrite) if arguments.output else None
     with recorder or nullcontext():
-        result = _simulate(Session(prepared), round(arguments.seconds / prepared.scene.tick), recorder)
+        session = Session(prepared, effects=scene.unattended.effects)
+        result = _simulate(session, round(arguments.seconds / prepared.scene.tick), recorder)
     problems = [{"kind": lack.kind, "where": lack.where, "remedy": lack.action} for lack in scene.decision.warnings]
     result |= {"taxels": len(prepared.skin), "file": arguments.output, "problems": problems}
     if arguments.json:

@@ -2,7 +2,8 @@
 
 One small rule an effect, each with its value and the reason in words for a person. A rule knows the needs and the
 effects decided above it in the table (``effects.EFFECTS`` has the order). It answers with the value that stands in
-``Effects``; for an effect of the sensor that is whether it is on. An override replaces its rule.
+``Effects``; for an effect of the sensor that is whether it is on. An override replaces its rule. What a rule cannot
+know beforehand its reason names; that of an effect of the sensor also tells its size (``effect_size``).
 
 Warnings tell what a scene switches off although its task needs it, and settings at which its physics is known to be
 unsteady (``stability``).
@@ -17,6 +18,7 @@ from types import MappingProxyType
 from typing import Any, TypeAlias
 
 from app.core.errors import Finding
+from app.scene.effect_size import effect_size
 from app.scene.effects import EFFECTS, SENSOR_KEYS, EffectEntry, Effects, Override
 from app.scene.stability import equivalent_stiffness, measured_stability, stability_warning
 from app.scene.tasks import TASKS, Needs
@@ -25,6 +27,8 @@ from app.tactile.sensor_effects import SensorEffects
 ValueAndReason: TypeAlias = tuple[Any, str]
 DecidedAbove: TypeAlias = Mapping[str, Any]
 EffectRule: TypeAlias = Callable[[Needs, DecidedAbove], ValueAndReason]
+RUBBING_TASKS = ("slide", "push", "self-touch")
+"""Tasks in which something slides or sticks on the skin."""
 FINE_STEP, COARSE_STEP, LONGEST_STEP = 0.001, 0.002, 0.02
 """Time steps [s]: usual; up to which implicitfast serves where nothing touches; of anything."""
 
@@ -38,8 +42,10 @@ def _dynamics(needs: Needs, _above: DecidedAbove) -> ValueAndReason:
 def _fingers(needs: Needs, _above: DecidedAbove) -> ValueAndReason:
     if needs.scripted:
         return True, "the scene has a stimulus script"
+    if not needs.attended:
+        return False, "no stimulus script and nobody to poke the skin"
     if needs.touch:
-        return True, f"the scene outputs {_words(needs.touch)}, so fingers may poke the skin"
+        return True, f"the scene outputs {_words(needs.touch)}; whether somebody pokes the skin is not known beforehand"
     return False, "the scene has no tactile output"
 
 
@@ -69,18 +75,18 @@ def _gravity(needs: Needs, above: DecidedAbove) -> ValueAndReason:
 def _friction(needs: Needs, above: DecidedAbove) -> ValueAndReason:
     if above["contact"] == "off":
         return False, "contact is off"
-    if needs.task in ("slide", "push"):
+    if needs.task in RUBBING_TASKS:
         return True, f"the task is to {TASKS[needs.task].title}"
     if needs.free:
         return True, f"{needs.free[0]} would slip without friction"
     if "joint_torque" in needs.outputs:
         return True, "joint torques are an output and include friction"
-    return False, "no task slides or pushes, and no object moves freely"
+    return False, "the task does not rub, and no object moves freely; whether a contact drags is not known beforehand"
 
 
 def _joint_limits(_needs: Needs, above: DecidedAbove) -> ValueAndReason:
     return (
-        (True, "contact may drive joints to their limits")
+        (True, "contact or control may drive joints to their limits; whether they do is not known beforehand")
         if above["dynamics"]
         else (False, "joint positions are prescribed")
     )
@@ -96,7 +102,8 @@ def _joint_friction(needs: Needs, above: DecidedAbove) -> ValueAndReason:
 def _skin(needs: Needs, above: DecidedAbove) -> ValueAndReason:
     if not needs.touch:
         return "off", "the scene has no tactile output"
-    if not above["fingers"] and above["contact"] == "off":
+    untouched = not above["fingers"] and above["contact"] == "off"
+    if untouched and (needs.attended or "readings" not in needs.outputs):  # an untouched sensor has noise too
         return "off", "fingers and contact are off"
     if "pressure_shape" in needs.touch:
         return "half-space", "the output is the pressure distribution at the depth of the taxels"
@@ -220,7 +227,7 @@ def _no_self_contact(needs: Needs, effects: Effects) -> tuple[str, str] | None:
 
 
 def _no_friction(needs: Needs, effects: Effects) -> tuple[str, str] | None:
-    if needs.task not in ("slide", "push") or effects.friction:
+    if needs.task not in RUBBING_TASKS or effects.friction:
         return None
     return "effects.friction", f"The task is to {TASKS[needs.task].title}, but friction is off: switch friction on"
 
@@ -303,14 +310,15 @@ def decide_effects(needs: Needs, overrides: Mapping[str, Override]) -> EffectDec
         overrides: By key of ``EFFECTS``, checked; ``auto`` is none.
     """
     values: dict[str, Any] = {}
-    rows = []
+    reasons: dict[str, str] = {}
+    asked = {key for key, override in overrides.items() if override != "auto"}
     for key, entry in EFFECTS.items():
         override = overrides.get(key, "auto")
         value, why = EFFECT_RULES[key](needs, values) if override == "auto" else (entry.value(override), OVERRIDDEN)
         if entry.sensor is not None and isinstance(value, bool):
             value = entry.sensor() if value else None
-        values[key] = value
-        rows.append(_row(entry, value, why, overridden=override != "auto"))
+        values[key], reasons[key] = value, why
+    rows = (_row(EFFECTS[key], values, why, overridden=key in asked) for key, why in reasons.items())
     effects = Effects(
         **{key: value for key, value in values.items() if key not in SENSOR_KEYS},
         sensor=SensorEffects(**{key: values[key] for key in SENSOR_KEYS}),
@@ -318,9 +326,10 @@ def decide_effects(needs: Needs, overrides: Mapping[str, Override]) -> EffectDec
     return EffectDecision(effects, tuple(rows), scene_warnings(needs, effects))
 
 
-def _row(entry: EffectEntry, value: Any, why: str, *, overridden: bool) -> EffectRow:
+def _row(entry: EffectEntry, values: Mapping[str, Any], why: str, *, overridden: bool) -> EffectRow:
+    value = values[entry.key]
     word = entry.word(value)
     if entry.sensor is not None and value is not None:
         options = (f"{key.replace('_', ' ')} {number:g}" for key, number in asdict(value).items())
-        why += f" ({', '.join(options)})"
+        why += f" ({', '.join(options)}), worth {effect_size(entry.key, values)}"
     return EffectRow(entry.key, entry.title, word != "off", word, why, overridden)

@@ -100,7 +100,16 @@ class Scene:
     @cached_property
     def decision(self) -> EffectDecision:
         """What is simulated, why, and what is lacking."""
-        needs = Needs(
+        return decide_effects(self._needs, self.overrides)
+
+    @cached_property
+    def unattended(self) -> EffectDecision:
+        """The same for a run that nobody watches: without a stimulus script nothing pokes the skin."""
+        return decide_effects(replace(self._needs, attended=False), self.overrides)
+
+    @property
+    def _needs(self) -> Needs:
+        return Needs(
             task=self.task,
             outputs=self.wanted,
             objects=self.objects,
@@ -109,7 +118,6 @@ class Scene:
             controller=str(self.control.get("controller", "impedance")),
             scripted=bool(self.stimuli),
         )
-        return decide_effects(needs, self.overrides)
 
     @property
     def effects(self) -> Effects:

@@ -64,6 +64,7 @@ class Needs:
         tick: Seconds between two control ticks.
         controller: The controller the scene starts with.
         scripted: Whether the scene has a stimulus script.
+        attended: Whether a person is there who may poke the skin.
     """
 
     task: str = "touch"
@@ -73,6 +74,7 @@ class Needs:
     tick: float = 0.005
     controller: str = "impedance"
     scripted: bool = False
+    attended: bool = True
 
     @property
     def touch(self) -> tuple[str, ...]:

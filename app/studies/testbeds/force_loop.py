@@ -157,8 +157,9 @@ def force_loop_at_goal(setup: PathSetup, settings: ControlSettings) -> ForceLoop
 def contact_stiffness(setup: PathSetup, posture: FloatArray, push: FloatArray) -> float:
     """How much harder something presses per way of the touched point along its normal [N/m], the joints held.
 
-    Measured from force and penetration: the physics' own contacts at two postures beside the given one. A formula would
-    have to know how the skin bends there, on which axes, and what else of it is touched.
+    Measured from force and penetration: the foundation at two postures beside the given one. A formula would have to
+    know how the skin bends there, on which axes, and what else of it is touched. The solver's own contacts are as stiff
+    as the layer says, on any posture.
 
     Args:
         setup: The robot and what touches it.
@@ -168,11 +169,13 @@ def contact_stiffness(setup: PathSetup, posture: FloatArray, push: FloatArray) -
     prepared = setup.prepared
     scene = prepared.scene
     physics = Physics(prepared.robot, prepared.skin, setup.effects, prepared.objects, scene.layer)
+    foundation = physics.touch
+    if not isinstance(foundation, FoundationModel):
+        return scene.layer.stiffness
 
     def force(way: float) -> float:
         physics.start(posture + way * push)
-        pressing = physics.touch.wrenches if isinstance(physics.touch, FoundationModel) else ()
-        return sum(float(np.linalg.norm(wrench.force)) for wrench in pressing)
+        return sum(float(np.linalg.norm(wrench.force)) for wrench in foundation.wrenches)
 
     return (force(_PROBED) - force(-_PROBED)) / (2 * _PROBED)
 

@@ -7,6 +7,8 @@ import json
 import pytest
 
 from app.__main__ import main
+from app.cli import run_command
+from app.session.session import Session
 from app.stimuli.stimulus_file import load_stimuli, save_stimuli
 from app.stimuli.stimulus_kinds import Poke
 from tests.support.recordings import record, small_arm
@@ -107,3 +109,20 @@ def test_a_recording_without_a_hand_says_so(capsys, tmp_path):
     record(small_arm(), recording, ticks=10)
     assert main(["replay", str(recording), "--stimuli", str(tmp_path / "script.toml")]) == 1
     assert "contains no pokes" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("script", ["", '[[stimuli]]\nkind = "poke"\npatch = "hand"\nat = [0.5, 0.5]\n'])
+def test_fingers_are_simulated_for_a_script_alone(monkeypatch, capsys, tmp_path, script):
+    path, seen = tmp_path / "scene.toml", []
+    path.write_text(f'robot = "arm"\n[cover]\nlinks = ["hand"]\ntaxels = 30\n{script}')
+
+    def session(prepared, **said):
+        seen.append(Session(prepared, **said))
+        return seen[0]
+
+    monkeypatch.setattr(run_command, "Session", session)
+    target = str(tmp_path / "run.mcap")
+    assert main(["run", "--scene", str(path), "--for", "0.1", "-o", target]) == 0
+    assert seen[0].effects.fingers == bool(script)
+    assert main(["replay", target, "--verify"]) == 0
+    assert "bit for bit" in capsys.readouterr().out

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import pytest
 
 from app.scene.effect_decision import EFFECT_RULES, OVERRIDDEN, decide_effects
 from app.scene.effects import EFFECTS, SENSOR_KEYS
 from app.scene.objects import ObjectSpec
+from app.scene.scene_file import load_scene
 from app.scene.tasks import TASKS, Needs
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.sensor_effects import Noise
@@ -35,7 +37,7 @@ def test_every_effect_has_a_rule_in_the_order_of_the_table():
     (Needs(objects=(PROBE,)), {"contact": "probe", "friction": False, "gravity": "off"}),
     (Needs(objects=(WALL, PROBE)), {"contact": "environment", "friction": False, "gravity": "off"}),
     (Needs(objects=(BOX,)), {"contact": "environment", "friction": True, "gravity": "compensated"}),
-    (Needs(task="self-touch"), {"contact": "self", "friction": False}),
+    (Needs(task="self-touch"), {"contact": "self", "friction": True}),
     (Needs(task="self-touch", objects=(PROBE,)), {"contact": "all"}),
     (Needs(task="slide", objects=(WALL,)), {"contact": "environment", "friction": True, "gravity": "off"}),
     (Needs(task="push", objects=(BOX,)), {"friction": True, "gravity": "compensated"}),
@@ -99,6 +101,7 @@ def test_what_is_derived_lacks_nothing(task):
 @pytest.mark.parametrize(("needs", "overrides", "where", "words"), [
     (SLIDE, {"friction": "off"}, "effects.friction", "slide .* friction on"),
     (Needs(task="push", objects=(BOX,)), {"friction": "off"}, "effects.friction", "push"),
+    (Needs(task="self-touch"), {"friction": "off"}, "effects.friction", "self-contact, but friction is off"),
     (Needs(task="self-touch"), {"contact": "environment"}, "effects.contact", "self-collision is off"),
     (Needs(task="self-touch"), {"contact": "off"}, "effects.contact", "contact self"),
     (SLIDE, {"contact": "off"}, "effects.contact", "wall collides with nothing"),
@@ -168,6 +171,44 @@ def test_a_wish_wins_and_says_so():
     assert rows["noise"].value == "on"
     assert "sd 150" in rows["noise"].why
     assert not rows["skin"].overridden
+
+
+@pytest.mark.parametrize("needs", [Needs(), SLIDE, Needs(task="self-touch", outputs=ALL), Needs(outputs=("readings",))])
+def test_where_nobody_is_and_no_script_there_are_no_fingers(needs):
+    alone = decide_effects(replace(needs, attended=False), {}).effects
+    assert decide_effects(needs, {}).effects.fingers
+    assert not alone.fingers
+    assert decide_effects(replace(needs, attended=False, scripted=True), {}).effects.fingers
+    assert (alone.skin == "off") == (needs == Needs()), "a sensor that nobody touches has noise too"
+    assert alone.contact == decide_effects(needs, {}).effects.contact
+
+
+@pytest.mark.parametrize("key", ["fingers", "joint_limits"])
+def test_a_rule_names_what_it_cannot_know(key):
+    assert "not known beforehand" in rows_of(decide_effects(Needs(), {}))[key].why
+    assert "not known beforehand" in rows_of(decide_effects(Needs(objects=(WALL,)), {}))["friction"].why
+
+
+@pytest.mark.parametrize(("overrides", "key", "words"), [
+    ({}, "noise", "4 % of the least touch (2500 Pa)"),
+    ({"noise": {"sd": 400.0}}, "noise", "set by the scene (sd 400), worth 16 % of the least touch"),
+    ({"noise": {"sd": 400.0}, "threshold": "off"}, "noise", "40 % of the least touch (1000 Pa)"),
+    ({}, "offset_drift", "at first 4 % of the least touch (2500 Pa); as large as that after 1.6e+04 s"),
+    ({}, "quantisation", "an rms error of 2.3 % of the least touch"),
+    ({}, "saturation", "nothing below 180000 Pa on a taxel, 72 times the least touch"),
+    ({"dead_taxels": {"dead": 0.04, "stuck": 0.01}}, "dead_taxels", "about 4 % of a contact's force goes unread; 1 %"),
+])  # fmt: skip
+def test_an_effect_of_the_sensor_says_what_it_is_worth(overrides, key, words):
+    """(400 Pa of 2,500; 200 / sqrt 12 = 57.7 Pa; sd² + walk² t = 2500² at t = 15,600 s.)"""
+    row = rows_of(decide_effects(Needs(outputs=("readings",)), overrides))[key]
+    assert row.on
+    assert words in row.why
+
+
+@pytest.mark.parametrize("name", ["full", "noisy"])
+def test_in_the_scenes_that_have_all_of_them_each_does(name):
+    rows = rows_of(load_scene(name).decision)
+    assert all(" worth " in rows[key].why for key in SENSOR_KEYS)
 
 
 def test_auto_is_no_wish():

@@ -20,7 +20,7 @@ from app.scene.effects import EFFECTS, SENSOR_KEYS
 from app.scene.motion import Unit, Waypoint
 from app.scene.objects import OBJECT_KINDS, ObjectSpec
 from app.scene.scene_file import scene_from_toml, scene_names
-from app.scene.tasks import OUTPUTS, TASKS
+from app.scene.tasks import OUTPUTS, TASKS, TOUCH_OUTPUTS
 from app.skin.cover import CoverSpec
 from app.stimuli.stimulus import Stimulus
 from app.stimuli.stimulus_file import STIMULUS_KINDS
@@ -130,3 +130,15 @@ def test_each_setting_of_the_controller_can_be_written(field):
 def test_a_stimulus_that_is_not_listed_is_refused():
     with pytest.raises(SceneError, match="no such kind of stimulus"):
         scene_from_toml('robot = "arm"\n[[stimuli]]\nkind = "guided"\n', name="x")
+
+
+def test_for_each_contact_model_it_is_said_where_its_pressure_is_and_what_it_answers():
+    text = section("Pressure")
+    (table,) = tables(text)
+    assert keys(table) == [choice for choice in EFFECTS["skin"].choices if choice != "off"]
+    assert [words(row[0])[0] for row in table if "`depth` below" in row[1]] == ["half-space"]
+    assert all("surface" in row[1] for row in table)
+    answers = [output for output in TOUCH_OUTPUTS if output not in ("pressure", "readings")]
+    headings = next(line for line in text.splitlines() if line.startswith("| `skin`"))
+    assert words(headings) == ["skin", *answers]
+    assert all(len(row) == 2 + len(answers) and all(row) for row in table)

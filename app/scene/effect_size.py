@@ -1,0 +1,67 @@
+"""What an effect of the sensor is worth: its size beside the pressure from which a taxel counts as touched, in words.
+
+An effect may be wanted, since readings are, and yet change next to nothing. Its own numbers say how much it can; what
+it does to a given contact also depends on how hard that presses, which nobody knows beforehand.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any, TypeAlias
+
+LEAST_TOUCH = 1000.0
+"""From which a taxel usually counts as touched where the sensor has no threshold of its own [Pa]."""
+
+_Size: TypeAlias = Callable[[Any, float], str]
+
+
+def effect_size(key: str, values: Mapping[str, Any]) -> str:
+    """The size of one effect of the sensor that is on.
+
+    Args:
+        key: Of ``SensorEffects``.
+        values: All of them by key, decided; None is off.
+    """
+    threshold = values.get("threshold")
+    return _SIZES[key](values[key], LEAST_TOUCH if threshold is None else max(threshold.at, 1e-9))
+
+
+def _share(part: float) -> str:
+    return f"{100 * part:.2g} %"
+
+
+def _of_touch(pressure: float, least: float) -> str:
+    return f"{_share(pressure / least)} of the least touch ({least:g} Pa)"
+
+
+def _drift(drift: Any, least: float) -> str:
+    start = f"at first {_of_touch(drift.sd, least)}"
+    if drift.sd >= least or not drift.walk:
+        return start
+    seconds = (least**2 - drift.sd**2) / drift.walk**2
+    return f"{start}; as large as that after {seconds:.2g} s"
+
+
+def _saturation(saturation: Any, least: float) -> str:
+    return f"nothing below {saturation.at:g} Pa on a taxel, {saturation.at / least:.3g} times the least touch"
+
+
+def _dead(taxels: Any, least: float) -> str:
+    stuck = f"; {_share(taxels.stuck)} read {taxels.stuck_at / least:.3g} times the least touch" if taxels.stuck else ""
+    return f"about {_share(taxels.dead)} of a contact's force goes unread{stuck}"
+
+
+_SIZES: Mapping[str, _Size] = {
+    "area_averaging": lambda averaging, _: f"levels what is finer than {2e3 * averaging.radius:.2g} mm",
+    "crosstalk": lambda crosstalk, _: f"{_share(crosstalk.share)} of a reading; its sum stays",
+    "hysteresis": lambda late, _: f"{_share(late.share)} of a change in pressure, gone after {3 * late.seconds:.2g} s",
+    "gain_spread": lambda spread, _: f"{_share(spread.sd)} of a taxel's reading",
+    "offset_drift": _drift,
+    "noise": lambda noise, least: _of_touch(noise.sd, least),
+    "saturation": _saturation,
+    "threshold": lambda threshold, _: f"at most {threshold.at:g} Pa of a taxel's reading",
+    "quantisation": lambda steps, least: f"an rms error of {_of_touch(steps.step / math.sqrt(12), least)}",
+    "dead_taxels": _dead,
+    "sampling": lambda sampling, _: f"readings up to {1e3 * (1 / sampling.rate + sampling.delay):.3g} ms old",
+}
