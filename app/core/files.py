@@ -14,6 +14,7 @@ import json
 import math
 import os
 import re
+import secrets
 import stat
 import zipfile
 import zlib
@@ -94,15 +95,25 @@ def read_bounded_text(path: Path, *, error: type[TactileMapsError], most: int = 
 
 
 def write_atomically(path: Path, data: bytes, *, error: type[TactileMapsError]) -> None:
-    """Put ``data`` into the file at ``path``, or leave what was there.
+    """Put ``data`` into the file at ``path``, or leave what was there: also where the program ends in the middle.
+
+    The bytes go to a new file beside it, of a name of its own, so that several writers never share one, and are on the
+    disk before it takes the target's name. Ended in the middle, that file stays: ``.tactile-maps-....part``.
 
     Raises:
         TactileMapsError: Of kind ``error``: it cannot be written.
     """
-    part = path.with_name(path.name + ".part")
+    part = path.with_name(f".tactile-maps-{secrets.token_hex(8)}.part")
     try:
-        part.write_bytes(data)
-        part.replace(path)
+        try:
+            with part.open("xb") as stream:
+                stream.write(data)
+                stream.flush()
+                os.fsync(stream.fileno())
+            part.replace(path)
+        except BaseException:
+            part.unlink(missing_ok=True)
+            raise
     except (OSError, ValueError) as cause:
         raise error(
             "the file cannot be written",

@@ -1,7 +1,13 @@
 from __future__ import annotations
 
+import errno
 import io
+import os
+import subprocess
+import sys
+import time
 import zipfile
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -49,14 +55,91 @@ def test_what_goes_in_comes_out() -> None:
     assert data == pack_arrays({"title": "tést"}, arrays), "the same input gives the same bytes"
 
 
-def test_a_write_that_fails_leaves_what_was_there(tmp_path) -> None:
-    """The disk is full: here by a device that always is."""
+def test_a_write_that_fails_leaves_what_was_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The disk is full, which the last bytes tell."""
     path = tmp_path / "map.npz"
     path.write_bytes(b"before")
-    path.with_name("map.npz.part").symlink_to("/dev/full")
+
+    def full(_descriptor: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr("app.core.files.os.fsync", full)
     with pytest.raises(SkinError, match=r"map\.npz: the file cannot be written.*No space left"):
         write_atomically(path, b"after", error=SkinError)
     assert path.read_bytes() == b"before"
+    assert list(tmp_path.iterdir()) == [path], "nothing is left behind"
+
+
+def test_a_file_of_a_foreign_name_beside_it_is_not_touched(tmp_path: Path) -> None:
+    """A link laid where an earlier version wrote first would have led the bytes elsewhere."""
+    other = tmp_path / "other"
+    other.write_bytes(b"mine")
+    (tmp_path / "map.npz.part").symlink_to(other)
+    write_atomically(tmp_path / "map.npz", b"after", error=SkinError)
+    assert other.read_bytes() == b"mine"
+    assert (tmp_path / "map.npz").read_bytes() == b"after"
+    assert (tmp_path / "map.npz").stat().st_mode == other.stat().st_mode, "others may read it as any file"
+
+
+def test_a_name_of_the_greatest_length_can_be_written(tmp_path: Path) -> None:
+    write_atomically(tmp_path / ("x" * 255), b"long", error=SkinError)
+    assert (tmp_path / ("x" * 255)).read_bytes() == b"long"
+
+
+_WRITER = """
+import sys
+from pathlib import Path
+from app.core.errors import SkinError
+from app.core.files import write_atomically
+print("ready", flush=True)
+for _ in range(int(sys.argv[3])):
+    write_atomically(Path(sys.argv[1]), sys.argv[2].encode() * 2_000_000, error=SkinError)
+"""
+
+
+def _writer(path: Path, letter: str, times: int) -> subprocess.Popen[str]:
+    command = [sys.executable, "-c", _WRITER, str(path), letter, str(times)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=Path(__file__).resolve().parents[3])
+    assert process.stdout is not None
+    assert process.stdout.readline() == "ready\n"
+    return process
+
+
+def test_two_writers_of_one_file_do_not_meet(tmp_path: Path) -> None:
+    path = tmp_path / "map.npz"
+    writers = [_writer(path, letter, 20) for letter in "ab"]
+    found = set()
+    while any(writer.poll() is None for writer in writers):
+        if path.exists():
+            data = path.read_bytes()
+            found |= {(len(data), *set(data))}
+    assert [writer.communicate() and writer.returncode for writer in writers] == [0, 0]
+    assert found <= {(2_000_000, ord("a")), (2_000_000, ord("b"))}
+    assert [file.name for file in tmp_path.iterdir()] == ["map.npz"]
+
+
+def test_a_writer_that_is_killed_leaves_the_old_file_or_the_new_one(tmp_path: Path) -> None:
+    path = tmp_path / "map.npz"
+    old = b"o" * 2_000_000
+    for pause in (0.0, 0.002, 0.005, 0.01, 0.02, 0.03):
+        write_atomically(path, old, error=SkinError)
+        writer = _writer(path, "n", 1000)
+        time.sleep(pause)
+        writer.kill()
+        writer.communicate()
+        assert path.read_bytes() in (old, b"n" * 2_000_000)
+    left = {file.name for file in tmp_path.iterdir()} - {"map.npz"}
+    assert all(name.startswith(".tactile-maps-") and name.endswith(".part") for name in left)
+
+
+def test_a_writer_that_ends_before_it_renames_leaves_the_old_file(tmp_path: Path) -> None:
+    path = tmp_path / "map.npz"
+    path.write_bytes(b"old")
+    ends = "import os; from pathlib import Path; Path.replace = lambda *_: os.kill(os.getpid(), 9)\n"
+    command = [sys.executable, "-c", ends + _WRITER, str(path), "n", "1"]
+    done = subprocess.run(command, stdout=subprocess.PIPE, cwd=Path(__file__).resolve().parents[3], check=False)
+    assert done.returncode == -9
+    assert path.read_bytes() == b"old"
 
 
 def test_pickles_are_never_read() -> None:
