@@ -214,6 +214,6 @@ def _not_negative(text: str) -> float:
 
 def _size(text: str) -> tuple[int, int]:
     parts = text.lower().split("x")
-    if len(parts) != 2 or not all(part.isdigit() and 400 <= int(part) <= 8000 for part in parts):
+    if len(parts) != 2 or not all(part.isdecimal() and 400 <= int(part) <= 8000 for part in parts):
         raise argparse.ArgumentTypeError(f"must be like 1400x900, each side 400 to 8000: {text}")
     return int(parts[0]), int(parts[1])

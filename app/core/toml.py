@@ -366,7 +366,7 @@ class TomlReader:
         for word in words:
             if isinstance(table, dict) and word in table:
                 table, path = table[word], (*path, word)
-            elif isinstance(table, list) and word.isdigit() and int(word) < len(table):
+            elif isinstance(table, list) and word.isdecimal() and int(word) < len(table):
                 table, path = table[int(word)], (*path, int(word))
         return path
 

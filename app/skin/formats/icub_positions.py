@@ -284,7 +284,7 @@ def _representatives_list(line: str, path: Path, number: int) -> IntArray:
         raise line_error("taxel2Repr must be a list in brackets", path, number, inside)
     words = inside[1:-1].split()
     for word in words:
-        if not word.lstrip("-").isdecimal() or len(word) > 9 or int(word) < -2:
+        if not word.removeprefix("-").isdecimal() or len(word) > 9 or int(word) < -2:
             raise line_error("taxel2Repr holds something that is not a taxel number, -1 or -2", path, number, word)
     if len(words) > MAX_ROWS:
         raise line_error(f"taxel2Repr has more than {MAX_ROWS} entries", path, number, len(words))

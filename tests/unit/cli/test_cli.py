@@ -59,6 +59,7 @@ def test_help_and_version(capsys):
         ["run", "--for", "-1"],
         ["run", "--for", "soon"],
         ["screenshot", "-o", "x.png", "--size", "big"],
+        ["screenshot", "-o", "x.png", "--size", "\u00b2x900"],
         ["recover", "x.mcap"],
         ["map", "arm", "-o", "x.docx"],
         ["map", "arm", "--method", "magic"],

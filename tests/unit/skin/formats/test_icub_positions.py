@@ -58,6 +58,7 @@ def test_rows_alone_with_comments_and_no_last_line_end(tmp_path: Path) -> None:
         ("taxel2Repr 1 2 3\n0 0 1\n", "line 1.*list in brackets"),
         ("taxel2Repr ( 1 two )\n0 0 1\n", "line 1.*taxel number.*two"),
         ("taxel2Repr ( -3 )\n0 0 1\n", "taxel number.*-3"),
+        ("taxel2Repr ( --1 )\n0 0 1\n", "taxel number.*--1"),
         ("taxel2Repr ( 99999999999999999999 )\n0 0 1\n", "taxel number"),
         ("taxel2Repr ( 0 7 )\n0 0 1\n", "does not exist.*7"),
         (b"\x80\x04\x95pickle\x00\n", "no taxel rows"),
