@@ -216,6 +216,8 @@ class Physics:
             self._step_with(hooks)
             if not self._guard.sound():
                 self._guard.stop()
+            if self._passing is not None:  # what a motor did to a speed within the step is known only now
+                self._guard.keep_if(self._passing.check, self.data)
 
     def _step_once(self) -> None:
         mujoco.mj_step(self.model, self.data)

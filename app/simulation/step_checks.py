@@ -76,6 +76,18 @@ class DivergenceGuard:
             return True
         return bool((np.abs(self._qvel) <= MAX_SPEED).all())
 
+    def keep_if(self, check: Callable[[mujoco.MjData, int], None], data: mujoco.MjData) -> None:
+        """Ask ``check`` about the step just made; where it refuses, the state is again the one before.
+
+        Raises:
+            SimulationError: That of the check.
+        """
+        try:
+            check(data, 0)
+        except SimulationError:
+            self._back()
+            raise
+
     def replay(self, step: Callable[[], None], count: int) -> None:
         """Go ``count`` steps again from the last good state, one by one, and stop at the first bad one.
 
@@ -171,6 +183,7 @@ class _MovingObject:
 
 class TunnellingCheck:
     """Watches the objects that move. A body first found beyond another's middle would be pushed out on the far side.
+    (The foundation, whose links have no solid shape, watches its own layer.)
 
     Args:
         model: The compiled model.
@@ -190,7 +203,9 @@ class TunnellingCheck:
         self.needed = bool(self._movers)
 
     def check(self, data: mujoco.MjData, count: int) -> None:
-        """Look ahead by ``count`` steps at the present speeds. Cost: 1.5 µs for each object that moves.
+        """Look ahead by ``count`` steps at the present speeds; none looks at the step just made, before kinematics.
+
+        Cost: 1.5 µs for each object that moves.
 
         Raises:
             SimulationError: An object could pass through something on its way; nothing changed.

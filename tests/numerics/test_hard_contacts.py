@@ -7,6 +7,12 @@ from functools import cache
 import numpy as np
 import pytest
 
+from app.control.joint_impedance import joint_impedance
+from app.core.errors import SimulationError
+from app.scene.effects import Effects
+from app.scene.object_meshes import primitive_mesh
+from app.scene.objects import ObjectSpec, SceneObject
+from app.simulation.simulation import Simulation
 from app.tactile.poke import Finger, PokeMoved, PokePressed
 from tests.hard_cases.touch import EXACT, MODELS, PLACES, Place, with_scene
 from tests.hard_cases.touch_laws import (
@@ -19,6 +25,7 @@ from tests.hard_cases.touch_laws import (
     spring_force,
     taxel_positions,
 )
+from tests.numerics.control_theory.gantry import gantry
 
 ONE_PIECE = ("on a seam", "at a border", "half over a border", "in a corner", "one taxel", "below the pitch",
              "one tiny taxel")  # fmt: skip
@@ -159,3 +166,27 @@ def test_pressure_lies_under_the_probe(name):
 @pytest.mark.parametrize("name", ["on a seam", "two that merge"])
 def test_the_same_again_gives_the_same_numbers(name):
     check_repeats(play(place(name).probed("punch"), 0.2), play(place(name).probed("punch"), 0.2))
+
+
+@pytest.mark.parametrize(("moves", "speed", "step"), [
+    ("ball", 5.0, 1e-3), ("ball", 20.0, 1e-3), ("ball", 60.0, 1e-3), ("ball", 20.0, 5e-4),
+    ("skin", 20.0, 1e-3), ("skin", 60.0, 1e-3), ("skin", 20.0, 5e-4),
+])  # fmt: skip
+def test_what_flies_through_the_foundation_is_told(speed, step, moves):
+    """A ball of 6 mm that motors drive through a plate of skin faster than the layer can stop it, or the plate past it.
+
+    Half of these fly over the layer between two steps: nothing would be felt.
+    """
+    made, still = gantry(), ((0.0, 0.0, 0.0, 0.05), (60.0, 0.0, 0.0, 0.05))
+    path = ((0.0, 0.0, 0.0, 0.05), (0.15 / speed, 0.0, 0.0, -0.1), (60.0, 0.0, 0.0, -0.1))
+    spec = ObjectSpec(
+        "ball", "probe", (0.006,), mass=0.01, friction=0.0, max_force=1e4, path=path if moves == "ball" else still
+    )
+    effects = Effects(gravity="off", contact="probe", fingers=False, timestep=step, skin="foundation")
+    objects = (SceneObject(spec, primitive_mesh(spec)),)
+    simulation = Simulation(made.robot, made.skin, effects, objects=objects)
+    hold = joint_impedance(np.full(3, 4.0), np.zeros(3), frequency=40.0, damping_ratio=1.0)
+    if moves == "skin":
+        simulation._data.qvel[2] = speed
+    with pytest.raises(SimulationError, match="pressed through"):
+        simulation.step(round(0.2 / step), hold)

@@ -8,11 +8,13 @@ apart along the body's surface normal, with equal and opposite forces at the sam
 The force is explicit, so a time step must be shorter than 0.6 sqrt(m / k), with k the layer's stiffness under the whole
 contact and m the mass that the two bodies present to it. A step that is too long is refused, not divided: the rest of
 the physics would change with it, and what a scene costs would depend on how hard something is pressed. Refused as
-well is a body that is deeper than the layer is thick and than half its own size.
+well is a body that is deeper than the layer is thick and than half its own size, and one that went through within a
+step, felt or not.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -144,7 +146,14 @@ class FoundationModel:
 
     def _press(self, data: mujoco.MjData, approach: _WatchedCandidate) -> _LayerForces | None:
         """What the layer does at this instant; None where nothing touches."""
-        found = approach.deep(data)
+        if approach.went_through(data, self._model.opt.timestep):
+            raise SimulationError(
+                "the layer is pressed through",
+                place=f"{approach.meeting.by} on {approach.meeting.link} at {data.time:.3f} s",
+                value="its middle went behind the layer within a step",
+                remedy="Press less, or use a stiffer layer or a shorter time step",
+            )
+        found = approach.found
         if found is None:
             return None
         bed, meeting = approach.bed, approach.meeting
@@ -225,8 +234,35 @@ class _WatchedCandidate:
     def __init__(self, bed: _LinkPoints, meeting: ContactCandidate) -> None:
         self.bed, self.meeting = bed, meeting
         self._near: IntArray = np.zeros(0, dtype=np.int64)
+        self.found: tuple[IntArray, FloatArray, FloatArray] | None = None
+        self._beyond, self._middle, self._time = False, np.zeros(3), math.inf
         self._room = -1.0
         self._rotation, self._offset = np.eye(3), np.zeros(3)
+
+    def went_through(self, data: mujoco.MjData, step: float) -> bool:
+        """Whether the body has its middle behind the layer that it pressed, or that it had not reached, a step ago.
+
+        Seen from the link, so that it does not matter which of both moves. Cost: 2 µs, and the points on the way where
+        the body went farther than it reaches.
+        """
+        bed, before, earlier, pressed = self.bed, self._middle, self._time, self.found is not None
+        self.found = self.deep(data)
+        turn = data.xmat[bed.body].reshape(3, 3)
+        middle = data.xmat[self.meeting.body].reshape(3, 3) @ self.meeting.pose.translation
+        self._middle = (middle + data.xpos[self.meeting.body] - data.xpos[bed.body]) @ turn
+        self._time = data.time
+        if self.found is not None or not 0 < data.time - earlier < 1.5 * step:
+            return False
+        if pressed and self._beyond:
+            return True
+        way = self._middle - before
+        far = float(way @ way)
+        if far <= self.meeting.shape.reach**2:
+            return False
+        share = np.clip((bed.positions - before) @ way / far, 0.0, 1.0)
+        off = bed.positions - before - share[:, None] * way
+        met = np.einsum("ij,ij->i", off, off) < self.meeting.shape.reach**2
+        return bool((met & (bed.normals @ way < 0)).any())
 
     def deep(self, data: mujoco.MjData) -> tuple[IntArray, FloatArray, FloatArray] | None:
         """Points of the bed inside the body and facing it, their depths [m], and the body's outward normals there in
@@ -238,6 +274,7 @@ class _WatchedCandidate:
         rotation = data.xmat[bed.body].reshape(3, 3).T @ turn
         offset = (data.xpos[bed.body] - place) @ turn
         self._keep_near(rotation, offset)
+        self._beyond = False
         if not self._near.size:
             return None
         seen = bed.positions[self._near] @ rotation + offset
@@ -248,6 +285,7 @@ class _WatchedCandidate:
         away = _gradient(meeting.shape, seen[inside], distance[inside])
         # The far side of a link is not pressed from within.
         facing = np.einsum("ij,ij->i", away @ rotation.T, bed.normals[self._near[inside]]) < 0
+        self._beyond = not facing.any()
         inside = inside[facing]
         return (self._near[inside], -distance[inside], away[facing] @ turn.T) if inside.size else None
 

@@ -147,3 +147,13 @@ def test_a_floor_has_nothing_behind_it():
     data.qvel[-4] = -100.0
     mujoco.mj_kinematics(model, data)
     TunnellingCheck(model, (ball,)).check(data, 1)
+
+
+def test_what_a_motor_makes_fast_within_a_call_is_stopped_after_the_step_and_undone():
+    """At the start of the call the probe stands still, and its motors drive it at the bar at 200 m/s."""
+    path = ((0.0, 0.2, 0.0, 0.5), (0.005, 0.2, 0.0, -0.5), (60.0, 0.2, 0.0, -0.5))
+    probe = thing("probe", size=(0.005,), at=path[0][1:], mass=0.01, max_force=1e4, path=path)
+    simulation = Simulation(bar(), bar_skin(), replace(EFFECTS, contact="probe"), objects=(probe,))
+    with pytest.raises(SimulationError, match=r"probe near bar"):
+        simulation.step(100, no_command(bar()))
+    assert simulation.object_poses[0, 2, 3] > 0, "still on its own side"
