@@ -18,7 +18,7 @@ from app.core.arrays import FloatArray, IntArray
 from app.core.errors import Finding, RobotError, errors_in_file
 from app.geometry.mesh import Mesh
 from app.robots.model_limits import LARGEST_MAGNITUDE, MAX_BODIES
-from app.robots.mujoco_spec import check_names, compile_spec, parse_spec, spec_text
+from app.robots.mujoco_spec import check_names, compile_spec, editing_spec, parse_spec, spec_text
 from app.robots.robot import Joint, Link, Robot
 from app.robots.sanitize import (
     collision_exclusions,
@@ -154,13 +154,14 @@ def build_robot(
     if len(spec.bodies) > MAX_BODIES:
         raise RobotError(f"the robot has more than {MAX_BODIES} bodies", file=source, value=len(spec.bodies))
     check_names(spec, source=source)
-    requested = {**keyframe_home(spec), **(home or {})}
-    notes = [
-        *findings,
-        *strip_scene(spec, source),
-        *name_unnamed_elements(spec),
-        *prepare_degenerate_meshes(spec, assets),
-    ]
+    with editing_spec(source=source):
+        requested = {**keyframe_home(spec), **(home or {})}
+        notes = [
+            *findings,
+            *strip_scene(spec, source),
+            *name_unnamed_elements(spec),
+            *prepare_degenerate_meshes(spec, assets),
+        ]
     used = {mesh.file for mesh in spec.meshes}
     files = {file: content for file, content in assets.items() if file in used}
     first = compile_spec(spec, source=source)

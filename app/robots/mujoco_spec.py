@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from xml.etree.ElementTree import tostring
 
 import mujoco
@@ -87,6 +88,19 @@ def spec_text(spec: mujoco.MjSpec, *, source: str) -> str:
         return spec.to_xml()
     except (ValueError, mujoco.FatalError) as error:
         raise RobotError("MuJoCo cannot write the robot", file=source, value=_mujoco_message(error)) from error
+
+
+@contextmanager
+def editing_spec(*, source: str) -> Iterator[None]:
+    """Around changes to a spec, which MuJoCo checks only then: repeated names, for one.
+
+    Raises:
+        RobotError: MuJoCo refuses one.
+    """
+    try:
+        yield
+    except (ValueError, mujoco.FatalError) as error:
+        raise RobotError("MuJoCo cannot build the robot", file=source, value=_mujoco_message(error)) from error
 
 
 def _mujoco_message(error: Exception) -> str:

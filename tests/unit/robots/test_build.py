@@ -12,6 +12,7 @@ from app.core.errors import RobotError
 from app.geometry.mesh import Mesh
 from app.robots import build
 from app.robots.build import SMOKE_TEST_STEPS, build_robot, check_magnitudes, link_mesh, smoke_test
+from app.robots.load import load_robot_file
 
 
 def mesh_of(geoms: str) -> Mesh | None:
@@ -119,3 +120,14 @@ def test_too_many_bodies_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_robot_without_mass_is_refused_in_mujocos_words() -> None:
     with pytest.raises(RobotError, match=r"two\.xml.*cannot build.*mass"):
         robot_of(TWO.replace("MASS", "0"))
+
+
+def test_a_name_that_is_repeated_is_said_in_mujocos_words(tmp_path):
+    inertia = '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
+    link = f'<link name="{{}}"><inertial><mass value="1"/>{inertia}</inertial></link>'
+    joint = '<joint name="j" type="continuous"><parent link="a"/><child link="{}"/></joint>'
+    text = "".join(link.format(name) for name in "abc") + "".join(joint.format(name) for name in "bc")
+    path = tmp_path / "twice.urdf"
+    path.write_text(f'<robot name="r">{text}</robot>')
+    with pytest.raises(RobotError, match=r"twice\.urdf.*repeated name 'j'"):
+        load_robot_file(path)
