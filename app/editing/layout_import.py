@@ -19,6 +19,7 @@ from app.editing.document import MapDocument
 from app.editing.document_file import load_document
 from app.editing.reflatten import ReflattenRequest, request_reflatten
 from app.flattening.chart import Pin
+from app.geometry.plane import cross
 from app.maps.comparison import TaxelLayout, drawn_layout
 from app.maps.layout import MapLayout, Placement
 from app.skin.formats.icub_layout import apply_layout, read_icub_layout
@@ -210,7 +211,7 @@ def _fit(plane: FloatArray, points: FloatArray) -> Placement:
     for mirrored in (False, True):
         flat = (plane - plane.mean(axis=0)) * [-1.0 if mirrored else 1.0, 1.0]
         along = float((flat * goals).sum())
-        across = float((flat[:, 0] * goals[:, 1] - flat[:, 1] * goals[:, 0]).sum())
+        across = float(cross(flat, goals).sum())
         tried.append((np.hypot(along, across), np.arctan2(across, along), mirrored))
     kept, angle, mirrored = max(tried)
     scale = float(kept / ((plane - plane.mean(axis=0)) ** 2).sum())

@@ -28,6 +28,7 @@ from app.flattening.cut import CutSurface
 from app.flattening.symmetric_dirichlet import SymmetricDirichlet
 from app.geometry.connectivity import Connectivity
 from app.geometry.mesh import Mesh, edge_lengths
+from app.geometry.plane import cross
 
 
 def flatten_by_tutte(disk: Disk) -> Iterator[FloatArray]:
@@ -193,4 +194,4 @@ class Disk:
         """Signed area inside the border on ``plane`` (k, 2)."""
         here = plane[self.loop]
         after = np.roll(here, -1, axis=0)
-        return float(0.5 * (here[:, 0] * after[:, 1] - here[:, 1] * after[:, 0]).sum())
+        return float(0.5 * cross(here, after).sum())

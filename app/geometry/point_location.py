@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from app.core.arrays import FloatArray, IntArray
+from app.geometry.plane import cross
 
 _MOST_CELLS = 4_000_000
 
@@ -78,7 +79,7 @@ class PointLocator:
 
     def __init__(self, triangles: FloatArray) -> None:
         a, first, second = triangles[:, 0], triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
-        area = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
+        area = cross(first, second)
         self._sound = area != 0
         safe = np.where(self._sound, area, 1.0)
         # Weight of corner 1 is row . (p - a) with the first row, of corner 2 with the second.

@@ -117,7 +117,7 @@ def _triangulated(sites: FloatArray) -> tuple[IntArray, IntArray]:
     corners = sites[found.simplices]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    across = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
+    across = cross(first, second)
     kept = longest <= LONGEST_SIDE * np.median(cKDTree(sites).query(sites, 2)[0][:, 1])
     kept &= across > _THINNEST_TRIANGLE * longest**2
     number = np.where(kept, np.cumsum(kept) - 1, -1)

@@ -15,6 +15,7 @@ from scipy.sparse.linalg import cg
 from app.core.arrays import FloatArray, IntArray, readonly
 from app.core.errors import MapError
 from app.geometry.mesh import SurfacePoint
+from app.geometry.plane import cross
 from app.maps.interpolation import interpolation_weights
 from app.maps.tactile_map import TactileMap
 from app.skin.skin import Skin
@@ -31,7 +32,7 @@ def body_area_of_pixels(map_: TactileMap, patch: IntArray, face: IntArray, resol
     areas = np.zeros(len(face))
     for number, (worn, chart, uv) in enumerate(zip(map_.skin.patches, map_.charts, map_.uv, strict=True)):
         first, second = (uv[chart.faces[:, k]] - uv[chart.faces[:, 0]] for k in (1, 2))
-        on_map = 0.5 * np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
+        on_map = 0.5 * np.abs(cross(first, second))
         here = np.flatnonzero((patch == number) & (face >= 0))
         areas[here] = worn.surface.face_areas[face[here]] / on_map[face[here]]
     return resolution**2 * areas

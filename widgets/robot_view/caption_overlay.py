@@ -13,6 +13,7 @@ from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPaintEvent, Q
 from PySide6.QtWidgets import QWidget
 
 from app.core.arrays import FloatArray
+from app.geometry.plane import cross
 from widgets.common.colours import Theme, mixed
 from widgets.interaction.select_gesture import RubberBand, paint_rubber_band
 from widgets.interaction.view_tool import ViewTool
@@ -41,7 +42,7 @@ class CubeFace:
     def holds(self, x: float, y: float) -> bool:
         """Whether a point in half edges from the cube's middle, y down, lies on it."""
         sides, arms = np.roll(self.corners, -1, axis=0) - self.corners, np.array([x, y]) - self.corners
-        turns = sides[:, 0] * arms[:, 1] - sides[:, 1] * arms[:, 0]
+        turns = cross(sides, arms)
         return bool((turns >= 0).all() or (turns <= 0).all())
 
 
