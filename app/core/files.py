@@ -16,10 +16,12 @@ import os
 import re
 import secrets
 import stat
+import sys
 import zipfile
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from itertools import chain, count
 from pathlib import Path
 from typing import IO, Any, BinaryIO
 
@@ -28,6 +30,11 @@ from numpy.typing import NDArray
 
 from app.core.codec import parse_json
 from app.core.errors import TactileMapsError
+
+if sys.platform == "win32":
+    import msvcrt
+else:
+    import fcntl
 
 MAX_FILE_BYTES = 64 * 2**20
 """Of a file of another program, where its format states no other bound."""
@@ -121,6 +128,50 @@ def write_atomically(path: Path, data: bytes, *, error: type[TactileMapsError]) 
             value=cause,
             remedy="Choose a folder you may write to, with space left",
         ) from cause
+
+
+class FolderClaim:
+    """A folder that one owner has for itself until ``release`` or the end of its process. See ``claim_folder``."""
+
+    def __init__(self, folder: Path, descriptor: int) -> None:
+        self.folder, self._descriptor = folder, descriptor
+
+    def release(self) -> None:
+        """Let others have it; once."""
+        os.close(self._descriptor)
+
+
+def claim_folder(parent: Path, *, holding: str) -> FolderClaim:
+    """One of the folders 1, 2, ... in ``parent`` that nobody else has: rather one that holds a file of this name.
+
+    Two windows on one robot would otherwise write over each other's copies; the lock is the operating system's, so that
+    a process that was killed leaves its folder, and what is in it, to the next.
+
+    Raises:
+        OSError: They cannot be made.
+    """
+    parent.mkdir(parents=True, exist_ok=True)
+    known = sorted((path for path in parent.iterdir() if path.name.isdecimal()), key=lambda path: int(path.name))
+    left = [path for path in known if (path / holding).exists()]
+    for folder in chain(left, (parent / str(number) for number in count(1))):
+        folder.mkdir(exist_ok=True)
+        descriptor = os.open(folder / ".lock", os.O_RDWR | os.O_CREAT)
+        if _lock(descriptor):
+            return FolderClaim(folder, descriptor)
+        os.close(descriptor)
+    raise AssertionError
+
+
+def _lock(descriptor: int) -> bool:
+    """Whether this process, by this descriptor, now has the lock of a file; it ends with the descriptor."""
+    try:
+        if sys.platform == "win32":
+            msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+        else:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True
 
 
 def write_lines(path: Path, lines: Iterable[str], *, error: type[TactileMapsError]) -> None:

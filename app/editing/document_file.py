@@ -170,6 +170,8 @@ class _PatchReader:
 
 
 AUTOSAVE_ENDING = ".autosave"
+UNTITLED = "untitled.npz"
+"""Name of a document that has no file yet."""
 
 
 @dataclass(frozen=True)
@@ -183,6 +185,15 @@ class Recovery:
 
     file: Path
     newer: float
+
+
+def _signature(path: Path | None) -> tuple[int, ...] | None:
+    """What changes when a file is written anew; None where there is none."""
+    try:
+        found = None if path is None else path.stat()
+    except OSError:
+        return None
+    return None if found is None else (found.st_ino, found.st_size, found.st_mtime_ns)
 
 
 class DocumentFile:
@@ -200,6 +211,7 @@ class DocumentFile:
     def __init__(self, path: Path | None, saved: MapDocument | None, *, folder: Path | None = None) -> None:
         self.path, self._saved, self._folder = path, saved, folder
         self._autosaved: MapDocument | None = None
+        self._signature = _signature(path)
 
     @classmethod
     def open(cls, path: str | Path) -> tuple[DocumentFile, MapDocument]:
@@ -215,8 +227,13 @@ class DocumentFile:
         """Whether closing now would lose something: ``document`` is not the one on the disk. Undone to it, it is."""
         return document is not self._saved
 
+    @property
+    def changed_elsewhere(self) -> bool:
+        """Whether another window or program has written, or removed, the file since it was read or saved here."""
+        return _signature(self.path) != self._signature
+
     def save(self, document: MapDocument) -> None:
-        """Write to ``path``; the autosave is then no longer needed.
+        """Write to ``path``, whatever is there; the autosave is then no longer needed. See ``changed_elsewhere``.
 
         Raises:
             MapError: There is no path yet, or it cannot be written; nothing is lost then.
@@ -224,7 +241,7 @@ class DocumentFile:
         if self.path is None:
             raise MapError("the map has no file yet", remedy="Save it under a name")
         save_document(document, self.path)
-        self._saved = document
+        self._saved, self._signature = document, _signature(self.path)
         self.drop_autosave()
 
     def save_as(self, document: MapDocument, path: str | Path) -> None:
@@ -236,13 +253,14 @@ class DocumentFile:
         save_document(document, path)
         self.drop_autosave()
         self.path, self._saved = Path(path), document
+        self._signature = _signature(self.path)
 
     @property
     def autosave_file(self) -> Path | None:
         """Beside the file, or in the folder for documents without one; None if there is neither."""
         if self.path is not None:
             return self.path.with_name(self.path.name + AUTOSAVE_ENDING)
-        return None if self._folder is None else self._folder / f"untitled.npz{AUTOSAVE_ENDING}"
+        return None if self._folder is None else self._folder / f"{UNTITLED}{AUTOSAVE_ENDING}"
 
     def autosave(self, document: MapDocument) -> bool:
         """Keep ``document`` beside the file if that is worth it; whether it was written.

@@ -10,8 +10,9 @@ from platformdirs import user_state_path
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.core.errors import TactileMapsError
+from app.core.files import FolderClaim, claim_folder
 from app.editing.document import MapDocument
-from app.editing.document_file import DocumentFile, load_document
+from app.editing.document_file import AUTOSAVE_ENDING, UNTITLED, DocumentFile, load_document
 from app.editing.layout_import import adopt_document
 from app.maps.formats.export import ENDINGS, write_map
 from app.session.prepare import PreparedScene
@@ -37,6 +38,7 @@ class MapFilePresenter(QObject):
         super().__init__(parent)
         self._context, self._editor = context, context.editor
         self._file: DocumentFile | None = None
+        self._claim: FolderClaim | None = None
         self._recovered: MapDocument | None = None
         self._discarded = False  # unsaved edits need not outlive the document, once it really goes
         self._writer = ThreadPoolExecutor(max_workers=1, thread_name_prefix="autosave")
@@ -70,8 +72,12 @@ class MapFilePresenter(QObject):
         """Another scene's map: as it was made it need not be kept. What a crash left of its edits is offered."""
         self._release()
         document = self._editor.document
-        self._file = DocumentFile(None, document, folder=autosave_folder(prepared.robot.name))
         self._recovered = None
+        try:
+            self._claim = claim_autosave_folder(prepared.robot.name)
+        except OSError as error:
+            self._context.notifier.fault(f"Edits are not kept in case of a crash: {error}. Save them now and then.")
+        self._file = DocumentFile(None, document, folder=None if self._claim is None else self._claim.folder)
         try:
             found = self._file.recovery()
             if found is not None and document is not None:
@@ -96,10 +102,22 @@ class MapFilePresenter(QObject):
     # Saving.
 
     def save(self) -> bool:
-        """Save where it is kept; ask where, the first time. Whether it is saved."""
-        if self.path is None:
+        """Save where it is kept; ask where, the first time, and whether, if others have changed it. Whether it is."""
+        if self._file is None or self._file.path is None:
             return self.choose_save()
-        return self._save(self.path)
+        path = self._file.path
+        if not self._file.changed_elsewhere:
+            return self._save(path)
+        text = f"{path} was changed by another window or program since it was opened or saved here."
+        buttons = Button.Save | Button.Cancel
+
+        def answered(answer: Button) -> None:
+            if answer == Button.Save:
+                self._save(path)
+
+        self._context.dialogs.ask("overwrite", "Replace the changed file?", text, buttons, answered,
+                                  default=Button.Cancel)  # fmt: skip
+        return False
 
     def choose_save(self) -> bool:
         """Ask where to save. Whether it is saved."""
@@ -240,6 +258,9 @@ class MapFilePresenter(QObject):
             except TactileMapsError as error:
                 self._context.notifier.fault(str(error))
         self._discarded = False
+        if self._claim is not None:
+            self._claim.release()
+            self._claim = None
 
     def close(self) -> None:
         """Finish writing; the copy of what was given up goes."""
@@ -248,8 +269,11 @@ class MapFilePresenter(QObject):
         self._writer.shutdown()
 
 
-def autosave_folder(robot: str) -> Path:
-    """Where maps without a file of their own are kept until they have one."""
+def claim_autosave_folder(robot: str) -> FolderClaim:
+    """A folder of this window alone for maps without a file of their own; one that a crash left something in, first.
+
+    Raises:
+        OSError: It cannot be made.
+    """
     folder = user_state_path("tactile-maps", appauthor=False) / "autosave" / "".join(c for c in robot if c.isalnum())
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder
+    return claim_folder(folder, holding=f"{UNTITLED}{AUTOSAVE_ENDING}")

@@ -11,6 +11,7 @@ from app.scene.effects import Effects
 from app.simulation.contact_stiffness import FRICTION_DAMPING, SOLVER_IMPEDANCE, ContactStiffness, unstable_contacts
 from app.simulation.model_assembly import assemble
 from app.simulation.simulation import Simulation
+from app.tactile.contact_notes import ContactNoteKind, contact_note_text
 from app.tactile.elastic_layer import ElasticLayer
 from tests.support.scene_objects import thing
 from tests.support.touch import bar, bar_skin, hold, pair
@@ -43,8 +44,9 @@ def test_a_contact_too_stiff_for_the_step_is_told_with_ways_out():
     assert unstable_contacts(assemble(bar(), bar_skin(), effects, objects=(light,), layer=soft), soft) == ()
     model = assemble(bar(), bar_skin(), effects, objects=(light,), layer=stiff)
     (note,) = unstable_contacts(model, stiff)
-    assert note.startswith("bar and sphere may be unstable")
-    assert "discrete" in note
+    assert (note.kind, note.bodies) == (ContactNoteKind.UNSTABLE, ("bar", "sphere"))
+    assert "bar and sphere may be unstable" in contact_note_text(note)
+    assert "discrete" in contact_note_text(note)
     discrete = assemble(bar(), bar_skin(), replace(effects, integrator="discrete"), objects=(light,), layer=stiff)
     assert unstable_contacts(discrete, stiff) == ()
 

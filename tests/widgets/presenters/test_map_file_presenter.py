@@ -15,6 +15,9 @@ from app.editing.document_file import DocumentFile, load_document, save_document
 from app.maps.formats.map_file import save_map
 from app.scene.scene_file import load_scene
 from app.studies.testbeds.reference_bodies import flat_map
+from widgets.common.settings import Settings
+from widgets.session.backends import INLINE
+from widgets.window.main_window import MainWindow
 
 
 @pytest.fixture
@@ -30,9 +33,9 @@ def message(window):
     return window.notification_bar.text
 
 
-def answer(window, button):
-    """Answer the question about unsaved edits, as a click would."""
-    (box,) = [box for box in window.findChildren(QMessageBox) if box.objectName() == "leave" and box.isVisible()]
+def answer(window, button, question="leave"):
+    """Answer a question, by default that about unsaved edits, as a click would."""
+    (box,) = [box for box in window.findChildren(QMessageBox) if box.objectName() == question and box.isVisible()]
     box.button(button).click()
     QApplication.processEvents()
 
@@ -202,6 +205,47 @@ def test_what_a_crash_left_is_offered_and_taken_back_as_an_edit(window, files, p
     window.action("restore_map").trigger()
     assert window.editor.document.layout == edited.layout
     assert window.editor.history.names == ("Open", "Restore")
+
+
+def test_two_windows_on_one_robot_never_share_a_copy(window, files, prepared, tmp_path, qtbot):
+    """The second neither offers what the first is working on, nor writes over it, nor removes it."""
+    files.autosave()
+    files._wait()
+    (kept,) = (tmp_path / "state").rglob("*.autosave")
+    content = kept.read_bytes()
+    other = MainWindow(Settings(tmp_path / "other.ini"), backends=INLINE)
+    other.live.show_prepared(prepared)
+    assert "not saved" not in message(other)
+    other.editor.do("Move", lambda document: move(document, [0], (0.05, 0.0)))
+    other.presenters.map_files.autosave()
+    other.presenters.map_files._wait()
+    assert len(list((tmp_path / "state").rglob("*.autosave"))) == 2
+    assert kept.read_bytes() == content
+    other.presenters.map_files.give_up()
+    other.close()
+    other.deleteLater()
+    assert kept.read_bytes() == content
+
+
+def test_a_file_that_another_window_saved_is_not_replaced_unasked(window, files, prepared, tmp_path, monkeypatch):
+    path = tmp_path / "shared.npz"
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(path), ""))
+    window.action("save_map").trigger()
+    theirs = rotate(window.editor.document, [0], 0.25)
+    save_document(theirs, path)
+    window.editor.do("Rotate", lambda document: rotate(document, [1], 0.5))
+    window.action("save_map").trigger()
+    assert load_document(path).layout == theirs.layout
+    assert files.unsaved
+    answer(window, QMessageBox.StandardButton.Cancel, "overwrite")
+    assert load_document(path).layout == theirs.layout
+    window.action("save_map").trigger()
+    answer(window, QMessageBox.StandardButton.Save, "overwrite")
+    assert load_document(path).layout == window.editor.document.layout
+    assert not files.unsaved
+    window.editor.do("Rotate", lambda document: rotate(document, [1], 0.5))
+    window.action("save_map").trigger()
+    assert not files.unsaved, "one's own saving is no reason to ask"
 
 
 def test_nothing_is_offered_after_a_good_end(window, files, prepared):
