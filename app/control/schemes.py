@@ -32,6 +32,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -227,6 +228,32 @@ MOST_RETURN = 0.02
 there on the pull back is constant, and the integral takes up all of it even while the contact goes on moving."""
 
 
+@dataclass(frozen=True, eq=False)
+class NormalOffset:
+    """How far a contact has moved along its normal since it began, as the normal turns with the skin.
+
+    Attributes:
+        point: (3,) where it is, world [m].
+        normal: (3,) outward unit normal there.
+        away: Along the normals on the way, from where it is to where it began [m].
+    """
+
+    point: FloatArray
+    normal: FloatArray
+    away: float
+
+    def after(self, point: FloatArray, normal: FloatArray) -> NormalOffset:
+        """Moved on to ``point`` (3,).
+
+        By the mean of both normals, to which a chord of the skin is at right angles. By one of them each step would add
+        half its length squared times the curvature, always of one sign: noise of the place would pull for ever.
+        """
+        mean = self.normal + normal
+        length = float(np.linalg.norm(mean))
+        step = float(mean.dot(point - self.point)) / length if length > 0 else 0.0
+        return NormalOffset(point, normal, self.away - step)
+
+
 class ParallelScheme(PointVelocityScheme):
     """No selection: a wrong normal leaks less than in hybrid control, since the integral of force has the last word.
 
@@ -238,19 +265,19 @@ class ParallelScheme(PointVelocityScheme):
     def reset(self) -> None:
         """At rest, no integral, no place known."""
         super().reset()
-        self._begun: dict[ContactKey, FloatArray] = {}
+        self._offsets: dict[ContactKey, NormalOffset] = {}
 
     def keep(self, contacts: Sequence[TaskContact]) -> None:
         """Where the others began is forgotten too."""
         super().keep(contacts)
-        self._begun = {contact.key: self._begun.get(contact.key, contact.point) for contact in contacts}
+        begun = {contact.key: NormalOffset(contact.point, contact.normal, 0.0) for contact in contacts}
+        self._offsets = {key: self._offsets.get(key, offset) for key, offset in begun.items()}
 
     def velocity(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: ActiveLimits) -> FloatArray:
         """Both errors' answers added up, taken up slowly."""
         normal = contact.normal
-        away = float(normal.dot(self._begun[contact.key] - contact.point))
-        self._begun[contact.key] = contact.point + away * normal
-        back = settings.position_gain * min(max(away, -MOST_RETURN), MOST_RETURN)
+        offset = self._offsets[contact.key] = self._offsets[contact.key].after(contact.point, normal)
+        back = settings.position_gain * min(max(offset.away, -MOST_RETURN), MOST_RETURN)
         along = contact.along(settings.position_gain, MAX_POINT_SPEED)
         outward = self.push(settings, contact, dt, limits, beside=back) - along.dot(normal)
         aim = limit_point_speed(along + outward * normal, limits)

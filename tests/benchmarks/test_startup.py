@@ -16,7 +16,7 @@ CODES = {
     "window shown": """
 from pathlib import Path
 import os, tempfile
-from widgets.launch import make_application, picture_window
+from widgets.window.application import make_application, picture_window
 if __name__ == "__main__":
     app = make_application()
     window = picture_window("dark", (1400, 900))
@@ -26,7 +26,7 @@ if __name__ == "__main__":
     "window alive with the arm": """
 from app.session.prepare import prepare
 from app.scene.scene_file import load_scene
-from widgets.launch import make_application, picture_window
+from widgets.window.application import make_application, picture_window
 if __name__ == "__main__":
     app = make_application()
     window = picture_window("dark", (1400, 900))

@@ -20,10 +20,10 @@ from dataclasses import replace
 from pathlib import Path
 from PySide6.QtCore import QPoint, QPointF, QTimer
 from app.scene.scene_file import load_scene
-from widgets import launch
-from widgets.colours import THEMES, apply_theme
-from widgets.main_window import MainWindow
-from widgets.settings import Settings
+from widgets.window import application
+from widgets.common.colours import THEMES, apply_theme
+from widgets.window.main_window import MainWindow
+from widgets.common.settings import Settings
 
 FOLDER = Path(sys.argv[1])
 
@@ -33,7 +33,7 @@ def write(name, value):
     path.with_suffix(".tmp").rename(path)
 
 def open_window():
-    launch.make_application()
+    application.make_application()
     window = MainWindow(Settings(FOLDER / "window.ini"))
     window.set_theme("dark")
     window.resize(1280, 800)
@@ -46,7 +46,7 @@ def live(window, ready):
     window.live.prepared_changed.connect(lambda _prepared: QTimer.singleShot(1500, ready))
     scene = load_scene("arm")
     window.live.open_scene(replace(scene, stimuli=(), cover=replace(scene.cover, taxels=300)))
-    launch.make_application().exec()
+    application.make_application().exec()
 """
 
 

@@ -102,7 +102,7 @@ def test_how_well_a_force_is_told_is_said_in_words():
     assert "residual 0.11\u2009kPa" in estimate_text(replace(TOLD, noise=0.0))
     head, why = estimate_text(REFUSED).split("\n")
     assert head == "Effective rank 3/14, condition 4.1"
-    assert why.startswith("Refused: too few forces can be told apart")
+    assert why.startswith("Refused: the effective rank is too low")
     assert len({estimate_text(replace(REFUSED, refused=reason)) for reason in EstimateRefusal}) == len(EstimateRefusal)
     lumped = ForceEstimate(2.0, None, effective_rank=6, unknowns=6)
     assert estimate_text(lumped).startswith("Wrench: effective rank 6/6")

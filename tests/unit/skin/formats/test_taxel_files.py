@@ -121,7 +121,7 @@ def test_a_set_keeps_what_the_format_has_a_place_for(tmp_path):
 
 
 def test_what_cannot_be_written_is_refused(tmp_path):
-    with pytest.raises(SkinError, match=r"set\.pcd.*cannot be written as this.*\.pcd.*Choose one of"):
+    with pytest.raises(SkinError, match=r"set\.pcd.*cannot be saved in this format.*\.pcd.*Choose one of"):
         write_taxels(dome(), tmp_path / "set.pcd")
     with pytest.raises(SkinError, match="no taxels to write"):
         write_taxels([], tmp_path / "set.csv")
