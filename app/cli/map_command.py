@@ -89,7 +89,9 @@ def print_quality(result: Mapping[str, Any]) -> None:
             "One-to-one": "yes"
             if result["bijective"]
             else f"no ({result['flips']} flipped triangles, {result['overlaps']} overlaps)",
-            "Distortion": f"{result['symmetric_dirichlet']:.4f} (4 is isometric)",
+            "Distortion": "infinite: a face has no area on the map"
+            if result["symmetric_dirichlet"] is None
+            else f"{result['symmetric_dirichlet']:.4f} (4 is isometric)",
             "Angles, s1 / s2": _spread_text(result["angle"]),
             "Areas": _spread_text(result["area"]),
             "Neighbour distances": f"{_percent_text(result['edge_error'])} off (rms)",
@@ -122,8 +124,9 @@ def _print_comparison(comparison: Mapping[str, Any]) -> None:
         print_line(f"  {finding['kind']} ({finding['count']}) {finding['where']}: {finding['action']}")
 
 
-def _spread_text(values: Mapping[str, float]) -> str:
-    return f"{values['median']:.3f} median, {values['p95']:.3f} p95, {values['max']:.3f} max"
+def _spread_text(values: Mapping[str, float | None]) -> str:
+    """JSON has no infinity, so that null is infinite here: a face that the map makes a line."""
+    return ", ".join(f"{'infinite' if value is None else f'{value:.3f}'} {name}" for name, value in values.items())
 
 
 def _percent_text(value: float | None) -> str:

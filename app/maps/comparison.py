@@ -5,6 +5,7 @@ A drawing is told in the taxels of a skin (``drawn_layout``), so that it can be 
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, dataclass
 from itertools import pairwise
 from typing import Any, Literal
@@ -67,7 +68,7 @@ class TaxelLayout:
 
 @dataclass(frozen=True)
 class ComparedMeasure:
-    """One measure of both maps; nan where a map does not have it.
+    """One measure of both maps; None where a map does not have it, or it cannot be known.
 
     Attributes:
         name: A key of ``MapQuality``.
@@ -77,8 +78,8 @@ class ComparedMeasure:
     """
 
     name: str
-    first: float
-    second: float
+    first: float | None
+    second: float | None
     better: Better
 
 
@@ -188,21 +189,25 @@ def _side_by_side(first: Topography, second: Topography) -> tuple[ComparedMeasur
     rows = []
     for name, ideal in IDEALS.items():
         a, b = _value(first, name), _value(second, name)
-        if np.isfinite(a) or np.isfinite(b):
-            rows.append(ComparedMeasure(name, a, b, _better(abs(a - ideal), abs(b - ideal))))
+        if a is not None or b is not None:
+            rows.append(ComparedMeasure(name, a, b, _better(a, b, ideal)))
     return tuple(rows)
 
 
-def _value(quality: Topography, name: str) -> float:
+def _value(quality: Topography, name: str) -> float | None:
     value = getattr(quality, name, None)
     value = getattr(value, "p95", value)
-    return float("nan") if value is None else float(value)
+    return None if value is None else float(value)
 
 
-def _better(a: float, b: float) -> Better:
-    if not (np.isfinite(a) and np.isfinite(b)) or abs(a - b) <= _ALIKE:
+def _better(a: float | None, b: float | None, ideal: float) -> Better:
+    """Which is nearer to the ideal; what is infinite is no more to be compared than what is unknown."""
+    if a is None or b is None or not (math.isfinite(a) and math.isfinite(b)):
         return "neither"
-    return "first" if a < b else "second"
+    here, there = abs(a - ideal), abs(b - ideal)
+    if abs(here - there) <= _ALIKE:
+        return "neither"
+    return "first" if here < there else "second"
 
 
 FARTHEST_TAXEL = 0.02

@@ -76,18 +76,26 @@ class Distortion:
 
     @property
     def mean_energy(self) -> float:
-        """By area; what the flattening makes small."""
-        return float(np.average(self.energy, weights=self.areas)) if len(self.areas) else float("nan")
+        """By area; what the flattening makes small. ``MapError`` where there are no faces."""
+        self._check_faces()
+        return float(np.average(self.energy, weights=self.areas))
 
     def spread(self, values: FloatArray) -> DistortionSummary:
-        """Median, 95th percentile and maximum of face values (t,), by the area they hold on."""
-        if not len(values):
-            return DistortionSummary(*3 * (float("nan"),))
+        """Median, 95th percentile and maximum of face values (t,), by the area they hold on.
+
+        Raises:
+            MapError: There are no faces.
+        """
+        self._check_faces()
         order = np.argsort(values)
         share = (np.cumsum(self.areas[order]) - 0.5 * self.areas[order]) / self.areas.sum()
         # Picked, not blended: beside an infinite value a blend would be nan.
         median, p95 = values[order[np.minimum(np.searchsorted(share, [0.5, 0.95]), len(order) - 1)]]
         return DistortionSummary(float(median), float(p95), float(values.max()))
+
+    def _check_faces(self) -> None:
+        if not len(self.areas):
+            raise MapError("without faces there is no distortion to summarise", remedy="Measure a map of some patch")
 
 
 def distortion(map_: TactileMap) -> Distortion:

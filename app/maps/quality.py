@@ -18,7 +18,7 @@ from app.maps.topography import BodyDistances, Topography, measure_topography
 
 @dataclass(frozen=True, kw_only=True)
 class MapQuality(Topography):
-    """What a map keeps and what it loses: the taxels' topography, and this. What cannot be known is nan.
+    """What a map keeps and what it loses: the taxels' topography, and this. None where it cannot be known.
 
     Attributes:
         patches: Number of patches.
@@ -32,7 +32,8 @@ class MapQuality(Topography):
         angle: s1 / s2: how much longer one direction is shown than the one across.
         area: The larger of s1 s2 and its inverse: how much larger or smaller an area is shown.
         isometry: The larger of s1 and 1 / s2: the worst change of a length.
-        round_trip_mm: 95th percentile over the taxels of body -> map -> pixel's centre -> body.
+        round_trip_mm: 95th percentile over the taxels of body -> map -> pixel's centre -> body; None where each centre
+            is off its taxel's patch.
         force_error: Largest relative error of the force that the image shows, over touches of single taxels.
         seam_mm: Length of all seams on the body.
         seconds: Spent on flattening.
@@ -50,7 +51,7 @@ class MapQuality(Topography):
     angle: DistortionSummary
     area: DistortionSummary
     isometry: DistortionSummary
-    round_trip_mm: float
+    round_trip_mm: float | None
     force_error: float
     seam_mm: float
     seconds: float
@@ -134,7 +135,7 @@ def _seam_mm(map_: TactileMap) -> float:
     return 1e3 * float(sum(np.linalg.norm(end[:, 0] - end[:, 1], axis=1).sum() for end in ends))
 
 
-def _percentile(values: FloatArray, share: float) -> float:
-    """Of the finite ones; nan if there are none."""
+def _percentile(values: FloatArray, share: float) -> float | None:
+    """Of the finite ones; None if there are none."""
     known = values[np.isfinite(values)]
-    return float(np.percentile(known, share)) if len(known) else float("nan")
+    return float(np.percentile(known, share)) if len(known) else None

@@ -186,7 +186,7 @@ _ALIKE = 1e-6
 
 @dataclass(frozen=True)
 class Topography:
-    """What a map keeps of the body. nan where it cannot be known: too few taxels, or no modules.
+    """What a map keeps of the body. None where it cannot be known: too few taxels, or no modules.
 
     Attributes:
         edge_error: Rms relative error of the lengths between neighbouring taxels at the best scale, without torn ones.
@@ -203,21 +203,21 @@ class Topography:
         continuity_between_modules: Likewise.
     """
 
-    edge_error: float
+    edge_error: float | None
     pairs: int
     torn_pairs: int
     torn: float
-    stress: float
-    spearman: float
-    trustworthiness: float
-    continuity: float
+    stress: float | None
+    spearman: float | None
+    trustworthiness: float | None
+    continuity: float | None
     pairs_between_modules: int = 0
     torn_between_modules: int | None = None
-    trustworthiness_between_modules: float = float("nan")
-    continuity_between_modules: float = float("nan")
+    trustworthiness_between_modules: float | None = None
+    continuity_between_modules: float | None = None
 
     def to_json(self) -> dict[str, Any]:
-        """The same as plain values; what could not be measured is null, since JSON knows no nan."""
+        """The same as plain values; null is unknown, or infinite, as the angle of a face that the map makes a line."""
         return {key: json_value(value) for key, value in asdict(self).items()}
 
 
@@ -236,14 +236,14 @@ def measure_topography(points: FloatArray, distances: BodyDistances, *, modules:
     parts = [points[a:b] for a, b in pairwise(distances.first)]
     counts = np.diff(distances.first).astype(np.float64)
     rows = [(*_agreement(part, body), *neighbourhoods(part, body)) for part, body in _by_patch(parts, distances)]
-    stress, spearman, trust, continuity = (_mean(np.array(column), counts) for column in zip(*rows, strict=True))
+    stress, spearman, trust, continuity = (_mean(column, counts) for column in zip(*rows, strict=True))
     between = _between_modules(parts, distances, torn, modules) if modules is not None else ()
     share = float(torn.mean()) if len(torn) else 0.0
     return Topography(edge_error, len(torn), int(torn.sum()), share, stress, spearman, trust, continuity, *between)
 
 
 def json_value(value: Any) -> Any:
-    """``value`` for JSON, in which there is no nan and no infinity."""
+    """``value`` for JSON, in which there is no infinity."""
     if isinstance(value, dict):
         return {key: json_value(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):
@@ -251,23 +251,26 @@ def json_value(value: Any) -> Any:
     return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
-def edge_lengths(points: FloatArray, distances: BodyDistances) -> tuple[float, BoolArray]:
-    """Rms relative error of the lengths between neighbours at the best common scale, and which (e,) are torn apart."""
+def edge_lengths(points: FloatArray, distances: BodyDistances) -> tuple[float | None, BoolArray]:
+    """Rms relative error of the lengths between neighbours at the best common scale, and which (e,) are torn apart.
+
+    The error is None where all are torn apart or the map is one point.
+    """
     ends = points[distances.pairs]
     on_map, on_body = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1), distances.lengths
     torn = on_map > SEAM_RATIO * on_body
     kept = ~torn & (on_body > 0)
     if not kept.any():
-        return float("nan") if len(torn) else 0.0, torn
+        return None if len(torn) else 0.0, torn
     ratio = on_map[kept] / on_body[kept]
     square = (ratio**2).sum()
     # The scale s that makes mean((ratio / s - 1)²) least is sum(ratio²) / sum(ratio).
-    return float(np.sqrt(np.mean((ratio * ratio.sum() / square - 1) ** 2))) if square else float("nan"), torn
+    return float(np.sqrt(np.mean((ratio * ratio.sum() / square - 1) ** 2))) if square else None, torn
 
 
 def neighbourhoods(
     points: FloatArray, body: PatchDistances, *, module: IntArray | None = None, k: int = NEIGHBOURS
-) -> tuple[float, float]:
+) -> tuple[float, float] | tuple[None, None]:
     """Trustworthiness (no false neighbours on the map) and continuity (none lost); Venna and Kaski 2001.
 
     Both are 1 - sum of how far the k nearest here are beyond place k there / the largest such sum. Taxels equally far
@@ -280,14 +283,14 @@ def neighbourhoods(
         k: Neighbours looked at.
 
     Returns:
-        Both; nan where every taxel has fewer than 3 k - 1 others to be ranked.
+        Both; None where every taxel has fewer than 3 k - 1 others to be ranked.
     """
     flat = np.linalg.norm(points[body.rows, None] - points[None], axis=2)
     shut = body.rows[:, None] == np.arange(len(points)) if module is None else module[body.rows, None] == module
     others = len(points) - shut.sum(axis=1)
     asked = others >= 3 * k - 1
     if not asked.any():
-        return float("nan"), float("nan")
+        return None, None
     flat, near, others = (array[asked] for array in (np.where(shut, np.inf, flat), body.near, others))
     near = np.where(shut[asked], np.inf, near)
     largest = float((k * (2 * others - 3 * k + 1) / 2).sum())
@@ -302,37 +305,37 @@ def _beyond(here: FloatArray, there: FloatArray, k: int) -> float:
     return float(np.maximum(places - k, 0).sum())
 
 
-def _agreement(points: FloatArray, body: PatchDistances) -> tuple[float, float]:
+def _agreement(points: FloatArray, body: PatchDistances) -> tuple[float | None, float | None]:
     """Kruskal's stress-1 at the best scale and Spearman's rank correlation, of map and exact body distances."""
     if len(points) < 2:
-        return 0.0, float("nan")
+        return 0.0, None
     on_map = np.linalg.norm(points[body.sources, None] - points[None], axis=2)
     other = body.sources[:, None] != np.arange(len(points))
     flat, true = on_map[other], body.exact[other]
     square = (flat**2).sum()
     if square == 0:
-        return float("nan"), float("nan")
+        return None, None
     scale = (flat * true).sum() / square
     return float(np.sqrt(((scale * flat - true) ** 2).sum() / (true**2).sum())), _spearman(flat, true)
 
 
-def _spearman(a: FloatArray, b: FloatArray) -> float:
+def _spearman(a: FloatArray, b: FloatArray) -> float | None:
     """Pearson's correlation of the ranks; equal values share their mean rank."""
     first, second = rankdata(a), rankdata(b)
     first, second = first - first.mean(), second - second.mean()
     size = np.sqrt((first**2).sum() * (second**2).sum())
-    return float((first * second).sum() / size) if size > 0 else float("nan")
+    return float((first * second).sum() / size) if size > 0 else None
 
 
 def _between_modules(
     parts: list[FloatArray], distances: BodyDistances, torn: BoolArray, modules: IntArray
-) -> tuple[int, int, float, float]:
+) -> tuple[int, int, float | None, float | None]:
     counts = np.diff(distances.first).astype(np.float64)
     own = [modules[a:b] for a, b in pairwise(distances.first)]
     rows = [
         neighbourhoods(part, body, module=m) for (part, body), m in zip(_by_patch(parts, distances), own, strict=True)
     ]
-    trust, continuity = (_mean(np.array(column), counts) for column in zip(*rows, strict=True))
+    trust, continuity = (_mean(column, counts) for column in zip(*rows, strict=True))
     across = np.diff(modules[distances.pairs], axis=1)[:, 0] != 0
     return int(across.sum()), int(torn[across].sum()), trust, continuity
 
@@ -341,7 +344,7 @@ def _by_patch(parts: list[FloatArray], distances: BodyDistances) -> list[tuple[F
     return list(zip(parts, distances.patches, strict=True))
 
 
-def _mean(values: FloatArray, weights: FloatArray) -> float:
-    """Weighted mean of what could be measured; nan where nothing could."""
-    known = np.isfinite(values) & (weights > 0)
-    return float(np.average(values[known], weights=weights[known])) if known.any() else float("nan")
+def _mean(values: Sequence[float | None], weights: FloatArray) -> float | None:
+    """Weighted mean of what could be measured; None where nothing could."""
+    known = [(value, weight) for value, weight in zip(values, weights, strict=True) if value is not None and weight > 0]
+    return float(np.average([v for v, _ in known], weights=[w for _, w in known])) if known else None

@@ -38,7 +38,7 @@ from app.session.inputs import (
 )
 from app.session.prepare import PreparedScene
 from app.session.session import Session
-from app.studies.rows import finite_or_none, p95, rms
+from app.studies.rows import p95, rms, scaled
 
 TRACE_COLUMNS = ("time", "force", "force_goal", "map_error", "body_error", "joint_speed", "energy", "control_ms")
 """Traces that are numbers, in the order of a file's columns."""
@@ -46,7 +46,10 @@ TRACE_COLUMNS = ("time", "force", "force_goal", "map_error", "body_error", "join
 
 @dataclass(frozen=True, eq=False)
 class ControllerTrace:
-    """One run, tick by tick; an array has NaN at ticks where there was no such thing.
+    """One run, tick by tick.
+
+    An array has NaN at ticks where there was no such thing, numpy's own missing value: it is a gap in a plot, an empty
+    cell in ``trace_csv``, and is left out of every figure of ``controller_metrics``.
 
     Attributes:
         name: Of the contender.
@@ -157,11 +160,11 @@ def controller_metrics(trace: ControllerTrace) -> ControllerMetrics:
     departure = (trace.force - trace.force_goal)[np.isfinite(trace.force_goal)]
     said = Counter(limit.kind for limits in trace.limits for limit in limits)
     return ControllerMetrics(
-        map_rms_mm=finite_or_none(1e3 * rms(trace.map_error)),
-        map_p95_mm=finite_or_none(1e3 * p95(trace.map_error)),
-        body_rms_mm=finite_or_none(1e3 * rms(trace.body_error)),
-        body_p95_mm=finite_or_none(1e3 * p95(trace.body_error)),
-        force_rms_N=finite_or_none(rms(departure)),
+        map_rms_mm=scaled(rms(trace.map_error), 1e3),
+        map_p95_mm=scaled(p95(trace.map_error), 1e3),
+        body_rms_mm=scaled(rms(trace.body_error), 1e3),
+        body_p95_mm=scaled(p95(trace.body_error), 1e3),
+        force_rms_N=rms(departure),
         force_std_N=float(departure.std()) if departure.size else None,
         force_max_N=_highest(trace.force),
         lost=_share(~felt[trace.touched & np.logical_or.accumulate(felt)]),
@@ -170,7 +173,7 @@ def controller_metrics(trace: ControllerTrace) -> ControllerMetrics:
         limited=_share(np.array([bool(limits) for limits in trace.limits], dtype=np.bool_)),
         limit=said.most_common(1)[0][0] if said else None,
         control_ms=float(np.median(trace.control_ms)) if len(trace) else None,
-        control_p95_ms=finite_or_none(p95(trace.control_ms)),
+        control_p95_ms=p95(trace.control_ms),
         seconds=float(trace.time[-1]) if len(trace) else 0.0,
     )
 

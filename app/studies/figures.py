@@ -102,13 +102,13 @@ class BarChart:
     Attributes:
         title: The question.
         x: What the amounts are, with their unit.
-        amounts: What is not finite is left out.
+        amounts: None where it is not known; that and what is infinite is left out.
         note: What has to be said beside it, in a sentence or two.
     """
 
     title: str
     x: str
-    amounts: Mapping[str, float]
+    amounts: Mapping[str, float | None]
     note: str = ""
 
 
@@ -116,6 +116,8 @@ def panels(
     rows: Sequence[Row], panel: Callable[[Row], str], curve: Callable[[Row], str], *, x: str, y: str
 ) -> list[Panel]:
     """One panel for each title that ``panel`` gives, one curve for each name that ``curve`` gives, as they first come.
+
+    A row without one of the two numbers is no point of its curve.
 
     Args:
         rows: Of a study; points are joined in their order.
@@ -127,7 +129,9 @@ def panels(
     found: dict[str, dict[str, list[tuple[float, float]]]] = {}
     for row in rows:
         points = found.setdefault(panel(row), {}).setdefault(curve(row), [])
-        points.append((number(row.get(x)), number(row.get(y))))
+        at, height = number(row.get(x)), number(row.get(y))
+        if at is not None and height is not None:
+            points.append((at, height))
     return [Panel(title, curves) for title, curves in found.items()]
 
 
@@ -221,7 +225,8 @@ def _limits(axis: Axis, low: float, high: float) -> tuple[float, float]:
 def _draw_bars(chart: BarChart) -> Canvas:
     from matplotlib.figure import Figure as Canvas
 
-    shown = sorted((value, name) for name, value in chart.amounts.items() if math.isfinite(value))
+    known = ((value, name) for name, value in chart.amounts.items() if value is not None)
+    shown = sorted((value, name) for value, name in known if math.isfinite(value))
     canvas = Canvas(figsize=(_BAR_WIDTH, _BAR_PITCH * max(len(shown), 1) + _BAR_AXIS), layout="constrained")
     axes = canvas.add_subplot()
     if not shown:

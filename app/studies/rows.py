@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
@@ -16,9 +15,14 @@ Case: TypeAlias = Mapping[str, Any]
 """What to measure; its keys begin its rows."""
 
 
-def number(cell: object, missing: float = math.nan) -> float:
-    """A cell as a number; ``missing`` where it holds none, or nan."""
-    return float(cell) if isinstance(cell, int | float) and not math.isnan(cell) else missing
+def number(cell: object) -> float | None:
+    """A cell as a number; None where it holds none."""
+    return float(cell) if isinstance(cell, int | float) else None
+
+
+def number_or(cell: object, missing: float) -> float:
+    """A cell as a number; ``missing`` where it holds none."""
+    return float(cell) if isinstance(cell, int | float) else missing
 
 
 def distinct(rows: Sequence[Row], key: str) -> list[Cell]:
@@ -26,18 +30,18 @@ def distinct(rows: Sequence[Row], key: str) -> list[Cell]:
     return list(dict.fromkeys(row[key] for row in rows))
 
 
-def rms(values: FloatArray) -> float:
-    """Root mean square of those values that are finite; nan where there is none."""
+def rms(values: FloatArray) -> float | None:
+    """Root mean square of those values that are finite; None where there is none."""
     known = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(known**2))) if known.size else math.nan
+    return float(np.sqrt(np.mean(known**2))) if known.size else None
 
 
-def p95(values: FloatArray) -> float:
-    """95th percentile of those values that are finite; nan where there is none."""
+def p95(values: FloatArray) -> float | None:
+    """95th percentile of those values that are finite; None where there is none."""
     known = values[np.isfinite(values)]
-    return float(np.percentile(known, 95)) if known.size else math.nan
+    return float(np.percentile(known, 95)) if known.size else None
 
 
-def finite_or_none(value: float) -> float | None:
-    """The value, or None for a cell that shall stay empty."""
-    return value if math.isfinite(value) else None
+def scaled(value: float | None, factor: float) -> float | None:
+    """``value`` in another unit; what is unknown stays so."""
+    return None if value is None else factor * value

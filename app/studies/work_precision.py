@@ -119,8 +119,8 @@ class Trial:
     Attributes:
         setting: What was tried.
         name: What is special about it, in a few words after the method's name; may be empty.
-        milliseconds: What it took; nan where it could not be done.
-        errors: By the stage's keys, in the units shown.
+        milliseconds: What it took; None where it could not be done.
+        errors: By the stage's keys, in the units shown; None where there was nothing to measure one by.
         note: What had to be done besides, or why it could not be done.
         usable: Whether it can be chosen; a round on the way of an iterative method cannot.
         joined: Whether it belongs to the method's line.
@@ -129,8 +129,8 @@ class Trial:
 
     setting: Setting
     name: str
-    milliseconds: float
-    errors: Mapping[str, float]
+    milliseconds: float | None
+    errors: Mapping[str, float | None]
     note: str = ""
     usable: bool = True
     joined: bool = True
@@ -264,7 +264,7 @@ def _try_setting(stage: Stage, subject: Subject, setting: Setting) -> list[Trial
     try:
         return list(stage.trials(subject, setting))
     except TactileMapsError as error:
-        return [Trial(setting, "", float("nan"), {}, note=str(error), usable=False)]
+        return [Trial(setting, "", None, {}, note=str(error), usable=False)]
 
 
 def diagram(stage: Stage, trials: Iterable[Trial], *, error: str = "") -> Diagram:
@@ -273,9 +273,9 @@ def diagram(stage: Stage, trials: Iterable[Trial], *, error: str = "") -> Diagra
     found: dict[str, list[Point]] = {}
     missing = []
     for trial in trials:
-        value = trial.errors.get(kind.key, math.nan)
-        if math.isfinite(value) and trial.milliseconds > 0:
-            point = Point(trial.milliseconds, value, trial.setting, trial.name, trial.note, trial.usable, trial.joined)
+        took, value = trial.milliseconds, trial.errors.get(kind.key)
+        if value is not None and math.isfinite(value) and took is not None and took > 0:
+            point = Point(took, value, trial.setting, trial.name, trial.note, trial.usable, trial.joined)
             found.setdefault(trial.setting.method, []).append(point)
         elif not trial.errors:
             missing.append(f"{method_title(trial.setting.method)}: {trial.note}")

@@ -98,12 +98,15 @@ def _weights(wanted: FloatArray) -> FloatArray:
     return np.divide(1.0, wanted**2, out=np.zeros_like(wanted), where=wanted > 0)
 
 
-def kruskal_stress(points: FloatArray, wanted: FloatArray) -> float:
-    """Kruskal's stress-1 of the points' distances against ``wanted`` (n, n), at the best common scale."""
+def kruskal_stress(points: FloatArray, wanted: FloatArray) -> float | None:
+    """Kruskal's stress-1 of the points' distances against ``wanted`` (n, n), at the best common scale.
+
+    None where all points are one: no scale makes that another.
+    """
     apart = cdist(points, points)
     square = (apart**2).sum()
     if square == 0:
-        return float("nan")
+        return None
     scale = (apart * wanted).sum() / square
     return float(np.sqrt(((scale * apart - wanted) ** 2).sum() / (wanted**2).sum()))
 
@@ -148,7 +151,7 @@ class Embedding:
     """Points (k, 2), Kruskal's stress-1 against the completed distances, and what was noticed."""
 
     points: FloatArray
-    stress: float
+    stress: float | None
     findings: tuple[Finding, ...]
 
 
@@ -187,13 +190,16 @@ def embed(
     parts = connected_islands(graph)
     lengths = all_path_lengths(graph)
     spacing = float(np.median(graph.data)) if graph.nnz else 1.0
-    points, losses, findings = np.zeros((len(unlike), 2)), [], island_findings(parts)
+    points, findings = np.zeros((len(unlike), 2)), island_findings(parts)
+    losses: list[float | None] = []
     for part in parts:
         wanted = lengths[np.ix_(part, part)]
         points[part], notes = lay(wanted, progress)
         findings += notes
         losses.append(kruskal_stress(points[part], wanted) if len(part) > 2 else 0.0)
-    stress = float(np.average(losses, weights=[len(part) for part in parts]))
+    known = [loss for loss in losses if loss is not None]
+    weights = [len(part) for part in parts]
+    stress = float(np.average(known, weights=weights)) if len(known) == len(losses) else None
     return Embedding(lay_side_by_side(points, parts, _GAP * spacing), stress, findings)
 
 

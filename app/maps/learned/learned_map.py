@@ -24,8 +24,8 @@ class LearnedMap:
         placed: (n,) whether touch said where the taxel lies.
         method: Which builder.
         seconds: Wall time.
-        stress: Kruskal's stress-1 of the points against the distances they were made from, at the best scale; nan for
-            a method without distances.
+        stress: Kruskal's stress-1 of the points against the distances they were made from, at the best scale; None
+            for a method without distances, and where all points are one.
         findings: What was noticed.
     """
 
@@ -33,7 +33,7 @@ class LearnedMap:
     placed: BoolArray
     method: str
     seconds: float
-    stress: float
+    stress: float | None
     findings: tuple[Finding, ...] = ()
 
     def __post_init__(self) -> None:

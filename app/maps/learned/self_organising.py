@@ -50,7 +50,7 @@ def build(readings: FloatArray, *, seed: int = 0, progress: Progress = no_progre
         points[part] = _placed(_normed(touch.pressures[:, part]), own, progress)
     points, known = touch.everywhere(lay_side_by_side(points, parts, _GAP))
     findings = touch.findings + island_findings(parts)
-    return LearnedMap(points, known, NAME, time.perf_counter() - started, float("nan"), findings)
+    return LearnedMap(points, known, NAME, time.perf_counter() - started, None, findings)
 
 
 def _islands(touch: TouchReadings) -> list[IntArray]:

@@ -17,6 +17,7 @@ from app.control.controllers import CONTROL_SCHEMES
 from app.control.limit_texts import limit_texts
 from app.core.errors import SimulationError
 from app.session.prepare import PreparedScene
+from app.studies.rows import scaled
 from app.studies.testbeds.path_following import PathSetup, beside_ball, run_path
 from app.studies.work_precision import ErrorKind, Setting, Stage, Subject, Trial
 
@@ -52,7 +53,7 @@ def trials(subject: Subject, setting: Setting) -> Iterator[Trial]:
     if course.finished is None:
         raise SimulationError(f"{speed:g} mm/s: {course.stopped or limit_texts(course.why_limited) or 'not finished'}")
     errors = {
-        "body_mm": 1e3 * course.error_p95,
+        "body_mm": scaled(course.error_p95, 1e3),
         "force_n": course.force_p95(asked.force_goal),
         "lost_percent": 100 * course.lost,
     }

@@ -35,8 +35,8 @@ def trials(subject: Subject, setting: Setting) -> Iterator[Trial]:
     lengths = setting.values.get("lengths", 1.0)
     if lengths == 1.0:
         for number in laid.shown[:-1]:
-            errors = {"distortion": distortion_percent(laid.rounds[number])}
-            yield Trial(setting, f"after round {number + 1}", 1e3 * laid.seconds[number], errors, usable=False)
+            off = {"distortion": distortion_percent(laid.rounds[number])}
+            yield Trial(setting, f"after round {number + 1}", 1e3 * laid.seconds[number], off, usable=False)
     name = "" if lengths == 1.0 else f"{lengths:g} of the way from angles to lengths"
     errors = chart_errors(patches, laid.charts, laid.rounds[-1])
     yield Trial(setting, name, 1e3 * laid.seconds[-1], errors, laid.note, joined=lengths == 1.0)

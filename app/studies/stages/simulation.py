@@ -10,6 +10,7 @@ from typing import get_args
 from app.core.errors import SimulationError
 from app.scene.effects import Integrator
 from app.session.prepare import PreparedScene
+from app.studies.rows import scaled
 from app.studies.testbeds.pressed_robot import (
     REFERENCE_EFFECTS,
     PressedRobot,
@@ -69,7 +70,7 @@ def step_trial(setting: Setting, arm: PressedRobot, layer: ElasticLayer, fine: P
         raise SimulationError(f"{step:g} ms: {run.stopped}")
     off, ripple = run.force_errors(fine)
     errors = {
-        "posture_mrad": 1e3 * run.posture_error(fine),
+        "posture_mrad": scaled(run.posture_error(fine), 1e3),
         "force_percent": 1e2 * off,
         "ripple_percent": 1e2 * ripple,
         "lost_percent": 1e2 * run.lost,

@@ -103,17 +103,19 @@ def touch_trial(
 
 def mean_touch_errors(
     readings: Iterable[FloatArray], touches: Sequence[ReferenceTouch], skin: Skin
-) -> dict[str, float]:
+) -> dict[str, float | None]:
     """Mean errors of readings (taxels,) [Pa] of the same touches, by key.
 
-    Of ``place_mm`` the root mean square, over the touches of which anything was read; ``missed_percent`` are the
-    others.
+    Of ``place_mm`` the root mean square, over the touches of which anything was read, None of none; ``missed_percent``
+    are the others.
     """
     centres = cell_centres(skin)
     found = [touch_errors(touch, read, skin, centres) for touch, read in zip(touches, readings, strict=True)]
-    errors = {kind.key: float(np.mean([each[kind.key] for each in found])) for kind in ERRORS}
-    places = np.array([each["place_mm"] for each in found])
-    return errors | {"place_mm": rms(places), "missed_percent": 100 * float(np.isnan(places).mean())}
+    columns = {kind.key: [value for each in found if (value := each[kind.key]) is not None] for kind in ERRORS}
+    errors = {
+        key: rms(np.array(column)) if key == "place_mm" else float(np.mean(column)) for key, column in columns.items()
+    }
+    return errors | {"missed_percent": 100 * (sum(each["place_mm"] is None for each in found) / len(found))}
 
 
 def _build_model(skin: Skin, setting: Setting) -> ContactModel:

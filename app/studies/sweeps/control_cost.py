@@ -31,7 +31,7 @@ from app.maps.tactile_map import TactileMap
 from app.session.prepare import PreparedScene
 from app.skin.calibration_error import ErrorUnit, with_calibration_error
 from app.studies.figures import BarChart, Figure, Panel
-from app.studies.rows import Case, Cell, Row, distinct, finite_or_none, number
+from app.studies.rows import Case, Cell, Row, distinct, number_or, scaled
 from app.studies.study import Study
 from app.studies.sweeps.speed_search import SpeedSearchResult, Tolerances, find_fastest_speed
 from app.studies.testbeds.force_loop import critical_gain
@@ -269,7 +269,7 @@ def _rows_with_nominal(rows: Sequence[Row], factor: str) -> list[Row]:
     for by, jacobian in dict.fromkeys((row["by"], row["jacobian"]) for row in of):
         same = {"factor": factor, "level": NOMINAL[factor], "by": by}
         of += [{**row, **same} for row in nominal if row["jacobian"] == jacobian]
-    return of if isinstance(NOMINAL[factor], str) else sorted(of, key=lambda row: number(row["level"]))
+    return of if isinstance(NOMINAL[factor], str) else sorted(of, key=lambda row: number_or(row["level"], 0.0))
 
 
 def _panels(rows: Sequence[Row], factor: str) -> list[Panel]:
@@ -312,16 +312,16 @@ def bootstrap_median(seconds: Sequence[float]) -> tuple[float, float, float]:
 
 
 def _seconds(rows: Sequence[Row], level: object) -> list[float]:
-    return [number(row["seconds"], math.inf) for row in rows if row["level"] == level]
+    return [number_or(row["seconds"], math.inf) for row in rows if row["level"] == level]
 
 
 def _time_bound(rows: Sequence[Row], level: object) -> float:
-    return next(number(row["bound_s"], math.inf) for row in rows if row["level"] == level)
+    return next(number_or(row["bound_s"], math.inf) for row in rows if row["level"] == level)
 
 
 def _level_position(factor: str, level: object) -> float:
     """Where a level is drawn: a logarithm knows no zero."""
-    value = number(level)
+    value = number_or(level, 0.0)
     return value + 0.5 if factor == "delay" else max(value, _DRAWN_FOR_ZERO.get(factor, value))
 
 
@@ -331,7 +331,11 @@ def _by_name(rows: Sequence[Row], robot: object) -> dict[tuple[str, str], float]
     kinds = dict.fromkeys((str(row["controller"]), str(row["level"])) for row in of)
     return {
         (controller, level): bootstrap_median(
-            [number(row["seconds"], math.inf) for row in of if (row["controller"], row["level"]) == (controller, level)]
+            [
+                number_or(row["seconds"], math.inf)
+                for row in of
+                if (row["controller"], row["level"]) == (controller, level)
+            ]
         )[0]
         for controller, level in kinds
     }
@@ -433,9 +437,9 @@ def result_row(found: SpeedSearchResult, settings: ControlSettings) -> dict[str,
         "verdict": "cannot" if found.speed is None else "met",
         "seconds": None if found.speed is None or course.finished is None else course.finished,
         "speed_mm_s": None if found.speed is None else 1e3 * found.speed,
-        "error_mm": finite_or_none(1e3 * course.error_p95),
-        "rms_mm": finite_or_none(1e3 * course.error_rms),
-        "force_n": finite_or_none(course.force_p95(settings.force_goal)),
+        "error_mm": scaled(course.error_p95, 1e3),
+        "rms_mm": scaled(course.error_rms, 1e3),
+        "force_n": course.force_p95(settings.force_goal),
         "in_band_percent": 100 * course.in_band(settings.force_goal, BAND_N),
         "lost_percent": 100 * course.lost,
         "fastest_joint": float(course.speed.max(initial=0.0)),
@@ -445,7 +449,7 @@ def result_row(found: SpeedSearchResult, settings: ControlSettings) -> dict[str,
         "position_gain": settings.position_gain,
         "force_gain": settings.force_gain,
         "runs": found.runs,
-        "control_ms": finite_or_none(course.control_ms),
+        "control_ms": course.control_ms,
     }
 
 

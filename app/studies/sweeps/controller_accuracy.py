@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
@@ -19,7 +18,7 @@ from app.scene.object_meshes import make_objects
 from app.scene.objects import ObjectSpec
 from app.session.prepare import PreparedScene
 from app.studies.figures import BarChart, Figure, panels
-from app.studies.rows import Case, Row, distinct, finite_or_none, number, p95, rms
+from app.studies.rows import Case, Cell, Row, distinct, number, p95, rms, scaled
 from app.studies.study import Study
 from app.studies.testbeds.force_loop import ForceLoop, force_loop_at_goal, predicted_gain_limit
 from app.studies.testbeds.path_following import (
@@ -173,19 +172,19 @@ def duration(settings: ControlSettings) -> float:
 
 def _place_errors(course: PathRun) -> dict[str, float | None]:
     return {
-        "body_rms_mm": finite_or_none(1e3 * course.error_rms),
-        "body_p95_mm": finite_or_none(1e3 * course.error_p95),
-        "map_rms_mm": finite_or_none(1e3 * rms(course.map_error)),
-        "map_p95_mm": finite_or_none(1e3 * p95(course.map_error)),
+        "body_rms_mm": scaled(course.error_rms, 1e3),
+        "body_p95_mm": scaled(course.error_p95, 1e3),
+        "map_rms_mm": scaled(rms(course.map_error), 1e3),
+        "map_p95_mm": scaled(p95(course.map_error), 1e3),
     }
 
 
 def _force_errors(course: PathRun) -> dict[str, float | None]:
     off = course.force - GOAL
     return {
-        "force_bias_N": finite_or_none(float(off.mean())),
-        "force_rms_N": finite_or_none(rms(off)),
-        "force_p95_N": finite_or_none(course.force_p95(GOAL)),
+        "force_bias_N": float(off.mean()) if off.size else None,
+        "force_rms_N": rms(off),
+        "force_p95_N": course.force_p95(GOAL),
     }
 
 
@@ -196,8 +195,8 @@ def _limits(course: PathRun, settings: ControlSettings) -> dict[str, str | float
         "lost_percent": 100 * float((course.force <= 0).mean()) if len(course.force) else 100.0,
         "fastest_joint": float(course.speed.max(initial=0.0)),
         "energy_minimum_J": course.energy_minimum if settings.controller != FORCE_ONLY else None,
-        "control_ms": finite_or_none(course.control_ms),
-        "control_p95_ms": finite_or_none(course.control_p95_ms),
+        "control_ms": course.control_ms,
+        "control_p95_ms": course.control_p95_ms,
         "limited": limit_texts(course.why_limited),
         "stopped": course.stopped,
     }
@@ -216,12 +215,13 @@ def figures(rows: Sequence[Row]) -> list[Figure | BarChart]:
     found = dict.fromkeys((row["robot"], row["path"], row["sensor"]) for row in shown)
     # Quick runs have no eight: what they have is compared instead.
     sensors = [kind for kind in found if kind[1] in ("figure of eight", SECOND_CONTACT)] or list(found)
-    by = {f"{r}, {path}, {by}": _median(shown, "body_p95_mm", r, path, by) for r, path, by in sensors}
+    by = {
+        f"{r}, {path}, {by}": _median([row["body_p95_mm"] for row in shown if _matches(row, r, path, by)])
+        for r, path, by in sensors
+    }
     skin = [row for row in rows if row["sensor"] == "skin"]
     cost = {
-        str(controller): float(
-            np.median([number(row["control_ms"]) for row in skin if row["controller"] == controller])
-        )
+        str(controller): _median([row["control_ms"] for row in skin if row["controller"] == controller])
         for controller in distinct(skin, "controller")
     }
     return [
@@ -240,11 +240,10 @@ def _matches(row: Row, robot: object, path: object, sensor: object) -> bool:
     return (row["robot"], row["path"], row["sensor"]) == (robot, path, sensor)
 
 
-def _median(rows: Sequence[Row], key: str, robot: object, path: object, sensor: object) -> float:
-    """Of what is known; nan where nothing is."""
-    values = [number(row[key]) for row in rows if _matches(row, robot, path, sensor)]
-    known = [value for value in values if math.isfinite(value)]
-    return float(np.median(known)) if known else math.nan
+def _median(cells: Sequence[Cell]) -> float | None:
+    """Of what is known; None where nothing is."""
+    known = [value for value in map(number, cells) if value is not None]
+    return float(np.median(known)) if known else None
 
 
 STUDY = Study(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -48,7 +49,7 @@ class Tolerances:
             return CourseFault.NOT_FINISHED
         if course.lost > LOST:
             return CourseFault.CONTACT_LOST
-        if not course.error_p95 <= self.error:
+        if course.error_p95 is None or course.error_p95 > self.error:
             return CourseFault.ERROR
         return None if course.in_band(goal, self.force) >= BAND_SHARE else CourseFault.FORCE
 
@@ -135,5 +136,9 @@ class _Search:
         limit = None if high is None else self.fails(high)
         if low is not None:
             return SpeedSearchResult(low, self._courses[low], limit, len(self._courses))
-        best = min(self._courses.values(), key=lambda course: float(np.nan_to_num(course.error_p95, nan=np.inf)))
+        best = min(self._courses.values(), key=_least_error)
         return SpeedSearchResult(None, best, limit, len(self._courses))
+
+
+def _least_error(course: PathRun) -> float:
+    return math.inf if course.error_p95 is None else course.error_p95

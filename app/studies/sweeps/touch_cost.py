@@ -24,7 +24,7 @@ from app.scene.object_meshes import primitive_mesh
 from app.scene.objects import ObjectSpec, SceneObject
 from app.simulation.simulation import Simulation
 from app.studies.figures import Figure
-from app.studies.rows import Case, Row, distinct, finite_or_none
+from app.studies.rows import Case, Row, distinct, scaled
 from app.studies.stages.touch import ERRORS, Reader, mean_touch_errors, touch_trial
 from app.studies.study import Study
 from app.studies.testbeds.reference_bodies import SIDE
@@ -140,9 +140,9 @@ def measure(case: Case) -> list[Row]:
     return [
         {
             **trial_row(trial),
-            "place_mm": finite_or_none(trial.errors["place_mm"]),
-            "exact_place_mm": finite_or_none(true["place_mm"]),
-            "steps": trial.milliseconds / bare,
+            "place_mm": trial.errors["place_mm"],
+            "exact_place_mm": true["place_mm"],
+            "steps": scaled(trial.milliseconds, 1 / bare),
             "step_us": 1e3 * bare,
             "build_ms": 1e3 * built,
         }

@@ -19,7 +19,7 @@ from app.contacts.pipeline import ReadingSettings
 from app.control.command import ControlSettings
 from app.control.limit_texts import limit_texts
 from app.control.limits import Limit, LimitKind
-from app.core.arrays import FloatArray, IntArray, freeze_arrays
+from app.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
 from app.core.errors import SimulationError, SkinError
 from app.geometry.closest_point import ClosestPoint
 from app.geometry.mesh import SurfacePoint
@@ -292,52 +292,55 @@ _SENSED = ("contacts", "control")
 
 @dataclass(frozen=True, eq=False)
 class PathRun:
-    """What happened once the contact had set out, tick by tick. What cannot be known is nan.
+    """What happened once the contact had set out, tick by tick.
 
     Attributes:
         tick: [s].
-        body_error: (k,) from where the object truly touches to where the path wants it, on the body [m]; nan where
-            nothing touches.
-        map_error: (k,) the same as the controller sees it, on its map [m].
+        touching: (k,) whether something touched and the task had a target; where not, the errors are NaN, which their
+            statistics leave out.
+        body_error: (k,) from where the object truly touches to where the path wants it, on the body [m].
+        map_error: (k,) the same as the controller sees it, on its map [m]; NaN also while it sees none.
         force: (k,) that truly presses the skin [N].
         speed: (k,) of the fastest joint [rad/s, or m/s].
         energy: (k,) net energy given to contacts [J].
         finished: How long a round took [s]; None where it was not finished.
-        control_ms: What reading and control of one tick take, the median [ms].
-        control_p95_ms: 95 % of the ticks take less [ms].
+        control_ms: What reading and control of one tick take, the median [ms]; None without a tick.
+        control_p95_ms: 95 % of the ticks take less [ms]; likewise.
         why_limited: All that limited the controller, the first of each kind, in the order in which they came.
         stopped: Why it ended before its time, for a person: a safety stop, or the physics diverged; empty when not.
     """
 
     tick: float
+    touching: BoolArray
     body_error: FloatArray
     map_error: FloatArray
     force: FloatArray
     speed: FloatArray
     energy: FloatArray
     finished: float | None
-    control_ms: float
-    control_p95_ms: float
+    control_ms: float | None
+    control_p95_ms: float | None
     why_limited: tuple[Limit, ...] = ()
     stopped: str = ""
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "body_error", "map_error", "force", "speed", "energy")
+        freeze_arrays(self, "touching", dtype=bool)
 
     @property
-    def error_p95(self) -> float:
-        """95 % of the errors on the body are below [m]; nan without contact."""
+    def error_p95(self) -> float | None:
+        """95 % of the errors on the body are below [m]; None without contact."""
         return p95(self.body_error)
 
     @property
-    def error_rms(self) -> float:
-        """Root mean square of the error on the body [m]; nan without contact."""
+    def error_rms(self) -> float | None:
+        """Root mean square of the error on the body [m]; None without contact."""
         return rms(self.body_error)
 
     @property
     def lost(self) -> float:
         """Share of the time without contact."""
-        return float(np.isnan(self.body_error).mean()) if len(self.body_error) else 1.0
+        return float((~self.touching).mean()) if len(self.touching) else 1.0
 
     @property
     def energy_minimum(self) -> float:
@@ -348,8 +351,8 @@ class PathRun:
         """Share of the time with a force within ``band`` of ``goal`` [N]."""
         return float((np.abs(self.force - goal) <= band).mean()) if len(self.force) else 0.0
 
-    def force_p95(self, goal: float) -> float:
-        """95 % of the force's errors are below [N]."""
+    def force_p95(self, goal: float) -> float | None:
+        """95 % of the force's errors are below [N]; None without a tick."""
         return p95(np.abs(self.force - goal))
 
 
@@ -387,7 +390,8 @@ class _PathRecorder:
     def __init__(self, session: Session, setup: PathSetup) -> None:
         self._session, self._tick = session, session.prepared.scene.tick
         self._truth = TrueContact(setup.prepared.robot, setup.prepared.skin, setup.map)
-        self._rows: list[tuple[float, float, float, float, float, float]] = []
+        self._rows: list[tuple[float | None, float | None, float, float, float, float]] = []
+        self._touching: list[bool] = []
         self._why: dict[LimitKind, Limit] = {}
         self._finished: float | None = None
         self.stopped = ""
@@ -426,12 +430,13 @@ class _PathRecorder:
 
     def _see(self, frame: Frame) -> None:
         task, force = frame.task, self._session.total_normal_force
-        body = on_map = float("nan")
+        body = on_map = None
         if task is not None and task.target is not None and force > 0:
             body = self._truth.error(task.target, frame.objects[0, :3, 3], frame.posture)
-            on_map = float("nan") if task.error is None else task.error
+            on_map = task.error
         ms = sum(frame.timings.ms.get(stage, 0.0) for stage in _SENSED)
         fastest = float(np.abs(frame.velocity).max(initial=0.0))
+        self._touching.append(body is not None)
         self._rows.append((body, on_map, force, fastest, task.energy if task else 0.0, ms))
         for limit in frame.why_limited:
             self._why.setdefault(limit.kind, limit)
@@ -439,7 +444,17 @@ class _PathRecorder:
     def course(self) -> PathRun:
         """All of it."""
         body, on_map, force, speed, energy, ms = np.array(self._rows, dtype=np.float64).reshape(-1, 6).T
-        control = float(np.median(ms)) if len(ms) else float("nan")
-        why = tuple(self._why.values())
-        late = p95(ms)
-        return PathRun(self._tick, body, on_map, force, speed, energy, self._finished, control, late, why, self.stopped)
+        return PathRun(
+            self._tick,
+            np.array(self._touching, dtype=np.bool_),
+            body,
+            on_map,
+            force,
+            speed,
+            energy,
+            self._finished,
+            control_ms=float(np.median(ms)) if len(ms) else None,
+            control_p95_ms=p95(ms),
+            why_limited=tuple(self._why.values()),
+            stopped=self.stopped,
+        )

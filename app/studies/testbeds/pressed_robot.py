@@ -140,9 +140,9 @@ class PressRun:
         """Share of the steps at which nothing touched."""
         return float((self.forces <= 0).mean())
 
-    def posture_error(self, fine: PressRun) -> float:
-        """Root mean square over time and joints [rad]; nan where there are no joints."""
-        return float(np.sqrt(np.mean((self.postures - fine.postures) ** 2))) if self.postures.size else float("nan")
+    def posture_error(self, fine: PressRun) -> float | None:
+        """Root mean square over time and joints [rad]; None where there are no joints."""
+        return float(np.sqrt(np.mean((self.postures - fine.postures) ** 2))) if self.postures.size else None
 
     def force_errors(self, fine: PressRun) -> tuple[float, float]:
         """Error of the mean force, and ripple of the force (standard deviation), as shares of the true force."""

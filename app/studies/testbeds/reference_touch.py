@@ -145,7 +145,9 @@ def pairwise_blur(dense: DensePoints, depth: float) -> Blur:
     return felt
 
 
-def touch_errors(touch: ReferenceTouch, pressures: FloatArray, skin: Skin, centres: FloatArray) -> Mapping[str, float]:
+def touch_errors(
+    touch: ReferenceTouch, pressures: FloatArray, skin: Skin, centres: FloatArray
+) -> Mapping[str, float | None]:
     """How far a model's pressures (taxels,) are off.
 
     Args:
@@ -155,17 +157,20 @@ def touch_errors(touch: ReferenceTouch, pressures: FloatArray, skin: Skin, centr
         centres: (taxels, 3) middles of the taxels' cells [m], see ``cell_centres``.
 
     Returns:
-        ``force_percent`` of the total; ``place_mm`` of the centre of pressure, along the skin; ``surface_percent`` and
-        ``depth_percent``: the forces on the cells that are wrong, added up, of the total at the surface and below it.
+        ``force_percent`` of the total; ``place_mm`` of the centre of pressure, along the skin, None where nothing is
+        felt; ``surface_percent`` and ``depth_percent``: the forces on the cells that are wrong, added up, of the total
+        at the surface and below it.
     """
     load = touch.load
     forces = pressures * skin.areas
     total = float(forces.sum())
-    aside = forces @ (centres - load.point) / total if total > 0 else np.full(3, np.nan)
-    place = float(np.linalg.norm(aside - (aside @ load.normal) * load.normal))
+    place = None
+    if total > 0:
+        aside = forces @ (centres - load.point) / total
+        place = 1e3 * float(np.linalg.norm(aside - (aside @ load.normal) * load.normal))
     return {
         "force_percent": 100 * abs(total - load.force) / load.force,
-        "place_mm": 1e3 * place,
+        "place_mm": place,
         "surface_percent": 100 * float(np.abs(forces - touch.surface).sum()) / load.force,
         "depth_percent": 100 * float(np.abs(forces - touch.felt).sum()) / load.force,
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,8 +12,13 @@ import pytest
 import trimesh
 
 from app.cli.main import run_command
+from app.cli.map_command import print_quality
+from app.maps.build import build_map
+from app.maps.distortion import DistortionSummary
 from app.maps.formats.export import ENDINGS
+from app.maps.quality import measure
 from app.skin.formats.icub_layout import IcubLayout, LayoutModule, write_icub_layout
+from tests.support.surfaces import sheet, skin_of
 
 FEW = ("--taxels", "60")
 
@@ -152,3 +158,12 @@ def test_bad_wishes_are_named(capsys, cap, words, said, status):
     assert (found, out) == (status, "")
     assert said in err
     assert "Traceback" not in err
+
+
+def test_a_face_without_area_on_the_map_is_told_as_infinite(capsys):
+    quality = measure(build_map(skin_of(sheet(), taxels=5)), sources=3)
+    spoiled = replace(quality, symmetric_dirichlet=math.inf, angle=DistortionSummary(1.0, math.inf, math.inf))
+    print_quality({**spoiled.to_json(), "file": None})
+    out = capsys.readouterr().out
+    assert "infinite: a face has no area" in out
+    assert "1.000 median, infinite p95, infinite max" in out

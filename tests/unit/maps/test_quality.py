@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -143,7 +142,7 @@ def test_the_report_is_json_with_the_promised_keys(three_patches):
 
 def test_what_is_unknown_is_null():
     quality = measure(build_map(skin_of(sheet(), taxels=5)))
-    assert math.isnan(quality.trustworthiness)
+    assert quality.trustworthiness is None
     assert quality.to_json()["trustworthiness"] is None
 
 

@@ -7,20 +7,20 @@ import math
 import numpy as np
 import pytest
 
-from app.studies.rows import distinct, finite_or_none, number, p95, rms
+from app.studies.rows import distinct, number, number_or, p95, rms, scaled
 
 NAN, INF = math.nan, math.inf
 
 
 @pytest.mark.parametrize(("cell", "value"), [(2, 2.0), (0.5, 0.5), (True, 1.0), (INF, INF)])
 def test_a_cell_with_a_number_is_that_number(cell, value):
-    assert number(cell) == number(cell, 7.0) == value
+    assert number(cell) == number_or(cell, 7.0) == value
 
 
-@pytest.mark.parametrize("cell", [None, "", "3", NAN])
+@pytest.mark.parametrize("cell", [None, "", "3"])
 def test_a_cell_without_one_is_what_is_wanted_for_it(cell):
-    assert math.isnan(number(cell))
-    assert number(cell, INF) == INF
+    assert number(cell) is None
+    assert number_or(cell, INF) == INF
 
 
 def test_distinct_values_keep_their_order():
@@ -34,10 +34,10 @@ def test_statistics_are_of_the_finite_values():
 
 
 @pytest.mark.parametrize("values", [[], [NAN, INF]])
-def test_of_nothing_known_they_are_nan(values):
-    assert math.isnan(rms(np.array(values)))
-    assert math.isnan(p95(np.array(values)))
+def test_of_nothing_known_they_are_unknown(values):
+    assert rms(np.array(values)) is None
+    assert p95(np.array(values)) is None
 
 
-def test_what_is_not_finite_leaves_its_cell_empty():
-    assert [finite_or_none(value) for value in (1.5, NAN, INF)] == [1.5, None, None]
+def test_another_unit_of_what_is_unknown_is_unknown():
+    assert [scaled(value, 1e3) for value in (1.5, None)] == [1500.0, None]

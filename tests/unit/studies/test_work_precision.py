@@ -23,7 +23,6 @@ from app.studies.work_precision import (
     work_precision_figures,
 )
 
-NAN = float("nan")
 OFF = ErrorKind("off", "Off", "%", "How far off.", 0.01)
 SLOW = ErrorKind("late", "Late", "mm", "How late.", 0.01)
 
@@ -60,8 +59,8 @@ def test_another_error_draws_only_what_has_it():
 
 
 def test_what_cannot_be_drawn_stays_out_and_what_failed_is_named():
-    failed = Trial(Setting("guess", "second"), "", NAN, {}, note="it does not open", usable=False)
-    bad = [trial("first", 2, NAN), trial("first", 2, float("inf")), trial("first", 0, 1), failed, failed]
+    failed = Trial(Setting("guess", "second"), "", None, {}, note="it does not open", usable=False)
+    bad = [trial("first", 2, None), trial("first", 2, float("inf")), trial("first", 0, 1), failed, failed]
     made = diagram(stage(), [*bad, trial("first", 2, 0.0)])
     assert [p.error for p in made.points] == [0.0], "an error of zero is one"
     assert made.missing == ("Second: it does not open",)

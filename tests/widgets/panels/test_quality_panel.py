@@ -77,7 +77,7 @@ def test_a_map_that_is_not_one_to_one_says_so_first(panel, leaves):
 
 
 def test_what_is_unknown_is_a_dash_not_a_number(panel, leaves):
-    panel.show_quality(replace(leaves[2], trustworthiness=float("nan"), round_trip_mm=float("nan")))
+    panel.show_quality(replace(leaves[2], trustworthiness=None, round_trip_mm=None))
     assert _text(panel, "trustworthiness") == _text(panel, "round_trip_mm") == "–"
     assert _marked(panel) == set()
 

@@ -163,6 +163,7 @@ def course(error=0.002, finished=2.0) -> PathRun:
     ones = np.ones(10)
     return PathRun(
         0.005,
+        ones,
         error * ones,
         error * ones,
         3.1 * ones,

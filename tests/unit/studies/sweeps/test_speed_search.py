@@ -12,9 +12,10 @@ from app.studies.testbeds.path_following import PathRun
 def lagging(speed: float, *, floor=0.0005, lag=0.1, force=0.1, lost=0.0, finished=1.0) -> PathRun:
     """Errors of floor + lag times speed."""
     error = np.full(100, floor + lag * speed)
-    error[: round(100 * lost)] = np.nan
+    touching = np.arange(100) >= round(100 * lost)
+    error[~touching] = np.nan
     none = np.zeros(100)
-    return PathRun(0.005, error, error, np.full(100, 3.0 + force), none, none, finished, 0.3, 0.4)
+    return PathRun(0.005, touching, error, error, np.full(100, 3.0 + force), none, none, finished, 0.3, 0.4)
 
 
 def found(run, *, refinements=5, wanted=Tolerances()):  # noqa: B008 - frozen

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 
-import numpy as np
 import pytest
 
 from app.studies.sweeps.step_cost import INTEGRATORS, STEPS_MS, STIFFNESSES, STUDY, cases, figures, measure
@@ -71,6 +70,5 @@ def test_figures_have_a_panel_a_stiffness_and_a_curve_an_integrator(rows):
         (panel,) = figure.panels
         assert set(panel.curves) == {"discrete", "euler", "implicitfast"}
         assert len(panel.curves["discrete"]) == 2
-        ((x, y),) = panel.curves["euler"]
-        assert np.isnan([x, y]).all(), "what diverged is not drawn"
+        assert panel.curves["euler"] == [], "what diverged is not drawn"
     assert STUDY.name == "step-cost"
