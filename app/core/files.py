@@ -102,21 +102,31 @@ def read_bounded_text(path: Path, *, error: type[TactileMapsError], most: int = 
 
 
 def write_atomically(path: Path, data: bytes, *, error: type[TactileMapsError]) -> None:
-    """Put ``data`` into the file at ``path``, or leave what was there: also where the program ends in the middle.
+    """Put ``data`` into the file at ``path``, or leave what was there; as ``open_atomically``, and with its errors."""
+    with open_atomically(path, error=error) as stream:
+        stream.write(data)
+
+
+@contextmanager
+def open_atomically(path: Path, *, error: type[TactileMapsError], overwrite: bool = True) -> Iterator[BinaryIO]:
+    """A stream whose bytes become the file at ``path`` once the block ends; where that fails, nothing changes.
 
     The bytes go to a new file beside it, of a name of its own, so that several writers never share one, and are on the
-    disk before it takes the target's name. Ended in the middle, that file stays: ``.tactile-maps-....part``.
+    disk before it takes the target's name. Where the program is ended in the middle, that file stays:
+    ``.tactile-maps-....part``.
 
     Raises:
-        TactileMapsError: Of kind ``error``: it cannot be written.
+        TactileMapsError: Of kind ``error``: it cannot be written, or is there and must not be overwritten.
     """
     part = path.with_name(f".tactile-maps-{secrets.token_hex(8)}.part")
     try:
+        _check_overwriting(path, overwrite, error)
         try:
             with part.open("xb") as stream:
-                stream.write(data)
+                yield stream
                 stream.flush()
                 os.fsync(stream.fileno())
+            _check_overwriting(path, overwrite, error)  # somebody may have written it meanwhile
             part.replace(path)
         except BaseException:
             part.unlink(missing_ok=True)
@@ -128,6 +138,11 @@ def write_atomically(path: Path, data: bytes, *, error: type[TactileMapsError]) 
             value=cause,
             remedy="Choose a folder you may write to, with space left",
         ) from cause
+
+
+def _check_overwriting(path: Path, overwrite: bool, error: type[TactileMapsError]) -> None:
+    if not overwrite and path.exists():
+        raise error("the file already exists", file=path, remedy="Choose another name, or overwrite it")
 
 
 class FolderClaim:

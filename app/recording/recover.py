@@ -9,6 +9,7 @@ from pathlib import Path
 from mcap.writer import CompressionType, Writer
 
 from app.core.errors import RecordingError
+from app.core.files import open_atomically
 from app.recording import mcap_file
 from app.recording.bundle import DAMAGED, unpack_scene
 from app.recording.damage import DamageKind, RecordingDamage
@@ -48,13 +49,9 @@ def recover(source: str | Path, target: str | Path, *, overwrite: bool = False) 
     messages = read_messages(contents, prepared, file=str(source))
     if not messages.frames:
         raise RecordingError("nothing can be recovered: it has no complete frame", file=source, remedy=DAMAGED)
-    try:
-        with mcap_file.create_file(target, overwrite=overwrite) as stream:
-            writer = Writer(stream, chunk_size=1_000_000, compression=CompressionType.ZSTD, enable_data_crcs=True)
-            _write(writer, contents, messages.damage)
-    except OSError as error:
-        problem = "the recovered recording cannot be written"
-        raise RecordingError(problem, file=target, value=error, remedy=mcap_file.NO_SPACE) from error
+    with open_atomically(target, error=RecordingError, overwrite=overwrite) as stream:
+        writer = Writer(stream, chunk_size=1_000_000, compression=CompressionType.ZSTD, enable_data_crcs=True)
+        _write(writer, contents, messages.damage)
     lost = sum(one.count or 0 for one in messages.damage if one.kind == DamageKind.FRAMES_MISSING)
     return RecoveryResult(len(messages.frames), lost, messages.damage, prepared.scene.tick, str(target))
 

@@ -19,6 +19,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from app.core.errors import UsageError
+from app.core.files import write_atomically
 from app.studies.figures import BarChart, Figure, figure_svg
 from app.studies.rows import Cell, Row
 from app.studies.study import Study
@@ -94,10 +95,10 @@ def write_report(outcome: StudyResult, folder: Path) -> tuple[Path, ...]:
     texts = {"csv": _csv(known), "json": _json(outcome, known), "html": _html(outcome, known)}
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for ending, text in texts.items():
-            (folder / f"{name}.{ending}").write_text(text, encoding="utf8", newline="")
     except OSError as error:
         raise UsageError("the report cannot be written", file=folder, value=error.strerror) from error
+    for ending, text in texts.items():
+        write_atomically(folder / f"{name}.{ending}", text.encode(), error=UsageError)
     return tuple(folder / f"{name}.{ending}" for ending in texts)
 
 

@@ -96,6 +96,7 @@ from widgets.common.settings import Settings
 from widgets.session.backends import INLINE
 from widgets.session.session_runner import InlineRunner
 from widgets.window.main_window import MainWindow
+from widgets.window.window_picture import save_window_picture
 
 
 def launch(scene: Scene) -> int:
@@ -163,12 +164,7 @@ def screenshot(
     try:
         window.live.show_prepared(prepared)
         _play(window, at)
-        if not window.grab().save(str(path)):
-            raise DisplayError(
-                "the picture cannot be written",
-                file=path,
-                remedy="Choose a folder you may write to and a name that ends in .png",
-            )
+        save_window_picture(window, path)
     finally:
         window.close()
 

@@ -8,10 +8,12 @@ from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QDockWidget, QMainWindow
 
 from app.cli.guide_command import find_page
+from app.core.errors import DisplayError
 from widgets.actions.registry import shortcuts_html
 from widgets.actions.table import MOUSE_GESTURES
 from widgets.common.guide_window import GuideWindow
 from widgets.context.app_context import AppContext
+from widgets.window.window_picture import save_window_picture
 
 _PACKAGES = ("tactile-maps", "mujoco", "libigl", "pyvista", "PySide6-Essentials", "numpy")
 
@@ -50,9 +52,12 @@ class WindowCommands(QObject):
         """Ask where to save a picture of the window."""
         path = self._context.dialogs.save_file("Save picture", "tactile-maps.png", "PNG (*.png)")
         if path:
-            saved = self._window.grab().save(path)
-            text = f"Saved {path}" if saved else f"{path}: the picture cannot be written there. Choose another folder."
-            self._context.notifier.say(text, fault=not saved)
+            try:
+                save_window_picture(self._window, path)
+            except DisplayError as error:
+                self._context.notifier.fault(str(error))
+            else:
+                self._context.notifier.say(f"Saved {path}")
 
     def toggle_theme(self) -> None:
         """Dark or light."""

@@ -1,0 +1,185 @@
+"""A program that ends before any system call of a save leaves the old file or the new one, never a part of one.
+
+The system's own rule makes two system calls the only instants that differ: see ``tests.support.kill_at_system_calls``.
+The saves run in a process of one thread, since a fork keeps no other.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import cache, partial
+from pathlib import Path
+
+import pytest
+
+from app.core.errors import Finding, RecordingError
+from app.core.files import claim_folder
+from app.editing.arrange import move
+from app.editing.document import MapDocument
+from app.editing.document_file import save_document
+from app.recording.frame_codec import encode_frame
+from app.recording.player import RecordingPlayer
+from app.recording.recorder import Recorder
+from app.recording.recover import recover
+from app.scene.scene_file import load_scene
+from app.session.frame import Frame
+from app.session.prepare import PreparedScene
+from app.session.session import Session
+from app.skin.skin_file import save_skin
+from app.stimuli.stimulus_file import save_stimuli
+from app.studies.report import StudyResult, write_report
+from app.studies.study import Study
+from tests.support.child_process import Child
+from tests.support.kill_at_system_calls import can_trace, killed_at_each_system_call
+from tests.support.touch import prepared_bar
+
+FRAMES = 40
+SECONDS = 300.0
+
+
+@cache
+def bar() -> PreparedScene:
+    return prepared_bar()
+
+
+@cache
+def frames() -> tuple[Frame, ...]:
+    session = Session(bar())
+    return tuple(session.tick() for _ in range(FRAMES))
+
+
+def save_map(path: Path, *, moved: bool) -> None:
+    document = MapDocument.of(bar().map)
+    save_document(move(document, [0], (0.2, 0.1)) if moved else document, path)
+
+
+def save_report(path: Path, *, moved: bool) -> None:
+    study = Study(path.stem, "What?", "By trying.", lambda quick, seed: [], lambda case: [], lambda rows: [])
+    write_report(StudyResult(study, [{"error": float(moved)}], {}, 1.0, 1, 1, True), path.parent)
+
+
+def save_touches(path: Path, *, moved: bool) -> None:
+    save_stimuli(load_scene("arm").stimuli if moved else (), path)
+
+
+def save_bar(path: Path, *, moved: bool) -> None:
+    findings = (Finding("moved", "bar", "for the test"),) if moved else ()
+    save_skin(replace(bar().skin, findings=findings), path)
+
+
+SAVES: dict[str, Callable[..., None]] = {
+    "map.npz": save_map,
+    "skin.npz": save_bar,
+    "study.csv": save_report,
+    "touches.toml": save_touches,
+}
+
+
+def old_or_new(folder: Path, name: str) -> int:
+    """How many system calls a save made; each instant between them leaves the file whole."""
+    path, save = folder / name, SAVES[name]
+    save(path, moved=True)
+    new = path.read_bytes()
+    save(path, moved=False)
+    old = path.read_bytes()
+    assert old != new
+    seen: list[bytes] = []
+    others = set(os.listdir(folder))
+    for _ in killed_at_each_system_call(partial(save, path, moved=True)):
+        seen.append(path.read_bytes())
+        left = set(os.listdir(folder)) - others
+        assert all(one.startswith(".tactile-maps-") and one.endswith(".part") for one in left), left
+        save(path, moved=False)
+    assert set(seen) == {old, new}
+    return len(seen)
+
+
+def record_all(path: Path) -> None:
+    with Recorder(bar(), path) as recorder:
+        for frame in frames():
+            recorder.write(frame, [])
+
+
+def recorded_so_far(folder: Path, every: int) -> list[tuple[int, int]]:
+    """After each kill while recording: the bytes on the disk, and the frames that are read back."""
+    path, fixed, kept = folder / "a.mcap", folder / "fixed.mcap", []
+    record_all(path)
+    whole = RecordingPlayer(path)
+    expected = [encode_frame(whole.frame(at)) for at in range(FRAMES)]
+    path.unlink()
+    for _ in killed_at_each_system_call(partial(record_all, path), every=every):
+        size = path.stat().st_size if path.exists() else 0
+        try:
+            recover(path, fixed, overwrite=True)
+        except RecordingError:
+            kept.append((size, 0))  # not even the robot is on the disk yet, or nothing but it
+        else:
+            player = RecordingPlayer(fixed)
+            kept.append((size, len(player)))
+            assert [encode_frame(player.frame(at)) for at in range(len(player))] == expected[: len(player)]
+        path.unlink(missing_ok=True)
+    return kept
+
+
+def recovered(folder: Path, every: int) -> list[bool]:
+    """Whether the recovered file is there, after each kill while recovering; what is there is complete."""
+    path, fixed, there = folder / "a.mcap", folder / "fixed.mcap", []
+    record_all(path)
+    source = path.read_bytes()
+    for _ in killed_at_each_system_call(partial(recover, path, fixed), every=every):
+        there.append(fixed.exists())
+        if fixed.exists():
+            assert RecordingPlayer(fixed).complete
+            assert len(RecordingPlayer(fixed)) == FRAMES
+            fixed.unlink()
+        assert path.read_bytes() == source
+    return there
+
+
+def claimed(folder: Path) -> int:
+    """System calls of claiming a folder; whoever ends in the middle keeps none from others."""
+    (folder / "1").mkdir()
+    (folder / "1" / "copy").write_bytes(b"unsaved")
+    tried = 0
+    for _ in killed_at_each_system_call(partial(claim_folder, folder, holding="copy")):
+        tried += 1
+        claim = claim_folder(folder, holding="copy")
+        assert claim.folder == folder / "1"
+        assert (claim.folder / "copy").read_bytes() == b"unsaved"
+        claim.release()
+    return tried
+
+
+@pytest.fixture(scope="module")
+def child() -> Iterator[Child]:
+    process = Child()
+    if not process.call(can_trace, seconds=SECONDS):
+        pytest.skip("this system does not let a process follow its child's system calls")
+    yield process
+    process.close()
+
+
+@pytest.mark.parametrize("name", SAVES)
+def test_a_save_leaves_the_old_file_or_the_new_one(child: Child, tmp_path: Path, name: str) -> None:
+    assert child.call(old_or_new, tmp_path, name, seconds=SECONDS) >= 8
+
+
+@pytest.mark.parametrize("every", [23, pytest.param(1, marks=pytest.mark.long)])
+def test_what_a_recording_was_given_is_kept_to_the_last_chunk(child: Child, tmp_path: Path, every: int) -> None:
+    kept = [frames for _, frames in sorted(child.call(recorded_so_far, tmp_path, every, seconds=SECONDS))]
+    assert kept == sorted(kept), "the more is on the disk the more is read back"
+    assert kept[0] == 0
+    assert kept[-1] >= FRAMES - 20, "at most a chunk is lost"
+
+
+@pytest.mark.parametrize("every", [23, pytest.param(1, marks=pytest.mark.long)])
+def test_a_recovered_file_is_whole_or_not_there(child: Child, tmp_path: Path, every: int) -> None:
+    there = child.call(recovered, tmp_path, every, seconds=SECONDS)
+    assert not there[0]
+    assert there[-1] or every > 1
+
+
+def test_a_claim_that_ends_in_the_middle_keeps_the_folder_from_nobody(child: Child, tmp_path: Path) -> None:
+    assert child.call(claimed, tmp_path, seconds=SECONDS) >= 4
