@@ -19,6 +19,7 @@ from app.contacts.detection import TOUCH_THRESHOLD, ContactDetector
 from app.contacts.events import ContactEvent, EventDetector
 from app.contacts.force_estimation.estimate import ESTIMATORS, EstimatorName, ForceEstimate
 from app.contacts.force_estimation.estimation import RegionForceEstimator
+from app.contacts.force_estimation.wrench_consistency import WrenchMismatch
 from app.contacts.regions import ContactRegion
 from app.contacts.self_touch import SelfTouchMatcher
 from app.core.arrays import FloatArray, set_fields
@@ -215,6 +216,11 @@ class ContactPipeline:
             regions = self._self_touch.link(regions, self._configuration.pose)
         self._events.read(tick, time, regions, awaited=self._forces.awaited)
         return regions
+
+    @property
+    def mismatch(self) -> WrenchMismatch | None:
+        """Several touches of a link whose wrench none of them explains, at the last tick; None but with ``lumped``."""
+        return self._forces.mismatch
 
     @property
     def touched(self) -> bool:

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from app.contacts.force_estimation.wrench_consistency import WrenchMismatch
 from app.contacts.regions import ContactRegion
 from app.control.command import ControlSettings, JointCommand, TaskReport, check_settings
 from app.control.controllers import Controller, TaskController, build_controller
@@ -122,6 +123,7 @@ class ControllerManager:
         dt: float,
         *,
         readable: bool = True,
+        mismatch: WrenchMismatch | None = None,
     ) -> JointCommand:
         """What the joints should do for the next ``dt`` seconds.
 
@@ -132,13 +134,14 @@ class ControllerManager:
             dt: [s].
             readable: Whether all taxels read numbers. If not, what presses there is not known, and might be taken for a
                 contact that was lost: controllers that read contacts stand still.
+            mismatch: Several contacts that were read as one, by a wrench that none of them explains; likewise.
         """
         before = self._last.torque_at(posture, velocity) if self._switched and self._last is not None else None
         if before is not None:
             self._controller.start(posture, before)
         self._switched = False
         settings, read = self._effective_inputs(posture, regions, dt) if readable else (self._settings, ())
-        command = self._controller.command(settings, posture, velocity, read, dt, readable=readable)
+        command = self._controller.command(settings, posture, velocity, read, dt, readable=readable, mismatch=mismatch)
         if before is not None:
             self._fading = before - command.torque_at(posture, velocity)
         if self._fading is not None:

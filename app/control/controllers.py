@@ -23,12 +23,13 @@ from typing import Protocol
 
 import numpy as np
 
+from app.contacts.force_estimation.wrench_consistency import WrenchMismatch
 from app.contacts.regions import ContactRegion
 from app.control.command import ControlSettings, JointCommand, TaskReport
 from app.control.joint_impedance import MAX_POINT_SPEED, PostureReference, joint_impedance, limit_joint_speed
 from app.control.limits import ActiveLimits, Limit, LimitKind
 from app.control.map_kinematics import MapKinematics
-from app.control.monitors import EnergyTank, SafetyMonitor, StallDetector
+from app.control.monitors import EnergyTank, SafetyMonitor, StallDetector, mismatch_limit
 from app.control.schemes import (
     AdmittanceScheme,
     ForceServo,
@@ -85,6 +86,7 @@ class Controller(Protocol):
         dt: float,
         *,
         readable: bool = True,
+        mismatch: WrenchMismatch | None = None,
     ) -> JointCommand:
         """What the joints should do for the next ``dt`` seconds.
 
@@ -96,6 +98,7 @@ class Controller(Protocol):
             dt: [s].
             readable: Whether the skin can be read. If not, ``regions`` is empty but something may touch: a controller
                 that reads contacts stands still.
+            mismatch: Several contacts that were read as one, by a wrench that none of them explains: likewise.
         """
 
 
@@ -122,6 +125,7 @@ class ImpedanceController:
         dt: float,
         *,
         readable: bool = True,
+        mismatch: WrenchMismatch | None = None,
     ) -> JointCommand:
         """The same spring always."""
         return joint_impedance(
@@ -163,6 +167,7 @@ class HoldForceController:
         dt: float,
         *,
         readable: bool = True,
+        mismatch: WrenchMismatch | None = None,
     ) -> JointCommand:
         """Retreat along the strongest contact's inward normal when it presses too hard, advance when too little."""
         limits = ActiveLimits()
@@ -170,6 +175,9 @@ class HoldForceController:
         self._servo.keep((region.id, ContactPresence.FELT) for region in regions[:1])
         if not readable or not all(isfinite(region.force) for region in regions[:1]):
             limits.add(Limit(LimitKind.SKIN_UNREADABLE))
+            speed = np.zeros_like(start)
+        elif mismatch is not None:
+            limits.add(mismatch_limit(mismatch))
             speed = np.zeros_like(start)
         elif regions:
             self._reference.stop_homing()
@@ -260,9 +268,12 @@ class TaskController:
         dt: float,
         *,
         readable: bool = True,
+        mismatch: WrenchMismatch | None = None,
     ) -> JointCommand:
         """Do the task for a tick, or stand still and say why."""
-        if not self._safety.check(settings.max_force, posture, velocity, regions, dt, readable=readable):
+        if not self._safety.check(
+            settings.max_force, posture, velocity, regions, dt, readable=readable, mismatch=mismatch
+        ):
             return self._stopped(posture)
         limits = ActiveLimits()
         self._configuration.update(posture)

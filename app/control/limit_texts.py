@@ -37,6 +37,7 @@ _NAMES = {
     LimitKind.STOPPED_BY_FORCE: "stopped: contact force too high",
     LimitKind.STOPPED_BY_SPEED: "stopped: joint speed too high",
     LimitKind.STOPPED_UNREADABLE: "stopped: no valid skin readings",
+    LimitKind.STOPPED_BY_MISMATCH: "stopped: one wrench from several contacts",
 }
 _CAUSES = {
     RegraspFailure.NO_ARM: "the robot has no actuated joints",
@@ -100,6 +101,10 @@ def _fact(limit: Limit) -> str:
             return _GO_ON if value is None else f"{value:.1f}\u2009rad/s; {_GO_ON}"
         case LimitKind.STOPPED_UNREADABLE:
             return _GO_ON
+        case LimitKind.STOPPED_BY_MISMATCH:
+            where = f"{names[0]}, " if names else ""
+            left = "" if value is None else f"{value:.2g}\u2009N\u2009m unexplained; "
+            return f"{where}{left}leave one contact to continue"
         case _:
             return ""
 

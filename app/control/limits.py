@@ -26,7 +26,8 @@ class LimitKind(Enum):
     with the sensor's period and delay.
 
     Safety stops: ``STOPPED_BY_FORCE`` (value and bound [N]), ``STOPPED_BY_SPEED`` (value and bound [rad/s]),
-    ``STOPPED_UNREADABLE``.
+    ``STOPPED_UNREADABLE``, ``STOPPED_BY_MISMATCH`` (names: the link; value and bound [N m]: torque that no one of its
+    contacts explains).
     """
 
     JOINT_LIMIT = "joint-limit"
@@ -59,14 +60,22 @@ class LimitKind(Enum):
     STOPPED_BY_FORCE = "stopped-by-force"
     STOPPED_BY_SPEED = "stopped-by-speed"
     STOPPED_UNREADABLE = "stopped-unreadable"
+    STOPPED_BY_MISMATCH = "stopped-by-mismatch"
 
     @property
     def stops(self) -> bool:
-        """Whether the arm stands still, by the safety monitor, until nothing touches it."""
+        """Whether the arm stands still, by the safety monitor, until nothing touches it, or one contact is left."""
         return self in _STOPS
 
 
-_STOPS = frozenset({LimitKind.STOPPED_BY_FORCE, LimitKind.STOPPED_BY_SPEED, LimitKind.STOPPED_UNREADABLE})
+_STOPS = frozenset(
+    {
+        LimitKind.STOPPED_BY_FORCE,
+        LimitKind.STOPPED_BY_SPEED,
+        LimitKind.STOPPED_UNREADABLE,
+        LimitKind.STOPPED_BY_MISMATCH,
+    }
+)
 
 
 class RegraspFailure(Enum):

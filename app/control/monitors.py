@@ -12,6 +12,7 @@ from math import isfinite
 
 import numpy as np
 
+from app.contacts.force_estimation.wrench_consistency import WrenchMismatch
 from app.contacts.regions import ContactRegion
 from app.control.limits import Limit, LimitKind
 from app.core.arrays import FloatArray
@@ -21,10 +22,15 @@ STOP_SPEED = 3.0
 """Of any joint [rad/s]; twice what controllers ask for."""
 QUIET = 1.0
 """Nothing must have touched for so long before the controller goes on [s]."""
+AGREED = 0.2
+"""One contact must have explained the wrench for so long before the controller goes on [s]."""
 
 
 class SafetyMonitor:
     """Decides between going on and standing. Mutable; ``reset`` lets the controller go on.
+
+    It goes on by itself once nothing has touched for ``QUIET``; where several contacts were read as one wrench, once
+    one of them has explained it for ``AGREED``.
 
     Attributes:
         reason: Why it stopped; None while the controller goes on.
@@ -49,6 +55,7 @@ class SafetyMonitor:
         dt: float,
         *,
         readable: bool = True,
+        mismatch: WrenchMismatch | None = None,
     ) -> bool:
         """Whether the controller may go on.
 
@@ -59,16 +66,39 @@ class SafetyMonitor:
             regions: All contacts.
             dt: Since the last question [s].
             readable: Whether the skin can be read.
+            mismatch: Several contacts that were read as one, by a wrench that none of them explains.
         """
         unreadable = None if readable else Limit(LimitKind.STOPPED_UNREADABLE)
-        reason = unreadable or _danger(max_force, velocity, regions)
+        reason = unreadable or _danger(max_force, velocity, regions) or _hidden_force(max_force, mismatch)
+        if reason is None and mismatch is not None:
+            reason = mismatch_limit(mismatch)
         if reason is not None and self.reason is None:
-            self.reason, self.posture = reason, posture.copy()
+            self.posture = posture.copy()
+        if reason is not None and (self.reason is None or self._ends_when_agreed):
+            self.reason = reason
         if self.reason is not None:
-            self._quiet = 0.0 if regions or reason is not None else self._quiet + dt
-            if self._quiet >= QUIET:
+            waits = reason is not None or (regions and not self._ends_when_agreed)
+            self._quiet = 0.0 if waits else self._quiet + dt
+            if self._quiet >= (AGREED if self._ends_when_agreed else QUIET):
                 self.reset()
         return self.reason is None
+
+    @property
+    def _ends_when_agreed(self) -> bool:
+        return self.reason is not None and self.reason.kind is LimitKind.STOPPED_BY_MISMATCH
+
+
+def mismatch_limit(mismatch: WrenchMismatch) -> Limit:
+    """What the arm is stopped by where several contacts were read as one."""
+    kind, link = LimitKind.STOPPED_BY_MISMATCH, mismatch.link
+    return Limit(kind, (link,), value=mismatch.torque, bound=mismatch.max_torque)
+
+
+def _hidden_force(max_force: float, mismatch: WrenchMismatch | None) -> Limit | None:
+    """Contacts that press against each other have a small resultant, however hard each of them presses."""
+    if mismatch is None or mismatch.strongest <= max_force:
+        return None
+    return Limit(LimitKind.STOPPED_BY_FORCE, value=mismatch.strongest, bound=max_force)
 
 
 def _danger(max_force: float, velocity: FloatArray, regions: Sequence[ContactRegion]) -> Limit | None:

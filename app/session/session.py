@@ -388,7 +388,9 @@ class Session:
                 self._controller.rest = self._motion.posture(time)
             posture, velocity, tick = simulation.posture, simulation.velocity, self.prepared.scene.tick
             sound = bool(np.isfinite(pressures).all())
-            self._command = self._controller.command(posture, velocity, regions, tick, readable=sound)
+            self._command = self._controller.command(
+                posture, velocity, regions, tick, readable=sound, mismatch=self._contacts.mismatch
+            )
         return Frame(
             tick=self._ticks,
             time=time,

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from app.contacts.pipeline import ReadingSettings
 from app.control.command import ControlSettings
 from app.control.limits import LimitKind
 from app.control.loop_stability import SensorTiming
 from app.session.session import Session
 from tests.hard_cases.control import GOAL, OTHERS, SOME, HardCase, bounded_only, hammering, kept, scaled
 from tests.hard_cases.control_environments import led
-from tests.support.pressed_arm import Course, beside_ball
+from tests.support.pressed_arm import Course, beside_ball, forearm
 
 TOO_MUCH, HELD = (LimitKind.FORCE_GAIN_UNSTABLE,), (LimitKind.FORCE_GAIN_HELD, LimitKind.POSITION_GAIN_HELD)
 
@@ -92,6 +93,19 @@ def stands(course: Course) -> None:
     assert np.abs(course.posture[at:] - course.posture[at]).max() < 0.05
 
 
+def pressed_twice(settings: ControlSettings) -> Session:
+    """Two fingers press the forearm from sides 120 degrees apart, and all that is read of them is their wrench."""
+    session = Session(forearm(), scripted=False, settings=settings, reading=ReadingSettings("lumped"))
+    for finger, taxel in enumerate((150, 315), start=1):
+        session.press(forearm().skin.taxel_point(taxel), force=15.0, finger=finger)
+    return session
+
+
+def stays_slow(course: Course) -> None:
+    assert course.pressed.max() > 20, "both press"
+    assert course.speed.max() < 0.15
+
+
 SLOW = SensorTiming(0.05, 0.05)
 CASES: dict[str, HardCase] = {
     "5 Hz": _scaled(5.0, 0, 7.0, OTHERS),
@@ -126,6 +140,15 @@ CASES: dict[str, HardCase] = {
         force=41.0,
         says=(TOO_MUCH, (LimitKind.OSCILLATION, LimitKind.CONTACT_LOST)),
         controllers=("hybrid", "projection", "priority", "admittance"),
+    ),
+    "two touches, one wrench": HardCase(
+        "no contact explains the wrench: the arm is stopped before it moves at 0.15 rad/s, where it would come to 0.8",
+        pressed_twice,
+        stays_slow,
+        {"task": "hold_point", "position_gain": 20.0},
+        seconds=3.0,
+        force=41.0,
+        says=((LimitKind.STOPPED_BY_MISMATCH,),),
     ),
     "a threshold near the goal": HardCase(
         "1 N over the taxels that 2.5 kPa leave: found and lost by turns at worst, a limit cycle of less than 1.5 N",

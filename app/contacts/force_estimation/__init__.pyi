@@ -9,6 +9,7 @@ from .estimate import (
     wrench_of_torques,
 )
 from .estimation import RegionForceEstimator, build_estimator
+from .wrench_consistency import WrenchMismatch, wrench_mismatch
 
 __all__ = [
     "ESTIMATORS",
@@ -19,6 +20,8 @@ __all__ = [
     "ForceEstimator",
     "RegionForceEstimator",
     "Wrench",
+    "WrenchMismatch",
     "build_estimator",
+    "wrench_mismatch",
     "wrench_of_torques",
 ]

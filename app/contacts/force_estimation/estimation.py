@@ -5,13 +5,13 @@ estimators by name.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
 
-from app.contacts.centre_of_pressure import SensorUncertainty
+from app.contacts.centre_of_pressure import SensorUncertainty, taxel_positions
 from app.contacts.force_estimation.deconvolution import Deconvolution, nonnegative_least_squares, tikhonov
 from app.contacts.force_estimation.estimate import (
     AreaSum,
@@ -23,6 +23,7 @@ from app.contacts.force_estimation.estimate import (
     Wrench,
 )
 from app.contacts.force_estimation.force_torque_sensor import ForceTorqueSensor
+from app.contacts.force_estimation.wrench_consistency import WrenchMismatch, wrench_mismatch
 from app.contacts.regions import ContactRegion
 from app.core.arrays import FloatArray
 from app.maps.tactile_map import TactileMap
@@ -78,6 +79,7 @@ class RegionForceEstimator:
 
     Attributes:
         awaited: Ids of contacts that are gone but may come back, as of the last frame.
+        mismatch: Several touches whose wrench none of them explains, of ``lumped`` at the last frame; None otherwise.
 
     Raises:
         MapError: The depth is no such number.
@@ -97,6 +99,7 @@ class RegionForceEstimator:
         self.wrench_noise, self._map, self._depth, self._seed = wrench_noise, map_, depth, seed
         self._built: dict[EstimatorName, ForceEstimator] = {}
         self._lumped: dict[str, int] = {}
+        self._positions = taxel_positions(map_.skin)
         self.awaited: Collection[int] = ()
         self.estimator = estimator
         self.reset()
@@ -116,12 +119,13 @@ class RegionForceEstimator:
         """Place by another map from now on; of another skin's, the estimators are built anew."""
         skin, self._map = self._map.skin, map_
         if map_.skin is not skin:
-            self._built = {}
+            self._built, self._positions = {}, taxel_positions(map_.skin)
             self.estimator = self._name
 
     def reset(self) -> None:
         """Forget who was who; the noise begins afresh."""
         self._lumped, self.awaited = {}, ()
+        self.mismatch: WrenchMismatch | None = None
         self._random = np.random.default_rng((self._seed, 6))
 
     def read(
@@ -143,7 +147,7 @@ class RegionForceEstimator:
                 only for ``lumped``.
             awaited: Links by ids of contacts that are gone but may come back.
         """
-        self.awaited = awaited.keys()
+        self.awaited, self.mismatch = awaited.keys(), None
         if self._name != "lumped":
             self._lumped = {}
         if self._name == "area-sum":
@@ -156,6 +160,7 @@ class RegionForceEstimator:
                 replace(r, wrench=self._felt(wrenches, r.region.link))
                 for r in self._one_a_link(asked, awaited.values())
             ]
+            self.mismatch = self._mismatch(asked, regions)
         estimator, found = self._built[self._name], []
         for reading in asked:
             estimate = estimator.estimate(reading)
@@ -198,6 +203,16 @@ class RegionForceEstimator:
             replace(r, region=replace(r.region, id=self._lumped[link], merged=(), split_from=None))
             for link, r in first.items()
         ]
+
+    def _mismatch(self, asked: Sequence[ContactReading], regions: Regions) -> WrenchMismatch | None:
+        """Of the first link whose wrench no one of its touches explains."""
+        for reading in asked:
+            link, wrench = reading.region.link, reading.wrench
+            on_link = [region for region in regions if region.link == link]
+            found = None if wrench is None else wrench_mismatch(link, wrench, on_link, self._positions)
+            if found is not None:
+                return found
+        return None
 
     def _felt(self, wrenches: Mapping[str, FloatArray], link: str) -> Wrench:
         """What the sensor in a link reports."""

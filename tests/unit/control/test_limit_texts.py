@@ -28,6 +28,11 @@ def test_every_kind_has_a_name_of_its_own_and_a_text_that_begins_with_it():
             "stopped: joint speed too high: 3.1\u2009rad/s; remove the contact to continue",
         ),
         (
+            Limit(LimitKind.STOPPED_BY_MISMATCH, ("forearm",), value=0.312, bound=0.1),
+            "stopped: one wrench from several contacts: forearm, 0.31\u2009N\u2009m unexplained; "
+            "leave one contact to continue",
+        ),
+        (
             Limit(LimitKind.FORCE_GAIN_HELD, value=0.002, bound=0.01, period=0.2, delay=0.1),
             "force gain reduced: 2\u2009mm/s per N, skin read at 5\u2009Hz, 100\u2009ms delay",
         ),

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
+from app.contacts.force_estimation.wrench_consistency import WrenchMismatch
 from app.control.limits import Limit, LimitKind
 from app.control.monitors import (
     AGAIN,
+    AGREED,
     FULL,
     LONGEST,
     LOW,
@@ -59,6 +62,31 @@ def test_a_skin_that_cannot_be_read_stops_it_too():
     supervisor = SafetyMonitor()
     assert not supervisor.check(30.0, BENT, STILL, (), TICK, readable=False)
     assert supervisor.reason == Limit(LimitKind.STOPPED_UNREADABLE)
+
+
+MISMATCH = WrenchMismatch("bar", 2, force=1.0, torque=0.3, max_force=2.0, max_torque=0.1, strongest=5.0)
+
+
+def test_several_contacts_read_as_one_stop_it_until_one_explains_the_wrench_for_a_while():
+    supervisor = SafetyMonitor()
+    assert not supervisor.check(30.0, BENT, STILL, touch(1.0), TICK, mismatch=MISMATCH)
+    assert supervisor.reason == Limit(LimitKind.STOPPED_BY_MISMATCH, ("bar",), value=0.3, bound=0.1)
+    assert not supervisor.check(30.0, STILL, STILL, touch(1.0), AGREED / 2)
+    assert not supervisor.check(30.0, STILL, STILL, touch(1.0), TICK, mismatch=MISMATCH), "it counts from the last"
+    ticks = 0
+    while not supervisor.check(30.0, STILL, STILL, touch(1.0), TICK):
+        assert np.array_equal(supervisor.posture, BENT), "where it stopped"
+        ticks += 1
+    assert ticks * TICK == pytest.approx(AGREED, abs=2 * TICK)
+
+
+def test_what_presses_too_hard_behind_a_small_resultant_stops_it_for_good():
+    supervisor = SafetyMonitor()
+    supervisor.check(30.0, BENT, STILL, touch(1.0), TICK, mismatch=MISMATCH)
+    supervisor.check(30.0, STILL, STILL, touch(1.0), TICK, mismatch=replace(MISMATCH, strongest=31.0))
+    assert supervisor.reason == Limit(LimitKind.STOPPED_BY_FORCE, value=31.0, bound=30.0)
+    assert np.array_equal(supervisor.posture, BENT), "where it stopped first"
+    assert not supervisor.check(30.0, STILL, STILL, touch(1.0), 2 * AGREED), "something still touches"
 
 
 def test_a_reset_lets_go_at_once():
