@@ -78,11 +78,11 @@ class ReflattenResult:
     charts: tuple[Chart, ...]
 
     @property
-    def gains(self) -> tuple[float, ...]:
-        """By how much each job's mean symmetric Dirichlet energy fell; 4 is an isometry. nan if it was not known."""
+    def gains(self) -> tuple[float | None, ...]:
+        """By how much each job's mean symmetric Dirichlet energy fell; 4 is an isometry. None if it is not known."""
         pairs = zip(self.request.jobs, self.charts, strict=True)
         return tuple(
-            job.before.energies[-1] - chart.energies[-1] if job.before.energies and chart.energies else float("nan")
+            job.before.energies[-1] - chart.energies[-1] if job.before.energies and chart.energies else None
             for job, chart in pairs
         )
 

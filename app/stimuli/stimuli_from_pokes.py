@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TypedDict
 
 import numpy as np
@@ -56,7 +56,7 @@ class _Touch:
     finger: Finger
     ticks: list[int]
     places: list[SurfacePoint]
-    lift: int = field(default=-1)
+    lift: int
 
     def move(self, tick: int, at: SurfacePoint) -> None:
         """Go to ``at``; of several places in one tick the last counts."""
@@ -69,20 +69,19 @@ class _Touch:
 
 def _touches(inputs: Sequence[tuple[int, PokeInput]], last: int | None) -> list[_Touch]:
     """All touches; pressing an id that is down lifts it first, moving one that is up does nothing."""
+    end = max((tick for tick, _ in inputs), default=0) + 1 if last is None else last
     down: dict[int, _Touch] = {}
     touches: list[_Touch] = []
     for tick, act in inputs:
         if isinstance(act, PokePressed | PokeReleased) and act.id in down:
             down.pop(act.id).lift = tick
         if isinstance(act, PokePressed):
-            down[act.id] = _Touch(act.finger, [tick], [act.at])
+            down[act.id] = _Touch(act.finger, [tick], [act.at], lift=end)
             touches.append(down[act.id])
         elif isinstance(act, PokeMoved) and act.id in down:
             down[act.id].move(tick, act.at)
-    end = max((tick for tick, _ in inputs), default=0) + 1 if last is None else last
     for touch in touches:
-        touch.lift = max(touch.lift if touch.lift >= 0 else end, touch.ticks[-1])
-        touch.lift = max(touch.lift, touch.ticks[0] + 1)
+        touch.lift = max(touch.lift, touch.ticks[-1], touch.ticks[0] + 1)
     return touches
 
 

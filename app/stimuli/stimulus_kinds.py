@@ -328,7 +328,7 @@ def _section_middle(locator: SkinLocator, patch: int, first: FloatArray, axis: F
 
 
 _SAMPLE_SPACING = 0.7
-"""Pitches between two places of a random way; see ``app.touch.babbling``."""
+"""Pitches between two places of a random way; see ``app.tactile.babbling``."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -381,7 +381,7 @@ class Babble(Stimulus):
         first, skin = self._skin(locator)
         samples = math.ceil(self.length / (_SAMPLE_SPACING * taxel_pitch(skin))) + 1
         spec = BabbleSpec(self.way, self.touches, samples, seed=self.seed)
-        places, patches = touched_places(skin, spec)
+        places = touched_places(skin, spec)
         # Its own stream, so that more strokes do not move the touches.
         generator = np.random.default_rng([self.seed, 1])
         forces, moves = generator.uniform(0.5, 1.5, self.touches), generator.random(self.touches) < self.strokes
@@ -389,15 +389,13 @@ class Babble(Stimulus):
         for touch in range(self.touches):
             tip = replace(self.tip, max_force=self.force * float(forces[touch]))
             end = begin + self.hold
-            for finger in range(places.shape[2]):
-                patch = int(patches[touch, 0, finger])
-                if patch >= 0:
-                    way = places[touch, : samples if moves[touch] else 1, finger]
-                    line = locator.project(first + patch, way)
-                    times = begin + self.hold + cumulative_lengths(line) / self.speed
-                    times, line = np.concatenate([[begin], times]), np.concatenate([line[:1], line])
-                    found.append(FingerTrack(finger, tip, times, np.full(len(times), first + patch), line))
-                    end = max(end, float(times[-1]))
+            for finger in np.flatnonzero(places.pressed[touch, 0]).tolist():
+                patch = first + int(places.patches[touch, 0, finger])
+                line = locator.project(patch, places.positions[touch, : samples if moves[touch] else 1, finger])
+                times = begin + self.hold + cumulative_lengths(line) / self.speed
+                times, line = np.concatenate([[begin], times]), np.concatenate([line[:1], line])
+                found.append(FingerTrack(finger, tip, times, np.full(len(times), patch), line))
+                end = max(end, float(times[-1]))
             begin = end + self.pause
         return tuple(found)
 

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import pdist, squareform
 
-from app.core.arrays import FloatArray, IntArray
+from app.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
 from app.core.errors import SimulationError
 from app.skin.skin import Skin
 from app.tactile.elastic_layer import ElasticLayer
@@ -112,28 +112,45 @@ def babble(skin: Skin, spec: BabbleSpec) -> FloatArray:
     forces = force * generator.uniform(0.5, 1.5, spec.touches)
     readings = np.zeros((spec.touches, spec.samples + spec.rest, len(skin)))
     model = WaterFillModel(skin)
-    for touch, way in enumerate(ways):
-        for sample, places in enumerate(way):
-            readings[touch, sample] = model.pressures([ground.load(p, forces[touch], radius) for p in places if p >= 0])
+    for touch in range(spec.touches):
+        for sample in range(spec.samples):
+            places = ways.sites[touch, sample][ways.pressed[touch, sample]]
+            readings[touch, sample] = model.pressures([ground.load(p, forces[touch], radius) for p in places])
     middle = readings[:, : spec.samples].max(axis=2).mean()
     readings += generator.normal(scale=spec.noise * middle, size=readings.shape)
     return readings.reshape(-1, len(skin))
 
 
-def touched_places(skin: Skin, spec: BabbleSpec) -> tuple[FloatArray, IntArray]:
-    """Where ``babble`` would touch, for a hand to touch there: the same places for the same spec.
+@dataclass(frozen=True, eq=False)
+class TouchedPlaces:
+    """Where a skin is touched.
+
+    Attributes:
+        positions: (touches, samples, at once, 3) [m], link frames.
+        patches: (touches, samples, at once) the patch of each.
+        pressed: (touches, samples, at once) whether it is touched; where not, place and patch mean nothing.
+    """
+
+    positions: FloatArray
+    patches: IntArray
+    pressed: BoolArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "positions")
+        freeze_arrays(self, "patches", dtype=np.int64)
+        freeze_arrays(self, "pressed", dtype=bool)
+
+
+def touched_places(skin: Skin, spec: BabbleSpec) -> TouchedPlaces:
+    """Where ``babble`` would touch, for a finger to touch there: the same places for the same spec.
 
     Args:
         skin: At least one taxel.
         spec: How; only kind, touches, samples, together and seed count.
-
-    Returns:
-        (touches, samples, at once, 3) places [m], link frames, and (touches, samples, at once) the patch of each, -1
-        where none is pressed.
     """
     ground = _TouchableSites(skin)
     ways = _ways(ground, spec, np.random.default_rng(spec.seed))
-    return ground.positions[ways], np.where(ways >= 0, ground.patch[ways], -1)
+    return TouchedPlaces(ground.positions[ways.sites], ground.patch[ways.sites], ways.pressed)
 
 
 def taxel_pitch(skin: Skin) -> float:
@@ -193,8 +210,16 @@ class _TouchableSites:
         return found
 
 
-def _ways(ground: _TouchableSites, spec: BabbleSpec, generator: np.random.Generator) -> IntArray:
-    """(touches, samples, places at once) which places are pressed; -1 for none."""
+@dataclass(frozen=True, eq=False)
+class _Ways:
+    """(touches, samples, at once) sites of ``_TouchableSites``, and which of them are pressed."""
+
+    sites: IntArray
+    pressed: BoolArray
+
+
+def _ways(ground: _TouchableSites, spec: BabbleSpec, generator: np.random.Generator) -> _Ways:
+    """Which places each touch presses."""
     match spec.kind:
         case "unbiased" | "biased":
             start = ground.anywhere(spec.touches, generator)[:, None]
@@ -209,7 +234,9 @@ def _ways(ground: _TouchableSites, spec: BabbleSpec, generator: np.random.Genera
         place, heading = _onwards(ground, way[-1], heading, generator)
         way.append(place)
     ways = np.stack(way).reshape(spec.samples, *start.shape).transpose(1, 0, 2)
-    return _with_partners(ground, ways, spec.together) if spec.kind == "biased" else ways
+    if spec.kind == "biased":
+        return _with_partners(ground, ways, spec.together)
+    return _Ways(ways, np.ones(ways.shape, dtype=np.bool_))
 
 
 def _pairs(ground: _TouchableSites, count: int, generator: np.random.Generator) -> IntArray:
@@ -234,15 +261,15 @@ def _onwards(
 
 
 def _tangent(vectors: FloatArray, normals: FloatArray) -> FloatArray:
-    """(k, 3) unit vectors: ``vectors`` laid into the planes across ``normals``."""
+    """(k, 3) unit vectors: ``vectors`` projected into the planes across ``normals``."""
     flat = vectors - (vectors * normals).sum(axis=1, keepdims=True) * normals
     return flat / np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), np.finfo(float).tiny)
 
 
-def _with_partners(ground: _TouchableSites, ways: IntArray, together: tuple[int, int] | None) -> IntArray:
-    """(touches, samples, 2): a place near one of two middles gets the place that lies alike from the other."""
+def _with_partners(ground: _TouchableSites, ways: IntArray, together: tuple[int, int] | None) -> _Ways:
+    """Two at once: a place near one of two middles gets the place that lies alike from the other."""
     first, second = (ground.middle_of(taxel) for taxel in together or ground.farthest_taxels())
-    partner = np.full(ways.shape, -1)
+    partner, joined = np.zeros(ways.shape, dtype=np.int64), np.zeros(ways.shape, dtype=np.bool_)
     for here, there in ((first, second), (second, first)):
         offset = ground.positions[ways] - ground.positions[here]
         near = (np.linalg.norm(offset, axis=-1) < _BIASED_REGION * ground.pitch) & (
@@ -251,7 +278,9 @@ def _with_partners(ground: _TouchableSites, ways: IntArray, together: tuple[int,
         local = offset[near] @ _frame(ground.normals[here]).T
         points = ground.positions[there] + local @ _frame(ground.normals[there])
         partner[near] = ground.nearest(points, np.full(len(points), ground.patch[there]))
-    return np.concatenate([ways, partner], axis=-1)
+        joined |= near
+    pressed = np.concatenate([np.ones_like(joined), joined], axis=-1)
+    return _Ways(np.concatenate([ways, partner], axis=-1), pressed)
 
 
 def _frame(normal: FloatArray) -> FloatArray:

@@ -203,7 +203,8 @@ class LabelledSlider(QWidget):
     ) -> None:
         super().__init__(parent)
         self._unit, self._low, self._high, self._step = unit, low, high, step
-        self._number = self._rest = low
+        self._number = low
+        self._rest: float | None = low  # last told; None for mixed values
         self._name, self._value = _ClickableLabel(text, self), value_label("", self, right=True)
         self._slider = QSlider(Qt.Orientation.Horizontal, self)
         self._slider.setRange(0, round((high - low) / step))
@@ -252,7 +253,7 @@ class LabelledSlider(QWidget):
     def set_mixed(self) -> None:
         """Show that there is no one value; the handle waits in the middle."""
         self.set_value(0.5 * (self._low + self._high))
-        self._rest = math.nan
+        self._rest = None
         self._value.setText(MIXED_VALUES)
         self._slider.setAccessibleDescription("several values")
 

@@ -25,11 +25,11 @@ class Proposal:
 
     Attributes:
         result: What ``apply`` would put in.
-        gain: Share of the patch's distortion that it takes away; nan if that is not known.
+        gain: Share of the patch's distortion that it takes away; None if that is not known.
     """
 
     result: ReflattenResult
-    gain: float
+    gain: float | None
 
 
 class MapEditorSignals(QObject):
@@ -346,7 +346,6 @@ class MapEditor(MapEditorSignals):
                 self.failed.emit(failed.value)
 
 
-def _gain(result: ReflattenResult) -> float:
-    job, gain = result.request.jobs[0], result.gains[0]
-    before = job.before.energies[-1] if job.before.energies else float("nan")
-    return gain / (before - _ISOMETRY) if before > _ISOMETRY else float("nan")
+def _gain(result: ReflattenResult) -> float | None:
+    before, gain = result.request.jobs[0].before.energies, result.gains[0]
+    return gain / (before[-1] - _ISOMETRY) if gain is not None and before[-1] > _ISOMETRY else None

@@ -7,7 +7,6 @@ alone), and the response to the last step of the force goal (``StepResponseMonit
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from enum import Enum
 from functools import partial
@@ -53,7 +52,9 @@ class StepResponseMonitor:
 
     def clear(self) -> None:
         """Nothing has been seen."""
-        self._goal = self._time = self._began = math.nan
+        self._goal: float | None = None
+        self._time: float | None = None
+        self._began = 0.0
         self._step: tuple[float, float] | None = None
         self._samples: list[tuple[float, float]] = []
         self._held = False
@@ -64,17 +65,16 @@ class StepResponseMonitor:
 
     def take(self, time: float, force: float, goal: float | None) -> None:
         """The force at ``time`` [s], and what is wanted [N]; None ends the watch, and keeps what it saw."""
-        if not time >= self._time:
-            self.clear()  # the first, or time ran backwards
+        if self._time is not None and time < self._time:
+            self.clear()  # time ran backwards
         self._time = time
+        before, self._goal = self._goal, goal
         if goal is None:
-            self._goal = math.nan
             return
-        if abs(goal - self._goal) > _SMALLEST_STEP:
+        if before is not None and abs(goal - before) > _SMALLEST_STEP:
             going_on = self._step is not None and time - self._began < _MERGE_STEPS_WITHIN
-            self._step = (self._step[0] if going_on and self._step else self._goal, goal)
+            self._step = (self._step[0] if going_on and self._step else before, goal)
             self._began, self._samples, self._held = time, [], False
-        self._goal = goal
         if self._step is not None and not self._held and time - self._began <= STEP_DURATION:
             self._samples.append((time - self._began, force))
 

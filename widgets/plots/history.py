@@ -8,7 +8,6 @@ stage.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -22,6 +21,8 @@ from app.scene.effects import SENSOR_KEYS
 
 class SampleHistory:
     """Samples of named series over time. Mutable: ``add`` and ``clear``.
+
+    A series is NaN at samples that said nothing of it, which the plots draw as gaps.
 
     Args:
         seconds: How far back to keep [s]; also the width of the window shown.
@@ -40,9 +41,9 @@ class SampleHistory:
         return tuple(self._values)
 
     @property
-    def latest(self) -> float:
-        """Time of the newest sample [s]; NaN when there is none."""
-        return float(self._times[(self._count - 1) % len(self._times)]) if self._count else float("nan")
+    def latest(self) -> float | None:
+        """Time of the newest sample [s]; None when there is none."""
+        return float(self._times[(self._count - 1) % len(self._times)]) if self._count else None
 
     def clear(self) -> None:
         """Forget all samples and series."""
@@ -51,7 +52,8 @@ class SampleHistory:
 
     def add(self, time: float, values: dict[str, float]) -> None:
         """Keep ``values`` at ``time`` [s]; time running backwards or jumping ahead starts a new history."""
-        if self._count and not 0 <= time - self.latest <= self.seconds:
+        latest = self.latest
+        if latest is not None and not 0 <= time - latest <= self.seconds:
             self.clear()
         place = self._count % len(self._times)
         for name in values:
@@ -64,16 +66,20 @@ class SampleHistory:
 
     def series(self, name: str) -> tuple[FloatArray, FloatArray]:
         """Ages (k,) [s], rising to 0 at the newest sample, and the values (k,) of the last ``seconds``; maybe none."""
-        if name not in self._values:
+        latest = self.latest
+        if latest is None or name not in self._values:
             return np.zeros(0), np.zeros(0)
         order = self._order()
-        ages = self._times[order] - self.latest
+        ages = self._times[order] - latest
         kept = ages >= -self.seconds
         return ages[kept], self._values[name][order][kept]
 
     def forget_silent(self) -> tuple[str, ...]:
         """Drop the series that said nothing in the last ``seconds``; their names. Cost: 5 µs a series."""
-        recent = self._times >= self.latest - self.seconds
+        latest = self.latest
+        if latest is None:
+            return ()
+        recent = self._times >= latest - self.seconds
         silent = tuple(name for name, values in self._values.items() if not np.isfinite(values[recent]).any())
         for name in silent:
             del self._values[name]
@@ -156,14 +162,14 @@ class LimitHistory:
 
     def clear(self) -> None:
         """Forget everything."""
-        self._now = math.nan
+        self._now: float | None = None
         self._spans: dict[LimitKind, list[list[float]]] = {}
         self._last: dict[LimitKind, Limit] = {}
         self._active: tuple[LimitKind, ...] = ()
 
     def take(self, time: float, limits: Sequence[Limit]) -> None:
         """These bound the controller at ``time`` [s]; time that jumps, or runs backwards, starts a new memory."""
-        if not 0 <= time - self._now <= self.seconds:
+        if self._now is not None and not 0 <= time - self._now <= self.seconds:
             self.clear()
         before, self._now = self._active, time
         self._active = tuple(limit.kind for limit in limits)
@@ -174,11 +180,13 @@ class LimitHistory:
                 spans[-1][1] = time
             else:
                 spans.append([time, time])
-        self._forget()
+        self._forget(time)
 
     @property
     def told(self) -> tuple[ShownLimit, ...]:
         """Those active now as they came, then those that ended within ``LIMIT_SHOWN_FOR``, the newest first."""
+        if self._now is None:
+            return ()
         ended = [(spans[-1][1], kind) for kind, spans in self._spans.items() if kind not in self._active]
         ended.sort(key=lambda pair: pair[0], reverse=True)
         recent = [kind for end, kind in ended if self._now - end <= LIMIT_SHOWN_FOR]
@@ -190,13 +198,16 @@ class LimitHistory:
     @property
     def rows(self) -> tuple[tuple[LimitKind, tuple[tuple[float, float], ...]], ...]:
         """Kind and spans of each limit remembered, first come first, as ages [s], 0 for now and below before."""
+        now = self._now
+        if now is None:
+            return ()
         return tuple(
-            (kind, tuple((max(start - self._now, -self.seconds), end - self._now) for start, end in spans))
+            (kind, tuple((max(start - now, -self.seconds), end - now) for start, end in spans))
             for kind, spans in self._spans.items()
         )
 
-    def _forget(self) -> None:
-        oldest = self._now - self.seconds
+    def _forget(self, now: float) -> None:
+        oldest = now - self.seconds
         for kind in tuple(self._spans):
             self._spans[kind] = [span for span in self._spans[kind] if span[1] >= oldest]
             if not self._spans[kind]:
@@ -220,19 +231,19 @@ class SettingChanges:
 
     def clear(self) -> None:
         """Forget everything."""
-        self._now = math.nan
+        self._now: float | None = None
         self._times: list[float] = []
 
     def at(self, time: float) -> None:
         """It is ``time`` [s] now; time that jumps, or runs backwards, forgets the changes before."""
-        if not 0 <= time - self._now <= self._seconds:
+        if self._now is not None and not 0 <= time - self._now <= self._seconds:
             self._times = []
         self._now = time
         self._times = [when for when in self._times if time - when <= self._seconds]
 
     def change(self) -> None:
         """Something was changed just now."""
-        if not math.isfinite(self._now):
+        if self._now is None:
             return
         if self._times and self._now - self._times[-1] <= _MERGE_CHANGES_WITHIN:
             self._times.pop()
@@ -241,7 +252,7 @@ class SettingChanges:
     @property
     def ages(self) -> tuple[float, ...]:
         """Of the changes [s], 0 for now and below before."""
-        return tuple(when - self._now for when in self._times)
+        return () if self._now is None else tuple(when - self._now for when in self._times)
 
 
 SENSOR_STAGE = "sensor"

@@ -236,9 +236,13 @@ class SeamTool(MapEditTool):
         proposal = self._editor.proposal
         if proposal is None:
             return ""
-        share = f"{100 * proposal.gain:.0f}\u2009%"
-        gains = f"{share} less distortion" if proposal.gain >= 0.005 else "No less distortion"
-        return f"{gains if np.isfinite(proposal.gain) else 'A further seam'}  \u00b7  Enter accepts, Escape declines"
+        if proposal.gain is None:
+            offer = "A further seam"
+        elif proposal.gain >= 0.005:
+            offer = f"{100 * proposal.gain:.0f}\u2009% less distortion"
+        else:
+            offer = "No less distortion"
+        return f"{offer}  \u00b7  Enter accepts, Escape declines"
 
     def _mark_body(self, document: MapDocument) -> ToolMarks:
         lines = tuple(EdgeMark(line.patch, line.vertices, line.role) for line in self._lines(document))

@@ -127,9 +127,9 @@ def tracks(**values):
 
 def test_touches_follow_each_other_at_the_places_that_babbling_touches():
     found = tracks(touches=30, seed=5)
-    places, patches = touched_places(arm().skin, BabbleSpec(touches=30, samples=5, seed=5))
-    assert np.allclose([track.points[0] for track in found], places[:, 0, 0], atol=0.002)
-    assert [int(track.patches[0]) for track in found] == patches[:, 0, 0].tolist()
+    places = touched_places(arm().skin, BabbleSpec(touches=30, samples=5, seed=5))
+    assert np.allclose([track.points[0] for track in found], places.positions[:, 0, 0], atol=0.002)
+    assert [int(track.patches[0]) for track in found] == places.patches[:, 0, 0].tolist()
     assert all(one.times[-1] + 0.19 < other.times[0] for one, other in pairwise(found))
 
 

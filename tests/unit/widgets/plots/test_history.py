@@ -56,7 +56,7 @@ def test_series_that_come_and_go():
 
 def test_nothing_known_is_nothing_drawn():
     history = SampleHistory()
-    assert np.isnan(history.latest)
+    assert history.latest is None
     assert [len(part) for part in history.series("force")] == [0, 0]
     history.add(0.0, {"force": 1.0})
     history.clear()
