@@ -19,9 +19,8 @@ from app.editing.document import MapDocument
 from app.editing.document_file import load_document
 from app.editing.reflatten import ReflattenRequest, request_reflatten
 from app.flattening.chart import Pin
-from app.geometry.plane import cross
 from app.maps.comparison import TaxelLayout, drawn_layout
-from app.maps.layout import MapLayout, Placement
+from app.maps.layout import MapLayout, Placement, fit_placement
 from app.skin.formats.icub_layout import apply_layout, read_icub_layout
 from app.skin.formats.taxel_files import read_taxel_sets, read_taxels
 from app.skin.formats.taxel_set import TaxelSet
@@ -196,28 +195,10 @@ def _fits(document: MapDocument, drawing: TaxelLayout) -> dict[int, Placement]:
     for number in range(len(document.patches)):
         points, plane = _drawn(document, drawing, number)
         if len(points) > 1 and np.ptp(points, axis=0).any() and np.ptp(plane, axis=0).any():
-            fits[number] = _fit(plane, points)
+            fits[number] = fit_placement(plane, points)
     if not fits:
         raise MapError("the drawing has no taxel of this skin", remedy="Choose a drawing of this skin")
     return fits
-
-
-def _fit(plane: FloatArray, points: FloatArray) -> Placement:
-    """The similarity that lays ``plane`` (k, 2) over ``points`` (k, 2) by least squares, mirrored if that is nearer.
-
-    In closed form, for rotations of the plane (Umeyama 1991).
-    """
-    goals, tried = points - points.mean(axis=0), []
-    for mirrored in (False, True):
-        flat = (plane - plane.mean(axis=0)) * [-1.0 if mirrored else 1.0, 1.0]
-        along = float((flat * goals).sum())
-        across = float(cross(flat, goals).sum())
-        tried.append((np.hypot(along, across), np.arctan2(across, along), mirrored))
-    kept, angle, mirrored = max(tried)
-    scale = float(kept / ((plane - plane.mean(axis=0)) ** 2).sum())
-    turn = Placement(float(angle), mirrored=mirrored, scale=scale)
-    x, y = points.mean(axis=0) - turn.apply(plane).mean(axis=0)
-    return replace(turn, offset=(float(x), float(y)))
 
 
 def _spread_out(points: FloatArray, most: int) -> IntArray:

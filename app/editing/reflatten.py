@@ -22,7 +22,7 @@ from app.flattening.methods import METHODS, find_method
 from app.flattening.newton import Iterate, OnRound
 from app.flattening.pinned_patch import PinnedPatch
 from app.maps.build import flatten_patch, with_chart
-from app.maps.layout import MapLayout, Placement
+from app.maps.layout import MapLayout, Placement, fit_placement
 from app.maps.tactile_map import TactileMap
 from app.skin.skin import Patch
 
@@ -178,10 +178,7 @@ def _laid_over(chart: Chart, other: Chart) -> Chart:
     if chart is other:
         return chart
     ours, theirs = chart.plane[chart.faces].reshape(-1, 2), other.plane[other.faces].reshape(-1, 2)
-    here, there = ours.mean(axis=0), theirs.mean(axis=0)
-    (a, b), (c, d) = (ours - here).T @ (theirs - there)
-    turn = Placement(float(np.arctan2(b - c, a + d)))
-    return replace(chart, plane=turn.apply(chart.plane - here) + there)
+    return replace(chart, plane=fit_placement(ours, theirs, rigid=True).apply(chart.plane))
 
 
 def _unwanted(job: FlattenJob, chart: Chart) -> list[Finding]:

@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 
 from app.core.arrays import FloatArray, IntArray, freeze_arrays
 from app.core.errors import MapError
+from app.maps.layout import fit_placement
 from app.maps.quality import measure
 from app.maps.tactile_map import TactileMap
 from app.maps.topography import BodyDistances, Topography, json_value, measure_topography
@@ -139,9 +140,7 @@ def compare_maps(
 
 
 def procrustes(first: FloatArray, second: FloatArray, starts: IntArray) -> float:
-    """Rms distance of points (n, 2) after the best similarity, mirrored or not, of each part of the second.
-
-    In closed form by a singular value decomposition (Schönemann 1966; Gower 1975).
+    """Rms distance of points (n, 2) after the best similarity, maybe mirrored, of each part of the second (Gower 1975).
 
     Args:
         first: (n, 2).
@@ -150,13 +149,9 @@ def procrustes(first: FloatArray, second: FloatArray, starts: IntArray) -> float
     """
     squares = 0.0
     for a, b in pairwise(starts):
-        p, q = first[a:b], second[a:b]
         if b > a:
-            p, q = p - p.mean(axis=0), q - q.mean(axis=0)
-            u, kept, vt = np.linalg.svd(q.T @ p)
-            size = (q**2).sum()
-            scale = kept.sum() / size if size > 0 else 0.0
-            squares += ((p - scale * q @ u @ vt) ** 2).sum()
+            fit = fit_placement(second[a:b], first[a:b])
+            squares += ((first[a:b] - fit.apply(second[a:b])) ** 2).sum()
     return float(np.sqrt(squares / max(len(first), 1)))
 
 

@@ -1,8 +1,8 @@
-"""What laying flat does to each face, and how to show it, as plain numbers: no colours here.
+"""What flattening does to each face, and how to show it, as plain numbers: no colours here.
 
-``distortion`` tells how each face changes angles, areas and lengths; ``stretch`` is one measure of it over a map,
-``flaws`` are the places where a map is not one-to-one. Two textures make stretch visible: a checkerboard is regular on
-the map, so the body shows how the map pulls it; circles are round on the body, so the map shows what it makes of them
+``distortion`` tells how each face changes angles, areas and lengths; ``stretch`` is one measure of it over a map;
+``nested_patches`` are those that lie in another. Two textures make stretch visible: a checkerboard is regular on the
+map, so the body shows how the map stretches it; circles are round on the body, so the map shows what it makes of them
 (Tissot 1881).
 """
 
@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 
 from app.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays, readonly
 from app.core.errors import MapError
-from app.flattening.bijectivity import crossing_sides, flipped
+from app.flattening.bijectivity import flipped
 from app.flattening.symmetric_dirichlet import rest_triangles, rotation_svd
 from app.geometry.plane import winding_numbers
 from app.maps.tactile_map import TactileMap
@@ -154,36 +154,6 @@ def stretch(map_: TactileMap, measure: DistortionMeasure, *, known: Distortion |
     return Stretch(measure, faces, found.flipped, found.spread(folded))
 
 
-@dataclass(frozen=True, eq=False)
-class Flaws:
-    """Where a map is not one-to-one.
-
-    Attributes:
-        flips: (f, 3, 2) the triangles that lie upside down [m].
-        overlaps: (k, 2) places where two parts of a border meet, and within each patch that lies in another [m].
-    """
-
-    flips: FloatArray
-    overlaps: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "flips", "overlaps")
-
-
-def flaws(map_: TactileMap) -> Flaws:
-    """Find them. Cost: 5 ms for 20,000 faces."""
-    flips = [uv[chart.faces[flipped(chart.plane, chart.faces)]] for chart, uv in zip(map_.charts, map_.uv, strict=True)]
-    # Holes have borders too, and a tube's map may run into its own.
-    borders = [
-        [uv[n] for n in chart.connectivity.boundary_loops] for chart, uv in zip(map_.charts, map_.uv, strict=True)
-    ]
-    insides = [uv[chart.faces[0]].mean(axis=0) for chart, uv in zip(map_.charts, map_.uv, strict=True)]
-    meetings = _crossing_points([loop for border in borders for loop in border])
-    return Flaws(
-        np.concatenate([np.zeros((0, 3, 2)), *flips]), np.concatenate([meetings, nested_patches(borders, insides)])
-    )
-
-
 def nested_patches(borders: Sequence[Sequence[FloatArray]], insides: Sequence[FloatArray]) -> FloatArray:
     """Where one patch lies in another; their borders need not meet for that, and a hole is not inside.
 
@@ -201,15 +171,6 @@ def nested_patches(borders: Sequence[Sequence[FloatArray]], insides: Sequence[Fl
         around[number] = False
         found.append(places[around])
     return np.concatenate(found)
-
-
-def _crossing_points(loops: Sequence[FloatArray]) -> FloatArray:
-    """(k, 2) where sides of closed polygons (n, 2) meet: the middle of the two sides' nearest ends."""
-    i, j = crossing_sides(*loops)
-    if not len(i):
-        return np.zeros((0, 2))
-    start, end = np.concatenate(loops), np.concatenate([np.roll(loop, -1, axis=0) for loop in loops])
-    return 0.25 * (start[i] + end[i] + start[j] + end[j])
 
 
 def checkerboard(points: FloatArray, *, side: float, blur: float) -> FloatArray:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -19,6 +19,7 @@ import numpy as np
 from app.core.arrays import FloatArray
 from app.core.errors import MapError
 from app.flattening.chart import Chart
+from app.geometry.plane import cross
 
 FARTHEST_OFFSET = 1e6
 """No patch lies farther from the map's origin [m]."""
@@ -68,6 +69,31 @@ class Placement:
     def _turn(self) -> FloatArray:
         cosine, sine = np.cos(self.angle), np.sin(self.angle)
         return np.array([[cosine, sine], [-sine, cosine]])
+
+
+def fit_placement(plane: FloatArray, points: FloatArray, *, rigid: bool = False) -> Placement:
+    """The placement that brings ``plane`` nearest to ``points`` by least squares (orthogonal Procrustes analysis).
+
+    In closed form for the plane, where the best rotation is an angle (Schönemann 1966; Umeyama 1991).
+
+    Args:
+        plane: (k, 2) at least one chart coordinate [m].
+        points: (k, 2) where each should be [m].
+        rigid: Only turned and moved; by default also scaled, and mirrored where that is nearer. The scale is 0 where
+            all of ``plane`` is one point.
+    """
+    goals, tried = points - points.mean(axis=0), []
+    for mirrored in (False,) if rigid else (False, True):
+        flat = (plane - plane.mean(axis=0)) * [-1.0 if mirrored else 1.0, 1.0]
+        along = float((flat * goals).sum())
+        across = float(cross(flat, goals).sum())
+        tried.append((np.hypot(along, across), np.arctan2(across, along), mirrored))
+    kept, angle, mirrored = max(tried)
+    size = float(((plane - plane.mean(axis=0)) ** 2).sum())
+    scale = 1.0 if rigid else float(kept / size) if size > 0 else 0.0
+    turn = Placement(float(angle), mirrored=mirrored, scale=scale)
+    x, y = points.mean(axis=0) - turn.apply(plane).mean(axis=0)
+    return replace(turn, offset=(float(x), float(y)))
 
 
 @dataclass(frozen=True)

@@ -15,10 +15,11 @@ from PySide6.QtGui import QColor, QFont, QFontMetricsF, QImage, QPainter, QPen
 
 from app.core.arrays import FloatArray
 from app.geometry.mesh import SurfacePoint
-from app.maps.distortion import DistortionMeasure, Flaws, Stretch, TissotCircles, checkerboard, stretch
+from app.maps.distortion import DistortionMeasure, Stretch, TissotCircles, checkerboard, stretch
 from app.maps.tactile_map import TactileMap
 from widgets.common.colours import PressureScale, StretchScale, Theme, words32
 from widgets.common.settings import BaseLayer
+from widgets.map_view.bijectivity import Flaws
 from widgets.map_view.live_image import ImageAtlas
 from widgets.map_view.map_coordinates import format_three_digits, nice_floor
 

@@ -1,7 +1,7 @@
 """Where the map is not one-to-one while it is edited: flipped triangles and overlaps, found and marked.
 
-What belongs to a chart is found once, the rest by the layout (no Qt): the same as ``app.maps`` finds for a whole map,
-of the patches that are shown. The item marks them so that they cannot be overlooked.
+What belongs to a chart is found once, the rest by the layout (no Qt): of the patches that are shown, what
+``MapQuality`` counts. The item marks them so that they cannot be overlooked.
 """
 
 from __future__ import annotations
@@ -15,14 +15,30 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPolygonF
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
-from app.core.arrays import FloatArray, IntArray
+from app.core.arrays import FloatArray, IntArray, freeze_arrays
 from app.editing.document import MapDocument
 from app.flattening.bijectivity import crossing_sides, flipped
 from app.flattening.chart import Chart
-from app.maps.distortion import Flaws, nested_patches
+from app.maps.distortion import nested_patches
 from widgets.common.colours import Theme
 from widgets.map_view.map_coordinates import SceneTransform
 from widgets.map_view.map_items import ZOrder, cosmetic_pen, padded_bounds, to_lines, to_polygon
+
+
+@dataclass(frozen=True, eq=False)
+class Flaws:
+    """Where a map is not one-to-one.
+
+    Attributes:
+        flips: (f, 3, 2) the triangles that lie upside down [m].
+        overlaps: (k, 2) places where two parts of a border meet, and within each patch that lies in another [m].
+    """
+
+    flips: FloatArray
+    overlaps: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "flips", "overlaps")
 
 
 @dataclass(frozen=True, eq=False)

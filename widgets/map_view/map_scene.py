@@ -18,13 +18,12 @@ from app.contacts.detection import TOUCH_THRESHOLD
 from app.core.arrays import IntArray
 from app.editing.document import MapDocument
 from app.geometry.mesh import SurfacePoint
-from app.maps.distortion import Flaws
 from app.maps.tactile_map import TactileMap
 from app.session.frame import Frame
 from widgets.common.colours import BETWEEN_DOTS, PressureScale, Theme, words32
 from widgets.common.settings import BaseLayer, OverlayOptions
 from widgets.map_view.background import Background, Legend, legend_of, make_background
-from widgets.map_view.bijectivity import FlawFinder, FlawsItem
+from widgets.map_view.bijectivity import FlawFinder, Flaws, FlawsItem
 from widgets.map_view.live_image import AtlasTile, ImageAtlas, ImageSettings, LiveImage
 from widgets.map_view.map_coordinates import SceneTransform, VisiblePatches
 from widgets.map_view.map_items import PatchItem, TaxelsItem, ZOrder

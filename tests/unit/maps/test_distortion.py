@@ -1,4 +1,4 @@
-"""Distortion of faces is what the map was made with; its textures and flaws show it where it is."""
+"""Distortion of faces is what the map was made with; its textures show it where it is."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from app.maps.distortion import (
     TissotCircles,
     checkerboard,
     distortion,
-    flaws,
     nested_patches,
     spaced_subset,
     stretch,
@@ -112,14 +111,6 @@ def spoiled(map_, change, *, patch=0):
     return TactileMap(map_.skin, tuple(charts), map_.layout)
 
 
-def pulled_over(plane):
-    """One inner point pulled across the sheet."""
-    changed = plane.copy()
-    inner = np.linalg.norm(plane - plane.mean(axis=0), axis=1).argmin()
-    changed[inner] += [0.012, 0.0]
-    return changed
-
-
 @pytest.mark.parametrize(("measured", "factor"), [("angle", 2.0), ("area", 2.0), ("isometry", 2.0)])
 def test_a_sheet_pulled_to_twice_its_length_says_two(flat, measured, factor):
     found = stretch(spoiled(flat, lambda plane: plane * [2.0, 1.0]), measured)
@@ -153,56 +144,6 @@ def test_a_line_instead_of_a_patch_is_infinitely_stretched(flat):
     line = spoiled(flat, lambda plane: plane * [1.0, 0.0])
     assert np.isinf(stretch(line, "angle").spread.max)
     assert stretch(line, "area").flipped.all()
-
-
-def test_a_good_map_has_no_flaws(three_patches):
-    found = flaws(three_patches)
-    assert found.flips.shape == (0, 3, 2)
-    assert found.overlaps.shape == (0, 2)
-
-
-def test_every_flip_is_found_where_it_lies_on_the_placed_map(three_patches):
-    map_ = spoiled(three_patches, pulled_over, patch=1)
-    chart, uv = map_.charts[1], map_.uv[1]
-    moved = int(np.abs(chart.plane - three_patches.charts[1].plane).sum(axis=1).argmax())
-    found = flaws(map_)
-    assert len(found.flips) >= 1
-    assert (np.linalg.norm(found.flips - uv[moved], axis=2).min(axis=1) < 1e-12).all(), "each has the point that moved"
-    assert len(found.flips) == stretch(map_, "angle").flipped.sum()
-    assert not len(found.overlaps)
-
-
-def test_a_mirrored_patch_is_not_flipped(three_patches):
-    layout = three_patches.layout
-    first = replace(layout.placements[0], mirrored=True)
-    mirrored = replace(three_patches, layout=replace(layout, placements=(first, *layout.placements[1:])))
-    assert not len(flaws(mirrored).flips)
-
-
-def moved_onto_the_first(map_, aside):
-    """The second patch laid over the first, so far aside [m]."""
-    first, second, *others = map_.layout.placements
-    onto = replace(second, offset=tuple(np.add(first.offset, aside)))
-    return replace(map_, layout=replace(map_.layout, placements=(first, onto, *others)))
-
-
-def test_overlapping_patches_are_marked_where_their_borders_meet(three_patches):
-    map_ = moved_onto_the_first(three_patches, [0.0, 0.0])
-    found = flaws(map_)
-    assert len(found.overlaps) == measure(map_).overlaps >= 2
-    assert not len(found.flips)
-    for border in map_.outlines[:2]:
-        longest = np.linalg.norm(np.diff(border, axis=0), axis=1).max()
-        away = np.linalg.norm(found.overlaps[:, None] - border, axis=2).min(axis=1)
-        assert (away < 2 * longest).sum() >= 2
-
-
-def test_a_patch_within_another_is_marked_though_no_borders_meet(three_patches):
-    map_ = moved_onto_the_first(three_patches, [0.03, 0.01])
-    found = flaws(map_).overlaps
-    assert len(found) == measure(map_).overlaps == 1
-    low, high = map_.uv[1].min(axis=0), map_.uv[1].max(axis=0)
-    assert ((found > low) & (found < high)).all()
 
 
 def test_a_patch_in_a_hole_of_another_is_not_within_it():

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from app.core.errors import MapError
 from app.flattening.bijectivity import crossings
 from app.flattening.chart import Chart
-from app.maps.layout import PACKING_ASPECT, MapLayout, Placement, pack_charts, pair_up
+from app.maps.layout import PACKING_ASPECT, MapLayout, Placement, fit_placement, pack_charts, pair_up
 
 POINTS = np.random.default_rng(0).normal(size=(20, 2))
 
@@ -179,3 +179,25 @@ def test_the_whole_has_a_windows_shape():
 
 def test_nothing_to_pack_is_an_empty_layout():
     assert pack_charts([]).placements == pack_charts([], links=[]).placements == ()
+
+
+@pytest.mark.parametrize("true", [Placement(2.0, (0.3, -0.1), scale=1.7), Placement(-0.4, (1.0, 2.0), True, 0.6)])
+def test_a_placement_is_found_again_from_where_it_brought_points(true):
+    plane = np.random.default_rng(3).normal(size=(12, 2))
+    found = fit_placement(plane, true.apply(plane))
+    assert found.mirrored == true.mirrored
+    assert (found.angle, *found.offset, found.scale) == pytest.approx((true.angle, *true.offset, true.scale))
+
+
+def test_a_rigid_fit_neither_scales_nor_mirrors():
+    plane = np.random.default_rng(3).normal(size=(12, 2))
+    true = Placement(2.0, (0.3, -0.1))
+    wanted = 1.3 * (true.apply(plane) - true.offset) + true.offset
+    found = fit_placement(plane, wanted + plane.mean(axis=0), rigid=True)
+    assert (found.angle, found.scale, found.mirrored) == (pytest.approx(2.0), 1.0, False)
+    assert not fit_placement(plane, plane * [-1, 1], rigid=True).mirrored
+
+
+def test_one_point_fits_anywhere_without_size():
+    found = fit_placement(np.zeros((3, 2)), np.array([[0.0, 0], [3, 0], [0, 3]]))
+    assert (found.scale, found.offset) == (0.0, pytest.approx((1.0, 1.0)))

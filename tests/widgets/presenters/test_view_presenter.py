@@ -11,8 +11,9 @@ from PySide6.QtGui import QColor
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
+from app.editing.document import MapDocument
 from app.editing.pins import add_pin
-from app.maps.distortion import distortion, flaws, stretch
+from app.maps.distortion import distortion, stretch
 from app.maps.tactile_map import TactileMap
 from tests.widgets.support.layered_map_view import layered_map_view
 from tests.widgets.support.samples import middle_taxel, touched
@@ -20,6 +21,7 @@ from tests.widgets.support.snapshots import pixels, shared_share
 from widgets.common.colours import BETWEEN_DOTS, DARK, PressureScale, StretchScale
 from widgets.common.settings import BaseLayer, OverlayOptions, Settings
 from widgets.layers.registry import LAYERS, at_first
+from widgets.map_view.bijectivity import FlawFinder
 from widgets.map_view.map_coordinates import format_three_digits
 from widgets.window.main_window import MainWindow
 
@@ -209,7 +211,7 @@ def test_flips_are_marked_red_and_counted_whatever_is_shown(qtbot, prepared, gro
     view.resize(700, 600)
     view.display.set_overlays(replace(at_first(LAYERS), ground=ground))
     spoiled = flipped_map(prepared)
-    found = flaws(spoiled).flips
+    found = FlawFinder().of(MapDocument.of(spoiled)).flips
     assert len(found) > 0
     reds = []
     for map_ in (prepared.map, spoiled):
