@@ -9,9 +9,9 @@ from app.contacts.regions import ContactRegion
 from app.core.arrays import FloatArray
 from app.session.frame import Frame
 from widgets.common.colours import PressureScale
-from widgets.robot_view.contact_marks import MAX_CONTACTS, add_mark
+from widgets.robot_view.contact_marks import MAX_CONTACTS
 from widgets.robot_view.robot_scene import BodyLayer, RobotScene
-from widgets.robot_view.surface_marks import TaxelMarkers, set_matrix
+from widgets.robot_view.surface_marks import TaxelMarkers, add_mark, set_matrix
 
 SHAPE_INK = "#5b6570"
 """Of ellipses and error circles, on skin that is light in both themes."""
@@ -29,11 +29,8 @@ class ContactShapes(BodyLayer):
         super().__init__(scene)
         self._index = scene.prepared.robot.link_index
         self.ellipses, self.errors = (
-            [
-                add_mark(scene.plotter, _dashed_circle(every=every), SHAPE_INK, lit=False, line_width=1.0)
-                for _ in range(MAX_CONTACTS)
-            ]
-            for every in (2, 1)
+            [add_mark(scene.plotter, circle, SHAPE_INK, line_width=1.0) for _ in range(MAX_CONTACTS)]
+            for circle in (_dashed_circle(every=2), _dashed_circle(every=1))
         )
 
     def show_frame(self, frame: Frame, poses: FloatArray) -> None:

@@ -12,6 +12,7 @@ from app.core.arrays import FloatArray
 from app.session.frame import Frame
 from app.session.prepare import PreparedScene
 from widgets.common.colours import Theme
+from widgets.robot_view.surface_marks import add_mark
 
 ARROW_LENGTH = 0.012
 """Metres of arrow per newton."""
@@ -35,10 +36,10 @@ class ContactMarks:
         hover = pv.Disc(inner=0.62, outer=1.0, c_res=48)
         ball = pv.Sphere(theta_resolution=24, phi_resolution=16)
         arrow = pv.Arrow(start=(0, 0, 1), direction=(0, 0, -1), tip_length=0.3, tip_radius=0.07, shaft_radius=0.022)
-        self._discs = [add_mark(plotter, disc, theme.accent, lit=False) for _ in range(MAX_CONTACTS)]
-        self._arrows = [add_mark(plotter, arrow, theme.accent, lit=False) for _ in range(MAX_CONTACTS)]
+        self._discs = [add_mark(plotter, disc, theme.accent) for _ in range(MAX_CONTACTS)]
+        self._arrows = [add_mark(plotter, arrow, theme.accent) for _ in range(MAX_CONTACTS)]
         self._balls = [add_mark(plotter, ball, theme.text, lit=True, opacity=0.25) for _ in range(MAX_CONTACTS)]
-        self._hover = add_mark(plotter, hover, theme.accent, lit=False)
+        self._hover = add_mark(plotter, hover, theme.accent)
         self.forces: list[tuple[FloatArray, ContactRegion]] = []
         """Each arrow's tail and tip (2, 3) [m], world, and the region whose force it stands for."""
 
@@ -85,18 +86,6 @@ class ContactMarks:
         """Take another theme."""
         for ball in self._balls:
             ball.prop.color = theme.text
-
-
-def add_mark(
-    plotter: Any, mesh: pv.PolyData, colour: str, *, lit: bool, opacity: float = 1.0, line_width: float | None = None
-) -> Any:
-    """An actor of ``mesh``, hidden until it is placed."""
-    actor = plotter.add_mesh(
-        mesh, color=colour, lighting=lit, opacity=opacity, pickable=False, reset_camera=False, show_scalar_bar=False,
-        line_width=line_width,
-    )  # fmt: skip
-    actor.visibility = False
-    return actor
 
 
 def _place(actor: Any, point: FloatArray, normal: FloatArray, width: float, length: float) -> None:

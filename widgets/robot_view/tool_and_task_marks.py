@@ -29,7 +29,7 @@ from widgets.overlays.task_overlay import NO_TASK, ContactTrail, SkinPolyline, T
 from widgets.robot_view.surface_marks import (
     ColouredTriangles,
     SurfaceMarks,
-    add_flat_actor,
+    add_mark,
     arrowheads,
     diamonds,
     empty_mesh,
@@ -62,8 +62,8 @@ class EditToolMarks(SurfaceMarks):
         self._marks = NO_MARKS
         self._solids = [empty_mesh() for _ in prepared.skin.patches]
         self._tints = [empty_mesh() for _ in prepared.skin.patches]
-        self._solid_actors = [add_flat_actor(plotter, mesh) for mesh in self._solids]
-        self._tint_actors = [add_flat_actor(plotter, mesh, opacity=_TINT_OPACITY) for mesh in self._tints]
+        self._solid_actors = [add_mark(plotter, mesh) for mesh in self._solids]
+        self._tint_actors = [add_mark(plotter, mesh, opacity=_TINT_OPACITY) for mesh in self._tints]
         self._attach_to_links((self._solid_actors, self._tint_actors))
 
     def show(self, marks: ToolMarks) -> None:
@@ -215,7 +215,7 @@ class _FlatActor:
 
     def __init__(self, plotter: Any) -> None:
         self._mesh: pv.PolyData = empty_mesh()
-        self.actor = add_flat_actor(plotter, self._mesh)
+        self.actor = add_mark(plotter, self._mesh)
 
     def fill(self, pieces: list[ColouredTriangles]) -> None:
         fill_mesh(self._mesh, self.actor, pieces)
