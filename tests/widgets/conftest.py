@@ -16,6 +16,7 @@ from vtkmodules.vtkRenderingCore import vtkRenderWindow
 from app.editing.document import MapDocument
 from app.scene.scene_file import load_scene
 from app.session.prepare import PreparedScene, prepare
+from tests.widgets.support.samples import coarse
 from widgets.common.colours import DARK, apply_theme
 from widgets.common.settings import Settings
 from widgets.document.map_editor import MapEditor
@@ -34,6 +35,12 @@ def prepared() -> PreparedScene:
     prepared = prepare(replace(scene, cover=replace(scene.cover, taxels=TAXELS)))
     assert len(prepared.skin) == TAXELS
     return prepared
+
+
+@pytest.fixture(scope="session")
+def coarse_prepared() -> PreparedScene:
+    """The same arm in a thick skin, of a tenth of the triangles: for what measures maps, or prepares them beside."""
+    return prepare(coarse(TAXELS))
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from PySide6.QtCore import QObject, Signal
@@ -16,7 +17,7 @@ from widgets.workers.worker_process import Reply, RequestHandler, Result, Source
 
 MASS = 0.1
 """Of the known load [kg]."""
-_INLINE_SECONDS = 0.2
+_SECONDS, _INLINE_SECONDS = 2.0, 0.2
 _DIED = "The cost measurement ended unexpectedly; the scene goes on. Try again."
 
 
@@ -34,15 +35,15 @@ class _Weigh:
     effects: Effects
 
 
-def make_handler() -> RequestHandler:
-    """In the process: a scene, and what to measure of it, in; prices and weights out."""
+def make_handler(seconds: float) -> RequestHandler:
+    """In the process: a scene, and what to measure of it, in; prices, in ``seconds``, and weights out."""
     known: list[PreparedScene] = []
 
     def serve(request: object, tell: Reply) -> None:
         if isinstance(request, PreparedScene):
             known[:] = [request]
         elif isinstance(request, _MeasureCosts):
-            tell("priced", dict(ablation_cost(known[0], effects=request.effects)))
+            tell("priced", dict(ablation_cost(known[0], effects=request.effects, seconds=seconds)))
         elif isinstance(request, _Weigh):
             tell("weighed", _weighed(known[0], request.effects))
 
@@ -54,7 +55,12 @@ def _weighed(prepared: PreparedScene, effects: Effects) -> WeighingResult:
 
 
 class CostWorker(QObject):
-    """Measures one thing at a time, and of prices only the newest asked for."""
+    """Measures one thing at a time, and of prices only the newest asked for.
+
+    Args:
+        parent: Qt parent.
+        seconds: About how long the prices of a scene are measured.
+    """
 
     priced = Signal(object)
     """The Result with milliseconds a tick by effect, of the effects asked for last."""
@@ -63,9 +69,9 @@ class CostWorker(QObject):
     failed = Signal(object)
     """The Result with why something is not known."""
 
-    def __init__(self, parent: QObject | None = None) -> None:
+    def __init__(self, parent: QObject | None = None, *, seconds: float = _SECONDS) -> None:
         super().__init__(parent)
-        self.process = WorkerProcess("cost_worker", make_handler, self)
+        self.process = WorkerProcess("cost_worker", partial(make_handler, seconds), self)
         self.process.answered.connect(self._on_answered)
         self.process.ended.connect(self._on_ended)
         self._scene: PreparedScene | None = None

@@ -25,6 +25,12 @@ from widgets.panels.panel_column import COLUMN_WIDTH, PanelColumn
 LEFT = Qt.MouseButton.LeftButton
 
 
+@pytest.fixture(scope="module")
+def prepared(coarse_prepared):
+    """Its maps are measured."""
+    return coarse_prepared
+
+
 @pytest.fixture
 def panel(qtbot, editor):
     made = ComparePanel(editor)

@@ -279,7 +279,8 @@ def test_effects_say_what_is_on_and_why(qtbot, prepared):
     assert all(line.toolTip() for line in panel.lines.values())
 
 
-def test_quality_is_empty_then_measuring_then_measured(qtbot, prepared):
+def test_quality_is_empty_then_measuring_then_measured(qtbot, coarse_prepared):
+    prepared = coarse_prepared
     panel = shown(qtbot, QualityPanel())
     assert any("Open a robot" in text for text in texts(panel))
     panel.show_prepared(prepared)

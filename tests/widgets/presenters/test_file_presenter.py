@@ -20,6 +20,12 @@ from widgets.session.backends import INLINE
 from widgets.workers.scene_worker import SceneWorker
 
 
+@pytest.fixture(scope="module")
+def prepared(coarse_prepared):
+    """It is sent to processes, and its map measured."""
+    return coarse_prepared
+
+
 @pytest.fixture
 def backends():
     """Scenes are prepared in a process, as they are for a person."""
@@ -64,6 +70,7 @@ def test_closing_while_recording_completes_the_file(window, tmp_path):
     assert RecordingPlayer(file).complete
 
 
+@pytest.mark.parametrize("backends", [INLINE])  # what the worker's process tells is what it tells here
 @pytest.mark.parametrize("name", ["nothing.urdf", "picture.docx", "broken.mcap"])
 def test_a_bad_file_gives_one_message_and_keeps_the_scene(window, qtbot, tmp_path, name):
     path = tmp_path / name

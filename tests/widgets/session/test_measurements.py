@@ -37,6 +37,12 @@ class HeldMaps(InlineMapQualityWorker):
         super().compare(*self.held)
 
 
+@pytest.fixture(scope="module")
+def prepared(coarse_prepared):
+    """It is measured: twice in each test."""
+    return coarse_prepared
+
+
 @pytest.fixture
 def live(qtbot, prepared):
     made = LiveSession(backends=replace(INLINE, cost_worker=HeldCosts, map_quality_worker=HeldMaps))

@@ -1,4 +1,4 @@
-"""Values made by hand: a smooth touch as the session would report it, and a small map whose shape never changes."""
+"""What tests stand on: a coarse arm, a smooth touch as the session would report it, a small map that never changes."""
 
 from __future__ import annotations
 
@@ -13,9 +13,21 @@ from app.flattening.chart import Chart
 from app.geometry.mesh import Mesh
 from app.maps.layout import MapLayout, Placement
 from app.maps.tactile_map import TactileMap
+from app.scene.scene import Scene
+from app.scene.scene_file import load_scene
 from app.session.frame import Frame
 from app.skin.skin import Patch, Quadrature, Skin, Taxels
 from app.tactile.poke import PokeState
+
+
+def coarse(taxels) -> Scene:
+    """The arm in a skin so thick that its triangles are large: it is prepared, and its map measured, ten times as soon.
+
+    Args:
+        taxels: How many.
+    """
+    scene = load_scene("arm")
+    return replace(scene, cover=replace(scene.cover, taxels=taxels, thickness=0.01))
 
 
 def touched(tactile_map, taxels=(), *, tick=1, time=0.0, kilopascals=12.0, radius=0.02) -> Frame:

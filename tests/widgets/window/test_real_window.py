@@ -11,12 +11,18 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from app.editing.reflatten import set_method
-from app.scene.scene_file import load_scene
+from tests.widgets.support.samples import coarse
 from tests.widgets.support.window_driver import press_map
 from widgets.session.backends import BACKGROUND
 from widgets.session.live_session import HAND
 
 LONG = 120_000
+
+
+@pytest.fixture(scope="module")
+def prepared(coarse_prepared):
+    """It is sent to five processes."""
+    return coarse_prepared
 
 
 @pytest.fixture
@@ -70,14 +76,14 @@ def test_a_person_presses_edits_records_and_replays(window, qtbot, tmp_path):
 
 def test_a_scene_is_opened_beside_the_one_that_runs_which_stays_where_it_fails(window, qtbot):
     live, first = window.live, window.live.prepared
-    arm = load_scene("arm")
+    arm = coarse(60)
     with qtbot.waitSignal(live.failed, timeout=LONG) as failure:
         window.presenters.files.open_scene(replace(arm, robot="no-such-robot"))
     assert "no-such-robot" in failure.args[0]
     assert live.prepared is first
     tick = live.runner.session.frame.tick
     with qtbot.waitSignal(live.prepared_changed, timeout=LONG):
-        window.presenters.files.open_scene(replace(arm, cover=replace(arm.cover, taxels=60)))
+        window.presenters.files.open_scene(arm)
     assert len(live.prepared.skin) == 60
     assert tick > 0
     qtbot.waitUntil(lambda: live.runner.session.frame.tick > 5, timeout=LONG)

@@ -14,6 +14,8 @@ from widgets.workers.cost_worker import MASS, CostWorker
 from widgets.workers.worker_process import SourceToken
 
 LONG = 60_000
+SHORT = 0.1
+"""For prices [s]: which they are, not how exact."""
 HERE = SourceToken("here")
 
 
@@ -26,7 +28,7 @@ def prepared():
 @pytest.fixture(scope="module")
 def cost_worker(qapp):
     """One for all tests that leave its process alone: to start one takes longer than most of them."""
-    made = CostWorker()
+    made = CostWorker(seconds=SHORT)
     yield made
     _end(made)
 
@@ -35,7 +37,7 @@ def cost_worker(qapp):
 def fresh_worker(cost_worker):
     """One whose process has not been started; it is gone after the test."""
     others = mp.active_children()
-    made = CostWorker()
+    made = CostWorker(seconds=SHORT)
     yield made
     _end(made, others)
 

@@ -13,8 +13,8 @@ from app.editing.document import MapDocument
 from app.editing.reflatten import apply_result, set_method
 from app.recording.player import RecordingPlayer
 from app.recording.verify import verify
-from app.scene.scene_file import load_scene
 from tests.support.recordings import record
+from tests.widgets.support.samples import coarse
 from widgets.workers.scene_worker import SceneWorker
 from widgets.workers.worker_process import SourceToken
 
@@ -22,14 +22,29 @@ LONG = 60_000
 HERE = SourceToken("here")
 
 
-@pytest.fixture
-def worker():
-    """A worker whose process is gone after the test."""
+@pytest.fixture(scope="module")
+def only_worker(qapp):
+    """One for all: to start its process takes longer than most of what it is asked."""
     made = SceneWorker()
     yield made
     made.close()
     made.deleteLater()
-    assert not mp.active_children(), "a process outlived its test"
+    assert not mp.active_children(), "a process outlived its tests"
+
+
+@pytest.fixture
+def worker(only_worker):
+    """The worker, with nothing to do before and after each test, and one process at most."""
+    yield only_worker
+    assert not only_worker.busy
+    assert not only_worker.editing
+    assert len(mp.active_children()) <= 1, "a process was replaced but not ended"
+
+
+@pytest.fixture(scope="module")
+def prepared(coarse_prepared):
+    """It is sent to a process."""
+    return coarse_prepared
 
 
 @pytest.fixture
@@ -40,9 +55,8 @@ def document(prepared):
 
 @pytest.fixture
 def scene():
-    """Few taxels, so that preparing takes a second or two."""
-    scene = load_scene("arm")
-    return replace(scene, cover=replace(scene.cover, taxels=60))
+    """Few taxels and triangles, so that preparing takes half a second."""
+    return coarse(60)
 
 
 def test_a_scene_comes_back_prepared(worker, scene, qtbot):
