@@ -2,7 +2,7 @@
 
 The names below are what a program needs; each is imported when it is asked for. Units are SI. Positions and normals are
 in the frame that their name says (``link_position``, ``map_point``, ``world_normal``); those of a ``Skin``, in the
-frame of the link that wears them. Examples in the docstrings go on from this one:
+frame of the link that carries them. Examples in the docstrings go on from this one:
 
     >>> import app as tm
     >>> robot = tm.load_robot("arm")
@@ -25,13 +25,13 @@ The folders follow the chain from body to motion; read them in this order:
 ``core``        named array types, errors, files: what all others stand on
 ``geometry``    meshes, poses, points on a surface
 ``robots``      a robot from any file, and the kinematics of a posture
-``skin``        patches of taxels worn by links: placed by themselves, or imported
-``flattening``  one patch cut and laid flat, one-to-one
+``skin``        patches of taxels that cover links: placed by themselves, or imported
+``flattening``  one patch cut and flattened, one-to-one
 ``maps``        all patches on one plane: the tactile map, with its inverse, its image and its quality
 ``editing``     a map as a person edits it: immutable documents, edits from one to the next, history, files
 ``tactile``     from what presses the skin to what its taxels report: contact models and sensor effects
 ``contacts``    contact regions read from the map and back-projected to the body
-``stimuli``     scripted hands: pokes, strokes, grasps, from a file or recorded from a person
+``stimuli``     scripted fingers: pokes, strokes, grasps, from a file or recorded from a person
 ``scene``       what is simulated and what for; each effect follows from the needs or from a choice
 ``simulation``  physics that holds only what the scene calls for, stepped; fingers on the skin
 ``control``     what the joints do about a contact

@@ -1,4 +1,4 @@
-"""Everything a hand or an eye touches.
+"""Everything a user sees or touches.
 
 ``window`` opens it and puts it together; ``presenters`` connect what is shown to what is done, each one topic, given an
 ``AppContext`` and never the window. Two owners of change stand behind them: ``session`` is the only caller that changes

@@ -109,7 +109,7 @@ class ContactPipeline:
     """Reads contacts tick by tick. Mutable; ``reset`` forgets the past.
 
     Args:
-        robot: Which wears the skin; where its links are tells self-touch.
+        robot: Which the skin covers; where its links are tells self-touch.
         map_: The skin's map. Its skin is the one believed in; the one that feels needs the same taxels, but they may
             lie elsewhere.
         sensor: What the sensor does to readings, for the threshold and the regions' error bars.

@@ -5,7 +5,7 @@ absence.
 come back as who they were.
 
 A finger that slides over a gap between taxels, or that a slow skin samples just then, lifts from the skin as little as
-a foot that steps over a crack. So a contact that comes back soon enough, and no farther off than a hand can have moved
+a foot that steps over a crack. So a contact that comes back soon enough, no farther off than a finger can have moved
 meanwhile, keeps its id; and only one that is not awaited any more has been released (``events``).
 
 How soon is soon enough depends on what was felt. A wide contact is never lost between taxels: it is awaited as long as
@@ -35,7 +35,7 @@ GAP = 0.3
 NARROW = 2
 """Taxels that such a contact touches at most."""
 SPEED = 0.2
-"""How fast a hand moves on over the skin [m/s]; strokes are made at 0.01 to 0.1 m/s, and rarely above."""
+"""How fast a finger moves over the skin [m/s]; strokes are made at 0.01 to 0.1 m/s, and rarely above."""
 
 
 class _LostTrack(NamedTuple):
@@ -106,7 +106,7 @@ class TrackMemory:
         return self._gone
 
     def _apart(self, gone: _LostTrack, group: TaxelGroup, now: float) -> float | None:
-        """From the old taxels with their ring to the nearest new one [m]; None where a hand cannot have come."""
+        """From the old taxels with their ring to the nearest new one [m]; None where no finger can have come."""
         after = sorted(group.core)
         if self._links[after[0]] != gone.link:
             return None

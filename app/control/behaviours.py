@@ -34,7 +34,7 @@ class Behaviour:
 
     Raises:
         SceneError: There is no such event or setting, a value is out of range, or nothing would change. Whether such a
-            link wears skin is checked where the skin is known.
+            link has skin is checked where the skin is known.
     """
 
     on: EventKind

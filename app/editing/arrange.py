@@ -192,7 +192,7 @@ def snap_move(
     Args:
         document: As it was before the gesture.
         numbers: The patches that are moved.
-        by: The move as the hand makes it [m].
+        by: The move as it was dragged [m].
         reach: How near counts, usually some pixels in metres; 0 for no snapping.
     """
     chosen = document.chosen(numbers)

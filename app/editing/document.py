@@ -73,7 +73,7 @@ class MapDocument:
 
     @property
     def charts(self) -> tuple[Chart, ...]:
-        """Each patch laid flat."""
+        """Each patch, flattened."""
         return self.map.charts
 
     @property

@@ -24,7 +24,7 @@ class History:
     """The documents so far. Mutable; nothing in a document is ever copied, and undone documents come back themselves.
 
     A gesture (a drag, a slider) is one step however often it changes the document: ``begin``, ``change`` at each move
-    of the hand, then ``end`` or ``cancel``. Documents that are not the present let go of all that can be computed
+    of the mouse, then ``end`` or ``cancel``. Documents that are not the present let go of all that can be computed
     again, so that a step costs what it changed.
 
     Args:
@@ -34,7 +34,7 @@ class History:
         most_bytes: Likewise, for the arrays that all steps hold together [bytes]. The present is always kept.
 
     Attributes:
-        present: The document as it is now, in a gesture as it is in the hand.
+        present: The document as it is now, in a gesture as far as it has gone.
         gesture: The name of the gesture that is going on; empty if there is none.
     """
 

@@ -1,8 +1,8 @@
 """Pins: put in, dragged, typed and taken out. The map between them is solved anew.
 
-A drag goes so: ``begin_pin_drag`` at the press, ``PinnedPatch.move`` and ``frame`` at each move of the hand,
+A drag goes so: ``begin_pin_drag`` at the press, ``PinnedPatch.move`` and ``frame`` at each move of the mouse,
 ``with_dragged_patch`` for the document to be shown (always from the document in which the drag began), and at the
-release ``finish_pin_drag``, whose exact result ``History.refine`` puts in place of what the hand left.
+release ``finish_pin_drag``, whose exact result ``History.refine`` puts in place of what the drag left.
 """
 
 from __future__ import annotations
@@ -58,14 +58,14 @@ def add_pin(document: MapDocument, at: SurfacePoint) -> MapDocument:
 
 
 def begin_pin_drag(document: MapDocument, number: int) -> PinnedPatch:
-    """A patch under the hand, with its pins numbered from 0 in their order. Cost: 30 ms for 10,000 faces."""
+    """A patch being dragged, with its pins numbered from 0 in their order. Cost: 30 ms for 10,000 faces."""
     document.chosen([number])
     patch, surface = document.patches[number], document.skin.patches[number].surface
     return PinnedPatch(surface, document.charts[number], lengths=kept_lengths(patch), pins=patch.pins, name=patch.name)
 
 
 def with_dragged_patch(document: MapDocument, number: int, gripped: PinnedPatch) -> MapDocument:
-    """The document with the patch as the hand has it now.
+    """The document with the patch as it is dragged now.
 
     Args:
         document: The one that was gripped; not what ``with_dragged_patch`` gave before, whose frame moved along.

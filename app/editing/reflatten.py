@@ -1,4 +1,4 @@
-"""Edits that need a patch laid flat anew: a request for the worker, the work, and its result put into the document.
+"""Edits that need a patch flattened again: a request for the worker, the work, and its result put into the document.
 
 A request is a plain value that crosses to another process. The window goes on with the old document meanwhile; the
 result finds its place by what the patch was like when it was asked for, so that one that comes too late is recognised,
@@ -33,7 +33,7 @@ class StaleEdit(MapError):
 
 @dataclass(frozen=True, eq=False)
 class FlattenJob:
-    """One patch to be laid flat.
+    """One patch to be flattened.
 
     Attributes:
         number: Of the patch.
@@ -58,7 +58,7 @@ class ReflattenRequest:
 
     Attributes:
         name: Of the step, for the history.
-        jobs: What is to be laid flat; none if everything is as wanted already.
+        jobs: What is to be flattened; none if everything is as wanted already.
     """
 
     name: str
@@ -102,7 +102,7 @@ def request_reflatten(
 
 
 def set_method(document: MapDocument, numbers: Iterable[int], method: str) -> ReflattenRequest:
-    """The patches laid flat by another method; the slider goes back to lengths where the method has none.
+    """The patches flattened by another method; the slider goes back to lengths where the method has none.
 
     Raises:
         MapError: No such patch or method.
@@ -138,7 +138,7 @@ def reflatten(wanted: ReflattenRequest, *, progress: Progress = no_progress) -> 
         progress: Told what is being done and how far it is, 0 to 1, at least once a round; may raise to cancel.
 
     Raises:
-        MapError: A patch cannot be laid flat so; the document keeps what it had.
+        MapError: A patch cannot be flattened in this way; the document keeps what it had.
 
     Cost: as ``build_map`` for these patches.
     """

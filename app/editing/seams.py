@@ -1,4 +1,4 @@
-"""Seams drawn, erased and proposed, and areas of interest painted where none may go. All need the patch laid flat anew.
+"""Seams drawn, erased and proposed, and areas of interest painted where none may go. All need reflattening.
 
 A seam that would cut a patch in two is refused. A patch is a piece of skin with its own taxels, which the simulation,
 the controller and recordings know by number; splitting it is a change of the skin, which an edit of the map never is.
@@ -48,7 +48,7 @@ def draw_seam(document: MapDocument, number: int, through: Sequence[int]) -> Ref
     bad = [vertex for vertex in through if not 0 <= vertex < len(surface.vertices)]
     if bad:
         raise MapError("the patch has no such vertex", place=document.patches[number].name, value=bad[0])
-    places = [vertex for vertex, _ in groupby(through)]  # a hand that stays marks a place twice
+    places = [vertex for vertex, _ in groupby(through)]  # a pointer that rests marks a place twice
     path = shortest_edge_path(surface, places, importance=plan.importance)
     name = document.patches[number].name
     if plan.importance is not None and (plan.importance[path] > 0).all(axis=1).any():

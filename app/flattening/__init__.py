@@ -1,7 +1,7 @@
 """One patch of skin from the body to the plane, one-to-one.
 
 Read in the order of the work. ``cut`` opens a surface along seams until it is a disk; ``initial_map`` makes it ready
-for any method and gives its first valid map (Tutte); ``methods`` are the ways to lay it flat, and ``flatten`` runs one,
+for any method and gives its first valid map (Tutte); ``methods`` are the ways to flatten it, and ``flatten`` runs one,
 mends what is not one-to-one and proves the result, a ``chart``. Under them: ``symmetric_dirichlet`` (the energy that is
 minimised), ``newton`` (the minimiser) and ``bijectivity`` (what valid means, checked, and the barrier that keeps a map
 off itself).

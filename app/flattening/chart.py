@@ -1,4 +1,4 @@
-"""A chart: one patch laid flat, in its own coordinates; and a pin, which holds a place of the body at a place of a
+"""A chart: one patch flattened, in its own coordinates; and a pin, which holds a place of the body at a place of a
 chart.
 """
 

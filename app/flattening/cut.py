@@ -1,4 +1,4 @@
-"""Cutting a patch along seams until it is a disk that can be laid flat.
+"""Cutting a patch along seams until it is a disk that can be flattened.
 
 A weighted tree-cotree cut (Eppstein 2003; Erickson and Whittlesey 2005) with each boundary loop contracted to one node:
 a shortest-path tree from the longest loop, a spanning tree of the faces beside it, and the edges that neither uses.

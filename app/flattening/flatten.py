@@ -1,4 +1,4 @@
-"""One patch from the body to the plane: cut, laid flat by any method, mended where not one-to-one, and proved.
+"""One patch from the body to the plane: cut, flattened by any method, mended where not one-to-one, and proved.
 
 ``seam_curve`` shows how much each further seam would gain: the curve by which a person chooses how many.
 """
@@ -81,7 +81,7 @@ def flatten(
 
 
 class _FlatteningJob:
-    """One surface to be laid flat in one way, with as many seams as it takes."""
+    """One surface to be flattened in one way, with as many seams as it takes."""
 
     def __init__(
         self, surface: Mesh, how: Method, lengths: float, plan: SeamPlan, name: str, on_round: OnRound | None
@@ -203,7 +203,7 @@ class SeamStep:
         extra: How many.
         energy: Mean symmetric Dirichlet energy; 4 is an isometry.
         length: Of all seams on the body [m].
-        chart: The patch, cut and laid flat so.
+        chart: The patch, cut and flattened.
     """
 
     extra: int
@@ -224,7 +224,7 @@ def seam_curve(
         method: See ``flattening.methods``.
 
     Raises:
-        MapError: The surface cannot be laid flat with any of these.
+        MapError: The surface cannot be flattened with any of these.
     """
     given = plan or SeamPlan()
     for extra in range(most + 1):

@@ -1,4 +1,4 @@
-"""A patch under the hand: pins are put in, dragged and taken out, and the map follows within a frame.
+"""A patch that is edited interactively: pins are put in, dragged and taken out, and the map follows within a frame.
 
 ``PinFollower`` is a map that follows its pins: with all its faces, or, where those are too many for a frame, carried by
 the coarse cage of ``reduced_model``. ``converge`` finishes such a map: converged, kept off itself, proved one-to-one,

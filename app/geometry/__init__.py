@@ -4,7 +4,7 @@
 ``pose``            a rigid transform
 ``plane``           cross products and winding numbers in the plane
 ``connectivity``    who touches whom: edges, boundaries, components, orientation, manifold parts
-``repair``          a file's mesh cleaned for native code, or repaired to be laid flat
+``repair``          a file's mesh cleaned for native code, or repaired to be flattened
 ``wrap``            one clean outer surface of any mesh, at a distance from it
 ``refine``          more vertices on the same surface: subdivision, vertices at given points
 ``closest_point``   the point of a mesh nearest to another; barycentric weights

@@ -1,9 +1,9 @@
-"""What a mesh from a file needs: cleaned before native code may see it, or repaired so that it can be laid flat.
+"""What a mesh from a file needs: cleaned before native code may see it, or repaired so that it can be flattened.
 
 ``clean_mesh`` welds equal vertices and drops empty, zero-area and duplicate faces: enough for what only looks at a
 surface (a wrap, rays, closest points).
 
-``repair_mesh`` makes any mesh fit to be laid flat, with every change told and traceable to the file's own vertices and
+``repair_mesh`` makes any mesh fit to be flattened, with every change told and traceable to the file's own vertices and
 faces. The user's triangles stay where they are; only their numbering changes. In order: vertices at one place become
 one; faces that are a line, a point or a copy go; neighbours turn to agree about the outside; what meets in more than a
 surface is taken apart; whole components turn outward; degenerate faces are flipped away.
@@ -43,7 +43,7 @@ _ROUNDING = 4 * np.finfo(np.float64).eps
 def clean_mesh(mesh: Mesh, *, where: str = "mesh") -> tuple[Mesh, tuple[Finding, ...]]:
     """Weld equal vertices, drop faces that enclose no area or stand twice, drop unused vertices.
 
-    Enough for what only looks at a surface (a wrap, rays, closest points); what is laid flat needs ``repair``.
+    Enough for what only looks at a surface (a wrap, rays, closest points); what is flattened needs ``repair``.
 
     Args:
         mesh: Any finite mesh.
@@ -198,7 +198,7 @@ _REMEDY = "Export it again in metres"
 
 @dataclass(frozen=True, eq=False)
 class RepairedMesh:
-    """A mesh fit to be laid flat, and the way back.
+    """A mesh fit to be flattened, and the way back.
 
     Attributes:
         mesh: Every edge has one or two faces that agree about the outside, every vertex one fan, every face area; in

@@ -1,7 +1,7 @@
 """One clean outer surface of any mesh: what a cover of some thickness over it looks like from outside.
 
-A link's mesh from a file is seldom a surface: screws float inside it, shells have holes, parts overlap. A skin is worn
-over all that. So the skin's surface is the set of points at the cover's thickness from the mesh, seen from outside:
+A link's mesh from a file is seldom a surface: screws float inside it, shells have holes, parts overlap. A skin
+covers all that. So the skin's surface is the set of points at the cover's thickness from the mesh, seen from outside:
 closed, manifold and outward by construction, whatever the mesh was.
 
 Decision: this instead of repairing meshes face by face. Repair needs a rule for each defect and still leaves inner

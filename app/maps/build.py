@@ -1,4 +1,4 @@
-"""From a skin to its tactile map in one call; and one patch of a map laid flat anew, the others left as they are."""
+"""From a skin to its tactile map in one call; and one patch of a map flattened again, the others left as they are."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def build_map(
         progress: Told what is being done and how far it is, 0 to 1, at least once a round; may raise to cancel.
 
     Raises:
-        MapError: No patches, a seam plan for no patch, or a patch that cannot be laid flat.
+        MapError: No patches, a seam plan for no patch, or a patch that cannot be flattened.
 
     Example:
         >>> tactile_map = tm.build_map(skin)

@@ -171,10 +171,10 @@ def _body_frames(map_: TactileMap, patch: IntArray, face: IntArray, side: IntArr
     """(b, 2, 2) columns: the step on the map for a metre along the segment's edge on the body, and into its face."""
     place = [_corner(map_, patch, face, (side + k) % 3) for k in range(3)]
     body = np.empty((len(patch), 3, 3))
-    for number, worn in enumerate(map_.skin.patches):
+    for number, surface in enumerate(one.surface for one in map_.skin.patches):
         own = np.flatnonzero(patch == number)
         for k in range(3):
-            body[own, k] = worn.surface.vertices[worn.surface.faces[face[own], (side[own] + k) % 3]]
+            body[own, k] = surface.vertices[surface.faces[face[own], (side[own] + k) % 3]]
     edge, arm = body[:, 1] - body[:, 0], body[:, 2] - body[:, 0]
     base = np.linalg.norm(edge, axis=1)
     along = (arm * edge).sum(axis=1) / base

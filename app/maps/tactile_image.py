@@ -30,11 +30,11 @@ def body_area_of_pixels(map_: TactileMap, patch: IntArray, face: IntArray, resol
     Exactly ``resolution² / (s1 s2)``: over a face the map stretches areas by the ratio of the face's two areas.
     """
     areas = np.zeros(len(face))
-    for number, (worn, chart, uv) in enumerate(zip(map_.skin.patches, map_.charts, map_.uv, strict=True)):
+    for number, (own, chart, uv) in enumerate(zip(map_.skin.patches, map_.charts, map_.uv, strict=True)):
         first, second = (uv[chart.faces[:, k]] - uv[chart.faces[:, 0]] for k in (1, 2))
         on_map = 0.5 * np.abs(cross(first, second))
         here = np.flatnonzero((patch == number) & (face >= 0))
-        areas[here] = worn.surface.face_areas[face[here]] / on_map[face[here]]
+        areas[here] = own.surface.face_areas[face[here]] / on_map[face[here]]
     return resolution**2 * areas
 
 
@@ -252,9 +252,9 @@ def force_error(image: TactileImage) -> FloatArray:
 
 
 def surface_positions(skin: Skin, patch: IntArray, face: IntArray, weights: FloatArray) -> FloatArray:
-    """(k, 3) [m], link frames, of places given by patch (k,), face (k,) and weights (k, 3); nan for patch -1."""
+    """(k, 3) [m], link frames, of places given by patch (k,), face (k,) and weights (k, 3); NaN for patch -1."""
     result = np.full((len(patch), 3), np.nan)
-    for number, worn in enumerate(skin.patches):
+    for number, own in enumerate(skin.patches):
         here = patch == number
-        result[here] = worn.surface.points(face[here], weights[here])
+        result[here] = own.surface.points(face[here], weights[here])
     return result

@@ -137,7 +137,7 @@ class BodyPoint:
 
     Attributes:
         at: Patch, face and weights: what presses, targets and pins are given by.
-        link: Name of the link that wears the skin there.
+        link: Name of the link that the skin covers there.
         link_position: (3,) [m], frame of the link.
         link_normal: (3,) outward unit normal, frame of the link.
     """

@@ -34,7 +34,7 @@ class Effects:
         joint_limits: Whether joints stop at their limits.
         timestep: Of the integrator [s].
         dynamics: Whether bodies have inertia; without, the robot is where it is asked to be, and nothing pushes it.
-        fingers: Whether hands and scripts may poke.
+        fingers: Whether people and scripts may poke.
         friction: Whether contacts resist sliding.
         joint_friction: Whether joints have the dry friction that the robot's file gives them.
         skin: How contact becomes pressure; ``off`` senses nothing.

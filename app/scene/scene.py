@@ -34,14 +34,14 @@ class Scene:
         outputs: What is wanted, some of ``OUTPUTS``; empty for what the task usually wants.
         cover: How the skin places itself.
         layer: What the cover is made of.
-        taxel_file: An iCub positions file whose taxels are worn instead of a cover; empty for none.
+        taxel_file: An iCub positions file whose taxels are used instead of a cover; empty for none.
         objects: What there is besides the robot; their names differ.
         overrides: Effects that do not follow from the needs, by key of ``EFFECTS``.
         control: Settings of the controller that differ from its defaults, by name.
         behaviours: What contact events change of the controller's settings, see ``app.control.behaviour``.
         reading: How contacts are read, where that differs from the usual, by name.
         motion: The robot's own way, again and again; none stays at home.
-        stimuli: What the scripted hand does.
+        stimuli: What the scripted fingers do.
         tick: Seconds between two control ticks, a whole number of time steps.
         seed: Of all randomness in the session.
 

@@ -72,7 +72,7 @@ def prepare(scene: Scene, *, progress: Progress = no_progress) -> PreparedScene:
 
 
 def load_robot_and_skin(scene: Scene, *, progress: Progress = no_progress) -> tuple[Robot, Skin]:
-    """The scene's robot and what it wears, without a map.
+    """The scene's robot and its skin, without a map.
 
     Args:
         scene: What to make.

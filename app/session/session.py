@@ -80,12 +80,12 @@ def _checked_map(map_: TactileMap, skin: Skin) -> TactileMap:
     Raises:
         MapError: It is of another skin.
     """
-    worn, mapped = (tuple((patch.link, len(patch.taxels)) for patch in one.patches) for one in (skin, map_.skin))
-    if worn != mapped:
+    covered, mapped = (tuple((patch.link, len(patch.taxels)) for patch in one.patches) for one in (skin, map_.skin))
+    if covered != mapped:
         raise MapError(
             "the map is of another skin",
             value=f"{len(map_.skin)} taxels on {len(mapped)} patches",
-            remedy=f"Use a map of the session's skin, with {len(skin)} taxels on {len(worn)} patches",
+            remedy=f"Use a map of the session's skin, with {len(skin)} taxels on {len(covered)} patches",
         )
     return map_
 
@@ -93,13 +93,13 @@ def _checked_map(map_: TactileMap, skin: Skin) -> TactileMap:
 class Session:
     """Physics, touch, contacts and control of one scene. Mutable; ``reset`` starts again.
 
-    Reads no clock but for stage times. Whatever changes its course comes through ``submit`` or is the scripted hand;
+    Reads no clock but for stage times. Whatever changes its course comes through ``submit`` or is the script;
     both stand in ``inputs`` with the tick they took effect at, and the same inputs at the same ticks give the same
     frames, bit for bit.
 
     Args:
         prepared: The scene, made real.
-        scripted: Whether the scene's scripted hand plays until a person touches.
+        scripted: Whether the scene's script plays until a person touches.
         map_: The scene's map as it was edited before; or one of a skin whose taxels are the same but are believed to
             lie elsewhere, which contacts are read and controlled by then.
         settings: The controller's settings to start with; by default those of the scene.
@@ -110,7 +110,7 @@ class Session:
     Attributes:
         frame: The newest frame.
         inputs: (tick, input) since the reset, in order; the tick is that of the first frame that shows it.
-        scripted: Whether the scripted hand still plays.
+        scripted: Whether the script still plays.
         map: The tactile map in force: the scene's, until it is edited.
         failure: Why the session stopped by itself; None while it goes on.
 
@@ -167,7 +167,7 @@ class Session:
         """A session of a robot in the skin of a map, alone in the world, with nobody touching it yet.
 
         Args:
-            robot: Who wears the skin.
+            robot: Which the skin covers.
             map_: The tactile map of its skin.
             settings: Of the controller; by default impedance, which holds the home posture.
         """
@@ -175,7 +175,7 @@ class Session:
         return cls(PreparedScene(scene, robot, map_.skin, map_), settings=settings)
 
     def reset(self) -> None:
-        """Back to the start: robot at home, objects in their places, no finger, the scripted hand playing.
+        """Back to the start: robot at home, objects in their places, no finger, the script playing.
 
         Settings, the edited map and the effects in force stay; settings that a behaviour changed until the release
         are those from before again.
@@ -225,7 +225,7 @@ class Session:
         return self._simulation.total_normal_force
 
     def submit(self, session_input: SessionInput) -> None:
-        """Let a person do something at the start of the next tick. The first press ends the scripted hand's show.
+        """Let a person do something at the start of the next tick. The first press ends the script.
 
         What a behaviour did in a recorded session is not taken: it is derived again.
 
@@ -309,7 +309,7 @@ class Session:
         """One control tick: inputs, physics, touch, contacts, control.
 
         Raises:
-            TactileMapsError: An input was refused; the session is as if it had not come. Where the scripted hand was
+            TactileMapsError: An input was refused; the session is as if it had not come. Where the script was
                 refused, its show has ended.
             SimulationError: The physics diverged. ``failure`` says all about it, and until ``reset`` every tick raises
                 the same again.
@@ -332,7 +332,7 @@ class Session:
 
     def _take_effect(self) -> None:
         self._apply_waiting()
-        # Without the effect, hands cannot reach the skin: the script goes on unseen.
+        # Without the effect, fingers cannot reach the skin: the script goes on unseen.
         if self.scripted and self.effects.fingers:
             self._waiting += self._stimulus.inputs(self._ticks)
             try:

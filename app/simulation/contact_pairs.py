@@ -30,7 +30,7 @@ _ROBOT, _OUTSIDE = 1, 2
 
 
 def skinned_links(skin: Skin) -> tuple[str, ...]:
-    """Names of the links that wear skin, each once."""
+    """Names of the links that have skin, each once."""
     return tuple({patch.link: None for patch in skin.patches})
 
 

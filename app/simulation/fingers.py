@@ -72,7 +72,7 @@ class Fingers:
         self._down.clear()
 
     def apply(self, data: mujoco.MjData, poke: PokeInput) -> None:
-        """Do what the hand did. A moved finger keeps its depth, so its force does not jump.
+        """Do what the user did. A moved finger keeps its depth, so its force does not jump.
 
         Raises:
             SimulationError: There is no such place on the skin, or the finger is too stiff for the time step and the

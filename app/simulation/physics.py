@@ -109,12 +109,12 @@ class Physics:
             self._torque[:count] = command.torque
             self.data.qfrc_applied[:] = self._torque
 
-    def step(self, count: int, hand: Hook | None) -> None:
+    def step(self, count: int, fingers: Hook | None) -> None:
         """Advance ``count`` steps with dynamics.
 
         Args:
             count: How many.
-            hand: What else acts between steps.
+            fingers: What else acts between steps.
 
         Raises:
             SimulationError: The state left the numbers that mean something, or the layer is too stiff; the state is
@@ -123,7 +123,7 @@ class Physics:
         if self._passing is not None:
             self._passing.check(self.data, count)
         self._stale = True
-        hooks = self._hooks if hand is None else (*self._hooks, hand)
+        hooks = self._hooks if fingers is None else (*self._hooks, fingers)
         advance = self._step_hooked if hooks else self._step_freely
         if self._follows:
             for _ in range(count):
@@ -132,7 +132,7 @@ class Physics:
         else:
             advance(count, hooks)
 
-    def pose_at(self, posture: FloatArray, count: int, hand: Hook | None) -> None:
+    def pose_at(self, posture: FloatArray, count: int, fingers: Hook | None) -> None:
         """Let ``count`` steps pass without dynamics: the robot is at ``posture`` (joints,) at once.
 
         Velocity is the change of posture over the time that passes.
@@ -142,8 +142,8 @@ class Physics:
         data.qpos[:] = posture
         mujoco.mj_kinematics(self.model, data)
         for _ in range(count):
-            if hand is not None:
-                hand(data)
+            if fingers is not None:
+                fingers(data)
             data.time += step
 
     def numbers(self) -> FloatArray:

@@ -149,7 +149,7 @@ class Simulation:
             self._chain.reset()
 
     def apply(self, poke: PokeInput) -> None:
-        """Let a hand do something, from the next step on.
+        """Let a finger do something, from the next step on.
 
         Raises:
             SimulationError: There is no such place, the finger is too stiff, or fingers are off.
@@ -178,11 +178,11 @@ class Simulation:
             check_command(self._robot, command)
             self._physics.apply_command(command)
             self._command = command
-        hand = self._fingers.push if len(self._fingers) else None
+        fingers = self._fingers.push if len(self._fingers) else None
         if self._effects.dynamics:
-            self._physics.step(count, hand)
+            self._physics.step(count, fingers)
         else:
-            self._physics.pose_at(command.posture, count, hand)
+            self._physics.pose_at(command.posture, count, fingers)
 
     def use(self, effects: Effects) -> None:
         """Simulate with other effects from now on. The state stays: joints by name, fingers, what the sensor remembers.

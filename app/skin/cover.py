@@ -91,7 +91,7 @@ def cover_robot(robot: Robot, spec: CoverSpec | None = None, *, progress: Progre
         progress: Told what is being done and how far it is, 0 to 1; may raise to cancel.
 
     Raises:
-        SkinError: No link can wear skin, or a named link has no geometry.
+        SkinError: No link can be covered, or a named link has no geometry.
         RobotError: A named link does not exist.
 
     Example:

@@ -46,7 +46,7 @@ def skin_of_mesh(
     The mesh is repaired first. Its triangles stay where they are, divided only where they are too coarse for taxels.
 
     Args:
-        mesh: In any state [m], in the frame of the link that wears the skin.
+        mesh: In any state [m], in the frame of the link that the skin covers.
         spec: The taxels, over all pieces; what is painted has one value for each of the mesh's vertices. By default
             1000, evenly.
         name: Of the mesh, its link and its patches.
@@ -62,11 +62,11 @@ def skin_of_mesh(
     spec = spec or PlacementSpec(taxels=1000)
     progress(f"Repairing {name}", 0.0)
     repaired = repair_mesh(mesh, where=name)
-    worn, hidden = _Surface(repaired.mesh, repaired.vertex_of, repaired.component), 0
+    whole, hidden = _Surface(repaired.mesh, repaired.vertex_of, repaired.component), 0
     if surface == "outer":
         progress(f"Finding the visible surface of {name}", 0.2)
-        worn, hidden = _outer_surface(worn, _min_component_area(worn.mesh, spec))
-    parts, small = _components_with_specs(worn, spec, name)
+        whole, hidden = _outer_surface(whole, _min_component_area(whole.mesh, spec))
+    parts, small = _components_with_specs(whole, spec, name)
     notes = [
         Finding("hidden-face", name, "not covered: not visible from outside", hidden),
         Finding("small-piece", name, "not covered: too small for a taxel", small),
@@ -91,27 +91,27 @@ def _patches(parts: list[_Part], name: str, progress: Progress) -> tuple[tuple[P
 
 
 def _min_component_area(mesh: Mesh, spec: PlacementSpec) -> float:
-    """The least area [m²] worth wearing a taxel."""
+    """The least area [m²] worth a taxel."""
     if spec.taxels is not None:
         return MIN_COMPONENT_AREA * mesh.area / spec.taxels
     return MIN_COMPONENT_AREA * float(HEXAGON_AREA) * (spec.pitch or MODULE_PITCH) ** 2
 
 
-def _outer_surface(worn: _Surface, smallest: float) -> tuple[_Surface, int]:
+def _outer_surface(whole: _Surface, smallest: float) -> tuple[_Surface, int]:
     """What is seen from outside, taken apart anew where hidden faces held it together, and how many faces were not."""
-    chosen: BoolArray = without_islands(worn.mesh, outer_faces(worn.mesh), smallest)
+    chosen: BoolArray = without_islands(whole.mesh, outer_faces(whole.mesh), smallest)
     if chosen.all():
-        return worn, 0
-    twins = manifold_twins(worn.mesh.faces[chosen], worn.piece[chosen])
-    faces, copy_of = split_nonmanifold(worn.mesh.faces[chosen], twins)
-    seen = Mesh(worn.mesh.vertices[copy_of], faces)
-    return _Surface(seen, worn.vertex_of[copy_of], components_of(twins, len(faces))), int((~chosen).sum())
+        return whole, 0
+    twins = manifold_twins(whole.mesh.faces[chosen], whole.piece[chosen])
+    faces, copy_of = split_nonmanifold(whole.mesh.faces[chosen], twins)
+    seen = Mesh(whole.mesh.vertices[copy_of], faces)
+    return _Surface(seen, whole.vertex_of[copy_of], components_of(twins, len(faces))), int((~chosen).sum())
 
 
-def _components_with_specs(worn: _Surface, spec: PlacementSpec, name: str) -> tuple[list[_Part], int]:
+def _components_with_specs(whole: _Surface, spec: PlacementSpec, name: str) -> tuple[list[_Part], int]:
     """The pieces that get taxels, the largest first, each with what is asked of it; and how many are too small."""
-    areas = np.bincount(worn.piece, worn.mesh.face_areas).astype(np.float64)
-    large = np.flatnonzero(areas >= _min_component_area(worn.mesh, spec))
+    areas = np.bincount(whole.piece, whole.mesh.face_areas).astype(np.float64)
+    large = np.flatnonzero(areas >= _min_component_area(whole.mesh, spec))
     if not len(large):
         raise SkinError(
             "no piece of the mesh is large enough for a taxel",
@@ -121,14 +121,14 @@ def _components_with_specs(worn: _Surface, spec: PlacementSpec, name: str) -> tu
         )
     large = large[np.argsort(-areas[large], kind="stable")]
     counts = [None] * len(large) if spec.taxels is None else _share_by_area(areas[large], spec.taxels).tolist()
-    order = np.argsort(worn.piece, kind="stable")
-    begin = np.searchsorted(worn.piece[order], np.arange(len(areas) + 1))
+    order = np.argsort(whole.piece, kind="stable")
+    begin = np.searchsorted(whole.piece[order], np.arange(len(areas) + 1))
     parts = []
     for number, count in zip(large.tolist(), counts, strict=True):
         if count != 0:
-            faces, used = remove_unreferenced(worn.mesh.faces[order[begin[number] : begin[number + 1]]])
-            asked = spec.restricted_to(worn.vertex_of[used], taxels=count)
-            parts.append((Mesh(worn.mesh.vertices[used], faces), asked))
+            faces, used = remove_unreferenced(whole.mesh.faces[order[begin[number] : begin[number + 1]]])
+            asked = spec.restricted_to(whole.vertex_of[used], taxels=count)
+            parts.append((Mesh(whole.mesh.vertices[used], faces), asked))
     return parts, len(areas) - len(parts)
 
 

@@ -29,7 +29,7 @@ from app.skin.usable_surface import patch_name
 
 MeshSurface = Literal["outer", "all", "cover"]
 NO_ROBOT = "none"
-"""Named as the robot, it means that nobody wears the taxels: they are joined to each other instead."""
+"""Named as the robot, it means that no robot carries the taxels: they are joined to each other instead."""
 _TAXEL_ENDINGS = (".txt", ".csv", ".tsv", ".json")
 _DEFAULT_TAXELS = 1000
 
@@ -40,8 +40,8 @@ class SkinOptions:
 
     Attributes:
         placement: Of the taxels on a mesh; by default 1000, evenly.
-        links: Which links to cover, or the one that wears the file's taxels; empty to choose.
-        robot: Who wears the taxels of a file: None for iCub with iCub positions and nobody otherwise.
+        links: Which links to cover, or the one that carries the file's taxels; empty to choose.
+        robot: What carries the taxels of a file: None for iCub with iCub positions, otherwise nothing.
         surface: Of a bare mesh: its ``outer`` surface, ``all`` of it, or a ``cover`` over it, as robots get.
         thickness: Of a cover [m].
 
@@ -64,15 +64,15 @@ class SkinOptions:
 
 
 def open_skin(source: str | Path, options: SkinOptions | None = None, *, progress: Progress = no_progress) -> Skin:
-    """The skin that ``source`` holds or can wear; what was repaired on the way is among its findings.
+    """The skin that ``source`` holds or can be covered by; what was repaired on the way is among its findings.
 
     Args:
         source: A file, or a robot's name.
-        options: How taxels are placed where the source has none, and who wears them.
+        options: How taxels are placed where the source has none, and what carries them.
         progress: Told what is being done and how far it is, 0 to 1; may raise to cancel.
 
     Raises:
-        TactileMapsError: The source cannot be read, or cannot wear what is wanted.
+        TactileMapsError: The source cannot be read, or cannot be covered as wanted.
 
     Example:
         >>> tm.save_map(tactile_map, "hand.npz")
@@ -123,7 +123,7 @@ def _has_sensors(path: Path) -> bool:
 
 
 def _read_foreign_taxels(path: Path, wanted: SkinOptions) -> Skin:
-    """A foreign file's taxels, on the robot that wears them or joined to each other."""
+    """A foreign file's taxels, on the robot that carries them or joined to each other."""
     wearer = wanted.robot or ("icub" if path.suffix.lower() == ".txt" else NO_ROBOT)
     link = wanted.links[0] if wanted.links else None
     if wearer != NO_ROBOT and path.suffix.lower() == ".txt":

@@ -71,11 +71,11 @@ class Taxels:
 
 @dataclass(frozen=True, eq=False)
 class Patch:
-    """A piece of skin worn by one link.
+    """A piece of skin that covers one link.
 
     Attributes:
         name: Unique in the skin.
-        link: Name of the link that wears it.
+        link: Name of the link that it covers.
         surface: The outer surface in the link frame, not cut: what a finger meets. Connected and manifold.
         taxels: What it feels with.
     """

@@ -1,4 +1,4 @@
-"""A scripted hand, repeatable to the bit: what a person's fingers could do to the skin, said in a few numbers.
+"""Scripted fingers, repeatable to the bit: what a person's fingers could do to the skin, said in a few numbers.
 
 - ``stimulus``: what all kinds share, and a finger's track over the skin in time.
 - ``stimulus_kinds``: poke, tap, stroke, roll, path, grasp, babble.

@@ -18,7 +18,7 @@ from app.stimuli.stimulus_player import FIRST_SCRIPTED_FINGER
 from app.tactile.poke import Finger, PokeInput, PokeMoved, PokePressed, PokeReleased
 
 TOLERANCE = 0.0005
-"""A line is as simple as it can be while it meets every place of the hand this well [m]."""
+"""A line is as simple as it can be while it meets every recorded place this well [m]."""
 _REACH = 0.02
 _DIGITS = 5
 
@@ -26,18 +26,18 @@ _DIGITS = 5
 def stimuli_from_pokes(
     skin: Skin, inputs: Sequence[tuple[int, object]], *, tick: float, last: int | None = None, scripted: bool = False
 ) -> tuple[Stimulus, ...]:
-    """What a hand did, as a script; times count from the first press.
+    """What fingers did, as a script; times count from the first press.
 
     Args:
         skin: What it touched.
         inputs: (tick, input) in order, as a session keeps them; what is no poke is passed over.
         tick: Seconds a tick.
         last: Tick at which fingers that are still down count as lifted; None is just after the last input.
-        scripted: Whether what a scripted hand did counts too.
+        scripted: Whether what a script did counts too.
 
     Returns:
         One stimulus a press: a poke where the finger stayed, a stroke where it went straight at an even speed, else a
-        path. Each meets the hand's places within ``NEAR`` at their ticks, with the same finger.
+        path. Each meets the recorded places within ``NEAR`` at their ticks, with the same finger.
     """
     pokes = [
         (at, act) for at, act in inputs if isinstance(act, PokeInput) and (scripted or act.id > FIRST_SCRIPTED_FINGER)
@@ -96,7 +96,7 @@ def _stimulus(locator: SkinLocator, touch: _Touch, tick: float, first: int) -> S
 
 
 def _track(locator: SkinLocator, touch: _Touch, tick: float) -> FingerTrack:
-    """The touch, with the lift at its last place. A hand that stood still before a move left just before it."""
+    """The touch, with the lift at its last place. A finger that stood still before a move left just before it."""
     times = [(at - touch.ticks[0]) * tick for at in touch.ticks]
     rows = [(times[0], touch.places[0])]
     for time, before, at in zip(times[1:], touch.places, touch.places[1:], strict=False):
@@ -191,7 +191,7 @@ def _simplified(track: FingerTrack) -> list[int]:
 
 
 def _within_tolerance(said: FingerTrack, track: FingerTrack) -> bool:
-    """Whether a line is within ``NEAR`` of the hand at every tick that the hand gave a place for."""
+    """Whether a line is within ``NEAR`` of the finger at every tick that has a recorded place."""
     places = [said.at(float(time)) for time in track.times]
     return all(patch == int(k) for (patch, _), k in zip(places, track.patches, strict=True)) and all(
         np.linalg.norm(point - wanted) <= TOLERANCE for (_, point), wanted in zip(places, track.points, strict=True)

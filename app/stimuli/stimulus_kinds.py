@@ -4,7 +4,7 @@
 - ``Tap``: short pokes at one place, one after the other.
 - ``Stroke``: press at one place, move to another over the skin, lift.
 - ``Roll``: a fingertip that rolls over the skin to and fro, pressing as hard as it may all the while.
-- ``FingerPath``: a finger point by point in time, as a hand went.
+- ``FingerPath``: a finger point by point in time, as it was recorded.
 - ``Grasp``: fingers around a place on a link, which press against each other.
 - ``Babble``: pokes and strokes at random places, seeded.
 """

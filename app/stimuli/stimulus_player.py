@@ -1,4 +1,4 @@
-"""Plays stimuli: from a script to the inputs of a scripted hand at each tick."""
+"""Plays stimuli: from a script to the inputs of scripted fingers at each tick."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class StimulusPlayer:
                 self._near.setdefault(span, []).append(part)
 
     def inputs(self, tick: int) -> list[PokeInput]:
-        """What the scripted hand does at tick number ``tick``, from 0. About 1 µs, and 40 µs a moving finger."""
+        """What the script does at tick number ``tick``, from 0. About 1 µs, and 40 µs a moving finger."""
         if not self.ticks:
             return []
         tick %= self.ticks

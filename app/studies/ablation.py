@@ -62,7 +62,7 @@ def ablation_cost(
 ) -> Mapping[str, float]:
     """Milliseconds a tick that each effect which is on costs, by its key, in the order of ``EFFECTS``.
 
-    The scripted hand touches while it is measured. What is left out takes with it what depends on it (no contact, no
+    The scripted fingers touch while it is measured. What is left out takes with it what depends on it (no contact, no
     friction of contacts), so costs need not add up; noise may make one slightly negative. An effect without which
     this scene cannot run has none; neither has one that is off.
 

@@ -34,7 +34,7 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True, eq=False)
 class PatchRecipe:
-    """How a patch is laid flat; pins are left out.
+    """How a patch is flattened; pins are left out.
 
     Attributes:
         method: A name in ``flattening.methods``, or how a chart that came from elsewhere was made.
@@ -55,10 +55,10 @@ class Subject:
 
     Attributes:
         map: As it is.
-        patches: Numbers of the patches meant; all that a stage of single patches lays flat.
-        recipes: How each patch of the map was laid flat.
+        patches: Numbers of the patches meant; all that a stage of single patches flattens.
+        recipes: How each patch of the map was flattened.
         names: Of all patches of the map, as shown.
-        prepared: The robot that wears the map's skin, for what moves; None where only the map is known.
+        prepared: The robot that the map's skin covers, for what moves; None where only the map is known.
     """
 
     map: TactileMap
@@ -175,7 +175,7 @@ class Stage:
         fingerprint: In few letters what the trials depend on, so that one can tell when they are out of date.
         seconds: About how long all of it takes.
         current: The setting in force; None where there is none, or it is the scene's and not the map's.
-        recipes: How a setting's patches are laid flat, with their numbers; None where a setting is no edit of the map.
+        recipes: How a setting's patches are flattened, with their numbers; None where a setting is no edit of the map.
     """
 
     name: str

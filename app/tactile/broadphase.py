@@ -167,7 +167,7 @@ class LinkBroadphase:
 
     Args:
         skin: The skin.
-        link: One that wears a patch.
+        link: One that has a patch.
 
     Attributes:
         points: (n,) the numbers of the link's points through the skin, as in ``skin_points``; near ones together.
@@ -177,8 +177,8 @@ class LinkBroadphase:
 
     def __init__(self, skin: Skin, link: str) -> None:
         everything = quadrature_points(skin)
-        wears = np.array([patch.link == link for patch in skin.patches])
-        own = np.flatnonzero(wears[skin.patch_of[everything.taxel]])
+        on_link = np.array([patch.link == link for patch in skin.patches])
+        own = np.flatnonzero(on_link[skin.patch_of[everything.taxel]])
         self.spacing = float(np.sqrt(np.median(everything.areas[own])))
         self._cells = CellGrid(everything.positions[own], 8 * self.spacing)
         self.points: IntArray = own[self._cells.order]

@@ -1,4 +1,4 @@
-"""Pokes: a compliant finger pressed on the skin, as data. What the hand did is recorded as these inputs."""
+"""Pokes: a compliant finger pressed on the skin, as data. What a finger did is recorded as these inputs."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ from app.skin.skin import Quadrature, Skin, Taxels
 def quadrature_points(skin: Skin) -> Quadrature:
     """The quadrature points of all patches, patch after patch; their number here is what models call a point.
 
-    Positions and normals are in the frame of the link that wears the patch; ``taxel`` is numbered through the skin.
+    Positions and normals are in the frame of the link that carries the patch; ``taxel`` is numbered through the skin.
     """
     parts = [patch.taxels.quadrature for patch in skin.patches]
     if not parts:

@@ -1,6 +1,6 @@
 """The catalogue of difficult meshes, in named groups; each made when it is asked for.
 
-``HARD_MESHES`` are links of bodies as files bring them. ``hard_mesh(name)`` makes one that must be laid flat as it is,
+``HARD_MESHES`` are links of bodies as files bring them. ``hard_mesh(name)`` makes one that must be flattened as it is,
 ``GROUPS`` has the names by group, ``HOPELESS`` those that must be refused by name.
 """
 

@@ -145,7 +145,7 @@ def seam_angle(prepared: PreparedScene) -> float:
 
 
 def _seam() -> Place:
-    """Round the tube, across the seam by which it was laid flat, and back."""
+    """Round the tube, across the seam by which it was flattened, and back."""
     tube = _tube()
     angle = seam_angle(tube) + np.radians(np.concatenate([np.linspace(-30, 30, 61), np.linspace(29, 0, 30)]))
     ring = np.column_stack([TUBE * np.cos(angle), TUBE * np.sin(angle), np.full(len(angle), TUBE_LENGTH / 2 + 0.001)])

@@ -89,7 +89,7 @@ def walk(surface: Mesh, face: int, point, direction, length: float):
 
 
 def unrolled(surface: Mesh, *, taxels: int = 40, angle: float = 0.0, mirrored: bool = False) -> TactileMap:
-    """The map of a surface that can be laid flat without stretch, by laying down one triangle after the other."""
+    """The map of a surface that can be flattened without stretch, by laying down one triangle after the other."""
     cut = cut_to_disk(surface)
     positions, plane = surface.vertices[cut.vertex_of], np.full((len(cut.vertex_of), 2), np.nan)
     beside = {(int(f[k]), int(f[(k + 1) % 3])): int(f[(k + 2) % 3]) for f in cut.faces for k in range(3)}

@@ -1,4 +1,4 @@
-"""Surfaces to be laid flat, with the answer known or the difficulty named, and skins made of them.
+"""Surfaces to be flattened, with the answer known or the difficulty named, and skins made of them.
 
 ``SURFACES[name]()`` for one; ``skin_of(surface, ...)`` wears it.
 """

@@ -44,7 +44,7 @@ class WindowState:
         editable: Whether there is a map that takes edits.
         edit_busy: Whether an edit is being computed.
         patches_selected: Whether there is a patch to edit.
-        tool: In the hand.
+        tool: In use.
         undo: Of what the tool is about.
         overlays: What View > Overlay is set to.
         light: Whether the light theme is in force.

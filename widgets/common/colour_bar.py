@@ -33,7 +33,7 @@ class ColourBar(QWidget):
     """A slim vertical bar. Double-click, Space, the context menu or Up and Down choose where the scale ends."""
 
     maximum_changed = Signal(float)
-    """The hand chose another end of the scale [kPa]; nothing changes here until ``set_scale``."""
+    """The user chose another end of the scale [kPa]; nothing changes here until ``set_scale``."""
 
     def __init__(self, theme: Theme, scale: PressureScale, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -101,7 +101,7 @@ class ColourBar(QWidget):
         return menu
 
     def edit(self) -> None:
-        """Let the hand type the scale's end."""
+        """Let the user type the scale's end."""
         self._editor.setValue(self._scale.maximum)
         self._editor.show()
         self._editor.setFocus()

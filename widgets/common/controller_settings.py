@@ -159,7 +159,7 @@ class GainsByController:
 
 
 class ControllerSliders(QWidget):
-    """Emits settings as a hand turns them; a double-click on a name puts that one back to where it began.
+    """Emits settings as a user turns them; a double-click on a name puts that one back to where it began.
 
     Args:
         names: Of ``SLIDERS``, in the order shown.

@@ -60,6 +60,6 @@ def scene_to_open(path: str) -> Scene:
 
 
 def with_taxels(scene: Scene, path: str) -> Scene:
-    """The same robot wearing the taxels of a positions file; the scripted hand touches the first patch."""
+    """The same robot with the taxels of a positions file; the scripted finger touches the first patch."""
     stimuli = tuple(replace(stimulus, patch="") for stimulus in scene.stimuli[:1])
     return replace(scene, taxel_file=path, stimuli=stimuli, title=f"{scene.title} with {Path(path).name}")

@@ -110,7 +110,7 @@ class Panel(QWidget):
     """
 
     folded_changed = Signal(bool)
-    """The hand folded or unfolded it."""
+    """The user folded or unfolded it."""
 
     def __init__(self, heading: str, name: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -194,7 +194,7 @@ class LabelledSlider(QWidget):
 
     value_changed = Signal(float)
     rested = Signal(float)
-    """The hand let go of a value other than before, for what is too slow to follow it."""
+    """The user let go of a value other than before, for what is too slow to follow it."""
     default_wanted = Signal()
     """Its name was double-clicked, or Delete was pressed on the slider: for whoever knows a value to go back to."""
 
@@ -247,7 +247,7 @@ class LabelledSlider(QWidget):
 
     @property
     def held(self) -> bool:
-        """Whether the hand has it, so that it must not be set from elsewhere."""
+        """Whether the user is moving it, so that it must not be set from elsewhere."""
         return self._slider.isSliderDown() or self._quiet.isActive()
 
     def set_mixed(self) -> None:

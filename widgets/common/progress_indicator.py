@@ -10,7 +10,7 @@ class ProgressIndicator(QWidget):
     """Stage, progress and a way out, in the middle of the toolbar: it covers nothing and moves nothing."""
 
     cancelled = Signal()
-    """The hand does not want it any more."""
+    """The user does not want it any more."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)

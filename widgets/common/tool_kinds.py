@@ -1,4 +1,4 @@
-"""What a press on a view does with the tool in the hand: poke the skin, select taxels, edit, control. No Qt.
+"""What a press on a view does with the tool in use: poke the skin, select taxels, edit, control. No Qt.
 
 The tools are listed in ``widgets.tools.registry``; named here are only those that the views know by themselves.
 """

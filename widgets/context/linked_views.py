@@ -28,7 +28,7 @@ _NARROWEST = 400
 
 
 class LinkedViews(QWidget):
-    """Both views as one: what is shown in one is shown in the other, and a hand on either is the same hand."""
+    """Both views as one: what is shown in one is shown in the other, and a gesture on either goes on in the other."""
 
     poke_pressed = Signal(object)
     """A finger pressed the skin at a SurfacePoint, in either view."""
@@ -165,18 +165,18 @@ class LinkedViews(QWidget):
         self._overlay_body()
 
     def _overlay_body(self) -> None:
-        """The body wears the map's picture where there is one; touch alone it draws finer by itself."""
+        """The body shows the map's picture where there is one; touch alone it draws finer by itself."""
         textured = self.overlays.ground is not BaseLayer.PRESSURE
         self.robot.display.set_picture(self.map.display.skin_texture, textured=textured)
 
     def set_tool(self, tool: ToolKind) -> None:
-        """Both hands take another tool."""
+        """Both views take another tool."""
         self.tool = tool
         for view in (self.robot, self.map):
             view.set_tool(tool)
 
     def set_view_tool(self, tool: ViewTool | None) -> None:
-        """The tool that edits or leads, in both hands; None for one that does neither."""
+        """The tool that edits or controls, in both views; None for one that does neither."""
         for view in (self.robot, self.map):
             view.set_view_tool(tool)
 

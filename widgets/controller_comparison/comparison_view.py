@@ -34,7 +34,7 @@ _EMPTY = (
 
 
 class ComparisonView(QWidget):
-    """Shows what it is told and says what the hand does; runs nothing itself."""
+    """Shows what it is told and says what the user does; runs nothing itself."""
 
     asked = Signal()
     """Run the comparison."""

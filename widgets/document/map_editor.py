@@ -1,6 +1,6 @@
 """The map document being edited: the only place where it changes. Views, panels and tools ask here and show what comes.
 
-``MapEditorSignals`` lists what the editor tells whoever shows the document, as signals; what a hand wants goes in by
+``MapEditorSignals`` lists what the editor tells whoever shows the document, as signals; what a user wants goes in by
 the methods of ``MapEditor``: edits at once, gestures that are one step, and edits that a worker computes.
 """
 
@@ -36,7 +36,7 @@ class MapEditorSignals(QObject):
     """Past-tense changes of the document; none asks for an answer."""
 
     shown = Signal(object)
-    """The MapDocument as it is now, in a gesture as the hand has it."""
+    """The MapDocument as it is now, in a gesture as far as it has gone."""
     settled = Signal(object, str)
     """The MapDocument and the name of the step that was done, undone or redone; never within a gesture."""
     history_changed = Signal()
@@ -104,7 +104,7 @@ class MapEditor(MapEditorSignals):
 
     @property
     def document(self) -> MapDocument | None:
-        """As it is now, in a gesture as the hand has it; None before there is one."""
+        """As it is now, in a gesture as far as it has gone; None before there is one."""
         return None if self.history is None else self.history.present
 
     @property
@@ -114,7 +114,7 @@ class MapEditor(MapEditorSignals):
 
     @property
     def gesture(self) -> bool:
-        """Whether a hand is in the middle of an edit."""
+        """Whether a user is in the middle of an edit."""
         return self._before is not None
 
     @property
@@ -130,7 +130,7 @@ class MapEditor(MapEditorSignals):
         self._show(name)
 
     def set_enabled(self, *, enabled: bool) -> None:
-        """Take edits, or do not; what is in the hand is given up.
+        """Take edits, or do not; what is being dragged is given up.
 
         What is being computed goes on; a result that comes while no edits are taken waits until they are again.
         """
@@ -206,7 +206,7 @@ class MapEditor(MapEditorSignals):
         """Have an edit computed, instead of the one that is.
 
         Args:
-            request: What is to be laid flat; of nothing, nothing happens.
+            request: What is to be flattened; of nothing, nothing happens.
             refine: The result takes the place of the present step instead of being one.
             propose: The result waits as ``proposal``.
         """
@@ -284,7 +284,7 @@ class MapEditor(MapEditorSignals):
             self.selection_changed.emit()
 
     def _forget(self) -> None:
-        """Nothing in the hand, computed or proposed."""
+        """Nothing being dragged, computed or proposed."""
         self._late = None
         self.cancel()
         self.decline()
@@ -309,7 +309,7 @@ class MapEditor(MapEditorSignals):
             return  # for a document that is no longer edited, or an edit that is no longer wanted
         self._rest()
         if not self.enabled or (self.gesture and not asked.propose):
-            self._late = asked, result  # another document is looked at, or the hand goes first
+            self._late = asked, result  # another document is looked at, or the user goes first
         else:
             self._take(asked, result)
 

@@ -20,7 +20,7 @@ _STEP_NAMES = {"cut": "Number of cuts", "flatten": "Method"}
 def subject_of(
     document: MapDocument, patches: Iterable[int] | None = None, prepared: PreparedScene | None = None
 ) -> Subject:
-    """The map as it is edited, all its patches or those named, and the robot that wears it. Pins are left out."""
+    """The map as it is edited, all its patches or those named, and the robot that it covers. Pins are left out."""
     numbers = range(len(document.patches))
     recipes = [
         PatchRecipe(edit.method, edit.lengths, edit.seams, extra_seams(document, number))

@@ -23,7 +23,7 @@ def region_colour(region: int) -> str:
 
 @dataclass(frozen=True, eq=False)
 class SelectionUpdate:
-    """What a hand has chosen in one view.
+    """What a user has chosen in one view.
 
     Attributes:
         taxels: All that its gesture has covered so far.

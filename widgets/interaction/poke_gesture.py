@@ -1,4 +1,4 @@
-"""What the hand does on a view, as a small state machine without Qt: poke on the skin, move the view beside it."""
+"""What the user does on a view, as a small state machine without Qt: poke on the skin, move the view beside it."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ PokeEvent = Pressed | Moved | Released | Panned
 
 
 class PokeState(Enum):
-    """What the hand is doing."""
+    """What the user is doing."""
 
     IDLE = "idle"
     POKING = "poking"

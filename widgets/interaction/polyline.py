@@ -1,4 +1,4 @@
-"""Few corners of many points, without Qt: what a hand draws in one stroke becomes a path that can be edited."""
+"""Few corners of many points, without Qt: what a user draws in one stroke becomes a path that can be edited."""
 
 from __future__ import annotations
 

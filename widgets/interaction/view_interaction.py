@@ -1,6 +1,6 @@
 """What mouse and keys do on a view: the one router for robot and map, from Qt's events to pokes, selections and edits.
 
-A view answers what lies under a pixel and moves its camera (``ViewPort``); everything between is here, so that a hand
+A view answers what lies under a pixel and moves its camera (``ViewPort``); everything between is here, so that a user
 means the same in both.
 """
 
@@ -20,7 +20,7 @@ from widgets.interaction.view_tool import PointerHit, ShortcutOverrideFilter, Vi
 
 
 class ViewPort(TaxelLocator, Protocol):
-    """A view that a hand acts on.
+    """A view that a user acts on.
 
     Attributes:
         beside_skin: Whether tools and selections work beside the skin too, as on a map; else the view turns there.
@@ -112,7 +112,7 @@ class ViewInteraction(QObject):
         return self._poke.mode is not PokeState.IDLE or self.taxel_selector.busy or self._editing
 
     def set_tool(self, kind: ToolKind) -> None:
-        """Take another kind of tool; what the hand was doing ends."""
+        """Take another kind of tool; what the user was doing ends."""
         self.cancel()
         self._kind = kind
         self.taxel_selector.set_tool(kind)
@@ -239,7 +239,7 @@ class ViewInteraction(QObject):
     # The keys.
 
     def key(self, event: QKeyEvent) -> bool:
-        """Whether a key was for the hand.
+        """Whether a key was for the gesture.
 
         Escape ends what it does, or selects nothing; Space makes it pan; a tool has keys of its own.
         """
@@ -267,7 +267,7 @@ class ViewInteraction(QObject):
                 self.space_tapped.emit()
 
     def focus_out(self) -> None:
-        """The keys go elsewhere: a finger never stays pressed where no hand can lift it."""
+        """The keys go elsewhere: a finger never stays pressed where nothing can lift it."""
         self._space = self._tapping = False
         self.cancel(discard_drawing=False)
 
@@ -294,7 +294,7 @@ class ViewInteraction(QObject):
             self.hovered.emit(at)
 
     def show_nothing(self) -> None:
-        """Another scene is shown: nothing is in the hand, nor under it."""
+        """Another scene is shown: nothing is being dragged, nor under the pointer."""
         self.cancel()
         self._hover_at(None)
 

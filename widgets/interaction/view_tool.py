@@ -100,7 +100,7 @@ class ShortcutOverrideFilter(QObject):
         own: Keys, without modifiers, that the view itself takes.
 
     Attributes:
-        tool: The one in the hand, or None.
+        tool: The one in use, or None.
     """
 
     def __init__(self, view: QWidget, *, own: frozenset[Qt.Key] = frozenset()) -> None:

@@ -155,8 +155,8 @@ class ImageAtlas:
             found.get(id(chart)) or AtlasTile.of(patch, chart, self.resolution, look.interpolation)
             for patch, chart in zip(map_.skin.patches, map_.charts, strict=True)
         )
-        worn = {id(tile.chart) for tile in self.tiles}
-        self.spare: tuple[AtlasTile, ...] = tuple(tile for key, tile in found.items() if key not in worn)[:_SPARE]
+        used = {id(tile.chart) for tile in self.tiles}
+        self.spare: tuple[AtlasTile, ...] = tuple(tile for key, tile in found.items() if key not in used)[:_SPARE]
         self._corners, self.shape = _shelf_packing([tile.shape for tile in self.tiles])
         self._skin = map_.skin
         self._pixels = self._through([tile.pixels for tile in self.tiles])

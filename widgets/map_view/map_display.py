@@ -87,7 +87,7 @@ class MapDisplay(QObject):
             document: Names and hidden patches are as it says.
             in_hand: More will follow at once. Charts that changed are then drawn as nets, and what takes long waits.
 
-        Cost: 2 ms where only patches were moved. A new chart in the hand: 5 ms for 10,000 faces; once it is at rest,
+        Cost: 2 ms where only patches were moved. A new chart while dragging: 5 ms for 10,000 faces; once it is at rest,
         its part of the live image is built: 60 ms for 300² pixels.
         """
         if self.picture is None or self.picture.document.skin is not document.skin:

@@ -92,7 +92,7 @@ class PatchItem(QGraphicsItem):
     """One patch: the live image cut out along its outline. Mutable.
 
     It is drawn in its chart's frame, as large as in the scene; ``place`` moves, turns, mirrors and scales it. While its
-    chart is in the hand and has no image, it is drawn as a net.
+    chart is being dragged and has no image, it is drawn as a net.
     """
 
     def __init__(self) -> None:

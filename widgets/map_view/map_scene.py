@@ -34,7 +34,7 @@ from widgets.overlays.body_overlays import SkinTexture
 CONTACT_KPA = TOUCH_THRESHOLD / 1e3
 """Where the line around a touched area runs [kPa]; the pressure from which the contact reader calls a taxel touched."""
 MAX_WIREFRAME_LINES = 3000
-"""Most lines by which a chart in the hand is drawn."""
+"""Most lines by which a chart being dragged is drawn."""
 
 
 class MapLayer:
@@ -100,7 +100,7 @@ class MapScene:
         shapes: Where all of it lies; the frame stays the same for all documents.
         skin_texture: The pixels as drawn here, for another view; another one after each ``take`` that says so.
         fault_legend: What marks single taxels mean, now.
-        held: Patches whose chart has no image yet, because it is in the hand.
+        held: Patches whose chart has no image yet, because it is being dragged.
     """
 
     def __init__(
@@ -145,7 +145,7 @@ class MapScene:
             document: What to draw.
             in_hand: More will follow at once: charts without an image are drawn as nets, and grounds wait.
 
-        Cost: 2 ms where only patches were moved; that of the tiles of new charts, once nothing is in the hand.
+        Cost: 2 ms where only patches were moved; that of the tiles of new charts, once nothing is being dragged.
         """
         self.document = document
         self.shapes = MapShapes.of(document, self.shapes.frame, known=self.shapes)

@@ -23,7 +23,7 @@ Wireframe = tuple[bool, IntArray]
 
 @dataclass(frozen=True, eq=False)
 class ChartShape:
-    """One patch laid flat, in its chart's own frame; moving it changes nothing here.
+    """One patch flattened, in its chart's own frame; moving it changes nothing here.
 
     Attributes:
         chart: Its chart.
@@ -111,12 +111,12 @@ class MapShapes:
             before = [patch.chart for patch in known.patches]
         patches = tuple(
             PatchShape(
-                edit.name or worn.name,
-                old if old is not None and old.chart is chart else ChartShape.of(worn, chart, known=old),
+                edit.name or skin_patch.name,
+                old if old is not None and old.chart is chart else ChartShape.of(skin_patch, chart, known=old),
                 frame.placed(placement),
                 edit.visible,
             )
-            for worn, chart, placement, edit, old in zip(
+            for skin_patch, chart, placement, edit, old in zip(
                 document.skin.patches,
                 document.charts,
                 document.layout.placements,

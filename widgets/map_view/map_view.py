@@ -1,4 +1,4 @@
-"""The live tactile map under the hand: a camera over what ``MapDisplay`` draws, and presses that become pokes at body
+"""The live tactile map and its gestures: a camera over what ``MapDisplay`` draws, and presses that become pokes at body
 points, selections of taxels, or edits.
 """
 
@@ -61,7 +61,7 @@ _ZOOM_KEYS = {Qt.Key.Key_Plus: WHEEL_STEP, Qt.Key.Key_Equal: WHEEL_STEP, Qt.Key.
 
 
 class MapView(QGraphicsView):
-    """A camera over a ``MapDisplay`` and the hand on it: a ``ViewPort`` whose ``interaction`` emits what the hand does.
+    """A camera over a ``MapDisplay`` and the gestures on it: a ``ViewPort`` whose ``interaction`` emits what is done.
 
     Decides nothing.
 
@@ -74,7 +74,7 @@ class MapView(QGraphicsView):
     Attributes:
         display: What is drawn.
         card: What is said instead.
-        interaction: The hand; its signals are also the view's.
+        interaction: The gestures; its signals are also the view's.
         camera: What the viewport shows.
     """
 
@@ -99,9 +99,13 @@ class MapView(QGraphicsView):
         self.display.bounds_changed.connect(self._update_content)
         self.display.frame_waiting.connect(self._on_frame_waiting)
         self.display.frame_shown.connect(self._read_out)
-        hand = self.interaction = ViewInteraction(self, self)
-        self.poke_pressed, self.poke_moved, self.poke_released = hand.poke_pressed, hand.poke_moved, hand.poke_released
-        self.hovered, self.cleared, self.taxel_selector = hand.hovered, hand.cleared, hand.taxel_selector
+        gestures = self.interaction = ViewInteraction(self, self)
+        self.poke_pressed, self.poke_moved, self.poke_released = (
+            gestures.poke_pressed,
+            gestures.poke_moved,
+            gestures.poke_released,
+        )
+        self.hovered, self.cleared, self.taxel_selector = gestures.hovered, gestures.cleared, gestures.taxel_selector
         self.hovered.connect(self._read_out)
         self.taxel_selector.drawn.connect(self.viewport().update)
         self.card = PlaceholderCard(_TEXTS, self.viewport())
@@ -132,7 +136,7 @@ class MapView(QGraphicsView):
         self.interaction.show_nothing()
 
     def set_tool(self, tool: ToolKind) -> None:
-        """Take another tool; what the hand was doing ends."""
+        """Take another tool; what the user was doing ends."""
         self.interaction.set_tool(tool)
         kinds = ((tool.edits, _EDITS), (tool.controls, _LEADS), (tool.selects, _SELECTS), (True, _POKES))
         self.setAccessibleDescription(next(words for holds, words in kinds if holds))
@@ -216,7 +220,7 @@ class MapView(QGraphicsView):
     def _room(self) -> tuple[float, float]:
         return float(self.viewport().width()), float(self.viewport().height())
 
-    # What the hand asks.
+    # What the user asks.
 
     @property
     def _picture(self) -> MapScene | None:
@@ -300,20 +304,20 @@ class MapView(QGraphicsView):
     # Qt's events.
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Qt: left and middle buttons are the hand's."""
+        """Qt: left and middle buttons make gestures."""
         if event.button() in (Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton):
             self.interaction.press(event)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Qt: the hand's."""
+        """Qt: part of a gesture."""
         self.interaction.move(event)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Qt: the hand's."""
+        """Qt: part of a gesture."""
         self.interaction.release(event)
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """Qt: left and middle buttons are the hand's."""
+        """Qt: left and middle buttons make gestures."""
         if event.button() in (Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton):
             self.interaction.double_click(event)
 
@@ -325,7 +329,7 @@ class MapView(QGraphicsView):
         event.accept()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Qt: the hand's first; else F frames all, plus and minus zoom, arrows pan."""
+        """Qt: gestures first; else F frames all, plus and minus zoom, arrows pan."""
         if self.interaction.key(event):
             return
         key = Qt.Key(event.key())
@@ -339,7 +343,7 @@ class MapView(QGraphicsView):
             event.ignore()
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
-        """Qt: the hand's."""
+        """Qt: part of a gesture."""
         self.interaction.key_up(event)
 
     def focusOutEvent(self, event: QFocusEvent) -> None:

@@ -21,7 +21,7 @@ from widgets.overlays.task_overlay import SkinPolyline
 
 @dataclass(frozen=True, eq=False)
 class SkinTexture:
-    """The picture of a skin laid flat. Its pixels change in place with every frame.
+    """The picture of a skin flattened. Its pixels change in place with every frame.
 
     Attributes:
         pixels: (h, w) 0xffRRGGBB, row 0 at the top.

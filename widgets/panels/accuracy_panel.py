@@ -42,7 +42,7 @@ _COLUMNS = 2
 
 
 class AccuracyView(QWidget):
-    """Shows what it is told and says what the hand does; decides nothing."""
+    """Shows what it is told and says what the user does; decides nothing."""
 
     selection_changed = Signal()
     """Another stage or another error is wanted."""
@@ -317,7 +317,7 @@ class AccuracyPanel(Panel):
         return self._now(self._document, self._selected or tuple(range(len(self._document.patches))))
 
     def _now(self, document: MapDocument, patches: tuple[int, ...]) -> Subject:
-        """Patches as they are now, and the robot that wears them."""
+        """Patches as they are now, and the robot that they cover."""
         ours = self._prepared is not None and self._prepared.map.skin is document.skin
         return subject_of(document, patches, self._prepared if ours else None)
 

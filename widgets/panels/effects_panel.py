@@ -178,7 +178,7 @@ class EffectRowWidget(QWidget):
     chosen = Signal(str, object)
     """Key and wish: what a person asked for."""
     selected = Signal(str)
-    """The hand or the keys came here."""
+    """The user or the keys came here."""
 
     def __init__(self, key: str, choices: EffectChoices, parent: QWidget | None = None) -> None:
         super().__init__(parent)

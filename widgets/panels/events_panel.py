@@ -118,7 +118,7 @@ class _EventDelegate(QStyledItemDelegate):
 
 
 class EventsPanel(Panel):
-    """Shows a frame's recent events, so it is right live, in replay and wherever a hand drags the timeline."""
+    """Shows a frame's recent events, so it is right live, in replay and wherever a user drags the timeline."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Contact events", "events-panel", parent)

@@ -33,7 +33,7 @@ class PanelColumn(QScrollArea):
     """
 
     folded_changed = Signal(object)
-    """The names of the panels that are folded now, as a tuple: what the hand left, for the settings."""
+    """The names of the panels that are folded now, as a tuple: what the user left, for the settings."""
 
     def __init__(
         self, editor: MapEditor, parent: QWidget | None = None, *, specs: Sequence[PanelSpec] = PANELS

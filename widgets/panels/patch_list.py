@@ -100,7 +100,7 @@ _NOWHERE = QModelIndex()
 class PatchModel(QAbstractListModel):
     """One row a patch, in the order of the patch tree; with ``wanted`` words only those whose names have them.
 
-    Everything a hand does to it goes through the editor; the model only shows what comes.
+    Everything a user does to it goes through the editor; the model only shows what comes.
     """
 
     refused = Signal(str)
@@ -257,8 +257,8 @@ def _search_text(document: MapDocument, number: int) -> str:
 
 def _patch_tip(document: MapDocument, number: int) -> str:
     """All that a row has no room for."""
-    patch, worn, chart = document.patches[number], document.skin.patches[number], document.charts[number]
-    parts = [f"{patch.name}, on {worn.link}: {len(worn.taxels)} taxels, {len(chart.faces)} triangles"]
+    patch, skin_patch, chart = document.patches[number], document.skin.patches[number], document.charts[number]
+    parts = [f"{patch.name}, on {skin_patch.link}: {len(skin_patch.taxels)} taxels, {len(chart.faces)} triangles"]
     if patch.pins:
         parts.append(f"{len(patch.pins)} pin" + "s" * (len(patch.pins) > 1))
     if len(chart.seams):

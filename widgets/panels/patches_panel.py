@@ -42,7 +42,7 @@ _TEXT_WIDTH = 100
 
 
 class EditProgress(QWidget):
-    """There once an edit has taken half a second; its place is kept, so that nothing jumps under the hand."""
+    """There once an edit has taken half a second; its place is kept, so that nothing jumps under the pointer."""
 
     def __init__(self, editor: MapEditor, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -344,7 +344,7 @@ _REPLAYING = "A replay shows the map as it was; go back to live to edit it."
 
 
 class PatchesPanel(Panel):
-    """Names, order and visibility of the patches, buttons to arrange those selected, and how they are laid flat.
+    """Names, order and visibility of the patches, buttons to arrange those selected, and how they are flattened.
 
     Args:
         editor: Whose document is shown and edited.

@@ -169,7 +169,7 @@ _MARGIN, _LEAST_SPAN = 0.09, 0.3
 
 
 class WorkPrecisionPlot(QWidget):
-    """One diagram with its legend and a line that names the point under the hand. Arrows go along points, Enter uses.
+    """One diagram with its legend and a line naming the point under the pointer. Arrows go along points, Enter uses.
 
     Args:
         theme: Its colours.
@@ -228,7 +228,7 @@ class WorkPrecisionPlot(QWidget):
 
     @property
     def held(self) -> Point | None:
-        """The point under the hand."""
+        """The point under the pointer."""
         return self._held
 
     def _draw(self) -> None:

@@ -17,7 +17,7 @@ class StateTracker(QObject):
 
     Args:
         context: What it reads, and whose actions it shows.
-        tools: Which is in the hand.
+        tools: Which is in use.
         parent: Qt parent.
 
     Attributes:

@@ -1,4 +1,4 @@
-"""The Touch menu: what a hand did becomes a script, a script becomes touch, and a known load is weighed."""
+"""The Touch menu: what a user did becomes a script, a script becomes touch, and a known load is weighed."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class TouchScriptPresenter(QObject):
         context.notifier.cancelled.connect(self._on_cancelled)
 
     def choose_save(self) -> None:
-        """Ask where to keep what the hand did since the reset; say so where it did nothing."""
+        """Ask where to keep what the user did since the reset; say so where nothing was done."""
         if not self._live.touches():
             self._context.notifier.say("No pokes to save yet: press the skin first.")
             return
@@ -51,7 +51,7 @@ class TouchScriptPresenter(QObject):
             self.save(path if Path(path).suffix else f"{path}.toml")
 
     def save(self, path: str) -> None:
-        """Keep what the hand did since the reset as a script."""
+        """Keep what the user did since the reset as a script."""
         try:
             stimuli = self._live.touches()
             save_stimuli(stimuli, path)

@@ -25,7 +25,7 @@ class ViewPresenter(QObject):
 
     Args:
         context: What it works on.
-        tools: Which of them is in the hand.
+        tools: Which of them is in use.
         parent: Qt parent.
     """
 

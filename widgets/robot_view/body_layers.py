@@ -82,7 +82,7 @@ DOT_SIZE = 0.4
 
 
 class TaxelDiscs(BodyLayer):
-    """A disc for each taxel; it goes with the skin where that is laid flat."""
+    """A disc for each taxel; it goes with the skin where that is flattened."""
 
     replaces_image = True
 

@@ -66,7 +66,7 @@ class ObjectActors:
                 set_matrix(self._grids[number], pose)
 
     def fade(self, share: float) -> None:
-        """Let so much of them go, 0 to 1, while the skin is laid flat."""
+        """Let so much of them go, 0 to 1, while the skin is flattened."""
         for body, actor in zip(self._bodies, self._solids, strict=True):
             actor.prop.opacity = (1.0 - share) * _opacity(body)
         for grid in self._grids.values():

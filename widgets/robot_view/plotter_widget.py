@@ -188,7 +188,7 @@ class RenderScheduler(QObject):
         return self._soon.isActive() or self._rest.isActive()
 
     def request(self, *, moving: bool = False) -> None:
-        """Draw soon; ``moving`` while the hand turns the view, where speed matters more than sharpness."""
+        """Draw soon; ``moving`` while the user turns the view, where speed matters more than sharpness."""
         self._moving = moving
         self._rest.stop()
         if not self._soon.isActive():

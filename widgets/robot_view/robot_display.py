@@ -112,7 +112,7 @@ class RobotDisplay(QObject):
         self.request()
 
     def show_map(self, map_: TactileMap) -> None:
-        """The same skin on another map: what was laid flat otherwise is drawn by it from now on."""
+        """The same skin on another map: what was flattened otherwise is drawn by it from now on."""
         if self.prepared is not None and map_ is not self.prepared.map:
             self.prepared = replace(self.prepared, map=map_)
             self.scene.show_map(map_)
@@ -151,7 +151,7 @@ class RobotDisplay(QObject):
         self.request()
 
     def look(self, viewpoint: Viewpoint) -> None:
-        """Look from where the hand moved the eye."""
+        """Look from where the user moved the eye."""
         self._framed = False
         self.scene.look(viewpoint)
         self.request(moving=True)
@@ -193,7 +193,7 @@ class RobotDisplay(QObject):
         self.request()
 
     def request(self, *, moving: bool = False) -> None:
-        """Draw soon, if seen; ``moving`` while the hand moves the eye."""
+        """Draw soon, if seen; ``moving`` while the user moves the eye."""
         if self._view.isVisible() and not self._covered and self.prepared is not None:
             self._drawing.request(moving=moving)
 

@@ -1,4 +1,4 @@
-"""The live robot under the hand: presses on the skin become pokes, selections and edits, others move the camera.
+"""The live robot under the pointer: presses on the skin become pokes, selections and edits, others move the camera.
 
 ``MorphSlider`` lays the skin flat: body at its left end, map at its right.
 """
@@ -93,7 +93,7 @@ _CUBE_ROOM = 78
 
 
 class RobotView(QWidget):
-    """A ``RobotDisplay`` and the hand on it: a ``ViewPort`` whose ``interaction`` emits what the hand does.
+    """A ``RobotDisplay`` and the gestures on it: a ``ViewPort`` whose ``interaction`` emits what the user does.
 
     Decides nothing.
 
@@ -111,7 +111,7 @@ class RobotView(QWidget):
         display: What is drawn.
         card: What is said instead.
         morph: Lays the skin flat.
-        interaction: The hand; its signals are also the view's.
+        interaction: The gestures; its signals are also the view's.
     """
 
     beside_skin, turns, idle_cursor = False, True, Qt.CursorShape.OpenHandCursor
@@ -135,9 +135,13 @@ class RobotView(QWidget):
         self.morph.moved.connect(self._on_morphed)
         self.card = PlaceholderCard(_TEXTS, self)
         self.card.covered.connect(self._on_covered)
-        hand = self.interaction = ViewInteraction(self, self)
-        self.poke_pressed, self.poke_moved, self.poke_released = hand.poke_pressed, hand.poke_moved, hand.poke_released
-        self.hovered, self.cleared, self.taxel_selector = hand.hovered, hand.cleared, hand.taxel_selector
+        gestures = self.interaction = ViewInteraction(self, self)
+        self.poke_pressed, self.poke_moved, self.poke_released = (
+            gestures.poke_pressed,
+            gestures.poke_moved,
+            gestures.poke_released,
+        )
+        self.hovered, self.cleared, self.taxel_selector = gestures.hovered, gestures.cleared, gestures.taxel_selector
         self.taxel_selector.drawn.connect(self._on_rubber_drawn)
         self.display.canvas.widget.installEventFilter(self)
         self.setObjectName("robot-view")
@@ -158,7 +162,7 @@ class RobotView(QWidget):
         self._picker, self._taxels = picker, BodyTaxels(prepared, picker)
 
     def set_tool(self, tool: ToolKind) -> None:
-        """Take another tool; what the hand was doing ends."""
+        """Take another tool; what the user was doing ends."""
         self.interaction.set_tool(tool)
 
     def set_view_tool(self, tool: ViewTool | None) -> None:
@@ -186,7 +190,7 @@ class RobotView(QWidget):
     def _on_rubber_drawn(self) -> None:
         self.display.set_rubber_band(self.taxel_selector.rubber_band)
 
-    # What the hand asks.
+    # What the user asks.
 
     def point_at(self, pixel: QPointF) -> SurfacePoint | None:
         """The place of the skin under a pixel; None beside the skin, and under a message."""
@@ -292,7 +296,7 @@ class RobotView(QWidget):
             (self.interaction.press if kind == QEvent.Type.MouseButtonPress else self.interaction.double_click)(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Qt: the hand's first; else F frames the robot."""
+        """Qt: gestures first; else F frames the robot."""
         if self.interaction.key(event):
             event.accept()
         elif event.key() == Qt.Key.Key_F and not event.modifiers():
@@ -301,7 +305,7 @@ class RobotView(QWidget):
             super().keyPressEvent(event)
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
-        """Qt: the hand's."""
+        """Qt: part of a gesture."""
         self.interaction.key_up(event)
 
     def focusOutEvent(self, event: QFocusEvent) -> None:

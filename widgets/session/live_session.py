@@ -44,7 +44,7 @@ from widgets.session.session_runner import SessionRunner
 from widgets.workers.comparison_worker import ComparisonStimulus
 
 HAND = 1
-"""Id of the hand's finger; the scripted ones have 0 and below."""
+"""Id of the user's finger; the scripted ones have 0 and below."""
 SCRIPT_SECONDS = 10.0
 """A script is compared on for so long, unless a person says otherwise."""
 FRAME_MS = 16
@@ -256,7 +256,7 @@ class LiveSession(QObject):
         if run := self._shown_run:
             self._was_paused, run.runner.paused = run.runner.paused, True
         self._replay = Replay(player)
-        self.mode_changed.emit(self.mode)  # first: a hand in the middle of an edit gives it up on its own map
+        self.mode_changed.emit(self.mode)  # first: a user in the middle of an edit gives it up on its own map
         self._show_other(player.prepared)
         self.player_changed.emit(player)
         self.show_time(0.0)
@@ -372,7 +372,7 @@ class LiveSession(QObject):
     # What was done.
 
     def touches(self) -> tuple[Stimulus, ...]:
-        """What the hand did since the last reset, as a script; nothing while no session runs."""
+        """What the user did since the last reset, as a script; nothing while no session runs."""
         if (run := self._shown_run) is None:
             return ()
         with run.runner.lock:

@@ -53,7 +53,7 @@ class DamagedSpan:
 
 
 class ScrubBar(QWidget):
-    """A recording from left to right. Emits ``scrubbed`` [s] while the hand drags; keys are the timeline's."""
+    """A recording from left to right. Emits ``scrubbed`` [s] while the user drags; keys are the timeline's."""
 
     scrubbed = Signal(float)
 
@@ -233,7 +233,7 @@ EMPTY = "Press Record to record the session; open a recording to replay it."
 
 
 class Timeline(QWidget):
-    """Shows time and emits what the hand asks of it; whoever owns the clock calls ``advance`` or ``set_time``."""
+    """Shows time and emits what the user asks of it; whoever owns the clock calls ``advance`` or ``set_time``."""
 
     scrubbed = Signal(float)
     """The position changed, by hand or by playing: seconds from the recording's start."""
@@ -242,7 +242,7 @@ class Timeline(QWidget):
     speed_changed = Signal(float)
     """Another speed was chosen, as a multiple of real time."""
     live_requested = Signal()
-    """The hand wants to leave the recording."""
+    """The user wants to leave the recording."""
 
     def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
         super().__init__(parent)

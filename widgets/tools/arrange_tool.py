@@ -49,7 +49,7 @@ class DragMode(Enum):
 
 @dataclass(frozen=True, eq=False)
 class DragStart:
-    """What the hand holds, as it was at the press.
+    """What the user holds, as it was at the press.
 
     Attributes:
         act: What dragging does.
@@ -71,7 +71,7 @@ class DragStart:
 def drag_edit(
     grip: DragStart, point: FloatArray, pixel: float, *, shift: bool = False, control: bool = False
 ) -> tuple[Edit, ArrangeMarks]:
-    """The edit of the document as it was at the press, for a hand that is at ``point`` now.
+    """The edit of the document as it was at the press, with the pointer at ``point`` now.
 
     Args:
         grip: What it holds.
@@ -342,7 +342,7 @@ class ArrangeTool(ViewTool):
     # What is seen.
 
     def _shown(self) -> tuple[int, ...]:
-        """The selected patches that are seen; the others are not for the hand."""
+        """The selected patches that are seen; the others stay."""
         document = self._editor.document
         seen = () if document is None else self._seen(document)
         return tuple(number for number in self._editor.selected if number in seen)
@@ -396,7 +396,7 @@ class ArrangeTool(ViewTool):
         self.drawn.emit()
 
     def _on_settled(self) -> None:
-        """A step from elsewhere, as undo by its key, ends what the hand was doing."""
+        """A step from elsewhere, as undo by its key, ends what the user was doing."""
         self._forget()
 
 

@@ -97,7 +97,7 @@ DEFAULT_CONTROLLER = "hybrid"
 class ControlSettingsEditor(QObject):
     """Knows the settings in force, and takes back what was drawn. Mutable.
 
-    A gesture changes settings at each move of the hand and is one step: ``begin``, ``change``, then ``end`` or
+    A gesture changes settings at each move of the mouse and is one step: ``begin``, ``change``, then ``end`` or
     ``cancel``.
 
     Args:

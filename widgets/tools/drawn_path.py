@@ -20,7 +20,7 @@ FREE: tuple[PathKind, ...] = ("polyline", "spline")
 
 
 class HandleKind(Enum):
-    """What of a path is in the hand."""
+    """What of a path is being dragged."""
 
     CORNER = "corner"
     MIDDLE = "middle"

@@ -22,7 +22,7 @@ from widgets.tools.mesh_picking import vertices_under_brush
 
 
 class InterestTool(MapEditTool):
-    """Areas of interest under the hand: a stroke paints, with Alt it erases, and either is one step."""
+    """Areas of interest under the pointer: a stroke paints, with Alt it erases, and either is one step."""
 
     hint = "Paint where no seam may go. Alt erases, [ and ] change the brush."
 

@@ -23,9 +23,9 @@ _NAMES = {HandleKind.CORNER: "move a corner", HandleKind.MIDDLE: "add a corner",
 
 
 class PathTool(ControlTool):
-    """A path under the hand, on the map or on the body: one is drawn, or the one in force is edited.
+    """A path under the pointer, on the map or on the body: one is drawn, or the one in force is edited.
 
-    Handles are known by their numbers; what is dragged is asked for when the hand lets go, so that the arm does not
+    Handles are known by their numbers; what is dragged is asked for when the user lets go, so that the arm does not
     start a path anew at every move.
     """
 
@@ -48,7 +48,7 @@ class PathTool(ControlTool):
         """Whether a path is being drawn."""
         return self._sketch is not None
 
-    # The hand.
+    # Gestures.
 
     def press(self, place: PointerHit, event: QMouseEvent) -> bool:
         """Take the force or what of the path is there; else begin another path, or go on drawing."""
@@ -209,7 +209,7 @@ class PathTool(ControlTool):
         return Qt.CursorShape.CrossCursor if on_skin else Qt.CursorShape.ArrowCursor
 
     def _shown(self) -> DrawnPath | None:
-        """What the hand has to do with: drawn, dragged, or in force."""
+        """What gestures act on: drawn, dragged, or in force."""
         if self._sketch is not None:
             return self._sketch.preview
         return self._settings_editor.path if self._dragged is None else self._dragged

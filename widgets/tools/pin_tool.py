@@ -1,7 +1,7 @@
 """The tool for pins: a click puts one in, a drag moves one and the map follows, keys take them out.
 
 First the pins of a document by their place on the body and how they look on the map; then ``PinDrag``, one pin under
-the hand: its patch follows at every move, and between moves until it has converged; then the tool.
+the pointer: its patch follows at every move, and between moves until it has converged; then the tool.
 """
 
 from __future__ import annotations
@@ -108,7 +108,7 @@ class PinDrag(QObject):
         document: As it was before the gesture, with the pin if that is new.
         number: Of the patch.
         pin: Of its pins, by number.
-        grab: (2,) from the pin to the hand on the map [m].
+        grab: (2,) from the pin to the pointer on the map [m].
         parent: Qt parent.
 
     Raises:
@@ -130,15 +130,15 @@ class PinDrag(QObject):
         self._rest.timeout.connect(self._on_rest)
 
     def move(self, point: FloatArray) -> None:
-        """The hand is at a map point (2,) [m]."""
+        """The pointer is at a map point (2,) [m]."""
         try:
             self._gripped.move(self._pin, chart_place(self._document, self.number, point - self._grab))
         except MapError:
-            return  # a hundred maps away: the pin waits where the hand was last near enough to be seen
+            return  # a hundred maps away: the pin waits where the pointer was last near enough to be seen
         self._follow()
 
     def end(self) -> None:
-        """The hand let go: the gesture is one step."""
+        """The user let go: the gesture is one step."""
         self._rest.stop()
         self._editor.end()
 
@@ -160,7 +160,7 @@ class PinDrag(QObject):
             self._rest.start()
 
     def _on_rest(self) -> None:
-        """The hand rests and the patch does not yet."""
+        """The pointer rests and the patch does not yet."""
         if self._editor.gesture:
             self._follow()
 
@@ -187,7 +187,7 @@ class _Press:
 
 
 class PinTool(MapEditTool):
-    """Pins under the hand. Pins are known by their place of the body, which no edit changes.
+    """Pins under the pointer. Pins are known by their place of the body, which no edit changes.
 
     On the map a click on the skin adds a pin and a drag moves one, a new one too; on the body a click adds or selects.
     """
@@ -258,7 +258,7 @@ class PinTool(MapEditTool):
         self._chosen = frozenset(pins)
         self._redraw()
 
-    # The hand.
+    # Gestures.
 
     def press(self, place: PointerHit, event: QMouseEvent) -> bool:
         """On a pin: select it; on the skin: begin a new one; beside it: select none."""
@@ -391,7 +391,7 @@ class PinTool(MapEditTool):
         super()._on_shown(document)
 
     def _lose(self) -> None:
-        """The hand has nothing any more, until the button comes up."""
+        """Nothing is dragged any more, until the button comes up."""
         drag, self._drag = self._drag, None
         if drag is not None:
             drag.drop()

@@ -1,4 +1,4 @@
-"""The tools: one line each. ``Tools`` makes them, and knows which is in the hand and what it can take back."""
+"""The tools: one line each. ``Tools`` makes them, and knows which is in use and what it can take back."""
 
 from __future__ import annotations
 
@@ -235,7 +235,7 @@ T = TypeVar("T", bound=ViewTool)
 
 
 class Tools(QObject):
-    """The tools, made once, and the one in the hand.
+    """The tools, made once, and the one in use.
 
     Args:
         editor: The map that they edit.
@@ -244,7 +244,7 @@ class Tools(QObject):
 
     Attributes:
         control: What they tell the arm.
-        active: The one in the hand.
+        active: The one in use.
     """
 
     changed = Signal(object)
@@ -276,7 +276,7 @@ class Tools(QObject):
 
     @property
     def undo_stack(self) -> Undoable:
-        """What undo is about with the tool in the hand: what was drawn for the arm, or else the map."""
+        """What undo is about with the tool in use: what was drawn for the arm, or else the map."""
         return self._control_undo if self.active.controls else self._map_undo
 
     def get(self, kind: type[T]) -> T:

@@ -46,7 +46,7 @@ class _Line:
 
 
 class SeamTool(MapEditTool):
-    """Seams under the hand, in both views: a drag draws one, clicks draw one through many places, Alt erases."""
+    """Seams under the pointer, in both views: a drag draws one, clicks draw one through many places, Alt erases."""
 
     hint = "Drag along the skin, or click corners and press Enter; Backspace removes the last one. Alt erases a seam."
 
@@ -61,7 +61,7 @@ class SeamTool(MapEditTool):
         self._pending: _Line | None = None
         self._paths: EdgePaths | None = None
 
-    # What the hand and the keys do.
+    # Gestures and keys.
 
     def propose(self) -> None:
         """Have a further seam proposed, for the selected patch or the worst of them."""

@@ -15,7 +15,7 @@ from widgets.tools.drawn_path import as_points
 
 
 class TargetTool(ControlTool):
-    """The point to hold under the hand, on the map or on the body."""
+    """The point to hold under the pointer, on the map or on the body."""
 
     hint = (
         "Click where to hold the contact, drag to move the target. Arrow keys move it, Page Up and Page Down change "

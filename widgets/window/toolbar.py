@@ -1,4 +1,4 @@
-"""The toolbar: play, step, reset, record, speed, the tools of the hand, what is being prepared, and the real-time
+"""The toolbar: play, step, reset, record, speed, the tools, what is being prepared, and the real-time
 factor.
 
 A label that is elided where there is little room comes first.

@@ -88,7 +88,7 @@ class SceneWorker(QObject):
 
     @property
     def editing(self) -> bool:
-        """Whether a patch is being laid flat."""
+        """Whether a patch is being flattened."""
         return isinstance(self._task, ReflattenRequest)
 
     def warm(self) -> None:

@@ -181,7 +181,7 @@ def embed(
     Args:
         unlike: (k, k) symmetric, >= 0; inf for a pair of which nothing is known.
         neighbours: How many each taxel is believed to have.
-        lay: How an island is laid flat once all its distances are known.
+        lay: How an island is flattened once all its distances are known.
         progress: Told how far it is.
 
     Cost: 30 ms for 250 taxels, 0.5 s for 1000, with an idle processor.

@@ -1,4 +1,4 @@
-"""The geodesic information map: taxels placed in space first, as a body is, and laid flat from there.
+"""The geodesic information map: taxels placed in space first, as a body is, and flattened from there.
 
 McGregor, Polani and Dautenhahn's ANISOMAP (PLoS ONE 6(11), 2011) reconstructs a tactile surface in three dimensions
 from information alone, by a scaling of Isomap's kind that withstands sensor failure. Its exact steps are not known
@@ -55,7 +55,7 @@ def flatten_point_cloud(cloud: FloatArray) -> FlattenedCloud:
         cloud: (m, 3) points on something like a surface.
 
     Raises:
-        MapError: No surface goes through four fifths of the points, or it cannot be laid flat.
+        MapError: No surface goes through four fifths of the points, or it cannot be flattened.
 
     Cost: 0.1 s for 250 points.
     """

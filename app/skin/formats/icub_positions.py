@@ -167,12 +167,12 @@ def _normals(positions: FloatArray, normals: FloatArray, path: Path, findings: l
 
 
 def import_icub_skin(robot: Robot, path: str | Path, *, link: str | None = None, thickness: float = 0.003) -> Skin:
-    """The skin of the positions file at ``path``, worn by the link it names.
+    """The skin of the positions file at ``path``, on the link it names.
 
     Args:
         robot: Usually iCub; any robot with a link that fits.
         path: The positions file.
-        link: Which link wears it; None for the one the file names.
+        link: Which link it covers; None for the one the file names.
         thickness: Of the cover over the link's mesh [m].
 
     Raises:

@@ -32,7 +32,7 @@ def settings(subject: Subject) -> list[Setting]:
 
 
 def trials(subject: Subject, setting: Setting) -> Iterator[Trial]:
-    """The patches cut and laid flat so."""
+    """The patches, cut and flattened by the setting."""
     patches = chosen_patches(subject)
     laid = flatten_timed(patches, (recipe for _, recipe in recipes(subject, setting)))
     errors = chart_errors(patches, laid.charts, laid.rounds[-1])

@@ -29,7 +29,7 @@ def settings(subject: Subject) -> list[Setting]:
 
 
 def trials(subject: Subject, setting: Setting) -> Iterator[Trial]:
-    """Rounds on the way, then the patches laid flat so."""
+    """Rounds on the way, then the patches flattened by the setting."""
     patches = chosen_patches(subject)
     laid = flatten_timed(patches, (recipe for _, recipe in recipes(subject, setting)))
     lengths = setting.values.get("lengths", 1.0)

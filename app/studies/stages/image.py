@@ -150,9 +150,9 @@ _APART = 1e3
 
 def _positions_apart(skin: Skin, patch: IntArray, face: IntArray, weights: FloatArray) -> FloatArray:
     at = np.zeros((len(patch), 3))
-    for number, worn in enumerate(skin.patches):
+    for number, own in enumerate(skin.patches):
         here = patch == number
-        at[here] = worn.surface.points(face[here], weights[here]) + [_APART * number, 0, 0]
+        at[here] = own.surface.points(face[here], weights[here]) + [_APART * number, 0, 0]
     return at
 
 

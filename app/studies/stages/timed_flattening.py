@@ -33,7 +33,7 @@ ERRORS = (
 
 @dataclass(frozen=True, eq=False)
 class TimedFlattening:
-    """Some patches laid flat.
+    """Some patches flattened.
 
     Attributes:
         charts: One for each patch.
@@ -70,14 +70,14 @@ def flatten_timed(
     """Lay each patch flat as wanted, repeatedly, and keep the run of middle length.
 
     Args:
-        patches: What is laid flat.
+        patches: What is flattened.
         wanted: How, for each.
         repeats: At most so many runs of a patch.
         budget: No run is begun after so long [s].
         clock: Seconds from any origin.
 
     Raises:
-        MapError: One of them cannot be laid flat so.
+        MapError: One of them cannot be flattened in this way.
     """
     runs = [
         timed(partial(_flatten_once, patch, recipe, clock), repeats=repeats, budget=budget, clock=clock).result

@@ -457,7 +457,7 @@ STUDY = Study(
     "control-cost",
     "How fast can each controller follow a contact path within a tolerance on the body, and what does it cost to "
     "know the skin less well?",
-    "Each robot wears skin with taxels 8 mm apart on its forearm, at home beside a fixed ball of 30 mm radius. The "
+    "Each robot has skin with taxels 8 mm apart on its forearm, at home beside a fixed ball of 30 mm radius. The "
     "controller slides the ball once along a figure of eight of 30 mm (91 mm of way; quick cases 20 mm, 61 mm), "
     "drawn on the map about the place first touched, at 3 N. Time is the shortest for which 95 % of the errors on "
     f"the body are within {NOMINAL['tolerance']:g} mm, the force is within {BAND_N:g} N for 95 % of the time, and "

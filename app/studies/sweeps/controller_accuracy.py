@@ -249,7 +249,7 @@ def _median(cells: Sequence[Cell]) -> float | None:
 STUDY = Study(
     "controller-accuracy",
     "How accurate is each controller on each robot, with tactile skin and with a force-torque sensor?",
-    "Each robot wears 1,000 taxels on its forearm and is pressed by a ball of 30 mm that stands still, at the "
+    "Each robot has 1,000 taxels on its forearm and is pressed by a ball of 30 mm that stands still, at the "
     "flattest place that its joints move well. It leads the contact along the same paths about that place with 3 N at"
     " 10 mm/s, or holds it, with each controller as it comes but for the force gain: half of the one from which on "
     "the force would swing there by the theory of the whole arm, or the controller's own if less. Errors on the body"

@@ -90,7 +90,7 @@ class TrueContact:
 
 
 SKIN_LINKS = {"arm": "forearm", "ur5e": "forearm_link", "icub": "l_forearm"}
-"""The link of a robot that wears the skin."""
+"""The link of a robot that the skin covers."""
 BALL = 0.03
 """Radius [m]."""
 DEPTH = 0.001

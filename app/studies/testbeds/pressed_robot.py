@@ -75,7 +75,7 @@ def press_robot(robot: Robot, skin: Skin, link: str = "") -> PressedRobot:
         link: Which link is pressed; by default the one where skin faces an axis of the world best.
 
     Raises:
-        SkinError: Nothing there wears skin.
+        SkinError: Nothing there has skin.
     """
     configuration = Configuration(robot)
     number, axis = _facing_an_axis(skin, configuration, link)

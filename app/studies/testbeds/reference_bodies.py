@@ -24,12 +24,12 @@ _TURN = 2 * np.pi
 
 
 def tube(faces: int) -> Mesh:
-    """A cylinder open at both ends: can be laid flat without loss."""
+    """A cylinder open at both ends: can be flattened without loss."""
     return _ring(faces, lambda turn, up: (0.04 + 0 * up, 0.2 * up), 0.2 / (_TURN * 0.04))
 
 
 def cone(faces: int) -> Mesh:
-    """A frustum open at both ends: can be laid flat without loss."""
+    """A frustum open at both ends: can be flattened without loss."""
     return _ring(faces, lambda turn, up: (0.05 - 0.03 * up, 0.2 * up), 0.2 / (_TURN * 0.035))
 
 
@@ -160,8 +160,8 @@ def flat_map(taxels: int, *, seed: int = 0) -> TactileMap:
     surface = square_sheet(8 * side**2, size=SIDE)
     centres = surface.vertices[surface.faces].mean(axis=1)[:, :2]
     owner = cKDTree(places).query(centres)[1].astype(np.int64)
-    worn = taxels_at_points(surface, np.column_stack([places, np.zeros(len(places))]), owner)
-    skin = Skin((Patch("square", "square", surface, worn),))
+    cells = taxels_at_points(surface, np.column_stack([places, np.zeros(len(places))]), owner)
+    skin = Skin((Patch("square", "square", surface, cells),))
     flat: FloatArray = surface.vertices[:, :2]
     chart = Chart(surface.faces, flat, np.arange(len(flat)), np.zeros((0, 2), np.int64), "unroll")
     return TactileMap(skin, (chart,), MapLayout((Placement(),)))

@@ -70,7 +70,7 @@ class ContactCandidate:
         shape: Of the other body.
         pose: ``T_body_shape``.
         by: Whose the shape is, for people; the link's name where it is a link.
-        own: Shape of the link itself and its ``T_link_shape``, where the other body is a link called ``by`` that wears
+        own: Shape of the link itself and its ``T_link_shape``, where the other body is a link called ``by`` that has
             skin too: two layers in series are half as stiff, and both feel the force.
     """
 

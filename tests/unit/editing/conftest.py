@@ -17,5 +17,5 @@ def document():
 
 @pytest.fixture(scope="session")
 def reflattened(document):
-    """The document with its sheet laid flat by another method."""
+    """The document with its sheet flattened by another method."""
     return apply_result(document, reflatten(set_method(document, [1], "tutte")))

@@ -1,4 +1,4 @@
-"""One patch laid flat: optimal, one-to-one, true to size, upright, and honest about what it took."""
+"""One patch flattened: optimal, one-to-one, true to size, upright, and honest about what it took."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A file's mesh cleaned or repaired: what leaves can be laid flat, and every change leads back to the file."""
+"""A file's mesh cleaned or repaired: what leaves can be flattened, and every change leads back to the file."""
 
 from __future__ import annotations
 

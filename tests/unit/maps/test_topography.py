@@ -252,7 +252,7 @@ def test_a_seam_loses_neighbours_but_makes_no_false_ones():
     shape = measure_topography(map_.taxel_points, BodyDistances(map_.skin))
     assert shape.torn > 0.02
     assert shape.continuity < shape.trustworthiness - 0.005
-    assert shape.edge_error < 0.004, "a tube is laid flat without any stretch; straight lines would give 0.008"
+    assert shape.edge_error < 0.004, "a tube is flattened without any stretch; straight lines would give 0.008"
 
 
 def test_patches_count_by_their_taxels(flat):

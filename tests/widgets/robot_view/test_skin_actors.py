@@ -205,7 +205,7 @@ def test_another_robot_begins_on_its_body(still, prepared):
 
 @pytest.fixture
 def flat(window):
-    """The window with the skin laid flat."""
+    """The window with the skin flattened."""
     run(window, 0.1)
     window.robot_view.morph.slider.setValue(100)
     QApplication.processEvents()

@@ -1,4 +1,4 @@
-"""A cloud of points laid flat, and the geodesic information map that goes by way of it."""
+"""A cloud of points flattened, and the geodesic information map that goes by way of it."""
 
 from __future__ import annotations
 

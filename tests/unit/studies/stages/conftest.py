@@ -13,7 +13,7 @@ from app.studies.work_precision import Subject
 
 @pytest.fixture(scope="session")
 def bodies():
-    """Both patches, as they are laid flat at first."""
+    """Both patches, as they are flattened at first."""
     patches = []
     for name in ("tube", "hemisphere"):
         surface = MESHES[name](600)
