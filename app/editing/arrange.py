@@ -36,7 +36,7 @@ def move(document: MapDocument, numbers: Iterable[int], by: FloatArray | tuple[f
     """The patches moved by (x, y) [m].
 
     Raises:
-        MapError: Here and in all that follow: no such patch, or one would come to lie absurdly far out.
+        MapError: Here and in all that follow: no such patch, or one would come to lie beyond ``FARTHEST_OFFSET``.
     """
     x, y = map(float, by)
     return _placed(document, numbers, Placement(offset=(x, y)))

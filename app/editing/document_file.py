@@ -1,4 +1,4 @@
-"""Documents as files: the map's own file inside, and what the person wants of each patch; checked at the door.
+"""Documents as files: the map's own file inside, and what the person wants of each patch; checked when read.
 
 ``DocumentFile`` knows where a document is kept and what has not been saved, and keeps a copy beside the file that
 outlives a crash.
@@ -176,7 +176,7 @@ UNTITLED = "untitled.npz"
 
 @dataclass(frozen=True)
 class Recovery:
-    """An autosave that is newer than what was saved: the program ended without a goodbye.
+    """An autosave that is newer than what was saved: the program did not end normally.
 
     Attributes:
         file: The autosave; ``load_document`` reads it.

@@ -52,7 +52,7 @@ def same_skin(first: Skin, second: Skin) -> bool:
 
 
 def adopt_document(document: MapDocument, other: MapDocument) -> MapDocument:
-    """The document with everything of ``other``: charts, layout, wishes and the patch tree; the skin stays its own.
+    """The document with everything of ``other``: charts, layout, what is wanted of each patch; the skin stays.
 
     Raises:
         MapError: The other is of another skin.
@@ -112,7 +112,7 @@ def arrange_as_drawn(document: MapDocument, drawing: TaxelLayout) -> MapDocument
     are apart on it come to lie apart. Patches that are not on it stay.
 
     Raises:
-        MapError: No taxel is drawn, or a patch would come to lie absurdly far out.
+        MapError: No taxel is drawn, or a patch would come to lie beyond ``FARTHEST_OFFSET``.
     """
     fits = _fits(document, drawing)
     enlarged = 1 / min(fit.scale for fit in fits.values())

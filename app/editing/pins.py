@@ -79,7 +79,7 @@ def with_dragged_patch(document: MapDocument, number: int, gripped: PinnedPatch)
 
 
 def finish_pin_drag(document: MapDocument, number: int) -> ReflattenRequest:
-    """The exact map for the pins of a patch, after ``with_dragged_patch`` left one that the eye takes for it."""
+    """The exact map for the pins of a patch, after ``with_dragged_patch`` left one that only looks like it."""
     document.chosen([number])
     return request_reflatten(document, "Drag a pin", [(number, document.patches[number])], anyway=True)
 

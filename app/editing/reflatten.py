@@ -131,7 +131,7 @@ def set_lengths(document: MapDocument, numbers: Iterable[int], lengths: float) -
 
 
 def reflatten(wanted: ReflattenRequest, *, progress: Progress = no_progress) -> ReflattenResult:
-    """Do the work.
+    """Compute what a request asks for: a new chart for each of its patches.
 
     Args:
         wanted: From any of the edits.

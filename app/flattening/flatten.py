@@ -43,7 +43,7 @@ def flatten(
     name: str = "patch",
     on_round: OnRound | None = None,
 ) -> Chart:
-    """Lay one connected, manifold surface flat, one-to-one.
+    """Flatten one connected, manifold surface one-to-one: a bijective parameterization of it.
 
     Args:
         surface: With any topology; it is cut to a disk first.

@@ -1,22 +1,18 @@
-"""Ways of laying a disk flat, all called alike, and the table that names them.
+"""Ways of flattening a disk, all called alike, and the table that names them.
 
-Each takes a ``Disk`` and yields ever better maps of it; whether the last one is one-to-one is not its business,
-``flatten`` looks and mends. Tutte's map and the conformal one (LSCM) are in ``initial_map``, since they are the others'
-start.
+Each takes a ``Disk`` and yields ever better maps of it; ``flatten`` checks whether the last one is one-to-one, and
+mends it. Tutte's map and the conformal one (LSCM) are in ``initial_map``, since they are the start of the others.
 
 - harmonic: onto a disk of the border's own arc lengths (libigl, cotangent weights). Cost: one factorisation, 12 ms for
   10,000 faces. Loses: areas, as the border is pressed onto a circle; obtuse triangles may flip.
 - arap: as rigid as possible (Liu et al. 2008; libigl), each triangle turned at best, then all stitched together. Cost:
-one
-  factorisation, then 4 ms a round for 10,000 faces. Loses: nothing on developable patches; flips on deep bodies.
+  one factorisation, then 4 ms a round for 10,000 faces. Loses: nothing on developable patches; flips on deep bodies.
 - slim: scalable locally injective maps (Rabinovich et al. 2017; libigl), the same energy as our own, reweighted. Cost:
-40 ms
-  a round for 10,000 faces, ten to forty rounds. Loses: time; the peer that our own is measured against.
-- unroll: rolling off, exact on planes, cylinders and cones, at the cost of one pass over the faces. The surface's
-normals
-  make one angle with the axis of a cylinder or cone, so the axis is the direction in which they vary least. Around it
-  every point has a distance from the apex and an angle, which the cone's opening makes smaller on the map (a cylinder
-  is a cone with its apex far away). Loses: all that is not such a surface.
+  40 ms a round for 10,000 faces, ten to forty rounds. Loses: time; the peer that our own is measured against.
+- unroll: exact on planes, cylinders and cones, at the cost of one pass over the faces. The surface's normals make one
+  angle with the axis of a cylinder or cone, so the axis is the direction in which they vary least. Around it every
+  point has a distance from the apex and an angle, which the cone's opening makes smaller on the map (a cylinder is a
+  cone with its apex far away). Loses: all that is not such a surface.
 - symmetric-dirichlet, our own and the default: the map that stretches and squeezes least, by projected Newton on the
   symmetric Dirichlet energy. Cost: 4 µs a face and factorisation, four to eight of these. Loses: as little as any map
   can; the slider ``lengths`` trades lengths for angles.
@@ -166,7 +162,7 @@ def blended_energy(disk: Disk, lengths: float) -> SymmetricDirichlet:
 
 @dataclass(frozen=True)
 class Method:
-    """One way of laying a disk flat.
+    """One way of flattening a disk.
 
     Attributes:
         name: As the user writes it.

@@ -124,7 +124,7 @@ def _steps(
 
 
 def factorise(factor: SparseLDL, hessian: csc_matrix) -> None:
-    """Factor ``hessian`` (upper triangle, changed): rigid motions, which cost nothing, are held by a hint of diagonal.
+    """Factor ``hessian`` (upper triangle, changed): rigid motions, which cost nothing, are held by a small diagonal.
 
     Raises:
         MapError: The numbers are too far apart.

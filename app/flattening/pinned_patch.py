@@ -40,7 +40,7 @@ class PinFollower:
     Args:
         problem: The energy of stretching.
         plane: (k, 2) a map without flips.
-        cage: A stand-in made from that map, to follow by; None to follow with all faces.
+        cage: A coarse cage made from that map, to follow by; None to follow with all faces.
     """
 
     def __init__(self, problem: SymmetricDirichlet, plane: FloatArray, *, cage: CoarseCage | None = None) -> None:
@@ -178,7 +178,7 @@ def _descent(job: ConvergenceJob, start: FloatArray, barrier: Barrier, tolerance
 
 
 WHOLE = 12_000
-"""Faces up to which a patch follows with all of them; larger ones by a coarse stand-in, and in full when settled."""
+"""Faces up to which a patch follows with all of them; larger ones by a coarse cage, and in full when settled."""
 _FARTHEST_PLACE = 100.0
 """In shares of the map's size: farther out no window shows a place."""
 
@@ -195,7 +195,7 @@ class PinnedPatch:
         lengths: 1 to keep lengths, 0 to keep angles, or between.
         pins: From the beginning.
         plane: (k, 2) [m] a map without flips to begin with instead of the chart's.
-        whole: With more faces it follows by a coarse stand-in, where one can be made.
+        whole: With more faces it follows by a coarse cage, where one can be made.
         name: The patch's name, for findings and errors.
 
     Raises:
@@ -262,7 +262,7 @@ class PinnedPatch:
 
     @property
     def uses_coarse_cage(self) -> bool:
-        """Whether the frames follow by a coarse stand-in; ``converge`` never does."""
+        """Whether the frames follow by a coarse cage; ``converge`` never does."""
         return self._uses_coarse_cage
 
     def add(self, at: SurfacePoint, place: tuple[float, float] | FloatArray | None = None) -> int:
@@ -348,7 +348,7 @@ class PinnedPatch:
         return _laid_over(self._disk.start, start)
 
     def _following(self, start: Chart) -> tuple[PinFollower, bool]:
-        """What follows from ``start``, and whether by a stand-in."""
+        """What follows from ``start``, and whether by a coarse cage."""
         plane = start.plane / self._unit
         if len(start.faces) > self._whole:
             try:

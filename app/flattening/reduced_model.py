@@ -100,11 +100,11 @@ def _sums(carried: csr_matrix, i: IntArray, j: IntArray) -> tuple[IntArray, IntA
 
 
 class ReducedEnergy:
-    """The energy of ``problem`` at the planes that a stand-in's carry. Built once; all questions are about the latter.
+    """The energy of ``problem`` at the planes that a coarse cage carries. Built once; asked about the cage's planes.
 
     Args:
         problem: The energy of the whole map.
-        carried: Sparse (k, c) with three weights a row: the whole plane from the stand-in's.
+        carried: Sparse (k, c) with three weights a row: the whole plane from the coarse one.
     """
 
     def __init__(self, problem: Energy, carried: csr_matrix) -> None:
@@ -136,7 +136,7 @@ class ReducedEnergy:
 
 
 CAGE_FACES = 4000
-"""Of a stand-in: its Hessian is factored in 4 ms."""
+"""Of a coarse cage: its Hessian is factored in 4 ms."""
 _TRIES = 10
 """Vertices that lead to a flip are left out; after so many times the map is too uneven."""
 
@@ -171,7 +171,7 @@ class CoarseCage:
 
 
 def build_coarse_cage(surface: Mesh, chart: Chart, *, faces: int = CAGE_FACES, name: str = "patch") -> CoarseCage:
-    """The stand-in of a patch for its present map.
+    """The coarse cage of a patch for its present map.
 
     Args:
         surface: The patch's.
@@ -194,7 +194,7 @@ def build_coarse_cage(surface: Mesh, chart: Chart, *, faces: int = CAGE_FACES, n
                 break
             return _coarse_cage(surface, chart, chosen, owners, coarse)
         chosen = chosen[~unfit]
-    raise MapError("there is no coarse stand-in for the map", place=name, value=f"{len(chart.faces)} faces")
+    raise MapError("there is no sound coarse cage for the map", place=name, value=f"{len(chart.faces)} faces")
 
 
 def _coarse_cage(surface: Mesh, chart: Chart, chosen: IntArray, owners: IntArray, coarse: Connectivity) -> CoarseCage:

@@ -3,7 +3,7 @@
 ``mesh``            a triangle mesh, and a point on a surface
 ``pose``            a rigid transform
 ``plane``           cross products and winding numbers in the plane
-``connectivity``    who touches whom: edges, boundaries, components, orientation, manifold parts
+``connectivity``    adjacency: edges, boundaries, components, orientation, manifold parts
 ``repair``          a file's mesh cleaned for native code, or repaired to be flattened
 ``wrap``            one clean outer surface of any mesh, at a distance from it
 ``refine``          more vertices on the same surface: subdivision, vertices at given points

@@ -1,4 +1,4 @@
-"""Who touches whom in a triangle mesh: edges, boundaries, components, orientation, and the split into manifold parts.
+"""Adjacency in a triangle mesh: edges, boundaries, components, orientation, and the split into manifold parts.
 
 ``Connectivity`` is what follows from the faces alone, without coordinates; a mesh, a cut and a chart keep theirs, so
 that each is worked out once. Half-edges ("sides"): side 3 f + k of face f runs from corner k to corner k + 1; twins are

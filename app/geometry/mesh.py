@@ -1,7 +1,7 @@
 """Triangle meshes and points on them, as frozen values.
 
-A ``Mesh`` is checked once at birth so that native libraries may be called without fear. A ``SurfacePoint`` is a point
-on the skin: the one currency in which body and map speak of a place.
+A ``Mesh`` is checked once when made, so that native libraries can be called safely. A ``SurfacePoint`` is a point on
+the skin: the one form in which body and map name a place.
 """
 
 from __future__ import annotations

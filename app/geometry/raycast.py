@@ -83,7 +83,7 @@ class RayCaster:
 
 
 def raise_if_bad(origin: FloatArray, direction: FloatArray) -> None:
-    """Refuse a ray that native code would choke on."""
+    """Refuse a ray that native code cannot handle."""
     if not (np.isfinite(origin).all() and np.isfinite(direction).all() and np.linalg.norm(direction) > 0):
         raise MeshError("a ray needs a finite origin and a direction", value=(list(origin), list(direction)))
 
@@ -103,7 +103,7 @@ def outer_faces(mesh: Mesh) -> BoolArray:
         mesh: At least one face, some extent.
 
     Raises:
-        MeshError: The mesh has no faces or no extent, which native code could not bear.
+        MeshError: The mesh has no faces or no extent, which native code cannot handle.
 
     Cost: about 2 µs a face and direction, and most faces are settled by the first few; 2 s for 200,000 faces.
     """

@@ -43,7 +43,7 @@ _ROUNDING = 4 * np.finfo(np.float64).eps
 def clean_mesh(mesh: Mesh, *, where: str = "mesh") -> tuple[Mesh, tuple[Finding, ...]]:
     """Weld equal vertices, drop faces that enclose no area or stand twice, drop unused vertices.
 
-    Enough for what only looks at a surface (a wrap, rays, closest points); what is flattened needs ``repair``.
+    Enough for what only looks at a surface (a wrap, rays, closest points); what is flattened needs ``repair_mesh``.
 
     Args:
         mesh: Any finite mesh.

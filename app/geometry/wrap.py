@@ -48,7 +48,7 @@ class WrappedMesh:
 
 
 def wrap_mesh(mesh: Mesh, *, thickness: float, voxel: float, closing: float = 0.0, where: str = "mesh") -> WrappedMesh:
-    """Wrap ``mesh`` (cleaned: see ``clean``) at a distance.
+    """Wrap ``mesh`` (cleaned: see ``clean_mesh``) at a distance.
 
     Args:
         mesh: Faces with area; any topology, any orientation.

@@ -207,7 +207,7 @@ def _limits(model: mujoco.MjModel) -> tuple[FloatArray, FloatArray]:
 
 
 def _home(model: mujoco.MjModel, requested: Mapping[str, float]) -> tuple[FloatArray, list[str]]:
-    """The posture at rest, and the joints whose wish lay outside their limits."""
+    """The posture at rest, and the joints whose wanted value lay outside their limits."""
     lower, upper = _limits(model)
     names = [model.joint(i).name for i in range(model.njnt)]
     home = model.qpos0.copy()

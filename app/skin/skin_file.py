@@ -1,4 +1,4 @@
-"""Skins as files: npz with a version, checked at the door so that nothing later needs to."""
+"""Skins as files: npz with a version, checked when read so that nothing later needs to."""
 
 from __future__ import annotations
 

@@ -137,7 +137,7 @@ def test_pin_drag(benchmark, how, name, faces):
 
 @pytest.mark.parametrize("faces", [10_000, 20_000])
 def test_pin_drag_with_all_faces(benchmark, faces):
-    """What a stand-in saves."""
+    """What a coarse cage saves."""
     tally = Tally("bump", _TRIED if benchmark.disabled else faces)
     step, frames, last = ours(tally, whole=10**9), iter(tally.path), []
 

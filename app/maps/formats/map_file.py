@@ -1,4 +1,4 @@
-"""Maps as files: one npz with skin, charts and layout, checked at the door; and the edit of a map as bytes.
+"""Maps as files: one npz with skin, charts and layout, checked when read; and the edit of a map as bytes.
 
 First the charts and the layout, in and out of named arrays: a recording keeps the edits of a map without the map. An
 edit is what changed against another map of the same skin, so that moving a patch is small.

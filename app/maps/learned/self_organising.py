@@ -99,8 +99,8 @@ def train_batch_som(contacts: csr_matrix, *, side: int, progress: Progress = no_
 def _initial_units(contacts: csr_matrix, sheet: FloatArray) -> FloatArray:
     """(side², k) where all want nearly the same, but lean along the two slowest modes of touch spreading over taxels.
 
-    From random wishes the sheet often folds for good (of 250 taxels after 3000 touches 0.6 to 0.8 of the neighbours are
-    kept, instead of 0.86). The modes are those of a random walk from taxel to taxel by co-activation, Belkin and
+    From random weights the sheet often folds for good (of 250 taxels after 3000 touches 0.6 to 0.8 of the neighbours
+    are kept, instead of 0.86). The modes are those of a random walk from taxel to taxel by co-activation, Belkin and
     Niyogi's eigenmaps (2003): low waves over the skin, which a plane sheet can follow.
     """
     likeness = _likeness(contacts)

@@ -20,7 +20,7 @@ _UNIT = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class TaxelSet:
-    """The taxels of one link, checked at birth.
+    """The taxels of one link, checked when made.
 
     Attributes:
         name: Of the patch.

@@ -21,7 +21,7 @@ from tests.support.surfaces import sheet
 from tests.unit.flattening.pinned_patches import at, dome, far_points, pinned, waves
 
 
-@pytest.fixture(params=["whole", "by a stand-in"])
+@pytest.fixture(params=["whole", "by a coarse cage"])
 def follower(request):
     surface, chart = waves()
     unit = np.sqrt(surface.area)
@@ -405,7 +405,7 @@ def test_pins_and_plane_of_before_can_be_given():
 
 
 class TestLargePatches:
-    """Followed by a coarse stand-in, settled in full."""
+    """Followed by a coarse cage, settled in full."""
 
     def test_they_are_followed_and_settled_as_small_ones_are(self):
         surface, chart = waves()
