@@ -127,42 +127,25 @@ def _add_study(commands: argparse._SubParsersAction) -> None:  # type: ignore[ty
 
 def _add_map(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]
     make = commands.add_parser("map", help="robot, mesh, taxel or skin file -> tactile map and its quality")
-    add = make.add_argument
-    add(
+    make.add_argument(
         "input",
         metavar="INPUT",
         help="robot, mesh, taxel file (.txt .csv .json .npz, URDF sensors), skin, map, recording",
     )
-    add("-o", "--output", metavar="FILE", help=".npz (everything), .obj (with UV), .svg, .png, .json (Genoa), .csv")
-    add("--method", default="symmetric-dirichlet", help="symmetric-dirichlet (default), tutte, harmonic, lscm, ...")
-    add("--lengths", type=float, default=1.0, metavar="0-1", help="preserve lengths (1, default) or angles (0)")
-    add(
-        "--cut",
-        "--seams",
-        dest="seams",
-        type=int,
-        metavar="N",
-        help="extra seams per patch (default: automatic)",
+    make.add_argument(
+        "-o", "--output", metavar="FILE", help=".npz (everything), .obj (with UV), .svg, .png, .json (Genoa), .csv"
     )
-    add("--uv", metavar="FILE.obj", help="take the map from this unwrapped OBJ instead of flattening")
-    add(
-        "--learn",
-        metavar="BUILDER",
-        help="learn the map from tactile readings: information-distance, geodesic-information, ...",
-    )
-    add(
-        "--babble",
-        default="unbiased",
-        choices=("unbiased", "self-touch", "multi-touch", "biased"),
-        help="distribution of the random touches to learn from (default unbiased)",
-    )
-    add("--touches", type=int, default=3000, metavar="N", help="number of random touches (default 3000)")
-    add("--compare", metavar="FILE", help="measure this map (.npz), layout (.ini) or table with u, v as well")
-    add(
-        "--fix-modules",
-        action="store_true",
-        help="correct modules of a compared layout that seem rotated or mirrored",
-    )
+    make.add_argument("--seed", type=int, default=0)
+    _json(make)
+    _skin_options(make)
+    _flattening_options(make)
+    _learning_options(make)
+    _comparison_options(make)
+
+
+def _skin_options(parser: argparse.ArgumentParser) -> None:
+    """What of a robot or mesh is covered, and where its taxels lie."""
+    add = parser.add_argument_group("skin").add_argument
     add("--links", nargs="+", default=[], metavar="LINK", help="links to cover, or the link that carries the taxels")
     add(
         "--robot",
@@ -185,8 +168,50 @@ def _add_map(commands: argparse._SubParsersAction) -> None:  # type: ignore[type
     )
     add("--density", choices=("curvature",), help="more taxels where curvature is high")
     add("--keep-border", type=float, metavar="MM", help="no taxels within this distance of a border")
-    add("--seed", type=int, default=0)
-    _json(make)
+
+
+def _flattening_options(parser: argparse.ArgumentParser) -> None:
+    """How its patches are flattened, or which map is taken instead."""
+    add = parser.add_argument_group("flattening").add_argument
+    add("--method", default="symmetric-dirichlet", help="symmetric-dirichlet (default), tutte, harmonic, lscm, ...")
+    add("--lengths", type=float, default=1.0, metavar="0-1", help="preserve lengths (1, default) or angles (0)")
+    add(
+        "--cut",
+        "--seams",
+        dest="seams",
+        type=int,
+        metavar="N",
+        help="extra seams per patch (default: automatic)",
+    )
+    add("--uv", metavar="FILE.obj", help="take the map from this unwrapped OBJ instead of flattening")
+
+
+def _learning_options(parser: argparse.ArgumentParser) -> None:
+    """From which touches a map is learned instead."""
+    add = parser.add_argument_group("learning from touch").add_argument
+    add(
+        "--learn",
+        metavar="BUILDER",
+        help="learn the map from tactile readings: information-distance, geodesic-information, ...",
+    )
+    add(
+        "--babble",
+        default="unbiased",
+        choices=("unbiased", "self-touch", "multi-touch", "biased"),
+        help="distribution of the random touches to learn from (default unbiased)",
+    )
+    add("--touches", type=int, default=3000, metavar="N", help="number of random touches (default 3000)")
+
+
+def _comparison_options(parser: argparse.ArgumentParser) -> None:
+    """With which other map it is compared."""
+    add = parser.add_argument_group("comparison").add_argument
+    add("--compare", metavar="FILE", help="measure this map (.npz), layout (.ini) or table with u, v as well")
+    add(
+        "--fix-modules",
+        action="store_true",
+        help="correct modules of a compared layout that seem rotated or mirrored",
+    )
 
 
 def _scene_options(parser: argparse.ArgumentParser) -> None:
