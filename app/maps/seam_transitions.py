@@ -118,7 +118,9 @@ class SeamTransitions:
 
 
 def line_crossing(start: FloatArray, step: FloatArray, ends: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Where lines ``start + s step`` meet lines ``a + t (b - a)``: (s, t); nan where they are parallel.
+    """Where lines ``start + s step`` meet lines ``a + t (b - a)``: (s, t); NaN where they are parallel, as 0 / 0 is.
+
+    NaN is in no range, so that a test for a meeting within two segments leaves parallel ones out by itself.
 
     Args:
         start: (..., 2).

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from app.core.arrays import FloatArray, freeze_arrays, readonly
+from app.core.arrays import BoolArray, FloatArray, freeze_arrays, readonly
 from app.geometry.raycast import RayCaster
 from app.session.prepare import PreparedScene
 
@@ -78,8 +78,12 @@ class Viewpoint:
         direction = np.array([half * (pixel[0] - size[0] / 2), half * (size[1] / 2 - pixel[1]), 1.0]) @ self.axes
         return CameraRay(self.eye, direction / np.linalg.norm(direction))
 
+    def in_front(self, points: FloatArray) -> BoolArray:
+        """(k,) which of points (k, 3) [m] are in front of the eye, so that ``pixels`` has a place for them."""
+        return np.asarray((np.atleast_2d(points) - self.eye) @ self.axes[2] > 0)
+
     def pixels(self, points: FloatArray, size: tuple[int, int]) -> FloatArray:
-        """(k, 2) where points (k, 3) [m] appear in a picture of this size; NaN for those not in front of the eye."""
+        """(k, 2) where points (k, 3) [m] appear in a picture of this size; NaN where not ``in_front``."""
         across, above, depth = ((np.atleast_2d(points) - self.eye) @ self.axes.T).T
         depth = np.where(depth > 0, depth, np.nan)
         scale = size[1] / 2 / np.tan(np.radians(self.view_angle) / 2) / depth

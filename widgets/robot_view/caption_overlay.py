@@ -89,7 +89,7 @@ class Captions:
     """Everything said over the body at one instant.
 
     Attributes:
-        forces: One for each arrow.
+        forces: One for each arrow in front of the eye.
         legend: What the arrows' length means.
         axes: (3, 3) rows right, up and forward of the picture; None before there is one.
         replaying: Whether all this comes from a recording; said by the word and a coloured edge.
@@ -138,8 +138,7 @@ class CaptionOverlay(QWidget):
         painter, said, room = QPainter(self), self._captions, QRectF(self.rect())
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         for force in said.forces:
-            if np.isfinite(force.arrow).all():  # not behind the eye
-                self._paint_force(painter, force, room)
+            self._paint_force(painter, force, room)
         if said.legend:
             height = QFontMetricsF(self._caption).height() + 4
             self._paint_chip(

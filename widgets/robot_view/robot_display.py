@@ -238,6 +238,7 @@ class RobotDisplay(QObject):
                 bool((arrow[0] - arrow[1]) @ (view.eye - arrow[1]) < 0),
             )
             for arrow, region in self.scene.forces
+            if view.in_front(arrow).all()
         )
         self._say(replace(self._captions, forces=forces, axes=view.axes))
 

@@ -69,10 +69,11 @@ class UnigeFile:
         chosen = self.maps[map_number]
         points = np.full((len(self.taxels), 2), np.nan)
         points[chosen.taxels[::-1]] = chosen.points[::-1]
-        missing = int(np.isnan(points[:, 0]).sum())
+        taxels = replace(self.taxels, points=points)
+        missing = int((~taxels.mapped).sum())
         where = f"map {chosen.name}"
         notes = (Finding("not-on-map", where, "the taxel has no place on the map", missing),) if missing else ()
-        return replace(self.taxels, points=points).with_findings(*notes)
+        return taxels.with_findings(*notes)
 
 
 def read_unige(path: str | Path) -> UnigeFile:

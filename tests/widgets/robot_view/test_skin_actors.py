@@ -174,6 +174,18 @@ def test_no_contact_is_drawn_on_the_bare_body_meanwhile(still, qtbot):
     assert still.robot_view.display.scene.forces
 
 
+def test_a_force_behind_the_eye_is_not_said(still, qtbot):
+    display = still.robot_view.display
+    with qtbot.waitSignal(display.drawn, timeout=5000):
+        show(still, [middle_taxel(still.live.prepared.map, 0)])
+    assert display._captions.forces
+    view = display.scene.viewpoint
+    with qtbot.waitSignal(display.drawn, timeout=5000):
+        display.look(replace(view, focus=2 * view.eye - view.focus))
+    assert display.scene.forces
+    assert not display._captions.forces
+
+
 def test_laying_the_skin_flat_lifts_the_finger(window):
     run(window, 0.1)
     heard = []

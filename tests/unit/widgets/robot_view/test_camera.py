@@ -47,7 +47,9 @@ def test_the_focus_is_in_the_middle_and_up_is_up(view):
 
 
 def test_what_is_behind_the_eye_has_no_pixel(view):
-    assert np.isnan(view.pixels(2 * view.eye - view.focus, SIZE)).all()
+    points = np.stack([view.focus, 2 * view.eye - view.focus, view.eye])
+    assert view.in_front(points).tolist() == [True, False, False]
+    assert np.isnan(view.pixels(points, SIZE)).all(axis=1).tolist() == [False, True, True]
 
 
 @pytest.mark.parametrize("aspect", [0.3, 1.0, 3.0])
