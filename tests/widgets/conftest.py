@@ -6,6 +6,7 @@ import gc
 from collections import Counter
 from dataclasses import replace
 from functools import lru_cache
+from pathlib import Path
 
 import pytest
 import shiboken6
@@ -17,12 +18,10 @@ from app.editing.document import MapDocument
 from app.scene.scene_file import load_scene
 from app.session.prepare import PreparedScene, prepare
 from tests.widgets.support.samples import coarse
-from widgets.common.colours import DARK, apply_theme
-from widgets.common.settings import Settings
+from tests.widgets.support.window_driver import begin_again, close_window, open_window, window_facts
 from widgets.document.map_editor import MapEditor
 from widgets.map_view.live_image import AtlasTile
 from widgets.session.backends import INLINE
-from widgets.window.main_window import MainWindow
 from widgets.workers.scene_worker import InlineSceneWorker
 
 TAXELS = 150
@@ -68,23 +67,52 @@ def backends():
 
 
 @pytest.fixture
-def window(qtbot, prepared, backends, tmp_path, monkeypatch):
-    """The window on the small arm, without the scripted hand's touch in the way."""
-    monkeypatch.setattr("widgets.presenters.session_presenter.recordings_folder", lambda: tmp_path / "recordings")
-    monkeypatch.setattr(
-        "widgets.presenters.map_file_presenter.user_state_path", lambda *_args, **_kwargs: tmp_path / "state"
+def own_files(tmp_path, monkeypatch):
+    """Recordings and copies of unsaved edits are written for this test alone."""
+    _write_into(tmp_path, monkeypatch)
+
+
+def _write_into(folder: Path, patching: pytest.MonkeyPatch) -> None:
+    patching.setattr("widgets.presenters.session_presenter.recordings_folder", lambda: folder / "recordings")
+    patching.setattr(
+        "widgets.presenters.map_file_presenter.user_state_path", lambda *_args, **_kwargs: folder / "state"
     )
-    apply_theme(QApplication.instance(), DARK)
-    made = MainWindow(Settings(tmp_path / "window.ini"), backends=backends)
-    made.resize(1400, 900)
-    made.show()
-    qtbot.waitExposed(made)
+
+
+@pytest.fixture
+def window(qtbot, prepared, backends, tmp_path, own_files):
+    """The window on the small arm, made for this test."""
+    made = open_window(tmp_path, backends)
     made.live.show_prepared(prepared)
     QApplication.processEvents()
     yield made
+    close_window(made)
+
+
+@pytest.fixture(scope="module")
+def module_window(qapp, prepared, tmp_path_factory):
+    """A window on the small arm for the tests of a module, and how it is at first."""
+    folder = tmp_path_factory.mktemp("window")
+    made = open_window(folder, INLINE)
+    with pytest.MonkeyPatch.context() as patching:
+        _write_into(folder, patching)
+        made.live.show_prepared(prepared)
+        QApplication.processEvents()
+    yield made, window_facts(made)
+    close_window(made)
+
+
+@pytest.fixture
+def window_again(module_window, prepared, own_files):
+    """The module's window on the small arm, as new: that spares half of what it takes to make one.
+
+    For tests that change nothing else than ``begin_again`` undoes; it fails for what the test before left.
+    """
+    made, at_first = module_window
+    begin_again(made, prepared)
+    assert window_facts(made) == at_first, "the test before left something in the window"
+    yield made
     made.presenters.map_files.give_up()
-    made.close()
-    made.deleteLater()
 
 
 @pytest.fixture(scope="module", autouse=True)

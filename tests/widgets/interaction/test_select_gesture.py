@@ -61,6 +61,12 @@ class Side:
         QTest.mouseRelease(self.target, LEFT, keys, pixel)
 
 
+@pytest.fixture
+def window(window_again):
+    """Selecting leaves nothing but what is selected."""
+    return window_again
+
+
 @pytest.fixture(params=["map", "body"])
 def side(window, request):
     run(window, 0.1)

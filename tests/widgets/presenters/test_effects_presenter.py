@@ -21,6 +21,12 @@ LEFT = Qt.MouseButton.LeftButton
 
 
 @pytest.fixture
+def window(window_again):
+    """Effects begin again with the scene."""
+    return window_again
+
+
+@pytest.fixture
 def panel(window):
     return window.column["effects"]
 

@@ -38,10 +38,15 @@ def pressed(prepared):
     return session.frame
 
 
+def skin_actors(plotter):
+    """Actors of the skin and the data of their vertices."""
+    shown = [(actor, actor.mapper.GetInput().point_data) for actor in plotter.actors.values()]
+    return [(actor, data) for actor, data in shown if "touch" in data]
+
+
 def skin_colours(plotter):
     """Colours of all skin vertices, as drawn."""
-    parts = [actor.mapper.dataset.point_data for actor in plotter.actors.values() if hasattr(actor.mapper, "dataset")]
-    return np.concatenate([np.array(data["touch"]) for data in parts if "touch" in data])
+    return np.concatenate([np.array(data["touch"]) for _, data in skin_actors(plotter)])
 
 
 def test_at_rest_all_skin_has_the_colour_of_zero(plotter, scene, prepared):
@@ -68,7 +73,7 @@ def test_links_stand_where_the_posture_puts_them(plotter, scene, prepared, press
     assert np.abs(pressed.posture - prepared.robot.home).max() > 1e-4
     configuration.update(pressed.posture)
     np.testing.assert_allclose(scene.poses, configuration.poses())
-    drawn = [actor.user_matrix for actor in plotter.actors.values() if "touch" in actor.mapper.dataset.point_data]
+    drawn = [actor.user_matrix for actor, _ in skin_actors(plotter)]
     wanted = [configuration.pose(patch.link).matrix for patch in prepared.skin.patches]
     np.testing.assert_allclose(drawn, wanted)
 

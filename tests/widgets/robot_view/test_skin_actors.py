@@ -25,6 +25,12 @@ LEFT = Qt.MouseButton.LeftButton
 
 
 @pytest.fixture
+def window(window_again):
+    """The skin is on the body again where a scene is shown."""
+    return window_again
+
+
+@pytest.fixture
 def still(window):
     """The window while time stands still, after a moment of life."""
     run(window, 0.1)
@@ -157,7 +163,7 @@ def test_rings_of_selected_taxels_go_along(still):
         lay(still, share)
         point, normal = scene.skin.point(prepared.skin.taxel_point(taxel), scene.poses, scene._plane)
         actor = scene.skin._rings.actors[0]
-        ring = np.array(actor.mapper.dataset.points)
+        ring = np.array(actor.mapper.GetInput().points)
         matrix = np.array(actor.user_matrix)
         middle = (ring @ matrix[:3, :3].T + matrix[:3, 3]).mean(axis=0)
         assert np.linalg.norm(middle - point) < 3e-3

@@ -1,4 +1,4 @@
-"""What the window's tests do to it: let time pass, find skin to press, press it."""
+"""What the window's tests do to it: open it, begin again, let time pass, find skin to press, press it."""
 
 from __future__ import annotations
 
@@ -6,6 +6,70 @@ import numpy as np
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
+
+from app.editing.document import MapDocument
+from widgets.common.colours import DARK, apply_theme
+from widgets.common.settings import Settings
+from widgets.common.tool_kinds import BRUSH, POKE, SELECT_BOX
+from widgets.layers.registry import LAYERS, at_first
+from widgets.window.main_window import MainWindow
+
+SIZE = (1400, 900)
+
+
+def open_window(folder, backends):
+    """A window on the screen with nothing in it, whose settings are kept in ``folder``."""
+    apply_theme(QApplication.instance(), DARK)
+    made = MainWindow(Settings(folder / "window.ini"), backends=backends)
+    made.resize(*SIZE)
+    made.show()
+    assert QTest.qWaitForWindowExposed(made)
+    return made
+
+
+def close_window(window):
+    """Close it, whatever was edited."""
+    window.presenters.map_files.give_up()
+    window.close()
+    window.deleteLater()
+
+
+def begin_again(window, prepared):
+    """Show ``prepared`` from its start, with the tools, layers, theme, scale and layout of a new window."""
+    views = window.views
+    for tool in (SELECT_BOX, POKE):  # another tool gives up what a hand still holds
+        window.presenters.view.set_tool(tool)
+    views.set_overlays(at_first(LAYERS))
+    views.brush = BRUSH
+    views.resize_brush(0)
+    if window.theme is not DARK:
+        window.set_theme("dark")
+    window.notification_bar.hide()
+    window.resize(*SIZE)
+    window.editor.open(MapDocument.of(prepared.map))  # of the same skin the window would go on with what was edited
+    window.live.show_prepared(prepared)
+    window.presenters.map_files.begin(prepared)
+    QApplication.processEvents()
+
+
+def window_facts(window):
+    """What a test may leave behind in a window, by name."""
+    views = window.views
+    return {
+        "state": window.presenters.state.state,
+        "document": window.editor.history.names,
+        "taxels": views.selection.taxels.tolist(),
+        "overlays": views.overlays,
+        "brush": views.brush,
+        "scale": views.scale.maximum,
+        "flat": views.robot.morph.share,
+        "viewpoint": views.robot.display.scene.viewpoint.eye.tolist(),
+        "size": window.size().toTuple(),
+        "views": views.geometry().getRect(),
+        "folded": window.column.folded,
+        "windows": sum(widget.isVisible() for widget in QApplication.topLevelWidgets()),
+        "message": window.notification_bar.isVisible(),
+    }
 
 
 def run(window, seconds):
