@@ -23,6 +23,9 @@ def main_gui() -> int:
 
 
 def _gui(arguments: argparse.Namespace) -> int:
+    from widgets.window.display import require_display
+
+    require_display()  # before the scene and the window are imported, which takes seconds
     from app.cli.scenes import scene_from_arguments
     from widgets.window.application import launch
 
@@ -35,12 +38,15 @@ def _guide(arguments: argparse.Namespace) -> int:
     page = find_page(arguments.page)
     if arguments.json:
         return execute(arguments)
-    from widgets.window.application import show_guide
+    from widgets.window.display import require_display
 
     try:
-        return show_guide(page)
+        require_display()
     except DisplayError:
         return execute(arguments)
+    from widgets.window.application import show_guide
+
+    return show_guide(page)
 
 
 def _screenshot(arguments: argparse.Namespace) -> int:

@@ -34,4 +34,4 @@ if not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
 os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
 os.environ.setdefault("QT_API", "pyside6")
 
-pytest_plugins = ["tests.support.cpu_report", "tests.support.default_cases"]
+pytest_plugins = ["tests.support.bounded_process", "tests.support.cpu_report", "tests.support.default_cases"]

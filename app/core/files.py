@@ -82,11 +82,11 @@ def read_bounded_file(path: Path, *, error: type[TactileMapsError], most: int = 
     """
     with open_regular_file(path, error=error) as stream:
         size = os.fstat(stream.fileno()).st_size
-        data = stream.read(min(size, most) + 1)  # not by its size alone: some files have none, or grow
+        data = b"" if size > most else stream.read(size + 1)  # not by its size alone: some files have none, or grow
         while size < len(data) <= most and (more := stream.read(2**20)):
             data += more
-        if len(data) > most:
-            size = max(size, len(data))
+        size = max(size, len(data))
+        if size > most:
             remedy = f"The most is {most // 2**20} MiB"
             raise error("the file is too large", file=path, value=f"{size} bytes", remedy=remedy)
         return data

@@ -28,6 +28,8 @@ MAX_NODES = 6_000_000
 """Of the voxel grid; about 50 MB of distances."""
 _SNAP = 0.12
 _ROUNDS = 4
+_DEEP = 4.0
+"""Voxels inside the level beyond which no node of a cell that the level passes through can lie."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,10 +129,17 @@ def _outside_distance(closest: ClosestPoint, mesh: Mesh, grid: _VoxelGrid, level
 def _closed_field(
     closest: ClosestPoint, field: FloatArray, grid: _VoxelGrid, thickness: float, closing: float
 ) -> FloatArray:
-    """(n,) the same field with the gaps filled: level ``thickness`` lies ``closing`` inside the outer surface."""
+    """(n,) the same field with the gaps filled: level ``thickness`` lies ``closing`` inside the outer surface.
+
+    Exact only around that level; deeper inside a constant will do.
+    """
     level = thickness + closing
-    asked = np.flatnonzero((field < level) & (field > thickness - 3 * grid.voxel))
-    rolled = field.copy()
+    inside = field < level
+    depth = grid.voxel * ndimage.distance_transform_edt(inside.reshape(grid.shape[::-1])).ravel()
+    # From a node outside to the surface, and from one node of a cell to another, it is at most a cell's diagonal.
+    deep = depth > closing + _DEEP * grid.voxel
+    asked = np.flatnonzero(inside & ~deep & (field > thickness - 3 * grid.voxel))
+    rolled = np.where(deep, np.minimum(field, thickness - grid.voxel), field)
     rolled[asked] = level - closest.query(grid.nodes[asked])[2]
     return rolled
 

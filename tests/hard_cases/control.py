@@ -55,6 +55,7 @@ class HardCase:
         force: That must never be reached by all that truly presses [N].
         says: What must be among the limits of the controller: of each tuple one.
         controllers: For which this is promised.
+        between: Whether it lies between two cases of its series that say as much: only with ``--all``.
     """
 
     stated: str
@@ -66,6 +67,7 @@ class HardCase:
     force: float = 15.0
     says: tuple[tuple[LimitKind, ...], ...] = ()
     controllers: tuple[str, ...] = tuple(CONTROL_SCHEMES)
+    between: bool = False
 
     def session(self, controller: str) -> Session:
         """From the start, under one controller."""
@@ -77,9 +79,15 @@ class HardCase:
 
 
 def runs(cases: Mapping[str, HardCase]) -> list[Any]:
-    """Every case with every controller for which it is promised; by default with one, controllers taking turns."""
+    """Every case with every controller for which it is promised; by default with one, controllers taking turns, and
+    of a series not those between.
+    """
     return [
-        pytest.param(name, controller, marks=() if turn == k % len(case.controllers) else pytest.mark.long)
+        pytest.param(
+            name,
+            controller,
+            marks=() if turn == k % len(case.controllers) and not case.between else pytest.mark.long,
+        )
         for k, (name, case) in enumerate(cases.items())
         for turn, controller in enumerate(case.controllers)
     ]

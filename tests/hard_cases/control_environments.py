@@ -80,6 +80,7 @@ CASES: dict[str, HardCase] = {
         kept(),
         force=5.0,
         controllers=SOME,
+        between=True,
     ),
     "cover of 1e4 N/m": HardCase(
         "the goal is kept",
@@ -87,6 +88,7 @@ CASES: dict[str, HardCase] = {
         kept(),
         force=12.0,
         controllers=OTHERS,
+        between=True,
     ),
     "cover of 1e5 N/m": HardCase(
         "the goal is kept: the arm's own servo, in series, is what gives",
@@ -94,6 +96,7 @@ CASES: dict[str, HardCase] = {
         kept(),
         force=8.0,
         controllers=SOME,
+        between=True,
     ),
     "cover of 1e6 N/m": HardCase(
         "the same",
@@ -132,6 +135,7 @@ CASES: dict[str, HardCase] = {
         {"force_gain": ControlSettings().force_gain},
         force=8.0,
         controllers=OTHERS,
+        between=True,
     ),
     "foam of 1e6 Pa, high gain": HardCase(
         "k_f k = 85/s is above 2 w = 80/s: the force swings, within bounds, and it is said",
@@ -165,6 +169,7 @@ CASES: dict[str, HardCase] = {
         PATH,
         seconds=5.0,
         controllers=SOME,
+        between=True,
     ),
     "friction of 1": HardCase(
         "it sticks until the arm's servo has built up 3 N along the skin, and slips: the path is followed, worse",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from app.control.command import ControlSettings
@@ -19,24 +21,29 @@ def by_hand(settings: ControlSettings) -> Session:
     return Session(forearm(), settings=settings)
 
 
-def press(taxel: int, *, finger: int = 1, **how: float):
-    """A finger presses a taxel."""
-    return lambda session: session.submit(PokePressed(finger, forearm().skin.taxel_point(taxel), Finger(**how)))
-
-
-def release(finger: int = 1):
-    return lambda session: session.submit(PokeReleased(finger))
-
-
-def slide(taxel: int, *, finger: int = 1):
-    """The finger goes to another taxel at once."""
-    return lambda session: session.submit(PokeMoved(finger, forearm().skin.taxel_point(taxel)))
+def near_taxel() -> int:
+    """The usual one."""
+    return TAXEL
 
 
 def far_taxel() -> int:
     """One that is 60th nearest to the usual one on the map."""
     points = forearm().map.taxel_points
     return int(np.argsort(np.linalg.norm(points - points[TAXEL], axis=1))[60])
+
+
+def press(taxel: Callable[[], int] = near_taxel, *, finger: int = 1, **how: float):
+    """A finger presses a taxel; which is asked when it happens, since the arm takes a second to make."""
+    return lambda session: session.submit(PokePressed(finger, forearm().skin.taxel_point(taxel()), Finger(**how)))
+
+
+def release(finger: int = 1):
+    return lambda session: session.submit(PokeReleased(finger))
+
+
+def slide(taxel: Callable[[], int], *, finger: int = 1):
+    """The finger goes to another taxel at once."""
+    return lambda session: session.submit(PokeMoved(finger, forearm().skin.taxel_point(taxel())))
 
 
 def no_jumps(*times: float):
@@ -105,7 +112,7 @@ CASES: dict[str, HardCase] = {
         {"max_force": 5.0, "force_gain": 0.001},
         seconds=2.0,
         force=16.0,
-        acts={0.0: press(TAXEL, speed=0.03, max_force=15.0)},
+        acts={0.0: press(speed=0.03, max_force=15.0)},
         says=(STOPPED,),
     ),
     "a finger that tracks its place": HardCase(
@@ -115,7 +122,7 @@ CASES: dict[str, HardCase] = {
         {"task": "hold_point"},
         seconds=5.0,
         force=10.0,
-        acts={0.0: press(TAXEL, speed=0.01, max_force=8.0), 1.0: aside},
+        acts={0.0: press(speed=0.01, max_force=8.0), 1.0: aside},
         says=((LimitKind.CONTACT_STICKS,),),
     ),
     "a finger that jumps": HardCase(
@@ -125,7 +132,7 @@ CASES: dict[str, HardCase] = {
         {"task": "hold_point"},
         seconds=4.0,
         force=12.0,
-        acts={0.0: press(TAXEL, speed=0.02, max_force=8.0), 1.0: slide(far_taxel()), 2.0: slide(TAXEL)},
+        acts={0.0: press(speed=0.02, max_force=8.0), 1.0: slide(far_taxel), 2.0: slide(near_taxel)},
         controllers=SOME,
     ),
     "taps": HardCase(
@@ -137,7 +144,7 @@ CASES: dict[str, HardCase] = {
         acts={
             t: act
             for k in range(4)
-            for t, act in ((0.5 * k, press(TAXEL, speed=0.05, max_force=8.0)), (0.5 * k + 0.1, release()))
+            for t, act in ((0.5 * k, press(speed=0.05, max_force=8.0)), (0.5 * k + 0.1, release()))
         },
         controllers=OTHERS,
     ),
@@ -149,8 +156,8 @@ CASES: dict[str, HardCase] = {
         seconds=4.0,
         force=20.0,
         acts={
-            0.0: press(TAXEL, speed=0.01, max_force=6.0),
-            0.05: press(far_taxel(), finger=2, speed=0.01, max_force=2.0),
+            0.0: press(speed=0.01, max_force=6.0),
+            0.05: press(far_taxel, finger=2, speed=0.01, max_force=2.0),
         },
     ),
     "a second contact, not wanted": HardCase(
@@ -161,8 +168,8 @@ CASES: dict[str, HardCase] = {
         seconds=3.0,
         force=25.0,
         acts={
-            0.0: press(TAXEL, speed=0.01, max_force=6.0),
-            1.0: press(far_taxel(), finger=2, speed=0.01, max_force=6.0),
+            0.0: press(speed=0.01, max_force=6.0),
+            1.0: press(far_taxel, finger=2, speed=0.01, max_force=6.0),
         },
         controllers=OTHERS,
     ),
@@ -173,7 +180,7 @@ CASES: dict[str, HardCase] = {
         {"max_force": 5.0, "force_gain": 0.001},
         seconds=4.0,
         force=16.0,
-        acts={0.0: press(TAXEL, speed=0.03, max_force=15.0), 1.0: release()},
+        acts={0.0: press(speed=0.03, max_force=15.0), 1.0: release()},
         says=(STOPPED,),
         controllers=SOME,
     ),

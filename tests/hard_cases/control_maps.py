@@ -128,6 +128,7 @@ CASES: dict[str, HardCase] = {
         seconds=4.0,
         force=8.0,
         controllers=SOME,
+        between=True,
     ),
     "normals wrong by 30 degrees": HardCase(
         "the same",
@@ -137,6 +138,7 @@ CASES: dict[str, HardCase] = {
         seconds=4.0,
         force=8.0,
         controllers=SOME,
+        between=True,
     ),
     "normals wrong by 45 degrees": HardCase(
         "the same, though motion along the skin leaks into force by as much: it may be lost for a moment",
@@ -154,6 +156,7 @@ CASES: dict[str, HardCase] = {
         seconds=4.0,
         force=8.0,
         controllers=SOME,
+        between=True,
     ),
     "the map's frame turned by 60 degrees": HardCase(
         "in a wide bow", wrong_frame(60.0), both(kept(within=0.3), arrives(0.004)), _ASIDE, seconds=6.0, force=8.0
@@ -177,7 +180,13 @@ CASES: dict[str, HardCase] = {
     ),
     **{
         f"taxels {1e3 * sd:g} mm off, {kind} Jacobian": HardCase(
-            stated, wrong_places(sd, "taxel"), check, {**PATH, "jacobian": kind}, seconds=5.0, force=force
+            stated,
+            wrong_places(sd, "taxel"),
+            check,
+            {**PATH, "jacobian": kind},
+            seconds=5.0,
+            force=force,
+            between=(sd, kind) == (0.002, "raw"),
         )
         for sd, kind, stated, check, force in (
             (0.0005, "raw", "triangles say little else than the truth: the path is followed", led(0.004, 0.010), 10.0),
@@ -195,6 +204,7 @@ CASES: dict[str, HardCase] = {
         seconds=5.0,
         force=12.0,
         controllers=SOME,
+        between=True,
     ),
     "modules 7 mm off": HardCase(
         "the same, badly", wrong_places(0.007, "module"), bounded_only, PATH, seconds=5.0, force=25.0

@@ -28,10 +28,10 @@ from app.tactile.models.water_fill import WaterFillModel
 from app.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
 from app.tactile.sensor_effects import AreaAveraging, Sampling
 from tests.support.recordings import small_arm
-from tests.support.touch import bar_skin, prepared_bar
+from tests.support.touch import bar_map, bar_skin, prepared_bar
 
 SKIN = bar_skin(400)
-MAP = build_map(SKIN)
+MAP = bar_map(400)
 POSITIONS = SKIN.patches[0].taxels.positions
 RADIUS = 0.025
 

@@ -13,7 +13,6 @@ from app.core.errors import TactileMapsError
 from app.robots.load import load_robot_file
 from tests.hard_cases import hostile_files
 from tests.hard_cases.hostile_files import BODY, PATHS, READERS, RECORDED, ROBOTS, mjcf, spiked_sphere
-from tests.support.bounded_process import call_all
 
 SECRET = "root-of-all-secrets"
 
@@ -22,7 +21,7 @@ def refused(outcome: str, words: str) -> bool:
     return outcome.startswith("refused: ") and re.search(words, outcome) is not None
 
 
-def test_what_is_no_file_is_refused_by_every_reader(tmp_path):
+def test_what_is_no_file_is_refused_by_every_reader(tmp_path, call_all):
     """A pipe that nobody writes to, a device that never ends, a link to one, a folder: at once, and closed again."""
     cases = []
     for number, (name, ending) in enumerate(PATHS):
@@ -54,7 +53,7 @@ def test_every_reader_is_walked():
     assert found <= known
 
 
-def test_meshes_and_includes_that_are_pipes_are_refused(tmp_path):
+def test_meshes_and_includes_that_are_pipes_are_refused(tmp_path, call_all):
     os.mkfifo(tmp_path / "m.stl")
     os.mkfifo(tmp_path / "part.xml")
     os.mkfifo(tmp_path / "b.bin")
@@ -69,7 +68,7 @@ def test_meshes_and_includes_that_are_pipes_are_refused(tmp_path):
         assert refused(outcome, "not a file.*a pipe"), outcome
 
 
-def test_hostile_robots_are_refused_quickly(tmp_path):
+def test_hostile_robots_are_refused_quickly(tmp_path, call_all):
     for name, (text, _) in ROBOTS.items():
         (tmp_path / name).write_text(text)
     outcomes = call_all(hostile_files.robot, [(str(tmp_path / name),) for name in ROBOTS])
@@ -78,20 +77,20 @@ def test_hostile_robots_are_refused_quickly(tmp_path):
         assert words is None or f"/{name}" in outcome, outcome
 
 
-def test_hostile_robots_in_recordings_are_refused_quickly():
+def test_hostile_robots_in_recordings_are_refused_quickly(call_all):
     outcomes = call_all(hostile_files.recorded, [(text, {}) for text, _ in RECORDED.values()])
     for (name, (_, words)), outcome in zip(RECORDED.items(), outcomes, strict=True):
         assert refused(outcome, words), (name, outcome)
         assert "hostile.mcap" in outcome
 
 
-def test_a_spike_of_a_hundred_radii_is_mapped_or_refused_quickly(tmp_path):
+def test_a_spike_of_a_hundred_radii_is_mapped_or_refused_quickly(tmp_path, call_all):
     path = spiked_sphere(tmp_path / "spike.stl", 100.0)
     (outcome,) = call_all(hostile_files.mapped, [(str(path),)])
     assert outcome == "ok" or outcome.startswith("refused: "), outcome
 
 
-def test_a_mesh_of_a_billion_metres_is_refused_quickly(tmp_path):
+def test_a_mesh_of_a_billion_metres_is_refused_quickly(tmp_path, call_all):
     path = tmp_path / "huge.stl"
     trimesh.creation.icosphere(4, radius=1e9).export(path)
     outcomes = call_all(hostile_files.mapped, [(str(path),)]) + call_all(hostile_files.robot, [(str(path),)])

@@ -111,9 +111,10 @@ def test_the_error_of_quantisation_is_uniform():
     assert error.std() == pytest.approx(200.0 / math.sqrt(12), rel=0.02)
 
 
-@pytest.mark.parametrize("skin", [arm().skin, row(50, areas=np.geomspace(1e-6, 1e-4, 50))], ids=["arm", "row"])
+@pytest.mark.parametrize("worn", ["arm", "row"])
 @pytest.mark.parametrize("share", [0.0, 0.05, 0.9])
-def test_crosstalk_conserves_force(skin, share):
+def test_crosstalk_conserves_force(worn, share):
+    skin = arm().skin if worn == "arm" else row(50, areas=np.geomspace(1e-6, 1e-4, 50))
     rng = np.random.default_rng(0)
     at_work = stage(Crosstalk(share), skin=skin)
     for _ in range(20):

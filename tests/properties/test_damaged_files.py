@@ -8,14 +8,13 @@ from collections import Counter
 import pytest
 
 from tests.hard_cases import damaged_files
-from tests.support.bounded_process import call_all
 
 DEFAULT, ALL = 500, 50_000
 MEMORY = 2 * 2**30
 
 
 @pytest.mark.parametrize("first", [0, *(pytest.param(n, marks=pytest.mark.long) for n in range(500, ALL, 5500))])
-def test_damaged_files_are_read_or_refused_by_name(first):
+def test_damaged_files_are_read_or_refused_by_name(first, call_all):
     numbers = range(first, min(first + (DEFAULT if not first else 5500), ALL))
     outcomes = call_all(damaged_files.try_case, [(number,) for number in numbers], cpu=8.0, memory=MEMORY)
     assert len(outcomes) == len(numbers)
@@ -43,7 +42,7 @@ def test_a_number_gives_the_same_file_again():
         assert damaged_files.damaged(name, 7) != damaged_files.damaged(name, 8)
 
 
-def test_what_misbehaves_is_noticed_and_only_that():
+def test_what_misbehaves_is_noticed_and_only_that(call_all):
     ways = ("fine", "hang", "grow", "leak", "crash", "fail", "refuse", "fine")
     outcomes = call_all(damaged_files.misbehave, [(way,) for way in ways], cpu=0.5, memory=MEMORY)
     words = ("ok", "killed by SIGPROF", "traceback: .*Memory", "leaked 1 desc", "killed by SIGABRT",

@@ -8,14 +8,15 @@ from __future__ import annotations
 
 import os
 import pickle
-import resource
 import select
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
+
+import pytest
 
 MEMORY = 2 * 2**30
 CPU_SECONDS = 10
@@ -23,34 +24,62 @@ WALL_SECONDS = 120  # for what waits without working; a busy machine is no fault
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def call_all(
-    function: Callable[..., Any], cases: Sequence[tuple[Any, ...]], *, cpu: float = CPU_SECONDS, memory: int = MEMORY
-) -> list[str]:
-    """What became of ``function(*case)`` for each case; function and cases must pickle.
+class BoundedProcess:
+    """The process that has imported the program, from which each call is forked; end it with ``close``."""
 
-    Returns:
-        For each ``"ok"``, ``"refused: ..."`` for a TactileMapsError, ``"traceback: ..."`` for another exception,
-        ``"killed by ..."`` where it ran past its time or memory, ``"leaked ..."`` for open descriptors.
-    """
-    order = (function.__module__, function.__qualname__, list(cases), cpu, memory)
-    command = [sys.executable, "-W", "ignore", "-c", "from tests.support.bounded_process import _serve; _serve()"]
-    done = subprocess.run(command, input=pickle.dumps(order), stdout=subprocess.PIPE, cwd=ROOT, check=True)
-    return pickle.loads(done.stdout)
+    def __init__(self) -> None:
+        command = [sys.executable, "-W", "ignore", "-c", "from tests.support.bounded_process import _serve; _serve()"]
+        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=ROOT)
+
+    def call_all(
+        self,
+        function: Callable[..., Any],
+        cases: Sequence[tuple[Any, ...]],
+        *,
+        cpu: float = CPU_SECONDS,
+        memory: int = MEMORY,
+    ) -> list[str]:
+        """What became of ``function(*case)`` for each case; function and cases must pickle.
+
+        Returns:
+            For each ``"ok"``, ``"refused: ..."`` for a TactileMapsError, ``"traceback: ..."`` for another exception,
+            ``"killed by ..."`` where it ran past its time or memory, ``"leaked ..."`` for open descriptors.
+        """
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        pickle.dump((function.__module__, function.__qualname__, list(cases), cpu, memory), self._process.stdin)
+        self._process.stdin.flush()
+        return pickle.load(self._process.stdout)
+
+    def close(self) -> None:
+        """Wait for its end."""
+        self._process.communicate()
+
+
+@pytest.fixture(scope="module")
+def call_all() -> Iterator[Callable[..., list[str]]]:
+    """``BoundedProcess.call_all`` of one process for all tests of a module."""
+    process = BoundedProcess()
+    yield process.call_all
+    process.close()
 
 
 def _serve() -> None:
     from importlib import import_module
 
-    module, name, cases, cpu, memory = pickle.load(sys.stdin.buffer)
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what native code prints is no answer
-    function = getattr(import_module(module), name)
-    found: list[str] = []
-    while len(found) < len(cases):
-        found += _run(function, cases[len(found) :], cpu, memory)
-    pickle.dump(found, answers)
-    answers.flush()
-    os._exit(0)
+    while True:
+        try:
+            module, name, cases, cpu, memory = pickle.load(sys.stdin.buffer)
+        except EOFError:
+            os._exit(0)
+        function = getattr(import_module(module), name)
+        found: list[str] = []
+        while len(found) < len(cases):
+            found += _run(function, cases[len(found) :], cpu, memory)
+        pickle.dump(found, answers)
+        answers.flush()
 
 
 def _run(function: Callable[..., Any], cases: Sequence[tuple[Any, ...]], cpu: float, memory: int) -> list[str]:
@@ -79,6 +108,8 @@ def _run(function: Callable[..., Any], cases: Sequence[tuple[Any, ...]], cpu: fl
 
 
 def _work(function: Callable[..., Any], cases: Sequence[tuple[Any, ...]], cpu: float, memory: int, writing: int) -> Any:
+    import resource  # not everywhere, and this module is
+
     from app.core.errors import TactileMapsError
 
     resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))

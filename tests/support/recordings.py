@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 from app.contacts.pipeline import ReadingSettings
 from app.control.command import ControlSettings
@@ -19,8 +20,9 @@ from app.tactile.sensor_effects import Hysteresis, Noise, SensorEffects
 NOISY = SensorEffects(noise=Noise(), hysteresis=Hysteresis())
 
 
+@cache
 def small_arm(taxels: int = 120) -> PreparedScene:
-    """The arm in few taxels; two seconds to make."""
+    """The arm in few taxels; two seconds to make, so made once a process."""
     scene = load_scene("arm")
     return prepare(replace(scene, cover=replace(scene.cover, taxels=taxels)))
 

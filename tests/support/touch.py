@@ -1,4 +1,7 @@
-"""Robots small enough to know the answer by hand, wearing flat skin, and our own arm made once."""
+"""Robots small enough to know the answer by hand, wearing flat skin, and our own arm.
+
+Nothing here changes once made, so each is made once a process.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ import numpy as np
 from app.control.command import JointCommand
 from app.geometry.mesh import Mesh
 from app.maps.build import build_map
+from app.maps.tactile_map import TactileMap
 from app.robots.robot import Joint, Link, Robot
 from app.scene.scene import Scene
 from app.session.prepare import PreparedScene
@@ -29,6 +33,7 @@ _PAIR = """<mujoco model="pair"><compiler angle="radian"/><worldbody>
 <geom type="box" size="0.05 0.05 0.05"/></body></worldbody></mujoco>"""
 
 
+@cache
 def bar(*, hinged: bool = True) -> Robot:
     """A bar 0.4 m long, 1 kg, from the origin along x, on a hinge about y at the origin or fixed."""
     joint = '<joint name="hinge" axis="0 1 0" range="-1.5 1.5" limited="true"/>' if hinged else ""
@@ -39,9 +44,11 @@ def bar(*, hinged: bool = True) -> Robot:
     )
 
 
-def bar_skin(taxels: int = 60, *, finer: int = 1) -> Skin:
-    """The top of the bar, 20 mm above the hinge's axis."""
-    plate = _plate((0.01, -0.05, 0.02), (0.38, 0, 0), (0, 0.1, 0), steps=(48 * finer, 12 * finer))
+@cache
+def bar_skin(taxels: int = 60, *, finer: int = 1, length: float = 0.38) -> Skin:
+    """The top of the bar, 20 mm above the hinge's axis, or as much of its length [m] about the middle."""
+    steps = round(48 * finer * length / 0.38), 12 * finer
+    plate = _plate((0.2 - length / 2, -0.05, 0.02), (length, 0, 0), (0, 0.1, 0), steps=steps)
     return Skin((Patch("top", "bar", plate, place_evenly(plate, taxels, seed=0)),))
 
 
@@ -67,8 +74,13 @@ def pair() -> tuple[Robot, Skin]:
 
 def prepared_bar(*, hinged: bool = True, **scene) -> PreparedScene:
     """The bar as a scene made real."""
-    skin = bar_skin()
-    return PreparedScene(Scene(name="bar", robot="bar", **scene), bar(hinged=hinged), skin, build_map(skin))
+    return PreparedScene(Scene(name="bar", robot="bar", **scene), bar(hinged=hinged), bar_skin(), bar_map())
+
+
+@cache
+def bar_map(taxels: int = 60) -> TactileMap:
+    """Of the bar's skin."""
+    return build_map(bar_skin(taxels))
 
 
 @cache

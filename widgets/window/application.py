@@ -1,88 +1,21 @@
 """Starts the application: on a display, or without one for a picture.
 
-Whether a window can be opened is asked before Qt: where it cannot, Qt ends the process instead of saying so.
+Whether a window can be opened is asked before Qt: see ``display``.
 Off-screen rendering must not look for an X server; VTK reads its variable when it is imported, so the environment is
 set before VTK and Qt are.
 """
 
 from __future__ import annotations
 
-import ctypes.util
 import os
-import socket
 import sys
 from functools import partial
 from pathlib import Path
 from types import TracebackType
 
-from PySide6.QtCore import QLibraryInfo
-
-from app.core.errors import DisplayError
 from app.core.progress import Progress, no_progress
 from app.scene.scene import Scene
 from app.session.prepare import prepare
-
-_REMEDY = "Run it in a desktop session or under xvfb-run; run, replay and screenshot need no display"
-_ON_SCREEN = ("", "xcb", "wayland")
-
-
-def require_display() -> None:
-    """Return when there is a display that answers and Qt can draw on it; costs a few milliseconds.
-
-    Raises:
-        DisplayError: None is named, the one that is does not answer, or a library that Qt needs for it is missing.
-    """
-    if os.environ.get("QT_QPA_PLATFORM", "").split(":")[0] not in _ON_SCREEN:
-        return
-    named = {name: os.environ[name] for name in ("DISPLAY", "WAYLAND_DISPLAY") if os.environ.get(name)}
-    if not named:
-        raise DisplayError(
-            "there is no display to open a window on",
-            place="DISPLAY, WAYLAND_DISPLAY",
-            value="not set",
-            remedy=_REMEDY,
-        )
-    if "WAYLAND_DISPLAY" in named and _wayland_answers(named["WAYLAND_DISPLAY"]):
-        return
-    if not ("DISPLAY" in named and _x11_answers()):
-        text = ", ".join(f"{name}={value}" for name, value in named.items())
-        raise DisplayError("the display does not answer", value=text, remedy=_REMEDY)
-    _require_xcb_libraries()
-
-
-def _wayland_answers(name: str) -> bool:
-    with socket.socket(socket.AF_UNIX) as end:
-        try:
-            end.connect(str(Path(os.environ.get("XDG_RUNTIME_DIR", "/")) / name))
-        except OSError:
-            return False
-    return True
-
-
-def _x11_answers() -> bool:
-    """Ask as Qt will: through libxcb, which knows about hosts, numbers and permissions."""
-    try:
-        xcb = ctypes.CDLL(ctypes.util.find_library("xcb") or "libxcb.so.1")
-    except OSError:
-        return True  # it is among the libraries asked for by name next
-    xcb.xcb_connect.restype = ctypes.c_void_p
-    connection = ctypes.c_void_p(xcb.xcb_connect(None, None))
-    failed = bool(xcb.xcb_connection_has_error(connection))
-    xcb.xcb_disconnect(connection)
-    return not failed
-
-
-def _require_xcb_libraries() -> None:
-    plugin = Path(QLibraryInfo.path(QLibraryInfo.LibraryPath.PluginsPath)) / "platforms" / "libqxcb.so"
-    try:
-        ctypes.CDLL(str(plugin))
-    except OSError as error:
-        raise DisplayError(
-            "Qt misses a library for this display",
-            value=error,
-            remedy="Install it; on Debian assets/install/install.sh installs all of them",
-        ) from error
-
 
 # Off-screen rendering must not look for an X server; VTK reads this when it is imported, below.
 os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
@@ -95,6 +28,7 @@ from widgets.common.guide_window import GuideWindow
 from widgets.common.settings import Settings
 from widgets.session.backends import INLINE
 from widgets.session.session_runner import InlineRunner
+from widgets.window.display import require_display
 from widgets.window.main_window import MainWindow
 from widgets.window.window_picture import save_window_picture
 
@@ -105,8 +39,7 @@ def launch(scene: Scene) -> int:
     Raises:
         DisplayError: There is no display that answers, or Qt lacks what it needs to draw on it.
     """
-    if sys.platform.startswith("linux"):
-        require_display()
+    require_display()
     app = make_application()
     settings = Settings()
     apply_theme(app, THEMES[settings.theme])
@@ -123,8 +56,7 @@ def show_guide(page: Path) -> int:
     Raises:
         DisplayError: As ``launch``.
     """
-    if sys.platform.startswith("linux"):
-        require_display()
+    require_display()
     app = make_application()
     apply_theme(app, THEMES[Settings().theme])
     window = GuideWindow(page)

@@ -28,8 +28,8 @@ ENDLESS = """
 import sys
 from app.recording.recorder import Recorder
 from app.session.session import Session
-from tests.support.recordings import small_arm
-prepared = small_arm()
+from tests.support.touch import prepared_bar
+prepared = prepared_bar()
 session = Session(prepared)
 with Recorder(prepared, sys.argv[1]) as recorder:
     while True:
@@ -62,14 +62,14 @@ def test_a_full_disk_is_named_at_the_start(prepared):
         Recorder(prepared, "/dev/full", overwrite=True)
 
 
-def test_a_disk_that_fills_up_keeps_what_was_written(prepared, tmp_path):
+def test_a_disk_that_fills_up_keeps_what_was_written(tmp_path):
     """A limit on the file's size stands in for the disk; in a process of its own, since it cannot be lifted."""
     path = tmp_path / "cut.mcap"
     code = (
         "import resource, signal, sys\n"
         "from app.core.errors import RecordingError\nfrom app.recording.recorder import Recorder\n"
-        "from app.session.session import Session\nfrom tests.support.recordings import small_arm\n"
-        "prepared = small_arm(); session = Session(prepared); recorder = Recorder(prepared, sys.argv[1])\n"
+        "from app.session.session import Session\nfrom tests.support.touch import prepared_bar\n"
+        "prepared = prepared_bar(); session = Session(prepared); recorder = Recorder(prepared, sys.argv[1])\n"
         "recorder.write(session.tick(), session.inputs)\n"
         "import os; size = os.path.getsize(sys.argv[1]) + 200_000\n"
         "signal.signal(signal.SIGXFSZ, signal.SIG_IGN); resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))\n"

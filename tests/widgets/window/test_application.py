@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from app.core.errors import DisplayError
-from widgets.window.application import require_display
+from widgets.window.display import require_display
 
 ROOT = Path(__file__).resolve().parents[3]
 NOBODY = ":4711"
@@ -25,6 +25,7 @@ def on_screen(monkeypatch):
     return monkeypatch
 
 
+@linux
 def test_without_a_display_the_remedy_is_told(on_screen):
     with pytest.raises(DisplayError, match=r"no display.*xvfb-run"):
         require_display()
@@ -46,7 +47,7 @@ def test_a_platform_without_a_screen_needs_no_display(on_screen):
 
 @linux
 def test_the_program_says_so_instead_of_aborting(on_screen, tmp_path):
-    """Qt itself would end the process with a core dump here."""
+    """Qt itself would end the process with a core dump here; and nobody waits for the imports of a window."""
     environment = dict(os.environ) | {"DISPLAY": NOBODY, "PYTHONPATH": str(ROOT), "XDG_CONFIG_HOME": str(tmp_path)}
     done = subprocess.run(
         [sys.executable, "-m", "app", "gui"], env=environment, capture_output=True, text=True, timeout=60, check=False

@@ -8,15 +8,14 @@ import numpy as np
 
 from app.contacts.detection import ContactDetector
 from app.contacts.force_estimation.estimate import ContactReading, Wrench
-from app.maps.build import build_map
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.loads import sphere_load
 from app.tactile.models.half_space import HalfSpaceModel
 from app.tactile.models.water_fill import WaterFillModel
-from tests.support.touch import bar_skin
+from tests.support.touch import bar_map, bar_skin
 
 SKIN = bar_skin(400)
-MAP = build_map(SKIN)
+MAP = bar_map(400)
 PITCH = float(np.sqrt(np.median(SKIN.areas)))
 PLACE = np.array([0.2, 0.005, 0.02])
 UP = np.array([0.0, 0.0, 1.0])

@@ -17,7 +17,7 @@ from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.loads import Load, sphere_load
 from app.tactile.models.half_space import HalfSpaceModel
 from app.tactile.models.water_fill import WaterFillModel
-from tests.support.touch import bar_skin
+from tests.support.touch import bar_map, bar_skin
 from tests.unit.contacts.force_estimation.readings_by_hand import PLACE, SKIN, UP, reading
 
 
@@ -37,7 +37,7 @@ def test_a_depth_that_is_none_is_refused(name):
 
 
 FOREARM_SKIN = bar_skin(400)
-MAP = build_map(FOREARM_SKIN)
+MAP = bar_map(400)
 DEPTH = 0.5 * float(np.sqrt(np.median(FOREARM_SKIN.areas)))
 UPWARDS = np.array([0.0, 0.0, 1.0])
 EXACT = SensorUncertainty()

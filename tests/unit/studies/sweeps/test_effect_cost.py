@@ -15,13 +15,17 @@ from app.studies.sweeps.effect_cost import ALL_OFF, STUDY, cases, effect_cases, 
 from app.studies.testbeds.pressed_robot import pressed_arm
 
 TINY = {"taxels": 120, "rounds": 8, "seed": 0}
-ARM = pressed_arm(120)
 
 
 def row(effect, choice):
     case = {"effect": effect, "choice": choice, **TINY}
     (found,) = measure(case)
     return {**case, **found}
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return pressed_arm(120)
 
 
 @pytest.fixture(scope="module")
@@ -48,20 +52,20 @@ def test_every_effect_in_every_choice_is_measured_but_for_the_time_step():
     assert len({(one.effect, one.choice) for one in effect_cases()}) == len(effect_cases())
 
 
-def test_with_all_off_nothing_is_left():
-    model = assemble(ARM.robot, ARM.skin, ALL_OFF, objects=(ARM.probe,))
-    assert (model.npair, model.ngeom, model.nsensor, model.nv) == (0, 0, 0, len(ARM.robot.joints))
+def test_with_all_off_nothing_is_left(arm):
+    model = assemble(arm.robot, arm.skin, ALL_OFF, objects=(arm.probe,))
+    assert (model.npair, model.ngeom, model.nsensor, model.nv) == (0, 0, 0, len(arm.robot.joints))
     assert model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT
-    simulation = Simulation(ARM.robot, ARM.skin, ALL_OFF, objects=(ARM.probe,))
+    simulation = Simulation(arm.robot, arm.skin, ALL_OFF, objects=(arm.probe,))
     assert simulation.readings == ()
 
 
-def test_what_is_felt_is_really_pressed():
+def test_what_is_felt_is_really_pressed(arm):
     """The rows of contacts and skins measure a skin in touch, not an idle one."""
     probed = replace(ALL_OFF, contact="probe", skin="water-fill")
-    simulation = Simulation(ARM.robot, ARM.skin, probed, objects=(ARM.probe,))
-    simulation.step(1500, ARM.command)
-    assert float(simulation.sense() @ ARM.skin.areas) == pytest.approx(10.0, rel=0.05)
+    simulation = Simulation(arm.robot, arm.skin, probed, objects=(arm.probe,))
+    simulation.step(1500, arm.command)
+    assert float(simulation.sense() @ arm.skin.areas) == pytest.approx(10.0, rel=0.05)
 
 
 def test_rows_carry_effect_and_ratio(rows):

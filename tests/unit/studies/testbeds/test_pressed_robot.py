@@ -25,78 +25,83 @@ from app.studies.testbeds.pressed_robot import (
 from app.tactile.elastic_layer import ElasticLayer
 from tests.support.touch import bar, bar_skin
 
-ARM = pressed_arm(120)
 EFFECTS = Effects(gravity="off", contact="probe", fingers=False)
 
 
-def test_the_probe_starts_off_the_skin_and_goes_straight_in_along_an_axis():
-    first, last = np.array(ARM.probe.spec.path)[[0, -1], 1:]
+@pytest.fixture(scope="module")
+def arm():
+    return pressed_arm(120)
+
+
+def test_the_probe_starts_off_the_skin_and_goes_straight_in_along_an_axis(arm):
+    first, last = np.array(arm.probe.spec.path)[[0, -1], 1:]
     way = last - first
     assert np.count_nonzero(np.abs(way) > 1e-12) == 1
-    touched = Configuration(ARM.robot).pose("forearm").points(ARM.skin.position(ARM.at)[None])[0]
-    assert np.linalg.norm(first - touched) == pytest.approx(ARM.probe.spec.size[0] + 0.002)
-    assert ARM.probe.spec.mass == PROBE_MASS
+    touched = Configuration(arm.robot).pose("forearm").points(arm.skin.position(arm.at)[None])[0]
+    assert np.linalg.norm(first - touched) == pytest.approx(arm.probe.spec.size[0] + 0.002)
+    assert arm.probe.spec.mass == PROBE_MASS
 
 
-def test_it_presses_as_hard_as_its_motors_may():
-    simulation = Simulation(ARM.robot, ARM.skin, EFFECTS, objects=(ARM.probe,))
-    simulation.step(1, ARM.command)
+def test_it_presses_as_hard_as_its_motors_may(arm):
+    simulation = Simulation(arm.robot, arm.skin, EFFECTS, objects=(arm.probe,))
+    simulation.step(1, arm.command)
     assert not simulation.sense().any(), "it starts in the air"
-    simulation.step(round((5 * ARRIVED) / EFFECTS.timestep), ARM.command)
+    simulation.step(round((5 * ARRIVED) / EFFECTS.timestep), arm.command)
     pressures = simulation.sense()
-    assert float(pressures @ ARM.skin.areas) == pytest.approx(PRESS_FORCE, rel=0.05)
-    assert ARM.skin.patches[ARM.skin.patch_of[pressures.argmax()]].link == "forearm"
+    assert float(pressures @ arm.skin.areas) == pytest.approx(PRESS_FORCE, rel=0.05)
+    assert arm.skin.patches[arm.skin.patch_of[pressures.argmax()]].link == "forearm"
 
 
-def test_the_arm_gives_way_and_stays_near_home():
-    simulation = Simulation(ARM.robot, ARM.skin, EFFECTS, objects=(ARM.probe,))
-    simulation.step(500, ARM.command)
-    moved = np.abs(simulation.posture - ARM.robot.home).max()
+def test_the_arm_gives_way_and_stays_near_home(arm):
+    simulation = Simulation(arm.robot, arm.skin, EFFECTS, objects=(arm.probe,))
+    simulation.step(500, arm.command)
+    moved = np.abs(simulation.posture - arm.robot.home).max()
     assert 1e-3 < moved < 0.2
 
 
 def test_it_is_made_once_and_the_same_each_time():
-    assert pressed_arm(120) is ARM
+    arm = pressed_arm(120)
+    assert pressed_arm(120) is arm
     pressed_arm.cache_clear()
     again = pressed_arm(120)
-    assert again is not ARM
-    assert again.at == ARM.at
-    assert again.probe.spec == ARM.probe.spec
+    assert again is not arm
+    assert again.at == arm.at
+    assert again.probe.spec == arm.probe.spec
 
 
-SMALL_ARM, SOFT = pressed_arm(120), ElasticLayer(stiffness=1e4)
+SOFT = ElasticLayer(stiffness=1e4)
 
 
 @pytest.fixture(scope="module")
-def fine():
-    return run_press(SMALL_ARM, REFERENCE_EFFECTS, SOFT)
+def fine(arm):
+    return run_press(arm, REFERENCE_EFFECTS, SOFT)
 
 
 def made(forces=(1.0,), postures=((0.0,),), stopped=""):
     return PressRun(np.array(postures), np.array(forces), np.array([8e-3, 1.0, 8e-3]), stopped)
 
 
-def test_the_truth_is_the_truth(fine):
+def test_the_truth_is_the_truth(fine, arm):
     """A fine step has converged: another integrator and twice the step give the same posture and force."""
     for integrator in ("discrete", "implicitfast"):
-        other = run_press(SMALL_ARM, effects_at_step(integrator, 0.1), SOFT)
+        other = run_press(arm, effects_at_step(integrator, 0.1), SOFT)
         assert other.forces.mean() == pytest.approx(fine.forces.mean(), rel=1e-6)
         assert np.abs(other.postures - fine.postures).max() < 2e-5
     assert np.ptp(fine.postures, axis=0).max() > 1e-3, "it gave way"
     assert fine.forces.mean() == pytest.approx(PRESS_FORCE, rel=0.05)
 
 
-def test_it_looks_often_then_at_every_step(fine):
+def test_it_looks_often_then_at_every_step(fine, arm):
     looks, steps = round(1e3 * SETTLING / SAMPLE_MS), round(HOLDING / REFERENCE_EFFECTS.timestep)
-    assert fine.postures.shape == (looks, len(SMALL_ARM.robot.joints))
+    assert fine.postures.shape == (looks, len(arm.robot.joints))
     assert fine.seconds.shape == (looks,)
     assert fine.forces.shape == (steps,)
     assert fine.steady(fine)
     assert fine.posture_error(fine) == 0
 
 
-def test_a_run_that_stops_keeps_what_it_saw(fine):
-    run = run_press(SMALL_ARM, effects_at_step("euler", 8.0), SOFT)
+def test_a_run_that_stops_keeps_what_it_saw(fine, arm):
+    run = run_press(arm, effects_at_step("euler", 8.0), SOFT)
     assert "time step" in run.stopped
     assert 0 < len(run.postures) < len(fine.postures)
     assert not run.steady(fine)

@@ -18,7 +18,7 @@ from tests.support.touch import arm, bar_skin, each_point_a_taxel, pair
 
 UP = np.array([0.0, 0.0, 1.0])
 MIDDLE = np.array([0.2, 0.0, 0.02])
-FINE = bar_skin(1500, finer=4)
+FINE = bar_skin(480, finer=4, length=0.12)
 
 
 def press(force=5.0, radius=0.008, at=(0, 0, 0), link="bar"):
@@ -47,13 +47,13 @@ def test_force_is_kept_to_rounding_wherever_it_presses(depth):
 
 
 def test_a_small_contact_is_felt_as_boussinesq_says():
-    points, point, depth = quadrature_points(FINE), place_of_a_point(FINE), 2e-3
+    points, point, depth = quadrature_points(FINE), place_of_a_point(FINE), 4e-3
     load = sphere_load("bar", point, UP, 1e-4, 1e-3)  # so small a force that one point bears it
     pressures = 1e4 * HalfSpaceModel(FINE, layer=ElasticLayer(depth=depth), share=1e-3).pressures([load])
     stress = point_stress(np.linalg.norm(points.positions - point, axis=1), depth)
     expected = np.bincount(points.taxel, points.areas * stress) / FINE.areas
-    assert (expected > 0.1 * expected.max()).sum() > 3, "a taxel is 5 mm wide, a point 1.4"
-    np.testing.assert_allclose(pressures, expected, atol=0.1 * expected.max())
+    assert (expected > 0.1 * expected.max()).sum() > 3, "a taxel is 5 mm wide, a point 2"
+    np.testing.assert_allclose(pressures, expected, atol=0.05 * expected.max())
 
 
 @pytest.mark.parametrize("depth", [4e-3, 8e-3])
@@ -137,7 +137,7 @@ def test_the_far_side_of_a_thin_link_feels_nothing():
 def test_pads_average_what_comes_through_to_them():
     """A uniform pressure is felt as it is, by cells and by pads."""
     points = quadrature_points(FINE)
-    inner = (np.abs(places(FINE) - MIDDLE) < [0.1, 0.02, 1]).all(axis=1)
+    inner = (np.abs(places(FINE) - MIDDLE) < [0.04, 0.03, 1]).all(axis=1)
     for field in (None, disc_field(FINE, 0.003)):
         pressures = np.zeros(len(FINE))
         subsurface_field(FINE, 2e-3, field=field).add(pressures, np.arange(len(points.areas)), 1e4 * points.areas)
