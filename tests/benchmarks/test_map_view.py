@@ -126,8 +126,8 @@ def test_map_painted(benchmark, view, prepared, pressed):
     benchmark.pedantic(paint, rounds=100, warmup_rounds=5)
 
 
-@pytest.mark.parametrize("in_hand", [True, False], ids=["in the hand", "at rest"])
-def test_layout_edit_until_painted(benchmark, view, document, pressed, in_hand):
+@pytest.mark.parametrize("in_gesture", [True, False], ids=["in the hand", "at rest"])
+def test_layout_edit_until_painted(benchmark, view, document, pressed, in_gesture):
     view.display.show_frame(pressed.frame)
     number = count(1)
 
@@ -136,15 +136,15 @@ def test_layout_edit_until_painted(benchmark, view, document, pressed, in_hand):
         return (rotate(move(document, [0], (1e-3 * step, 0.0)), [0], 1e-2 * step),), {}
 
     def show(edited):
-        view.display.show_document(edited, in_hand=in_hand)
+        view.display.show_document(edited, in_gesture=in_gesture)
         view.viewport().repaint()
 
     benchmark.extra_info["faces"] = sum(len(chart.faces) for chart in document.charts)
     benchmark.pedantic(show, setup=edited, rounds=60)
 
 
-@pytest.mark.parametrize("in_hand", [True, False], ids=["in the hand", "at rest"])
-def test_chart_edit_until_painted(benchmark, view, document, pressed, in_hand):
+@pytest.mark.parametrize("in_gesture", [True, False], ids=["in the hand", "at rest"])
+def test_chart_edit_until_painted(benchmark, view, document, pressed, in_gesture):
     view.display.show_frame(pressed.frame)
     number = count(1)
 
@@ -155,9 +155,9 @@ def test_chart_edit_until_painted(benchmark, view, document, pressed, in_hand):
         return (replace(document, map=replace(document.map, charts=(bent, *document.charts[1:]))),), {}
 
     def show(edited):
-        view.display.show_document(edited, in_hand=in_hand)
+        view.display.show_document(edited, in_gesture=in_gesture)
         view.viewport().repaint()
 
     benchmark.extra_info["faces"] = f"{len(document.charts[0].faces)} of the chart"
-    view.display.show_document(edited()[0][0], in_hand=in_hand)
-    benchmark.pedantic(show, setup=edited, rounds=40 if in_hand else 10)
+    view.display.show_document(edited()[0][0], in_gesture=in_gesture)
+    benchmark.pedantic(show, setup=edited, rounds=40 if in_gesture else 10)

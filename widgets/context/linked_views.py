@@ -180,10 +180,10 @@ class LinkedViews(QWidget):
         for view in (self.robot, self.map):
             view.set_view_tool(tool)
 
-    def show_document(self, document: MapDocument, *, in_hand: bool = False, led: bool = True) -> None:
-        """The same skin's map, edited; ``in_hand`` while a gesture changes it, ``led`` where the arm is led by it."""
-        self.map.display.show_document(document, in_hand=in_hand)
-        if not in_hand:
+    def show_document(self, document: MapDocument, *, in_gesture: bool = False, led: bool = True) -> None:
+        """The same skin's map, edited; ``in_gesture`` while a gesture changes it, ``led`` where control uses it."""
+        self.map.display.show_document(document, in_gesture=in_gesture)
+        if not in_gesture:
             self.robot.display.show_map(document.map)
             self._task.show_map(document.map, led=led)
             self._show_task()

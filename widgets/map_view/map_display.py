@@ -80,12 +80,12 @@ class MapDisplay(QObject):
         """Show the map of ``prepared``; ``atlas`` saves building its live image here."""
         self._show_first(MapDocument.of(prepared.map), atlas)
 
-    def show_document(self, document: MapDocument, *, in_hand: bool = False) -> None:
+    def show_document(self, document: MapDocument, *, in_gesture: bool = False) -> None:
         """Show a document as it is being edited; of the skin that is shown already, the camera stays where it is.
 
         Args:
             document: Names and hidden patches are as it says.
-            in_hand: More will follow at once. Charts that changed are then drawn as nets, and what takes long waits.
+            in_gesture: More will follow at once. Charts that changed are then drawn as nets, and what takes long waits.
 
         Cost: 2 ms where only patches were moved. A new chart while dragging: 5 ms for 10,000 faces; once it is at rest,
         its part of the live image is built: 60 ms for 300² pixels.
@@ -93,8 +93,8 @@ class MapDisplay(QObject):
         if self.picture is None or self.picture.document.skin is not document.skin:
             self._show_first(document, None)
             return
-        rebuilt = self.picture.take(document, in_hand=in_hand)
-        if not in_hand:
+        rebuilt = self.picture.take(document, in_gesture=in_gesture)
+        if not in_gesture:
             self.bounds_changed.emit()
         self._update_marks()
         if rebuilt:

@@ -138,12 +138,12 @@ class MapScene:
         """The map that is drawn."""
         return self.document.map
 
-    def take(self, document: MapDocument, *, in_hand: bool) -> bool:
+    def take(self, document: MapDocument, *, in_gesture: bool) -> bool:
         """Draw another document of the same skin. Whether the live image is another one now.
 
         Args:
             document: What to draw.
-            in_hand: More will follow at once: charts without an image are drawn as nets, and grounds wait.
+            in_gesture: More will follow at once: charts without an image are drawn as nets, and grounds wait.
 
         Cost: 2 ms where only patches were moved; that of the tiles of new charts, once nothing is being dragged.
         """
@@ -151,13 +151,13 @@ class MapScene:
         self.shapes = MapShapes.of(document, self.shapes.frame, known=self.shapes)
         pairs = enumerate(zip(self._atlas.charts, document.charts, strict=True))
         new = tuple(number for number, (old, chart) in pairs if old is not chart)
-        rebuilt = bool(new) and not in_hand
+        rebuilt = bool(new) and not in_gesture
         if rebuilt:
             self._use_atlas(ImageAtlas(document.map, known=self._atlas, look=self._atlas.look))
-        elif in_hand or self.held:
+        elif in_gesture or self.held:
             self._show_wireframes(new)
         self._place()
-        if rebuilt or (not in_hand and self._grounds_of != _placement_scales(document)):
+        if rebuilt or (not in_gesture and self._grounds_of != _placement_scales(document)):
             self._grounds.clear()
             self.overlay(self._overlays, self._scale)
         return rebuilt

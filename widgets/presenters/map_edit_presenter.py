@@ -98,7 +98,7 @@ class MapEditPresenter(QObject):
         self._editor.set_enabled(enabled=Mode(mode).running)
 
     def _on_shown(self, document: MapDocument) -> None:
-        self._views.show_document(document, in_hand=self._editor.gesture)
+        self._views.show_document(document, in_gesture=self._editor.gesture)
 
     def _on_settled(self, document: MapDocument, name: str) -> None:
         self._live.edit_map(document.map, name)

@@ -177,7 +177,7 @@ def test_a_chart_in_the_hand_is_a_net_and_at_rest_only_its_own_image_is_built(vi
     view.display.picture_changed.connect(lambda: heard.append(True))
     for share in (0.05, 0.1):
         held = bent(document, share=share)
-        view.display.show_document(held, in_hand=True)
+        view.display.show_document(held, in_gesture=True)
     assert view.display.picture._atlas.tiles is tiles
     assert heard == []
     assert view.grab().toImage() != first
@@ -199,14 +199,14 @@ def test_a_chart_in_the_hand_is_a_net_and_at_rest_only_its_own_image_is_built(vi
 
 def test_a_chart_given_up_is_its_image_again(view, document):
     first = view.grab().toImage()
-    view.display.show_document(bent(document), in_hand=True)
+    view.display.show_document(bent(document), in_gesture=True)
     view.display.show_document(document)
     assert view.grab().toImage() == first
 
 
 def test_dots_in_the_hand_show_live_pressure(view, document):
     taxel = middle_taxel(leaves(), 0)
-    view.display.show_document(bent(document), in_hand=True)
+    view.display.show_document(bent(document), in_gesture=True)
     at = view.pixel_of(leaves().skin.taxel_point(taxel)).toPoint()
     quiet = view.grab().toImage().pixelColor(at)
     view.display.show_frame(replace(touched(leaves(), [taxel], kilopascals=19.0), regions=(), pokes=()))
@@ -216,7 +216,7 @@ def test_dots_in_the_hand_show_live_pressure(view, document):
 def test_flaws_are_marked_and_told_while_editing(view, document):
     between = document.map.boxes[1].mean(axis=0) - document.map.boxes[0].mean(axis=0)
     assert view.display.marks.legend is None
-    view.display.show_document(move(document, [0], 0.7 * between), in_hand=True)
+    view.display.show_document(move(document, [0], 0.7 * between), in_gesture=True)
     assert "overlapping" in view.display.marks.legend.lines[-1]
     view.display.show_document(document)
     assert view.display.marks.legend is None
@@ -226,7 +226,7 @@ def test_stretch_of_areas_follows_the_scale_at_rest(view, document):
     view.display.set_overlays(replace(at_first(LAYERS), ground=BaseLayer.AREA))
     first, ground = view.grab().toImage(), view.display.picture.ground
     enlarged = scale(document, [0], 1.5)
-    view.display.show_document(enlarged, in_hand=True)
+    view.display.show_document(enlarged, in_gesture=True)
     assert view.display.picture.ground is ground
     view.display.show_document(enlarged)
     assert view.display.picture.ground.stretch.spread.max == pytest.approx(1.5**2)
@@ -246,7 +246,7 @@ def test_textures_are_carried_by_their_patches(view, document, ground):
 def test_a_press_while_a_chart_is_held_pokes_nothing(view, document):
     pokes = []
     view.poke_pressed.connect(pokes.append)
-    view.display.show_document(bent(document), in_hand=True)
+    view.display.show_document(bent(document), in_gesture=True)
     pixel = view.pixel_of(leaves().skin.taxel_point(0)).toPoint()
     QTest.mouseClick(view.viewport(), Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, pixel)
     assert pokes == []

@@ -46,7 +46,7 @@ class Bench:
         qtbot.waitExposed(self.view)
 
     def _on_shown(self, document):
-        self.view.display.show_document(document, in_hand=self.editor.gesture)
+        self.view.display.show_document(document, in_gesture=self.editor.gesture)
 
     @property
     def document(self):

@@ -74,7 +74,7 @@ class MapViewDriver:
         qtbot.waitExposed(self.view)
         self.view.set_tool(kind)
         self.view.set_view_tool(tool)
-        editor.shown.connect(lambda document: self.view.display.show_document(document, in_hand=editor.gesture))
+        editor.shown.connect(lambda document: self.view.display.show_document(document, in_gesture=editor.gesture))
         self.view.setFocus()
         self.move(QPoint(1, 1))  # wherever another test left the pointer, the next move is one
 
