@@ -7,7 +7,8 @@ from importlib.metadata import version
 
 from app.studies.catalogue import STUDY_NAMES
 
-EPILOG = """exit codes: 0 done, 1 the work failed and says why, 2 bad usage
+EPILOG = """exit codes: 0 done, 1 the work failed and says why, 2 bad usage,
+            130 Ctrl-C, 143 ended by SIGTERM
 robots: arm (our own), ur5e, icub (pip install 'tactile-maps[robots]'), a file, or a model in MENAGERIE_ROOT"""
 
 

@@ -9,10 +9,14 @@ cases whatever the number of processes. Everything random in a measurement comes
 
 from __future__ import annotations
 
+import signal
+import sys
+import threading
 import warnings
 from collections.abc import Callable, Generator, Sequence
-from contextlib import closing
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
+from multiprocessing import resource_tracker
 
 from app.core.errors import TactileMapsError
 from app.core.progress import Progress
@@ -50,20 +54,48 @@ def _each_result(measure: Measure, cases: Sequence[Case], jobs: int) -> Generato
     if jobs == 1:
         yield from (_measure_case(measure, case) for case in cases)
         return
-    from joblib import Parallel, delayed
-    from joblib.externals.loky import get_reusable_executor
-
-    parallel = Parallel(n_jobs=jobs, return_as="generator")
-    found = parallel(delayed(_measure_case)(measure, case) for case in cases)
+    found: Generator[list[Row]] | None = None
     try:
+        with _interrupts_held():
+            from joblib import Parallel, delayed
+            from joblib.externals.loky import get_reusable_executor
+            from joblib.externals.loky.backend import resource_tracker as lokys
+
+            for tracker in (resource_tracker, lokys):
+                tracker.ensure_running()  # both end by letting interrupts through, which must not be once workers start
+            parallel = Parallel(n_jobs=jobs, return_as="generator")
+            found = parallel(delayed(_measure_case)(measure, case) for case in cases)
         for rows in found:  # noqa: UP028 - "yield from" would close it before the guard below
             yield rows
     finally:
-        with warnings.catch_warnings():
+        with _interrupts_held(), warnings.catch_warnings():
             # Cases that are cancelled are no surprise here.
             warnings.simplefilter("ignore", UserWarning)
-            found.close()
-        get_reusable_executor().shutdown(wait=True, kill_workers=True)
+            if found is not None:
+                found.close()
+                get_reusable_executor().shutdown(wait=True, kill_workers=True)
+
+
+@contextmanager
+def _interrupts_held() -> Generator[None]:
+    """Ctrl-C comes after the block: joblib loses it while it starts and ends its processes.
+
+    Processes that are started in it never see Ctrl-C, which a terminal sends to all: each would print where it was.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield  # only the main thread is interrupted
+        return
+    held: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, _: held.append(number))
+    mask = None if sys.platform == "win32" else signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        if mask is not None:
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        signal.signal(signal.SIGINT, before)
+        if held:
+            raise KeyboardInterrupt
 
 
 def _measure_case(measure: Measure, case: Case) -> list[Row]:

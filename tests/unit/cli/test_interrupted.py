@@ -1,0 +1,88 @@
+"""Ctrl-C and SIGTERM end every command at once, with one line, and leave no process and no part of a file behind."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import psutil
+import pytest
+
+from app.cli import study_command
+from app.cli.main import run_command
+from app.recording.recover import recover
+
+ROOT = Path(__file__).resolve().parents[3]
+SECONDS = 60.0
+
+
+def interrupted(words: list[str], folder: Path, number: int, *, once) -> tuple[int, str, list[psutil.Process]]:
+    """Exit code and errors of a command that gets a signal ``once`` this is so, and which of its children live on."""
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "QT_QPA_PLATFORM": "offscreen"}
+    command = [sys.executable, "-m", "app", *words]
+    process = subprocess.Popen(
+        command, cwd=folder, env=environment, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    told, deadline = psutil.Process(process.pid), time.monotonic() + SECONDS
+    while not once(told):
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < deadline
+    children = told.children(recursive=True)
+    if number == signal.SIGINT:
+        os.killpg(process.pid, number)  # a terminal tells all of them
+    else:
+        process.send_signal(number)
+    _, errors = process.communicate(timeout=SECONDS)
+    _, alive = psutil.wait_procs(children, timeout=SECONDS)
+    return process.returncode, errors, alive
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_study_in_processes_ends_with_all_of_them(tmp_path, number, code):
+    def working(told):  # two workers and their two keepers, all past their start
+        children = told.children(recursive=True)
+        return len(children) == 4 and sum(child.cpu_times().user > 1.0 for child in children) == 2
+
+    words = ["study", "control-cost", "--quick", "--jobs", "2"]
+    found, errors, alive = interrupted(words, tmp_path, number, once=working)
+    assert (found, alive) == (code, [])
+    assert errors.splitlines()[-1] == "tactile-maps: interrupted"
+    assert "Traceback" not in errors
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_recording_that_is_interrupted_ends_as_it_should(tmp_path, number, code):
+    file = tmp_path / "x.mcap"
+    words = ["run", "poke", "--for", "600", "-o", str(file)]
+    found, _, _ = interrupted(words, tmp_path, number, once=lambda told: file.exists() and file.stat().st_size > 3e6)
+    assert found == code
+    saved = recover(file, tmp_path / "fixed.mcap")
+    assert saved.frames > 0
+    assert saved.damage == ()
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_ends_a_command_with_one_line(tmp_path, capsys, monkeypatch, number, code):
+    monkeypatch.setattr(study_command, "progress_line", lambda: lambda text, share: os.kill(os.getpid(), number))
+    assert run_command(["study", "map-cost", "--quick", "-o", str(tmp_path / "out")], windows={}) == code
+    assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+    assert capsys.readouterr().err.splitlines()[-1] == "tactile-maps: interrupted"
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_interrupt_that_a_library_renamed_is_one(capsys):
+    def compiled(_):
+        try:
+            raise KeyboardInterrupt
+        except KeyboardInterrupt as error:
+            raise SystemError("a callback failed") from error
+
+    assert run_command(["gui"], windows={"gui": compiled}) == 130
+    assert "interrupted" in capsys.readouterr().err
