@@ -33,6 +33,17 @@ def prepared(prepared):
 
 
 @pytest.fixture
+def window(window_again):
+    """What is compared begins with a board of its own; all else begins again with the window."""
+    yield window_again
+    comparison = window_again.presenters.comparison
+    if comparison.dialog is not None:
+        comparison.close()
+        comparison.dialog.deleteLater()
+        comparison.dialog = None
+
+
+@pytest.fixture
 def touched_window(window, prepared):
     """From the start, hybrid leads a finger along a path on the forearm, for half a second."""
     panel = window.column["controller"]

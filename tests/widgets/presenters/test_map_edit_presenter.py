@@ -47,6 +47,12 @@ from widgets.window.main_window import MainWindow
 LEFT = Qt.MouseButton.LeftButton
 
 
+@pytest.fixture
+def window(window_again):
+    """The document begins again with the window."""
+    return window_again
+
+
 def shift(document):
     return move(document, [0, 1, 2], (0.05, 0.02))
 

@@ -16,6 +16,12 @@ LEFT = Qt.MouseButton.LeftButton
 
 
 @pytest.fixture
+def window(window_again):
+    """What a hand did begins again with the scene."""
+    return window_again
+
+
+@pytest.fixture
 def script(tmp_path, monkeypatch):
     """The file that both dialogs answer with."""
     path = tmp_path / "mine.toml"

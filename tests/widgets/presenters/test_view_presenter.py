@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -69,6 +70,12 @@ def between_taxels(map_, patch):
     away = np.linalg.norm(middles[:, None] - map_.taxel_points, axis=2).min(axis=1)
     outside = np.linalg.norm(middles - middles.mean(axis=0), axis=1) > 0.3 * np.ptp(middles, axis=0).min()
     return int(np.where(outside, 0, away).argmax()) + sum(len(chart.faces) for chart in map_.charts[:patch])
+
+
+@pytest.fixture
+def window(window_again):
+    """What is shown besides touch begins again with the window."""
+    return window_again
 
 
 @pytest.fixture
@@ -171,14 +178,14 @@ def test_keys_choose_grounds_and_marks(still):
     assert not still.views.overlays.shows("seams")
 
 
-def test_the_next_launch_remembers(still, prepared, tmp_path, backends):
+def test_the_next_launch_remembers(still, prepared, backends):
     still.action("ground_circles").trigger()
     still.action("mark_border").trigger()
     still.action("mark_taxel_ids").trigger()
     wanted = replace(at_first(LAYERS), ground=BaseLayer.CIRCLES).toggled("border").toggled("taxel_ids")
     assert still.views.overlays == wanted
     still.settings._store.sync()
-    later = MainWindow(Settings(tmp_path / "window.ini"), backends=backends)
+    later = MainWindow(Settings(Path(still.settings._store.fileName())), backends=backends)
     assert later.views.overlays == wanted
     assert later.action("ground_circles").isChecked()
     assert not later.action("mark_border").isChecked()
