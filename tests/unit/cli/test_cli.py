@@ -192,7 +192,7 @@ def test_the_window_without_a_display_says_what_helps():
 def test_a_screenshot_is_the_whole_window(capsys, ball, tmp_path):
     """In a process of its own: it opens a window."""
     target = tmp_path / "window.png"
-    words = ["screenshot", "--robot", ball, "--at", "0.5", "--size", "1280x800", "-o", target, "--json"]
+    words = ["screenshot", "--robot", ball, "--at", "0.1", "--size", "1280x800", "-o", target, "--json"]
     done = subprocess.run([sys.executable, "-m", "app", *words], cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout.splitlines()[-1])["width"] == 1280

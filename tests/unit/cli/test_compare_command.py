@@ -42,7 +42,7 @@ def scene(tmp_path):
 
 @cache
 def arm():
-    return small_arm(120)
+    return small_arm()
 
 
 @pytest.fixture

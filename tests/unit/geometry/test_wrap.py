@@ -25,6 +25,16 @@ def test_triangles_are_well_shaped() -> None:
     assert np.percentile(2 * surface.face_areas / longest**2, 1) > 0.3  # height over longest side
 
 
+@pytest.mark.parametrize("name", ["cube", "two components"])
+def test_what_lies_deep_inside_is_not_asked_and_changes_nothing(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    mesh = HARD_MESHES[name]
+    quick = wrap_mesh(mesh, thickness=0.004, voxel=0.006, closing=0.012).surface
+    monkeypatch.setattr(wrap_module, "_DEEP", np.inf)
+    asked = wrap_mesh(mesh, thickness=0.004, voxel=0.006, closing=0.012).surface
+    assert np.array_equal(quick.faces, asked.faces)
+    assert np.array_equal(quick.vertices, asked.vertices)
+
+
 @pytest.mark.long
 def test_closing_spans_a_hole_and_so_cuts_the_handle() -> None:
     torus = HARD_MESHES["torus"]

@@ -42,7 +42,7 @@ def test_taxels_closer_than_the_faces_still_feel_something() -> None:
     angles = np.arange(0, 1.2, 0.15)  # a part of the way round: all faces are as fine as the nearest pair asks for
     rings, near = (sleeve(np.array(heights), angles=angles) for heights in ([0.1, 0.106, 0.112], [0.1002]))
     positions = np.concatenate([rings, near])
-    (patch,) = worn(positions).patches
+    (patch,) = worn(positions, two_rods(length=0.13)).patches
     assert len(patch.taxels) == len(positions)
     assert (patch.taxels.areas > 0).all()
 
