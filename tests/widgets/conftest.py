@@ -80,13 +80,19 @@ def _write_into(folder: Path, patching: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def window(qtbot, prepared, backends, tmp_path, own_files):
+def new_window(qtbot, prepared, backends, tmp_path, own_files):
     """The window on the small arm, made for this test."""
     made = open_window(tmp_path, backends)
     made.live.show_prepared(prepared)
     QApplication.processEvents()
     yield made
     close_window(made)
+
+
+@pytest.fixture
+def window(new_window):
+    """The window on the small arm: made for each test, but where a module takes ``window_again`` instead."""
+    return new_window
 
 
 @pytest.fixture(scope="module")
@@ -98,8 +104,13 @@ def module_window(qapp, prepared, tmp_path_factory):
         _write_into(folder, patching)
         made.live.show_prepared(prepared)
         QApplication.processEvents()
-    yield made, window_facts(made)
+    held = [made]
+    yield held, window_facts(made)
+    held.clear()
     close_window(made)
+    del made
+    gc.unfreeze()
+    _collect()  # or at the end of all tests its trees of triangles would be told as leaks
 
 
 @pytest.fixture
@@ -108,8 +119,8 @@ def window_again(module_window, prepared, own_files):
 
     For tests that change nothing else than ``begin_again`` undoes; it fails for what the test before left.
     """
-    made, at_first = module_window
-    begin_again(made, prepared)
+    (made,), at_first = module_window
+    begin_again(made, prepared, folded=at_first["folded"])
     assert window_facts(made) == at_first, "the test before left something in the window"
     yield made
     made.presenters.map_files.give_up()

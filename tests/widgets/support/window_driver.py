@@ -34,8 +34,8 @@ def close_window(window):
     window.deleteLater()
 
 
-def begin_again(window, prepared):
-    """Show ``prepared`` from its start, with the tools, layers, theme, scale and layout of a new window."""
+def begin_again(window, prepared, *, folded):
+    """Show ``prepared`` from its start, with tool, brush, layers, theme, size and ``folded`` panels of a new window."""
     views = window.views
     for tool in (SELECT_BOX, POKE):  # another tool gives up what a hand still holds
         window.presenters.view.set_tool(tool)
@@ -44,11 +44,12 @@ def begin_again(window, prepared):
     views.resize_brush(0)
     if window.theme is not DARK:
         window.set_theme("dark")
-    window.notification_bar.hide()
     window.resize(*SIZE)
+    window.column.set_folded(folded)
     window.editor.open(MapDocument.of(prepared.map))  # of the same skin the window would go on with what was edited
     window.live.show_prepared(prepared)
     window.presenters.map_files.begin(prepared)
+    window.notification_bar.hide()  # a recording that the scene ended was said to be saved
     QApplication.processEvents()
 
 

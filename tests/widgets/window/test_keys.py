@@ -13,8 +13,9 @@ KEY = Qt.Key
 
 
 @pytest.fixture
-def window(window, qtbot):
+def window(window_again, qtbot):
     """With the focus, so that Qt routes keys as it does for a person."""
+    window = window_again
     window.activateWindow()
     window.robot_view.setFocus()
     qtbot.waitUntil(lambda: QApplication.focusWidget() is window.robot_view)

@@ -22,6 +22,12 @@ from widgets.common.settings import BaseLayer
 from widgets.tools.registry import ARRANGE
 
 
+@pytest.fixture
+def window(window_again):
+    """As new; what cannot be undone is done to ``new_window``."""
+    return window_again
+
+
 def test_it_opens_alive(window):
     run(window, 1.5)
     frame = window.live.runner.session.frame
@@ -84,11 +90,11 @@ def test_a_drag_strokes(window):
     QTest.mouseRelease(window.map_view.viewport(), Qt.MouseButton.LeftButton, pos=pixel)
 
 
-def test_hints_go_with_the_first_touch_and_stay_away(window):
-    assert not window.hint_bar.isHidden()
-    press_map(window, 70)
-    assert window.hint_bar.isHidden()
-    assert window.settings.hints_read
+def test_hints_go_with_the_first_touch_and_stay_away(new_window):
+    assert not new_window.hint_bar.isHidden()
+    press_map(new_window, 70)
+    assert new_window.hint_bar.isHidden()
+    assert new_window.settings.hints_read
 
 
 def test_holding_force_is_a_click_away_and_works(window):
@@ -143,10 +149,10 @@ def test_both_themes(window):
     assert light > 200 > window.grab().toImage().pixelColor(window.width() // 2, 12).lightness()
 
 
-def test_the_pressure_scale_is_shared(window):
-    window.colour_bar.maximum_changed.emit(20.0)
-    assert window.views.scale.maximum == 20.0
-    assert window.map_view.display._scale.maximum == 20.0
+def test_the_pressure_scale_is_shared(new_window):
+    new_window.colour_bar.maximum_changed.emit(20.0)
+    assert new_window.views.scale.maximum == 20.0
+    assert new_window.map_view.display._scale.maximum == 20.0
 
 
 def test_quality_is_shown(window):
@@ -155,50 +161,52 @@ def test_quality_is_shown(window):
     assert window.column["quality"].findChild(object, "quality-bijective").text() == "yes"
 
 
-def test_the_picture_of_the_whole_window(window):
+def test_the_picture_of_the_whole_window(new_window):
     """Menus, bars, both views, panels and plots; the changing digits of the clock are left out."""
-    window.hint_bar.show()
-    run(window, 1.0)
-    window.robot_view.display.draw_now()
+    new_window.hint_bar.show()
+    run(new_window, 1.0)
+    new_window.robot_view.display.draw_now()
     QApplication.processEvents()
-    window.session_bar.show_factor(1.0)
-    window.column["timing"].hide()
-    window.plots.hide()
+    new_window.session_bar.show_factor(1.0)
+    new_window.column["timing"].hide()
+    new_window.plots.hide()
     QApplication.processEvents()
-    window.robot_view.display.draw_now()
-    check_picture(window, "window_dark", share=0.97)
+    new_window.robot_view.display.draw_now()
+    check_picture(new_window, "window_dark", share=0.97)
 
 
-def test_the_picture_of_the_window_in_which_the_map_is_edited(window, qtbot):
+def test_the_picture_of_the_window_in_which_the_map_is_edited(new_window, qtbot):
     """A patch moved and selected, pins in another, the stretch of areas under it all; the light theme."""
-    window.set_theme("light")
-    window.editor.do("Move", lambda document: move(document, [2], (0.05, -0.02)))
-    window.editor.do("Pin", lambda document: add_pin(document, document.skin.taxel_point(10)))
-    window.presenters.view.set_tool(ARRANGE)
-    window.editor.select([2])
-    window.presenters.view.set_ground(BaseLayer.AREA)
-    window.hint_bar.hide()
-    run(window, 0.1)
-    window.session_bar.show_factor(1.0)
-    window.column["timing"].hide()
-    window.plots.hide()
-    qtbot.waitUntil(lambda: window.bottom.height() < 100)  # what is below gives its room to the views, in its own time
-    window.views.frame_all()
+    new_window.set_theme("light")
+    new_window.editor.do("Move", lambda document: move(document, [2], (0.05, -0.02)))
+    new_window.editor.do("Pin", lambda document: add_pin(document, document.skin.taxel_point(10)))
+    new_window.presenters.view.set_tool(ARRANGE)
+    new_window.editor.select([2])
+    new_window.presenters.view.set_ground(BaseLayer.AREA)
+    new_window.hint_bar.hide()
+    run(new_window, 0.1)
+    new_window.session_bar.show_factor(1.0)
+    new_window.column["timing"].hide()
+    new_window.plots.hide()
+    qtbot.waitUntil(
+        lambda: new_window.bottom.height() < 100
+    )  # what is below gives its room to the views, in its own time
+    new_window.views.frame_all()
     QApplication.processEvents()
-    window.robot_view.display.draw_now()
-    check_picture(window, "window_editing_light", share=0.97)
+    new_window.robot_view.display.draw_now()
+    check_picture(new_window, "window_editing_light", share=0.97)
 
 
-def test_another_robot_loads_beside_the_one_that_lives(window, qtbot):
-    window.live.loading.emit("Placing taxels", 0.4)
-    assert window.loading_bar.busy
-    assert not window.robot_view.card.isVisible(), "the last good robot stays in sight"
-    run(window, 0.1)
-    press_map(window, 70)
-    run(window, 0.1)
-    assert window.live.runner.session.frame.pokes, "and can be touched"
-    QTest.mouseClick(window.loading_bar.findChild(QToolButton, "loading-cancel"), Qt.MouseButton.LeftButton)
-    assert not window.loading_bar.busy
+def test_another_robot_loads_beside_the_one_that_lives(new_window, qtbot):
+    new_window.live.loading.emit("Placing taxels", 0.4)
+    assert new_window.loading_bar.busy
+    assert not new_window.robot_view.card.isVisible(), "the last good robot stays in sight"
+    run(new_window, 0.1)
+    press_map(new_window, 70)
+    run(new_window, 0.1)
+    assert new_window.live.runner.session.frame.pokes, "and can be touched"
+    QTest.mouseClick(new_window.loading_bar.findChild(QToolButton, "loading-cancel"), Qt.MouseButton.LeftButton)
+    assert not new_window.loading_bar.busy
 
 
 def test_loading_moves_nothing_however_long_its_words(window):
@@ -307,13 +315,13 @@ def test_right_still_turns_a_gain_while_paused(window):
         (Qt.Key.Key_Backspace, "reset"),
     ],
 )
-def test_keys_do_what_the_table_says(window, key, name):
+def test_keys_do_what_the_table_says(new_window, key, name):
     done = []
-    window.action(name).triggered.connect(lambda: done.append(name))
-    window.action("keys").triggered.disconnect()
-    window.action("keys").triggered.connect(lambda: done.append("keys"))
-    window.robot_view.setFocus()
-    QTest.keyClick(window, key)
+    new_window.action(name).triggered.connect(lambda: done.append(name))
+    new_window.action("keys").triggered.disconnect()
+    new_window.action("keys").triggered.connect(lambda: done.append("keys"))
+    new_window.robot_view.setFocus()
+    QTest.keyClick(new_window, key)
     assert name in done
 
 
@@ -328,24 +336,24 @@ def test_timing_comes_into_sight_even_when_hidden(window):
     assert 0 <= top <= window.column.viewport().height() - panel.height()
 
 
-def test_reset_layout_brings_everything_back(window):
-    window.action("panels").trigger()
-    window.action("plots").trigger()
-    window.views._splitter.setSizes([2000, 400])
-    window.action("reset_layout").trigger()
+def test_reset_layout_brings_everything_back(new_window):
+    new_window.action("panels").trigger()
+    new_window.action("plots").trigger()
+    new_window.views._splitter.setSizes([2000, 400])
+    new_window.action("reset_layout").trigger()
     QApplication.processEvents()
-    assert window.panels.isVisible()
-    assert window.bottom.isVisible()
-    left, right = window.views._splitter.sizes()
+    assert new_window.panels.isVisible()
+    assert new_window.bottom.isVisible()
+    left, right = new_window.views._splitter.sizes()
     assert abs(left - right) <= 2
 
 
 @pytest.mark.parametrize("size", [(1400, 900), (1280, 800)])
-def test_views_keep_their_share(window, size):
-    window.resize(*size)
+def test_views_keep_their_share(new_window, size):
+    new_window.resize(*size)
     QApplication.processEvents()
-    assert window.views.width() >= 0.7 * window.width()
-    assert min(window.views._splitter.sizes()) >= 400
+    assert new_window.views.width() >= 0.7 * new_window.width()
+    assert min(new_window.views._splitter.sizes()) >= 400
 
 
 def test_a_message_bar_grows_with_its_words(qtbot, window):
@@ -371,10 +379,10 @@ def test_the_eye_sees_a_replay_is_no_live_session(window, tmp_path):
     assert window.map_view.pixel_of(window.live.prepared.skin.taxel_point(70)) != QPointF()
 
 
-def test_the_guide_opens_once_beside_the_window(window):
-    window.action("guide").trigger()
-    window.action("guide").trigger()
-    (guide,) = window.findChildren(GuideWindow)
+def test_the_guide_opens_once_beside_the_window(new_window):
+    new_window.action("guide").trigger()
+    new_window.action("guide").trigger()
+    (guide,) = new_window.findChildren(GuideWindow)
     assert guide.isVisible()
     assert guide.isWindow()
     assert guide.toPlainText().startswith("The guide")
