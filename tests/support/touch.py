@@ -48,7 +48,7 @@ def bar(*, hinged: bool = True) -> Robot:
 def bar_skin(taxels: int = 60, *, finer: int = 1, length: float = 0.38) -> Skin:
     """The top of the bar, 20 mm above the hinge's axis, or as much of its length [m] about the middle."""
     steps = round(48 * finer * length / 0.38), 12 * finer
-    plate = _plate((0.2 - length / 2, -0.05, 0.02), (length, 0, 0), (0, 0.1, 0), steps=steps)
+    plate = _plate((0.01 + (0.38 - length) / 2, -0.05, 0.02), (length, 0, 0), (0, 0.1, 0), steps=steps)
     return Skin((Patch("top", "bar", plate, place_evenly(plate, taxels, seed=0)),))
 
 
