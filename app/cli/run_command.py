@@ -14,6 +14,7 @@ from app.recording.recorder import Recorder
 from app.session.frame import Frame
 from app.session.prepare import prepare
 from app.session.session import Session
+from app.tactile.contact_notes import ContactNote, ContactNoteKind, contact_note_text
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -25,7 +26,9 @@ def execute(arguments: argparse.Namespace) -> int:
     recorder = Recorder(prepared, arguments.output, overwrite=arguments.overwrite) if arguments.output else None
     with recorder or nullcontext():
         session = Session(prepared, effects=scene.unattended.effects)
-        result = _simulate(session, round(arguments.seconds / prepared.scene.tick), recorder)
+        result, notes = _simulate(session, round(arguments.seconds / prepared.scene.tick), recorder)
+    for note in notes:
+        print_warning(contact_note_text(note))
     problems = [{"kind": lack.kind, "where": lack.where, "remedy": lack.action} for lack in scene.decision.warnings]
     result |= {"taxels": len(prepared.skin), "file": arguments.output, "problems": problems}
     if arguments.json:
@@ -45,28 +48,34 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _simulate(session: Session, count: int, recorder: Recorder | None) -> dict[str, Any]:
+def _simulate(session: Session, count: int, recorder: Recorder | None) -> tuple[dict[str, Any], list[ContactNote]]:
+    """Figures of the run; and what physics or skin told otherwise than asked, each where it was told first."""
     report, contacts, strongest = progress_line(), set(), 0.0
+    notes: dict[tuple[ContactNoteKind, tuple[str, ...]], ContactNote] = {}
     start = time.perf_counter()
     for number in range(count):
         frame = _tick(session, recorder)
         if recorder is not None:
             recorder.write(frame, session.inputs)
         contacts |= {region.id for region in frame.regions}
+        for note in frame.notes:
+            notes.setdefault((note.kind, note.bodies), note)
         strongest = max([strongest, *(region.force for region in frame.regions)])
         if number % 100 == 0:
             report("Simulating", number / count)
     wall = time.perf_counter() - start
     report("", 1.0)
     simulated = session.frame.time
-    return {
+    result = {
         "simulated_s": simulated,
         "wall_s": wall,
         "real_time_factor": simulated / max(wall, 1e-9),
         "frames": count,
         "contacts": len(contacts),
         "max_force_N": strongest,
+        "notes": [{"kind": kind.value, "bodies": list(bodies)} for kind, bodies in notes],
     }
+    return result, list(notes.values())
 
 
 def _tick(session: Session, recorder: Recorder | None) -> Frame:

@@ -24,7 +24,7 @@ from app.core.files import open_regular_file
 from app.recording.bundle import MEDIA_TYPES
 from app.recording.message_codecs import TOPICS
 
-FORMAT = "8"
+FORMAT = "9"
 """Of the messages; another one is not read."""
 _METADATA = "tactile-maps"
 NO_SPACE = "Free space or choose another folder; what was written so far can be read with recover"

@@ -14,11 +14,12 @@ from app.scene.effects import Effects
 from app.scene.objects import SceneObject
 from app.simulation.contact_loads import ContactLoads, LinkWrenches
 from app.simulation.contact_stiffness import ContactStiffness, unstable_contacts
+from app.simulation.contact_watch import ContactWatch
 from app.simulation.model_assembly import assemble
 from app.simulation.model_names import body_name
 from app.simulation.object_geoms import ProbeDrives, has_body
 from app.simulation.pressing_shapes import Solids, contact_candidates
-from app.simulation.step_checks import DivergenceGuard, ImpedanceCommand, TunnellingCheck
+from app.simulation.step_checks import DivergenceGuard, ImpedanceCommand, TunnellingCheck, unstable_servos
 from app.skin.skin import Skin
 from app.tactile.contact_notes import ContactNote, ContactNoteKind
 from app.tactile.elastic_layer import ElasticLayer
@@ -53,7 +54,6 @@ class Physics:
         model: Compiled.
         data: Its state.
         touch: The contact model that lives in this physics (foundation, depth), if the effect names one of these.
-        notes: How meshes touch, and which contacts are too stiff.
     """
 
     def __init__(
@@ -65,6 +65,7 @@ class Physics:
         self._joints = len(robot.joints)
         self._guard = DivergenceGuard(self.model, self.data)
         self._torque = np.zeros(self.model.nv)
+        self._servos, self._servo_notes = b"", tuple[ContactNote, ...]()
         self._stiffness = ContactStiffness(self.model, layer)
         self._follows = effects.integrator == "discrete" and self.model.npair > 0
         present = [scene_object for scene_object in objects if has_body(self.model, scene_object.spec)]
@@ -72,7 +73,8 @@ class Physics:
             scene_object.spec.name: int(self.model.body(body_name(scene_object.spec)).id) for scene_object in present
         }
         hulls = (ContactNote(ContactNoteKind.CONVEX_HULL, (t.spec.name,)) for t in present if t.spec.kind == "mesh")
-        self.notes = (*hulls, *unstable_contacts(self.model, layer))
+        self._notes = (*hulls, *unstable_contacts(self.model, layer))
+        self._watch = ContactWatch(self.model, skin, layer)
         self._drives, passing = ProbeDrives(self.model, present), TunnellingCheck(self.model, present)
         self._passing = passing if passing.needed else None
         self._hooks: tuple[Hook, ...] = (self._drives.push,) if self._drives.moving else ()
@@ -96,18 +98,27 @@ class Physics:
         self.data.qpos[: self._joints] = home
         self._torque[:] = 0
         self._stiffness.reset()
+        self._watch.start()
         self.forward()
 
     def apply_command(self, command: ImpedanceCommand) -> None:
         """Ask the joints for ``command`` from the next step on."""
         count, model = self._joints, self.model
         if self._dynamic:
+            self._check_servos(command)
             model.actuator_gainprm[:count, 0] = command.stiffness
             model.actuator_biasprm[:count, 1] = -command.stiffness
             model.actuator_biasprm[:count, 2] = -command.damping
             self.data.ctrl[:count] = command.posture
             self._torque[:count] = command.torque
             self.data.qfrc_applied[:] = self._torque
+
+    def _check_servos(self, command: ImpedanceCommand) -> None:
+        """Once for each stiffness and damping: controllers change these seldom."""
+        gains = command.stiffness.tobytes() + command.damping.tobytes()
+        if gains != self._servos:
+            self._servo_notes = unstable_servos(self.model, self.data, command.stiffness, command.damping)
+            self._servos = gains
 
     def step(self, count: int, fingers: Hook | None) -> None:
         """Advance ``count`` steps with dynamics.
@@ -123,6 +134,7 @@ class Physics:
         if self._passing is not None:
             self._passing.check(self.data, count)
         self._stale = True
+        self._watch.begin()
         hooks = self._hooks if fingers is None else (*self._hooks, fingers)
         advance = self._step_hooked if hooks else self._step_freely
         if self._follows:
@@ -145,6 +157,11 @@ class Physics:
             if fingers is not None:
                 fingers(data)
             data.time += step
+
+    @property
+    def notes(self) -> tuple[ContactNote, ...]:
+        """How meshes touch, which contacts and servos are too stiff, and what contacts did since the last reading."""
+        return (*self._notes, *self._servo_notes, *self._watch.notes)
 
     def numbers(self) -> FloatArray:
         """(k,) what the future depends on besides MuJoCo's state, for comparing runs."""
@@ -205,7 +222,12 @@ class Physics:
         if self._pushed:
             self.data.qfrc_applied[:], self._pushed = self._torque, False
         self._guard.keep()
-        mujoco.mj_step(self.model, self.data, count)
+        if self._watch.needed:
+            for _number in range(count):
+                mujoco.mj_step(self.model, self.data)
+                self._watch.look(self.data)
+        else:
+            mujoco.mj_step(self.model, self.data, count)
         if not self._guard.sound():
             self._guard.replay(self._step_once, count)
 
@@ -216,6 +238,7 @@ class Physics:
             self._step_with(hooks)
             if not self._guard.sound():
                 self._guard.stop()
+            self._watch.look(self.data)
             if self._passing is not None:  # what a motor did to a speed within the step is known only now
                 self._guard.keep_if(self._passing.check, self.data)
 

@@ -1,6 +1,7 @@
 """What is checked around every step: the command before it, fast objects ahead of it, the state after it.
 
-``check_command`` refuses an impedance command that holds something that is no finite number. ``TunnellingCheck`` stops
+``check_command`` refuses an impedance command that holds something that is no finite number;
+``unstable_servos`` tells of one that the integrator cannot hold. ``TunnellingCheck`` stops
 objects that move so far in one step that a contact could be missed: before it happens, for nobody would notice after.
 ``DivergenceGuard`` stops a run at the first number that means nothing, and says where it was.
 """
@@ -20,6 +21,7 @@ from app.core.errors import SimulationError
 from app.robots.robot import Robot
 from app.scene.objects import SceneObject
 from app.simulation.model_names import body_name, plain_name
+from app.tactile.contact_notes import ContactNote, ContactNoteKind
 
 
 class ImpedanceCommand(Protocol):
@@ -164,6 +166,75 @@ def check_command(robot: Robot, command: ImpedanceCommand) -> None:
                     value=f"{name} {value}",
                     remedy="Reset; check the controller's inputs and gains",
                 )
+
+
+_EXPLICIT = (mujoco.mjtIntegrator.mjINT_EULER, mujoco.mjtIntegrator.mjINT_RK4)
+"""Integrators that take servos at the step's start: beyond a limit the arm gains energy untouched, at first slowly. The
+others take their damping at its end, and hold any servo that controllers ask for."""
+_GROWTH = 1e-6
+"""Of a motion in a step, that counts as none."""
+_HALVINGS = 30
+
+
+def unstable_servos(
+    model: mujoco.MjModel, data: mujoco.MjData, stiffness: FloatArray, damping: FloatArray
+) -> tuple[ContactNote, ...]:
+    """What is to be told of servos that the integrator cannot hold at this time step and posture; empty for nothing.
+
+    The linearised joints  M q'' + D q' + K q = 0,  one step of the integrator as a matrix, its spectral radius (Hairer
+    and Wanner, Solving ODEs II, IV.2 and IV.3). Contacts are left out: they have their own limit.
+
+    Args:
+        model: Compiled; the robot's joints come first.
+        data: Its state.
+        stiffness: (n,) of the servos [N m/rad].
+        damping: (n,) [N m s/rad].
+
+    Cost: nothing with an implicit integrator; else 0.3 ms.
+    """
+    count = len(stiffness)
+    if not count or model.opt.integrator not in _EXPLICIT:
+        return ()
+    full, apart = np.zeros((model.nv, model.nv)), mujoco.MjData(model)
+    apart.qpos[:] = data.qpos  # what follows from positions stays in ``data`` as the last step left it
+    mujoco.mj_kinematics(model, apart)
+    mujoco.mj_comPos(model, apart)
+    mujoco.mj_makeM(model, apart)
+    mujoco.mj_fullM(model, apart, full)
+    inertia, passive = full[:count, :count], model.dof_damping[:count]
+    rk4, step = model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4, float(model.opt.timestep)
+    growth, mode = _growth(inertia, stiffness, damping, passive, step, rk4=rk4)
+    if growth <= 1 + _GROWTH:
+        return ()
+    low, high = 0.0, step
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        stable = _growth(inertia, stiffness, damping, passive, middle, rk4=rk4)[0] <= 1 + _GROWTH
+        low, high = (middle, high) if stable else (low, middle)
+    joint = plain_name(model.joint(int(np.abs(mode).argmax())).name)
+    return (ContactNote(ContactNoteKind.UNSTABLE_SERVO, (joint,), max_timestep=low),)
+
+
+def _growth(
+    inertia: FloatArray, stiffness: FloatArray, damping: FloatArray, passive: FloatArray, step: float, *, rk4: bool
+) -> tuple[float, FloatArray]:
+    """By how much a step multiplies the motion that grows most, and that motion's part in each joint (n,)."""
+    count = len(stiffness)
+    if rk4:
+        spring = -np.linalg.solve(inertia, np.diag(stiffness))
+        brake = -np.linalg.solve(inertia, np.diag(damping + passive))
+        rate = np.block([[np.zeros((count, count)), np.eye(count)], [spring, brake]])
+        values, vectors = np.linalg.eig(rate)
+        z = values * step
+        factors = np.abs(1 + z * (1 + z / 2 * (1 + z / 3 * (1 + z / 4))))
+    else:  # velocities first, then positions by the new ones; joints' own damping is implicit
+        mass = inertia + step * np.diag(passive)
+        spring = -step * np.linalg.solve(mass, np.diag(stiffness))
+        keep = np.linalg.solve(mass, inertia - step * np.diag(damping))
+        values, vectors = np.linalg.eig(np.block([[np.eye(count) + step * spring, step * keep], [spring, keep]]))
+        factors = np.abs(values)
+    worst = int(factors.argmax())
+    return float(factors[worst]), np.abs(vectors[count:, worst])
 
 
 _UNBOUNDED_GEOMS = (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD)

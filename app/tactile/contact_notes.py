@@ -20,6 +20,14 @@ class ContactNoteKind(Enum):
     """One point at the skin's edge bears a whole load (what presses, the link)."""
     MOMENT_IGNORED = "moment-ignored"
     """Of a load that acts beside the points under it, only the force is kept (what presses, the link)."""
+    UNSTABLE_SERVO = "unstable-servo"
+    """A joint's servo is stiffer than integrator and time step bear (the joint)."""
+    DEEP = "deep"
+    """One body is deeper in another than any cover is thick, since the last reading (both bodies)."""
+    HARD = "hard"
+    """A contact presses harder than anything with skin bears, since the last reading (both bodies)."""
+    BRIEF = "brief"
+    """A contact came and went between two readings (both bodies)."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +40,8 @@ class ContactNote:
         stiffness: Of a contact that may be unstable [N/m]; None for others, as are the next two.
         max_stiffness: The most that the time step bears [N/m].
         max_timestep: The longest that the stiffness bears [s].
+        depth: Of one body in the other, of a contact that is too deep [m]; None for others.
+        force: Normal force of a contact that presses too hard [N]; None for others.
     """
 
     kind: ContactNoteKind
@@ -39,6 +49,8 @@ class ContactNote:
     stiffness: float | None = None
     max_stiffness: float | None = None
     max_timestep: float | None = None
+    depth: float | None = None
+    force: float | None = None
 
 
 def load_note(kind: ContactNoteKind, by: str, link: str) -> ContactNote:
@@ -61,6 +73,17 @@ def contact_note_text(note: ContactNote) -> str:
             return f"{by} presses the edge of the skin on {link}: one point bears all of it"
         case ContactNoteKind.MOMENT_IGNORED:
             return f"{by} presses {link} beside the points under it: only its force is kept"
+        case ContactNoteKind.UNSTABLE_SERVO:
+            most = "" if note.max_timestep is None else f" at most {1e3 * note.max_timestep:.2g} ms, or"
+            return f"the servo of {link} may be unstable: use{most} the integrator implicitfast or discrete"
+        case ContactNoteKind.DEEP:
+            depth = "" if note.depth is None else f": {1e3 * note.depth:.3g} mm"
+            return f"{by} is deep in {link}{depth}; use a stiffer cover, a lighter body or a smaller force"
+        case ContactNoteKind.HARD:
+            force = "" if note.force is None else f" with {note.force:.2g} N"
+            return f"{by} presses {link} very hard{force}; use a softer cover, a lighter body or a smaller force"
+        case ContactNoteKind.BRIEF:
+            return f"{by} touched {link} for less than a tick: no reading; use a shorter tick"
         case _:
             assert_never(note.kind)
 

@@ -126,3 +126,30 @@ def test_fingers_are_simulated_for_a_script_alone(monkeypatch, capsys, tmp_path,
     assert seen[0].effects.fingers == bool(script)
     assert main(["replay", target, "--verify"]) == 0
     assert "bit for bit" in capsys.readouterr().out
+
+
+PRESSED_IN = """
+robot = "arm"
+task = "slide"
+[cover]
+links = ["hand"]
+taxels = 30
+[layer]
+stiffness = 100
+[[objects]]
+name = "block"
+kind = "box"
+size = [0.2, 0.2, 0.2]
+at = [0.55, 0.0, 0.7]
+"""
+
+
+def test_what_contacts_did_otherwise_than_asked_is_told_once(tmp_path, capsys):
+    path = tmp_path / "pressed.toml"
+    path.write_text(PRESSED_IN)
+    assert main(["run", "--scene", str(path), "--for", "0.1", "--json"]) == 0
+    printed = capsys.readouterr()
+    found = json.loads(printed.out)["notes"]
+    assert [note["kind"] for note in found if "block" in note["bodies"]].count("deep") >= 1
+    assert len({json.dumps(note) for note in found}) == len(found)
+    assert "block is deep in" in printed.err

@@ -13,9 +13,10 @@ from app.scene.effects import Effects
 from app.simulation.model_assembly import assemble
 from app.simulation.simulation import Simulation
 from app.simulation.step_checks import MAX_SPEED, DivergenceGuard, TunnellingCheck
+from app.tactile.contact_notes import ContactNoteKind, contact_note_text
 from app.tactile.poke import Finger, PokePressed
 from tests.support.scene_objects import thing
-from tests.support.touch import arm, bar, bar_skin, no_command
+from tests.support.touch import BAR_INERTIA, arm, bar, bar_skin, hold, no_command
 
 
 @pytest.mark.parametrize("hooked", [False, True])
@@ -157,3 +158,41 @@ def test_what_a_motor_makes_fast_within_a_call_is_stopped_after_the_step_and_und
     with pytest.raises(SimulationError, match=r"probe near bar"):
         simulation.step(100, no_command(bar()))
     assert simulation.object_poses[0, 2, 3] > 0, "still on its own side"
+
+
+def servo_notes(simulation) -> list:
+    return [note for note in simulation.notes if note.kind is ContactNoteKind.UNSTABLE_SERVO]
+
+
+@pytest.mark.parametrize(("integrator", "most"), [("euler", 2.0), ("rk4", 2.785)])
+def test_servos_too_stiff_for_an_explicit_integrator_are_told_from_its_limit_on(integrator, most):
+    """A joint with damping alone: its rate times the step is at most 2, and 2.785 for Runge-Kutta of fourth order."""
+    robot, step = bar(), 0.01
+    simulation = Simulation(robot, bar_skin(), Effects(integrator=integrator, timestep=step))
+    simulation.step(1, hold(robot, 0.0, 0.99 * most / step * BAR_INERTIA))
+    assert servo_notes(simulation) == []
+    simulation.step(1, hold(robot, 0.0, 1.02 * most / step * BAR_INERTIA))
+    (note,) = servo_notes(simulation)
+    assert note.bodies == ("hinge",)
+    assert note.max_timestep == pytest.approx(step / 1.02, rel=1e-3)
+    assert "at most 9.8 ms" in contact_note_text(note)
+    simulation.use(Effects(integrator=integrator, timestep=0.009))
+    assert servo_notes(simulation) == [], "that was short enough"
+
+
+def test_a_spring_alone_is_told_where_explicit_steps_make_it_grow():
+    """Semi-implicit Euler holds a spring while its frequency times the step is below 2."""
+    robot, step = bar(), 0.01
+    simulation = Simulation(robot, bar_skin(), Effects(integrator="euler", timestep=step))
+    for share, told in ((0.97, 0), (1.03, 1), (0.97, 0)):
+        simulation.step(1, hold(robot, (share * 2.0 / step) ** 2 * BAR_INERTIA, 0.0))
+        assert len(servo_notes(simulation)) == told
+
+
+@pytest.mark.parametrize("integrator", ["implicitfast", "implicit", "discrete"])
+def test_implicit_integrators_take_the_same_servos(integrator):
+    robot = bar()
+    simulation = Simulation(robot, bar_skin(), Effects(integrator=integrator, timestep=0.01))
+    simulation.step(100, hold(robot, 0.0, 1e3 * BAR_INERTIA))
+    assert servo_notes(simulation) == []
+    assert np.abs(simulation.velocity).max() < 1e-9

@@ -1,0 +1,116 @@
+"""What contacts of one model did between two readings of the skin: too deep, too hard, or over before they were felt.
+
+Readings come once a tick and show the last step's contacts. ``ContactWatch`` looks at every step, so that none of the
+others goes untold.
+"""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import mujoco
+import numpy as np
+
+from app.core.arrays import FloatArray
+from app.simulation.model_names import is_hull, is_object, plain_name
+from app.skin.skin import Skin
+from app.tactile.contact_notes import ContactNote, ContactNoteKind
+from app.tactile.elastic_layer import ElasticLayer
+
+DEEPEST = 0.010
+"""How far one body may be in another untold [m]: no cover yields by more."""
+HARDEST = 5e3
+"""Normal force of a contact that is told [N]: nothing that wears skin bears more."""
+Geoms: TypeAlias = tuple[int, int]
+
+
+class ContactWatch:
+    """Watches one model's contacts step by step. Mutable: what it found since ``begin``.
+
+    Args:
+        model: The compiled model.
+        skin: Whose links feel.
+        layer: Its cover.
+
+    Attributes:
+        needed: Whether anything may touch.
+
+    Cost: 0.2 µs a step, 4 µs a step in contact.
+    """
+
+    def __init__(self, model: mujoco.MjModel, skin: Skin, layer: ElasticLayer) -> None:
+        self._model = model
+        self._stages = model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4
+        skins = np.array([is_hull(model.geom(geom).name) for geom in range(model.ngeom)])
+        self._stiffness = np.where(skins, layer.stiffness, np.inf)
+        self.needed = not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT
+        links = {int(model.body(patch.link).id) for patch in skin.patches}
+        self._feels = [int(body) in links for body in model.geom_bodyid]
+        self._now: frozenset[Geoms] = frozenset()
+        self._pairs = b""
+        self.begin()
+
+    def start(self) -> None:
+        """Nothing has touched yet."""
+        self._now, self._pairs = frozenset(), b""
+        self.begin()
+
+    def begin(self) -> None:
+        """A tick begins: what touches now was read at the last one."""
+        self._before, self._met = self._now, self._now
+        self._deep: dict[Geoms, float] = {}
+        self._hard: dict[Geoms, float] = {}
+
+    def look(self, data: mujoco.MjData) -> None:
+        """After a step: what its contacts were."""
+        if not data.ncon:
+            if self._now:
+                self._now, self._pairs = frozenset(), b""
+            return
+        contact, depths = data.contact, data.contact.dist
+        pairs = contact.geom.tobytes()
+        if pairs != self._pairs:
+            self._pairs = pairs
+            self._now = frozenset(_geoms(contact.geom.tolist()))
+            self._met |= self._now
+        if depths.min() < -DEEPEST:
+            self._keep_largest(self._deep, contact.geom, -depths, DEEPEST)
+        if self._stages or (data.nefc and data.efc_force.max() > HARDEST):
+            self._keep_largest(self._hard, contact.geom, self._forces(data), HARDEST)
+
+    def _forces(self, data: mujoco.MjData) -> FloatArray:
+        """(contacts,) normal forces [N]. Runge-Kutta leaves those of its last stage, where a light body has long been
+        pushed out: there it is at least what the cover's spring pushes with."""
+        contact, rows = data.contact, data.contact.efc_address
+        forces = np.where(rows >= 0, data.efc_force[np.maximum(rows, 0)], 0.0) if data.nefc else np.zeros(len(rows))
+        if self._stages:
+            compliance = (1 / self._stiffness[contact.geom]).sum(axis=1)  # two skins are in series
+            springs = np.divide(-contact.dist, compliance, out=np.zeros(len(rows)), where=compliance > 0)
+            forces = np.maximum(forces, springs)
+        return np.asarray(forces)
+
+    @property
+    def notes(self) -> tuple[ContactNote, ...]:
+        """What is to be told of the steps since ``begin``."""
+        deep = [self._note(ContactNoteKind.DEEP, geoms, depth=depth) for geoms, depth in self._deep.items()]
+        hard = [self._note(ContactNoteKind.HARD, geoms, force=force) for geoms, force in self._hard.items()]
+        gone = sorted(self._met - self._before - self._now)
+        missed = [self._note(ContactNoteKind.BRIEF, geoms) for geoms in gone if any(self._feels[k] for k in geoms)]
+        return (*deep, *hard, *missed)
+
+    def _note(
+        self, kind: ContactNoteKind, geoms: Geoms, *, depth: float | None = None, force: float | None = None
+    ) -> ContactNote:
+        bodies = [self._model.body(int(self._model.geom_bodyid[geom])).name for geom in geoms]
+        presses_first = sorted(bodies, key=is_object, reverse=True)
+        return ContactNote(kind, tuple(map(plain_name, presses_first)), depth=depth, force=force)
+
+    @staticmethod
+    def _keep_largest(found: dict[Geoms, float], geoms: np.ndarray, values: FloatArray, above: float) -> None:
+        for pair, value in zip(_geoms(geoms.tolist()), values.tolist(), strict=True):
+            if value > max(above, found.get(pair, 0.0)):
+                found[pair] = value
+
+
+def _geoms(rows: list[list[int]]) -> list[Geoms]:
+    return [(min(row), max(row)) for row in rows]

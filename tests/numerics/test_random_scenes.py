@@ -1,0 +1,41 @@
+"""Scenes at random: each is steady, or stopped or told of by name; a force, speed, depth or energy beyond bounds never
+goes unreported.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from app.scene.scene_file import scene_from_toml, scene_to_toml
+from tests.hard_cases.random_scenes import play, random_scene, unreported
+
+SCENES = 500
+BY_DEFAULT = 6
+
+
+def _cases() -> list:
+    """All seeds; by default one of each integrator, spread over them, and one more."""
+    step = SCENES // BY_DEFAULT
+    usual = {number * step + number % 5 for number in range(BY_DEFAULT)}
+    return [pytest.param(seed, marks=() if seed in usual else pytest.mark.long) for seed in range(SCENES)]
+
+
+@pytest.mark.parametrize("seed", _cases())
+def test_nothing_goes_beyond_bounds_unreported(seed):
+    outcome = play(random_scene(seed))
+    assert unreported(outcome) == []
+
+
+def test_the_same_seed_is_the_same_scene_and_reads_back():
+    assert random_scene(7) == random_scene(7) != random_scene(8)
+    for seed in range(20):
+        scene = scene_from_toml(random_scene(seed), name="random")
+        assert scene_from_toml(scene_to_toml(scene), name="random") == scene
+
+
+def test_the_judge_sees_what_is_not_told():
+    """The judge is no mirror of what the app tells: without that it objects."""
+    deep = next(outcome for outcome in map(play, map(random_scene, (5, 6, 17))) if outcome.depth > 0.010)
+    assert unreported(deep) == []
+    deep.told.discard("note deep")
+    assert unreported(deep) == [f"{1e3 * deep.depth:.3g} mm deep"]

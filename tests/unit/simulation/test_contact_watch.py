@@ -1,0 +1,101 @@
+"""What contacts did between two readings: too deep, too hard, or over before they were felt."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.scene.effects import Effects
+from app.simulation.contact_watch import DEEPEST, HARDEST
+from app.simulation.simulation import Simulation
+from app.tactile.contact_notes import ContactNoteKind, contact_note_text
+from app.tactile.elastic_layer import ElasticLayer
+from tests.support.scene_objects import thing
+from tests.support.touch import bar, bar_skin, hold
+
+INTEGRATORS = ("implicitfast", "rk4")
+RADIUS, TOP = 0.02, 0.02
+
+
+def on_the_bar(depth: float, *, mass: float, stiffness: float = 2e4, **effects) -> Simulation:
+    """A ball on a guide, so deep in the top of a bar that stands still."""
+    ball = thing("sphere", size=(RADIUS,), at=(0.2, 0.0, TOP + RADIUS - depth), mass=mass, guided=True)
+    wanted = Effects(**{"contact": "environment", "gravity": "compensated", **effects})
+    return Simulation(bar(hinged=False), bar_skin(), wanted, objects=(ball,), layer=ElasticLayer(stiffness=stiffness))
+
+
+def notes(simulation: Simulation, steps: int) -> list:
+    simulation.step(steps, hold(bar(hinged=False), 0.0, 0.0))
+    kinds = (ContactNoteKind.DEEP, ContactNoteKind.HARD, ContactNoteKind.BRIEF)
+    return [note for note in simulation.notes if note.kind in kinds]
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+def test_a_body_deeper_than_any_cover_is_told_with_its_depth(integrator):
+    assert notes(on_the_bar(0.9 * DEEPEST, mass=1.0, integrator=integrator), 5) == []
+    (note,) = notes(on_the_bar(1.2 * DEEPEST, mass=1.0, integrator=integrator), 5)
+    assert (note.kind, note.bodies) == (ContactNoteKind.DEEP, ("sphere", "bar"))
+    assert note.depth == pytest.approx(0.012, rel=0.02)
+    assert "sphere is deep in bar: 1" in contact_note_text(note)
+
+
+def test_the_depth_told_is_the_greatest_between_two_readings():
+    """A heavy ball on its way in: step by step it is deeper, and back."""
+    one, many = (on_the_bar(0.0102, mass=1.0) for _ in range(2))
+    for simulation in (one, many):
+        simulation._data.qvel[0] = -2.0
+        simulation._physics.forward()
+    depths = [note.depth for _ in range(40) for note in notes(one, 1)]
+    assert depths[0] < 0.97 * max(depths) > depths[-1], "in and out"
+    (note,) = notes(many, 40)
+    assert note.depth == max(depths)
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+def test_a_force_beyond_what_skin_bears_is_told_though_it_lasted_a_step_or_two(integrator):
+    """4 mm at 5e6 N/m are 2e4 N, of a body that is pushed out half: over within a tick of 10 ms."""
+    simulation = on_the_bar(0.004, mass=1.0, stiffness=5e6, integrator=integrator, timestep=0.0001)
+    found = notes(simulation, 100)
+    hard = next(note for note in found if note.kind is ContactNoteKind.HARD)
+    assert HARDEST < 0.45 * 2e4 < hard.force < 1.01 * 2e4
+    assert simulation.total_normal_force == 0, "nothing of it at the reading"
+    soft = on_the_bar(0.0002, mass=1.0, stiffness=5e6, integrator=integrator, timestep=0.0001)
+    assert all(note.kind is not ContactNoteKind.HARD for note in notes(soft, 100)), "a tenth of it"
+
+
+def test_a_contact_that_comes_and_goes_between_two_readings_is_told():
+    simulation = on_the_bar(-0.001, mass=0.01, stiffness=2e5)
+    simulation._data.qvel[0] = -1.0
+    simulation._physics.forward()
+    (note,) = notes(simulation, 20)
+    assert (note.kind, note.bodies) == (ContactNoteKind.BRIEF, ("sphere", "bar"))
+    assert simulation._data.qvel[0] > 0, "it has bounced"
+    assert notes(simulation, 1) == [], "told once"
+
+
+def test_a_contact_that_a_reading_shows_is_not_brief():
+    simulation = on_the_bar(0.001, mass=0.01, stiffness=2e5)
+    assert notes(simulation, 1) == []
+    assert simulation.total_normal_force > 0
+    assert notes(simulation, 30) == [], "it ended, but it was read before"
+    assert simulation.total_normal_force == 0
+
+
+def test_what_touches_no_skin_may_be_brief_untold():
+    """Two balls that meet beside the robot."""
+    balls = [
+        thing("sphere", name=f"ball {k}", at=(5.0, 0.0, 5.0 + 0.0395 * k), mass=0.1, guided=True) for k in range(2)
+    ]
+    simulation = Simulation(bar(hinged=False), bar_skin(), Effects(contact="environment"), objects=balls)
+    simulation._data.qvel[-1] = 3.0
+    assert notes(simulation, 20) == []
+
+
+def test_a_reset_forgets_what_touched():
+    simulation = on_the_bar(0.015, mass=1.0)
+    assert notes(simulation, 2)
+    simulation.reset()
+    assert all(note.kind is not ContactNoteKind.DEEP for note in simulation.notes)
+
+
+def test_nothing_is_watched_where_nothing_can_touch():
+    assert not Simulation(bar(), bar_skin(), Effects())._physics._watch.needed
