@@ -16,6 +16,12 @@ from widgets.common.progress_indicator import ProgressIndicator
 from widgets.window.toolbar import SessionToolbar
 
 
+@pytest.fixture
+def window(window_again):
+    """Nothing that a test does here outlives the scene."""
+    return window_again
+
+
 def test_every_action_does_something(window):
     registry = window.context.actions
     assert registry.bound == {spec.name for spec in registry.specs}
