@@ -6,7 +6,7 @@ without a jump, and minds the skin's limits (``loop_stability``).
 
 Two controllers stand alone, impedance and hold force; six do a task. ``tasks`` says what is wanted of each contact:
 ``path_following`` leads a target along a path on the skin; where it goes on at a far place or on another link, it
-regrasps there along a way found by ``inverse_kinematics``. How errors become joint velocities is
+regrasps there along a way planned clear of the robot itself and of obstacles. How errors become joint velocities is
 the matter of six ``schemes``, solved in order of ``task_priority``; ``monitors`` stop what is unsafe. All move a wanted
 posture that a stiff ``joint_impedance`` holds.
 

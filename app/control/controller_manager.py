@@ -23,6 +23,7 @@ from app.control.loop_stability import (
     assume_goal_where_saturated,
 )
 from app.control.map_kinematics import MapKinematics
+from app.control.path_following.clearance import Surroundings, nothing_around
 from app.control.tasks import TaskManager
 from app.core.arrays import FloatArray
 from app.maps.tactile_map import TactileMap
@@ -42,14 +43,22 @@ class ControllerManager:
         robot: Whose joints.
         map_: Of the skin; ``use`` takes another.
         settings: May be replaced at any time.
+        surroundings: Tells what stands around the arm, when a way through it is planned.
 
     Raises:
         SceneError: A setting is out of range; the last good ones stay.
     """
 
-    def __init__(self, robot: Robot, map_: TactileMap, settings: ControlSettings) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        map_: TactileMap,
+        settings: ControlSettings,
+        *,
+        surroundings: Surroundings = nothing_around,
+    ) -> None:
         self._robot, self._rest, self._sight = robot, robot.home, MapKinematics(map_)
-        self._task_manager = TaskManager(robot)
+        self._task_manager = TaskManager(robot, surroundings=surroundings)
         self._controllers: dict[str, Controller] = {}
         self._gain_limiter, self._oscillation = GainLimiter(robot), OscillationDetector()
         self._beyond: tuple[Limit, ...] = ()

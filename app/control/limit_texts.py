@@ -41,7 +41,12 @@ _NAMES = {
 }
 _CAUSES = {
     RegraspFailure.NO_ARM: "the robot has no actuated joints",
-    RegraspFailure.UNREACHABLE: "no collision-free path for the arm",
+    RegraspFailure.UNREACHABLE: "out of the arm's reach",
+    RegraspFailure.FACES_AWAY: "the skin there cannot be turned towards the object",
+    RegraspFailure.NO_POSTURE: "no posture of the arm was found",
+    RegraspFailure.NO_LIFT: "the skin cannot be lifted off the object",
+    RegraspFailure.BLOCKED: "every posture found collides",
+    RegraspFailure.NO_PATH: "no collision-free path was found",
     RegraspFailure.NOTHING_THERE: "no contact at the new place",
     RegraspFailure.TIMEOUT: "timed out",
     RegraspFailure.OBSTACLE: "an obstacle was hit",
@@ -82,8 +87,7 @@ def _fact(limit: Limit) -> str:
         case LimitKind.REGRASP_PLANNED | LimitKind.REGRASP_MOVES:
             return _destination(names)
         case LimitKind.REGRASP_RETURNS | LimitKind.REGRASP_FAILED:
-            cause = "" if limit.cause is None else _CAUSES[limit.cause]
-            return ", ".join(part for part in (_destination(names), cause) if part)
+            return ", ".join(part for part in (_destination(names), _why_no_regrasp(limit)) if part)
         case LimitKind.SKIN_SATURATED:
             return "no more force is applied"
         case LimitKind.OSCILLATION:
@@ -114,6 +118,17 @@ def _destination(names: list[str]) -> str:
     if not names:
         return ""
     return f"to the {names[-1]}" if names[0] != names[-1] else f"to another place of the {names[-1]}"
+
+
+def _why_no_regrasp(limit: Limit) -> str:
+    """Like "out of the arm's reach by 120 mm" or "every posture found collides: forearm with post 1"."""
+    cause = "" if limit.cause is None else _CAUSES[limit.cause]
+    if limit.cause is RegraspFailure.UNREACHABLE and limit.value is not None:
+        cause += f" by {1e3 * limit.value:.0f}\u2009mm"
+    if not limit.between:
+        return cause
+    one, other = (name.replace("_", " ") for name in limit.between)
+    return f"{cause}: {one} with {other}"
 
 
 def _timing(limit: Limit) -> str:

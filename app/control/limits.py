@@ -19,7 +19,8 @@ class LimitKind(Enum):
 
     The task: ``PATH_WAITS``, ``PATH_LEAVES_SKIN``, ``PATH_REFUSED`` (detail: why), ``POINT_OFF_SKIN``,
     ``CONTACT_ELSEWHERE`` (names: patch of the target, patch of the contact), and ``REGRASP_PLANNED``,
-    ``REGRASP_MOVES``, ``REGRASP_RETURNS`` (cause), ``REGRASP_FAILED`` (cause), all with names: link left, link entered.
+    ``REGRASP_MOVES``, ``REGRASP_RETURNS`` (cause), ``REGRASP_FAILED`` (cause, between; value: out of reach by so much
+    [m]), all with names: link left, link entered.
 
     The skin: ``SKIN_UNREADABLE``, ``SKIN_SATURATED``; the loop: ``OSCILLATION``, ``FORCE_GAIN_HELD`` (value: to
     [m/s/N]), ``POSITION_GAIN_HELD`` (value: to [1/s]), ``FORCE_GAIN_UNSTABLE`` (bound: the most [m/s/N]), these three
@@ -83,6 +84,17 @@ class RegraspFailure(Enum):
 
     NO_ARM = "no-arm"
     UNREACHABLE = "unreachable"
+    """Proved: within the limits of its joints the arm never brings the place there."""
+    FACES_AWAY = "faces-away"
+    """Proved: the place comes there, but never facing what is touched."""
+    NO_POSTURE = "no-posture"
+    """None was found; there may be one."""
+    NO_LIFT = "no-lift"
+    """The skin cannot be taken off what it touches."""
+    BLOCKED = "blocked"
+    """At every posture found two things are in each other's way."""
+    NO_PATH = "no-path"
+    """Postures were found, but no way to them within the samples of the planner."""
     NOTHING_THERE = "nothing-there"
     TIMEOUT = "timeout"
     OBSTACLE = "obstacle"
@@ -102,6 +114,7 @@ class Limit:
         delay: From a sample to its arrival [s].
         cause: Of a regrasp that turned back or failed.
         detail: The message of the error that refused a path.
+        between: The two links or objects that are in each other's way.
     """
 
     kind: LimitKind
@@ -112,6 +125,7 @@ class Limit:
     delay: float | None = None
     cause: RegraspFailure | None = None
     detail: str = ""
+    between: tuple[str, ...] = ()
 
 
 class ActiveLimits:

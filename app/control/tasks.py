@@ -18,6 +18,7 @@ from app.contacts.regions import ContactRegion
 from app.control.command import ControlSettings, RegraspState, TaskReport
 from app.control.limits import ActiveLimits, Limit, LimitKind, RegraspFailure
 from app.control.map_kinematics import MapKinematics
+from app.control.path_following.clearance import Surroundings, nothing_around
 from app.control.path_following.follower import PathFollower, over_borders
 from app.control.path_following.regrasp import RegraspManager
 from app.control.path_following.surface_path import PathCrossing
@@ -53,6 +54,7 @@ class TaskManager:
 
     Args:
         robot: Whose arm can carry a contact to another place; without one it is never carried.
+        surroundings: Tells what stands around the arm.
 
     Attributes:
         follower: Of the path.
@@ -61,8 +63,8 @@ class TaskManager:
         lost: Whether a contact that was wanted has gone for good, and nothing has touched since.
     """
 
-    def __init__(self, robot: Robot | None = None) -> None:
-        self.follower, self.regrasp = PathFollower(), RegraspManager(robot)
+    def __init__(self, robot: Robot | None = None, *, surroundings: Surroundings = nothing_around) -> None:
+        self.follower, self.regrasp = PathFollower(), RegraspManager(robot, surroundings=surroundings)
         self.reset()
 
     def reset(self) -> None:

@@ -7,7 +7,7 @@ from functools import lru_cache
 import mujoco
 import numpy as np
 
-from app.core.arrays import FloatArray
+from app.core.arrays import BoolArray, FloatArray, IntArray
 from app.core.errors import RobotError
 from app.geometry.pose import Pose
 from app.robots.mujoco_spec import compile_spec, remove_geoms, robot_spec
@@ -88,6 +88,21 @@ class Configuration:
         world = self.pose(link).points(np.asarray(point, dtype=np.float64))
         mujoco.mj_jac(self._model, self._data, self._jacobian, None, world, self._bodies[link])
         return self._jacobian.copy()
+
+    def joint_axes(self) -> tuple[FloatArray, FloatArray, BoolArray]:
+        """Of every joint a point of its axis (joints, 3) [m] and its direction (joints, 3), world frame, at this
+        posture; and whether it is a slide (joints,)."""
+        slides = self._model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE
+        return self._data.xanchor.copy(), self._data.xaxis.copy(), slides
+
+    def joints_before(self, link: str) -> IntArray:
+        """(k,) numbers of the joints that move ``link``, from the base on."""
+        body, found = self._body(link), list[int]()
+        while body:
+            first = int(self._model.body_jntadr[body])
+            found = [*range(first, first + int(self._model.body_jntnum[body])), *found]
+            body = int(self._model.body_parentid[body])
+        return np.array(found, dtype=np.intp)
 
     def inertia(self) -> FloatArray:
         """(joints,) the diagonal of the joint-space mass matrix with armature, at this posture [kg m², or kg]."""

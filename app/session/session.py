@@ -18,6 +18,7 @@ from app.control.behaviours import Behaviour, BehaviourTrigger
 from app.control.command import ControlSettings
 from app.control.controller_manager import ControllerManager
 from app.control.loop_stability import SensorTiming
+from app.control.path_following.clearance import Obstacle
 from app.core.arrays import FloatArray
 from app.core.errors import MapError, SimulationError, TactileMapsError
 from app.core.timing import Stopwatch
@@ -36,6 +37,7 @@ from app.session.inputs import (
     ReadingChanged,
     SessionInput,
 )
+from app.session.obstacles import obstacles_of
 from app.session.prepare import PreparedScene
 from app.session.runtime_settings import RuntimeSettings
 from app.simulation.simulation import Simulation
@@ -153,7 +155,9 @@ class Session:
             depth=scene.layer.depth,
             seed=scene.seed,
         )
-        self._controller = ControllerManager(robot, self.map, settings or self._start.settings)
+        self._controller = ControllerManager(
+            robot, self.map, settings or self._start.settings, surroundings=self._surroundings
+        )
         self._controller.readings = skin_readings(effects, scene.tick)
         self._behaviours = BehaviourTrigger(skin, self._start.behaviours if behaviours is None else behaviours)
         self._motion = Motion(robot, scene.motion) if scene.motion else None
@@ -408,6 +412,9 @@ class Session:
             task=self._controller.report,
             estimates=self._contacts.estimates,
         )
+
+    def _surroundings(self) -> tuple[Obstacle, ...]:
+        return obstacles_of(self.prepared.objects, self._simulation.object_poses)
 
     def _touch(self, time: float) -> tuple[FloatArray, tuple[ContactRegion, ...]]:
         """What the skin reads, stage by stage, and the contacts in it; neither where no skin is simulated."""

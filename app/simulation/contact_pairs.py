@@ -8,30 +8,21 @@ skin and objects meet each other as MuJoCo finds them, by bits.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from functools import lru_cache
 from itertools import combinations
 
 import mujoco
-import numpy as np
 
-from app.core.arrays import FloatArray
-from app.robots.mujoco_spec import compile_spec, robot_spec
 from app.robots.robot import Robot
-from app.robots.sanitize import collision_exclusions
 from app.scene.effects import Effects
 from app.scene.objects import SceneObject
 from app.simulation.contact_stiffness import SOLVER_IMPEDANCE
-from app.simulation.model_names import body_name, hull_name, is_object, shape_name, slab_name
+from app.simulation.model_names import body_name, is_object, shape_name, slab_name
 from app.simulation.object_geoms import is_simulated
+from app.skin.link_hulls import add_hull, excluded_pairs, hull_name, skinned_links
 from app.skin.skin import Skin
 from app.tactile.elastic_layer import ElasticLayer
 
 _ROBOT, _OUTSIDE = 1, 2
-
-
-def skinned_links(skin: Skin) -> tuple[str, ...]:
-    """Names of the links that have skin, each once."""
-    return tuple({patch.link: None for patch in skin.patches})
 
 
 def allows_self_contact(effects: Effects) -> bool:
@@ -64,7 +55,7 @@ def add_contact_pairs(
     paired = effects.skin != "foundation"
     if itself or (outside and paired):
         for link in links:
-            _add_hull(spec, robot, skin, link)
+            add_hull(spec, robot, skin, link)
     partners = [(slab_name(t.spec) if t.spec.kind == "plane" else body_name(t.spec), t.spec.friction) for t in outside]
     meetings = [(hull_name(link), other, friction) for link in links for other, friction in partners]
     if itself:
@@ -87,45 +78,6 @@ def _set_bits(
         if effects.contact != "probe":
             geom = spec.geom(body_name(scene_object.spec))
             geom.contype, geom.conaffinity = _OUTSIDE, _OUTSIDE
-
-
-@lru_cache(maxsize=8)
-def excluded_pairs(robot: Robot, skin: Skin) -> frozenset[frozenset[str]]:
-    """Pairs of links that never collide: neighbours, and those whose shapes overlap at home or mostly.
-
-    Raises:
-        RobotError: MuJoCo refuses the robot with hulls around its skin.
-
-    Cost: a compilation and 31 collision passes, once for a robot and its skin.
-    """
-    spec = robot_spec(robot)
-    for link in skinned_links(skin):
-        for geom in spec.body(link).geoms:
-            geom.contype = geom.conaffinity = 0
-        hull = _add_hull(spec, robot, skin, link)
-        hull.contype = hull.conaffinity = 1
-    stated = {frozenset((exclude.bodyname1, exclude.bodyname2)) for exclude in spec.excludes}
-    model = compile_spec(spec, source=robot.source)
-    overlapping = {frozenset(pair) for pair in collision_exclusions(model, robot.home)}
-    return frozenset(stated | overlapping | _neighbours(model))
-
-
-def hull_points(robot: Robot, skin: Skin, link: str) -> FloatArray:
-    """(n, 3) vertices of a link and its skin [m], link frame."""
-    clouds = [patch.surface.vertices for patch in skin.patches if patch.link == link]
-    own = robot.link(link).mesh
-    return np.concatenate(clouds if own is None else [*clouds, own.vertices])
-
-
-def _neighbours(model: mujoco.MjModel) -> set[frozenset[str]]:
-    """Bodies that are welded together or joined by one joint, which MuJoCo's filter keeps apart, but not in pairs."""
-    weld, names = model.body_weldid, [model.body(body).name for body in range(model.nbody)]
-    parent = model.body_weldid[model.body_parentid[weld]]
-    return {
-        frozenset((names[a], names[b]))
-        for a, b in combinations(range(1, model.nbody), 2)
-        if weld[a] == weld[b] or (weld[a] and weld[b] and (weld[a] == parent[b] or weld[b] == parent[a]))
-    }
 
 
 def _bare_shapes(spec: mujoco.MjSpec, links: Sequence[str], *, wanted: bool) -> list[mujoco.MjsGeom]:
@@ -152,18 +104,6 @@ def _drop_own_pairs(spec: mujoco.MjSpec) -> None:
     """The robot file's pairs speak of shapes that hulls replace."""
     for pair in list(spec.pairs):
         spec.delete(pair)
-
-
-def _add_hull(spec: mujoco.MjSpec, robot: Robot, skin: Skin, link: str) -> mujoco.MjsGeom:
-    name = hull_name(link)
-    spec.add_mesh(
-        name=name,
-        uservert=hull_points(robot, skin, link).ravel().tolist(),
-        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX,
-    )
-    return spec.body(link).add_geom(
-        name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, mass=0.0, contype=0, conaffinity=0, group=3
-    )
 
 
 def _self_meetings(

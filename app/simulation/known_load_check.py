@@ -22,8 +22,8 @@ from app.robots.robot import Robot
 from app.scene.effects import Effects, SkinModel
 from app.scene.object_meshes import primitive_mesh
 from app.scene.objects import ObjectSpec, SceneObject
-from app.simulation.contact_pairs import hull_points
 from app.simulation.simulation import Simulation
+from app.skin.link_hulls import hull_points
 from app.skin.skin import Skin
 from app.tactile.elastic_layer import ElasticLayer
 

@@ -8,13 +8,9 @@ from __future__ import annotations
 
 from app.robots.mujoco_spec import OWN_NAMES
 from app.scene.objects import ObjectSpec
+from app.skin.link_hulls import HULL
 
-_HULL, _OBJECT, _SLAB, _SHAPE = (f"{OWN_NAMES}{kind} " for kind in ("skin", "object", "slab", "shape"))
-
-
-def hull_name(link: str) -> str:
-    """Of a skinned link's hull: its geom and its mesh."""
-    return _HULL + link
+_OBJECT, _SLAB, _SHAPE = (f"{OWN_NAMES}{kind} " for kind in ("object", "slab", "shape"))
 
 
 def body_name(object_spec: ObjectSpec) -> str:
@@ -34,7 +30,7 @@ def shape_name(number: int) -> str:
 
 def is_hull(name: str) -> bool:
     """Whether a geom or mesh of that name is the hull of a skinned link."""
-    return name.startswith(_HULL)
+    return name.startswith(HULL)
 
 
 def is_object(name: str) -> bool:
@@ -44,6 +40,6 @@ def is_object(name: str) -> bool:
 
 def plain_name(name: str) -> str:
     """For people: what it is called in its own file."""
-    for kind in (_HULL, _OBJECT, _SLAB, _SHAPE):
+    for kind in (HULL, _OBJECT, _SLAB, _SHAPE):
         name = name.removeprefix(kind)
     return name

@@ -192,7 +192,7 @@ def test_from_forearm_to_hand_the_contact_is_carried(controller):
 
 
 def test_a_place_that_cannot_come_is_refused_and_the_contact_held():
-    """Touched on the hand, with a path drawn on the forearm: no posture brings the forearm there."""
+    """Touched on the hand, with a path drawn on the forearm: where that touches, the ball is in another link."""
     prepared = two_links()
     hand = near(prepared, 1, [0.03, 0.0, 0.06])
     far = near(prepared, 0, [-0.05, 0.0, 0.02])
@@ -202,7 +202,8 @@ def test_a_place_that_cannot_come_is_refused_and_the_contact_held():
     bounded(trip)
     assert trip.states == [State.PLAN]
     [failed] = [limit for limit in session.frame.why_limited if limit.kind is LimitKind.REGRASP_FAILED]
-    assert (failed.names, failed.cause) == (("hand", "forearm"), RegraspFailure.UNREACHABLE)
+    assert (failed.names, failed.cause) == (("hand", "forearm"), RegraspFailure.BLOCKED)
+    assert "ball" in failed.between
     assert set(trip.link) == {"hand"}
     assert trip.last(trip.force) == pytest.approx(3.0, abs=0.2)
     assert np.ptp(trip.last(trip.posture), axis=0).max() < 0.01, "it stays"
@@ -212,7 +213,7 @@ def test_what_goes_away_on_the_way_is_not_pressed_for_and_the_arm_comes_home():
     path = ((0.205, 0.195), (0.20, 0.10))
     taxel = int(np.linalg.norm(two_links().map.taxel_points - path[0], axis=1).argmin())
     way = ((0.0, 0.0), (1.5, 0.0), (2.0, 0.15), (60.0, 0.15))
-    trip = Trip(beside_ball(replace(LINE, path=path), prepared=two_links(), taxel=taxel, way=way), 18.0)
+    trip = Trip(beside_ball(replace(LINE, path=path), prepared=two_links(), taxel=taxel, way=way), 20.0)
     bounded(trip)
     assert trip.states == [
         State.PLAN,

@@ -3,189 +3,43 @@
 What is touched stays where it is in the world; the arm lets go of it, moves so that the other place comes over it, and
 presses until it feels it there. Where that cannot be done it goes back to what it held, and says why.
 
-``RegraspPlan`` looks for a route: postures over which the arm goes from what it touches to touch it elsewhere.
+``regrasp_plan`` looks for a route: postures over which the arm goes from what it touches to touch it elsewhere.
 ``Regrasp`` is one contact on its way; ``RegraspManager`` keeps the one that is, from the question to its end.
 """
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
 from app.contacts.regions import ContactRegion
 from app.control.command import RegraspState
-from app.control.inverse_kinematics import LinkPoint, PointTarget, solve_inverse_kinematics
-from app.control.joint_impedance import joint_limits
+from app.control.inverse_kinematics import LinkPoint
 from app.control.limits import Limit, LimitKind, RegraspFailure
+from app.control.path_following.clearance import Clearance, Surroundings, nothing_around
+from app.control.path_following.regrasp_plan import RegraspPlan
 from app.control.path_following.surface_path import PathCrossing
 from app.core.arrays import FloatArray
 from app.geometry.mesh import SurfacePoint
+from app.geometry.pose import Pose
 from app.robots.kinematics import Configuration
 from app.robots.robot import Robot
 from app.skin.skin import Skin
-
-HEIGHTS = (0.06, 0.03)
-"""How far the skin is lifted off what it touches [m]; the less where it cannot be more."""
-ABOVE = 0.015
-"""How far over its place the skin slows down [m]."""
-DEPTH = 0.01
-"""How far past its place the skin goes for what it is to touch [m]."""
-_WIDE, _LONG = 0.04, 0.25
-"""Half width and length of the room that is left to what is touched, along the normal from its place [m]."""
-_POINTS = 150
-"""Of each link's surface, that must stay out of it."""
-_LOOKS = 12
-"""Postures looked at along each leg."""
-_LIFTS, _LEAST = 20, 0.02
-"""Rounds of lifting, and how little a joint velocity may move the place at least [m/rad]."""
-_STARTS = 8
-"""Postures drawn by lot from which a way is sought, besides the present one and the one at rest."""
-
-
-@dataclass(frozen=True, eq=False)
-class RegraspRoute:
-    """Postures (n,) one after the other.
-
-    Attributes:
-        start: Where it touches now.
-        lifted: Off what it touches.
-        over: Over it with the other place; between the two in a straight line of the joints.
-        above: The same, nearer.
-        pressed: Touching with the other place.
-    """
-
-    start: FloatArray
-    lifted: FloatArray
-    over: FloatArray
-    above: FloatArray
-    pressed: FloatArray
-
-
-class RegraspPlan:
-    """Looks for a route, a little at each tick. Mutable.
-
-    Args:
-        robot: Which arm.
-        configuration: Of it, moved as the search likes.
-        start: (n,) the posture now.
-        rest: (n,) another one to begin from.
-        touched: The place that touches now.
-        wanted: The place that is to touch instead.
-
-    Attributes:
-        route: None until it is found.
-        done: Whether the search is over.
-
-    Cost: 0.1 ms a round; 100 to 300 rounds where there is a way, at most 2500.
-    """
-
-    def __init__(
-        self,
-        robot: Robot,
-        configuration: Configuration,
-        start: FloatArray,
-        rest: FloatArray,
-        touched: LinkPoint,
-        wanted: LinkPoint,
-    ) -> None:
-        self._start, self._rest, self._touched, self._wanted = start.copy(), rest, touched, wanted
-        self._configuration, (self._lower, self._upper) = configuration, joint_limits(robot)
-        configuration.update(start)
-        pose = configuration.pose(touched.link)
-        self._goal = PointTarget(pose.points(touched.point), pose.rotation @ touched.normal)
-        self._surfaces = {link.name: _some(link.mesh.vertices) for link in robot.links[1:] if link.mesh is not None}
-        self.route: RegraspRoute | None = None
-        self.done = False
-        self._search = self._rounds()
-
-    def look(self, rounds: int) -> None:
-        """Search on for so many rounds."""
-        for _ in range(rounds):
-            try:
-                next(self._search)
-            except StopIteration:
-                self.done = True
-                return
-
-    def _rounds(self) -> Iterator[None]:
-        for height in HEIGHTS:
-            lifted = yield from self._lifted(height)
-            if lifted is None:
-                continue
-            for begin in self._begins(lifted):
-                over = yield from self._aimed(self._wanted, self._goal.raised(-height), begin)
-                if over is None:
-                    continue
-                above = yield from self._aimed(self._wanted, self._goal.raised(-ABOVE), over)
-                pressed = yield from self._aimed(self._wanted, self._goal.raised(DEPTH), over)
-                if above is not None and pressed is not None and (yield from self._is_free(lifted, over)):
-                    self.route = RegraspRoute(self._start, lifted, over, above, pressed)
-                    return
-
-    def _lifted(self, height: float) -> Generator[None, None, FloatArray | None]:
-        """Straight off what is touched, by the least motion of the joints: to the side the place may go as it likes."""
-        posture, spot, goal = self._start, self._touched, self._goal
-        for _ in range(_LIFTS):
-            self._configuration.update(posture)
-            high = float(goal.normal @ (goal.point - self._configuration.pose(spot.link).points(spot.point)))
-            if high > 0.95 * height:
-                return posture
-            row = goal.normal @ self._configuration.jacobian(spot.link, spot.point)
-            row = row * ~(((posture <= self._lower) & (row > 0)) | ((posture >= self._upper) & (row < 0)))
-            step = min(height - high, height / 6) * row / max(float(row @ row), _LEAST**2)
-            posture = np.clip(posture - step, self._lower, self._upper)
-            yield
-        return None
-
-    def _begins(self, lifted: FloatArray) -> Iterator[FloatArray]:
-        yield lifted
-        yield self._rest
-        lot = np.random.default_rng(0)
-        reach = np.minimum(np.array([1.2]), np.minimum(self._upper - lifted, lifted - self._lower).clip(0.3))
-        for _ in range(_STARTS):
-            yield np.clip(lifted + lot.uniform(-reach, reach), self._lower, self._upper)
-
-    def _aimed(self, spot: LinkPoint, goal: PointTarget, start: FloatArray) -> Generator[None, None, FloatArray | None]:
-        tried: FloatArray | None = None
-        for posture in solve_inverse_kinematics(self._configuration, spot, goal, start, self._lower, self._upper):
-            tried = posture
-            yield
-        return tried
-
-    def _is_free(self, lifted: FloatArray, over: FloatArray) -> Generator[None, None, bool]:
-        """Whether the whole arm stays out of the room of what is touched."""
-        for share in np.linspace(0, 1, _LOOKS):
-            self._configuration.update(lifted + share * (over - lifted))
-            if any(self._inside(link, points) for link, points in self._surfaces.items()):
-                return False
-            yield
-        return True
-
-    def _inside(self, link: str, points: FloatArray) -> bool:
-        away = self._configuration.pose(link).points(points) - self._goal.point
-        along = away @ self._goal.normal
-        aside = np.linalg.norm(away - along[:, None] * self._goal.normal, axis=1)
-        return bool(((along > -HEIGHTS[-1] / 2) & (along < _LONG) & (aside < _WIDE)).any())
-
-
-def _some(vertices: FloatArray) -> FloatArray:
-    return vertices[:: max(len(vertices) // _POINTS, 1)]
-
 
 JOINT_SPEED = 0.6
 """Of any joint on the way [rad/s]."""
 SPEED, SLOW = 0.2, 0.02
 """Of either place, at most [m/s]; slow on the leg at whose end it will touch."""
 LONGEST = 20.0
-"""On the way there, or back [s]."""
+"""On the way there, or back [s]; and twice what its length takes at ``JOINT_SPEED``, where it leads around."""
 BUMP = 1.0
 """Force of a contact on the way that turns the arm back [N]."""
 PITCHES = 3.0
 """So near to the place that is wanted a contact on the same patch counts as the one."""
-_ROUNDS = 5
-"""Of the search for a way, each tick."""
+_POSTURES = 30
+"""Looked at in the search for a way, each tick: 1 to 2 ms."""
 _GENTLE = 0.1
 """Time constant of changes of speed [s]."""
 _NEAR, _RATE = 0.01, 6.0
@@ -222,7 +76,9 @@ class Regrasp:
         self.failure: RegraspFailure | None = None
         self._links = skin.link(leaves), skin.link(enters)
         self._time = 0.0
+        self._longest = LONGEST
         self._way: list[FloatArray] = []
+        self._behind: list[FloatArray] = []
         self._speed: FloatArray | None = None
 
     @property
@@ -234,7 +90,16 @@ class Regrasp:
             case RegraspState.RETURN:
                 return Limit(LimitKind.REGRASP_RETURNS, self._links, cause=self.failure)
             case RegraspState.FAILED:
-                return Limit(LimitKind.REGRASP_FAILED, self._links, cause=self.failure)
+                problem = self._plan.problem
+                if problem is None:
+                    return Limit(LimitKind.REGRASP_FAILED, self._links, cause=self.failure)
+                return Limit(
+                    LimitKind.REGRASP_FAILED,
+                    self._links,
+                    value=problem.short_by,
+                    cause=problem.cause,
+                    between=problem.between,
+                )
             case _:
                 return Limit(LimitKind.REGRASP_MOVES, self._links)
 
@@ -262,22 +127,24 @@ class Regrasp:
         return self._speed
 
     def _look(self) -> None:
-        self._plan.look(_ROUNDS)
-        if not self._plan.done:
-            return
-        if self._plan.route is None:
-            self.state, self.failure = RegraspState.FAILED, RegraspFailure.UNREACHABLE
-            return
-        self.state, self._time, self._way = RegraspState.LIFT, 0.0, [self._plan.route.lifted]
+        self._plan.look(_POSTURES)
+        route = self._plan.route
+        if self._plan.problem is not None:
+            self.state, self.failure = RegraspState.FAILED, self._plan.problem.cause
+        elif route is not None:
+            self.state, self._time, self._way = RegraspState.LIFT, 0.0, [route.lifted]
+            self._behind = [route.start]
+            around = [float(np.abs(b - a).max()) for a, b in pairwise((route.lifted, *route.around, route.over))]
+            self._longest = LONGEST + 2 * sum(around) / JOINT_SPEED
 
     def _leg_done(self) -> None:
         """The next leg; at the end of the last one nothing was felt where it should be."""
-        self._way.pop(0)
+        self._behind.append(self._way.pop(0))
         route = self._plan.route
         if self._way or route is None:
             return
         if self.state is RegraspState.LIFT:
-            self.state, self._way = RegraspState.CARRY, [route.over, route.above]
+            self.state, self._way = RegraspState.CARRY, [*route.around, route.over, route.above]
         elif self.state is RegraspState.CARRY:
             self.state, self._way = RegraspState.PRESS, [route.pressed]
         elif self.state is RegraspState.PRESS:
@@ -288,9 +155,9 @@ class Regrasp:
     def _feel(self, regions: Sequence[ContactRegion]) -> ContactRegion | None:
         if self.state is RegraspState.RETURN:
             found = self._arrive(regions, self.leaves, RegraspState.FAILED) if len(self._way) <= 1 else None
-            self.state = RegraspState.FAILED if self._time > LONGEST else self.state
+            self.state = RegraspState.FAILED if self._time > self._longest else self.state
             return found
-        if self._time > LONGEST:
+        if self._time > self._longest:
             self._turn_back(RegraspFailure.TIMEOUT)
         elif self.state is not RegraspState.LIFT:
             arrived = self._arrive(regions, self.enters, RegraspState.ARRIVED)
@@ -315,12 +182,9 @@ class Regrasp:
         )
 
     def _turn_back(self, failure: RegraspFailure) -> None:
-        route = self._plan.route
-        assert route is not None
-        lifted = [] if self.state is RegraspState.LIFT else [route.lifted]
-        came_over = self.state is RegraspState.PRESS or (self.state is RegraspState.CARRY and len(self._way) == 1)
+        """Back by the way it came."""
         self.state, self.failure, self._time = RegraspState.RETURN, failure, 0.0
-        self._way = [*([route.over] if came_over else []), *lifted, route.start]
+        self._way, self._behind = self._behind[::-1], []
 
     def _towards(self, start: FloatArray, configuration: Configuration) -> FloatArray:
         """Straight to the next posture, as fast as joints and places may move, slower near its end."""
@@ -340,14 +204,17 @@ class RegraspManager:
 
     Args:
         robot: Whose arm; without one, or without joints, nothing can be carried.
+        surroundings: Tells what stands around.
 
     Attributes:
         crossing: Over which it goes; None while there is none.
     """
 
-    def __init__(self, robot: Robot | None) -> None:
+    def __init__(self, robot: Robot | None, *, surroundings: Surroundings = nothing_around) -> None:
         self._robot = robot if robot is not None and robot.joints else None
         self._trial = None if self._robot is None else Configuration(self._robot)
+        self._surroundings = surroundings
+        self._clearance: tuple[Skin, Clearance] | None = None
         self.reset()
 
     def reset(self) -> None:
@@ -422,8 +289,23 @@ class RegraspManager:
         assert self.crossing is not None
         touched = LinkPoint(region.link, region.link_position, region.link_normal)
         wanted = _spot(skin, self.crossing.enters)
-        plan = RegraspPlan(self._robot, self._trial, start, rest, touched, wanted)
+        clearance, pose = self._clear_of(skin), self._posed(start, touched.link)
+        place, normal = pose.points(touched.point), pose.rotation @ touched.normal
+        clearance.begin(start, self._surroundings(), touched.link, place, normal)
+        plan = RegraspPlan(self._robot, self._trial, clearance, start, rest, touched, wanted)
         return Regrasp(plan, skin, region.at, self.crossing.enters, pitch, known)
+
+    def _posed(self, posture: FloatArray, link: str) -> Pose:
+        assert self._trial is not None
+        self._trial.update(posture)
+        return self._trial.pose(link)
+
+    def _clear_of(self, skin: Skin) -> Clearance:
+        """Made at the first question: most sessions never ask."""
+        assert self._robot is not None
+        if self._clearance is None or self._clearance[0] is not skin:
+            self._clearance = skin, Clearance(self._robot, skin, self._surroundings())
+        return self._clearance[1]
 
 
 def _spot(skin: Skin, at: SurfacePoint) -> LinkPoint:

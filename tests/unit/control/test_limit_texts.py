@@ -60,6 +60,21 @@ def test_figures_are_told(limit, words):
     assert limit_text(limit) == words
 
 
+@pytest.mark.parametrize(
+    ("limit", "text"),
+    [
+        (Limit(LimitKind.REGRASP_FAILED, ("hand", "upper_arm"), value=0.019, cause=RegraspFailure.UNREACHABLE),
+         "the regrasp failed: to the upper arm, out of the arm's reach by 19\u2009mm"),
+        (Limit(LimitKind.REGRASP_FAILED, ("hand", "arm"), cause=RegraspFailure.BLOCKED, between=("l_elbow", "post 1")),
+         "the regrasp failed: to the arm, every posture found collides: l elbow with post 1"),
+        (Limit(LimitKind.REGRASP_FAILED, ("hand", "forearm"), cause=RegraspFailure.NO_PATH),
+         "the regrasp failed: to the forearm, no collision-free path was found"),
+    ],
+)  # fmt: skip
+def test_a_refused_regrasp_says_what_is_in_the_way(limit, text):
+    assert limit_text(limit) == text
+
+
 def test_every_cause_of_a_failed_regrasp_is_told_differently():
     told = {limit_text(Limit(LimitKind.REGRASP_FAILED, cause=cause)) for cause in RegraspFailure}
     assert len(told) == len(RegraspFailure)

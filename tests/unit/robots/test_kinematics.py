@@ -9,6 +9,7 @@ import pytest
 
 from app.core.errors import RobotError
 from app.robots.kinematics import Configuration
+from app.robots.library import load_robot
 from app.robots.load import load_robot_file
 
 
@@ -61,3 +62,19 @@ def test_an_unknown_link_is_refused_with_the_valid_ones(configuration: Configura
         configuration.pose("tail")
     with pytest.raises(RobotError, match="base, rod"):
         configuration.jacobian("tail", np.zeros(3))
+
+
+def test_joint_axes_are_where_a_turn_leaves_points_and_say_what_a_link_is_moved_by() -> None:
+    """A small turn about an axis moves a point as the Jacobian says; joints that do not move a link have none there."""
+    robot = load_robot("arm")
+    configuration, point = Configuration(robot), np.array([0.02, -0.01, 0.05])
+    configuration.update(robot.home + 0.2)
+    anchors, axes, slides = configuration.joint_axes()
+    assert not slides.any()
+    for link in ("turret", "forearm", "hand"):
+        before, jacobian = configuration.joints_before(link), configuration.jacobian(link, point)
+        world = configuration.pose(link).points(point)
+        assert before.tolist() == list(range(len(before)))
+        assert jacobian[:, before] == pytest.approx(np.cross(axes[before], world - anchors[before]).T, abs=1e-12)
+        assert not np.delete(jacobian, before, axis=1).any()
+    assert configuration.joints_before("base").size == 0

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import pairwise
 
 import mujoco
 import numpy as np
 import pytest
 
 from app.scene.effects import Effects
-from app.simulation.contact_pairs import allows_self_contact, excluded_pairs, hull_points, skinned_links
+from app.simulation.contact_pairs import allows_self_contact
 from app.simulation.model_assembly import assemble
+from app.skin.link_hulls import excluded_pairs, skinned_links
 from app.tactile.elastic_layer import ElasticLayer
 from tests.support.scene_objects import every_kind, thing
 from tests.support.touch import arm, bar, bar_skin, pair
@@ -47,11 +47,6 @@ def test_self_contact_collides_hulls_that_reach_the_skin():
     mujoco.mju_quat2Mat(rotation, geom.quat)
     vertices = model.mesh_vert[start : start + count].reshape(-1, 3) @ rotation.reshape(3, 3).T + geom.pos
     assert (vertices[:, 0].min(), vertices[:, 0].max()) == pytest.approx((-0.05, 0.054), abs=1e-6), "link and skin"
-
-
-def test_hull_points_are_links_and_skins():
-    robot, skin = pair()
-    assert len(hull_points(robot, skin, "left")) == len(skin.patches[0].surface.vertices) + 8
 
 
 def test_in_the_environment_skin_meets_objects_in_pairs_and_the_rest_by_bits():
@@ -96,15 +91,6 @@ def test_everything_meets_everything():
     assert pairs(everything) == pairs(outside) | pairs(itself)
     bare = [i for i in np.flatnonzero(everything.geom_contype) if "object" not in everything.geom(i).name]
     assert meet(everything, everything.geom(bare[0]).name, everything.geom(bare[1]).name)
-
-
-def test_neighbours_never_touch():
-    robot, skin = arm().robot, arm().skin
-    names = [link.name for link in robot.links]
-    apart = excluded_pairs(robot, skin)
-    assert all(frozenset(two) in apart for two in pairwise(names))
-    assert frozenset((names[0], names[-1])) not in apart
-    assert excluded_pairs(robot, skin) is apart, "asked once"
 
 
 def test_touching_itself_needs_dynamics():

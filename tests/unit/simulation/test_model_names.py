@@ -11,8 +11,9 @@ from app.robots.load import load_robot_file
 from app.scene.effects import Effects
 from app.simulation.contact_stiffness import unstable_contacts
 from app.simulation.model_assembly import assemble
-from app.simulation.model_names import body_name, hull_name, is_hull, is_object, plain_name, shape_name, slab_name
+from app.simulation.model_names import body_name, is_hull, is_object, plain_name, shape_name, slab_name
 from app.simulation.simulation import Simulation
+from app.skin.link_hulls import hull_name
 from app.skin.sampling import place_evenly
 from app.skin.skin import Patch, Skin
 from app.tactile.elastic_layer import ElasticLayer

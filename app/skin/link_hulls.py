@@ -1,0 +1,90 @@
+"""The shape with which a skinned link collides: the convex hull of link and skin; and which links never collide."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from itertools import combinations
+
+import mujoco
+import numpy as np
+
+from app.core.arrays import FloatArray
+from app.robots.mujoco_spec import OWN_NAMES, compile_spec, robot_spec
+from app.robots.robot import Robot
+from app.robots.sanitize import collision_exclusions
+from app.skin.skin import Skin
+
+HULL = f"{OWN_NAMES}skin "
+"""How the names of hulls begin."""
+
+
+def hull_name(link: str) -> str:
+    """Of a skinned link's hull: its geom and its mesh."""
+    return HULL + link
+
+
+def skinned_links(skin: Skin) -> tuple[str, ...]:
+    """Names of the links that have skin, each once."""
+    return tuple({patch.link: None for patch in skin.patches})
+
+
+def hull_points(robot: Robot, skin: Skin, link: str) -> FloatArray:
+    """(n, 3) vertices of a link and its skin [m], link frame."""
+    clouds = [patch.surface.vertices for patch in skin.patches if patch.link == link]
+    own = robot.link(link).mesh
+    return np.concatenate(clouds if own is None else [*clouds, own.vertices])
+
+
+def add_hull(spec: mujoco.MjSpec, robot: Robot, skin: Skin, link: str) -> mujoco.MjsGeom:
+    """Add the hull of a link to its body, without weight; nothing collides with it yet."""
+    name = hull_name(link)
+    spec.add_mesh(
+        name=name,
+        uservert=hull_points(robot, skin, link).ravel().tolist(),
+        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX,
+    )
+    return spec.body(link).add_geom(
+        name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, mass=0.0, contype=0, conaffinity=0, group=3
+    )
+
+
+def collision_spec(robot: Robot, skin: Skin) -> mujoco.MjSpec:
+    """A fresh spec of the robot alone, in which hulls collide in place of the shapes of skinned links.
+
+    Raises:
+        RobotError: MuJoCo refuses the robot.
+    """
+    spec = robot_spec(robot)
+    for link in skinned_links(skin):
+        for geom in spec.body(link).geoms:
+            geom.contype = geom.conaffinity = 0
+        hull = add_hull(spec, robot, skin, link)
+        hull.contype = hull.conaffinity = 1
+    return spec
+
+
+@lru_cache(maxsize=8)
+def excluded_pairs(robot: Robot, skin: Skin) -> frozenset[frozenset[str]]:
+    """Pairs of links that never collide: neighbours, and those whose shapes overlap at home or mostly.
+
+    Raises:
+        RobotError: MuJoCo refuses the robot with hulls around its skin.
+
+    Cost: a compilation and 31 collision passes, once for a robot and its skin.
+    """
+    spec = collision_spec(robot, skin)
+    stated = {frozenset((exclude.bodyname1, exclude.bodyname2)) for exclude in spec.excludes}
+    model = compile_spec(spec, source=robot.source)
+    overlapping = {frozenset(pair) for pair in collision_exclusions(model, robot.home)}
+    return frozenset(stated | overlapping | _neighbours(model))
+
+
+def _neighbours(model: mujoco.MjModel) -> set[frozenset[str]]:
+    """Bodies that are welded together or joined by one joint, which MuJoCo's filter keeps apart, but not in pairs."""
+    weld, names = model.body_weldid, [model.body(body).name for body in range(model.nbody)]
+    parent = model.body_weldid[model.body_parentid[weld]]
+    return {
+        frozenset((names[a], names[b]))
+        for a, b in combinations(range(1, model.nbody), 2)
+        if weld[a] == weld[b] or (weld[a] and weld[b] and (weld[a] == parent[b] or weld[b] == parent[a]))
+    }

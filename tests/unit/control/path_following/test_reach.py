@@ -1,0 +1,81 @@
+"""Whether a place can come somewhere at all: never denied where it can, and proved where it cannot."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.control.inverse_kinematics import TILT, PointTarget
+from app.control.joint_impedance import joint_limits
+from app.control.path_following.reach import ReachSearch
+from app.robots.kinematics import Configuration
+from tests.support.touch import arm
+from tests.unit.control.test_inverse_kinematics import reached, spot_of
+
+UPPER_ARM, FOREARM, HAND = 40, 150, 280
+
+
+def searched(taxel, goal, *, whole=False):
+    robot = arm().robot
+    search = ReachSearch(Configuration(robot), spot_of(taxel), goal, robot.home, *joint_limits(robot))
+    for _ in range(3000):
+        if search.done or (search.found is not None and not whole):
+            return search.found
+        search.look()
+    raise AssertionError("it never ended")
+
+
+def postures(count, seed=0):
+    return np.random.default_rng(seed).uniform(*joint_limits(arm().robot), (count, len(arm().robot.joints)))
+
+
+def places_of(taxel, count):
+    """(count, 3) where random postures bring it."""
+    configuration, spot, places = Configuration(arm().robot), spot_of(taxel), []
+    for posture in postures(count):
+        configuration.update(posture)
+        places.append(configuration.pose(spot.link).points(spot.point))
+    return np.array(places)
+
+
+@pytest.mark.parametrize("taxel", [UPPER_ARM, FOREARM, HAND])
+def test_where_some_posture_brings_it_it_is_never_denied(taxel):
+    """Goals are taken from postures, so each can be reached, leaning or not."""
+    lot = np.random.default_rng(1)
+    for posture in postures(5):
+        here = reached(spot_of(taxel), posture)
+        lean = here.normal + np.tan(0.9 * TILT * lot.uniform()) * _side(here.normal, lot)
+        found = searched(taxel, PointTarget(here.point, lean / np.linalg.norm(lean)), whole=True)
+        assert found.possible
+
+
+def _side(normal, lot):
+    side = np.cross(normal, lot.normal(size=3))
+    return side / np.linalg.norm(side)
+
+
+def test_seeds_lead_there():
+    for posture in postures(4, seed=4):
+        goal = reached(spot_of(UPPER_ARM), posture)
+        found = searched(UPPER_ARM, goal)
+        nearest = min(np.linalg.norm(reached(spot_of(UPPER_ARM), seed).point - goal.point) for seed in found.seeds)
+        assert nearest < 0.05
+
+
+def test_out_of_reach_by_less_than_the_nearest_of_many_postures():
+    """The upper arm's places lie on a shell about the shoulder: a goal 0.1 m farther out is proved out of reach."""
+    places = places_of(UPPER_ARM, 3000)
+    middle = (places.max(axis=0) + places.min(axis=0)) / 2
+    far = int(np.linalg.norm(places - middle, axis=1).argmax())
+    out = (places[far] - middle) / np.linalg.norm(places[far] - middle)
+    goal = PointTarget(places[far] + 0.1 * out, out)
+    found = searched(UPPER_ARM, goal, whole=True)
+    assert not found.possible
+    assert 0.0 < found.short_by <= np.linalg.norm(places - goal.point, axis=1).min()
+
+
+def test_a_place_that_comes_but_never_faces_there_is_told_apart():
+    here = reached(spot_of(UPPER_ARM), arm().robot.home)
+    found = searched(UPPER_ARM, PointTarget(here.point, -here.normal), whole=True)
+    assert not found.possible
+    assert found.short_by == 0.0

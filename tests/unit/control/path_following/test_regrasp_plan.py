@@ -1,0 +1,127 @@
+"""The route of a contact to another place, or the reason why there is none."""
+
+from __future__ import annotations
+
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from app.control.limits import RegraspFailure
+from app.control.path_following.clearance import Clearance, Obstacle
+from app.control.path_following.regrasp_plan import ABOVE, DEPTH, HEIGHTS, RegraspPlan
+from app.geometry.pose import Pose
+from app.robots.kinematics import Configuration
+from app.tactile.loads import Sphere
+from tests.support.touch import arm
+from tests.unit.control.path_following.test_regrasp import ends
+from tests.unit.control.test_inverse_kinematics import reached, spot_of
+
+MOST = 40_000
+
+
+@cache
+def clear_of(*obstacles) -> Clearance:
+    return Clearance(arm().robot, arm().skin, obstacles)
+
+
+def planned(leaves, enters, *obstacles) -> RegraspPlan:
+    robot = arm().robot
+    touched, clearance = spot_of(leaves), clear_of(*obstacles)
+    here = reached(touched, robot.home)
+    clearance.begin(robot.home, obstacles, touched.link, here.point, here.normal)
+    plan = RegraspPlan(robot, Configuration(robot), clearance, robot.home, robot.home, touched, spot_of(enters))
+    looked = 0
+    while not plan.done:
+        plan.look(10)
+        looked += 10
+        assert looked < MOST, "the search must end"
+    return plan
+
+
+def ball(leaves, radius=0.03) -> Obstacle:
+    """What touches a taxel at home."""
+    here = reached(spot_of(leaves), arm().robot.home)
+    return Obstacle("ball", Sphere(radius), Pose(np.eye(3), here.point + radius * here.normal))
+
+
+def test_from_forearm_to_hand_each_posture_is_where_it_should_be():
+    leaves, enters = ends()
+    route = planned(leaves, enters).route
+    assert route is not None
+    touched = reached(spot_of(leaves), arm().robot.home)
+    assert route.start == pytest.approx(arm().robot.home)
+    lifted = reached(spot_of(leaves), route.lifted).point
+    height = float(touched.normal @ (touched.point - lifted))
+    assert any(height == pytest.approx(wanted, abs=0.005) for wanted in HEIGHTS)
+    over = float(touched.normal @ (touched.point - reached(spot_of(enters), route.over).point))
+    above, pressed = (reached(spot_of(enters), posture).point for posture in (route.above, route.pressed))
+    assert over > ABOVE + 0.002
+    assert float(touched.normal @ (pressed - above)) == pytest.approx(ABOVE + DEPTH, abs=0.006)
+    assert np.linalg.norm(pressed - touched.raised(DEPTH).point) < 0.03, (
+        "where the skin leans, the object is met before"
+    )
+
+
+def test_the_arm_stays_out_of_the_room_of_what_it_touches():
+    leaves, enters = ends()
+    route, touched = planned(leaves, enters).route, reached(spot_of(leaves), arm().robot.home)
+    configuration = Configuration(arm().robot)
+    for share in np.linspace(0, 1, 30):
+        configuration.update(route.lifted + share * (route.over - route.lifted))
+        for link in arm().robot.links[1:]:
+            away = configuration.pose(link.name).points(link.mesh.vertices) - touched.point
+            along = away @ touched.normal
+            aside = np.linalg.norm(away - along[:, None] * touched.normal, axis=1)
+            assert not ((along > 0) & (along < 0.2) & (aside < 0.025)).any()
+
+
+def test_where_there_is_no_way_it_ends_without_one():
+    """The upper arm cannot come to where the hand is."""
+    _, hand = ends()
+    plan = planned(hand, 5)
+    assert plan.route is None
+    assert plan.problem.cause in (RegraspFailure.UNREACHABLE, RegraspFailure.FACES_AWAY)
+
+
+def test_the_same_question_has_the_same_answer():
+    first, second = (planned(*ends()).route for _ in range(2))
+    assert np.array_equal(first.over, second.over)
+
+
+def test_to_a_known_object_the_arm_comes_with_no_more_than_it_touches():
+    """Every posture of the route has room, but for the place that touches."""
+    leaves, enters = ends()
+    known = ball(leaves)
+    route = planned(leaves, enters, known).route
+    clearance, way = clear_of(known), (route.lifted, *route.around, route.over)
+    clearance.meeting(None)
+    for before, after in pairwise(way):
+        assert min(clearance.at(before + share * (after - before)).room for share in np.linspace(0, 1, 40)) > -0.002
+    clearance.meeting("hand")
+    assert clearance.at(route.above).room > 0
+    assert clearance.distance(route.above, "hand", "ball") > 0.005
+    assert clearance.distance(route.pressed, "hand", "ball") < 0
+
+
+def test_what_is_in_the_way_is_named():
+    """A great ball close behind the forearm: it cannot be lifted off what it touches in front."""
+    leaves, enters = ends()
+    touched, home = spot_of(leaves), arm().robot.home
+    here = reached(touched, home)
+
+    def behind(far) -> Obstacle:
+        return Obstacle("dome", Sphere(1.0), Pose(np.eye(3), here.point - (1.0 + far) * here.normal))
+
+    clearance = clear_of(behind(1.0))
+    for far in np.arange(0.2, 0.0, -0.002):
+        clearance.begin(home, (behind(far),), touched.link, here.point, here.normal)
+        clearance.meeting(touched.link)
+        if "dome" in clearance.at(home).between and clearance.at(home).room < 0.006:
+            break
+    robot = arm().robot
+    plan = RegraspPlan(robot, Configuration(robot), clearance, home, home, touched, spot_of(enters))
+    plan.look(MOST)
+    assert plan.problem.cause is RegraspFailure.NO_LIFT
+    assert "dome" in plan.problem.between
