@@ -74,7 +74,7 @@ class Physics:
         }
         hulls = (ContactNote(ContactNoteKind.CONVEX_HULL, (t.spec.name,)) for t in present if t.spec.kind == "mesh")
         self._notes = (*hulls, *unstable_contacts(self.model, layer))
-        self._watch = ContactWatch(self.model, skin, layer)
+        self._watch = ContactWatch(self.model, self.data, skin, layer)
         self._drives, passing = ProbeDrives(self.model, present), TunnellingCheck(self.model, present)
         self._passing = passing if passing.needed else None
         self._hooks: tuple[Hook, ...] = (self._drives.push,) if self._drives.moving else ()
@@ -134,7 +134,7 @@ class Physics:
         if self._passing is not None:
             self._passing.check(self.data, count)
         self._stale = True
-        self._watch.begin()
+        self._watch.begin(count)
         hooks = self._hooks if fingers is None else (*self._hooks, fingers)
         advance = self._step_hooked if hooks else self._step_freely
         if self._follows:
@@ -143,6 +143,7 @@ class Physics:
                 self._stiffness.follow(self.data)
         else:
             advance(count, hooks)
+        self._watch.inspect()
 
     def pose_at(self, posture: FloatArray, count: int, fingers: Hook | None) -> None:
         """Let ``count`` steps pass without dynamics: the robot is at ``posture`` (joints,) at once.
@@ -225,7 +226,7 @@ class Physics:
         if self._watch.needed:
             for _number in range(count):
                 mujoco.mj_step(self.model, self.data)
-                self._watch.look(self.data)
+                self._watch.look()
         else:
             mujoco.mj_step(self.model, self.data, count)
         if not self._guard.sound():
@@ -238,7 +239,7 @@ class Physics:
             self._step_with(hooks)
             if not self._guard.sound():
                 self._guard.stop()
-            self._watch.look(self.data)
+            self._watch.look()
             if self._passing is not None:  # what a motor did to a speed within the step is known only now
                 self._guard.keep_if(self._passing.check, self.data)
 
