@@ -115,7 +115,11 @@ def falling(*, height: float, speed: float, kind: str = "sphere", **said):
 
 def test_nothing_is_watched_where_nothing_moves():
     body = thing("box", at=(0.2, 0.0, 0.5))
-    assert not TunnellingCheck(assemble(bar(), bar_skin(), EFFECTS, objects=(body,)), (body,)).needed
+    still = assemble(bar(hinged=False), bar_skin(), EFFECTS, objects=(body,))
+    assert not TunnellingCheck(still, (body,)).needed
+    assert not TunnellingCheck(assemble(bar(), bar_skin(), EFFECTS), ()).needed
+    hinged = assemble(bar(), bar_skin(), EFFECTS, objects=(body,))
+    assert TunnellingCheck(hinged, (body,)).needed, "the skin may meet what stands still"
 
 
 @pytest.mark.parametrize(("height", "speed"), [(0.1, 30.0), (5.0, 100.0), (-0.5, 1.0)])
@@ -196,3 +200,44 @@ def test_implicit_integrators_take_the_same_servos(integrator):
     simulation.step(100, hold(robot, 0.0, 1e3 * BAR_INERTIA))
     assert servo_notes(simulation) == []
     assert np.abs(simulation.velocity).max() < 1e-9
+
+
+def beside_wall(integrator: str = "implicitfast", *, thickness: float = 0.004, step: float = 0.01) -> Simulation:
+    """The bar on its hinge a quarter turn from a thin wall that stands in its way."""
+    wall = thing("box", name="wall", size=(0.1, 0.4, thickness), at=(0.25, 0.0, -0.25), turn=(0.0, 45.0, 0.0))
+    effects = Effects(contact="environment", joint_limits=False, integrator=integrator, timestep=step)
+    return Simulation(bar(), bar_skin(), effects, objects=(wall,))
+
+
+def swing(simulation: Simulation, speed: float) -> None:
+    simulation._data.qvel[0] = speed
+    simulation._physics.forward()
+    for _ in range(40):
+        simulation.step(1, no_command(bar()))
+
+
+@pytest.mark.parametrize("integrator", ["implicitfast", "rk4"])
+def test_a_link_too_fast_for_what_stands_in_its_way_is_stopped_before_it(integrator):
+    """At 20 rad/s the bar's tip goes 80 mm a step; half the bar and half the wall are 22 mm."""
+    simulation = beside_wall(integrator)
+    with pytest.raises(SimulationError, match=r"bar near wall at 0\.\d+ s: a link is too fast") as caught:
+        swing(simulation, 20.0)
+    assert simulation.posture[0] < np.pi / 4, "not there yet"
+    assert "time step of at most" in str(caught.value.remedy)
+
+
+def test_the_remedy_for_a_fast_link_helps():
+    simulation = beside_wall(step=0.001)
+    swing(simulation, 20.0)
+    assert np.abs(simulation.posture[0]) < np.pi / 4, "it has met the wall and was held"
+
+
+def test_a_link_that_is_slow_or_far_from_what_stands_is_not_stopped():
+    swing(beside_wall(), 1.0)
+    simulation = Simulation(
+        bar(),
+        bar_skin(),
+        Effects(contact="environment", joint_limits=False, timestep=0.01),
+        objects=(thing("box", at=(3.0, 0.0, 0.0)),),
+    )
+    swing(simulation, 20.0)
