@@ -207,7 +207,7 @@ class ContactDetector:
         place = self._place(felt, share)
         offsets = felt.body - place.link_position
         errors = propagate_uncertainty(self.errors, forces, felt.areas, np.einsum("ij,ij->i", offsets, offsets))
-        axes, map_axes = principal_axes(offsets, share, dot(share, felt.areas) / 12, place)
+        axes, map_axes = principal_axes(offsets, share, _own_spread(share, felt.areas), place)
         return ContactRegion(
             id=felt.name.id,
             taxels=felt.taxels,
@@ -243,6 +243,15 @@ class ContactDetector:
             if place is not None:
                 return place
         return self._projector.put_back(felt.patch, share.dot(felt.body))
+
+
+def _own_spread(share: FloatArray, areas: FloatArray) -> float:
+    """Mean variance of a taxel's own area along one axis [m²], a square's, weighted by what presses.
+
+    A ring taxel may read below zero, by noise; weighted with it the mean of areas can come out negative.
+    """
+    pressed = np.maximum(share, 0.0)
+    return dot(pressed, areas) / (12.0 * float(pressed.sum()))
 
 
 def _forces(felt: _TouchedGroup, own: FloatArray) -> tuple[FloatArray, float]:

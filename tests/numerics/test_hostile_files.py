@@ -90,6 +90,12 @@ def test_a_spike_of_a_hundred_radii_is_mapped_or_refused_quickly(tmp_path, call_
     assert outcome == "ok" or outcome.startswith("refused: "), outcome
 
 
+@pytest.mark.long
+def test_a_spike_of_three_hundred_radii_is_mapped_in_a_minute(tmp_path, call_all):
+    path = spiked_sphere(tmp_path / "spike.stl", 300.0)
+    assert call_all(hostile_files.mapped, [(str(path),)], cpu=60.0) == ["ok"]
+
+
 def test_a_mesh_of_a_billion_metres_is_refused_quickly(tmp_path, call_all):
     path = tmp_path / "huge.stl"
     trimesh.creation.icosphere(4, radius=1e9).export(path)

@@ -149,6 +149,18 @@ def test_a_ring_of_negative_noise_is_left_out():
     assert region.link_position == pytest.approx(alone.link_position)
 
 
+def test_a_region_under_strong_noise_has_axes():
+    """Large ring taxels that read below zero outweigh the touched one's area."""
+    chance, sizes = np.random.default_rng(3), []
+    detector = ContactDetector(MAP)
+    for _ in range(400):
+        pressures = chance.normal(0.0, 800.0, len(SKIN))
+        pressures[chance.integers(len(SKIN))] = 2.0 * TOUCH_THRESHOLD
+        sizes += [np.linalg.norm(region.link_axes, axis=1) for region in detector.read(pressures)]
+    assert len(sizes) > 1000
+    assert np.min(sizes) > 1e-3, "half a taxel and more"
+
+
 def test_an_edited_map_moves_the_place_and_not_the_identity():
     reader, pressures = ContactDetector(MAP), around((0.2, 0, 0.02))
     (before,) = reader.read(pressures)

@@ -59,6 +59,18 @@ def test_an_unsafe_surface_is_measured_along_its_edges(name):
     np.testing.assert_allclose(found, expected, rtol=0.35, atol=1e-12)
 
 
+@pytest.mark.parametrize(("sides", "exact"), [(50, True), (100, False)])
+def test_many_thin_faces_are_measured_along_edges(sides, exact):
+    """A needle of 1 m: faces a thousandth as wide as long take the exact method minutes once taxels divide them."""
+    angles = 2 * np.pi * np.arange(sides) / sides
+    width = 0.0015 * sides / (2 * np.pi)
+    rim = width * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(sides)])
+    faces = [(k, (k + 1) % sides, sides) for k in range(sides)]
+    needle = Geodesics(Mesh(np.vstack([rim, [0, 0, 1.0]]), np.array(faces)))
+    assert needle.exact is exact
+    assert needle.from_vertex(sides, np.array([0]))[0] == pytest.approx(np.hypot(1.0, width))
+
+
 def test_loose_vertices_do_no_harm():
     surface = named("loose vertices")
     assert Geodesics(surface).from_vertex(3, np.array([3, 4])).tolist() == pytest.approx([0, 0.01])
