@@ -80,7 +80,7 @@ def contact_note_text(note: ContactNote) -> str:
             depth = "" if note.depth is None else f": {1e3 * note.depth:.3g} mm"
             return f"{by} is deep in {link}{depth}; use a stiffer cover, a lighter body or a smaller force"
         case ContactNoteKind.HARD:
-            force = "" if note.force is None else f" with {note.force:.2g} N"
+            force = "" if note.force is None else f" with {1e-3 * note.force:.3g} kN"
             return f"{by} presses {link} very hard{force}; use a softer cover, a lighter body or a smaller force"
         case ContactNoteKind.BRIEF:
             return f"{by} touched {link} for less than a tick: no reading; use a shorter tick"

@@ -22,7 +22,7 @@ from app.scene.effects import EFFECTS, SENSOR_KEYS, EffectEntry, Effects, Overri
 from app.scene.scene import Scene, with_override
 from app.session.frame import Frame
 from app.session.prepare import PreparedScene
-from app.tactile.contact_notes import contact_note_text
+from app.tactile.contact_notes import ContactNote, ContactNoteKind, contact_note_text
 from widgets.common.panel import CollapsibleHeading, FlatComboBox, Panel, value_label
 
 AUTO = "auto"
@@ -332,6 +332,7 @@ class EffectsPanel(Panel):
         self._rows.addSpacing(8)
         self._rows.addLayout(self._footer())
         self._notes = self._note("effects-notes")
+        self._since_shown: dict[tuple[ContactNoteKind, tuple[str, ...]], ContactNote] = {}
         for label in (self._closed, self._notes):
             label.setProperty("role", "caption")
         self._content.hide()
@@ -382,10 +383,13 @@ class EffectsPanel(Panel):
         """Take a frame's stage times; shown a few times a second, so that digits can be read."""
         self._costs.add(frame.timings)
         self._count += 1
+        for note in frame.notes:  # some last a tick
+            self._since_shown[note.kind, note.bodies] = note
         if self._count % _REFRESH_EVERY == 1 and self.isVisible():
             self.refresh()
-            self._notes.setText("\n".join(map(contact_note_text, frame.notes)))
-            self._notes.setVisible(bool(frame.notes))
+            self._notes.setText("\n".join(map(contact_note_text, self._since_shown.values())))
+            self._notes.setVisible(bool(self._since_shown))
+            self._since_shown.clear()
 
     def set_editable(self, *, editable: bool) -> None:
         """Take wishes, or only show, as while replaying."""

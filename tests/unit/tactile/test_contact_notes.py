@@ -28,3 +28,15 @@ def test_a_stiff_contact_says_what_the_time_step_bears():
     text = contact_note_text(note)
     assert text.startswith("ball and hand may be unstable: 1e+05 N/m is too stiff")
     assert "at most 2.5e+04 N/m or 0.5 ms" in text
+
+
+def test_depth_force_and_the_longest_step_are_told():
+    def text(kind, *bodies, **figures):
+        return contact_note_text(ContactNote(kind, bodies, **figures))
+
+    assert text(ContactNoteKind.DEEP, "ball", "hand", depth=0.0234).startswith("ball is deep in hand: 23.4 mm; ")
+    assert text(ContactNoteKind.HARD, "ball", "hand", force=12345.0).startswith(
+        "ball presses hand very hard with 12.3 kN; "
+    )
+    servo = text(ContactNoteKind.UNSTABLE_SERVO, "elbow", max_timestep=0.0057)
+    assert servo == "the servo of elbow may be unstable: use at most 5.7 ms, or the integrator implicitfast or discrete"

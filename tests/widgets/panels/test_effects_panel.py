@@ -14,6 +14,7 @@ from app.core.errors import Finding
 from app.core.timing import Timings
 from app.scene.effects import EFFECTS, SENSOR_KEYS
 from app.scene.scene import with_override
+from app.tactile.contact_notes import ContactNote, ContactNoteKind
 from tests.widgets.support.samples import touched
 from widgets.panels.effects_panel import EffectsPanel, automatic_rows
 
@@ -123,6 +124,17 @@ def test_stages_cost_what_they_cost_here_and_the_rest_is_quiet(panel, prepared):
     assert cost["skin"].foregroundRole() == QPalette.ColorRole.WindowText
     assert cost["joint_limits"].foregroundRole() == QPalette.ColorRole.PlaceholderText
     assert panel.findChild(QLabel, "effects-total").text() == "0.75 of 5\u2009ms a tick"
+
+
+def test_a_note_of_one_tick_is_shown_at_the_next_refresh_and_once(panel, prepared):
+    label, frame = panel.findChild(QLabel, "effects-notes"), touched(prepared.map)
+    hard = replace(frame, notes=(ContactNote(ContactNoteKind.HARD, ("ball", "hand"), force=7e3),))
+    shown = []
+    for number in range(46):
+        panel.show_frame(hard if number == 20 else frame)
+        shown.append("ball presses hand very hard" in label.text())
+    assert shown == [30 <= number < 45 for number in range(46)]
+    assert label.isHidden()
 
 
 def test_warnings_are_said_while_there_are_any(panel, prepared):
