@@ -182,9 +182,11 @@ class LinkedViews(QWidget):
 
     def show_document(self, document: MapDocument, *, in_gesture: bool = False, led: bool = True) -> None:
         """The same skin's map, edited; ``in_gesture`` while a gesture changes it, ``led`` where control uses it."""
+        if not in_gesture:
+            # Before the map: the picture that comes from there is laid on the body by the charts the body knows.
+            self.robot.display.show_map(document.map)
         self.map.display.show_document(document, in_gesture=in_gesture)
         if not in_gesture:
-            self.robot.display.show_map(document.map)
             self._task.show_map(document.map, led=led)
             self._show_task()
         self._read_out()

@@ -2,9 +2,19 @@
 
 from __future__ import annotations
 
+import pytest
 from PySide6.QtCore import QEvent, QObject
 
+from app.editing.reflatten import set_method
+from app.editing.seams import propose_seam
 from app.session.session import Session
+from widgets.common.settings import BaseLayer
+
+
+@pytest.fixture(scope="module")
+def prepared(coarse_prepared):
+    """It is flattened ten times as soon."""
+    return coarse_prepared
 
 
 class Paints(QObject):
@@ -27,3 +37,21 @@ def test_the_map_is_painted_before_a_frame_is_done_with(window, prepared):
     window.views.show_frame(frame)
     viewport.removeEventFilter(paints)
     assert paints.count == 1
+
+
+@pytest.mark.parametrize(
+    "edit",
+    [
+        pytest.param(lambda document: set_method(document, [0], "lscm"), id="other places"),
+        pytest.param(lambda document: propose_seam(document, 0), id="more vertices"),
+    ],
+)
+def test_the_picture_of_an_edited_map_is_on_the_body(window_again, edit):
+    """A seam doubles vertices: the map's new picture fits the body's new charts alone."""
+    window = window_again
+    window.presenters.view.set_ground(BaseLayer.CHECKER)
+    before = window.map_view.display.skin_texture
+    window.editor.ask(edit)
+    textured = window.robot_view.display.scene.skin._textured
+    assert textured is not None
+    assert textured._picture is window.map_view.display.skin_texture is not before

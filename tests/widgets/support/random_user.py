@@ -1,0 +1,490 @@
+"""A person who does anything at all: seeded acts through real events on the whole window.
+
+An act is drawn by ``seed`` and its number alone, from what the window then shows: an action by its key, by the menu or
+by triggering it; any visible button, slider, combo box, number, text or list; mouse, wheel and keys on both views with
+any tool; files that are dropped or answered to a dialog, good and bad; and time that passes. What is modal is answered
+as the next act, and a menu that runs its own loop from within that loop.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import shiboken6
+from PySide6.QtCore import QMimeData, QModelIndex, QPoint, QPointF, Qt, QTimer, QUrl
+from PySide6.QtGui import QAction, QDropEvent, QKeySequence, QWheelEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QAbstractItemView,
+    QAbstractSpinBox,
+    QApplication,
+    QComboBox,
+    QFileDialog,
+    QHeaderView,
+    QLineEdit,
+    QMenu,
+    QMessageBox,
+    QScrollArea,
+    QSlider,
+    QTableView,
+    QWidget,
+)
+
+from tests.widgets.support.window_checks import WindowChecks
+from widgets.common.colour_bar import ColourBar
+from widgets.timeline.timeline import ScrubBar
+from widgets.tools.registry import TOOLS
+
+KEY, LEFT = Qt.Key, Qt.MouseButton.LeftButton
+BUTTONS = (LEFT, LEFT, LEFT, Qt.MouseButton.MiddleButton, Qt.MouseButton.RightButton)
+MODIFIERS = [
+    Qt.KeyboardModifier.NoModifier,
+    Qt.KeyboardModifier.NoModifier,
+    Qt.KeyboardModifier.NoModifier,
+    Qt.KeyboardModifier.ShiftModifier,
+    Qt.KeyboardModifier.ControlModifier,
+    Qt.KeyboardModifier.AltModifier,
+]
+VIEW_KEYS = [
+    KEY.Key_Escape, KEY.Key_Return, KEY.Key_Delete, KEY.Key_Backspace, KEY.Key_Left, KEY.Key_Right, KEY.Key_Up,
+    KEY.Key_Down, KEY.Key_Space, KEY.Key_PageUp, KEY.Key_PageDown, KEY.Key_Tab,
+]  # fmt: skip
+CONTROL_KEYS = [
+    KEY.Key_Up, KEY.Key_Down, KEY.Key_Left, KEY.Key_Right, KEY.Key_Home, KEY.Key_End, KEY.Key_PageUp,
+    KEY.Key_PageDown, KEY.Key_Delete, KEY.Key_Return, KEY.Key_Tab, KEY.Key_Space,
+]  # fmt: skip
+OPERATED = (
+    QAbstractButton, QSlider, QComboBox, QAbstractSpinBox, QLineEdit, QAbstractItemView, ColourBar, ScrubBar,
+)  # fmt: skip
+LEAVES = frozenset({"quit"})
+"""Actions that end the window: what a run ends with."""
+DEAR_ACTIONS = frozenset({"weigh", "open_robot", "open_scene", "open_recording", "import_taxels", "play_script"})
+"""What simulates or opens for seconds."""
+DEAR_BUTTONS = frozenset({"comparison-run", "accuracy-measure"})
+"""The same, of the panels."""
+BROKEN = ("broken.mcap", "broken.npz", "broken.toml", "broken.txt", "broken.urdf", "letter.docx")
+LAST = 20
+
+
+class RandomUser:
+    """Acts on a window and looks at it after each act; used as a context, for the files it is asked for.
+
+    Args:
+        window: The window, with something shown in it.
+        seed: Of all acts.
+        folder: Where it saves and finds files.
+        pass_time: Lets about so many simulated seconds pass, and the window show them.
+        scenes: Opens one of the scenes by number; None for a user who opens none and measures nothing for seconds.
+        before: Told each act before it is done, in words.
+
+    Attributes:
+        done: Acts done.
+        last: The last of them in words, with their numbers.
+    """
+
+    def __init__(
+        self,
+        window,
+        seed: int,
+        folder: Path,
+        pass_time: Callable[[float], None],
+        *,
+        scenes: Callable[[int], str] | None = None,
+        before: Callable[[str], None] = lambda _words: None,
+    ) -> None:
+        self.window, self.seed, self.folder = window, seed, folder
+        self._pass_time, self._scenes, self._before = pass_time, scenes, before
+        self.done = 0
+        self.last: deque[str] = deque(maxlen=LAST)
+        self._rng = np.random.default_rng([seed, 0])
+        self._checks = WindowChecks(window)
+        self._answerer = QTimer()
+        self._answerer.setInterval(5)
+        self._answerer.timeout.connect(self._answer_popup)
+        self._acting = False
+        self._kinds = (
+            (self._asks_an_action, 20), (self._operates, 30), (self._on_map, 18), (self._on_body, 14),
+            (self._waits, 8), (self._records, 3), (self._drops_a_file, 2), (self._resizes, 1),
+            (self._gesture_cut_short, 4), *(((self._opens, 1),) if scenes is not None else ()),
+        )  # fmt: skip
+
+    def __enter__(self) -> RandomUser:
+        for name in BROKEN:
+            (self.folder / name).write_bytes(b"\x89not what the name says\n" * 9)
+        self._kept = {name: getattr(QFileDialog, name) for name in ("getOpenFileName", "getSaveFileName",
+                                                                    "getOpenFileNames")}  # fmt: skip
+        QFileDialog.getOpenFileName = lambda _parent, _title, _name, kinds="": (self._file_to_open(kinds), "")
+        QFileDialog.getOpenFileNames = lambda _parent, _title, _name, kinds="": (
+            [path] if (path := self._file_to_open(kinds)) else [],
+            "",
+        )
+        QFileDialog.getSaveFileName = lambda _parent, _title, name, _kinds="": (self._file_to_save(name), "")
+        self._checks.__enter__()
+        self._answerer.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._answerer.stop()
+        self._checks.__exit__(*error)
+        for name, kept in self._kept.items():
+            setattr(QFileDialog, name, kept)
+
+    def run(self, acts: int) -> None:
+        """Do so many.
+
+        Raises:
+            AssertionError: The window was not whole after one; the message tells how to do the same again.
+        """
+        for _ in range(acts):
+            self.act()
+
+    def act(self) -> None:
+        """Do one, and look."""
+        self._rng = np.random.default_rng([self.seed, self.done])
+        self._say("nothing")
+        try:
+            self._acting = True
+            modal = QApplication.activeModalWidget()
+            popup = QApplication.activePopupWidget()
+            if popup is not None:
+                self._choose_in(popup)
+            elif modal is not None:
+                self._answer(modal)
+            else:
+                kinds, weights = zip(*self._kinds, strict=True)
+                kinds[self._rng.choice(len(kinds), p=np.array(weights) / sum(weights))]()
+            self._acting = False
+            self._pass_time(0.02)
+            QApplication.processEvents()
+            self._checks.check()
+        except Exception as error:
+            raise AssertionError(self._report(error)) from error
+        finally:
+            self._acting = False
+        self.done += 1
+
+    def _report(self, error: Exception) -> str:
+        acts = "\n  ".join(self.last)
+        return f"seed {self.seed}, act {self.done}: {type(error).__name__}: {error}\nthe last acts:\n  {acts}"
+
+    def _say(self, words: str) -> None:
+        line = f"{self.done}: {words}"
+        if self.last and self.last[-1].split(":")[0] == str(self.done):
+            self.last.pop()
+        self.last.append(line)
+        self._before(line)
+
+    # Drawing.
+
+    def _one_of(self, things):
+        return things[int(self._rng.integers(len(things)))]
+
+    def _chance(self, share: float) -> bool:
+        return bool(self._rng.random() < share)
+
+    # Actions.
+
+    def _asks_an_action(self) -> None:
+        left_out = LEAVES | (frozenset() if self._scenes else DEAR_ACTIONS)
+        specs = [spec for spec in self.window.context.actions.specs if spec.name not in left_out]
+        spec = self._one_of(specs)
+        how = self._one_of(["trigger", "trigger", "key", "menu"] if spec.keys else ["trigger"])
+        self._say(f"action {spec.name} by {how}")
+        if how == "trigger":
+            self.window.action(spec.name).trigger()
+        elif how == "key":
+            focus = QApplication.focusWidget() or self.window.map_view
+            QTest.keySequence(focus, QKeySequence(self._one_of(spec.keys)))
+        else:
+            self._open_menu()
+
+    def _open_menu(self) -> None:
+        bar = self.window.menuBar()
+        entry = self._one_of(bar.actions())
+        self._say(f"menu {entry.text()}")
+        QTest.mouseClick(bar, LEFT, pos=bar.actionGeometry(entry).center())
+
+    def _choose_in(self, popup: QWidget) -> None:
+        """Take an entry of a menu or of a combo box's list, or leave it."""
+        view = popup if isinstance(popup, QMenu) else popup.findChild(QAbstractItemView) or popup
+        if isinstance(view, QMenu):
+            entries = [one for one in view.actions() if self._may_choose(one)]
+            if entries and self._chance(0.7):
+                entry = self._one_of(entries)
+                self._say(f"entry {entry.text()}")
+                if entry.menu() is None:
+                    view.close()
+                    if bar_menu := QApplication.activePopupWidget():
+                        bar_menu.close()
+                    entry.trigger()
+                else:
+                    QTest.mouseMove(view, view.actionGeometry(entry).center())
+                    view.setActiveAction(entry)
+                    QTest.keyClick(view, KEY.Key_Right)
+                return
+        elif self._chance(0.7):
+            self._say(f"list entry of {_name(popup)}")
+            for _ in range(int(self._rng.integers(6))):
+                QTest.keyClick(view, self._one_of([KEY.Key_Up, KEY.Key_Down, KEY.Key_Home, KEY.Key_End]))
+            QTest.keyClick(view, KEY.Key_Return)
+            return
+        self._say(f"Escape from {_name(popup)}")
+        QTest.keyClick(view, KEY.Key_Escape)
+        if shiboken6.isValid(popup) and popup.isVisible():
+            popup.close()
+
+    def _may_choose(self, entry: QAction) -> bool:
+        if entry.isSeparator() or not entry.isEnabled():
+            return False
+        name = entry.objectName()
+        if name.removeprefix("action-") in LEAVES:
+            return False
+        if name.startswith(("scene-", "robot-")) or _is_file(entry.text()):
+            return False  # opened by other acts, with few taxels
+        return self._scenes is not None or name.removeprefix("action-") not in DEAR_ACTIONS
+
+    def _answer_popup(self) -> None:
+        """A menu that a button shows runs its own loop until something is chosen: from within that loop."""
+        popup = QApplication.activePopupWidget()
+        if self._acting and popup is not None:
+            self._choose_in(popup)
+
+    def _answer(self, modal: QWidget) -> None:
+        if isinstance(modal, QMessageBox):
+            button = self._one_of(modal.buttons())
+            self._say(f"answers {modal.objectName()} by {button.text()}")
+            QTest.mouseClick(button, LEFT)
+        else:
+            self._say(f"Escape from {_name(modal)}")
+            QTest.keyClick(modal, KEY.Key_Escape)
+
+    # Panels, bars and dialogs.
+
+    def _operates(self) -> None:
+        if (board := self.window.presenters.comparison.board) is not None:
+            board.stimulus.seconds.setMaximum(0.5)  # simulated: Return runs a comparison
+        widgets = [one for one in self._operated() if one.isVisible() and one.isEnabled()]
+        widget = self._one_of(widgets)
+        for area in _scroll_areas(widget):
+            area.ensureWidgetVisible(widget)
+        self._say(f"{_name(widget)}")
+        if isinstance(widget, QComboBox):
+            self._keys(widget, CONTROL_KEYS[:8]) if self._chance(0.7) else QTest.mouseClick(widget, LEFT)
+        elif isinstance(widget, QAbstractButton):
+            self._presses(widget)
+        elif isinstance(widget, QLineEdit | QAbstractSpinBox):
+            self._types(widget)
+        elif isinstance(widget, QAbstractItemView):
+            self._picks_in(widget)
+        elif self._chance(0.5):
+            self._keys(widget, CONTROL_KEYS)
+        else:
+            self._drags_on(widget, self._anywhere(widget), self._anywhere(widget), LEFT, MODIFIERS[0])
+
+    def _operated(self) -> list[QWidget]:
+        found = [
+            child
+            for top in QApplication.topLevelWidgets()
+            if top.isVisible()
+            for kind in OPERATED
+            for child in top.findChildren(kind)
+        ]
+        found = [child for child in found if not isinstance(child, QHeaderView)]
+        if self._scenes is None:
+            found = [child for child in found if child.objectName() not in DEAR_BUTTONS]
+        return found
+
+    def _presses(self, button: QAbstractButton) -> None:
+        if self._chance(0.8):
+            QTest.mouseClick(button, LEFT, self._one_of(MODIFIERS))
+        else:
+            button.setFocus()
+            QTest.keyClick(button, KEY.Key_Space)
+
+    def _keys(self, widget: QWidget, keys) -> None:
+        widget.setFocus()
+        for _ in range(int(self._rng.integers(1, 5))):
+            if shiboken6.isValid(widget) and widget.isVisible():
+                QTest.keyClick(widget, self._one_of(keys))
+
+    def _types(self, field: QWidget) -> None:
+        field.setFocus()
+        if self._chance(0.5):
+            QTest.keyClick(field, KEY.Key_A, Qt.KeyboardModifier.ControlModifier)
+        QTest.keyClicks(field, self._one_of(["0", "-1", "2.5", "1e9", "hand", "  ", "ä<b>&", "x" * 80, ""]))
+        if self._chance(0.7) and shiboken6.isValid(field):
+            QTest.keyClick(field, self._one_of([KEY.Key_Return, KEY.Key_Escape, KEY.Key_Tab, KEY.Key_Up]))
+
+    def _picks_in(self, view: QAbstractItemView) -> None:
+        model = view.model()
+        if model is None or not model.rowCount(QModelIndex()):
+            return
+        columns = view.horizontalHeader().count() if isinstance(view, QTableView) else 1
+        index = model.index(int(self._rng.integers(model.rowCount(QModelIndex()))), int(self._rng.integers(columns)))
+        view.scrollTo(index, QAbstractItemView.ScrollHint.EnsureVisible)
+        at = view.visualRect(index).center()
+        press = QTest.mouseDClick if self._chance(0.2) else QTest.mouseClick
+        press(view.viewport(), LEFT, self._one_of(MODIFIERS), at)
+        if self._chance(0.3) and shiboken6.isValid(view):
+            self._keys(view, CONTROL_KEYS)
+
+    # Views.
+
+    def _on_map(self) -> None:
+        view = self.window.map_view
+        self._on_view("map", view, view.viewport(), view)
+
+    def _on_body(self) -> None:
+        view = self.window.robot_view
+        self._on_view("body", view, view.display.canvas.widget, view)
+
+    def _on_view(self, name: str, view, target: QWidget, keyed: QWidget) -> None:
+        if self._chance(0.4):
+            self.window.action(self._one_of(TOOLS).kind.name).trigger()
+        tool = self.window.views.tool.name
+        start, end = self._place(view, target), self._place(view, target)
+        button, modifier = self._one_of(BUTTONS), self._one_of(MODIFIERS)
+        how = self._one_of(["drag", "drag", "drag", "click", "double", "wheel", "hover", "keys"])
+        self._say(f"{how} on {name} with {tool}, {button.name} {modifier.name}, {_at(start)} to {_at(end)}")
+        if how == "drag":
+            self._drags_on(target, start, end, button, modifier)
+        elif how == "click":
+            QTest.mouseClick(target, button, modifier, start)
+        elif how == "double":
+            QTest.mouseDClick(target, button, modifier, start)
+        elif how == "wheel":
+            self._wheel(target, start, modifier)
+        elif how == "hover":
+            QTest.mouseMove(target, start)
+            QTest.mouseMove(target, end)
+        else:
+            keyed.setFocus()
+            QTest.mouseMove(target, start)
+            for _ in range(int(self._rng.integers(1, 4))):
+                QTest.keyClick(keyed, self._one_of(VIEW_KEYS), modifier)
+
+    def _drags_on(self, target: QWidget, start: QPoint, end: QPoint, button, modifier) -> None:
+        """Press, move, maybe hold while time passes, maybe give up by Escape, lift."""
+        QTest.mousePress(target, button, modifier, start)
+        for share in (0.3, 0.7, 1.0):
+            if shiboken6.isValid(target):
+                QTest.mouseMove(target, start + (end - start) * share)
+        if self._chance(0.4):
+            self._pass_time(0.06)
+        if self._chance(0.15) and shiboken6.isValid(target):
+            QTest.keyClick(target, KEY.Key_Escape)
+        if shiboken6.isValid(target):
+            QTest.mouseRelease(target, button, modifier, end)
+
+    def _wheel(self, target: QWidget, at: QPoint, modifier) -> None:
+        place = QPointF(at)
+        turn = QPoint(0, int(self._rng.choice([-360, -120, 120, 360])))
+        event = QWheelEvent(
+            place, QPointF(target.mapToGlobal(at)), QPoint(), turn, Qt.MouseButton.NoButton, modifier,
+            Qt.ScrollPhase.NoScrollPhase, False,
+        )  # fmt: skip
+        QApplication.sendEvent(target, event)
+
+    def _gesture_cut_short(self) -> None:
+        """Something is asked for while a button is held on a view."""
+        view = self._one_of([self.window.map_view, self.window.robot_view])
+        target = view.viewport() if view is self.window.map_view else view.display.canvas.widget
+        self.window.action(self._one_of(TOOLS).kind.name).trigger()
+        tool, start, end = self.window.views.tool.name, self._place(view, target), self._place(view, target)
+        QTest.mousePress(target, LEFT, pos=start)
+        QTest.mouseMove(target, (start + end) / 2)
+        self._pass_time(0.04)
+        other = self._one_of([self._asks_an_action, self._operates, self._records, self._drops_a_file])
+        other()
+        self._say(f"{self.last[-1].split(': ', 1)[1]}, while {tool} is held on the {_name(view)}")
+        self._pass_time(0.02)
+        QTest.mouseMove(target, end)
+        QTest.mouseRelease(target, LEFT, pos=end)
+
+    def _place(self, view, target: QWidget) -> QPoint:
+        pixels = view.taxel_pixels()
+        pixels = pixels[np.isfinite(pixels).all(axis=1)] if len(pixels) else pixels
+        if len(pixels) and self._chance(0.75):
+            inside = QPoint(*np.round(self._one_of(pixels) + self._rng.normal(0, 4, 2)).astype(int).tolist())
+            if target.rect().contains(inside):
+                return inside
+        return self._anywhere(target)
+
+    def _anywhere(self, widget: QWidget) -> QPoint:
+        return QPoint(int(self._rng.integers(max(widget.width(), 1))), int(self._rng.integers(max(widget.height(), 1))))
+
+    # Time, files, the window.
+
+    def _waits(self) -> None:
+        seconds = float(self._one_of([0.05, 0.1, 0.2]))
+        self._say(f"waits {seconds} s")
+        self._pass_time(seconds)
+
+    def _records(self) -> None:
+        self._say("records, or stops")
+        self.window.action("record").trigger()
+
+    def _resizes(self) -> None:
+        width, height = int(self._rng.integers(700, 1700)), int(self._rng.integers(450, 1000))
+        self._say(f"resizes to {width} x {height}")
+        self.window.resize(width, height)
+
+    def _opens(self) -> None:
+        self._say("opens a scene")
+        self._say(f"opens {self._scenes(int(self._rng.integers(1 << 30)))}")
+
+    def _drops_a_file(self) -> None:
+        path = self._file_to_open("")
+        self._say(f"drops {Path(path).name or 'nothing'}")
+        mime = QMimeData()
+        mime.setUrls([QUrl.fromLocalFile(path)] if path else [])
+        event = QDropEvent(
+            QPointF(200, 200), Qt.DropAction.CopyAction, mime, LEFT, Qt.KeyboardModifier.NoModifier
+        )  # fmt: skip
+        QApplication.sendEvent(self.window, event)
+
+    def _file_to_open(self, kinds: str) -> str:
+        """One that was saved or recorded, of the kind asked for or any other; one that is broken, or is not there."""
+        if self._chance(0.15):
+            return ""
+        files = [path for path in sorted(self.folder.rglob("*")) if path.suffix in (".mcap", ".npz", ".toml")]
+        if self._scenes is None:  # of a robot's file too, the robot is prepared
+            files = [path for path in files if path.suffix != ".toml" or path.name.startswith("broken")]
+        asked = [path for path in files if f"*{path.suffix}" in kinds and not path.name.startswith("broken")]
+        return str(self._one_of(asked if asked and self._chance(0.7) else [*files, self.folder / "gone.mcap"]))
+
+    def _file_to_save(self, name: str) -> str:
+        if self._chance(0.2):
+            return ""
+        if self._chance(0.2):
+            return str(self.folder / "no such folder" / name)
+        stem = f"{Path(name).stem}-{int(self._rng.integers(4))}"
+        ending = Path(name).suffix or self._one_of([".npz", ".svg", ".png", ".csv", ".obj", ".xyz"])
+        return str(self.folder / f"{stem}{ending}")
+
+
+def _scroll_areas(widget: QWidget) -> list[QScrollArea]:
+    above, found = widget.parentWidget(), []
+    while above is not None:
+        if isinstance(above, QScrollArea):
+            found.append(above)
+        above = above.parentWidget()
+    return found
+
+
+def _name(widget: QWidget) -> str:
+    name = widget.objectName() or widget.accessibleName()
+    text = widget.text() if isinstance(widget, QAbstractButton) else ""
+    return f"{type(widget).__name__} {name} {text}".strip()
+
+
+def _at(place: QPoint) -> str:
+    return f"({place.x()}, {place.y()})"
+
+
+def _is_file(text: str) -> bool:
+    return "/" in text

@@ -1,0 +1,45 @@
+"""All that ships, to be opened often: each scene in few taxels, prepared once."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from app.robots.library import list_robots
+from app.scene.scene import Scene
+from app.scene.scene_file import load_scene, scene_for, scene_names, scene_to_toml
+from app.session.prepare import PreparedScene, prepare
+
+
+class SmallScenes:
+    """Prepares scenes as ``prepare`` does, but for the number of taxels, and remembers what it made.
+
+    Args:
+        taxels: At most so many a scene.
+        most: It remembers so many, those asked for lately; a person's own effects make scenes without end.
+    """
+
+    def __init__(self, taxels: int, *, most: int = 24) -> None:
+        self._taxels, self._most = taxels, most
+        self._made: dict[str, PreparedScene] = {}
+
+    def prepare(self, scene: Scene, **how: object) -> PreparedScene:
+        """As ``app.session.prepare.prepare``."""
+        small = replace(scene, cover=replace(scene.cover, taxels=min(scene.cover.taxels, self._taxels)))
+        key = scene_to_toml(small)
+        if key not in self._made:
+            self._made[key] = prepare(small, **how)
+            if len(self._made) > self._most:
+                del self._made[next(iter(self._made))]
+        return self._made[key]
+
+
+def everything_that_opens() -> list[str]:
+    """``scene NAME`` and ``robot NAME`` of all that ships and can be opened here."""
+    robots = [entry.name for entry in list_robots() if entry.available]
+    return [*(f"scene {name}" for name in scene_names()), *(f"robot {name}" for name in robots)]
+
+
+def open_named(window, what: str) -> None:
+    """Open one of ``everything_that_opens``, as the File menu does."""
+    kind, name = what.split()
+    window.presenters.files.open_scene(load_scene(name) if kind == "scene" else scene_for(name))
