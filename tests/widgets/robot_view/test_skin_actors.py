@@ -35,6 +35,7 @@ def still(window):
     """The window while time stands still, after a moment of life."""
     run(window, 0.1)
     window.live.set_paused(paused=True)
+    window.robot_view.display.draw_now()  # or the last frame may be drawn later than a test begins
     return window
 
 
