@@ -283,7 +283,10 @@ class _ContenderRun:
         if inputs is not None:
             kept = ("force_goal",) if own_task else TASK_FIELDS
             settings, self._waiting = _for_contender(acts, settings, kept)
-        started = {"behaviours": _task_changes_only(behaviours_from(prepared.scene.behaviours))} | _session_start(acts)
+        scene = prepared.scene
+        started = {"behaviours": _task_changes_only(behaviours_from(scene.behaviours))} | _session_start(acts)
+        if inputs is None:  # only the scene's script may press
+            started["effects"] = scene.unattended.effects
         self._session = Session(prepared, scripted=inputs is None, settings=settings, **started)
         self._bodies = _BodyDistance(prepared)
         self._rows, self._ended = TraceRecorder(), ""

@@ -361,3 +361,19 @@ def test_a_trace_is_a_frozen_value_that_crosses_processes():
     again = pickle.loads(pickle.dumps(trace))
     assert equal(trace, again)
     assert again.settings == trace.settings
+
+
+@pytest.mark.parametrize("scripted", [True, False])
+def test_fingers_are_simulated_only_where_a_script_has_some(monkeypatch, scripted):
+    begun = []
+
+    class Noted(Session):
+        def __init__(self, *arguments, **started):
+            super().__init__(*arguments, **started)
+            begun.append(self.effects)
+
+    monkeypatch.setattr("app.studies.controller_comparison.Session", Noted)
+    prepared = prepared_bar()
+    scene = replace(prepared.scene, stimuli=(Stroke(hold=0.1),) if scripted else ())
+    compare_controllers(replace(prepared, scene=scene), [Contender("A", ControlSettings())], seconds=0.02)
+    assert [effects.fingers for effects in begun] == [scripted]
