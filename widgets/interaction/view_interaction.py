@@ -296,6 +296,7 @@ class ViewInteraction(QObject):
     def show_nothing(self) -> None:
         """Another scene is shown: nothing is being dragged, nor under the pointer."""
         self.cancel()
+        self._hit = PointerHit(None, None, 1.0)
         self._hover_at(None)
 
     def _show_pointer(self) -> None:

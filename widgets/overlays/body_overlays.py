@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from app.core.arrays import BoolArray, FloatArray, IntArray
 from app.geometry.connectivity import Connectivity
 from app.geometry.mesh import SurfacePoint
+from app.skin.skin import Skin
 from widgets.common.colours import Theme
 from widgets.overlays.task_overlay import SkinPolyline
 
@@ -167,8 +168,17 @@ class AreaMark:
 
 @dataclass(frozen=True, eq=False)
 class ToolMarks:
-    """All of a tool's marks at one moment; the very same object as long as nothing changes."""
+    """All of a tool's marks at one moment; the very same object as long as nothing changes.
 
+    Attributes:
+        skin: On which they are; on another none is drawn. None for no marks.
+        lines: Runs of edges.
+        spots: Places.
+        tints: Areas.
+        strokes: Lines across faces.
+    """
+
+    skin: Skin | None = None
     lines: tuple[EdgeMark, ...] = ()
     spots: tuple[PointMark, ...] = ()
     tints: tuple[AreaMark, ...] = ()

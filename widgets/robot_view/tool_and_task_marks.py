@@ -73,7 +73,8 @@ class EditToolMarks(SurfaceMarks):
             self._draw()
 
     def _draw(self) -> None:
-        marks = NO_MARKS if self._hidden else self._marks
+        # While another scene is being shown, and in a replay, a tool may still be about the skin before.
+        marks = NO_MARKS if self._hidden or self._marks.skin is not self._skin else self._marks
         for number, patch in enumerate(self._skin.patches):
             lines = [line for line in marks.lines if line.patch == number]
             spots = [spot for spot in marks.spots if spot.at.patch == number]

@@ -372,7 +372,7 @@ class ArrangeTool(ViewTool):
         if key != self._body[0]:
             rings = [(n, document.charts[n].vertex_of[document.charts[n].border]) for n in numbers]
             lines = tuple(EdgeMark(n, np.append(ring, ring[0]), MarkRole.HELD) for n, ring in rings)
-            self._body = key, ToolMarks(lines=lines)
+            self._body = key, ToolMarks(document.skin, lines=lines)
         return self._body[1]
 
     def cursor(self, place: PointerHit) -> Qt.CursorShape:

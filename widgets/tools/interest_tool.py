@@ -122,11 +122,11 @@ class InterestTool(MapEditTool):
     def _mark_body(self, document: MapDocument) -> ToolMarks:
         areas = self._areas(document)
         tints = tuple(AreaMark(number, np.flatnonzero(marked)) for number, marked in areas.items())
-        return ToolMarks(lines=seam_lines(document), tints=tints)
+        return ToolMarks(document.skin, lines=seam_lines(document), tints=tints)
 
     def paint(self, painter: QPainter, to_pixels: ToPixels, theme: Theme) -> None:
         """The areas, and the brush while it is over the map."""
-        document = self._editor.document
+        document = self._document  # in a replay, another map is shown than the one that is edited
         if document is None:
             return
         for number, marked in self._areas(document).items():
@@ -143,6 +143,9 @@ class InterestTool(MapEditTool):
     def _paint_brush(self, painter: QPainter, theme: Theme, *, on_body: bool) -> None:
         if self._pointer is not None and on_body == self._on_body:
             draw_brush(painter, self._pointer, self._radius, theme, erases=self._erases)
+
+    def _forget(self) -> None:
+        self._before, self._stroke = None, {}
 
     def _on_rested(self) -> None:
         if self._before is None:

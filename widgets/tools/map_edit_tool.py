@@ -8,6 +8,7 @@ from PySide6.QtCore import QObject
 
 from app.editing.document import MapDocument
 from app.editing.reflatten import ReflattenRequest
+from app.skin.skin import Skin
 from widgets.document.map_editor import MapEditor
 from widgets.interaction.view_tool import ViewTool
 from widgets.overlays.body_overlays import EdgeMark, MarkRole, ToolMarks
@@ -29,6 +30,7 @@ class MapEditTool(ViewTool):
         self._editor, self._mine = editor, False
         self._marks: ToolMarks | None = None
         self._marked: MapDocument | None = None
+        self._skin: Skin | None = None if editor.document is None else editor.document.skin
         editor.shown.connect(self._on_shown)
         editor.rested.connect(self._on_rested)
         editor.proposal_changed.connect(self._redraw)
@@ -69,14 +71,20 @@ class MapEditTool(ViewTool):
         return self._marks
 
     def _mark_body(self, document: MapDocument) -> ToolMarks:
-        return ToolMarks(lines=seam_lines(document))
+        return ToolMarks(document.skin, lines=seam_lines(document))
 
     def _redraw(self) -> None:
         """Map and body show something else now."""
         self._marks = None
         self.drawn.emit()
 
+    def _forget(self) -> None:
+        """Another skin is edited: what was under the pointer or drawn on the one before is no place of it."""
+
     def _on_shown(self, document: MapDocument) -> None:
+        if document.skin is not self._skin:
+            self._skin = document.skin
+            self._forget()
         if self._marked is None or not _same_marks(self._marked, document):
             self._marks = None
         self.drawn.emit()
@@ -96,8 +104,8 @@ def seam_lines(document: MapDocument) -> tuple[EdgeMark, ...]:
 
 
 def _same_marks(one: MapDocument, other: MapDocument) -> bool:
-    """Whether seams, areas of interest and pins are at the same places of the body."""
-    if len(one.patches) != len(other.patches):
+    """Whether seams, areas of interest and pins are at the same places of the same body."""
+    if one.skin is not other.skin:
         return False
     return all(
         a.seams is b.seams and c.seams is d.seams and [pin.at for pin in a.pins] == [pin.at for pin in b.pins]

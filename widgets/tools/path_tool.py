@@ -223,7 +223,7 @@ class PathTool(ControlTool):
         spots = tuple(PointMark(at, MarkRole.WANTED, number == corner) for number, at in places if at is not None)
         under_hand = self.drawing or self._dragged is not None
         lines = lines_on_skin(shape.line, map_) if under_hand and len(shape.points) > 1 else ()
-        return ToolMarks(spots=spots, strokes=tuple(PolylineMark(line, MarkRole.SKETCHED) for line in lines))
+        return ToolMarks(map_.skin, spots=spots, strokes=tuple(PolylineMark(line, MarkRole.SKETCHED) for line in lines))
 
     def paint(self, painter: QPainter, to_pixels: ToPixels, theme: Theme) -> None:
         """Handles of the path, the line being drawn or dragged with its length, and the force."""

@@ -390,6 +390,9 @@ class PinTool(MapEditTool):
         self._hovered = self._hovered if self._hovered in there else None
         super()._on_shown(document)
 
+    def _forget(self) -> None:
+        self._place = None
+
     def _lose(self) -> None:
         """Nothing is dragged any more, until the button comes up."""
         drag, self._drag = self._drag, None
@@ -408,9 +411,9 @@ class PinTool(MapEditTool):
             PointMark(at, MarkRole.HELD if at in self._chosen else MarkRole.PIN, at == self._hovered)
             for at in pins_by_point(document)
         )
-        return ToolMarks(lines=seam_lines(document), spots=spots)
+        return ToolMarks(document.skin, lines=seam_lines(document), spots=spots)
 
     def paint(self, painter: QPainter, to_pixels: ToPixels, theme: Theme) -> None:
         """Pins, and how far those are from where they are wanted that hinder each other."""
-        if self._editor.document is not None:
-            draw_pins(painter, self._editor.document, to_pixels, theme, chosen=self._chosen, hovered=self._hovered)
+        if self._document is not None:
+            draw_pins(painter, self._document, to_pixels, theme, chosen=self._chosen, hovered=self._hovered)

@@ -253,11 +253,11 @@ class SeamTool(MapEditTool):
         ]
         if self._tip is not None:
             spots.append(PointMark(vertex_point(document, *self._tip), MarkRole.PIN))
-        return ToolMarks(lines=(*seam_lines(document), *lines), spots=tuple(spots))
+        return ToolMarks(document.skin, lines=(*seam_lines(document), *lines), spots=tuple(spots))
 
     def paint(self, painter: QPainter, to_pixels: ToPixels, theme: Theme) -> None:
         """The seam as it would be cut, those offered and erased, and the vertex that a press would mean."""
-        document = self._editor.document
+        document = self._document  # in a replay, another map is shown than the one that is edited
         if document is None:
             return
         for line in self._lines(document):
@@ -278,6 +278,10 @@ class SeamTool(MapEditTool):
         """What a proposal gains."""
         if self._words():
             draw_label(painter, self._words(), theme)
+
+    def _forget(self) -> None:
+        self._tip = self._erasing = self._pending = None
+        self._drop()
 
     def _on_rested(self) -> None:
         self._pending = None

@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 import pytest
+from PySide6.QtTest import QTest
 
+from app.editing.seams import propose_seam
+from tests.hard_cases.touch import dressed
+from tests.support.touch import bar, bar_skin
 from tests.widgets.support.window_driver import run
+from widgets.tools.registry import INTEREST, PINS, SEAMS
 
 ORDER = ["effects", "views", "panels", "map"]
 
@@ -44,3 +49,21 @@ def test_a_recording_and_the_way_back_are_too(window, trace, qtbot, tmp_path):
     window.live.back_to_live()
     assert trace == ORDER * 2
     assert window.map_view.display.picture.document is window.editor.document, "the map that is edited is back"
+
+
+@pytest.mark.parametrize("tool", [SEAMS, PINS, INTEREST], ids=lambda tool: tool.name)
+def test_what_a_tool_marks_and_points_at_goes_with_its_skin(window_again, prepared, tool):
+    """The other skin has fewer patches and vertices: no mark of the one before can be drawn on it."""
+    window = window_again
+    window.presenters.view.set_tool(tool)
+    window.editor.ask(lambda document: propose_seam(document, 0))
+    viewport, pixel_of = window.map_view.viewport(), window.map_view.pixel_of
+    QTest.mouseMove(viewport, pixel_of(prepared.skin.taxel_point(len(prepared.skin) - 1)).toPoint())
+    assert window.robot_view.display._marks.lines
+    window.live.show_prepared(dressed(bar(), bar_skin()))
+    run(window, 0.05)
+    assert window.robot_view.display._marks.skin is window.live.prepared.skin
+    window.presenters.view.set_tool(tool)
+    QTest.mouseMove(viewport, pixel_of(window.live.prepared.skin.taxel_point(0)).toPoint())
+    run(window, 0.05)
+    window.live.show_prepared(prepared)

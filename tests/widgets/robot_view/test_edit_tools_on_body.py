@@ -220,7 +220,9 @@ def test_what_is_behind_the_body_is_hidden(view, prepared):
         faces.append(pose[:3, :3] @ prepared.skin.normal(at) @ towards / np.linalg.norm(towards))
     bare = picture(view)
     for taxel, seen in ((int(np.argmax(faces)), True), (int(np.argmin(faces)), False)):
-        view.display.set_marks(ToolMarks(spots=(PointMark(prepared.skin.taxel_point(taxel), MarkRole.HELD),)))
+        view.display.set_marks(
+            ToolMarks(prepared.skin, spots=(PointMark(prepared.skin.taxel_point(taxel), MarkRole.HELD),))
+        )
         assert bool(changed(bare, picture(view)).any()) == seen
 
 

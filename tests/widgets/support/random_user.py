@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 import shiboken6
-from PySide6.QtCore import QMimeData, QModelIndex, QPoint, QPointF, Qt, QTimer, QUrl
-from PySide6.QtGui import QAction, QDropEvent, QKeySequence, QWheelEvent
+from PySide6.QtCore import QEvent, QMimeData, QModelIndex, QPoint, QPointF, Qt, QTimer, QUrl
+from PySide6.QtGui import QAction, QDropEvent, QKeySequence, QMouseEvent, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
     QAbstractButton,
@@ -222,7 +222,6 @@ class RandomUser:
                         bar_menu.close()
                     entry.trigger()
                 else:
-                    QTest.mouseMove(view, view.actionGeometry(entry).center())
                     view.setActiveAction(entry)
                     QTest.keyClick(view, KEY.Key_Right)
                 return
@@ -315,7 +314,7 @@ class RandomUser:
         field.setFocus()
         if self._chance(0.5):
             QTest.keyClick(field, KEY.Key_A, Qt.KeyboardModifier.ControlModifier)
-        QTest.keyClicks(field, self._one_of(["0", "-1", "2.5", "1e9", "hand", "  ", "ä<b>&", "x" * 80, ""]))
+        QTest.keyClicks(field, self._one_of(["0", "-1", "2.5", "1e9", "hand", "  ", "<b>&", "x" * 80, ""]))
         if self._chance(0.7) and shiboken6.isValid(field):
             QTest.keyClick(field, self._one_of([KEY.Key_Return, KEY.Key_Escape, KEY.Key_Tab, KEY.Key_Up]))
 
@@ -359,11 +358,11 @@ class RandomUser:
         elif how == "wheel":
             self._wheel(target, start, modifier)
         elif how == "hover":
-            QTest.mouseMove(target, start)
-            QTest.mouseMove(target, end)
+            _move(target, start)
+            _move(target, end)
         else:
             keyed.setFocus()
-            QTest.mouseMove(target, start)
+            _move(target, start)
             for _ in range(int(self._rng.integers(1, 4))):
                 QTest.keyClick(keyed, self._one_of(VIEW_KEYS), modifier)
 
@@ -372,7 +371,7 @@ class RandomUser:
         QTest.mousePress(target, button, modifier, start)
         for share in (0.3, 0.7, 1.0):
             if shiboken6.isValid(target):
-                QTest.mouseMove(target, start + (end - start) * share)
+                _move(target, start + (end - start) * share, button, modifier)
         if self._chance(0.4):
             self._pass_time(0.06)
         if self._chance(0.15) and shiboken6.isValid(target):
@@ -396,13 +395,13 @@ class RandomUser:
         self.window.action(self._one_of(TOOLS).kind.name).trigger()
         tool, start, end = self.window.views.tool.name, self._place(view, target), self._place(view, target)
         QTest.mousePress(target, LEFT, pos=start)
-        QTest.mouseMove(target, (start + end) / 2)
+        _move(target, (start + end) / 2, LEFT)
         self._pass_time(0.04)
         other = self._one_of([self._asks_an_action, self._operates, self._records, self._drops_a_file])
         other()
         self._say(f"{self.last[-1].split(': ', 1)[1]}, while {tool} is held on the {_name(view)}")
         self._pass_time(0.02)
-        QTest.mouseMove(target, end)
+        _move(target, end, LEFT)
         QTest.mouseRelease(target, LEFT, pos=end)
 
     def _place(self, view, target: QWidget) -> QPoint:
@@ -465,6 +464,13 @@ class RandomUser:
         stem = f"{Path(name).stem}-{int(self._rng.integers(4))}"
         ending = Path(name).suffix or self._one_of([".npz", ".svg", ".png", ".csv", ".obj", ".xyz"])
         return str(self.folder / f"{stem}{ending}")
+
+
+def _move(target: QWidget, at: QPoint, button=Qt.MouseButton.NoButton, modifier=MODIFIERS[0]) -> None:
+    """Not by ``QTest.mouseMove``: an exception in what it calls ends the process (PySide6 6.11)."""
+    place, none = QPointF(at), Qt.MouseButton.NoButton
+    there = QPointF(target.mapToGlobal(at))
+    QApplication.sendEvent(target, QMouseEvent(QEvent.Type.MouseMove, place, there, none, button, modifier))
 
 
 def _scroll_areas(widget: QWidget) -> list[QScrollArea]:
