@@ -160,6 +160,8 @@ class RandomUser:
             self._acting = False
             self._pass_time(0.02)
             QApplication.processEvents()
+            # An event loop that turns would delete what was to be deleted; without one it stays for good.
+            QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete.value)
             self._checks.check()
         except Exception as error:
             raise AssertionError(self._report(error)) from error

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import pickle
 from dataclasses import replace
 
+from app.core.arrays import refreeze
 from app.robots.library import list_robots
 from app.scene.scene import Scene
 from app.scene.scene_file import load_scene, scene_for, scene_names, scene_to_toml
@@ -13,6 +15,8 @@ from app.session.prepare import PreparedScene, prepare
 class SmallScenes:
     """Prepares scenes as ``prepare`` does, but for the number of taxels, and remembers what it made.
 
+    Each time it is another copy, as a process beside the window would send it.
+
     Args:
         taxels: At most so many a scene.
         most: It remembers so many, those asked for lately; a person's own effects make scenes without end.
@@ -20,17 +24,19 @@ class SmallScenes:
 
     def __init__(self, taxels: int, *, most: int = 24) -> None:
         self._taxels, self._most = taxels, most
-        self._made: dict[str, PreparedScene] = {}
+        self._made: dict[str, bytes] = {}
 
     def prepare(self, scene: Scene, **how: object) -> PreparedScene:
         """As ``app.session.prepare.prepare``."""
         small = replace(scene, cover=replace(scene.cover, taxels=min(scene.cover.taxels, self._taxels)))
         key = scene_to_toml(small)
         if key not in self._made:
-            self._made[key] = prepare(small, **how)
+            self._made[key] = pickle.dumps(prepare(small, **how))
             if len(self._made) > self._most:
                 del self._made[next(iter(self._made))]
-        return self._made[key]
+        prepared: PreparedScene = pickle.loads(self._made[key])
+        refreeze(prepared)
+        return prepared
 
 
 def everything_that_opens() -> list[str]:

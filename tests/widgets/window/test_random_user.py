@@ -1,13 +1,28 @@
-"""The window under a random hand: no exception, no Qt warning, a whole map, a session alive."""
+"""The window under a random hand: no exception, no Qt warning, a whole map, a session alive, no freeze.
+
+A fault names its seed, its act and the last twenty acts. The acts of a seed hang on nothing before it, so
+``pytest "tests/widgets/window/test_random_user.py::test_ten_thousand_acts[7]"`` does the same again.
+"""
 
 from __future__ import annotations
 
+import os
+
 import pytest
+from PySide6.QtCore import QTimer
+from PySide6.QtTest import QTest
 
+from tests.support.watchdog import Watchdog
 from tests.widgets.support.random_user import RandomUser
+from tests.widgets.support.small_scenes import SmallScenes, everything_that_opens, open_named
 from tests.widgets.support.window_driver import run
+from widgets.session.backends import BACKGROUND
 
-ACTS = 100
+ACTS, BATCH, BATCHES = 100, 500, 20
+TAXELS = 120
+FREEZE_ACTS = int(os.environ.get("TACTILE_MAPS_FREEZE_ACTS", "300"))
+FREEZE = 1.0
+"""Longer than this the window must not be away [s]."""
 
 
 @pytest.fixture(scope="module")
@@ -16,8 +31,58 @@ def prepared(coarse_prepared):
     return coarse_prepared
 
 
-@pytest.mark.parametrize("seed", [2])
-def test_whatever_is_done_at_random_the_window_stays_whole(new_window, tmp_path, seed):
-    with RandomUser(new_window, seed, tmp_path, lambda seconds: run(new_window, seconds)) as user:
+@pytest.fixture(scope="module")
+def small_scenes():
+    """All that ships, in few taxels."""
+    return SmallScenes(TAXELS)
+
+
+@pytest.fixture
+def openable(new_window, small_scenes, monkeypatch):
+    """Opens one of all scenes and robots that ship, by number; its name."""
+    monkeypatch.setattr("widgets.workers.scene_worker.prepare", small_scenes.prepare)
+    names = everything_that_opens()
+
+    def open_one(number: int) -> str:
+        name = names[number % len(names)]
+        open_named(new_window, name)
+        return name
+
+    return open_one
+
+
+def test_whatever_is_done_at_random_the_window_stays_whole(new_window, tmp_path):
+    with RandomUser(new_window, 2, tmp_path, lambda seconds: run(new_window, seconds)) as user:
         user.run(ACTS)
     assert user.done == ACTS
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(BATCHES))
+def test_ten_thousand_acts(new_window, tmp_path, openable, seed):
+    """In batches, each in a window of its own; scenes and robots of all kinds among them."""
+    with RandomUser(new_window, seed, tmp_path, lambda seconds: run(new_window, seconds), scenes=openable) as user:
+        user.run(BATCH)
+    assert user.done == BATCH
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("backends", [BACKGROUND])
+def test_the_window_is_never_away_for_a_second(new_window, tmp_path):
+    """With the thread and the processes that a person has; what an act does at once counts, and what it sets off."""
+    pulse = QTimer()
+    pulse.setInterval(10)
+    with Watchdog(FREEZE) as dog:
+        pulse.timeout.connect(dog.beat)
+        pulse.start()
+
+        def let_it_run(seconds: float) -> None:
+            QTest.qWait(round(1e3 * seconds))
+
+        with RandomUser(new_window, 5, tmp_path, let_it_run, before=dog.begin) as user:
+            user.run(FREEZE_ACTS)
+        pulse.stop()
+    own = [
+        stall for stall in dog.stalls if stall.cpu > 0.5 * stall.seconds
+    ]  # not of a machine that is busy with others
+    assert not own, "\n".join(map(str, own))

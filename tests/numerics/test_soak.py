@@ -1,0 +1,116 @@
+"""Two hours of simulated session with edits of the map, gains, effects and recordings: nothing grows or diverges.
+
+A bar rocks a weight on its skin, as in ``test_long_run``. Every simulated minute the map is edited, and a gain or an
+effect is changed; every ten minutes a minute is recorded. ``TACTILE_MAPS_SOAK_MINUTES`` takes another length.
+"""
+
+from __future__ import annotations
+
+import gc
+import os
+import sys
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.editing.arrange import move, rotate
+from app.editing.document import MapDocument
+from app.recording.player import RecordingPlayer
+from app.recording.recorder import Recorder
+from app.recording.verify import verify
+from app.session.inputs import ControlChanged, EffectsChanged, MapEdited
+from app.session.session import Session
+from tests.numerics.test_long_run import TICK, scene
+
+MINUTES = int(os.environ.get("TACTILE_MAPS_SOAK_MINUTES", "120"))
+A_MINUTE, RECORDED_EVERY = round(60 / TICK), 10
+_GROWN = 300
+"""Blocks of memory that a minute may leave behind: its inputs and its part of the record of what was done."""
+
+
+@dataclass(frozen=True)
+class Soak:
+    """What two hours left.
+
+    Attributes:
+        files: The recordings, in order.
+        heights: Of the weight at the end of each minute [m].
+        held: Blocks of memory at the end of each minute.
+        session: As it is in the end.
+    """
+
+    files: tuple[Path, ...]
+    heights: np.ndarray
+    held: np.ndarray
+    session: Session
+
+
+def act(session: Session, minute: int, documents: tuple[MapDocument, ...]) -> None:
+    """What a person does in a minute: another map, and other gains or another effect."""
+    session.submit(MapEdited("Move", documents[minute % len(documents)].map))
+    if minute % 2:
+        settings = session.settings
+        session.submit(
+            ControlChanged(replace(settings, stiffness=settings.stiffness * (0.8 if minute % 4 == 1 else 1.25)))
+        )
+    else:
+        effects = session.runtime_settings.effects
+        session.submit(EffectsChanged(replace(effects, friction=not effects.friction)))
+
+
+@pytest.fixture(scope="module")
+def soak(tmp_path_factory) -> Soak:
+    """Two hours, once."""
+    folder = tmp_path_factory.mktemp("soak")
+    session = Session(scene())
+    first = MapDocument.of(session.prepared.map)
+    documents = (first, move(first, [0], (0.05, 0.02)), rotate(first, [0], 0.5))
+    files, heights, held = [], np.zeros(MINUTES), np.zeros(MINUTES, int)
+    for minute in range(MINUTES):
+        act(session, minute, documents)
+        recorder = None
+        if minute % RECORDED_EVERY == 0:
+            files.append(folder / f"{minute}.mcap")
+            recorder = Recorder(session.prepared, files[-1])
+            recorder.write(session.frame, session.inputs)
+        for _ in range(A_MINUTE):
+            frame = session.tick()
+            assert np.isfinite(frame.pressures).all()
+            if recorder is not None:
+                recorder.write(frame, session.inputs)
+        if recorder is not None:
+            recorder.close()
+        heights[minute] = frame.objects[0, 2, 3]
+        gc.collect()
+        held[minute] = sys.getallocatedblocks()
+    return Soak(tuple(files), heights, held, session)
+
+
+@pytest.mark.long
+def test_time_is_what_was_simulated(soak):
+    assert soak.session.frame.time == pytest.approx(60 * MINUTES, abs=1e-6)
+    assert soak.session.failure is None
+
+
+@pytest.mark.long
+def test_each_round_of_four_minutes_ends_as_the_one_before(soak):
+    """Gains and effects are the same again after four minutes, and so is the weight's height."""
+    assert np.ptp(soak.heights) > 0.01, "the gains matter"
+    assert soak.heights[8:] == pytest.approx(soak.heights[4:-4], abs=1e-5)
+
+
+@pytest.mark.long
+def test_memory_is_flat(soak):
+    """But for the inputs, which a session keeps."""
+    warm = len(soak.held) // 10
+    assert soak.held[-1] - soak.held[warm] < _GROWN * (len(soak.held) - warm)
+    assert len(soak.session.inputs) == 1 + 2 * MINUTES  # the first is what the scene begins with
+
+
+@pytest.mark.long
+def test_recordings_replay(soak):
+    players = [RecordingPlayer(file) for file in soak.files]
+    assert all(player.complete and len(player) == A_MINUTE + 1 for player in players)
+    assert verify(players[0]).identical
