@@ -182,7 +182,7 @@ def test_from_forearm_to_hand_the_contact_is_carried(controller):
     """The last of the forearm and the first of the hand."""
     path = ((0.205, 0.195), (0.20, 0.10))
     session = Session(two_links(), settings=replace(LINE, controller=controller, path=path))
-    trip = Trip(session, 7.5)  # the force has settled again after the landing
+    trip = Trip(session, 8.1)  # the force has settled again after the landing
     bounded(trip)
     assert trip.states == [State.PLAN, State.LIFT, State.CARRY, State.PRESS]
     assert LimitKind.REGRASP_MOVES in trip.why

@@ -64,7 +64,8 @@ _TAXELS, _HELD, _LONGEST, _CALM = 1000, 3.0, 3.0, 0.002
 _FINGER_RADIUS, _BEYOND = 0.012, 0.03
 _SENSORS_NOTE = (
     "Of a single contact the wrench knows the place better than taxels do; of two it knows but their sum, which "
-    "acts somewhere between them or nowhere on the skin, and the arm leads the wrong point along the path."
+    "acts somewhere between them or nowhere on the skin. The supervisor sees that no single touch explains it and "
+    "stops the arm."
 )
 
 

@@ -19,9 +19,10 @@ LEFT, RIGHT = (np.array([turn, 1.2, 0.0, 0.6, 0.0, 0.3, 0.0]) for turn in (-0.9,
 
 
 @cache
-def beside_wall(high: float) -> Clearance:
-    """Our arm stretched out beside a wall that stands in front of it."""
-    wall = Obstacle("wall", Box((0.3, 0.01, high / 2)), Pose(np.eye(3), np.array([0.65, 0.0, high / 2])))
+def beside_wall(high: float, *, begins: float = 0.35) -> Clearance:
+    """Our arm stretched out beside a wall that stands in front of it, from so far [m] to 0.95 m."""
+    middle, half = (0.95 + begins) / 2, (0.95 - begins) / 2
+    wall = Obstacle("wall", Box((half, 0.01, high / 2)), Pose(np.eye(3), np.array([middle, 0.0, high / 2])))
     clearance = Clearance(arm().robot, arm().skin, (wall,))
     clearance.begin(LEFT, (wall,), "hand", np.array([0.0, 0.0, 9.0]), np.array([0.0, 0.0, 1.0]))
     return clearance
@@ -75,9 +76,9 @@ def test_of_several_goals_one_that_can_be_reached_is():
 
 @pytest.mark.long
 def test_where_there_is_no_way_the_samples_end():
-    """A wall as high as the arm can reach, and the turret cannot turn all the way round behind it."""
+    """A wall as high as the arm can reach, that leaves no room for it to fold up and turn behind."""
     met = Counter()
-    way, cost = run(RrtConnect(beside_wall(8.0), LEFT, [RIGHT], *limits(), met).search())
+    way, cost = run(RrtConnect(beside_wall(8.0, begins=0.1), LEFT, [RIGHT], *limits(), met).search())
     assert way is None
     assert cost < 60_000
     assert met.total() > 100
