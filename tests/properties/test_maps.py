@@ -124,6 +124,14 @@ GRAZING = [(0.0, 0.0), (0.0, 0.125), (0.125, 0.0), (0.0, -1.2e-07)]
 SHARES = st.lists(st.floats(0.0, 1.0, exclude_max=True), min_size=1, max_size=5)
 
 
+def _inside(patch, x, y):
+    lower, upper = FLAT.map.uv[patch].min(axis=0), FLAT.map.uv[patch].max(axis=0)
+    return tuple((lower + (x, y) * (upper - lower)).tolist())
+
+
+ON_SKIN = st.builds(_inside, st.integers(0, 1), st.floats(0.0, 1.0), st.floats(0.0, 1.0))
+
+
 def laid_from(transitions, points, *, drawn=True):
     """The path, drawn from the first of its points that is on the skin."""
     path = MapPath(np.array(points))
@@ -151,13 +159,17 @@ def _length_in_plates(points, grown):
     return lengths
 
 
+def _lengths_between(path):
+    """A side drawn along a border, to rounding, is on the skin or beside it: both are right."""
+    return [sum(_length_in_plates(path.points, grown)) for grown in (-1e-6, 1e-6)]
+
+
 @examples(200)
 @given(POINTS, SHARES)
 @example(GRAZING, [0.0])
 def test_on_skin_without_seams_a_drawn_path_is_what_of_the_drawing_is_inside(points, shares):
     path, laid = laid_from(FLAT, points)
-    # A side drawn along a border, to rounding, is on the skin or beside it: both are right.
-    shortest, longest = (sum(_length_in_plates(path.points, grown)) for grown in (-1e-6, 1e-6))
+    shortest, longest = _lengths_between(path)
     assert shortest - 1e-5 <= laid.length <= longest + 1e-5
     for share in shares:
         way = share * laid.length
@@ -194,13 +206,17 @@ def test_on_the_arm_it_jumps_on_the_body_at_crossings_alone(taxel, steps, drawn)
 
 
 @examples(100)
-@given(POINTS, SHARES)
-@example([(0.125, 0.0), (0.0, -0.03125), (0.0, 0.0)], [0.0])
-def test_there_and_back_is_the_same_way(points, shares):
-    path, laid = laid_from(FLAT, points)
+@given(ON_SKIN, POINTS, ON_SKIN, SHARES)
+@example((0.125, 0.0), [(0.0, -0.03125)], (0.0, 0.0), [0.0])
+def test_there_and_back_is_the_same_way(start, between, end, shares):
+    path, laid = laid_from(FLAT, [start, *between, end])
     assume(FLAT.map.to_body(path.points[-1]) is not None)
     back = SurfacePath(MapPath(path.points[::-1]), FLAT)
-    assert back.length == pytest.approx(laid.length, abs=1e-5)
+    shortest, longest = _lengths_between(path)
+    if longest - shortest > 1e-4:
+        return  # with a side along a border one way may leave the skin there and the other not
+    unsure = 1e-5 + longest - shortest
+    assert back.length == pytest.approx(laid.length, abs=unsure)
     assert len(back.crossings) == len(laid.crossings)
     if not laid.length:
         return  # on the skin in single points only, it is where it first is: another one on the way back
@@ -208,4 +224,4 @@ def test_there_and_back_is_the_same_way(points, shares):
         there, here = (FLAT.map.skin.position(one.at(way)[0]) for one, way in
                        ((laid, share * laid.length), (back, (1 - share) * laid.length)))  # fmt: skip
         gaps = [abs(share * laid.length - crossing.way) for crossing in laid.crossings]
-        assert np.linalg.norm(there - here) < 2e-5 or min(gaps, default=1.0) < 1e-4
+        assert np.linalg.norm(there - here) < 1e-5 + unsure or min(gaps, default=1.0) < 1e-4 + unsure
