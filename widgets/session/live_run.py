@@ -15,6 +15,9 @@ from app.session.runtime_settings import RuntimeSettings
 from widgets.session.session_runner import SessionRunner
 from widgets.workers.comparison_worker import ComparisonStimulus
 
+_LONGEST_WAIT = 0.05
+"""Wall seconds for which the window stands still for a tick."""
+
 
 class Source(Protocol):
     """What is shown."""
@@ -67,6 +70,7 @@ class LiveRun:
         self._seen = 0
         with runner.lock:
             self.settings = runner.session.runtime_settings
+            self._frame = runner.session.frame
 
     @property
     def mode(self) -> str:
@@ -103,16 +107,22 @@ class LiveRun:
         return self.settings.since(now)
 
     def update(self) -> RunUpdate:
-        """Look what has become of it. What it refused is no longer asked for, and what a behaviour did is."""
+        """Look what has become of it. What it refused is no longer asked for, and what a behaviour did is.
+
+        While a tick takes long, as one that compiles other effects does, nothing has become of it yet.
+        """
         runner = self.runner
-        with runner.lock:
+        with runner.lock.taken_within(_LONGEST_WAIT) as taken:
+            if not taken:
+                return RunUpdate(self._frame, None, None)
             failure, runner.failure = runner.failure, None
             if failure is not None and not runner.halted:
                 self.settings = runner.session.runtime_settings
             behaved = self._behaved()
             if behaved is not None:
                 self.settings = self.settings.after(behaved)
-            return RunUpdate(runner.session.frame, failure, behaved)
+            self._frame = runner.session.frame
+            return RunUpdate(self._frame, failure, behaved)
 
     def record(self) -> ComparisonStimulus:
         """All that was done since the last reset."""

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 from app.core.errors import SimulationError, TactileMapsError, describe_unexpected_error
 from app.session.frame import Frame
@@ -39,6 +40,19 @@ class FairLock:
 
     def __exit__(self, *_error: object) -> None:
         self._held.release()
+
+    @contextmanager
+    def taken_within(self, seconds: float) -> Iterator[bool]:
+        """Whether it could be taken in that time; if so, it is held for the block."""
+        taken = False
+        if self._turn.acquire(timeout=seconds):
+            taken = self._held.acquire(timeout=seconds)
+            self._turn.release()
+        try:
+            yield taken
+        finally:
+            if taken:
+                self._held.release()
 
 
 class SessionRunner:

@@ -83,6 +83,16 @@ def test_a_press_takes_effect_at_the_next_tick(live, prepared):
     assert live.runner.session.frame.pokes[-1].force > 0
 
 
+def test_the_window_goes_on_while_a_tick_takes_long(live, told):
+    """As one that compiles other effects does: the runner holds its lock for all of it."""
+    with live.runner.lock:
+        live.runner.session.tick()
+        live.pump()  # here it would wait for ever
+    assert not said(told, "frame_ready")
+    live.pump()
+    assert said(told, "frame_ready") == [live.runner.session.frame]
+
+
 def test_the_speed_chosen_outlives_the_scene(live, prepared):
     live.set_speed(2.0)
     live.show_prepared(prepared)
