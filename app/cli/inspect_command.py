@@ -20,6 +20,7 @@ from app.scene.scene_file import scene_names
 from app.session.prepare import open_scene, prepare
 from app.skin.formats.icub_layout import read_icub_layout
 from app.skin.formats.taxel_files import read_taxel_sets
+from app.skin.identity import identity_summary, identity_text, join_identities
 from app.skin.skin import Skin
 from app.skin.skin_file import load_skin
 from app.studies.ablation import ablation_cost
@@ -31,7 +32,9 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json(found)
         return 0
-    plain = {key.capitalize(): _text(value) for key, value in found.items() if key not in ("effects", "problems")}
+    apart = ("effects", "problems", "identity")
+    plain = {key.capitalize(): _text(value) for key, value in found.items() if key not in apart}
+    plain["Identity"] = identity_text(found.get("identity", {}))
     print_fields({key: value for key, value in plain.items() if value})
     _print_effects(found.get("effects", ()))
     for problem in found["problems"]:
@@ -89,6 +92,7 @@ def _skin(skin: Skin) -> dict[str, Any]:
             {"name": patch.name, "link": patch.link, "taxels": len(patch.taxels), "cm2": 1e4 * patch.surface.area}
             for patch in skin.patches
         ],
+        "identity": identity_summary(skin.identity),
     }
 
 
@@ -176,6 +180,7 @@ def _taxel_file(name: str) -> dict[str, Any]:
         "links": [taxels.link for taxels in sets],
         "taxels": sum(map(len, sets)),
         "mapped": sum(int(taxels.mapped.sum()) for taxels in sets),
+        "identity": identity_summary(join_identities([taxels.identity for taxels in sets])),
         "problems": _problems(finding for taxels in sets for finding in taxels.findings),
     }
 

@@ -33,6 +33,7 @@ from app.recording.player import RecordingPlayer
 from app.skin.formats.icub_layout import apply_layout, read_icub_layout
 from app.skin.formats.icub_module_orientation import propose_orientations
 from app.skin.formats.taxel_files import read_taxels
+from app.skin.identity import identity_summary, identity_text
 from app.skin.open import SkinOptions, open_skin
 from app.skin.placement import BoundaryZone, PlacementSpec
 from app.skin.skin import Skin
@@ -85,6 +86,7 @@ def print_quality(result: Mapping[str, Any]) -> None:
         {
             "Patches": result["patches"],
             "Taxels": result["taxels"],
+            "Identity": identity_text(result.get("identity", {})) or "none stated",
             "Faces": result["faces"],
             "One-to-one": "yes"
             if result["bijective"]
@@ -148,7 +150,8 @@ def execute(arguments: argparse.Namespace) -> int:
     skin, map_ = _make_map(arguments, report)
     seconds = time.perf_counter() - start
     body = BodyDistances(skin)
-    result = measure(map_, distances=body).to_json() | {"seconds": seconds, "file": str(target) if target else None}
+    result = measure(map_, distances=body).to_json() | {"identity": identity_summary(skin.identity)}
+    result |= {"seconds": seconds, "file": str(target) if target else None}
     if arguments.compare:
         result["comparison"] = _comparison(arguments, map_, body)
     if target is not None:

@@ -7,6 +7,7 @@ from the link are refused: they belong to another link or frame.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,7 @@ from app.geometry.wrap import wrap_mesh
 from app.robots.kinematics import Configuration
 from app.robots.robot import Robot
 from app.skin.cover import CLOSING_FACTOR
+from app.skin.identity import NO_IDENTITY, TaxelIdentity
 from app.skin.sampling import distinct_faces, face_graph, geodesic_voronoi, straighten_cells, taxels_at_points
 from app.skin.skin import Patch, Skin, Taxels
 from app.skin.usable_surface import patch_name, usable_components
@@ -39,7 +41,13 @@ _DH_FRAME_SUFFIX = "_dh_frame"
 
 
 def fit_taxels_to_link(
-    robot: Robot, link: str, positions: FloatArray, *, thickness: float = 0.003, file: str | Path
+    robot: Robot,
+    link: str,
+    positions: FloatArray,
+    *,
+    thickness: float = 0.003,
+    file: str | Path,
+    identity: TaxelIdentity = NO_IDENTITY,
 ) -> Skin:
     """The skin whose taxels lie on the cover of ``link`` closest to ``positions``.
 
@@ -50,6 +58,7 @@ def fit_taxels_to_link(
             whichever lies closer to the link's mesh.
         thickness: Of the cover over the mesh [m].
         file: Where the positions came from, for errors.
+        identity: Of the taxels, which the skin's take along.
 
     Raises:
         RobotError: The robot has no such link.
@@ -66,7 +75,7 @@ def fit_taxels_to_link(
     points = wrapped.surface.points(faces, weights)
     usable = _vertices_within(wrapped.surface, faces, PATCH_MARGIN * pitch)
     pieces = usable_components(wrapped.surface, usable, smallest=0.0, largest_hole=_LARGEST_HOLE * pitch**2)
-    patches = _patches(pieces, points, pitch, link)
+    patches = _patches(pieces, points, identity, pitch, link)
     missing = len(points) - sum(len(patch.taxels) for patch in patches)
     if missing:
         notes.append(Finding("taxel-off-patch", link, "left out: no patch could be made around it", missing))
@@ -140,14 +149,17 @@ def _vertices_within(surface: Mesh, seeds: IntArray, reach: float) -> BoolArray:
     return usable
 
 
-def _patches(pieces: list[Mesh], points: FloatArray, pitch: float, link: str) -> tuple[Patch, ...]:
+def _patches(
+    pieces: list[Mesh], points: FloatArray, identity: TaxelIdentity, pitch: float, link: str
+) -> tuple[Patch, ...]:
     """One patch for each piece that has taxels; each taxel goes to the nearest piece."""
     away = np.array([ClosestPoint(piece).query(points)[2] for piece in pieces]).reshape(len(pieces), len(points))
     patches: list[Patch] = []
     for i, piece in enumerate(pieces):
-        own = points[(away.argmin(axis=0) == i) & (away[i] <= pitch)]
+        own = np.flatnonzero((away.argmin(axis=0) == i) & (away[i] <= pitch))
         if len(own):
-            patches.append(Patch(patch_name(link, len(patches)), link, piece, _taxels(piece, own, pitch)))
+            taxels = replace(_taxels(piece, points[own], pitch), identity=identity.select(own))
+            patches.append(Patch(patch_name(link, len(patches)), link, piece, taxels))
     return tuple(patches)
 
 

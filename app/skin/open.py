@@ -144,7 +144,7 @@ def _fit_to_robot(robot: Robot, taxels: TaxelSet, link: str | None, thickness: f
     if name is None:
         links = ", ".join(robot.link_index)
         raise SkinError("the file does not name its link", file=path, remedy=f"Choose one of: {links}")
-    skin = fit_taxels_to_link(robot, name, taxels.positions, thickness=thickness, file=path)
+    skin = fit_taxels_to_link(robot, name, taxels.positions, thickness=thickness, file=path, identity=taxels.identity)
     return Skin(skin.patches, (*taxels.findings, *skin.findings))
 
 

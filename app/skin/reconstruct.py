@@ -13,7 +13,7 @@ same few lines make a strip around a row, and a disk around a lone taxel.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse import coo_matrix
@@ -24,6 +24,7 @@ from app.core.arrays import FloatArray, IntArray, freeze_arrays
 from app.core.errors import Finding
 from app.geometry.mesh import Mesh
 from app.skin.formats.taxel_set import TaxelSet
+from app.skin.identity import TaxelIdentity, number_ranges
 from app.skin.sampling import taxels_at_barycentric
 from app.skin.skin import Patch, Skin, Taxels
 from app.skin.triangulation import MAX_EDGE_SPACINGS, TriangulatedTaxels, estimate_normals, local_spacing, triangulate
@@ -69,13 +70,18 @@ def reconstruct_skin(taxels: TaxelSet) -> ReconstructedSkin:
     """
     first, kind = _merge_coincident(taxels.positions)
     notes = [*taxels.findings]
-    _note(notes, "duplicate-taxel", taxels.name, "merged with another at the same place", len(kind) - len(first))
+    merged = np.setdiff1d(np.arange(len(kind)), first)
+    action = "merged with another at the same place"
+    if taxels.ids is not None:
+        action += f"; without a taxel of its own: id {number_ranges(taxels.ids[merged])}"
+    _note(notes, "duplicate-taxel", taxels.name, action, len(merged))
     joined = _surface(taxels, first, kind, notes)
     coarse, owner = _with_extended_boundary(joined, taxels.name, notes)
     surface, feels = _barycentric_subdivision(coarse, owner)
+    identity = taxels.identity.select(first)
     link, pieces = taxels.link or "skin", _components(surface, feels)
     patches = [
-        Patch(patch_name(taxels.name, number), link, *_patch(surface, feels, own, faces))
+        Patch(patch_name(taxels.name, number), link, *_patch(surface, feels, own, faces, identity))
         for number, (own, faces) in enumerate(pieces)
     ]
     place = np.empty(len(first), dtype=np.int64)
@@ -212,7 +218,9 @@ def _components(surface: Mesh, feels: IntArray) -> list[tuple[IntArray, IntArray
     return sorted(pieces, key=lambda piece: (-len(piece[0]), int(piece[0][0])))
 
 
-def _patch(surface: Mesh, feels: IntArray, own: IntArray, faces: IntArray) -> tuple[Mesh, Taxels]:
+def _patch(
+    surface: Mesh, feels: IntArray, own: IntArray, faces: IntArray, identity: TaxelIdentity
+) -> tuple[Mesh, Taxels]:
     """The surface and the taxels of one piece."""
     used, numbered = np.unique(surface.faces[faces], return_inverse=True)
     piece = Mesh(surface.vertices[used], numbered.reshape(-1, 3))
@@ -221,7 +229,8 @@ def _patch(surface: Mesh, feels: IntArray, own: IntArray, faces: IntArray) -> tu
     at_taxel = surface.faces[faces, 0] == feels[faces]
     seat[feels[faces[at_taxel]][::-1]] = np.flatnonzero(at_taxel)[::-1]
     weights = np.tile([1.0, 0.0, 0.0], (len(own), 1))
-    return piece, taxels_at_barycentric(piece, seat[own], weights, np.searchsorted(own, feels[faces]))
+    taxels = taxels_at_barycentric(piece, seat[own], weights, np.searchsorted(own, feels[faces]))
+    return piece, replace(taxels, identity=identity.select(own))
 
 
 MAX_CORNER_ANGLE = np.pi / 3

@@ -12,8 +12,9 @@ from functools import cached_property
 import numpy as np
 
 from app.core.arrays import FloatArray, IntArray, freeze_arrays, readonly
-from app.core.errors import Finding
+from app.core.errors import Finding, SkinError
 from app.geometry.mesh import Mesh, SurfacePoint
+from app.skin.identity import NO_IDENTITY, TaxelIdentity, TaxelName, join_identities
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +52,10 @@ class Taxels:
         areas: (n,) [m²], each > 0; the sum of its quadrature points' areas.
         neighbours: (e, 2) pairs of taxels whose areas touch on the body (a seam does not separate them), i < j.
         quadrature: Where pressure is evaluated.
+        identity: What the robot's electronics call each of them, where a file stated it.
+
+    Raises:
+        SkinError: The identity is of another number of taxels.
     """
 
     positions: FloatArray
@@ -60,10 +65,14 @@ class Taxels:
     areas: FloatArray
     neighbours: IntArray
     quadrature: Quadrature
+    identity: TaxelIdentity = NO_IDENTITY
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "positions", "normals", "weights", "areas")
         freeze_arrays(self, "faces", "neighbours", dtype=np.int64)
+        if self.identity.known and len(self.identity) != len(self.positions):
+            found = f"{len(self.identity)} of {len(self.positions)} taxels"
+            raise SkinError("the identity is of another number of taxels", place="identity", value=found)
 
     def __len__(self) -> int:
         return len(self.positions)
@@ -127,6 +136,25 @@ class Skin:
         """(e, 2) neighbouring taxels, numbered through the skin."""
         pairs = [p.taxels.neighbours + start for p, start in zip(self.patches, self.first[:-1], strict=True)]
         return readonly(np.concatenate(pairs) if pairs else np.zeros((0, 2)), np.int64)
+
+    @cached_property
+    def identity(self) -> TaxelIdentity:
+        """Of all taxels, numbered through the skin; what only some patches state is None here."""
+        return join_identities([patch.taxels.identity for patch in self.patches if len(patch.taxels)])
+
+    def taxel_name(self, taxel: int) -> TaxelName:
+        """What the robot's electronics call taxel number ``taxel``, as far as its patch states it."""
+        patch = int(self.patch_of[taxel])
+        return self.patches[patch].taxels.identity.name(taxel - int(self.first[patch]))
+
+    def taxels_with_id(self, number: int) -> IntArray:
+        """(k,) running numbers of the taxels whose hardware id is ``number``: several where boards repeat ids."""
+        found = [
+            start + np.flatnonzero(patch.taxels.identity.ids == number)
+            for patch, start in zip(self.patches, self.first[:-1], strict=True)
+            if patch.taxels.identity.ids is not None
+        ]
+        return readonly(np.concatenate(found) if found else np.zeros(0), np.int64)
 
     def taxel_point(self, taxel: int) -> SurfacePoint:
         """Where taxel number ``taxel`` sits."""

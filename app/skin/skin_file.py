@@ -12,9 +12,12 @@ from numpy.typing import NDArray
 from app.core.errors import Finding, MeshError, SkinError
 from app.core.files import MAX_UNPACKED_BYTES, pack_arrays, read_bounded_file, unpack_arrays, write_atomically
 from app.geometry.mesh import Mesh
+from app.skin.identity import IDENTITY_FIELDS, TaxelIdentity
 from app.skin.skin import Patch, Quadrature, Skin, Taxels
 
-FORMAT, VERSION = "tactile-maps-skin", 1
+FORMAT, VERSION = "tactile-maps-skin", 2
+_READS = (1, VERSION)
+"""Version 1 had no identity of taxels."""
 MAP_FORMAT = "tactile-maps-map"
 """Of the files of maps, which keep their skin as the bytes of a skin file."""
 MAX_TAXELS = 1_000_000
@@ -55,6 +58,8 @@ def skin_to_bytes(skin: Skin) -> bytes:
         for name in (*_FLOATS, *_INTEGERS):
             owner, part = (quadrature, name.removeprefix("quadrature_")) if "quadrature" in name else (taxels, name)
             fields[name] = getattr(owner, part)
+        identity = {name: getattr(taxels.identity, name) for name in IDENTITY_FIELDS}
+        fields |= {name: values for name, values in identity.items() if values is not None}
         arrays |= {f"{i}_{name}": values for name, values in fields.items()}
     header = {
         "format": FORMAT,
@@ -82,12 +87,12 @@ def skin_from_bytes(data: bytes, *, file: str | Path | None = None) -> Skin:
         raise SkinError(
             "this is not a skin file", file=file, value=header.get("format"), remedy="Choose a file saved by Save skin"
         )
-    if header.get("version") != VERSION:
+    if header.get("version") not in _READS:
         raise SkinError(
             "the skin file has an unknown version",
             file=file,
             value=header.get("version"),
-            remedy=f"This program reads version {VERSION}",
+            remedy=f"This program reads versions {_READS[0]} to {VERSION}",
         )
     names, findings = _header(header, file)
     patches = tuple(_patch(arrays, i, name, link, file) for i, (name, link) in enumerate(names))
@@ -126,7 +131,7 @@ def _patch(arrays: Mapping[str, NDArray[Any]], i: int, name: str, link: str, fil
     door.check(values, counts)
     points = {key: values.pop(f"quadrature_{key}") for key in ("positions", "normals", "areas", "taxel")}
     quadrature = Quadrature(**points)
-    return Patch(name, link, surface, Taxels(**values, quadrature=quadrature))
+    return Patch(name, link, surface, Taxels(**values, quadrature=quadrature, identity=door.identity(counts["taxel"])))
 
 
 class _Door:
@@ -148,6 +153,18 @@ class _Door:
         if values.dtype.kind not in "iu":
             raise self._refuse("an index is not a whole number", key, values.dtype)
         return values.astype(np.int64)
+
+    def identity(self, count: int) -> TaxelIdentity:
+        """What the file states of it, in as many rows as there are taxels."""
+        stated = [key for key in IDENTITY_FIELDS if f"{self._i}_{key}" in self._arrays]
+        arrays = {key: self.integers(key, 1) for key in stated}
+        for key, values in arrays.items():
+            if len(values) != count:
+                raise self._refuse(f"{count} rows expected", key, len(values))
+        try:
+            return TaxelIdentity(**arrays)
+        except SkinError as error:
+            raise error.at(file=self._file, place=f"patch {self._name}, {error.place}") from error
 
     def check(self, values: Mapping[str, NDArray[Any]], counts: Mapping[str, int]) -> None:
         """Counts that agree, indices in range, areas above zero."""

@@ -36,7 +36,8 @@ def write_svg(map_: TactileMap, path: str | Path, *, numbers: bool = True) -> No
     Args:
         map_: At least one patch.
         path: Usually ``.svg``.
-        numbers: Whether taxels are numbered (through the skin, as everywhere).
+        numbers: Whether taxels are numbered: by their hardware ids where known, else through the skin. The shapes' own
+            names (``taxel-13``) are always numbered through the skin.
 
     Raises:
         MapError: The file cannot be written.
@@ -95,12 +96,13 @@ def _draw_taxels(group: Element, map_: TactileMap, k: int, page: _Page, *, numbe
     radius, height = _text(_RADIUS * pitch), _DIGIT * pitch
     taxels = SubElement(group, "g", id=f"taxels-{k}")
     labels = SubElement(group, "g", {"font-size": _text(height)}, id=f"numbers-{k}") if numbers else None
+    ids = map_.skin.patches[k].taxels.identity.ids
     for number, (x, y) in enumerate(page(map_.taxel_points[first:end]).tolist(), start=first):
         place = {"cx": _text(x), "cy": _text(y), "r": radius}
         SubElement(taxels, "circle", place | {"class": "taxel"}, id=f"taxel-{number}")
         if labels is not None:
             label = SubElement(labels, "text", {"class": "number"}, x=_text(x), y=_text(y - 0.6 * height))
-            label.text = str(number)
+            label.text = str(number if ids is None else int(ids[number - first]))
 
 
 def _path(points: FloatArray) -> str:

@@ -1,8 +1,9 @@
 """Taxels as a table: comma, semicolon or tab between columns that say what they are.
 
 Columns: ``x y z``, and where known ``nx ny nz`` (outward normal), ``u v`` (place on a map), ``taxel`` (its number),
-``module`` and ``link``. Lengths are metres, or millimetres where the column's name ends in ``_mm``. Without a line of
-names, three columns are positions and six are positions and normals. A line that starts with # is a remark.
+``id`` (its hardware id; where there is no such column, ``taxel`` is), ``module``, ``channel`` and ``link``. Lengths are
+metres, or millimetres where the column's name ends in ``_mm``. Without a line of names, three columns are positions and
+six are positions and normals. A line that starts with # is a remark.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from app.skin.formats.taxel_set import MAX_TAXELS, TaxelSet, distinct_numbers, i
 
 _POSITION, _NORMAL, _POINT = ("x", "y", "z"), ("nx", "ny", "nz"), ("u", "v")
 _LENGTHS = _POSITION + _POINT
-_WHOLE = ("taxel", "module")
+_WHOLE = ("taxel", "id", "module", "channel")
 _KNOWN = (*_POSITION, *_NORMAL, *_POINT, *_WHOLE, "link")
 _SEPARATORS = (";", "\t", ",")
 _LARGEST_NUMBER = 2**31
@@ -86,8 +87,9 @@ def _columns(taxels: TaxelSet) -> dict[str, list[object]]:
         for k, name in enumerate(names)
     }
     columns["taxel"] = taxels.numbers.tolist()
-    if taxels.modules is not None:
-        columns["module"] = taxels.modules.tolist()
+    for name, values in (("id", taxels.ids), ("module", taxels.modules), ("channel", taxels.channels)):
+        if values is not None:
+            columns[name] = values.tolist()
     if taxels.link is not None:
         columns["link"] = [" ".join(taxels.link.split())] * len(taxels)
     return columns
@@ -163,7 +165,9 @@ def _require_whole_groups(columns: Mapping[str, int], path: Path, line: int) -> 
 def _taxel_set(table: _Table, rows: Sequence[tuple[int, Sequence[str]]], link: str | None, named: bool) -> TaxelSet:
     where, findings = table.path.name, list[Finding]()
     normals, points = (_floats(table, rows, group) for group in (_NORMAL, _POINT))
-    numbers, modules = (_integers(table, rows, name) for name in _WHOLE)
+    numbers, ids, modules, channels = (_integers(table, rows, name) for name in _WHOLE)
+    ids = numbers if ids is None else ids
+    numbers = ids if numbers is None else numbers
     if normals is not None and np.isnan(normals).all():
         normals = None
     with errors_in_file(table.path):
@@ -175,6 +179,8 @@ def _taxel_set(table: _Table, rows: Sequence[tuple[int, Sequence[str]]], link: s
             normals=None if normals is None else unit_normals(normals, where, findings),
             points=None if points is None or np.isnan(points).all() else points,
             modules=modules,
+            ids=ids,
+            channels=channels,
             findings=tuple(findings),
         )
 

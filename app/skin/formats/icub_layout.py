@@ -141,13 +141,14 @@ def write_icub_layout(layout: IcubLayout, path: str | Path) -> None:
 
 
 def apply_layout(taxels: TaxelSet, layout: IcubLayout) -> TaxelSet:
-    """``taxels`` with the points that ``layout`` gives their numbers; NaN, and a finding, where it gives none.
+    """``taxels`` with the points that ``layout`` gives their ids; NaN, and a finding, where it gives none.
 
     Raises:
         SkinError: They have no taxel in common.
     """
-    place = np.minimum(np.searchsorted(layout.numbers, taxels.numbers), len(layout.numbers) - 1)
-    shown = layout.numbers[place] == taxels.numbers
+    ids = taxels.stated_ids
+    place = np.minimum(np.searchsorted(layout.numbers, ids), len(layout.numbers) - 1)
+    shown = layout.numbers[place] == ids
     if not shown.any():
         raise SkinError(
             "the layout shows none of these taxels",
@@ -159,11 +160,12 @@ def apply_layout(taxels: TaxelSet, layout: IcubLayout) -> TaxelSet:
     felt = ~np.isin(layout.numbers % ROWS_PER_MODULE, THERMAL_PADS)
     findings = list(layout.findings)
     add_finding(findings, "not-on-layout", layout.name, "the taxel has no place on the map", int((~shown).sum()))
-    extra = int((felt & ~np.isin(layout.numbers, taxels.numbers)).sum())
+    extra = int((felt & ~np.isin(layout.numbers, ids)).sum())
     add_finding(
         findings, "layout-without-taxel", layout.name, "the map shows a pad that has no taxel on the body", extra
     )
-    return replace(taxels, points=points, modules=taxels.numbers // ROWS_PER_MODULE).with_findings(*findings)
+    modules, channels = np.divmod(ids, ROWS_PER_MODULE)
+    return replace(taxels, points=points, ids=ids, modules=modules, channels=channels).with_findings(*findings)
 
 
 def _module(words: Sequence[str], path: Path, line: int) -> LayoutModule:

@@ -151,11 +151,11 @@ def propose_orientations(
 
 def _near_pairs(taxels: TaxelSet, numbers: IntArray) -> _Pairs:
     order = np.argsort(numbers)
-    place = order[np.minimum(np.searchsorted(numbers[order], taxels.numbers // ROWS_PER_MODULE), len(order) - 1)]
-    shown = numbers[place] == taxels.numbers // ROWS_PER_MODULE
+    place = order[np.minimum(np.searchsorted(numbers[order], taxels.stated_ids // ROWS_PER_MODULE), len(order) - 1)]
+    shown = numbers[place] == taxels.stated_ids // ROWS_PER_MODULE
     if not shown.any():
         raise SkinError("the layout shows none of these taxels", place=taxels.name, remedy="Choose that of the patch")
-    positions, module, pad = taxels.positions[shown], place[shown], taxels.numbers[shown] % ROWS_PER_MODULE
+    positions, module, pad = taxels.positions[shown], place[shown], taxels.stated_ids[shown] % ROWS_PER_MODULE
     near = cKDTree(positions).query_pairs(NEIGHBOUR_DISTANCE, output_type="ndarray").reshape(-1, 2)
     near = near[module[near[:, 0]] != module[near[:, 1]]]
     near = np.where((module[near[:, 0]] > module[near[:, 1]])[:, None], near[:, ::-1], near)

@@ -21,6 +21,7 @@ from app.core.files import read_bounded_text, write_lines
 from app.robots.robot import Robot
 from app.skin.fit import fit_taxels_to_link
 from app.skin.formats.taxel_set import MAX_COORDINATE, MAX_TAXELS, TaxelSet, is_number, line_error, unit_normals
+from app.skin.identity import number_ranges
 from app.skin.skin import Skin
 
 ROWS_PER_MODULE = 12
@@ -36,7 +37,7 @@ _MAX_PLANE_OFFSET = 1e-3
 
 
 def read_icub_positions(path: str | Path) -> TaxelSet:
-    """The usable taxels in the positions file at ``path``; a taxel's number is its row.
+    """The usable taxels in the positions file at ``path``; a taxel's id is its row, its channel the row in its module.
 
     Raises:
         SkinError: It cannot be read, or a line is not what the format allows; names the line and the value.
@@ -46,7 +47,7 @@ def read_icub_positions(path: str | Path) -> TaxelSet:
     findings: list[Finding] = []
     usable = _fitted(rows, path, findings)
     number = np.flatnonzero(usable)
-    number = number[_distinct(rows.values[number, :3], path, findings)]
+    number = number[_distinct(rows.values[number, :3], number, path, findings)]
     if not len(number):
         raise SkinError(
             "the file has no usable taxel",
@@ -64,34 +65,36 @@ def read_icub_positions(path: str | Path) -> TaxelSet:
             positions,
             normals,
             modules=number // ROWS_PER_MODULE,
+            ids=number,
+            channels=number % ROWS_PER_MODULE,
             findings=tuple(findings),
         )
 
 
 def write_icub_positions(taxels: TaxelSet, path: str | Path) -> None:
-    """Write ``taxels`` as a positions file: the row is the number, and what lies between is zero and not fitted.
+    """Write ``taxels`` as a positions file: the row is the id, and what lies between is zero and not fitted.
 
     Raises:
         SkinError: A number beyond what the format can hold, a taxel that its rows cannot tell from an unused one, or
             the file cannot be written.
     """
-    path = Path(path)
-    if taxels.numbers.max() >= MAX_ROWS:
-        raise SkinError(
-            "a taxel's number is its row in this format",
-            file=path,
-            value=int(taxels.numbers.max()),
-            remedy="Renumber the taxels, or write .csv",
-        )
-    count = ROWS_PER_MODULE * (int(taxels.numbers.max()) // ROWS_PER_MODULE + 1)
+    path, ids = Path(path), taxels.stated_ids
+    problem = "a taxel's number is its row in this format"
+    if ids.max() >= MAX_ROWS:
+        raise SkinError(problem, file=path, value=int(ids.max()), remedy="Renumber the taxels, or write .csv")
+    values, counts = np.unique(ids, return_counts=True)
+    if (counts > 1).any():
+        twice = f"{number_ranges(values[counts > 1])} come more than once"
+        raise SkinError(problem, file=path, value=twice, remedy="Write .csv, which keeps ids that repeat")
+    count = ROWS_PER_MODULE * (int(ids.max()) // ROWS_PER_MODULE + 1)
     rows = np.zeros((count, 6))
-    rows[taxels.numbers, :3] = taxels.positions
+    rows[ids, :3] = taxels.positions
     if taxels.normals is not None:
-        rows[taxels.numbers, 3:] = taxels.normals
-    if not rows[taxels.numbers].any(axis=1).all():
+        rows[ids, 3:] = taxels.normals
+    if not rows[ids].any(axis=1).all():
         raise SkinError("a taxel at the origin without a normal would read as unused", file=path)
     lines = [f"name {' '.join((taxels.link or '').split())}".rstrip(), "spatial_sampling taxel"]
-    lines += [f"taxel2Repr ( {' '.join(map(str, _representatives(taxels.numbers, count).tolist()))} )", "[calibration]"]
+    lines += [f"taxel2Repr ( {' '.join(map(str, _representatives(ids, count).tolist()))} )", "[calibration]"]
     lines += [" ".join(map(repr, row)) for row in rows.tolist()]
     lines += [" ".join(["0.0"] * 6)] * ROWS_PER_MODULE
     write_lines(path, lines, error=SkinError)
@@ -142,10 +145,12 @@ def _states(rows: PositionRows) -> IntArray:
     return state
 
 
-def _distinct(positions: FloatArray, path: Path, findings: list[Finding]) -> IntArray:
+def _distinct(positions: FloatArray, ids: IntArray, path: Path, findings: list[Finding]) -> IntArray:
     """Indices of the first taxel at each place."""
     _, first = np.unique(np.rint(positions / COINCIDENT_DISTANCE), axis=0, return_index=True)
-    add_finding(findings, "duplicate-taxel", path.name, "merged: two taxels at one place", len(positions) - len(first))
+    merged = np.delete(ids, first)
+    action = f"merged: two taxels at one place; without a taxel of its own: id {number_ranges(merged)}"
+    add_finding(findings, "duplicate-taxel", path.name, action, len(merged))
     return np.sort(first)
 
 
@@ -181,7 +186,7 @@ def import_icub_skin(robot: Robot, path: str | Path, *, link: str | None = None,
     """
     taxels = read_icub_positions(path)
     name = link or _find_link(robot, taxels.link, Path(path))
-    skin = fit_taxels_to_link(robot, name, taxels.positions, thickness=thickness, file=path)
+    skin = fit_taxels_to_link(robot, name, taxels.positions, thickness=thickness, file=path, identity=taxels.identity)
     return Skin(skin.patches, taxels.findings + skin.findings)
 
 

@@ -1,8 +1,8 @@
 """Taxels as named arrays (npz): read from anyone without trust, written so that ``numpy.load`` opens them.
 
-Names of one set: ``positions`` (n, 3) [m], and where known ``numbers``, ``normals``, ``faces``, ``points`` and
-``modules``, as in ``TaxelSet``. Files of this program hold several sets, each name with its set's number before it,
-and a header.
+Names of one set: ``positions`` (n, 3) [m], and where known ``numbers``, ``normals``, ``faces``, ``points``, ``ids``,
+``modules`` and ``channels``, as in ``TaxelSet``; where there are no ``ids``, ``numbers`` are. Files of this program
+hold several sets, each name with its set's number before it, and a header.
 """
 
 from __future__ import annotations
@@ -18,11 +18,14 @@ from app.core.errors import Finding, SkinError, errors_in_file
 from app.core.files import pack_arrays, read_bounded_file, unpack_arrays, unpack_bare_arrays, write_atomically
 from app.skin.formats.taxel_set import TaxelSet, distinct_numbers, unit_normals
 
-FORMAT, VERSION = "tactile-maps-taxels", 1
+FORMAT, VERSION = "tactile-maps-taxels", 2
+_READS = (1, VERSION)
+"""Version 1 had no ``ids`` and ``channels``."""
 # Columns and kinds of a set's arrays.
 _ARRAYS = {
     "positions": (3, "fiu"), "numbers": (1, "iu"), "normals": (3, "f"),
     "faces": (3, "iu"), "points": (2, "f"), "modules": (1, "iu"),
+    "ids": (1, "iu"), "channels": (1, "iu"),
 }  # fmt: skip
 
 
@@ -38,9 +41,9 @@ def read_taxel_npz(path: str | Path) -> tuple[TaxelSet, ...]:
     if "header" not in bare:
         return (_taxel_set(bare, "", path.stem, None, path),)
     header, arrays = unpack_arrays(data, file=path, error=SkinError)
-    if header.get("format") != FORMAT or header.get("version") != VERSION:
+    if header.get("format") != FORMAT or header.get("version") not in _READS:
         found = f"{header.get('format')} {header.get('version')}"
-        remedy = f"This program reads taxels of version {VERSION}; open skins and maps as such"
+        remedy = f"This program reads taxels of versions {_READS[0]} to {VERSION}; open skins and maps as such"
         raise SkinError("this is not a file of taxels", file=path, value=found, remedy=remedy)
     stated = header.get("sets")
     if not isinstance(stated, list) or not stated or not all(_is_name(entry) for entry in stated):
@@ -83,6 +86,8 @@ def _taxel_set(arrays: Mapping[str, NDArray[Any]], prefix: str, name: str, link:
     with errors_in_file(path):
         if normals is not None:
             normals = unit_normals(normals, path.name, findings) if len(normals) else None
+        if take["ids"] is None:
+            take["ids"] = numbers
         numbers = np.arange(len(positions)) if numbers is None else distinct_numbers(numbers, path.name, findings)
         return TaxelSet(name, link, numbers, positions, normals, findings=tuple(findings), **take)
 

@@ -22,6 +22,7 @@ from app.skin.formats.npz import read_taxel_npz, write_taxel_npz
 from app.skin.formats.taxel_set import TaxelSet
 from app.skin.formats.unige_json import UnigeFile, UnigeMap, read_unige, write_unige
 from app.skin.formats.urdf_tactile import read_urdf_taxels, write_urdf_taxels
+from app.skin.identity import join_identities
 from app.skin.skin import Skin
 from app.skin.triangulation import triangulate
 
@@ -107,8 +108,9 @@ def write_taxels(
 ) -> None:
     """Write taxels as iCub positions (.txt), a table (.csv), .npz, Genoa's JSON (.json) or URDF sensors (.urdf).
 
-    A format keeps what it has a place for: all of them numbers and positions; all but .txt a missing link; normals too
-    where they are known; .csv, .npz and .json map points; .npz and .json faces.
+    A format keeps what it has a place for: all of them positions and hardware ids, or else numbers; all but .txt a
+    missing link; normals too where they are known; .csv, .npz and .json modules, channels and map points; .npz and
+    .json faces.
 
     Args:
         taxels: A skin, or sets of at most one link each.
@@ -144,7 +146,7 @@ def write_taxels(
 def taxel_sets(
     taxels: Skin | TaxelSet | Sequence[TaxelSet], *, points: FloatArray | None = None
 ) -> tuple[TaxelSet, ...]:
-    """One set a link; the numbers are those of the skin.
+    """One set a link; the numbers are those of the skin, ids and modules those of its taxels' identity.
 
     Args:
         taxels: A skin, or sets already.
@@ -190,6 +192,7 @@ def _of_skin(skin: Skin) -> tuple[TaxelSet, ...]:
         own = [k for k, patch in enumerate(skin.patches) if patch.link == link and len(patch.taxels)]
         if own:
             parts = [skin.patches[k].taxels for k in own]
+            identity = join_identities([part.identity for part in parts])
             sets.append(
                 TaxelSet(
                     name=skin.patches[own[0]].name if len(own) == 1 else link,
@@ -197,6 +200,9 @@ def _of_skin(skin: Skin) -> tuple[TaxelSet, ...]:
                     numbers=np.concatenate([np.arange(skin.first[k], skin.first[k + 1]) for k in own]),
                     positions=np.concatenate([part.positions for part in parts]),
                     normals=np.concatenate([part.normals for part in parts]),
+                    ids=identity.ids,
+                    modules=identity.modules,
+                    channels=identity.channels,
                 )
             )
     return tuple(sets)

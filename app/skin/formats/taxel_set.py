@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from app.core.arrays import BoolArray, FloatArray, IntArray, readonly, set_fields
 from app.core.errors import Finding, SkinError, add_finding
+from app.skin.identity import TaxelIdentity
 
 MAX_TAXELS = 100_000
 MAX_COORDINATE = 10.0
@@ -25,12 +26,14 @@ class TaxelSet:
     Attributes:
         name: Of the patch.
         link: The link that the file names, or None.
-        numbers: (n,) each taxel's number on the robot; distinct, not negative.
+        numbers: (n,) by which the set's taxels are told apart: as stated, unless they repeat; distinct, not negative.
         positions: (n, 3) [m], link frame.
         normals: (n, 3) outward unit normals, link frame, or None where nothing meaningful is stated.
         faces: (f, 3) triangles over the taxels, counter-clockwise from outside, or None.
         points: (n, 2) [m] a map of them that comes with the file, or None; NaN for a taxel that is not on it.
-        modules: (n,) the triangular module that carries each taxel, or None.
+        modules: (n,) the module that carries each taxel, or None.
+        ids: (n,) the hardware ids that the file states, or None; they may repeat.
+        channels: (n,) the place of each taxel among those of its module, or None.
         findings: What was noticed and left out on the way in.
 
     Raises:
@@ -45,13 +48,15 @@ class TaxelSet:
     faces: IntArray | None = None
     points: FloatArray | None = None
     modules: IntArray | None = None
+    ids: IntArray | None = None
+    channels: IntArray | None = None
     findings: tuple[Finding, ...] = ()
 
     def __post_init__(self) -> None:
         self._keep("positions", 3, np.float64)
         if not 1 <= len(self.positions) <= MAX_TAXELS:
             raise SkinError("there must be 1 to 100,000 taxels", value=len(self.positions))
-        for field, columns in (("numbers", 1), ("modules", 1), ("faces", 3)):
+        for field, columns in (("numbers", 1), ("modules", 1), ("ids", 1), ("channels", 1), ("faces", 3)):
             self._keep(field, columns, np.int64)
         for field, columns in (("normals", 3), ("points", 2)):
             self._keep(field, columns, np.float64)
@@ -64,6 +69,16 @@ class TaxelSet:
     def mapped(self) -> BoolArray:
         """(n,) which taxels the map that comes with the file shows."""
         return np.zeros(len(self), dtype=bool) if self.points is None else np.isfinite(self.points[:, 0])
+
+    @cached_property
+    def identity(self) -> TaxelIdentity:
+        """Ids, modules and channels, as far as they are stated."""
+        return TaxelIdentity(self.ids, self.modules, self.channels)
+
+    @property
+    def stated_ids(self) -> IntArray:
+        """(n,) the hardware ids, or else the numbers: what formats write that have one number a taxel."""
+        return self.numbers if self.ids is None else self.ids
 
     def select(self, which: BoolArray) -> TaxelSet:
         """Only the taxels where ``which`` (n,) is true; a face stays where all its corners do."""
@@ -79,6 +94,8 @@ class TaxelSet:
             faces=faces,
             points=None if self.points is None else self.points[keep],
             modules=None if self.modules is None else self.modules[keep],
+            ids=None if self.ids is None else self.ids[keep],
+            channels=None if self.channels is None else self.channels[keep],
         )
 
     def with_findings(self, *findings: Finding) -> TaxelSet:
@@ -108,8 +125,7 @@ class TaxelSet:
         if self.normals is not None:
             away = np.abs(np.linalg.norm(self.normals, axis=1) - 1)
             self._refuse("normals", "a normal is not of length one", ~(away < _UNIT))
-        if self.modules is not None:
-            self._refuse("modules", "a module's number is negative", self.modules < 0)
+        TaxelIdentity(self.ids, self.modules, self.channels)  # refuses numbers out of range
         if points is not None:
             off = ~(np.isnan(points).all(axis=1) | (np.abs(points) <= MAX_COORDINATE).all(axis=1))
             self._refuse("points", f"a map point is not within {MAX_COORDINATE:g} m; map points are in metres", off)
@@ -124,10 +140,11 @@ class TaxelSet:
 
 
 def distinct_numbers(numbers: ArrayLike, where: str, findings: list[Finding]) -> IntArray:
-    """``numbers`` (n,), or the rows' own numbers where one comes twice; files from two boards often repeat them."""
+    """Numbers that tell rows apart: ``numbers`` (n,), or the rows' own where one comes twice, as with two boards."""
     stated = np.asarray(numbers, dtype=np.int64)
     twice = int(_is_duplicate(stated).sum())
-    add_finding(findings, "duplicate-number", where, "numbered by their order instead: numbers are duplicated", twice)
+    action = "ids are duplicated: kept as stated, the taxels are told apart by their order"
+    add_finding(findings, "duplicate-number", where, action, twice)
     return np.arange(len(stated)) if twice else stated
 
 

@@ -1,9 +1,9 @@
 """Skins and their maps as the robot skin library of the University of Genoa keeps them (JSON, file version 2).
 
-``skin`` holds ``taxels`` (id, place x [m], normal n, type, cut) and ``faces`` over them; each of ``tactile_maps`` holds
-its own taxels (id, place x on the map [m], type, cut) and faces. Identity numbers repeat in real files, so a taxel is
-known by its index; a map's taxel is the skin's with the same index if their numbers agree throughout, else the next one
-with its number.
+``skin`` holds ``taxels`` (id, place x [m], normal n, type, cut; module and channel where known) and ``faces`` over
+them; each of ``tactile_maps`` holds its own taxels (id, place x on the map [m], type, cut) and faces. Identity numbers
+repeat in real files, so a taxel is known by its index; a map's taxel is the skin's with the same index if their numbers
+agree throughout, else the next one with its number.
 """
 
 from __future__ import annotations
@@ -96,13 +96,13 @@ def read_unige(path: str | Path) -> UnigeFile:
 
 
 def write_unige(file: UnigeFile, path: str | Path) -> None:
-    """Write ``file``; the taxels' numbers become their identity numbers.
+    """Write ``file`` with the taxels' ids, or else their numbers, and their modules and channels where known.
 
     Raises:
         SkinError: The file cannot be written.
     """
     taxels = file.taxels
-    ids = taxels.numbers.tolist()
+    ids = taxels.stated_ids.tolist()
     cut = [np.bincount(map_.taxels, minlength=len(taxels))[map_.taxels] > 1 for map_ in file.maps]
     frame = {"key": 0, "id": 0, "type": "ROS", "name": taxels.link or "", "tf_matrix": np.eye(4).tolist()}
     document = {
@@ -111,7 +111,7 @@ def write_unige(file: UnigeFile, path: str | Path) -> None:
             "n_taxels": len(taxels),
             "n_faces": 0 if taxels.faces is None else len(taxels.faces),
             "parent_frames": [frame],
-            "taxels": _taxel_entries(ids, taxels.positions, np.zeros(len(taxels)), normals=taxels.normals),
+            "taxels": _skin_entries(taxels),
             "faces": [] if taxels.faces is None else taxels.faces.tolist(),
         },
         "tactile_maps": [
@@ -126,6 +126,16 @@ def write_unige(file: UnigeFile, path: str | Path) -> None:
     }  # fmt: skip
     text = json.dumps(document, ensure_ascii=False, indent=1)
     write_atomically(Path(path), text.encode("utf-8", errors="replace"), error=SkinError)
+
+
+def _skin_entries(taxels: TaxelSet) -> list[dict[str, Any]]:
+    ids, uncut = taxels.stated_ids.tolist(), np.zeros(len(taxels))
+    entries = _taxel_entries(ids, taxels.positions, uncut, normals=taxels.normals)
+    for key, values in (("module", taxels.modules), ("channel", taxels.channels)):
+        if values is not None:
+            for entry, number in zip(entries, values.tolist(), strict=True):
+                entry[key] = number
+    return entries
 
 
 def _taxel_entries(
@@ -165,6 +175,9 @@ class _Reader:
             name=name if isinstance(name, str) and name.strip() else self._path.stem,
             link=self._link(skin),
             numbers=distinct_numbers(ids, where, self.findings),
+            ids=ids,
+            modules=self._optional(entries, "module"),
+            channels=self._optional(entries, "channel"),
             positions=self._vectors(entries, "x", 3, "skin"),
             normals=normals,
             faces=faces if len(faces) else None,
@@ -244,6 +257,15 @@ class _Reader:
             if not _is_whole(number):
                 raise self._refuse("id must be a whole number, not negative", f"{place}, taxel {k}", number)
         return np.array(ids, dtype=np.int64)
+
+    def _optional(self, entries: Sequence[Mapping[str, Any]], key: str) -> IntArray | None:
+        """Whole numbers that every taxel may state; None where one does not."""
+        values = [entry.get(key) for entry in entries]
+        if not all(_is_whole(value) for value in values):
+            some = sum(value is not None for value in values)
+            add_finding(self.findings, f"{key}-unknown", "skin", "not used: not a whole number of every taxel", some)
+            return None
+        return np.array(values, dtype=np.int64)
 
     def _vectors(self, entries: Sequence[Mapping[str, Any]], field: str, count: int, place: str) -> FloatArray:
         for k, entry in enumerate(entries):

@@ -54,7 +54,7 @@ def read_urdf_taxels(path: str | Path) -> tuple[TaxelSet, ...]:
 
 
 def write_urdf_taxels(sets: Sequence[TaxelSet], path: str | Path) -> None:
-    """Write ``sets`` as sensors of a URDF with nothing but their links; their numbers become ``idx``.
+    """Write ``sets`` as sensors of a URDF with nothing but their links; their ids, else their numbers, become ``idx``.
 
     Raises:
         SkinError: The file cannot be written.
@@ -69,7 +69,8 @@ def write_urdf_taxels(sets: Sequence[TaxelSet], path: str | Path) -> None:
         SubElement(sensor, "origin", xyz="0 0 0", rpy="0 0 0")
         tactile = SubElement(sensor, "tactile", channel=name)
         turns = None if taxels.normals is None else _turns(taxels.normals)
-        for row, (number, position) in enumerate(zip(taxels.numbers.tolist(), taxels.positions.tolist(), strict=True)):
+        places = zip(taxels.stated_ids.tolist(), taxels.positions.tolist(), strict=True)
+        for row, (number, position) in enumerate(places):
             taxel = SubElement(tactile, "taxel", idx=str(number), xyz=" ".join(map(repr, position)))
             if turns is not None:
                 taxel.set("rpy", " ".join(map(repr, turns[row].tolist())))
@@ -149,7 +150,7 @@ class _Sensor:
 
     def _whole(self, element: Element, name: str) -> int:
         text = (element.get(name) or "").strip()
-        if not re.fullmatch(r"[0-9]{1,9}", text):
+        if not re.fullmatch(r"[0-9]{1,10}", text) or int(text) >= _LARGEST_NUMBER:
             raise self._refuse(f"{name} must be a whole number, not negative", text or "nothing")
         return int(text)
 
@@ -172,6 +173,7 @@ def _joined(sensors: Sequence[_Sensor], path: Path) -> TaxelSet:
             name=first.name,
             link=first.link,
             numbers=distinct_numbers(numbers, first.link, findings),
+            ids=numbers,
             positions=np.concatenate([sensor.positions for sensor in sensors]),
             normals=None if bare else np.concatenate([sensor.normals for sensor in sensors]),
             findings=tuple(findings),

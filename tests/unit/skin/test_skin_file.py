@@ -73,7 +73,7 @@ def test_too_many_taxels_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     ("change", "problem"),
     [
         (lambda h, _a: h.update(format="other"), "not a skin file"),
-        (lambda h, _a: h.update(version=2), "unknown version"),
+        (lambda h, _a: h.update(version=3), "unknown version"),
         (lambda h, _a: h.update(patches=3), "header is broken"),
         (lambda h, _a: h.update(patches=[{"name": 1, "link": "a"}]), "header is broken"),
         (lambda h, _a: h.update(findings=[["a", "b"]]), "header is broken"),

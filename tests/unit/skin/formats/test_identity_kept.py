@@ -1,0 +1,186 @@
+"""Ids, modules and channels through every format: from a file to a skin, and from the skin to a file."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.core.errors import SkinError
+from app.maps.build import build_map
+from app.maps.formats.export import write_map
+from app.maps.formats.map_file import load_map
+from app.maps.formats.svg import svg
+from app.skin.formats.icub_layout import apply_layout, read_icub_layout
+from app.skin.formats.icub_positions import read_icub_positions
+from app.skin.formats.npz import read_taxel_npz
+from app.skin.formats.taxel_files import read_taxel_sets, read_taxels, taxel_sets, write_taxels
+from app.skin.formats.taxel_set import TaxelSet
+from app.skin.identity import IDENTITY_FIELDS, LARGEST_NUMBER, TaxelIdentity
+from app.skin.open import open_skin
+from app.skin.reconstruct import skin_from_taxels
+from app.skin.skin import Skin
+from tests.support.surfaces import frustum, sheet, skin_of
+from tests.unit.skin.formats.example_taxels import assert_equal, dome, kinds, strip
+
+REAL = Path(__file__).parents[5] / "shared" / "data" / "icub-skin"
+needs_files = pytest.mark.skipif(not REAL.is_dir(), reason="the real iCub files are not beside this checkout")
+HARD = np.array([LARGEST_NUMBER, 0, 87012, 86999, 5, 5, 2**24 + 1, 7, 5, 11, 12, 10])
+"""Ids at both ends, not sorted, with gaps, repeated, and one that single precision rounds."""
+KEPT = {
+    ".csv": IDENTITY_FIELDS,
+    ".tsv": IDENTITY_FIELDS,
+    ".npz": IDENTITY_FIELDS,
+    ".json": IDENTITY_FIELDS,
+    ".urdf": ("ids",),
+}
+
+
+def hard(**changes: object) -> TaxelSet:
+    return dome(numbers=np.arange(12), ids=HARD, modules=HARD % 17, channels=HARD % 12, **changes)
+
+
+def identified() -> Skin:
+    """A skin on two links, whose boards number their taxels alike."""
+    skin = skin_of(sheet(6, 5), frustum(around=12, along=5), taxels=12)
+    identity = TaxelIdentity(HARD, HARD % 17, HARD % 12)
+    return Skin(tuple(replace(p, taxels=replace(p.taxels, identity=identity)) for p in skin.patches))
+
+
+@pytest.mark.parametrize("ending", [ending for ending in KEPT if ending != ".tsv"])
+def test_a_format_keeps_hard_ids(tmp_path: Path, ending: str) -> None:
+    write_taxels(hard(), tmp_path / f"set{ending}")
+    back = read_taxels(tmp_path / f"set{ending}")
+    assert_equal(hard(), back, arrays=KEPT[ending], atol=0)
+    assert len(np.unique(back.numbers)) == 12
+    assert kinds(back.findings) == ({} if ending in (".csv", ".npz") else {"duplicate-number": 2})
+
+
+def test_positions_keep_ids_as_rows_and_say_what_they_cannot_hold(tmp_path: Path) -> None:
+    ids = np.array([1999, 3, 40, 41, 52, 55, 60, 61, 62, 63, 65, 12])
+    write_taxels(dome(numbers=np.arange(12), ids=ids, modules=None), tmp_path / "set.txt")
+    back = read_taxels(tmp_path / "set.txt")
+    assert back.ids.tolist() == sorted(ids.tolist())
+    assert (back.modules == back.ids // 12).all()
+    assert (back.channels == back.ids % 12).all()
+    with pytest.raises(SkinError, match=r"its row.*2147483647.*\.csv"):
+        write_taxels(hard(), tmp_path / "hard.txt")
+    with pytest.raises(SkinError, match=r"its row.*3-4 come more than once.*\.csv"):
+        write_taxels(dome(numbers=np.arange(12), ids=[3, 3, 4, 4, *range(5, 13)]), tmp_path / "hard.txt")
+
+
+@pytest.mark.parametrize("ending", [".csv", ".npz", ".urdf"])
+def test_a_skin_of_two_boards_keeps_what_each_states(tmp_path: Path, ending: str) -> None:
+    write_taxels(identified(), tmp_path / f"skin{ending}")
+    for back, taxels in zip(read_taxel_sets(tmp_path / f"skin{ending}"), taxel_sets(identified()), strict=True):
+        assert_equal(taxels, back, arrays=KEPT[ending], atol=0)
+
+
+def test_a_skin_without_ids_is_written_with_its_running_numbers(tmp_path: Path) -> None:
+    skin = skin_of(sheet(6, 5), taxels=4)
+    for ending in (".csv", ".json", ".urdf"):
+        write_taxels(skin, tmp_path / f"skin{ending}")
+        assert read_taxels(tmp_path / f"skin{ending}").ids.tolist() == [0, 1, 2, 3]
+    assert "id" not in (tmp_path / "skin.csv").read_text().splitlines()[0].split(",")
+
+
+def test_a_table_states_ids_beside_numbers(tmp_path: Path) -> None:
+    table = tmp_path / "t.csv"
+    table.write_text("x,y,z,taxel,id,module,channel\n0,0,0,1,87012,14,3\n1,0,0,0,86999,13,\n")
+    with pytest.raises(SkinError, match="line 3.*channel"):
+        read_taxels(table)
+    table.write_text("x,y,z,taxel,id,module,channel\n0,0,0,1,87012,14,3\n1,0,0,0,86999,13,0\n")
+    taxels = read_taxels(table)
+    assert (taxels.numbers.tolist(), taxels.ids.tolist()) == ([1, 0], [87012, 86999])
+    assert (taxels.modules.tolist(), taxels.channels.tolist()) == ([14, 13], [3, 0])
+    table.write_text("x,y,z,id\n0,0,0,2147483648\n")
+    with pytest.raises(SkinError, match="line 2.*2147483648"):
+        read_taxels(table)
+    table.write_text("x,y,z,id\n0,0,0,7\n1,0,0,7\n")
+    taxels = read_taxels(table)
+    assert (taxels.numbers.tolist(), taxels.ids.tolist(), kinds(taxels.findings)) == (
+        [0, 1], [7, 7], {"duplicate-number": 1}
+    )  # fmt: skip
+
+
+def test_npz_without_ids_states_its_numbers_and_refuses_what_is_none(tmp_path: Path) -> None:
+    np.savez(tmp_path / "t.npz", positions=np.eye(3), numbers=np.array([9, 9, 4]))
+    (taxels,) = read_taxel_npz(tmp_path / "t.npz")
+    assert (taxels.ids.tolist(), taxels.numbers.tolist()) == ([9, 9, 4], [0, 1, 2])
+    np.savez(tmp_path / "t.npz", positions=np.eye(3))
+    assert read_taxel_npz(tmp_path / "t.npz")[0].ids is None
+    for values, problem in ((np.ones(3), "wrong shape or type"), (np.array([1, -2, 3]), "row 1.*negative.*-2")):
+        np.savez(tmp_path / "t.npz", positions=np.eye(3), channels=values)
+        with pytest.raises(SkinError, match=f"t.npz.*channels.*{problem}"):
+            read_taxel_npz(tmp_path / "t.npz")
+
+
+def test_genoa_leaves_out_a_module_that_not_every_taxel_states(tmp_path: Path) -> None:
+    write_taxels(hard(), tmp_path / "t.json")
+    document = json.loads((tmp_path / "t.json").read_text())
+    assert [document["skin"]["taxels"][0][key] for key in ("id", "module", "channel")] == [2147483647, 8, 7]
+    del document["skin"]["taxels"][3]["module"]
+    (tmp_path / "t.json").write_text(json.dumps(document))
+    taxels = read_taxels(tmp_path / "t.json")
+    assert (taxels.modules, taxels.channels.tolist()) == (None, (HARD % 12).tolist())
+    assert kinds(taxels.findings) == {"duplicate-number": 2, "module-unknown": 11}
+
+
+def test_a_layout_finds_its_taxels_by_id() -> None:
+    taxels, layout = strip()
+    turned = TaxelSet("strip", "arm", np.arange(len(taxels)), taxels.positions[::-1], ids=taxels.numbers[::-1])
+    joined, plain = apply_layout(turned, layout), apply_layout(taxels, layout)
+    np.testing.assert_array_equal(joined.points, plain.points[::-1])
+    assert_equal(joined, replace(turned, modules=turned.ids // 12, channels=turned.ids % 12), arrays=IDENTITY_FIELDS)
+
+
+@pytest.mark.parametrize("ending", [".csv", ".npz", ".json"])
+def test_from_file_through_skin_and_map_to_file(tmp_path: Path, ending: str) -> None:
+    """Through patches in another order than the file's, a map of them, and out again."""
+    far = dome().positions + np.where(np.arange(12) < 4, 0.5, 0.0)[:, None]
+    ids = 86999 + 13 * ((5 * np.arange(12)) % 12)
+    write_taxels(
+        dome(numbers=np.arange(12), positions=far, ids=ids, modules=ids // 12, channels=ids % 12, points=None),
+        tmp_path / f"in{ending}",
+    )
+    skin = open_skin(tmp_path / f"in{ending}")
+    assert len(skin.patches) > 1
+    write_map(build_map(skin), tmp_path / "map.npz")
+    map_ = load_map(tmp_path / "map.npz")
+    for target in (".csv", ".json"):
+        write_map(map_, tmp_path / f"out{target}")
+        back = read_taxels(tmp_path / f"out{target}")
+        assert sorted(back.ids.tolist()) == sorted(ids.tolist())
+        for k, number in enumerate(ids.tolist()):
+            (row,) = np.flatnonzero(back.ids == number)
+            np.testing.assert_allclose(back.positions[row], far[k], atol=1e-9)
+            assert (back.modules[row], back.channels[row]) == divmod(number, 12)
+    drawn = svg(map_).decode()
+    assert all(f">{number}</text>" in drawn for number in ids.tolist())
+
+
+@needs_files
+@pytest.mark.parametrize(
+    ("name", "count", "last", "modules"),
+    [("left_arm", 350, 767, 35), ("left_forearm_V2", 148, 355, 24), ("torso", 373, 755, 44)],
+)
+def test_real_files_keep_their_rows(tmp_path: Path, name: str, count: int, last: int, modules: int) -> None:
+    """Every id is the row of the file that holds the taxel's place, in the skin, a table and on the drawn layout."""
+    path = REAL / "positions" / f"{name}.txt"
+    taxels = read_icub_positions(path)
+    rows = np.array(
+        [words for line in path.read_text().splitlines() if len(words := line.split()) == 6 and "(" not in line], float
+    )
+    np.testing.assert_array_equal(rows[taxels.ids, :3], taxels.positions)
+    assert (len(taxels), int(taxels.ids.max()), len(np.unique(taxels.modules))) == (count, last, modules)
+    np.testing.assert_array_equal(12 * taxels.modules + taxels.channels, taxels.ids)
+    skin = skin_from_taxels(taxels)
+    assert sorted(skin.identity.ids.tolist()) == taxels.ids.tolist()
+    write_taxels(skin, tmp_path / "t.csv")
+    assert read_taxels(tmp_path / "t.csv").ids.tolist() == skin.identity.ids.tolist()
+    layout = {"left_arm": "left_arm_V2_7"}.get(name, name)
+    drawn = apply_layout(taxels, read_icub_layout(REAL / "layouts" / f"{layout}.ini"))
+    np.testing.assert_array_equal(drawn.ids, taxels.ids)

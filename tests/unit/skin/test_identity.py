@@ -1,0 +1,155 @@
+"""What the robot calls its taxels: checked when made, and the same taxel's wherever a skin takes it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.core.arrays import IntArray
+from app.core.errors import SkinError
+from app.skin.calibration_error import with_calibration_error
+from app.skin.fit import fit_taxels_to_link
+from app.skin.formats.taxel_files import taxel_sets
+from app.skin.formats.taxel_set import TaxelSet
+from app.skin.identity import (
+    LARGEST_NUMBER,
+    NO_IDENTITY,
+    TaxelIdentity,
+    TaxelName,
+    identity_summary,
+    identity_text,
+    join_identities,
+    number_ranges,
+)
+from app.skin.reconstruct import reconstruct_skin
+from app.skin.skin import Patch, Skin
+from app.skin.skin_file import skin_from_bytes, skin_to_bytes
+from tests.support.surfaces import frustum, skin_of
+from tests.unit.skin.example_robots import two_rods
+
+IDS = np.array([LARGEST_NUMBER, 5, 87012, 5])
+
+
+def with_ids(skin: Skin, *identities: TaxelIdentity) -> Skin:
+    pairs = zip(skin.patches, identities, strict=True)
+    return Skin(tuple(replace(p, taxels=replace(p.taxels, identity=one)) for p, one in pairs))
+
+
+def two_patches() -> Skin:
+    """Two patches of four taxels; both boards have a taxel 5, the second board states no channels."""
+    first = TaxelIdentity(IDS, [3, 3, 14, 14], [0, 1, 2, 3])
+    return with_ids(skin_of(frustum(), frustum(), taxels=4), first, TaxelIdentity([9, 8, 7, 5], [2, 2, 2, 2]))
+
+
+@pytest.mark.parametrize(
+    ("fields", "problem"),
+    [
+        ({"ids": [1, -1]}, "ids, row 1.*negative.*-1"),
+        ({"channels": [2**31]}, "channels, row 0.*above 2147483647.*2147483648"),
+        ({"ids": [1, 2], "modules": [1]}, "modules.*do not fit"),
+        ({"modules": [[1]]}, "modules.*do not fit"),
+    ],
+)
+def test_what_is_no_identity_is_refused(fields: dict[str, object], problem: str) -> None:
+    with pytest.raises(SkinError, match=problem):
+        TaxelIdentity(**fields)
+
+
+def test_an_identity_of_other_taxels_is_refused() -> None:
+    taxels = skin_of(frustum(), taxels=4).patches[0].taxels
+    with pytest.raises(SkinError, match="another number of taxels.*3 of 4"):
+        replace(taxels, identity=TaxelIdentity([1, 2, 3]))
+
+
+def test_words_and_ranges() -> None:
+    assert str(TaxelName(87012, 14, 3)) == "id 87012, module 14, channel 3"
+    assert (str(TaxelName(module=0)), str(TaxelName())) == ("module 0", "")
+    assert number_ranges([3, 1, 2, 9, 2, 12, 13]) == "1-3, 9, 12-13"
+    assert (number_ranges([1, 3, 5, 6], most=1), number_ranges([])) == ("1 and 3 more", "")
+    summary = identity_summary(TaxelIdentity(IDS, [3, 3, 14, 14]))
+    assert summary["ids"] == {"different": 3, "first": 5, "last": LARGEST_NUMBER, "repeated": 1}
+    assert identity_text(summary) == "ids 5 to 2147483647 (3, 1 repeated), modules 3 to 14 (2)"
+    assert (identity_summary(NO_IDENTITY), identity_text({})) == ({}, "")
+
+
+def test_joining_leaves_out_what_one_part_lacks() -> None:
+    joined = join_identities([TaxelIdentity([1], [2], [3]), TaxelIdentity([4], None, [6])])
+    assert (joined.ids.tolist(), joined.modules, joined.channels.tolist()) == ([1, 4], None, [3, 6])
+    assert not join_identities([]).known
+    assert not NO_IDENTITY.known
+
+
+def test_a_skin_tells_and_finds_its_taxels() -> None:
+    skin = two_patches()
+    assert skin.identity.ids.tolist() == [*IDS.tolist(), 9, 8, 7, 5]
+    assert (skin.identity.modules.tolist(), skin.identity.channels) == ([3, 3, 14, 14, 2, 2, 2, 2], None)
+    assert (skin.taxel_name(2), skin.taxel_name(4)) == (TaxelName(87012, 14, 2), TaxelName(9, 2))
+    assert skin.taxels_with_id(5).tolist() == [1, 3, 7], "ids repeat, on a board and on two"
+    assert skin.taxels_with_id(6).tolist() == []
+    generated = skin_of(frustum(), taxels=4)
+    assert (generated.identity.known, generated.taxel_name(0)) == (False, TaxelName())
+    assert generated.taxels_with_id(0).tolist() == []
+
+
+def test_skin_files_keep_it_and_read_those_without(tmp_path) -> None:
+    back = skin_from_bytes(skin_to_bytes(two_patches()))
+    for patch, other in zip(two_patches().patches, back.patches, strict=True):
+        assert_same(other.taxels.identity, patch.taxels.identity)
+    assert not skin_from_bytes(skin_to_bytes(skin_of(frustum(), taxels=4))).identity.known
+
+
+def test_a_calibration_error_and_a_merged_link_keep_it() -> None:
+    skin = two_patches()
+    assert with_calibration_error(skin, 1e-3).taxels_with_id(87012).tolist() == [2]
+    one_link = Skin(tuple(Patch(p.name, "arm", p.surface, p.taxels) for p in skin.patches))
+    (taxels,) = taxel_sets(one_link)
+    assert (taxels.numbers.tolist(), taxels.channels) == (list(range(8)), None)
+    assert taxels.ids.tolist() == skin.identity.ids.tolist()
+
+
+def scattered(positions: np.ndarray) -> TaxelSet:
+    """Taxels whose ids have gaps, fall and repeat; each place tells its id."""
+    count = len(positions)
+    ids = (LARGEST_NUMBER - 7 * np.arange(count)) % LARGEST_NUMBER
+    ids[-1] = ids[0]
+    return TaxelSet("s", "upper", np.arange(count), positions, ids=ids, modules=ids % 17, channels=ids % 12)
+
+
+def test_taxels_alone_keep_theirs_through_patches_and_merging() -> None:
+    grid = np.stack(np.meshgrid(np.arange(5), np.arange(3), indexing="ij"), -1).reshape(-1, 2) * 0.004
+    flat = np.column_stack([grid, np.zeros(len(grid))])
+    # The smaller piece first, so that its taxels come later in the skin; one place twice.
+    taxels = scattered(np.concatenate([flat[:4] + [1.0, 0, 0], flat, flat[:1]]))
+    found = reconstruct_skin(taxels)
+    assert len(found.skin.patches) > 1
+    assert_stays_with_its_place(found.skin, taxels, 1e-12)
+    (merged,) = [finding for finding in found.skin.findings if finding.kind == "duplicate-taxel"]
+    assert merged.action.endswith(f"id {taxels.ids[-1]}")
+
+
+def test_taxels_fitted_to_a_link_keep_theirs() -> None:
+    angle, height = (grid.ravel() for grid in np.meshgrid(np.arange(0, 0.5, 0.15), [0.02, 0.1, 0.026, 0.106]))
+    points = np.stack([0.04 * np.cos(angle), 0.04 * np.sin(angle), height], axis=1)
+    taxels = scattered(points)
+    skin = fit_taxels_to_link(two_rods(length=0.13), "upper", points, file="f", identity=taxels.identity)
+    assert (len(skin), len(skin.patches)) == (len(points), 2), "two bands, their rows by turns in the file"
+    assert_stays_with_its_place(skin, taxels, 0.006)
+
+
+def assert_same(one: TaxelIdentity, other: TaxelIdentity) -> None:
+    for field in ("ids", "modules", "channels"):
+        a: IntArray | None = getattr(one, field)
+        b: IntArray | None = getattr(other, field)
+        assert (a is None) == (b is None), field
+        if a is not None and b is not None:
+            np.testing.assert_array_equal(a, b, err_msg=field)
+
+
+def assert_stays_with_its_place(skin: Skin, taxels: TaxelSet, moved: float) -> None:
+    """Every taxel of the skin has ids, module and channel of the taxel of the set that is nearest to it."""
+    positions = np.concatenate([patch.taxels.positions for patch in skin.patches])
+    away = np.linalg.norm(positions[:, None] - taxels.positions, axis=2)
+    assert away.min(axis=1).max() <= moved
+    assert_same(skin.identity, taxels.identity.select(away.argmin(axis=1)))
