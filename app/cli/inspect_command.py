@@ -20,8 +20,7 @@ from app.scene.scene_file import scene_names
 from app.session.prepare import open_scene, prepare
 from app.skin.formats.icub_layout import read_icub_layout
 from app.skin.formats.taxel_files import read_taxel_sets
-from app.skin.identity import identity_summary, identity_text, join_identities
-from app.skin.skin import Skin
+from app.skin.skin import Skin, identity_summary, identity_text, join_identities
 from app.skin.skin_file import load_skin
 from app.studies.ablation import ablation_cost
 

@@ -33,10 +33,9 @@ from app.recording.player import RecordingPlayer
 from app.skin.formats.icub_layout import apply_layout, read_icub_layout
 from app.skin.formats.icub_module_orientation import propose_orientations
 from app.skin.formats.taxel_files import read_taxels
-from app.skin.identity import identity_summary, identity_text
 from app.skin.open import SkinOptions, open_skin
 from app.skin.placement import BoundaryZone, PlacementSpec
-from app.skin.skin import Skin
+from app.skin.skin import Skin, identity_summary, identity_text
 from app.tactile.babbling import BabbleSpec, babble
 
 

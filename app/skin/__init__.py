@@ -2,7 +2,7 @@
 
 Read in this order:
 
-``skin``               taxels, their quadrature, patches, and all of them as one skin: the values
+``skin``               taxels, their identity and quadrature, patches, and all of them as one skin: the values
 ``skin_file``          a skin as npz, checked on reading
 ``open``               whatever a user has (robot, mesh, taxels, skin, map) becomes a skin
 ``cover``              a skin that places itself on a robot: links chosen, wrapped, kept clear of joints

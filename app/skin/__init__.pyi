@@ -5,7 +5,7 @@ from .mesh_skin import skin_of_mesh
 from .open import SkinOptions, open_skin
 from .placement import BoundaryZone, BoxZone, PaintedZone, PlacementSpec, SphereZone, place_taxels, refine_for_spec
 from .reconstruct import ReconstructedSkin, reconstruct_skin, skin_from_taxels
-from .skin import Patch, Quadrature, Skin, Taxels
+from .skin import Patch, Quadrature, Skin, TaxelIdentity, TaxelName, Taxels
 from .skin_file import load_skin, save_skin
 
 __all__ = [
@@ -20,6 +20,8 @@ __all__ = [
     "Skin",
     "SkinOptions",
     "SphereZone",
+    "TaxelIdentity",
+    "TaxelName",
     "Taxels",
     "choose_links",
     "cover_robot",

@@ -25,9 +25,8 @@ from app.geometry.wrap import wrap_mesh
 from app.robots.kinematics import Configuration
 from app.robots.robot import Robot
 from app.skin.cover import CLOSING_FACTOR
-from app.skin.identity import NO_IDENTITY, TaxelIdentity
 from app.skin.sampling import distinct_faces, face_graph, geodesic_voronoi, straighten_cells, taxels_at_points
-from app.skin.skin import Patch, Skin, Taxels
+from app.skin.skin import NO_IDENTITY, Patch, Skin, TaxelIdentity, Taxels
 from app.skin.usable_surface import patch_name, usable_components
 
 MAX_MEDIAN_DISTANCE = 0.020

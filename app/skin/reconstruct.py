@@ -24,9 +24,8 @@ from app.core.arrays import FloatArray, IntArray, freeze_arrays
 from app.core.errors import Finding
 from app.geometry.mesh import Mesh
 from app.skin.formats.taxel_set import TaxelSet
-from app.skin.identity import TaxelIdentity, number_ranges
 from app.skin.sampling import taxels_at_barycentric
-from app.skin.skin import Patch, Skin, Taxels
+from app.skin.skin import Patch, Skin, TaxelIdentity, Taxels, number_ranges
 from app.skin.triangulation import MAX_EDGE_SPACINGS, TriangulatedTaxels, estimate_normals, local_spacing, triangulate
 from app.skin.usable_surface import patch_name
 

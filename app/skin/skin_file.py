@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from app.core.errors import Finding, MeshError, SkinError
 from app.core.files import MAX_UNPACKED_BYTES, pack_arrays, read_bounded_file, unpack_arrays, write_atomically
 from app.geometry.mesh import Mesh
-from app.skin.identity import IDENTITY_FIELDS, TaxelIdentity
-from app.skin.skin import Patch, Quadrature, Skin, Taxels
+from app.skin.skin import IDENTITY_FIELDS, Patch, Quadrature, Skin, TaxelIdentity, Taxels
 
 FORMAT, VERSION = "tactile-maps-skin", 2
 _READS = (1, VERSION)

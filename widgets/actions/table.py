@@ -427,6 +427,14 @@ def _select_menu(tools: tuple[ToolSpec, ...]) -> Menu:
             ActionSpec("select_all", "Select all", ("A",), "Select every taxel", in_views=True),
             ActionSpec("select_none", "Select none", ("Alt+A",), "Select no taxel, also by Escape", in_views=True),
             ActionSpec("select_inverse", "Invert selection", ("Ctrl+I",), "Select the taxels that are not selected"),
+            LINE,
+            ActionSpec(
+                "find_taxel",
+                "Find taxel…",
+                ("Ctrl+F",),
+                "Select and show a taxel by its hardware id, its number, or its module and channel",
+                has_scene,
+            ),
         ),
     )
 

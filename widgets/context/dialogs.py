@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
+from PySide6.QtWidgets import QFileDialog, QInputDialog, QMessageBox, QWidget
 
 Button = QMessageBox.StandardButton
 
@@ -36,6 +36,16 @@ class Dialogs:
         box = self._show(name, title, text, buttons)
         box.setDefaultButton(default)
         box.finished.connect(lambda answer: then(Button(answer)))
+
+    def ask_text(self, name: str, title: str, text: str, then: Callable[[str], None]) -> None:
+        """Ask for a line; ``then`` is called with it unless it is cancelled."""
+        box = QInputDialog(self._parent)
+        box.setObjectName(name)
+        box.setWindowTitle(title)
+        box.setLabelText(text)
+        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        box.textValueSelected.connect(then)
+        box.open()
 
     def tell(self, name: str, title: str, text: str) -> None:
         """Show a text with a button that closes it; asked for again while it is open, it comes to the front."""

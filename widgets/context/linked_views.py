@@ -8,6 +8,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QSplitter, QVBoxLayout, QWidget
 
 from app.control.command import ControlSettings
+from app.core.arrays import IntArray
 from app.editing.document import MapDocument
 from app.geometry.mesh import SurfacePoint
 from app.session.frame import Frame
@@ -16,8 +17,9 @@ from widgets.common.colour_bar import ColourBar
 from widgets.common.colours import PressureScale, Theme
 from widgets.common.mode import Mode
 from widgets.common.settings import BaseLayer, OverlayOptions
-from widgets.common.tool_kinds import BRUSH, POKE, ToolKind, resized_brush
-from widgets.document.taxel_selection import TaxelSelection
+from widgets.common.tool_kinds import BRUSH, POKE, SelectionMode, ToolKind, resized_brush
+from widgets.document.taxel_search import taxel_words
+from widgets.document.taxel_selection import SelectionUpdate, TaxelSelection
 from widgets.interaction.view_tool import ViewTool
 from widgets.layers.registry import LAYERS, LayerSpec, at_first, body_layers, map_layers
 from widgets.map_view.map_view import MapView
@@ -202,6 +204,14 @@ class LinkedViews(QWidget):
         self.robot.frame_all()
         self.map.frame_all()
 
+    def show_taxels(self, taxels: IntArray) -> None:
+        """Select these taxels (k,), at least one, and bring them into sight in both views."""
+        prepared = self.robot.display.prepared
+        if prepared is not None:
+            self.selection.take(SelectionUpdate(taxels, SelectionMode.REPLACE))
+            self.map.frame_taxels(taxels)
+            self.robot.display.look_at(prepared.skin.taxel_point(int(taxels[0])))
+
     def set_theme(self, theme: Theme) -> None:
         """Take another theme."""
         for part in (self.robot.display, self.map, self.bar):
@@ -216,7 +226,11 @@ class LinkedViews(QWidget):
         for view in (self.robot, self.map):
             view.display.set_selection(self.selection.taxels, self.selection.inks)
         taxels = self.selection.taxels
-        words = f"{len(taxels)} taxels selected" if len(taxels) != 1 else f"Taxel {taxels[0]} selected"
+        words = f"{len(taxels)} taxels selected"
+        prepared = self.robot.display.prepared
+        if len(taxels) == 1 and prepared is not None:
+            name = taxel_words(prepared.skin, int(taxels[0]))
+            words = f"{name[0].upper()}{name[1:]} selected"
         self.selection_told.emit(words if len(taxels) else "")
 
     def _on_hovered(self, at: SurfacePoint | None) -> None:

@@ -2,7 +2,7 @@
 
 ``stage_settings`` brings the document to the stages that ``app.studies`` measures, and their settings back.
 ``map_editor`` is the only caller that changes the map document; ``taxel_selection`` is which taxels and which contact
-region are selected, and their colours.
+region are selected, and their colours; ``taxel_search`` finds taxels by id, number or module.
 """
 
 import lazy_loader

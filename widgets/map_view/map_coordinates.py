@@ -15,6 +15,7 @@ from app.geometry.mesh import SurfacePoint
 from app.maps.layout import MapLayout, Placement
 from app.maps.tactile_map import TactileMap
 from app.skin.skin import Skin
+from widgets.document.taxel_search import taxel_words
 
 SCENE_SIZE = 1000.0
 """The map's longer side in scene units. Hundreds, because Qt draws cosmetic points badly in a scene of size one."""
@@ -100,19 +101,22 @@ class VisiblePatches:
         return None if at is None else SurfacePoint(self._numbers[at.patch], at.face, at.weights)
 
 
-def readout_text(tactile_map: TactileMap, at: SurfacePoint, pressures: FloatArray | None, *, name: str = "") -> str:
-    """Patch, taxel, its pressure and the place on the map, for the hover readout.
+def readout_text(
+    tactile_map: TactileMap, at: SurfacePoint, pressures: FloatArray | None, *, name: str = "", fault: str = ""
+) -> str:
+    """Patch, taxel with its id, module and channel, its pressure and the place on the map, for the hover readout.
 
     Args:
         tactile_map: The map.
         at: The place.
         pressures: (taxels,) [Pa].
         name: Of the patch, where a person gave it another than the skin's.
+        fault: What is wrong with the taxel, in a word.
     """
     facts = [name or tactile_map.skin.patches[at.patch].name]
     taxel = nearest_taxel(tactile_map, at)
     if taxel is not None:
-        facts.append(f"taxel {taxel}")
+        facts.append(taxel_words(tactile_map.skin, taxel) + (f", {fault}" if fault else ""))
         if pressures is not None:
             facts.append(f"{format_three_digits(float(pressures[taxel]) / 1e3)}\u2009kPa")
     x, y = 1e3 * tactile_map.to_map(at)
@@ -135,6 +139,8 @@ def nice_floor(most: float) -> float:
 
 MARGIN_PX = 36.0
 LOWEST_ZOOM, HIGHEST_ZOOM = 0.5, 60.0
+_CLOSE_SHARE = 0.6
+"""Of the room a box that is closed in on takes at least this share."""
 
 Point = tuple[float, float]
 
@@ -195,6 +201,14 @@ class MapCamera:
         """Drag the map by this many pixels; the centre never leaves the map, so it cannot get lost."""
         scale = self.scale(viewport)
         return self._looking_at((self.centre[0] - dx / scale, self.centre[1] - dy / scale), self.zoom)
+
+    def closing_in(self, low: Point, high: Point) -> MapCamera:
+        """Centred on a box [scene units], all of it in sight; never farther away than now unless it must be."""
+        sizes = [max(b - a, 1e-9) for a, b in zip(low, high, strict=True)]
+        fits = min(whole / size for whole, size in zip(self.content, sizes, strict=True))
+        near = min(max(self.zoom, _CLOSE_SHARE * fits), fits)
+        zoom = min(max(near, min(LOWEST_ZOOM, self.zoom)), max(HIGHEST_ZOOM, self.zoom))
+        return self._looking_at(((low[0] + high[0]) / 2, (low[1] + high[1]) / 2), zoom)
 
     def _looking_at(self, centre: Point, zoom: float) -> MapCamera:
         # An edit may have taken the map away from under the centre: it goes no farther out, and is not pulled back.

@@ -17,7 +17,7 @@ from app.session.prepare import PreparedScene
 from widgets.common.colours import PressureScale, Theme
 from widgets.common.settings import OverlayOptions
 from widgets.map_view.live_image import ImageAtlas, ImageSettings
-from widgets.map_view.map_coordinates import readout_text
+from widgets.map_view.map_coordinates import nearest_taxel, readout_text
 from widgets.map_view.map_painter import MapMarks, MapPainter
 from widgets.map_view.map_scene import MapLayerFactory, MapScene
 from widgets.map_view.taxel_faults import NO_FAULTS, TaxelFaults
@@ -175,7 +175,10 @@ class MapDisplay(QObject):
             return ""
         stretched = "" if picture.ground is None else picture.ground.tell(picture.map, at)
         name = picture.shapes.patches[at.patch].name
-        return "  ·  ".join(filter(None, (readout_text(picture.map, at, self._pressures, name=name), stretched)))
+        taxel = nearest_taxel(picture.map, at)
+        fault = None if taxel is None else picture.fault_of(taxel)
+        told = readout_text(picture.map, at, self._pressures, name=name, fault="" if fault is None else fault.value)
+        return "  ·  ".join(filter(None, (told, stretched)))
 
     def set_theme(self, theme: Theme) -> None:
         """Take another theme."""

@@ -32,6 +32,7 @@ from app.core.arrays import FloatArray
 from app.editing.pins import pin_places
 from app.maps.tactile_map import TactileMap
 from app.session.frame import Frame
+from app.skin.skin import Skin
 from widgets.common.colours import Theme
 from widgets.map_view.map_items import ZOrder, cosmetic_pen, padded_bounds, to_lines, to_polygon
 from widgets.map_view.map_scene import CONTACT_KPA, MapLayer, MapScene
@@ -172,7 +173,7 @@ _ABOVE_MARK = 10.0
 
 
 class TaxelNumbers(MapLayer):
-    """The taxels' numbers; where there is no room for all, those that are selected go first."""
+    """The taxels' hardware ids, or else numbers; where there is no room for all, those that are selected go first."""
 
     order = ZOrder.NUMBERS
 
@@ -182,6 +183,7 @@ class TaxelNumbers(MapLayer):
         self._font.setPixelSize(_ID_PX)
         self._item = _OverTaxels(scene, self.order, self._paint)
         self.items = (self._item,)
+        self._written: tuple[Skin, list[str]] | None = None
 
     def show_document(self) -> None:
         """Follow the taxels."""
@@ -195,13 +197,26 @@ class TaxelNumbers(MapLayer):
         painter.setFont(self._font)
         painter.setPen(QColor(29, 33, 38))
         metrics = QFontMetricsF(self._font)
-        width, height = metrics.horizontalAdvance(str(len(taxels.places))) + 6, metrics.height() + 1
+        texts = self._texts()
+        width, height = metrics.horizontalAdvance(max(texts, key=len, default="")) + 6, metrics.height() + 1
         for taxel, at in self._with_room(view, room, width, height):
-            text = str(taxel)
+            text = texts[taxel]
             tight = metrics.horizontalAdvance(text) + 4
             box = QRectF(at.x() - tight / 2, at.y() - above - height / 2, tight, height)
             painter.fillRect(box, QColor(255, 255, 255, 130))
             painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
+
+    def _texts(self) -> Sequence[str]:
+        """(taxels,) the hardware ids, where a patch states none the running numbers."""
+        skin = self.scene.document.skin
+        if self._written is None or self._written[0] is not skin:
+            texts: list[str] = []
+            for patch in skin.patches:
+                ids = patch.taxels.identity.ids
+                running = range(len(texts), len(texts) + len(patch.taxels))
+                texts += map(str, running if ids is None else ids.tolist())
+            self._written = skin, texts
+        return self._written[1]
 
     def _with_room(self, view: QTransform, room: QRectF, width: float, height: float) -> list[tuple[int, QPointF]]:
         """Taxels and their pixels, such that no two numbers of this size overlap."""

@@ -15,7 +15,7 @@ from PySide6.QtGui import QPainter, QTransform
 from PySide6.QtWidgets import QGraphicsItem, QGraphicsScene
 
 from app.contacts.detection import TOUCH_THRESHOLD
-from app.core.arrays import IntArray
+from app.core.arrays import BoolArray, IntArray
 from app.editing.document import MapDocument
 from app.geometry.mesh import SurfacePoint
 from app.maps.tactile_map import TactileMap
@@ -28,7 +28,7 @@ from widgets.map_view.live_image import AtlasTile, ImageAtlas, ImageSettings, Li
 from widgets.map_view.map_coordinates import SceneTransform, VisiblePatches
 from widgets.map_view.map_items import PatchItem, TaxelsItem, ZOrder
 from widgets.map_view.map_shapes import MapShapes, Wireframe, wireframe
-from widgets.map_view.taxel_faults import NO_FAULTS, FaultLegend, FaultsItem, TaxelFaults, fault_legend
+from widgets.map_view.taxel_faults import NO_FAULTS, Fault, FaultLegend, FaultsItem, TaxelFaults, fault_legend
 from widgets.overlays.body_overlays import SkinTexture
 
 CONTACT_KPA = TOUCH_THRESHOLD / 1e3
@@ -121,6 +121,7 @@ class MapScene:
         self._faults_item, self._faults = FaultsItem(), NO_FAULTS
         self.layers = {name: make(self) for name, make in (layers or {}).items()}
         self.fault_legend: FaultLegend = ()
+        self._found: Mapping[Fault, BoolArray] = {}
         self._overlays, self._scale = OverlayOptions(), PressureScale()
         self._use_atlas(atlas or ImageAtlas(document.map))
         self._place()
@@ -216,9 +217,13 @@ class MapScene:
         self._mark_faults()
 
     def _mark_faults(self) -> None:
-        found = self._faults.of(self.pressures) if self._faults.any else {}
-        self._faults_item.mark(found)
-        self.fault_legend = fault_legend(found)
+        self._found = self._faults.of(self.pressures) if self._faults.any else {}
+        self._faults_item.mark(self._found)
+        self.fault_legend = fault_legend(self._found, self.document.skin.identity)
+
+    def fault_of(self, taxel: int) -> Fault | None:
+        """What is wrong with a taxel now."""
+        return next((fault for fault, those in self._found.items() if those[taxel]), None)
 
     def select(self, taxels: IntArray, inks: tuple[str, ...]) -> None:
         """Ring these taxels (k,), each in its colour."""

@@ -38,6 +38,8 @@ from widgets.map_view.map_coordinates import MapCamera, SceneTransform, nearest_
 from widgets.map_view.map_display import MapDisplay
 from widgets.map_view.map_scene import MapLayerFactory, MapScene
 
+_AROUND = 3.0
+"""Pitches that are seen around a taxel that is looked at."""
 _POKES = "Press a patch to poke the robot there. Drag beside the patches to pan."
 _SELECTS = "Click taxels or draw around them to select them. Escape selects none."
 _EDITS = "Edit the map with the active tool. Drag with the middle button, or with Space, to pan."
@@ -203,6 +205,14 @@ class MapView(QGraphicsView):
     def frame_all(self) -> None:
         """Frame the whole content."""
         self.look(MapCamera.framing(self.camera.content, self.camera.origin))
+
+    def frame_taxels(self, taxels: IntArray) -> None:
+        """Look at these taxels (k,), at least one, with some of what is around them."""
+        picture = self._picture
+        if picture is not None:
+            places, around = picture.shapes.taxels[taxels], _AROUND * picture.shapes.pitch
+            low, high = places.min(axis=0) - around, places.max(axis=0) + around
+            self.look(self.camera.closing_in((float(low[0]), float(low[1])), (float(high[0]), float(high[1]))))
 
     def pan(self, dx: float, dy: float) -> None:
         """Drag the content by pixels."""

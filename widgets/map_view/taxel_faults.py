@@ -20,6 +20,7 @@ from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 from app.core.arrays import BoolArray, FloatArray
 from app.scene.effects import Effects
 from app.session.prepare import PreparedScene
+from app.skin.skin import NO_IDENTITY, TaxelIdentity, number_ranges
 from app.tactile.sensor_chain import SensorChain
 from app.tactile.sensor_effects import SensorEffects
 from widgets.common.colours import Theme
@@ -147,12 +148,47 @@ FaultLegend = tuple[tuple[Fault, str], ...]
 """What each mark means, in words."""
 
 
-def fault_legend(faults: Mapping[Fault, BoolArray]) -> FaultLegend:
-    """A line for each kind that there is."""
-    counts = ((fault, int(those.sum())) for fault, those in faults.items())
-    return tuple(
-        (fault, f"{count} {'taxel' if count == 1 else 'taxels'} {fault.value}") for fault, count in counts if count
-    )
+_NAMED_MODULES = 2
+_BROKEN = (Fault.DEAD, Fault.STUCK)
+"""What is a channel's fault, and not that of the touch: it is named by module."""
+
+
+def fault_legend(faults: Mapping[Fault, BoolArray], identity: TaxelIdentity = NO_IDENTITY) -> FaultLegend:
+    """A line for each kind that there is; what is broken is named by module and channel, as far as they are known.
+
+    Args:
+        faults: (taxels,) which have each fault.
+        identity: Of all taxels.
+    """
+    lines = []
+    for fault, those in faults.items():
+        count = int(those.sum())
+        if count:
+            where = broken_channels(those, identity) if fault in _BROKEN else ""
+            text = f"{count} {'taxel' if count == 1 else 'taxels'} {fault.value}"
+            lines.append((fault, f"{text}: {where}" if where else text))
+    return tuple(lines)
+
+
+def broken_channels(those: BoolArray, identity: TaxelIdentity) -> str:
+    """``module 14 (channels 0-2, 5), module 15 (channel 3), 4 more modules``; empty where no module is known."""
+    if identity.modules is None:
+        return ""
+    taxels = np.flatnonzero(those)
+    modules = identity.modules[taxels]
+    different = np.unique(modules)
+    parts = []
+    for module in different[:_NAMED_MODULES].tolist():
+        on_module = taxels[modules == module]
+        if identity.channels is None:
+            parts.append(f"module {module}")
+        else:
+            word = "channel" if len(on_module) == 1 else "channels"
+            parts.append(f"module {module} ({word} {number_ranges(identity.channels[on_module], most=4)})")
+    left = len(different) - _NAMED_MODULES
+    if left > 0:
+        parts.append(f"{left} more {'module' if left == 1 else 'modules'}")
+    return ", ".join(parts)
 
 
 def paint_fault_legend(painter: QPainter, keys: FaultLegend, corner: QPointF, font: QFont, theme: Theme) -> None:

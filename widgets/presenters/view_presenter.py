@@ -7,10 +7,12 @@ from functools import partial
 
 from PySide6.QtCore import QObject, Signal
 
+from app.core.errors import SkinError
 from widgets.common.panel import Panel
 from widgets.common.settings import BaseLayer, OverlayOptions
 from widgets.common.tool_kinds import ToolKind
 from widgets.context.app_context import AppContext
+from widgets.document.taxel_search import SEARCH_HINT, find_taxels
 from widgets.layers.registry import LAYERS
 from widgets.panels.effects_panel import EffectsPanel
 from widgets.panels.timing_panel import TimingPanel
@@ -53,12 +55,29 @@ class ViewPresenter(QObject):
             ("select_all", self._select_all),
             ("select_none", self._select_none),
             ("select_inverse", selection.invert),
+            ("find_taxel", self._ask_for_taxel),
             ("morph", self._views.robot.morph.toggle),
             ("frame", self._views.frame_all),
             ("timing", partial(self._reveal, self._context.panels.get(TimingPanel))),
             ("effects", partial(self._reveal, self._context.panels.get(EffectsPanel))),
         ):
             bind(name, handler)
+
+    def _ask_for_taxel(self) -> None:
+        self._context.dialogs.ask_text("find-taxel", "Find taxel", f"Taxel ({SEARCH_HINT})", self.find_taxel)
+
+    def find_taxel(self, text: str) -> None:
+        """Select and show the taxel that ``text`` names, or say that there is none."""
+        prepared = self._views.robot.display.prepared
+        if prepared is None:
+            return
+        try:
+            found = find_taxels(prepared.skin, text)
+        except SkinError as error:
+            self._context.notifier.fault(str(error))
+            return
+        self._views.show_taxels(found.taxels)
+        self._context.notifier.status(f"Found {found.words}")
 
     def _select_all(self) -> None:
         """Every taxel, or with a tool that edits every patch."""

@@ -19,7 +19,7 @@ from widgets.common.colours import PressureScale, Theme
 from widgets.interaction.select_gesture import RubberBand
 from widgets.overlays.body_overlays import NO_MARKS, SkinTexture, ToolMarks
 from widgets.overlays.task_overlay import NO_TASK, TaskOverlay
-from widgets.robot_view.camera import Viewpoint
+from widgets.robot_view.camera import Viewpoint, look_from
 from widgets.robot_view.caption_overlay import CaptionOverlay, Captions, ForceCaption
 from widgets.robot_view.contact_marks import ARROW_LENGTH
 from widgets.robot_view.plotter_widget import RenderScheduler, make_canvas
@@ -155,6 +155,14 @@ class RobotDisplay(QObject):
         self._framed = False
         self.scene.look(viewpoint)
         self.request(moving=True)
+
+    def look_at(self, at: SurfacePoint) -> None:
+        """Look at a place on the skin from outside, as far from it as the eye is from its focus now."""
+        shown = self.scene.point(at)
+        if shown is not None:
+            point, normal = shown
+            view = self.scene.viewpoint
+            self.look(look_from(replace(view, eye=view.eye + point - view.focus, focus=point), normal))
 
     def pixel_of(self, at: SurfacePoint) -> QPointF:
         """Where a place on the skin is in this view now [px]; it may be hidden behind something.

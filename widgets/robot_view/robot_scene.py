@@ -171,7 +171,11 @@ class RobotScene:
     def set_hover(self, at: SurfacePoint | None) -> None:
         """Mark a place on the skin; None for none."""
         if self._prepared is not None:
-            self._marks.set_hover(None if at is None else self.skin.point(at, self.poses, self._plane))
+            self._marks.set_hover(None if at is None else self.point(at))
+
+    def point(self, at: SurfacePoint) -> tuple[FloatArray, FloatArray] | None:
+        """Where a place on the skin is drawn [m], and its outward normal; None without a robot."""
+        return None if self._prepared is None else self.skin.point(at, self.poses, self._plane)
 
     def set_selection(self, taxels: IntArray, inks: tuple[str, ...]) -> None:
         """Ring these taxels (k,), each in its colour."""

@@ -21,8 +21,7 @@ from app.core.files import read_bounded_text, write_lines
 from app.robots.robot import Robot
 from app.skin.fit import fit_taxels_to_link
 from app.skin.formats.taxel_set import MAX_COORDINATE, MAX_TAXELS, TaxelSet, is_number, line_error, unit_normals
-from app.skin.identity import number_ranges
-from app.skin.skin import Skin
+from app.skin.skin import Skin, number_ranges
 
 ROWS_PER_MODULE = 12
 THERMAL_PADS = (6, 10)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from app.core.arrays import BoolArray, FloatArray, IntArray, readonly, set_fields
 from app.core.errors import Finding, SkinError, add_finding
-from app.skin.identity import TaxelIdentity
+from app.skin.skin import TaxelIdentity
 
 MAX_TAXELS = 100_000
 MAX_COORDINATE = 10.0

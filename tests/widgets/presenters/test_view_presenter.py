@@ -7,15 +7,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QColor
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QInputDialog, QLabel
 
 from app.editing.document import MapDocument
 from app.editing.pins import add_pin
 from app.maps.distortion import distortion, stretch
 from app.maps.tactile_map import TactileMap
+from app.skin.skin import TaxelIdentity
 from tests.widgets.support.layered_map_view import layered_map_view
 from tests.widgets.support.samples import middle_taxel, touched
 from tests.widgets.support.snapshots import pixels, shared_share
@@ -24,6 +25,7 @@ from widgets.common.settings import BaseLayer, OverlayOptions, Settings
 from widgets.layers.registry import LAYERS, at_first
 from widgets.map_view.bijectivity import FlawFinder
 from widgets.map_view.map_coordinates import format_three_digits
+from widgets.map_view.taxel_faults import TaxelFaults
 from widgets.window.main_window import MainWindow
 
 STRETCHES = [(BaseLayer.ANGLE, "angle"), (BaseLayer.AREA, "area")]
@@ -239,3 +241,47 @@ def test_flips_are_marked_red_and_counted_whatever_is_shown(qtbot, prepared, gro
     assert legend.faulty
     if ground is BaseLayer.PRESSURE:
         assert legend.title == "Not bijective"
+
+
+def identified(prepared):
+    """The same scene, its taxels named as on a robot: ids that fall, modules of twelve."""
+    start, patches = 87012, []
+    for patch in prepared.skin.patches:
+        ids = start - np.arange(len(patch.taxels))
+        identity = TaxelIdentity(ids, ids // 12, ids % 12)
+        patches.append(replace(patch, taxels=replace(patch.taxels, identity=identity)))
+        start -= len(patch.taxels)
+    skin = replace(prepared.skin, patches=tuple(patches))
+    return replace(prepared, skin=skin, map=replace(prepared.map, skin=skin))
+
+
+def test_a_taxel_is_found_by_its_id_and_told_by_it(window, prepared):
+    named = identified(prepared)
+    window.live.show_prepared(named)
+    window.live.set_paused(paused=True)
+    taxel = middle_taxel(prepared.map, 1)
+    window.action("find_taxel").trigger()
+    box = window.findChild(QInputDialog, "find-taxel")
+    box.setTextValue(str(87012 - taxel))
+    box.accept()
+    assert window.views.selection.taxels.tolist() == [taxel]
+    module, channel = divmod(87012 - taxel, 12)
+    name = f"id {87012 - taxel}, module {module}, channel {channel} (taxel {taxel})"
+    assert window.statusBar().currentMessage() == f"Found {name}"
+    assert name[1:] in window.findChild(QLabel, "selection-count").text()
+    at = named.skin.taxel_point(taxel)
+    for view in (window.map_view, window.robot_view):
+        size = view.viewport().size() if view is window.map_view else view.size()
+        away = view.pixel_of(at) - QPointF(size.width() / 2, size.height() / 2)
+        assert max(abs(away.x()), abs(away.y())) < 3, "in the middle of both views"
+    assert window.map_view.camera.zoom > 1
+    assert not window.robot_view.hidden(np.array([taxel]))[0], "on the side that faces the eye"
+    window.map_view.display.set_faults(TaxelFaults(np.arange(len(named.skin)) == taxel))
+    words = window.map_view.display.words_for(at)
+    assert f"{name}, dead" in words
+    assert window.map_view.display.marks.faults[0][1] == f"1 taxel dead: module {module} (channel {channel})"
+    camera = window.map_view.camera
+    window.presenters.view.find_taxel("5/5")
+    assert window.views.selection.taxels.tolist() == [taxel], "as it was"
+    assert window.map_view.camera == camera
+    assert "no such taxel" in window.notification_bar.text

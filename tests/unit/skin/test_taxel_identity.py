@@ -13,9 +13,12 @@ from app.skin.calibration_error import with_calibration_error
 from app.skin.fit import fit_taxels_to_link
 from app.skin.formats.taxel_files import taxel_sets
 from app.skin.formats.taxel_set import TaxelSet
-from app.skin.identity import (
+from app.skin.reconstruct import reconstruct_skin
+from app.skin.skin import (
     LARGEST_NUMBER,
     NO_IDENTITY,
+    Patch,
+    Skin,
     TaxelIdentity,
     TaxelName,
     identity_summary,
@@ -23,8 +26,6 @@ from app.skin.identity import (
     join_identities,
     number_ranges,
 )
-from app.skin.reconstruct import reconstruct_skin
-from app.skin.skin import Patch, Skin
 from app.skin.skin_file import skin_from_bytes, skin_to_bytes
 from tests.support.surfaces import frustum, skin_of
 from tests.unit.skin.example_robots import two_rods

@@ -1,0 +1,63 @@
+"""A taxel is found by what the robot or the program calls it, and what is not there is said with what is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from app.core.errors import SkinError
+from app.skin.skin import Skin, TaxelIdentity
+from tests.support.surfaces import frustum, skin_of
+from widgets.document.taxel_search import find_taxels, taxel_words
+
+BARE = skin_of(frustum(along=5, around=8), frustum(along=5, around=8), taxels=4)
+_IDENTITIES = (TaxelIdentity([87012, 86999, 2, 2**31 - 1], [14, 14, 3, 3], [3, 0, 1, 1]), TaxelIdentity([2, 5, 6, 9]))
+KNOWN = Skin(
+    tuple(
+        replace(patch, taxels=replace(patch.taxels, identity=identity))
+        for patch, identity in zip(BARE.patches, _IDENTITIES, strict=True)
+    )
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "taxels", "words"),
+    [
+        ("87012", [0], "id 87012, module 14, channel 3 (taxel 0)"),
+        (" 2147483647 ", [3], "id 2147483647, module 3, channel 1 (taxel 3)"),
+        ("2", [2, 4], "2 taxels, first id 2, module 3, channel 1 (taxel 2)"),
+        ("#2", [2], "id 2, module 3, channel 1 (taxel 2)"),
+        ("7", [7], "id 9 (taxel 7)"),
+        ("14/3", [0], "id 87012, module 14, channel 3 (taxel 0)"),
+        ("3 / 1", [2, 3], "2 taxels, first id 2, module 3, channel 1 (taxel 2)"),
+        ("14/", [0, 1], "2 taxels, first id 87012, module 14, channel 3 (taxel 0)"),
+    ],
+)
+def test_what_is_there_is_found(text: str, taxels: list[int], words: str) -> None:
+    found = find_taxels(KNOWN, text)
+    assert (found.taxels.tolist(), found.words) == (taxels, words)
+
+
+@pytest.mark.parametrize(
+    ("skin", "text", "said"),
+    [
+        (KNOWN, "#8", "no such taxel.*#8.*taxels 0 to 7, ids 2 to 2147483647"),
+        (KNOWN, "87013", "no such taxel.*87013"),
+        (KNOWN, "14/9", "no such taxel.*14/9"),
+        (BARE, "14/3", "no such taxel.*14/3.*states no ids"),
+        (BARE, "8", "no such taxel.*8.*taxels 0 to 7"),
+        (BARE, "thumb", "names no taxel.*thumb.*87012 for an id"),
+        (BARE, "", "names no taxel.*nothing"),
+        (BARE, "-1", "names no taxel.*-1"),
+        (BARE, "99999999999", "names no taxel"),
+    ],
+)
+def test_what_is_not_there_is_said(skin: Skin, text: str, said: str) -> None:
+    with pytest.raises(SkinError, match=said):
+        find_taxels(skin, text)
+
+
+def test_a_skin_without_ids_goes_by_its_numbers() -> None:
+    assert find_taxels(BARE, "3").taxels.tolist() == [3]
+    assert taxel_words(BARE, 3) == "taxel 3"
