@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from app.cli.inspect_command import describe
 from app.cli.main import run_command
 from app.cli.map_command import print_quality
 from app.maps.build import build_map
@@ -130,6 +131,14 @@ def test_taxel_files_and_layouts_are_described(capsys, cap, tmp_path):
     assert [(one["kind"], one["taxels"]) for one in found] == [("taxel file", 40), ("layout", 48), ("taxel file", 60)]
     assert found[2]["mapped"] == 60
     assert found[0]["links"] == ["plate"]
+    rows = {"different": 40, "first": 0, "last": 47, "repeated": 0}
+    assert (found[0]["identity"]["ids"], found[0]["identity"]["modules"]["different"]) == (rows, 4)
+    assert (list(found[2]["identity"]), found[2]["identity"]["ids"]["last"]) == (["ids"], 59)
+    assert run_command(["inspect", str(positions)], windows={}) == 0
+    assert "ids 0 to 47 (40), modules 0 to 3 (4), channels 0 to 11 (10)" in capsys.readouterr().out
+    made = answer(capsys, positions, "--robot", "none", "-o", tmp_path / "map.npz")
+    assert made["identity"] == found[0]["identity"]
+    assert describe(str(tmp_path / "map.npz"))["identity"] == found[0]["identity"]
     assert "thermal-pad" in {problem["kind"] for problem in found[0]["problems"]}
 
 

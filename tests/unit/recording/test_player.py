@@ -23,6 +23,8 @@ from app.robots.robot import Joint
 from app.scene.object_meshes import primitive_mesh
 from app.scene.objects import ObjectSpec, SceneObject
 from app.session.inputs import EffectsChanged
+from app.skin.skin import TaxelIdentity
+from tests.support.recordings import record
 from tests.support.touch import bar
 
 BALL = ObjectSpec("ball", "sphere", size=(0.05,))
@@ -234,3 +236,19 @@ def test_the_effects_in_force_are_known_at_every_tick(recording):
     assert player.runtime_settings_at(tick - 1).effects == player.prepared.scene.effects
     assert player.runtime_settings_at(tick).effects == player.runtime_settings_at(10**6).effects == act.effects
     assert player.failure is None
+
+
+def test_it_keeps_what_the_robot_calls_its_taxels(prepared, tmp_path):
+    """Ids, modules and channels, at both ends of their range and repeated, come back with the skin."""
+    patches = tuple(
+        replace(patch, taxels=replace(patch.taxels, identity=TaxelIdentity(ids, ids // 12, ids % 12)))
+        for patch in prepared.skin.patches
+        for ids in [np.array([2**31 - 1, 0, 87012] * len(patch.taxels))[: len(patch.taxels)]]
+    )
+    skin = replace(prepared.skin, patches=patches)
+    named = replace(prepared, skin=skin, map=replace(prepared.map, skin=skin))
+    record(named, tmp_path / "named.mcap", ticks=2)
+    read = RecordingPlayer(tmp_path / "named.mcap").prepared
+    for found in (read.skin.identity, read.map.skin.identity):
+        for field in ("ids", "modules", "channels"):
+            np.testing.assert_array_equal(getattr(found, field), getattr(skin.identity, field))

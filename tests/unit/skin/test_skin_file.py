@@ -92,6 +92,10 @@ def test_too_many_taxels_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
         (lambda _h, a: a["0_areas"].__setitem__(0, 0.0), "not above zero"),
         (lambda _h, a: a["0_areas"].__setitem__(0, 1.0), "not the sums"),
         (lambda _h, a: a["0_weights"].__setitem__(0, [1, 1, -1]), "barycentric"),
+        (lambda _h, a: a.update({"0_ids": np.arange(4)}), "patch ball, ids.*5 rows expected.*4"),
+        (lambda _h, a: a.update({"0_modules": np.ones(5)}), "patch ball, modules.*not a whole number"),
+        (lambda _h, a: a.update({"1_channels": np.arange(7) - 1}), "patch Röhre, channels, row 0.*negative.*-1"),
+        (lambda _h, a: a.update({"1_ids": np.full(7, 2**31)}), "patch Röhre, ids, row 0.*above.*2147483648"),
     ],
 )
 def test_a_broken_skin_is_refused_by_name(change: Callable[[Header, Arrays], object], problem: str) -> None:
