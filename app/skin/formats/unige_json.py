@@ -27,6 +27,8 @@ from app.skin.formats.taxel_set import MAX_COORDINATE, MAX_TAXELS, TaxelSet, dis
 FILE_VERSION = 2
 _LARGEST_NUMBER = 2**31
 _PRESSURE = "pressure"
+_NO_ID = -1
+"""What real files write for a taxel that no board reads."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,16 +159,29 @@ class _Reader:
     def __init__(self, path: Path) -> None:
         self._path = path
         self.findings: list[Finding] = []
+        self._row_of: IntArray = np.zeros(0, dtype=np.int64)
 
     def skin(self, skin: Mapping[str, Any], document: Mapping[str, Any]) -> tuple[TaxelSet, IntArray]:
-        """The taxels, and the identity numbers the file gives them."""
+        """The taxels that have an identity number, and (n,) the number that the file gives each, -1 for none."""
         where = self._path.name
         entries = self._taxels(skin, "skin")
         ids = self._ids(entries, "skin")
+        kept = np.flatnonzero(ids != _NO_ID)
+        add_finding(self.findings, "taxel-without-id", where, "left out: its id is -1", len(ids) - len(kept))
+        if not len(kept):
+            raise self._refuse("no taxel has an id", "skin", len(ids))
+        self._row_of = np.full(len(ids), -1)
+        self._row_of[kept] = np.arange(len(kept))
         normals = None
         if all("n" in entry for entry in entries):
-            normals = unit_normals(self._vectors(entries, "n", 3, "skin"), where, self.findings)
+            normals = unit_normals(self._vectors(entries, "n", 3, "skin")[kept], where, self.findings)
         faces = self._faces(skin, "skin")
+        unknown = (faces >= len(ids)).any(axis=1)
+        if unknown.any():
+            row = int(unknown.argmax())
+            raise self._refuse("a face names a taxel that does not exist", f"faces, row {row}", faces[row].tolist())
+        faces = self._row_of[faces]
+        faces = faces[(faces >= 0).all(axis=1)]
         odd = sum(entry.get("type", _PRESSURE) != _PRESSURE for entry in entries)
         add_finding(self.findings, "not-pressure", where, "kept, though the taxel's type is another", odd)
         info = document.get("info")
@@ -174,11 +189,11 @@ class _Reader:
         taxels = TaxelSet(
             name=name if isinstance(name, str) and name.strip() else self._path.stem,
             link=self._link(skin),
-            numbers=distinct_numbers(ids, where, self.findings),
-            ids=ids,
-            modules=self._optional(entries, "module"),
-            channels=self._optional(entries, "channel"),
-            positions=self._vectors(entries, "x", 3, "skin"),
+            numbers=distinct_numbers(ids[kept], where, self.findings),
+            ids=ids[kept],
+            modules=self._optional(entries, kept, "module"),
+            channels=self._optional(entries, kept, "channel"),
+            positions=self._vectors(entries, "x", 3, "skin")[kept],
             normals=normals,
             faces=faces if len(faces) else None,
         )
@@ -194,6 +209,7 @@ class _Reader:
         if ((faces < 0) | (faces >= len(points))).any():
             raise self._refuse("a face names a taxel that the map does not have", place, int(np.abs(faces).max()))
         taxels = self._indices(self._ids(entries, place), skin_ids, place)
+        taxels = np.where(taxels >= 0, self._row_of[taxels], -1)
         known = taxels >= 0
         if not known.all():
             add_finding(
@@ -254,13 +270,13 @@ class _Reader:
     def _ids(self, entries: Sequence[Mapping[str, Any]], place: str) -> IntArray:
         ids = [entry.get("id") for entry in entries]
         for k, number in enumerate(ids):
-            if not _is_whole(number):
-                raise self._refuse("id must be a whole number, not negative", f"{place}, taxel {k}", number)
+            if not (_is_whole(number) or (type(number) is int and number == _NO_ID)):
+                raise self._refuse("id must be a whole number, -1 for none", f"{place}, taxel {k}", number)
         return np.array(ids, dtype=np.int64)
 
-    def _optional(self, entries: Sequence[Mapping[str, Any]], key: str) -> IntArray | None:
-        """Whole numbers that every taxel may state; None where one does not."""
-        values = [entry.get(key) for entry in entries]
+    def _optional(self, entries: Sequence[Mapping[str, Any]], kept: IntArray, key: str) -> IntArray | None:
+        """Whole numbers that every taxel may state; None where one of those ``kept`` does not."""
+        values = [entries[k].get(key) for k in kept.tolist()]
         if not all(_is_whole(value) for value in values):
             some = sum(value is not None for value in values)
             add_finding(self.findings, f"{key}-unknown", "skin", "not used: not a whole number of every taxel", some)

@@ -122,12 +122,12 @@ def test_taxels_alone_keep_theirs_through_patches_and_merging() -> None:
     grid = np.stack(np.meshgrid(np.arange(5), np.arange(3), indexing="ij"), -1).reshape(-1, 2) * 0.004
     flat = np.column_stack([grid, np.zeros(len(grid))])
     # The smaller piece first, so that its taxels come later in the skin; one place twice.
-    taxels = scattered(np.concatenate([flat[:4] + [1.0, 0, 0], flat, flat[:1]]))
+    taxels = scattered(np.concatenate([flat[:1], flat[:4] + [1.0, 0, 0], flat]))
     found = reconstruct_skin(taxels)
     assert len(found.skin.patches) > 1
     assert_stays_with_its_place(found.skin, taxels, 1e-12)
     (merged,) = [finding for finding in found.skin.findings if finding.kind == "duplicate-taxel"]
-    assert merged.action.endswith(f"id {taxels.ids[-1]}")
+    assert merged.action.endswith(f"id {taxels.ids[5]}")
 
 
 def test_taxels_fitted_to_a_link_keep_theirs() -> None:

@@ -84,6 +84,15 @@ def test_numbers_that_repeat_are_matched_in_their_order(tmp_path):
     assert read(tmp_path, *changes, ("tactile_maps", 0, "taxels", same)).maps[0].taxels.tolist() == [0, 1, 2]
 
 
+def test_a_taxel_that_no_board_reads_is_left_out_of_skin_and_map(tmp_path):
+    file = read(tmp_path, ("skin", "taxels", 0, "id", -1), ("tactile_maps", 0, "taxels", 1, "id", -1))
+    assert (file.taxels.ids.tolist(), file.taxels.numbers.tolist()) == ([32, 33, 34], [32, 33, 34])
+    np.testing.assert_allclose(file.taxels.positions[:, 0], [0.01, 0.02, 0.03])
+    assert file.taxels.faces.tolist() == [[0, 2, 1]]
+    assert file.maps[0].taxels.tolist() == [2, 0]
+    assert kinds(file.taxels.findings) == {"taxel-without-id": 1, "unknown-taxel": 1}
+
+
 def test_a_taxel_on_both_sides_of_a_cut(tmp_path):
     places = [entry(n, [0.1 * k, 0.0]) for k, n in enumerate([34, 31, 31])]
     file = read(tmp_path, ("tactile_maps", 0, "taxels", places))
@@ -122,7 +131,8 @@ def test_every_other_defect_is_counted(tmp_path):
         (("skin", "taxels", {}), "skin, taxels: a list is missing"),
         (("skin", "taxels", []), "skin.*1 to 100000 taxels"),
         (("skin", "taxels", 2, 5), "skin, taxel 2.*object.*int"),
-        (("skin", "taxels", 2, "id", -1), "skin, taxel 2.*id must be a whole number.*-1"),
+        (("skin", "taxels", 2, "id", -2), "skin, taxel 2.*id must be a whole number.*-2"),
+        (("skin", "taxels", [entry(-1, [0, 0, 0])] * 2), "skin: no taxel has an id.*2"),
         (("skin", "taxels", 2, "id", 2.5), "skin, taxel 2.*id must be"),
         (("skin", "taxels", 2, "id", True), "skin, taxel 2.*id must be"),
         (("skin", "taxels", 2, "id", 10**30), "skin, taxel 2.*id must be"),
