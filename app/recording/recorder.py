@@ -34,7 +34,8 @@ FRAMES_A_CHUNK = 6
 class Recorder:
     """A recording being written. Mutable; ``close`` completes the file, and it is also a context manager.
 
-    The robot, skin, map and scene go in first and are flushed, then chunks of a few frames, each flushed when full.
+    The file is claimed at once. The robot, skin, map and scene go in with the first tick and are flushed, then chunks
+    of a few frames, each flushed when full.
 
     Args:
         prepared: What the session runs on.
@@ -44,13 +45,14 @@ class Recorder:
     Raises:
         RecordingError: The file exists or cannot be written.
 
-    Cost: about 0.1 ms a frame of 1000 taxels.
+    Cost: about 0.1 ms a frame of 1000 taxels; the first one 0.1 to 1 s, in which robot and map are compressed.
     """
 
     def __init__(self, prepared: PreparedScene, path: str | Path, *, overwrite: bool = False) -> None:
         self.path, self.frames = Path(path), 0
         self.tick, self._inputs, self._map, self._told = prepared.scene.tick, 0, prepared.map, -1
         self._numbers = dict.fromkeys(TOPICS, 0)
+        self._prepared: PreparedScene | None = prepared  # until it is in the file
         self._stream = create_file(self.path, overwrite=overwrite)
         frame_bytes = 8 * (len(prepared.skin) + 6 * len(prepared.robot.joints)) + 256
         self._writer = Writer(
@@ -59,19 +61,23 @@ class Recorder:
             compression=CompressionType.ZSTD,
             enable_data_crcs=True,
         )
+
+    def _begin(self) -> None:
+        """Write what goes before the messages, if it is not in the file yet: whoever writes waits for it, not
+        whoever makes the recorder.
+        """
+        prepared, self._prepared = self._prepared, None
+        if prepared is None:
+            return
+        metadata = versions() | {"seed": str(prepared.scene.seed), "tick_s": repr(prepared.scene.tick)}
         try:
-            self._begin(prepared)
+            self._channels = begin_recording(self._writer, metadata, pack_scene(prepared))
+            self._stream.flush()
         except OSError as error:
             self.abandon()
             raise RecordingError(
                 "the recording cannot be written", file=self.path, value=error, remedy=NO_SPACE
             ) from error
-
-    def _begin(self, prepared: PreparedScene) -> None:
-        scene = prepared.scene
-        metadata = versions() | {"seed": str(scene.seed), "tick_s": repr(scene.tick)}
-        self._channels = begin_recording(self._writer, metadata, pack_scene(prepared))
-        self._stream.flush()
 
     def write(self, frame: Frame, inputs: Sequence[tuple[int, SessionInput]]) -> None:
         """Add a frame, and the session's inputs and contact events that are not in the file yet.
@@ -103,6 +109,7 @@ class Recorder:
 
     def _add(self, inputs: Sequence[tuple[int, SessionInput]], *more: tuple[str, int, bytes]) -> None:
         """The inputs that are not in the file yet, and more messages, each of a topic and tick."""
+        self._begin()
         news = [
             ("/input", tick, encode_input(tick, session_input, self._map))
             for tick, session_input in inputs[self._inputs :]
@@ -148,6 +155,7 @@ class Recorder:
         """
         if self._stream.closed:
             return
+        self._begin()
         try:
             self._writer.finish()
             self._stream.flush()

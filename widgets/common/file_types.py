@@ -7,8 +7,7 @@ from pathlib import Path
 
 from app.core.errors import UsageError
 from app.scene.scene import Scene
-from app.scene.scene_file import scene_for
-from app.session.prepare import open_scene
+from app.scene.scene_file import load_scene, scene_for
 
 ROBOTS = (".xml", ".mjcf", ".urdf")
 MESHES = (".obj", ".stl", ".ply", ".off", ".glb", ".dae")
@@ -28,6 +27,11 @@ def is_recording(path: str) -> bool:
     return Path(path).suffix.lower() in RECORDINGS
 
 
+def is_scene(path: str) -> bool:
+    """Whether the file's name is that of a scene."""
+    return Path(path).suffix.lower() in SCENES
+
+
 def is_map(path: str) -> bool:
     """Whether the file's name is that of a saved map."""
     return Path(path).suffix.lower() in MAPS
@@ -39,15 +43,15 @@ def is_taxel_file(path: str) -> bool:
 
 
 def scene_to_open(path: str) -> Scene:
-    """The scene for a dropped or chosen file.
+    """The scene for a dropped or chosen file; what a scene's file names is not opened yet.
 
     Raises:
         UsageError: Nothing can be done with such a file.
         SceneError: A scene file with a mistake.
     """
     ending = Path(path).suffix.lower()
-    if ending in SCENES:
-        return open_scene(path)
+    if is_scene(path):
+        return load_scene(path)
     if ending in (*ROBOTS, *MESHES):
         return scene_for(path)
     known = ", ".join((*ROBOTS, *MESHES, *SCENES, *MAPS, *RECORDINGS, *TAXELS))

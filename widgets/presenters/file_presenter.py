@@ -25,6 +25,7 @@ from widgets.common.file_types import (
     TAXEL_FILTER,
     is_map,
     is_recording,
+    is_scene,
     is_taxel_file,
     scene_to_open,
     with_taxels,
@@ -70,7 +71,7 @@ class FilePresenter(QObject):
             elif is_taxel_file(path):
                 self.import_taxels(path)
             else:
-                self.open_scene(scene_to_open(path))
+                self.open_scene(scene_to_open(path), file=Path(path) if is_scene(path) else None)
         except TactileMapsError as error:
             self._context.notifier.fault(str(error))
             return
@@ -86,9 +87,9 @@ class FilePresenter(QObject):
         scene = prepared.scene if prepared is not None else scene_for("icub")
         self.open_scene(with_taxels(scene, path))
 
-    def open_scene(self, scene: Scene) -> None:
-        """Open a scene, once what was not saved of the map has been asked about."""
-        self._map_files.leave(partial(self._context.session.open_scene, scene))
+    def open_scene(self, scene: Scene, *, file: Path | None = None) -> None:
+        """Open a scene, read from ``file`` or made here, once what was not saved of the map has been asked about."""
+        self._map_files.leave(partial(self._context.session.open_scene, scene, file=file))
 
     def _choose(self, title: str, kinds: str) -> None:
         path = self._context.dialogs.open_file(title, kinds)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QObject
 
+from widgets.session.recording_writer import InlineRecordingWriter, RecordingWriter
 from widgets.session.session_runner import InlineRunner, SessionRunner, ThreadRunner
 from widgets.workers.accuracy_worker import AccuracyWorker, InlineAccuracyWorker
 from widgets.workers.comparison_worker import ComparisonWorker, InlineComparisonWorker
@@ -21,6 +22,7 @@ class Backends:
 
     Attributes:
         runner: Drives the session.
+        recording_writer: Writes recordings.
         worker: Prepares scenes and lays patches flat.
         map_quality_worker: Measures maps.
         cost_worker: Measures on copies of the scene.
@@ -29,6 +31,7 @@ class Backends:
     """
 
     runner: Callable[..., SessionRunner]
+    recording_writer: Callable[[], RecordingWriter]
     worker: Callable[[QObject], SceneWorker]
     map_quality_worker: Callable[[QObject], MapQualityWorker]
     cost_worker: Callable[[QObject], CostWorker]
@@ -36,10 +39,13 @@ class Backends:
     accuracy_worker: Callable[[QObject], AccuracyWorker]
 
 
-BACKGROUND = Backends(ThreadRunner, SceneWorker, MapQualityWorker, CostWorker, ComparisonWorker, AccuracyWorker)
-"""A thread and five processes beside the window, which never waits."""
+BACKGROUND = Backends(
+    ThreadRunner, RecordingWriter, SceneWorker, MapQualityWorker, CostWorker, ComparisonWorker, AccuracyWorker
+)
+"""Two threads and five processes beside the window, which never waits."""
 INLINE = Backends(
     InlineRunner,
+    InlineRecordingWriter,
     InlineSceneWorker,
     InlineMapQualityWorker,
     InlineCostWorker,

@@ -39,9 +39,10 @@ from widgets.session.active_settings import ActiveSettings
 from widgets.session.backends import BACKGROUND, Backends
 from widgets.session.live_run import LiveRun, Replay, Source
 from widgets.session.measurements import Measurements
-from widgets.session.recording_writer import RecordingWriter, make_recording_folder
+from widgets.session.recording_writer import make_recording_folder
 from widgets.session.session_runner import SessionRunner
 from widgets.workers.comparison_worker import ComparisonStimulus
+from widgets.workers.scene_worker import OpenScene
 
 HAND = 1
 """Id of the user's finger; the scripted ones have 0 and below."""
@@ -110,7 +111,7 @@ class LiveSession(QObject):
         self._replay: Replay | None = None
         self._was_paused = False  # the run, before the recording that is replayed
         self._shown: Frame | None = None
-        self._recording_writer = RecordingWriter()
+        self._recording_writer = backends.recording_writer()
         self._active_settings = ActiveSettings(
             settings=self.settings_changed.emit,
             effects=self.effects_changed.emit,
@@ -172,6 +173,7 @@ class LiveSession(QObject):
 
     def pump(self) -> None:
         """Hand on the newest frame of the scene that runs, if there is one, and any failure."""
+        self._tell_saved()
         if (run := self._shown_run) is None:
             return
         update = run.update()
@@ -208,10 +210,15 @@ class LiveSession(QObject):
 
     # Opening.
 
-    def open_scene(self, scene: Scene) -> None:
-        """Prepare a scene; the one that runs goes on until the new one is ready."""
+    def open_scene(self, scene: Scene, *, file: Path | None = None) -> None:
+        """Prepare a scene; the one that runs goes on until the new one is ready.
+
+        Args:
+            scene: Which.
+            file: Where it was read; what it names is then checked too, and errors name its line.
+        """
         self.loading.emit(f"Opening {scene.robot}", 0.0)
-        self.worker.prepare(scene)
+        self.worker.prepare(scene if file is None else OpenScene(file))
 
     def open_recording(self, path: str | Path) -> None:
         """Read a recording; what is shown goes on until it is ready."""
@@ -412,14 +419,19 @@ class LiveSession(QObject):
         self.recording_changed.emit(str(path))
 
     def stop_recording(self) -> None:
-        """Complete the file."""
+        """Complete the file, beside what goes on; ``saved`` tells when that is done."""
         if self.recorder is None:
             return
-        try:
-            self.saved.emit(str(self._recording_writer.complete()))
-        except TactileMapsError as error:
-            self.failed.emit(str(error))
+        self._recording_writer.end()
+        self._tell_saved()
         self.recording_changed.emit(None)
+
+    def _tell_saved(self) -> None:
+        for closed in self._recording_writer.take_closed():
+            if isinstance(closed, TactileMapsError):
+                self.failed.emit(str(closed))
+            else:
+                self.saved.emit(str(closed))
 
     @property
     def can_report(self) -> bool:
@@ -444,6 +456,8 @@ class LiveSession(QObject):
         """Complete the recording, end thread and process."""
         self._timer.stop()
         self.stop_recording()
+        self._recording_writer.wait()
+        self._tell_saved()
         if self._run is not None:
             self._run.runner.stop()
         self.worker.close()

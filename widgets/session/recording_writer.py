@@ -60,6 +60,7 @@ class RecordingWriter:
     ) -> None:
         self._free, self._clock = free, clock
         self._file: _OpenFile | None = None
+        self._closing: list[_OpenFile] = []
 
     @property
     def recorder(self) -> Recorder | None:
@@ -67,7 +68,7 @@ class RecordingWriter:
         return None if self._file is None else self._file.recorder
 
     def begin(self, recorder: Recorder) -> None:
-        """Write there from now on. ``complete`` closes it."""
+        """Write there from now on, until ``end``."""
         self._file = _OpenFile(recorder, self._free, self._clock)
 
     def write(self, frame: Frame, inputs: Sequence[tuple[int, SessionInput]]) -> None:
@@ -78,16 +79,23 @@ class RecordingWriter:
         if (file := self._file) is not None:
             file.put(frame, inputs)
 
-    def complete(self) -> Path:
-        """Stop, write what waits and complete the file; its path. Raises RecordingError when that fails."""
+    def end(self) -> None:
+        """Take no more ticks, and complete the file when what waits is written; ``take_closed`` tells of it."""
         file, self._file = self._file, None
         assert file is not None
-        file.finish()
-        if file.error is not None:
-            file.recorder.abandon()
-            raise file.error
-        file.recorder.close()
-        return file.recorder.path
+        file.end()
+        self._closing.append(file)
+
+    def wait(self) -> None:
+        """Until every file that was ended is complete."""
+        for file in self._closing:
+            file.join()
+
+    def take_closed(self) -> list[Path | TactileMapsError]:
+        """The files completed since the last question, or why one could not be."""
+        closed = [file for file in self._closing if file.closed]
+        self._closing = [file for file in self._closing if file not in closed]
+        return [file.error or file.recorder.path for file in closed]
 
     def take_failure(self) -> TactileMapsError | None:
         """Why writing ended by itself since the last question; what was written by then stays readable."""
@@ -95,8 +103,7 @@ class RecordingWriter:
         if file is None or file.error is None:
             return None
         self._file = None
-        file.finish()
-        file.recorder.abandon()
+        file.end()
         return file.error
 
     def take_warning(self) -> DiskSpace | None:
@@ -116,7 +123,8 @@ class _OpenFile:
         self.error: TactileMapsError | None = None
         self.warning: DiskSpace | None = None
         self._start = self._checked = clock()
-        self._start_bytes, self._told_at = recorder.bytes_written, float("inf")
+        self._start_bytes: int | None = None  # behind the scene, which is written once
+        self._told_at = float("inf")
         self._handed_over = 0
         self._inputs: list[tuple[int, SessionInput]] = []  # the thread's own: the session's list goes on growing
         self._queue: SimpleQueue[tuple[Frame, _Inputs] | None] = SimpleQueue()
@@ -138,10 +146,18 @@ class _OpenFile:
         new, self._handed_over = tuple(inputs[self._handed_over :]), len(inputs)
         self._queue.put((frame, new))
 
-    def finish(self) -> None:
-        """Wait until all that was handed over is written, or refused."""
+    def end(self) -> None:
+        """Close the file when all that was handed over is written, or refused."""
         self._queue.put(None)
+
+    def join(self) -> None:
+        """Wait until it is closed."""
         self._thread.join()
+
+    @property
+    def closed(self) -> bool:
+        """Whether nothing more happens to it."""
+        return not self._thread.is_alive()
 
     def _loop(self) -> None:
         while (item := self._queue.get()) is not None:
@@ -153,10 +169,22 @@ class _OpenFile:
                     self._check()
                 except TactileMapsError as error:
                     self.error = error
+        self._close()
+
+    def _close(self) -> None:
+        if self.error is not None:
+            self.recorder.abandon()
+            return
+        try:
+            self.recorder.close()
+        except TactileMapsError as error:
+            self.error = error
 
     def _check(self) -> None:
         """Now and then: is the file still there, and how long will there be space."""
         now = self._clock()
+        if self._start_bytes is None:
+            self._start_bytes = self.recorder.bytes_written
         if now - self._checked < CHECK_SECONDS:
             return
         self._checked = now
@@ -173,6 +201,15 @@ class _OpenFile:
         reached = min((limit for limit in TOLD_AT if seconds < limit), default=float("inf"))
         if reached < self._told_at:
             self._told_at, self.warning = reached, DiskSpace(folder, free, seconds)
+
+
+class InlineRecordingWriter(RecordingWriter):
+    """Completes a file while the caller waits: for tests and pictures."""
+
+    def end(self) -> None:
+        """Take no more ticks, and complete the file."""
+        super().end()
+        self.wait()
 
 
 def make_recording_folder(folder: Path) -> None:

@@ -12,7 +12,7 @@ from app.core.errors import TactileMapsError
 from app.editing.reflatten import ReflattenRequest, ReflattenResult, reflatten
 from app.recording.player import RecordingPlayer
 from app.scene.scene import Scene
-from app.session.prepare import PreparedScene, prepare
+from app.session.prepare import PreparedScene, open_scene, prepare
 from widgets.workers.worker_process import Reply, RequestHandler, Result, SourceToken, WorkerProcess
 
 _DIED_PREPARING = (
@@ -24,13 +24,20 @@ _GAVE_WAY = "The edit being computed was dropped, because a recording is opened.
 
 
 @dataclass(frozen=True)
+class OpenScene:
+    """Read a scene's file, check what it names, and prepare it."""
+
+    path: Path
+
+
+@dataclass(frozen=True)
 class OpenRecording:
     """Read a recording's file."""
 
     path: Path
 
 
-Task = Scene | OpenRecording | ReflattenRequest
+Task = Scene | OpenScene | OpenRecording | ReflattenRequest
 _OPENING = SourceToken("opening")
 """Of a scene or a recording: what is opened is shown whatever was shown before."""
 
@@ -44,6 +51,8 @@ def make_handler() -> RequestHandler:
 
         if isinstance(request, Scene):
             tell("prepared", prepare(request, progress=progress))
+        elif isinstance(request, OpenScene):
+            tell("prepared", prepare(open_scene(str(request.path)), progress=progress))
         elif isinstance(request, OpenRecording):
             tell("opened", RecordingPlayer(request.path, progress=progress))
         elif isinstance(request, ReflattenRequest):
@@ -84,7 +93,7 @@ class SceneWorker(QObject):
     @property
     def busy(self) -> bool:
         """Whether a scene or a recording is being opened."""
-        return isinstance(self._task, Scene | OpenRecording)
+        return isinstance(self._task, Scene | OpenScene | OpenRecording)
 
     @property
     def editing(self) -> bool:
@@ -95,8 +104,8 @@ class SceneWorker(QObject):
         """Start the process now, so that the next request need not wait for it."""
         self.process.warm()
 
-    def prepare(self, scene: Scene) -> None:
-        """Prepare ``scene``, and drop whatever is being done."""
+    def prepare(self, scene: Scene | OpenScene) -> None:
+        """Prepare a scene, and drop whatever is being done."""
         self._instead_of_an_edit(scene, "")
 
     def open_recording(self, path: Path) -> None:

@@ -58,8 +58,10 @@ def test_a_place_that_cannot_be_written_is_named(prepared, tmp_path, where):
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full to stand in for a full disk")
 def test_a_full_disk_is_named_at_the_start(prepared):
+    recorder = Recorder(prepared, "/dev/full", overwrite=True)
     with pytest.raises(RecordingError, match="/dev/full.*No space left.*Free space"):
-        Recorder(prepared, "/dev/full", overwrite=True)
+        recorder.write(Session(prepared).frame, ())
+    recorder.close()  # says nothing more
 
 
 def test_a_disk_that_fills_up_keeps_what_was_written(tmp_path):

@@ -144,7 +144,7 @@ def test_reset_starts_again_and_ends_the_recording(window, tmp_path):
 
 def test_every_shipped_scene_is_offered_by_its_title(window, monkeypatch):
     opened = []
-    monkeypatch.setattr(window.live, "open_scene", opened.append)
+    monkeypatch.setattr(window.live, "open_scene", lambda scene, file=None: opened.append(scene))
     menu = window.findChild(QMenu, "scenes")
     for _ in range(2):
         menu.aboutToShow.emit()
@@ -184,7 +184,7 @@ def test_a_scene_of_ones_own_is_opened_from_its_file(window, monkeypatch, tmp_pa
     assert "own.toml" in window.notification_bar.text
     assert "maybe" in window.notification_bar.text
     opened = []
-    monkeypatch.setattr(window.live, "open_scene", opened.append)
+    monkeypatch.setattr(window.live, "open_scene", lambda scene, file=None: opened.append(scene))
     path.write_text('robot = "arm"\n[effects]\nfriction = "on"\n')
     window.action("open_scene").trigger()
     assert opened[0].effects.friction

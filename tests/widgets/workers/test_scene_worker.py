@@ -13,9 +13,10 @@ from app.editing.document import MapDocument
 from app.editing.reflatten import apply_result, set_method
 from app.recording.player import RecordingPlayer
 from app.recording.verify import verify
+from app.scene.scene_file import scene_to_toml
 from tests.support.recordings import record
 from tests.widgets.support.samples import coarse
-from widgets.workers.scene_worker import SceneWorker
+from widgets.workers.scene_worker import OpenScene, SceneWorker
 from widgets.workers.worker_process import SourceToken
 
 LONG = 60_000
@@ -69,6 +70,20 @@ def test_a_scene_comes_back_prepared(worker, scene, qtbot):
     assert not worker.busy
     assert len(stages) > 3
     assert [done for _, done in stages] == sorted(done for _, done in stages), "progress never goes back"
+
+
+def test_what_a_scene_file_names_is_checked_there_and_a_mistake_has_its_line(worker, scene, qtbot, tmp_path):
+    path = tmp_path / "own.toml"
+    path.write_text(f"{scene_to_toml(scene)}\n[[motion]]\nposture = {{ elbow_ptch = 1 }}\n")
+    with qtbot.waitSignal(worker.failed, timeout=LONG) as failure:
+        worker.prepare(OpenScene(path))
+        assert worker.busy
+    assert "own.toml, line" in failure.args[0]
+    assert "elbow_pitch" in failure.args[0]
+    path.write_text(scene_to_toml(scene))
+    with qtbot.waitSignal(worker.prepared, timeout=LONG) as got:
+        worker.prepare(OpenScene(path))
+    assert len(got.args[0].skin) == 60
 
 
 def test_a_bad_scene_fails_with_its_own_words_and_the_next_one_works(worker, scene, qtbot):
