@@ -44,6 +44,12 @@ def _add_window_commands(commands: argparse._SubParsersAction) -> None:  # type:
     run.add_argument("--stimuli", metavar="FILE.toml", help="stimulus script to play instead of the scene's")
     run.add_argument("-o", "--output", metavar="FILE.mcap", help="record to this file")
     run.add_argument("--overwrite", action="store_true", help="replace an existing file")
+    run.add_argument(
+        "--no-viewers",
+        dest="viewers",
+        action="store_false",
+        help="leave out the messages for Foxglove, Lichtblick and Rerun: half the size; replays are the same",
+    )
     _json(run)
     shot = commands.add_parser("screenshot", help="a picture of the whole window, without a display")
     _scene_options(shot)

@@ -12,7 +12,7 @@ from app.cli.scenes import scene_from_arguments
 from app.core.errors import SimulationError
 from app.recording.recorder import Recorder
 from app.session.frame import Frame
-from app.session.prepare import prepare
+from app.session.prepare import PreparedScene, prepare
 from app.session.session import Session
 from app.tactile.contact_notes import ContactNote, ContactNoteKind, contact_note_text
 
@@ -23,7 +23,7 @@ def execute(arguments: argparse.Namespace) -> int:
     for lack in scene.decision.warnings:
         print_warning(f"{lack.where}: {lack.action}")
     prepared = prepare(scene, progress=progress_line())
-    recorder = Recorder(prepared, arguments.output, overwrite=arguments.overwrite) if arguments.output else None
+    recorder = _recorder(prepared, arguments) if arguments.output else None
     with recorder or nullcontext():
         session = Session(prepared, effects=scene.unattended.effects)
         result, notes = _simulate(session, round(arguments.seconds / prepared.scene.tick), recorder)
@@ -46,6 +46,10 @@ def execute(arguments: argparse.Namespace) -> int:
             }
         )
     return 0
+
+
+def _recorder(prepared: PreparedScene, arguments: argparse.Namespace) -> Recorder:
+    return Recorder(prepared, arguments.output, overwrite=arguments.overwrite, viewers=arguments.viewers)
 
 
 def _simulate(session: Session, count: int, recorder: Recorder | None) -> tuple[dict[str, Any], list[ContactNote]]:

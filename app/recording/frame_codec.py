@@ -126,6 +126,7 @@ def _columns(record: np.dtype[Any]) -> list[str]:
 
 FRAME_SCHEMA = json.dumps(
     {
+        "type": "object",
         "title": "tactile_maps.Frame",
         "description": "Little-endian without padding: header, arrays of float64, pokes, regions, int32 taxel numbers "
         "of all regions, text as JSON in UTF-8",

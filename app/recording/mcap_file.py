@@ -23,6 +23,7 @@ from app.core.errors import RecordingError
 from app.core.files import open_regular_file
 from app.recording.bundle import MEDIA_TYPES
 from app.recording.message_codecs import TOPICS
+from app.recording.viewer_messages import ENCODING, Schema
 
 FORMAT = "9"
 """Of the messages; another one is not read."""
@@ -85,6 +86,15 @@ def begin_recording(writer: Writer, metadata: Mapping[str, str], attachments: Ma
         schema = writer.register_schema(name, "jsonschema", text.encode())
         channels[topic] = writer.register_channel(topic, encoding, schema)
     return channels
+
+
+def add_viewer_channels(writer: Writer, schemas: Mapping[str, Schema]) -> Mapping[str, int]:
+    """Announce the topics for viewers of other programs, by their schemas; each topic's channel."""
+    numbers = {
+        schema: writer.register_schema(schema.name, schema.encoding, schema.data)
+        for schema in dict.fromkeys(schemas.values())
+    }
+    return {topic: writer.register_channel(topic, ENCODING, numbers[schema]) for topic, schema in schemas.items()}
 
 
 @dataclass

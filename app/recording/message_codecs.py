@@ -161,7 +161,18 @@ def decode_failure(data: bytes, *, file: str | None = None) -> tuple[int, Simula
 
 
 def _schema(kind: type, title: str) -> str:
-    return json.dumps(json_schema(kind, title=title, description=(kind.__doc__ or "").partition("\n")[0]))
+    """The schema, its parts in ``allOf``: viewers that know only plain types at the top (Foxglove, Lichtblick) refuse a
+    topic whose schema has choices there, and read this one.
+    """
+    exact = json_schema(kind)
+    description = (kind.__doc__ or "").partition("\n")[0]
+    plain = {name: part for name, part in exact["properties"].items() if part.get("type") in _PLAIN}
+    return json.dumps(
+        {"title": title, "description": description, "type": "object", "properties": plain, "allOf": [exact]}
+    )
+
+
+_PLAIN = ("boolean", "integer", "number", "string")
 
 
 TOPICS = {

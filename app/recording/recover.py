@@ -14,6 +14,8 @@ from app.recording import mcap_file
 from app.recording.bundle import DAMAGED, unpack_scene
 from app.recording.damage import DamageKind, RecordingDamage
 from app.recording.messages import damage_entry, read_messages
+from app.recording.viewer_messages import viewer_schemas
+from app.session.prepare import PreparedScene
 
 
 @dataclass(frozen=True)
@@ -51,14 +53,19 @@ def recover(source: str | Path, target: str | Path, *, overwrite: bool = False) 
         raise RecordingError("nothing can be recovered: it has no complete frame", file=source, remedy=DAMAGED)
     with open_atomically(target, error=RecordingError, overwrite=overwrite) as stream:
         writer = Writer(stream, chunk_size=1_000_000, compression=CompressionType.ZSTD, enable_data_crcs=True)
-        _write(writer, contents, messages.damage)
+        _write(writer, contents, messages.damage, prepared)
     lost = sum(one.count or 0 for one in messages.damage if one.kind == DamageKind.FRAMES_MISSING)
     return RecoveryResult(len(messages.frames), lost, messages.damage, prepared.scene.tick, str(target))
 
 
-def _write(writer: Writer, contents: mcap_file.RecordingContents, damage: tuple[RecordingDamage, ...]) -> None:
+def _write(
+    writer: Writer, contents: mcap_file.RecordingContents, damage: tuple[RecordingDamage, ...], prepared: PreparedScene
+) -> None:
     metadata = contents.metadata | damage_entry(damage)
     channels = mcap_file.begin_recording(writer, metadata, contents.attachments)
+    shown = viewer_schemas(prepared)
+    if not shown.keys().isdisjoint(contents.channels.values()):
+        channels = {**channels, **mcap_file.add_viewer_channels(writer, shown)}
     whole = (mcap_file.chunk_messages(chunk, contents.channels) for chunk in contents.chunks)
     for topic, message in chain.from_iterable(filter(None, whole)):
         if topic in channels:

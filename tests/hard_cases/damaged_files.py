@@ -28,6 +28,7 @@ from app.maps.build import build_map
 from app.maps.formats.map_file import save_map
 from app.maps.formats.obj import write_map_obj
 from app.recording import bundle, mcap_file
+from app.recording.message_codecs import TOPICS
 from app.recording.player import open_recording
 from app.recording.recorder import Recorder
 from app.robots.mesh_files import to_msh
@@ -272,7 +273,8 @@ def _inside_recording(name: str, data: bytes, random: np.random.Generator) -> by
         file.flush()
         contents = mcap_file.read_recording(file.name)
     attachments = dict(contents.attachments)
-    messages = [pair for chunk in contents.chunks for pair in mcap_file.chunk_messages(chunk, contents.channels) or ()]
+    read = [pair for chunk in contents.chunks for pair in mcap_file.chunk_messages(chunk, contents.channels) or ()]
+    messages = [(topic, message) for topic, message in read if topic in TOPICS]  # of others nothing is ever read
     robot = name == "robot of a recording"
     if robot or random.random() < 0.6:
         name = bundle.ROBOT if robot else list(attachments)[int(random.integers(len(attachments)))]

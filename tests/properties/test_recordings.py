@@ -23,6 +23,7 @@ from app.core.errors import RecordingError, SimulationError
 from app.editing.arrange import move
 from app.editing.document import MapDocument
 from app.recording import mcap_file
+from app.recording.message_codecs import TOPICS
 from app.recording.player import RecordingPlayer
 from app.recording.recorder import Recorder
 from app.recording.recover import recover
@@ -80,6 +81,7 @@ def parts() -> tuple[dict[str, str], dict[str, bytes], list[tuple[str, bytes, in
             (topic, message.data, message.sequence)
             for chunk in contents.chunks
             for topic, message in mcap_file.chunk_messages(chunk, contents.channels)
+            if topic in TOPICS  # of others nothing is ever read
         ]
         player = RecordingPlayer(path)
         kinds = {type(act).__name__ for _, act in player.inputs}

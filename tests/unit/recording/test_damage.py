@@ -11,12 +11,14 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
 from app.core.errors import RecordingError
+from app.recording.bundle import unpack_scene
 from app.recording.damage import DamageKind, Hole, RecordingDamage, damage_text, find_losses, lost_at_end
-from app.recording.mcap_file import begin_recording, chunk_messages, read_recording
+from app.recording.mcap_file import add_viewer_channels, begin_recording, chunk_messages, read_recording
 from app.recording.message_codecs import TOPICS
 from app.recording.player import RecordingPlayer
 from app.recording.recover import recover
 from app.recording.verify import verify
+from app.recording.viewer_messages import viewer_schemas
 
 FIRST, LAST = 51, 250
 """Ticks of the fixture's frames."""
@@ -61,6 +63,8 @@ def rewritten(path, target, change):
     with target.open("wb") as stream:
         writer = Writer(stream, chunk_size=20_000, compression=CompressionType.ZSTD)
         channels = begin_recording(writer, contents.metadata, contents.attachments)
+        shown = viewer_schemas(unpack_scene(contents.attachments, file=str(path)))
+        channels = {**channels, **add_viewer_channels(writer, shown)}
         for topic, message in change(messages):
             writer.add_message(channels[topic], message.log_time, message.data, 0, message.sequence)
         writer.finish()
@@ -96,7 +100,8 @@ def test_a_flipped_bit_in_the_frames_is_told_with_its_ticks(recording, tmp_path)
 def test_frames_after_a_lost_input_are_not_compared(recording, tmp_path):
     spans = chunk_spans(recording)
     number = next(n for n in range(3, len(spans)) if {"/frame", "/input"} <= topics_in(recording, n))
-    before, after = ticks_in(recording, number - 1)[-1], ticks_in(recording, number + 1)[0]
+    before = max(tick for n in range(number) for tick in ticks_in(recording, n))
+    after = min(tick for n in range(number + 1, len(spans)) for tick in ticks_in(recording, n))
     start, size = spans[number]
     player = RecordingPlayer(flipped(recording, tmp_path / "flipped.mcap", start + size // 2))
     (lost,) = of_kind(player.damage, DamageKind.INPUTS_MISSING)
@@ -141,8 +146,9 @@ def test_after_a_record_whose_length_is_wrong_it_goes_on_at_the_next_chunk(recor
 
 def test_a_lost_beginning_and_a_lost_end_are_counted(recording, tmp_path):
     spans = chunk_spans(recording)
-    last = ticks_in(recording, len(spans) - 1)
-    start, size = spans[-1]
+    end = max(n for n in range(len(spans)) if ticks_in(recording, n))  # behind it there may be messages for viewers
+    last = ticks_in(recording, end)
+    start, size = spans[end]
     player = RecordingPlayer(flipped(recording, tmp_path / "end.mcap", start + size // 2))
     (missing,) = of_kind(player.damage, DamageKind.FRAMES_MISSING)
     assert (missing.count, missing.first, missing.last) == (len(last), last[0], LAST)
