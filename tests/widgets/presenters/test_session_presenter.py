@@ -19,7 +19,9 @@ def test_a_damaged_recording_says_what_it_has_lost_and_marks_where(window, tmp_p
     window.live.stop_recording()
     data = bytearray(path.read_bytes())
     with path.open("rb") as stream:
-        index = make_reader(stream).get_summary().chunk_indexes[-2]
+        summary = make_reader(stream).get_summary()
+    (frames,) = [channel.id for channel in summary.channels.values() if channel.topic == "/frame"]
+    index = [one for one in summary.chunk_indexes if frames in one.message_index_offsets][-2]
     data[index.chunk_start_offset + index.chunk_length // 2] ^= 1
     path.write_bytes(data)
     window.presenters.files.open_path(str(path))
