@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.spatial import cKDTree
 
 from app.core.arrays import BoolArray, FloatArray, IntArray, readonly, set_fields
 from app.core.errors import Finding, SkinError, add_finding
@@ -17,6 +18,9 @@ MAX_TAXELS = 100_000
 MAX_COORDINATE = 10.0
 """No taxel lies farther from its link's origin, or from its map's, than this [m]; more means another unit."""
 _UNIT = 1e-6
+_SPACINGS = 1e-4, 0.25
+"""Neighbouring taxels are this far apart [m]; those farther apart as stated are stated in millimetres."""
+_FEW = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,6 +165,26 @@ def unit_normals(normals: FloatArray, where: str, findings: list[Finding]) -> Fl
         findings, "normals-not-unit", where, "scaled to length one", int((np.abs(size * length - 1) > 1e-2).sum())
     )
     return scaled / length
+
+
+def length_unit(places: FloatArray, where: str, findings: list[Finding]) -> float:
+    """Metres in the unit of ``places`` (n, 2 or 3) that state none: 1, or 0.001 where metres cannot be meant.
+
+    Millimetres are taken, and told, where metres would put a place beyond ``MAX_COORDINATE`` or the typical neighbours
+    of four or more taxels over 0.25 m apart, and millimetres bring both to what skins have.
+    """
+    distinct = np.unique(places, axis=0)
+    if len(distinct) < 2 or not np.isfinite(distinct).all():
+        return 1.0
+    spacing = float(np.median(cKDTree(distinct).query(distinct, k=2)[0][:, 1]))
+    too_far = np.abs(distinct).max() > MAX_COORDINATE
+    too_sparse = len(distinct) >= _FEW and spacing > _SPACINGS[1]
+    plausible = spacing * 1e-3 >= _SPACINGS[0] and np.abs(distinct).max() * 1e-3 <= MAX_COORDINATE
+    if not ((too_far or too_sparse) and plausible):
+        return 1.0
+    action = f"taken as millimetres: in metres, neighbouring taxels would be {spacing:.3g} m apart"
+    findings.append(Finding("guessed-unit", where, action, len(places)))
+    return 1e-3
 
 
 def _is_duplicate(numbers: IntArray) -> BoolArray:

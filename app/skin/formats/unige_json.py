@@ -1,9 +1,13 @@
 """Skins and their maps as the robot skin library of the University of Genoa keeps them (JSON, file version 2).
 
 ``skin`` holds ``taxels`` (id, place x [m], normal n, type, cut; module and channel where known) and ``faces`` over
-them; each of ``tactile_maps`` holds its own taxels (id, place x on the map [m], type, cut) and faces. Identity numbers
-repeat in real files, so a taxel is known by its index; a map's taxel is the skin's with the same index if their numbers
-agree throughout, else the next one with its number.
+them; each of ``tactile_maps``, a list or a single map, holds its own taxels (id, place x on the map [m], type, cut) and
+faces. Identity numbers repeat in real files, so a taxel is known by its index; a map's taxel is the skin's with the same
+index if their numbers agree throughout, else the next one with its number.
+
+Real files also state places in millimetres, and the pose of the skin in its parent frame (``tf_matrix``, 16 numbers by
+columns). Some hold a map alone. Where their taxels are on a body nobody knows, but all that is asked of a map has an
+answer without: such a file is read as a flat skin in the plane of its map, whose lengths are the map's, and says so.
 """
 
 from __future__ import annotations
@@ -22,13 +26,23 @@ from app.core.arrays import FloatArray, IntArray, freeze_arrays
 from app.core.codec import parse_json
 from app.core.errors import Finding, SkinError, add_finding, errors_in_file
 from app.core.files import read_bounded_text, write_atomically
-from app.skin.formats.taxel_set import MAX_COORDINATE, MAX_TAXELS, TaxelSet, distinct_numbers, unit_normals
+from app.geometry.pose import Pose
+from app.skin.formats.taxel_set import (
+    MAX_COORDINATE,
+    MAX_TAXELS,
+    TaxelSet,
+    distinct_numbers,
+    length_unit,
+    unit_normals,
+)
 
 FILE_VERSION = 2
 _LARGEST_NUMBER = 2**31
 _PRESSURE = "pressure"
 _NO_ID = -1
 """What real files write for a taxel that no board reads."""
+_ROUNDED = 1e-3
+"""A rotation is written with four digits; more than this off is none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +93,7 @@ class UnigeFile:
 
 
 def read_unige(path: str | Path) -> UnigeFile:
-    """The skin and the maps in the file at ``path``.
+    """The skin and the maps in the file at ``path``; of a file with maps alone, the skin is its first map, flat.
 
     Raises:
         SkinError: It cannot be read, or something in it is not what it should be; names the place.
@@ -87,14 +101,21 @@ def read_unige(path: str | Path) -> UnigeFile:
     path = Path(path)
     document = _object(_parse(path), "the file", path)
     reader = _Reader(path)
-    skin = _object(document.get("skin"), "skin", path)
+    maps = _maps(document, path)
     with errors_in_file(path):
-        taxels, ids = reader.skin(skin, document)
-        maps = tuple(
-            reader.map(_object(entry, f"tactile_maps {k}", path), k, ids)
-            for k, entry in enumerate(_list(document.get("tactile_maps", []), "tactile_maps", path))
-        )
-        return UnigeFile(taxels.with_findings(*reader.findings), maps)
+        if "skin" in document or not maps:
+            taxels, ids = reader.skin(_object(document.get("skin"), "skin", path), document)
+        else:
+            taxels, ids = reader.flat_skin(maps[0])
+        drawn = tuple(reader.map(entry, k, ids) for k, entry in enumerate(maps))
+        return UnigeFile(taxels.with_findings(*reader.findings), drawn)
+
+
+def _maps(document: Mapping[str, Any], path: Path) -> list[Mapping[str, Any]]:
+    """The maps, of which some files hold a single one without a list."""
+    stated = document.get("tactile_maps", [])
+    entries = [stated] if isinstance(stated, dict) and stated else _list(stated, "tactile_maps", path)
+    return [_object(entry, f"tactile_maps {k}", path) for k, entry in enumerate(entries)]
 
 
 def write_unige(file: UnigeFile, path: str | Path) -> None:
@@ -166,44 +187,82 @@ class _Reader:
         where = self._path.name
         entries = self._taxels(skin, "skin")
         ids = self._ids(entries, "skin")
-        kept = np.flatnonzero(ids != _NO_ID)
-        add_finding(self.findings, "taxel-without-id", where, "left out: its id is -1", len(ids) - len(kept))
-        if not len(kept):
-            raise self._refuse("no taxel has an id", "skin", len(ids))
-        self._row_of = np.full(len(ids), -1)
-        self._row_of[kept] = np.arange(len(kept))
+        kept = self._identified(ids, "skin")
         normals = None
         if all("n" in entry for entry in entries):
             normals = unit_normals(self._vectors(entries, "n", 3, "skin")[kept], where, self.findings)
-        faces = self._faces(skin, "skin")
-        unknown = (faces >= len(ids)).any(axis=1)
-        if unknown.any():
-            row = int(unknown.argmax())
-            raise self._refuse("a face names a taxel that does not exist", f"faces, row {row}", faces[row].tolist())
-        faces = self._row_of[faces]
-        faces = faces[(faces >= 0).all(axis=1)]
+        faces = self._kept_faces(skin, len(ids), "skin")
         odd = sum(entry.get("type", _PRESSURE) != _PRESSURE for entry in entries)
         add_finding(self.findings, "not-pressure", where, "kept, though the taxel's type is another", odd)
         info = document.get("info")
         name = info.get("name") if isinstance(info, dict) else None
+        link, pose = self._frame(skin)
+        positions = self._places(entries, 3, "skin")[kept]
         taxels = TaxelSet(
             name=name if isinstance(name, str) and name.strip() else self._path.stem,
-            link=self._link(skin),
+            link=link,
             numbers=distinct_numbers(ids[kept], where, self.findings),
             ids=ids[kept],
             modules=self._optional(entries, kept, "module"),
             channels=self._optional(entries, kept, "channel"),
-            positions=self._vectors(entries, "x", 3, "skin")[kept],
-            normals=normals,
+            positions=pose.points(positions),
+            normals=None if normals is None else pose.directions(normals),
             faces=faces if len(faces) else None,
         )
         return taxels, ids
+
+    def flat_skin(self, map_: Mapping[str, Any]) -> tuple[TaxelSet, IntArray]:
+        """The taxels of a map that comes without a skin, in its plane, and (n,) the number the file gives each."""
+        place, name = "tactile_maps 0", str(map_.get("name") or self._path.stem)
+        entries = self._taxels(map_, place)
+        ids = self._ids(entries, place)
+        kept = self._identified(ids, place)
+        faces = self._kept_faces(map_, len(ids), place)
+        scale = length_unit(self._vectors(entries, "x", 2, place), place, [])  # told where the map itself is read
+        points = scale * self._vectors(entries, "x", 2, place)[kept]
+        action = f"the file has no places on a body: its taxels lie in the plane of the map {name!r}, as lengths do"
+        self.findings.append(Finding("map-only", self._path.name, action, len(kept)))
+        taxels = TaxelSet(
+            name=self._path.stem,
+            link=None,
+            numbers=distinct_numbers(ids[kept], self._path.name, self.findings),
+            ids=ids[kept],
+            positions=np.column_stack([points, np.zeros(len(points))]),
+            normals=np.tile([0.0, 0.0, 1.0], (len(points), 1)),
+            faces=_upward(points, faces) if len(faces) else None,
+        )
+        return taxels, ids
+
+    def _identified(self, ids: IntArray, place: str) -> IntArray:
+        """(k,) rows of the taxels that have an id; where they go is remembered for faces and maps."""
+        kept = np.flatnonzero(ids != _NO_ID)
+        add_finding(self.findings, "taxel-without-id", self._path.name, "left out: its id is -1", len(ids) - len(kept))
+        if not len(kept):
+            raise self._refuse("no taxel has an id", place, len(ids))
+        self._row_of = np.full(len(ids), -1)
+        self._row_of[kept] = np.arange(len(kept))
+        return kept
+
+    def _kept_faces(self, part: Mapping[str, Any], count: int, place: str) -> IntArray:
+        """(f, 3) faces over the taxels that have an id, of ``count`` in all."""
+        faces = self._faces(part, place)
+        unknown = ((faces < 0) | (faces >= count)).any(axis=1)
+        if unknown.any():
+            row = int(unknown.argmax())
+            raise self._refuse("a face names a taxel that does not exist", f"faces, row {row}", faces[row].tolist())
+        faces = self._row_of[faces]
+        return faces[(faces >= 0).all(axis=1)]
+
+    def _places(self, entries: Sequence[Mapping[str, Any]], count: int, place: str) -> FloatArray:
+        """(n, count) in metres."""
+        stated = self._vectors(entries, "x", count, place)
+        return length_unit(stated, f"{self._path.name}, {place}", self.findings) * stated
 
     def map(self, entry: Mapping[str, Any], key: int, skin_ids: IntArray) -> UnigeMap:
         """One of the maps."""
         place = f"tactile_maps {key}"
         entries = self._taxels(entry, place)
-        points, faces = self._vectors(entries, "x", 2, place), self._faces(entry, place)
+        points, faces = self._places(entries, 2, place), self._faces(entry, place)
         if not (np.abs(points) <= MAX_COORDINATE).all():
             raise self._refuse(f"a map point is not within {MAX_COORDINATE:g} m", place, float(np.abs(points).max()))
         if ((faces < 0) | (faces >= len(points))).any():
@@ -224,8 +283,9 @@ class _Reader:
             taxels, points = taxels[known], points[known]
         if not len(taxels):
             raise self._refuse("the map shows none of the skin's taxels", place, None)
-        name, description = (entry.get(field) for field in ("name", "description"))
-        return UnigeMap(str(name or place), taxels, points, faces.reshape(-1, 3), str(description or ""))
+        name, description = entry.get("name"), entry.get("description") or ""
+        text = " ".join(map(str, description)) if isinstance(description, list) else str(description)
+        return UnigeMap(str(name or place), taxels, points, faces.reshape(-1, 3), text)
 
     def _indices(self, ids: IntArray, skin_ids: IntArray, place: str) -> IntArray:
         """(k,) index of the skin's taxel behind each of the map's; -1 for none."""
@@ -290,23 +350,67 @@ class _Reader:
                 raise self._refuse(f"{field} must be {count} finite numbers", f"{place}, taxel {k}", value)
         return np.array([entry[field] for entry in entries], dtype=np.float64)
 
-    def _link(self, skin: Mapping[str, Any]) -> str | None:
-        """The parent frame's name."""
+    def _frame(self, skin: Mapping[str, Any]) -> tuple[str | None, Pose]:
+        """The parent frame's name, and the skin's pose in it."""
         frames = skin.get("parent_frames", skin.get("parent_frame", []))
         frames = [
             _object(f, "skin, parent_frames", self._path) for f in (frames if isinstance(frames, list) else [frames])
         ]
-        more = "only the first is used; positions are taken as stated"
+        more = "only the first is used, for all taxels"
         add_finding(self.findings, "several-frames", self._path.name, more, max(len(frames) - 1, 0))
         if not frames:
-            return None
-        matrix = frames[0].get("tf_matrix", np.eye(4).tolist())
-        if matrix != np.eye(4).tolist():
-            self.findings.append(Finding("frame-transform", self._path.name, "tf_matrix is not applied to the taxels"))
-        return str(frames[0].get("name") or "").strip() or None
+            return None, Pose.identity()
+        link = str(frames[0].get("name") or "").strip() or None
+        return link, self._pose(frames[0].get("tf_matrix"))
+
+    def _pose(self, stated: object) -> Pose:
+        """The rigid transform that ``tf_matrix`` is; none, and a finding, where it is another kind of matrix."""
+        matrix = np.eye(4) if stated is None else _matrix(stated)
+        if matrix is not None and np.array_equal(matrix, np.eye(4)):
+            return Pose.identity()
+        where = f"{self._path.name}, tf_matrix"
+        rotation = None if matrix is None else _nearest_rotation(matrix)
+        if matrix is None or rotation is None:
+            action = "not applied to the taxels: it is no rotation and translation"
+            self.findings.append(Finding("frame-transform", where, action))
+            return Pose.identity()
+        shift = matrix[:3, 3] * (1e-3 if np.abs(matrix[:3, 3]).max() > MAX_COORDINATE else 1.0)
+        turn = np.degrees(np.arccos(np.clip((np.trace(rotation) - 1) / 2, -1, 1)))
+        action = f"applied to the taxels: turned by {turn:.1f} deg, shifted by {1e3 * np.linalg.norm(shift):.4g} mm"
+        self.findings.append(Finding("frame-transform", where, action))
+        return Pose(rotation, shift)
 
     def _refuse(self, problem: str, place: str, value: object) -> SkinError:
         return SkinError(problem, file=self._path, place=place, value=value)
+
+
+def _matrix(stated: object) -> FloatArray | None:
+    """(4, 4) with the translation in its last column, from 16 numbers or 4 x 4, by columns or rows; None otherwise."""
+    numbers = [x for row in stated for x in (row if isinstance(row, list) else [row])] if isinstance(stated, list) else []
+    if len(numbers) != 16 or not all(_is_finite(x) for x in numbers):
+        return None
+    matrix = np.array(numbers, dtype=np.float64).reshape(4, 4)
+    last = [0.0, 0.0, 0.0, 1.0]
+    if matrix[3].tolist() == last:
+        # Without a translation, only the form tells rows from columns: 16 numbers in a line go by columns.
+        lined = not isinstance(stated[0], list) if isinstance(stated, list) else False
+        return matrix.T if lined and matrix[:, 3].tolist() == last else matrix
+    return matrix.T if matrix[:, 3].tolist() == last else None
+
+
+def _nearest_rotation(matrix: FloatArray) -> FloatArray | None:
+    """(3, 3) the rotation that the matrix states with rounded numbers; None where it is none."""
+    left, _, right = np.linalg.svd(matrix[:3, :3])
+    rotation = np.asarray(left @ right)
+    off = float(np.abs(rotation - matrix[:3, :3]).max())
+    return rotation if off <= _ROUNDED and np.linalg.det(rotation) > 0 else None
+
+
+def _upward(points: FloatArray, faces: IntArray) -> IntArray:
+    """``faces`` (f, 3) of a map, counter-clockwise from above."""
+    a, b, c = (points[faces[:, k]] for k in range(3))
+    below = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) < (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+    return np.where(below[:, None], faces[:, ::-1], faces)
 
 
 def _parse(path: Path) -> object:

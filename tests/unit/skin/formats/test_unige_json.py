@@ -71,6 +71,72 @@ def test_the_older_form_without_maps(tmp_path):
     assert (file.taxels.name, file.taxels.link, len(file.taxels), file.maps) == ("skin", "tfh1", 4, ())
 
 
+TURN = np.array([[0.0, -1, 0, 0.1], [1, 0, 0, 0.2], [0, 0, 1, -0.3], [0, 0, 0, 1]])
+
+
+@pytest.mark.parametrize("stated", [TURN.tolist(), TURN.T.ravel().tolist(), TURN.ravel().tolist()])
+def test_the_skin_s_pose_in_its_frame_is_applied(tmp_path, stated):
+    file = read(tmp_path, ("skin", "parent_frames", 0, "tf_matrix", stated), ("skin", "taxels", 1, "n", [1, 0, 0]))
+    np.testing.assert_allclose(file.taxels.positions[3], [0.1 - 0.02, 0.2 + 0.03, -0.3], atol=1e-12)
+    np.testing.assert_allclose(file.taxels.normals[1], [0, 1, 0], atol=1e-12)
+    (note,) = file.taxels.findings
+    assert (note.kind, "turned by 90.0 deg, shifted by 374.2 mm" in note.action) == ("frame-transform", True)
+
+
+def test_a_rotation_with_few_digits_scales_nothing(tmp_path):
+    rounded = [0.7071, 0.7071, 0, 0, -0.7071, 0.7071, 0, 0, 0, 0, 1, 0, 0, 0, 0.024, 1]
+    file = read(tmp_path, ("skin", "parent_frames", 0, "tf_matrix", rounded))
+    sides = np.linalg.norm(file.taxels.positions - [0, 0, 0.024], axis=1)
+    np.testing.assert_allclose(sides, np.hypot(0.01 * np.arange(4), 0.02), rtol=1e-12)
+
+
+@pytest.mark.parametrize("stated", [np.diag([1.0, 1, -1, 1]).tolist(), [1.0] * 16, [[1, 0], [0, 1]], "none", None])
+def test_what_is_no_pose_moves_nothing_and_is_told(tmp_path, stated):
+    file = read(tmp_path, ("skin", "parent_frames", 0, "tf_matrix", stated))
+    np.testing.assert_allclose(file.taxels.positions[3], [0.03, 0.02, 0])
+    assert kinds(file.taxels.findings) == ({} if stated is None else {"frame-transform": 1})
+
+
+def test_millimetres_are_recognised_and_told(tmp_path):
+    places = [entry(n, [5.0 * k, 2.0 * (k % 2), 0], n=[0, 0, 1]) for k, n in enumerate([31, 32, 33, 34])]
+    drawn = [entry(n, [50.0 * k, 2.0 * (k % 2)]) for k, n in enumerate([34, 31, 32])]
+    file = read(tmp_path, ("skin", "taxels", places), ("tactile_maps", 0, "taxels", drawn))
+    np.testing.assert_allclose(file.taxels.positions[3], [0.015, 0.002, 0])
+    np.testing.assert_allclose(file.maps[0].points[2], [0.1, 0])
+    assert [(f.kind, f.count) for f in file.taxels.findings] == [("guessed-unit", 4), ("guessed-unit", 3)]
+
+
+def test_a_single_map_needs_no_list(tmp_path):
+    file = read(tmp_path, ("tactile_maps", DOCUMENT["tactile_maps"][0]))
+    assert (len(file.maps), file.maps[0].name, file.taxels.findings) == (1, "unrolled", ())
+
+
+def test_a_map_without_a_skin_is_a_flat_skin_and_says_so(tmp_path):
+    alone = {"tactile_maps": copy.deepcopy(DOCUMENT["tactile_maps"][0]) | {"faces": [[0, 2, 1]]}}
+    file = read(tmp_path, document=alone)
+    taxels = file.taxels
+    assert (taxels.name, taxels.link, taxels.ids.tolist()) == ("skin", None, [34, 31, 32])
+    np.testing.assert_allclose(taxels.positions, [[0, 0.5, 0], [0.01, 0.5, 0], [0.02, 0.5, 0]])
+    np.testing.assert_array_equal(taxels.normals, [[0, 0, 1]] * 3)
+    np.testing.assert_allclose(file.with_points().points, taxels.positions[:, :2])
+    assert kinds(taxels.findings) == {"map-only": 3}
+    assert "'unrolled'" in taxels.findings[0].action
+
+
+def test_a_flat_skin_looks_up_leaves_out_taxels_without_an_id_and_keeps_ids_that_repeat(tmp_path):
+    places = [entry(n, [10.0 * (k % 3), 7.0 * (k // 3)]) for k, n in enumerate([-1, 5, 6, 7, 5, 9])]
+    alone = {"tactile_maps": [{"name": "m", "taxels": places, "faces": [[1, 4, 2], [0, 1, 3], [4, 5, 2]]}]}
+    file = read(tmp_path, document=alone)
+    assert file.taxels.ids.tolist() == [5, 6, 7, 5, 9]
+    assert file.maps[0].taxels.tolist() == [0, 1, 2, 3, 4]
+    np.testing.assert_allclose(file.taxels.positions[4], [0.02, 0.007, 0])
+    a, b, c = (file.taxels.positions[file.taxels.faces[:, k]] for k in range(3))
+    assert len(a) == 2 and (np.cross(b - a, c - a)[:, 2] > 0).all()
+    assert kinds(file.taxels.findings) == {
+        "map-only": 5, "taxel-without-id": 1, "duplicate-number": 1, "guessed-unit": 6, "unknown-taxel": 1,
+    }  # fmt: skip
+
+
 def test_numbers_that_repeat_are_matched_in_their_order(tmp_path):
     ids = [7, 8, 7, 9]
     changes = [("skin", "taxels", k, "id", number) for k, number in enumerate(ids)]
