@@ -20,6 +20,7 @@ from app.scene.scene_file import scene_names
 from app.session.prepare import open_scene, prepare
 from app.skin.formats.icub_layout import read_icub_layout
 from app.skin.formats.taxel_files import read_taxel_sets
+from app.skin.import_skin import TAXEL_ENDINGS, holds_taxels, is_own_skin, is_robot_with_taxels
 from app.skin.skin import Skin, identity_summary, identity_text, join_identities
 from app.skin.skin_file import load_skin
 from app.studies.ablation import ablation_cost
@@ -62,15 +63,24 @@ def describe(name: str) -> dict[str, Any]:
     ending = Path(name).suffix.lower()
     if ending == ".mcap":
         return _recording(name)
-    if ending == ".npz":
+    if ending == ".urdf" and holds_taxels(name):
+        return _robot_with_taxels(name) if is_robot_with_taxels(name) else _taxel_file(name)
+    if ending == ".npz" and (is_own_skin(name) or not holds_taxels(name)):
         return _arrays(name)
-    if ending in (".txt", ".csv", ".tsv", ".json"):
+    if ending in (".npz", *TAXEL_ENDINGS):
         return _taxel_file(name)
     if ending == ".ini":
         return _layout(name)
     if ending == ".toml" or name in scene_names():
         return _scene(open_scene(name))
     return {"kind": "robot", **_robot(load_robot(name))}
+
+
+def _robot_with_taxels(name: str) -> dict[str, Any]:
+    """A robot description that states its taxels: what it holds of both."""
+    robot, taxels = _robot(load_robot(name)), _taxel_file(name)
+    found = {"kind": "robot with taxels", **robot, **{key: taxels[key] for key in ("taxels", "identity")}}
+    return found | {"taxel_links": taxels["links"], "problems": robot["problems"] + taxels["problems"]}
 
 
 def _robot(robot: Robot) -> dict[str, Any]:

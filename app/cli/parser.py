@@ -223,7 +223,21 @@ def _comparison_options(parser: argparse.ArgumentParser) -> None:
 
 def _scene_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--scene", metavar="NAME|FILE", default=argparse.SUPPRESS, help="a scene's name or file")
-    parser.add_argument("--robot", metavar="NAME|FILE", default=argparse.SUPPRESS, help="a robot's name or file")
+    parser.add_argument(
+        "--robot",
+        metavar="NAME|FILE",
+        default=argparse.SUPPRESS,
+        help="a robot's name or file; 'none' for a skin alone",
+    )
+    parser.add_argument(
+        "--skin",
+        metavar="FILE",
+        default=argparse.SUPPRESS,
+        help="taxels that the robot wears (.txt .csv .json .npz, URDF sensors)",
+    )
+    parser.add_argument(
+        "--link", metavar="LINK", default=argparse.SUPPRESS, help="link that carries them, where FILE does not say"
+    )
 
 
 def _json(parser: argparse.ArgumentParser) -> None:

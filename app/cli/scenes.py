@@ -4,26 +4,44 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import replace
+from pathlib import Path
 
-from app.core.errors import UsageError
+from app.core.errors import SkinError, UsageError
 from app.scene.scene import Scene
-from app.scene.scene_file import scene_for
+from app.scene.scene_file import scene_for, scene_for_taxels, with_taxels
 from app.session.prepare import open_scene
+from app.skin.import_skin import NO_ROBOT
 from app.stimuli.stimulus_file import load_stimuli
 
 
 def scene_from_arguments(arguments: argparse.Namespace) -> Scene:
     """The scene named by ``SCENE``, ``--scene`` or ``--robot``; the arm's by default.
 
-    With both, the scene is played by the other robot, on links chosen by themselves. With ``--stimuli``, that script
-    plays instead of the scene's own.
+    With both, the scene is played by the other robot, on links chosen by themselves. With ``--skin``, the robot wears
+    the taxels of that file; with nothing else, the robot that is meant by it. With ``--stimuli``, that script plays
+    instead of the scene's own.
 
     Raises:
-        UsageError: Two scenes are named.
+        UsageError: Two scenes are named, or a link without a skin.
         SceneError: There is no such scene or script.
     """
-    scene, script = _named_scene(arguments), getattr(arguments, "stimuli", None)
+    scene, script = _skinned_scene(arguments), getattr(arguments, "stimuli", None)
     return replace(scene, stimuli=load_stimuli(script)) if script else scene
+
+
+def _skinned_scene(arguments: argparse.Namespace) -> Scene:
+    """The scene, with the taxels of ``--skin`` where there is one."""
+    path, link = getattr(arguments, "skin", None), getattr(arguments, "link", None)
+    if not path:
+        if link:
+            raise UsageError("a link is named, but no skin to lie on it", value=link, remedy="Add --skin FILE")
+        return _named_scene(arguments)
+    named = any(getattr(arguments, name, None) for name in ("scene_file", "scene", "robot"))
+    bare = getattr(arguments, "robot", None) == NO_ROBOT
+    if not Path(path).is_file():
+        raise SkinError("there is no such file", file=path)
+    scene = _named_scene(arguments) if named and not bare else scene_for_taxels(path)
+    return with_taxels(replace(scene, robot=NO_ROBOT) if bare else scene, path, links=(link,) if link else ())
 
 
 def _named_scene(arguments: argparse.Namespace) -> Scene:

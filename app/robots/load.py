@@ -11,7 +11,8 @@ from pathlib import Path
 
 import mujoco
 
-from app.core.errors import MeshError, RobotError
+from app.core.errors import Finding, MeshError, RobotError
+from app.geometry.mesh import Mesh
 from app.robots.build import build_robot
 from app.robots.mesh_files import MESH_SUFFIXES, read_mesh, to_metres, to_msh
 from app.robots.mjcf import load_mjcf
@@ -37,18 +38,36 @@ def load_bare_mesh(path: Path, *, name: str | None = None) -> Robot:
     if mesh.area == 0.0:
         raise MeshError("the mesh has no area", file=path, remedy="Export it again with its surface")
     mesh, findings = to_metres(mesh, where=str(path))
+    return robot_of_mesh(mesh, name=name or path.stem, source=str(path), findings=findings)
+
+
+def robot_of_mesh(
+    mesh: Mesh, *, name: str, source: str, link: str = MESH_LINK, findings: Sequence[Finding] = ()
+) -> Robot:
+    """A robot with one link and no joints in the shape of ``mesh``, standing just above the ground.
+
+    Args:
+        mesh: With an area; open, inside-out and flat ones too [m].
+        name: Of the robot.
+        source: Where it came from.
+        link: Name of its link.
+        findings: What was noticed of the mesh.
+
+    Raises:
+        RobotError: It cannot be simulated.
+    """
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
-    spec.modelname = name or path.stem
+    spec.modelname = name
     shell = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # asks no closed surface of it
     spec.add_mesh(name=MESH_LINK, file="mesh.msh", inertia=shell)
-    body = spec.worldbody.add_body(name=MESH_LINK, pos=[0, 0, CLEARANCE - mesh.bounds[0, 2]])
+    body = spec.worldbody.add_body(name=link, pos=[0, 0, CLEARANCE - mesh.bounds[0, 2]])
     body.mass, body.inertia, body.explicitinertial = 1.0, [0.01] * 3, True
     body.add_geom(name="visual", type=mujoco.mjtGeom.mjGEOM_MESH, meshname=MESH_LINK, group=2, contype=0, conaffinity=0)
     body.add_geom(name="collision", type=mujoco.mjtGeom.mjGEOM_MESH, meshname=MESH_LINK, group=3)
     assets = {"mesh.msh": to_msh(mesh)}
     spec.assets = assets
-    return build_robot(spec, name=spec.modelname, source=str(path), assets=assets, findings=findings)
+    return build_robot(spec, name=name, source=source, assets=assets, findings=findings)
 
 
 XML_SUFFIXES = (".xml", ".mjcf", ".urdf")

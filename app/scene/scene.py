@@ -29,12 +29,13 @@ class Scene:
     Attributes:
         name: Short, as on the command line.
         title: For people.
-        robot: A robot's name or file.
+        robot: A robot's name or file; ``none`` for the skin of ``taxel_file`` alone, fixed in the world.
         task: What is done, one of ``TASKS``.
         outputs: What is wanted, some of ``OUTPUTS``; empty for what the task usually wants.
         cover: How the skin places itself.
         layer: What the cover is made of.
-        taxel_file: An iCub positions file whose taxels are used instead of a cover; empty for none.
+        taxel_file: A file of taxels that are used instead of a cover, on ``cover.links`` where it does not name its
+            link; empty for none.
         objects: What there is besides the robot; their names differ.
         overrides: Effects that do not follow from the needs, by key of ``EFFECTS``.
         control: Settings of the controller that differ from its defaults, by name.

@@ -18,6 +18,7 @@ from app.scene.motion import Waypoint
 from app.scene.objects import ObjectSpec
 from app.scene.scene import Scene, Setting
 from app.skin.cover import CoverSpec
+from app.skin.import_skin import NO_ROBOT, holds_taxels, is_robot_with_taxels
 from app.stimuli.stimulus_file import read_stimulus, stimulus_to_table
 from app.stimuli.stimulus_kinds import Stroke
 from app.tactile.elastic_layer import ElasticLayer
@@ -149,10 +150,40 @@ def load_scene(name: str, *, check: Callable[[Scene], None] = _accept) -> Scene:
 
 
 def scene_for(robot: str) -> Scene:
-    """The scene for a robot's name or file: the shipped one of that name, or one with a cover and a stroke."""
+    """The scene for a robot's name or file: the shipped one of that name, or one with a cover and a stroke.
+
+    A robot description that states its taxels wears those instead of a cover; with taxels and no shapes it is no robot.
+    """
     if robot in scene_names():
         return load_scene(robot)
-    return Scene(name=Path(robot).stem or robot, robot=robot, title=Path(robot).name, stimuli=(Stroke(),))
+    path = Path(robot)
+    own = robot if is_robot_with_taxels(path) else ""
+    if path.suffix.lower() == ".urdf" and not own and holds_taxels(path):
+        return scene_for_taxels(robot)
+    return Scene(name=path.stem or robot, robot=robot, title=path.name, taxel_file=own, stimuli=(Stroke(),))
+
+
+def scene_for_taxels(path: str) -> Scene:
+    """The scene for a file of taxels where no robot is named: on itself, on iCub for its positions, or on none."""
+    if is_robot_with_taxels(path):
+        return scene_for(path)
+    robot = "icub" if Path(path).suffix.lower() == ".txt" else NO_ROBOT
+    return with_taxels(scene_for(robot), path)
+
+
+def with_taxels(scene: Scene, path: str, *, links: tuple[str, ...] = ()) -> Scene:
+    """The same robot with the taxels of a file; the scripted finger touches the first patch.
+
+    Args:
+        scene: Whose robot.
+        path: The file.
+        links: The link that carries them, where the file does not name it.
+    """
+    stimuli = tuple(replace(stimulus, patch="") for stimulus in scene.stimuli[:1])
+    alone, file = scene.robot == NO_ROBOT, Path(path)
+    name, title = (file.stem, file.name) if alone else (scene.name, f"{scene.title} with {file.name}")
+    cover = replace(scene.cover, links=links)
+    return replace(scene, name=name, title=title, taxel_file=path, cover=cover, stimuli=stimuli)
 
 
 def _beside(scene: Path, value: str) -> str:

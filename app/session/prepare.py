@@ -9,14 +9,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from app.contacts.pipeline import reading_from
 from app.control.behaviours import behaviours_from
 from app.control.command import settings_from
-from app.core.errors import SceneError, TactileMapsError
+from app.core.errors import SceneError, SkinError, TactileMapsError
 from app.core.progress import Progress, no_progress, part_of_progress
+from app.geometry.mesh import Mesh
 from app.maps.build import build_map
 from app.maps.tactile_map import TactileMap
 from app.robots.library import load_robot
+from app.robots.load import robot_of_mesh
 from app.robots.robot import Robot
 from app.scene.motion import Motion
 from app.scene.object_meshes import make_objects
@@ -24,7 +28,7 @@ from app.scene.objects import SceneObject
 from app.scene.scene import Scene
 from app.scene.scene_file import load_scene, scene_names
 from app.skin.cover import cover_robot
-from app.skin.formats.icub_positions import import_icub_skin
+from app.skin.import_skin import NO_ROBOT, check_links, import_skin
 from app.skin.skin import Skin
 
 
@@ -81,14 +85,40 @@ def load_robot_and_skin(scene: Scene, *, progress: Progress = no_progress) -> tu
     Raises:
         TactileMapsError: Robot or skin cannot be made.
     """
+    if scene.robot == NO_ROBOT:
+        progress("Importing taxels", 0.1)
+        return _skin_alone(scene)
     progress(f"Loading {scene.robot}", 0.0)
     robot = load_robot(scene.robot)
     if scene.taxel_file:
         progress("Importing taxels", 0.1)
-        skin = import_icub_skin(robot, scene.taxel_file, thickness=scene.cover.thickness)
+        links, thickness = scene.cover.links, scene.cover.thickness
+        skin = import_skin(scene.taxel_file, robot, links=links, thickness=thickness)
     else:
         skin = cover_robot(robot, scene.cover, progress=part_of_progress(progress, 0.1, 0.4))
     return robot, skin
+
+
+def _skin_alone(scene: Scene) -> tuple[Robot, Skin]:
+    """The skin of the scene's file, and a body in its shape that is fixed in the world."""
+    _need_taxel_file(scene)
+    skin = import_skin(scene.taxel_file, links=scene.cover.links)
+    links = tuple(dict.fromkeys(patch.link for patch in skin.patches))
+    if len(links) > 1:
+        remedy = "Open it with the robot that carries them, or choose one link"
+        raise SkinError("the taxels of several links need a robot", file=scene.taxel_file, value=links, remedy=remedy)
+    surfaces = [patch.surface for patch in skin.patches]
+    starts = np.cumsum([0, *(len(surface.vertices) for surface in surfaces)])
+    faces = [surface.faces + start for surface, start in zip(surfaces, starts[:-1], strict=True)]
+    mesh = Mesh(np.concatenate([surface.vertices for surface in surfaces]), np.concatenate(faces))
+    robot = robot_of_mesh(mesh, name=Path(scene.taxel_file).stem, source=scene.taxel_file, link=links[0])
+    return robot, skin
+
+
+def _need_taxel_file(scene: Scene) -> None:
+    if not scene.taxel_file:
+        remedy = "Name a robot, or the file of a skin as taxel_file"
+        raise SceneError("there is neither a robot nor a skin", file=scene.name, place="robot", remedy=remedy)
 
 
 def open_scene(name: str) -> Scene:
@@ -104,20 +134,39 @@ def open_scene(name: str) -> Scene:
 
 def _check(scene: Scene) -> None:
     """Refuse what a session of the scene would refuse, with its place in the scene."""
-    try:
-        robot = load_robot(scene.robot)
-    except TactileMapsError as error:
-        raise error.at(kind=SceneError, place="robot", value=error.value or scene.robot) from error
-    if scene.taxel_file and not Path(scene.taxel_file).is_file():
-        remedy = "Name a file relative to the scene's folder"
-        raise SceneError("there is no such file", place="taxel_file", value=scene.taxel_file, remedy=remedy)
-    for number, link in enumerate(scene.cover.links):
-        try:
-            robot.link(link)
-        except TactileMapsError as error:
-            raise error.at(kind=SceneError, place=f"cover.links.{number}") from error
+    robot = _checked_robot(scene)
+    if scene.taxel_file:
+        _check_taxels(scene, robot)
+    elif robot is not None:
+        for number, link in enumerate(scene.cover.links):
+            try:
+                robot.link(link)
+            except TactileMapsError as error:
+                raise error.at(kind=SceneError, place=f"cover.links.{number}") from error
     settings_from(dict(scene.control))
     behaviours_from(scene.behaviours)
     reading_from(scene.reading)
-    Motion(robot, scene.motion)
+    Motion(load_robot_and_skin(scene)[0] if robot is None else robot, scene.motion)
     make_objects(scene)
+
+
+def _checked_robot(scene: Scene) -> Robot | None:
+    if scene.robot == NO_ROBOT:
+        _need_taxel_file(scene)
+        return None
+    try:
+        return load_robot(scene.robot)
+    except TactileMapsError as error:
+        raise error.at(kind=SceneError, place="robot", value=error.value or scene.robot) from error
+
+
+def _check_taxels(scene: Scene, robot: Robot | None) -> None:
+    if not Path(scene.taxel_file).is_file():
+        remedy = "Name a file relative to the scene's folder"
+        raise SceneError("there is no such file", place="taxel_file", value=scene.taxel_file, remedy=remedy)
+    try:
+        check_links(scene.taxel_file, robot, scene.cover.links)
+    except TactileMapsError as error:
+        place, problem = ", ".join(str(part) for part in (error.file, error.place) if part), error.problem
+        remedy = (error.remedy or "").replace("Choose the link", "Name as cover.links the link")
+        raise error.at(kind=SceneError, place="taxel_file", problem=f"{place}: {problem}", remedy=remedy) from error

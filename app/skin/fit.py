@@ -83,6 +83,27 @@ def fit_taxels_to_link(
     return Skin(patches, (*findings, *notes, *wrapped.findings))
 
 
+def carrying_link(robot: Robot, named: str | None, path: Path) -> str:
+    """The robot's link that carries the taxels of a file which calls it ``named``.
+
+    ``upper_arm`` in the file ``left_arm.txt`` is ``l_upper_arm`` on the robot.
+
+    Raises:
+        SkinError: The file names none, or one that the robot does not have.
+    """
+    links = ", ".join(robot.link_index)
+    if named is None:
+        remedy = f"Choose the link that carries these taxels, one of: {links}"
+        raise SkinError("the file does not name its link", file=path, remedy=remedy)
+    side = {"left": "l_", "right": "r_"}.get(path.name.partition("_")[0], "")
+    for name in (named, side + named):
+        if name in robot.link_index:
+            return name
+    raise SkinError(
+        "the robot has no link of the file's name", file=path, value=named, remedy=f"Choose one of: {links}"
+    )
+
+
 def _link_mesh(robot: Robot, link: str) -> tuple[Mesh, tuple[Finding, ...]]:
     mesh = robot.link(link).mesh
     if mesh is None or not len(mesh.faces):

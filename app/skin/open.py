@@ -9,28 +9,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, get_args
 
-from app.core.errors import Finding, SkinError
-from app.core.files import MAX_UNPACKED_BYTES, array_format, read_bounded_file
+from app.core.errors import SkinError
 from app.core.progress import Progress, no_progress
 from app.robots.library import load_robot
 from app.robots.mesh_files import MESH_SUFFIXES, read_mesh, to_metres
-from app.robots.robot import Robot
 from app.skin.cover import CoverSpec, cover_robot
-from app.skin.fit import fit_taxels_to_link
-from app.skin.formats.icub_positions import import_icub_skin
-from app.skin.formats.taxel_files import read_taxel_sets
-from app.skin.formats.taxel_set import TaxelSet
+from app.skin.import_skin import NO_ROBOT, holds_taxels, import_skin
 from app.skin.mesh_skin import skin_of_mesh
 from app.skin.placement import PlacementSpec
-from app.skin.reconstruct import skin_from_taxels
-from app.skin.skin import Patch, Skin
-from app.skin.skin_file import FORMAT, MAP_FORMAT, load_skin
-from app.skin.usable_surface import patch_name
+from app.skin.skin import Skin
 
 MeshSurface = Literal["outer", "all", "cover"]
-NO_ROBOT = "none"
-"""Named as the robot, it means that no robot carries the taxels: they are joined to each other instead."""
-_TAXEL_ENDINGS = (".txt", ".csv", ".tsv", ".json")
 _DEFAULT_TAXELS = 1000
 
 
@@ -40,7 +29,7 @@ class SkinOptions:
 
     Attributes:
         placement: Of the taxels on a mesh; by default 1000, evenly.
-        links: Which links to cover, or the one that carries the file's taxels; empty to choose.
+        links: Which links to cover, or which of a file's carry the taxels that are wanted; empty to choose.
         robot: What carries the taxels of a file: None for iCub with iCub positions, otherwise nothing.
         surface: Of a bare mesh: its ``outer`` surface, ``all`` of it, or a ``cover`` over it, as robots get.
         thickness: Of a cover [m].
@@ -81,10 +70,8 @@ def open_skin(source: str | Path, options: SkinOptions | None = None, *, progres
     """
     spec, path = options or SkinOptions(), Path(source)
     ending = path.suffix.lower()
-    if ending == ".npz":
-        return _read_own_npz(path, spec)
-    if ending in _TAXEL_ENDINGS or _has_sensors(path):
-        return _read_foreign_taxels(path, spec)
+    if ending == ".npz" or holds_taxels(path):
+        return _read_taxels(path, spec)
     if ending in MESH_SUFFIXES and spec.surface != "cover":
         mesh, findings = to_metres(read_mesh(path), where=path.name)
         skin = skin_of_mesh(mesh, spec.placement, name=path.stem, surface=spec.surface, progress=progress)
@@ -106,55 +93,11 @@ def _cover_spec(wanted: SkinOptions) -> CoverSpec:
     return CoverSpec(wanted.links, placement.taxels, wanted.thickness, placement.seed)
 
 
-def _read_own_npz(path: Path, wanted: SkinOptions) -> Skin:
-    """A skin or map of ours, or else a table of taxels: all are npz."""
-    ours = array_format(read_bounded_file(path, error=SkinError, most=MAX_UNPACKED_BYTES))
-    return load_skin(path) if ours in (FORMAT, MAP_FORMAT) else _read_foreign_taxels(path, wanted)
-
-
-def _has_sensors(path: Path) -> bool:
-    """Whether a URDF states taxels as sensors."""
-    if path.suffix.lower() != ".urdf":
-        return False
-    try:
-        return b"<tactile" in read_bounded_file(path, error=SkinError)
-    except SkinError:
-        return False  # the loader says why it cannot be read
-
-
-def _read_foreign_taxels(path: Path, wanted: SkinOptions) -> Skin:
-    """A foreign file's taxels, on the robot that carries them or joined to each other."""
-    wearer = wanted.robot or ("icub" if path.suffix.lower() == ".txt" else NO_ROBOT)
-    link = wanted.links[0] if wanted.links else None
-    if wearer != NO_ROBOT and path.suffix.lower() == ".txt":
-        robot = load_robot(wearer)
-        skin = import_icub_skin(robot, path, link=link, thickness=wanted.thickness)
-        return Skin(skin.patches, (*robot.findings, *skin.findings))
-    sets = [one for one in read_taxel_sets(path) if link is None or one.link == link]
-    if not sets:
-        raise SkinError("the file has no taxels of that link", file=path, value=link)
-    if wearer == NO_ROBOT:
-        return _merge_skins([skin_from_taxels(one) for one in sets])
-    robot = load_robot(wearer)
-    return _merge_skins([_fit_to_robot(robot, one, link, wanted.thickness, path) for one in sets])
-
-
-def _fit_to_robot(robot: Robot, taxels: TaxelSet, link: str | None, thickness: float, path: Path) -> Skin:
-    name = link or taxels.link
-    if name is None:
-        links = ", ".join(robot.link_index)
-        raise SkinError("the file does not name its link", file=path, remedy=f"Choose one of: {links}")
-    skin = fit_taxels_to_link(robot, name, taxels.positions, thickness=thickness, file=path, identity=taxels.identity)
-    return Skin(skin.patches, (*taxels.findings, *skin.findings))
-
-
-def _merge_skins(skins: list[Skin]) -> Skin:
-    """All patches in one skin, each with a name of its own."""
-    patches: list[Patch] = []
-    findings: list[Finding] = []
-    for skin in skins:
-        findings += skin.findings
-        for patch in skin.patches:
-            before = sum(other.link == patch.link for other in patches)
-            patches.append(Patch(patch_name(patch.link, before), patch.link, patch.surface, patch.taxels))
-    return Skin(tuple(patches), tuple(findings))
+def _read_taxels(path: Path, wanted: SkinOptions) -> Skin:
+    """A file's taxels, on the robot that carries them or joined to each other."""
+    name = wanted.robot or ("icub" if path.suffix.lower() == ".txt" else NO_ROBOT)
+    if name == NO_ROBOT:
+        return import_skin(path, links=wanted.links, thickness=wanted.thickness)
+    robot = load_robot(name)
+    skin = import_skin(path, robot, links=wanted.links, thickness=wanted.thickness)
+    return Skin(skin.patches, (*robot.findings, *skin.findings))

@@ -178,7 +178,7 @@ def _file_menu() -> Menu:
             MenuList("scenes", "Open scene"),
             ActionSpec("open_scene", "Open scene file…", (), "Open a scene file (.toml)"),
             ActionSpec(
-                "import_taxels", "Import iCub taxels…", (), "Place the taxels of an iCub positions file on the robot"
+                "import_taxels", "Import taxels…", (), "Place the taxels of a file (iCub, CSV, JSON, npz) on the robot"
             ),
             ActionSpec("open_recording", "Open recording…", ("Ctrl+Shift+O",), "Replay a recording"),
             MenuList("recent", "Recent files"),

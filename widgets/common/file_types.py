@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 from app.core.errors import UsageError
 from app.scene.scene import Scene
 from app.scene.scene_file import load_scene, scene_for
+from app.skin.import_skin import TAXEL_ENDINGS, holds_taxels, is_robot_with_taxels
 
 ROBOTS = (".xml", ".mjcf", ".urdf")
 MESHES = (".obj", ".stl", ".ply", ".off", ".glb", ".dae")
 RECORDINGS = (".mcap",)
 SCENES = (".toml",)
 MAPS = (".npz",)
-TAXELS = (".txt",)
 ROBOT_FILTER = "Robots and meshes (" + " ".join(f"*{end}" for end in (*ROBOTS, *MESHES, *SCENES)) + ")"
 RECORDING_FILTER = "Recordings (*.mcap)"
 SCENE_FILTER = "Scenes (*.toml)"
 SCRIPT_FILTER = "Stimulus scripts (*.toml)"
-TAXEL_FILTER = "iCub taxel positions (*.txt)"
+TAXEL_FILTER = "Taxels (" + " ".join(f"*{end}" for end in (*TAXEL_ENDINGS, ".npz", ".urdf")) + ")"
 
 
 def is_recording(path: str) -> bool:
@@ -33,13 +32,13 @@ def is_scene(path: str) -> bool:
 
 
 def is_map(path: str) -> bool:
-    """Whether the file's name is that of a saved map."""
-    return Path(path).suffix.lower() in MAPS
+    """Whether the file is a saved map: an npz that is not known to hold taxels."""
+    return Path(path).suffix.lower() in MAPS and not holds_taxels(path)
 
 
 def is_taxel_file(path: str) -> bool:
-    """Whether the file's name is that of an iCub positions file."""
-    return Path(path).suffix.lower() in TAXELS
+    """Whether the file holds taxels for a robot; a robot description that states its own is opened as a robot."""
+    return holds_taxels(path) and not is_robot_with_taxels(path)
 
 
 def scene_to_open(path: str) -> Scene:
@@ -54,16 +53,10 @@ def scene_to_open(path: str) -> Scene:
         return load_scene(path)
     if ending in (*ROBOTS, *MESHES):
         return scene_for(path)
-    known = ", ".join((*ROBOTS, *MESHES, *SCENES, *MAPS, *RECORDINGS, *TAXELS))
+    known = ", ".join((*ROBOTS, *MESHES, *SCENES, *MAPS, *RECORDINGS, *TAXEL_ENDINGS))
     raise UsageError(
         "this type of file cannot be opened",
         file=path,
         value=ending or "no file extension",
         remedy=f"Give one of: {known}",
     )
-
-
-def with_taxels(scene: Scene, path: str) -> Scene:
-    """The same robot with the taxels of a positions file; the scripted finger touches the first patch."""
-    stimuli = tuple(replace(stimulus, patch="") for stimulus in scene.stimuli[:1])
-    return replace(scene, taxel_file=path, stimuli=stimuli, title=f"{scene.title} with {Path(path).name}")

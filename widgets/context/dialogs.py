@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog, QInputDialog, QMessageBox, QWidget
@@ -43,6 +43,17 @@ class Dialogs:
         box.setObjectName(name)
         box.setWindowTitle(title)
         box.setLabelText(text)
+        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        box.textValueSelected.connect(then)
+        box.open()
+
+    def ask_choice(self, name: str, title: str, text: str, choices: Sequence[str], then: Callable[[str], None]) -> None:
+        """Ask for one of ``choices``; ``then`` is called with it unless it is cancelled."""
+        box = QInputDialog(self._parent)
+        box.setObjectName(name)
+        box.setWindowTitle(title)
+        box.setLabelText(text)
+        box.setComboBoxItems(list(choices))
         box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         box.textValueSelected.connect(then)
         box.open()

@@ -6,17 +6,21 @@ file with every effect as it was chosen.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QMenu
 
-from app.core.errors import SceneError, TactileMapsError
+from app.core.errors import SceneError, SkinError, TactileMapsError
 from app.core.files import write_atomically
 from app.robots.library import list_robots
+from app.robots.robot import Robot
 from app.scene.scene import Scene
-from app.scene.scene_file import load_scene, scene_for, scene_names, scene_to_toml
+from app.scene.scene_file import load_scene, scene_for, scene_for_taxels, scene_names, scene_to_toml, with_taxels
+from app.skin.import_skin import NO_ROBOT, check_links, named_links
 from widgets.actions.mnemonics import with_mnemonic
 from widgets.common.file_types import (
     RECORDING_FILTER,
@@ -28,7 +32,6 @@ from widgets.common.file_types import (
     is_scene,
     is_taxel_file,
     scene_to_open,
-    with_taxels,
 )
 from widgets.context.app_context import AppContext
 from widgets.presenters.effects_presenter import EffectsPresenter
@@ -53,7 +56,7 @@ class FilePresenter(QObject):
         for name, handler in (
             ("open_robot", partial(self._choose, "Open robot", ROBOT_FILTER)),
             ("open_recording", partial(self._choose, "Open recording", RECORDING_FILTER)),
-            ("import_taxels", partial(self._choose, "Import iCub taxels", TAXEL_FILTER)),
+            ("import_taxels", partial(self._choose, "Import taxels", TAXEL_FILTER)),
             ("open_scene", partial(self._choose, "Open scene", SCENE_FILTER)),
             ("save_scene", self.choose_save_scene),
         ):
@@ -82,10 +85,39 @@ class FilePresenter(QObject):
         self.open_scene(scene_for(name))
 
     def import_taxels(self, path: str) -> None:
-        """Put the taxels of a positions file on the robot that is open."""
+        """Put the taxels of a file on the robot that is open; ask where, if the file's links are not the robot's.
+
+        Raises:
+            SkinError: The file cannot be read.
+        """
         prepared = self._context.session.prepared
-        scene = prepared.scene if prepared is not None else scene_for("icub")
-        self.open_scene(with_taxels(scene, path))
+        if prepared is None or prepared.scene.robot == NO_ROBOT:
+            self.open_scene(scene_for_taxels(path))
+            return
+        scene, robot = prepared.scene, prepared.robot
+        try:
+            check_links(path, robot)
+        except SkinError:
+            self._ask_link(path, scene, robot, named_links(path))
+        else:
+            self.open_scene(with_taxels(scene, path))
+
+    def _ask_link(self, path: str, scene: Scene, robot: Robot, named: Sequence[str | None]) -> None:
+        """Ask which link carries the taxels, where the robot has none of the file's name."""
+        alone = "No robot: the skin alone"
+        choices = [link.name for link in robot.links if link.mesh is not None and len(link.mesh.faces)]
+        stated = ", ".join(name or "none" for name in named)
+        text = f"{Path(path).name} names no link of {robot.name} (link: {stated}). What carries its taxels?"
+
+        def chosen(answer: str) -> None:
+            if answer == alone:
+                self.open_scene(with_taxels(replace(scene_for(NO_ROBOT), title=""), path))
+            else:
+                self.open_scene(with_taxels(scene, path, links=(answer,)))
+
+        # A link can carry one set only; several must find theirs on a robot.
+        items = [*choices, alone] if len(named) == 1 else [alone]
+        self._context.dialogs.ask_choice("taxel-link", "Which link?", text, items, chosen)
 
     def open_scene(self, scene: Scene, *, file: Path | None = None) -> None:
         """Open a scene, read from ``file`` or made here, once what was not saved of the map has been asked about."""

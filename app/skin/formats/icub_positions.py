@@ -19,7 +19,7 @@ from app.core.arrays import BoolArray, FloatArray, IntArray
 from app.core.errors import Finding, SkinError, add_finding, errors_in_file
 from app.core.files import read_bounded_text, write_lines
 from app.robots.robot import Robot
-from app.skin.fit import fit_taxels_to_link
+from app.skin.fit import carrying_link, fit_taxels_to_link
 from app.skin.formats.taxel_set import MAX_COORDINATE, MAX_TAXELS, TaxelSet, is_number, line_error, unit_normals
 from app.skin.skin import Skin, number_ranges
 
@@ -184,27 +184,9 @@ def import_icub_skin(robot: Robot, path: str | Path, *, link: str | None = None,
         RobotError: The robot has no link called ``link``.
     """
     taxels = read_icub_positions(path)
-    name = link or _find_link(robot, taxels.link, Path(path))
+    name = link or carrying_link(robot, taxels.link, Path(path))
     skin = fit_taxels_to_link(robot, name, taxels.positions, thickness=thickness, file=path, identity=taxels.identity)
     return Skin(skin.patches, taxels.findings + skin.findings)
-
-
-def _find_link(robot: Robot, named: str | None, path: Path) -> str:
-    """The robot's link for the file's name; ``upper_arm`` in the file ``left_arm`` is ``l_upper_arm`` on the robot."""
-    if named is None:
-        raise SkinError(
-            "the file does not name its link", file=path, remedy="Choose the link that carries these taxels"
-        )
-    side = {"left": "l_", "right": "r_"}.get(path.name.partition("_")[0], "")
-    for name in (named, side + named):
-        if name in robot.link_index:
-            return name
-    raise SkinError(
-        "the robot has no link of the file's name",
-        file=path,
-        value=named,
-        remedy=f"Choose one of: {', '.join(robot.link_index)}",
-    )
 
 
 MAX_BYTES = 16 * 2**20

@@ -109,7 +109,7 @@ def write_taxels(
 
     A format keeps what it has a place for: all of them positions and hardware ids, or else numbers; all but .txt a
     missing link; normals too where they are known; .csv, .npz and .json modules, channels and map points; .npz and
-    .json faces.
+    .json faces; .csv areas.
 
     Args:
         taxels: A skin, or sets of at most one link each.

@@ -38,6 +38,7 @@ class TaxelSet:
         modules: (n,) the module that carries each taxel, or None.
         ids: (n,) the hardware ids that the file states, or None; they may repeat.
         channels: (n,) the place of each taxel among those of its module, or None.
+        areas: (n,) [m²] stated of each taxel's own pad, above zero, or None.
         findings: What was noticed and left out on the way in.
 
     Raises:
@@ -54,6 +55,7 @@ class TaxelSet:
     modules: IntArray | None = None
     ids: IntArray | None = None
     channels: IntArray | None = None
+    areas: FloatArray | None = None
     findings: tuple[Finding, ...] = ()
 
     def __post_init__(self) -> None:
@@ -62,7 +64,7 @@ class TaxelSet:
             raise SkinError("there must be 1 to 100,000 taxels", value=len(self.positions))
         for field, columns in (("numbers", 1), ("modules", 1), ("ids", 1), ("channels", 1), ("faces", 3)):
             self._keep(field, columns, np.int64)
-        for field, columns in (("normals", 3), ("points", 2)):
+        for field, columns in (("normals", 3), ("points", 2), ("areas", 1)):
             self._keep(field, columns, np.float64)
         self._check()
 
@@ -100,6 +102,7 @@ class TaxelSet:
             modules=None if self.modules is None else self.modules[keep],
             ids=None if self.ids is None else self.ids[keep],
             channels=None if self.channels is None else self.channels[keep],
+            areas=None if self.areas is None else self.areas[keep],
         )
 
     def with_findings(self, *findings: Finding) -> TaxelSet:
@@ -129,6 +132,8 @@ class TaxelSet:
         if self.normals is not None:
             away = np.abs(np.linalg.norm(self.normals, axis=1) - 1)
             self._refuse("normals", "a normal is not of length one", ~(away < _UNIT))
+        if self.areas is not None:
+            self._refuse("areas", "an area is not above zero", ~((self.areas > 0) & np.isfinite(self.areas)))
         TaxelIdentity(self.ids, self.modules, self.channels)  # refuses numbers out of range
         if points is not None:
             off = ~(np.isnan(points).all(axis=1) | (np.abs(points) <= MAX_COORDINATE).all(axis=1))

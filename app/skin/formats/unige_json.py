@@ -1,9 +1,9 @@
 """Skins and their maps as the robot skin library of the University of Genoa keeps them (JSON, file version 2).
 
 ``skin`` holds ``taxels`` (id, place x [m], normal n, type, cut; module and channel where known) and ``faces`` over
-them; each of ``tactile_maps``, a list or a single map, holds its own taxels (id, place x on the map [m], type, cut) and
-faces. Identity numbers repeat in real files, so a taxel is known by its index; a map's taxel is the skin's with the same
-index if their numbers agree throughout, else the next one with its number.
+them; each of ``tactile_maps``, a list or a single map, holds its own taxels (id, place x on the map [m], type, cut)
+and faces. Identity numbers repeat in real files, so a taxel is known by its index; a map's taxel is the skin's with the
+same index if their numbers agree throughout, else the next one with its number.
 
 Real files also state places in millimetres, and the pose of the skin in its parent frame (``tf_matrix``, 16 numbers by
 columns). Some hold a map alone. Where their taxels are on a body nobody knows, but all that is asked of a map has an
@@ -386,14 +386,16 @@ class _Reader:
 
 def _matrix(stated: object) -> FloatArray | None:
     """(4, 4) with the translation in its last column, from 16 numbers or 4 x 4, by columns or rows; None otherwise."""
-    numbers = [x for row in stated for x in (row if isinstance(row, list) else [row])] if isinstance(stated, list) else []
+    if not isinstance(stated, list):
+        return None
+    numbers = [x for row in stated for x in (row if isinstance(row, list) else [row])]
     if len(numbers) != 16 or not all(_is_finite(x) for x in numbers):
         return None
     matrix = np.array(numbers, dtype=np.float64).reshape(4, 4)
     last = [0.0, 0.0, 0.0, 1.0]
     if matrix[3].tolist() == last:
         # Without a translation, only the form tells rows from columns: 16 numbers in a line go by columns.
-        lined = not isinstance(stated[0], list) if isinstance(stated, list) else False
+        lined = len(stated) == len(numbers)
         return matrix.T if lined and matrix[:, 3].tolist() == last else matrix
     return matrix.T if matrix[:, 3].tolist() == last else None
 

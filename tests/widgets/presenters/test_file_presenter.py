@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import multiprocessing as mp
 from dataclasses import replace
 
@@ -10,11 +11,16 @@ import pytest
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QAction, QDropEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QFileDialog, QMenu
+from PySide6.QtWidgets import QFileDialog, QInputDialog, QMenu
 
 from app.recording.player import RecordingPlayer
 from app.recording.verify import verify
-from app.scene.scene_file import load_scene, scene_names
+from app.robots.load import load_robot_file
+from app.scene.scene_file import load_scene, scene_for, scene_for_taxels, scene_names
+from app.session.prepare import load_robot_and_skin
+from app.skin.formats.taxel_files import write_taxels
+from app.skin.import_skin import NO_ROBOT
+from tests.support.taxel_formats import FORMATS, cylinder_taxels, write_formats
 from tests.widgets.support.window_driver import press_map, run
 from widgets.session.backends import INLINE
 from widgets.workers.scene_worker import SceneWorker
@@ -188,3 +194,69 @@ def test_a_scene_of_ones_own_is_opened_from_its_file(window, monkeypatch, tmp_pa
     path.write_text('robot = "arm"\n[effects]\nfriction = "on"\n')
     window.action("open_scene").trigger()
     assert opened[0].effects.friction
+
+
+@pytest.fixture
+def skin_files(tmp_path):
+    return write_formats(tmp_path)
+
+
+def drop(window, path):
+    data = QMimeData()
+    data.setUrls([QUrl.fromLocalFile(str(path))])
+    buttons, keys = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+    window.dropEvent(QDropEvent(QPointF(400, 400), Qt.DropAction.CopyAction, data, buttons, keys))
+
+
+@pytest.mark.parametrize("backends", [INLINE])
+def test_every_taxel_format_can_be_opened_and_dropped(window, monkeypatch, skin_files):
+    robot = load_robot_file(skin_files["robot.urdf"])
+    scene = scene_for(str(skin_files["robot.urdf"]))
+    monkeypatch.setattr(type(window.live), "prepared", replace(window.live.prepared, robot=robot, scene=scene))
+    opened = []
+    monkeypatch.setattr(window.live, "open_scene", opened.append)
+    for name in FORMATS:
+        if name == "map.npz":
+            continue  # a map of the skin that is open, which is taken as an edit
+        for way in (window.presenters.files.open_path, lambda path: drop(window, path)):
+            way(str(skin_files[name]))
+            assert opened, (name, window.notification_bar.text)
+            found = opened.pop()
+            assert found.taxel_file == str(skin_files[name])
+            assert len(load_robot_and_skin(found)[1]) == 30, name
+
+
+@pytest.mark.parametrize("backends", [INLINE])
+def test_taxels_of_no_link_of_the_robot_s_ask_what_carries_them(window, monkeypatch, tmp_path):
+    opened = []
+    monkeypatch.setattr(window.live, "open_scene", opened.append)
+    write_taxels(cylinder_taxels(link=None), tmp_path / "unnamed.csv")
+    drop(window, tmp_path / "unnamed.csv")
+    box = window.findChild(QInputDialog, "taxel-link")
+    assert "unnamed.csv names no link of arm" in box.labelText()
+    assert box.comboBoxItems()[-1] == "No robot: the skin alone"
+    assert {"forearm", "hand"} <= set(box.comboBoxItems())
+    box.setTextValue("hand")
+    box.accept()
+    assert (opened[0].robot, opened[0].cover.links) == ("arm", ("hand",))
+    drop(window, tmp_path / "unnamed.csv")
+    box = window.findChildren(QInputDialog, "taxel-link")[-1]
+    box.setTextValue("No robot: the skin alone")
+    box.accept()
+    assert (opened[1].robot, opened[1].title) == (NO_ROBOT, "unnamed.csv")
+    assert len(load_robot_and_skin(opened[1])[1]) == 30
+
+
+@pytest.mark.parametrize("backends", [INLINE])
+def test_a_flat_map_of_genoa_s_is_shown_and_touched(window, tmp_path):
+    places = [{"id": k, "x": [8.0 * (k % 6), 8.0 * (k // 6)], "type": "pressure", "cut": 0} for k in range(30)]
+    path = tmp_path / "map.json"
+    path.write_text(json.dumps({"tactile_maps": {"name": "flat", "taxels": places, "faces": []}}))
+    window.presenters.files.open_scene(scene_for_taxels(str(path)))
+    assert len(window.live.prepared.skin) == 30, window.notification_bar.text
+    kinds = {finding.kind for finding in window.live.prepared.skin.findings}
+    assert {"map-only", "guessed-unit"} <= kinds
+    press_map(window, 14)
+    run(window, 0.3)
+    QTest.mouseRelease(window.map_view.viewport(), Qt.MouseButton.LeftButton)
+    assert window.live._shown.pressures.max() > 0

@@ -43,6 +43,56 @@ def test_millimetres_are_converted_by_column(tmp_path):
     assert kinds(taxels.findings) == {"millimetres": 2}
 
 
+@pytest.mark.parametrize("heading", [
+    "x_mm,y_mm,z_mm,nx,ny,nz,id,module,area_mm2,link",
+    "x [mm],y [mm],z [mm],n_x,n_y,n_z,taxel_id,module_id,area [mm²],body",
+    "X (mm), Y (mm) ,Z ( mm ),Normal X,Normal Y,Normal Z,Hardware ID,Board,Area (mm^2),Link name",
+    "pos_x/mm,pos_y/mm,pos_z/mm,normal_x,normal_y,normal_z [-],sensor_id,board_id,taxel_area_mm2,frame_id",
+])  # fmt: skip
+def test_headings_are_understood_as_people_write_them(tmp_path, heading):
+    (taxels,) = read_table(written(tmp_path, f"{heading}\n10,0,-5,0,0,1,7,3,30,arm\n20,5,0,1,0,0,8,3,25,arm\n"))
+    np.testing.assert_allclose(taxels.positions, [[0.01, 0, -0.005], [0.02, 0.005, 0]], atol=1e-15)
+    assert taxels.normals.tolist() == [[0, 0, 1], [1, 0, 0]]
+    assert (taxels.ids.tolist(), taxels.modules.tolist(), taxels.link) == ([7, 8], [3, 3], "arm")
+    np.testing.assert_allclose(taxels.areas, [30e-6, 25e-6])
+    assert kinds(taxels.findings) == {"millimetres": 3}
+
+
+@pytest.mark.parametrize(("unit", "metres"), [("m", 1), ("cm", 1e-2), ("mm", 1e-3), ("um", 1e-6), ("µm", 1e-6)])
+def test_units_in_the_heading(tmp_path, unit, metres):
+    (taxels,) = read_table(written(tmp_path, f"x [{unit}],y_{unit},z ({unit})\n1,2,3\n"))
+    np.testing.assert_allclose(taxels.positions, metres * np.array([[1, 2, 3]]), rtol=1e-12)
+
+
+def test_units_that_are_not_stated_are_guessed_only_where_metres_cannot_be_meant(tmp_path):
+    rows = "\n".join(f"{5 * k},{(k % 2) * 4},0,20" for k in range(6))
+    (far,) = read_table(written(tmp_path, f"x,y,z,area\n{rows}\n"))
+    np.testing.assert_allclose(far.positions[1], [0.005, 0.004, 0])
+    np.testing.assert_allclose(far.areas, 20e-6)
+    assert [(f.kind, f.count) for f in far.findings] == [("guessed-unit", 6), ("guessed-unit", 6)]
+    assert "neighbouring taxels would be 6.4 m apart" in far.findings[0].action
+    for heading in ("x_m,y,z,area_m2", "x,y_m,z,area_m2"):  # one stated unit says what is meant
+        with pytest.raises(SkinError, match="positions are in metres"):
+            read_table(written(tmp_path, f"{heading}\n{rows}\n"))
+    (near,) = read_table(written(tmp_path, "x,y,z\n0.1,0,0\n0.2,0,0\n0.3,0,0\n0.4,0,0\n"))
+    assert (near.positions[0, 0], near.findings) == (0.1, ())
+
+
+def test_areas_are_written_and_read_back(tmp_path):
+    taxels = dome(areas=np.linspace(1e-6, 9e-6, 12))
+    write_table([taxels], tmp_path / "t.csv")
+    (back,) = read_table(tmp_path / "t.csv")
+    np.testing.assert_array_equal(back.areas, taxels.areas)
+    assert len(taxels.select(np.arange(12) < 5).areas) == 5
+    assert not {"guessed-unit", "millimetres"} & set(kinds(back.findings))
+
+
+def test_areas_that_some_taxels_lack_are_not_used(tmp_path):
+    (taxels,) = read_table(written(tmp_path, "x,y,z,area_mm2\n0,0,0,5\n0.01,0,0,\n0.02,0,0,0\n"))
+    assert taxels.areas is None
+    assert kinds(taxels.findings) == {"area-unknown": 2}
+
+
 def test_links_become_sets(tmp_path):
     text = "x,y,z,link,taxel\n0,0,1,l hand,5\n0,0,2, arm ,5\n0,0,3,l hand,6\n0,0,4,,1\n"
     sets = read_table(written(tmp_path, text))
@@ -87,6 +137,10 @@ def test_repeated_numbers_are_told(tmp_path):
         ("x,y,z,taxel\n0,0,0,1.5\n", "line 2.*taxel must be a whole number"),
         ("x,y,z,module\n0,0,0,1e12\n", "line 2.*module must be a whole number"),
         ("x,y,z,taxel\n0,0,0,1\n0,0,0,\n", "line 3.*taxel must be a number"),
+        ("x [in],y,z\n0,0,0\n", r"line 1, column x \[in\].*unit of x is not known.*in.*Choose one of: m, cm, mm"),
+        ("x_mm,y_mm,z_raw\n0,0,0\n", "line 1.*column is missing.*z.*with a unit as in x_mm"),
+        ("x_mm,y_mm,z_mm\n0,zero,0\n", "line 2, column y_mm.*y must be a number.*zero.*Correct the cell"),
+        ("0,0,0\n1,b,0\n", r"line 2, column 2 \(y\).*y must be a number.*b"),
         ("x,y,z,u,v\n0,0,0,1,\n", "map point"),
         ('x,y,z\n0,0,"0\n', "cannot be parsed"),
         ('x,y,z\n0,0,"0\n0,0,0"\n', "quoted cell runs over"),

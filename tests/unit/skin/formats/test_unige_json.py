@@ -131,7 +131,8 @@ def test_a_flat_skin_looks_up_leaves_out_taxels_without_an_id_and_keeps_ids_that
     assert file.maps[0].taxels.tolist() == [0, 1, 2, 3, 4]
     np.testing.assert_allclose(file.taxels.positions[4], [0.02, 0.007, 0])
     a, b, c = (file.taxels.positions[file.taxels.faces[:, k]] for k in range(3))
-    assert len(a) == 2 and (np.cross(b - a, c - a)[:, 2] > 0).all()
+    assert len(a) == 2
+    assert (np.cross(b - a, c - a)[:, 2] > 0).all()
     assert kinds(file.taxels.findings) == {
         "map-only": 5, "taxel-without-id": 1, "duplicate-number": 1, "guessed-unit": 6, "unknown-taxel": 1,
     }  # fmt: skip

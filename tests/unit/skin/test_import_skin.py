@@ -1,0 +1,175 @@
+"""One answer for every door: each format, through the library, scene files and the command line, is the same skin."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.cli.inspect_command import describe
+from app.cli.main import run_command
+from app.cli.parser import build_parser
+from app.cli.scenes import scene_from_arguments
+from app.core.errors import SceneError, SkinError, TactileMapsError, UsageError
+from app.robots.load import load_robot_file
+from app.scene.scene import Scene
+from app.scene.scene_file import scene_for, scene_for_taxels
+from app.session.prepare import load_robot_and_skin, open_scene
+from app.skin.formats.taxel_files import write_taxels
+from app.skin.import_skin import (
+    NO_ROBOT,
+    check_links,
+    holds_taxels,
+    import_skin,
+    is_robot_with_taxels,
+    named_links,
+)
+from app.skin.open import SkinOptions, open_skin
+from tests.support.taxel_formats import FORMATS, LINK, cylinder_taxels, write_formats
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    return write_formats(tmp_path_factory.mktemp("formats"))
+
+
+@pytest.fixture(scope="module")
+def robot(files):
+    return load_robot_file(files["robot.urdf"])
+
+
+def by_scene(files, name) -> Scene:
+    path = files[name].with_suffix(".toml")
+    path.write_text(f"robot = 'robot.urdf'\ntaxel_file = '{name}'")
+    return open_scene(str(path))
+
+
+def by_command(files, name) -> Scene:
+    words = ["run", "--robot", str(files["robot.urdf"]), "--skin", str(files[name])]
+    return scene_from_arguments(build_parser().parse_args(words))
+
+
+DOORS = {
+    "scene": lambda files, name: load_robot_and_skin(by_scene(files, name))[1],
+    "run": lambda files, name: load_robot_and_skin(by_command(files, name))[1],
+    "map": lambda files, name: open_skin(files[name], SkinOptions(robot=str(files["robot.urdf"]))),
+}
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_every_format_is_the_same_skin_through_every_door(files, robot, name):
+    wanted = import_skin(files[name], robot)
+    assert len(wanted) == 30
+    assert {patch.link for patch in wanted.patches} == {LINK}
+    np.testing.assert_array_equal(np.sort(wanted.identity.ids), cylinder_taxels().ids)
+    for door, opened in DOORS.items():
+        skin = opened(files, name)
+        np.testing.assert_array_equal(skin.areas, wanted.areas, err_msg=door)
+        np.testing.assert_array_equal(skin.identity.ids, wanted.identity.ids, err_msg=door)
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_every_format_is_inspected(files, name):
+    found = describe(str(files[name]))
+    taxels = found["taxels"]
+    assert (taxels, found["identity"]["ids"]["different"]) == (30, 30)
+    assert (found["kind"] == "robot with taxels") == (name == "robot_in_its_skin.urdf")
+
+
+@pytest.mark.parametrize("name", [name for name in FORMATS if not name.startswith(("icub", "robot"))])
+def test_without_a_robot_the_skin_stands_alone(files, name):
+    scene = scene_for_taxels(str(files[name]))
+    assert (scene.robot, scene.name) == (NO_ROBOT, files[name].stem)
+    robot, skin = load_robot_and_skin(scene)
+    assert [link.name for link in robot.links if link.mesh is not None] == [LINK]
+    assert (len(skin), robot.joints) == (30, ())
+
+
+def test_a_robot_that_states_its_taxels_wears_them(files):
+    path = str(files["robot_in_its_skin.urdf"])
+    scene = scene_for(path)
+    assert (scene.robot, scene.taxel_file) == (path, path)
+    assert scene_for_taxels(path) == scene
+    assert scene_for(str(files["robot.urdf"])).taxel_file == ""
+    assert scene_for(str(files["sensors.urdf"])).robot == NO_ROBOT
+    assert [is_robot_with_taxels(files[name]) for name in ("sensors.urdf", "table.csv")] == [False, False]
+
+
+def test_what_holds_taxels_is_told_by_content(files, tmp_path):
+    assert [name for name in FORMATS if not holds_taxels(files[name])] == ["map.npz"]
+    for name in ("gone.npz", "gone.urdf", "robot.stl"):
+        assert not holds_taxels(tmp_path / name)
+    assert not holds_taxels(files["robot.urdf"])
+
+
+@pytest.fixture
+def unnamed(tmp_path):
+    path = tmp_path / "unnamed.csv"
+    write_taxels(cylinder_taxels(link=None), path)
+    return path
+
+
+def test_taxels_that_name_no_link_go_where_a_person_says(unnamed, files, robot, tmp_path):
+    assert named_links(unnamed) == (None,)
+    assert {patch.link for patch in import_skin(unnamed, robot, links=(LINK,)).patches} == {LINK}
+    assert {patch.link for patch in import_skin(unnamed, links=("arm",)).patches} == {"arm"}
+    with pytest.raises(SkinError, match=rf"unnamed\.csv.*does not name its link.*{LINK}"):
+        import_skin(unnamed, robot)
+    scene = tmp_path / "own.toml"
+    text = f"robot = '{files['robot.urdf']}'\n\ntaxel_file = 'unnamed.csv'\n"
+    scene.write_text(text)
+    with pytest.raises(SceneError, match=rf"own\.toml, line 3.*name its link.*cover\.links.*{LINK}"):
+        open_scene(str(scene))
+    scene.write_text(f"{text}[cover]\nlinks = ['{LINK}']")
+    assert len(load_robot_and_skin(open_scene(str(scene)))[1]) == 30
+    words = ["run", "--robot", str(files["robot.urdf"]), "--skin", str(unnamed), "--link", LINK]
+    assert scene_from_arguments(build_parser().parse_args(words)).cover.links == (LINK,)
+
+
+def test_links_that_are_not_there_are_named(files, robot):
+    with pytest.raises(SkinError, match=rf"no taxels of that link.*wing.*{LINK}"):
+        import_skin(files["table.csv"], links=("wing",))
+    with pytest.raises(TactileMapsError, match="wing"):
+        check_links(files["table.csv"], robot, ("wing",))
+    with pytest.raises(SkinError, match=r"no link of the skin's.*rod.*base"):
+        check_links(files["skin.npz"], load_robot_file(files["table.csv"].parent / "other.urdf"))
+
+
+@pytest.fixture(autouse=True)
+def other_robot(files):
+    other = files["robot.urdf"].read_text().replace(f'"{LINK}"', '"pole"')
+    (files["robot.urdf"].parent / "other.urdf").write_text(other)
+
+
+def test_several_links_need_a_robot_or_a_choice(tmp_path, robot):
+    path = tmp_path / "two.csv"
+    write_taxels([cylinder_taxels(), cylinder_taxels(link="base")], path)
+    assert named_links(path) == (LINK, "base")
+    scene = scene_for_taxels(str(path))
+    with pytest.raises(SkinError, match="several links need a robot"):
+        load_robot_and_skin(scene)
+    assert {patch.link for patch in import_skin(path, links=("base", LINK)).patches} == {"base", LINK}
+    assert len(import_skin(path, robot, links=(LINK,))) == 30
+
+
+@pytest.mark.parametrize("links", [(), (LINK,)])
+def test_stated_areas_are_compared_with_the_cells(tmp_path, robot, links):
+    path = tmp_path / "pads.csv"
+    write_taxels(replace(cylinder_taxels(), areas=np.full(30, 20e-6)), path)
+    skin = import_skin(path, robot if links else None)
+    (note,) = [finding for finding in skin.findings if finding.kind == "stated-area"]
+    share = 30 * 20e-6 / skin.areas.sum()
+    assert note.count == 30
+    assert f"{100 * share:.0f} % of those" in note.action
+    assert 0.15 < share < 0.35
+
+
+def test_mistakes_on_the_command_line_are_named(capsys, files):
+    with pytest.raises(UsageError, match="no skin to lie on it"):
+        scene_from_arguments(build_parser().parse_args(["run", "--robot", "arm", "--link", "hand"]))
+    assert run_command(["run", "--skin", "gone.csv", "--json"], windows={}) == 1
+    assert "gone.csv" in json.loads(capsys.readouterr().out.splitlines()[-1])["error"]["message"]
+    assert run_command(["run", "--robot", NO_ROBOT], windows={}) == 1
+    assert "neither a robot nor a skin" in capsys.readouterr().err
