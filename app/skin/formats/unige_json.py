@@ -100,7 +100,7 @@ def read_unige(path: str | Path) -> UnigeFile:
     """
     path = Path(path)
     document = _object(_parse(path), "the file", path)
-    reader = _Reader(path)
+    reader = _Reader(path, _stated_unit(document))
     maps = _maps(document, path)
     with errors_in_file(path):
         if "skin" in document or not maps:
@@ -129,7 +129,7 @@ def write_unige(file: UnigeFile, path: str | Path) -> None:
     cut = [np.bincount(map_.taxels, minlength=len(taxels))[map_.taxels] > 1 for map_ in file.maps]
     frame = {"key": 0, "id": 0, "type": "ROS", "name": taxels.link or "", "tf_matrix": np.eye(4).tolist()}
     document = {
-        "info": {"file_version": FILE_VERSION, "type": "rigid_body", "name": taxels.name},
+        "info": {"file_version": FILE_VERSION, "type": "rigid_body", "name": taxels.name, "unit": "m"},
         "skin": {
             "n_taxels": len(taxels),
             "n_faces": 0 if taxels.faces is None else len(taxels.faces),
@@ -177,8 +177,8 @@ def _taxel_entries(
 class _Reader:
     """Reads the parts of one file and gathers what is noticed."""
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
+    def __init__(self, path: Path, unit: float | None) -> None:
+        self._path, self._unit = path, unit
         self.findings: list[Finding] = []
         self._row_of: IntArray = np.zeros(0, dtype=np.int64)
 
@@ -217,9 +217,9 @@ class _Reader:
         entries = self._taxels(map_, place)
         ids = self._ids(entries, place)
         kept = self._identified(ids, place)
-        faces = self._kept_faces(map_, len(ids), place)
-        scale = length_unit(self._vectors(entries, "x", 2, place), place, [])  # told where the map itself is read
-        points = scale * self._vectors(entries, "x", 2, place)[kept]
+        faces, told = self._kept_faces(map_, len(ids), place), len(self.findings)
+        points = self._places(entries, 2, place)[kept]
+        del self.findings[told:]  # the map itself is read after, and tells again
         action = f"the file has no places on a body: its taxels lie in the plane of the map {name!r}, as lengths do"
         self.findings.append(Finding("map-only", self._path.name, action, len(kept)))
         taxels = TaxelSet(
@@ -256,6 +256,8 @@ class _Reader:
     def _places(self, entries: Sequence[Mapping[str, Any]], count: int, place: str) -> FloatArray:
         """(n, count) in metres."""
         stated = self._vectors(entries, "x", count, place)
+        if self._unit is not None:
+            return self._unit * stated
         return length_unit(stated, f"{self._path.name}, {place}", self.findings) * stated
 
     def map(self, entry: Mapping[str, Any], key: int, skin_ids: IntArray) -> UnigeMap:
@@ -382,6 +384,13 @@ class _Reader:
 
     def _refuse(self, problem: str, place: str, value: object) -> SkinError:
         return SkinError(problem, file=self._path, place=place, value=value)
+
+
+def _stated_unit(document: Mapping[str, Any]) -> float | None:
+    """Metres in the unit that our own files state; None for those of others, which state none."""
+    info = document.get("info")
+    unit = info.get("unit") if isinstance(info, dict) else None
+    return {"m": 1.0, "mm": 1e-3}.get(unit) if isinstance(unit, str) else None
 
 
 def _matrix(stated: object) -> FloatArray | None:

@@ -106,6 +106,14 @@ def test_millimetres_are_recognised_and_told(tmp_path):
     assert [(f.kind, f.count) for f in file.taxels.findings] == [("guessed-unit", 4), ("guessed-unit", 3)]
 
 
+def test_a_stated_unit_is_not_guessed(tmp_path):
+    places = [entry(n, [5.0 * k, 2.0 * (k % 2), 0]) for k, n in enumerate([31, 32, 33, 34])]
+    for unit, metres in (("m", 1.0), ("mm", 1e-3)):
+        file = read(tmp_path, ("info", "unit", unit), ("skin", "taxels", places[:2]), ("skin", "faces", []))
+        np.testing.assert_allclose(file.taxels.positions[1], [5.0 * metres, 2.0 * metres, 0])
+        assert "guessed-unit" not in kinds(file.taxels.findings)
+
+
 def test_a_single_map_needs_no_list(tmp_path):
     file = read(tmp_path, ("tactile_maps", DOCUMENT["tactile_maps"][0]))
     assert (len(file.maps), file.maps[0].name, file.taxels.findings) == (1, "unrolled", ())
