@@ -19,8 +19,8 @@ from app.scene.scene import Scene
 from app.scene.scene_file import scene_names
 from app.session.prepare import open_scene, prepare
 from app.skin.formats.icub_layout import read_icub_layout
+from app.skin.formats.import_skin import TAXEL_ENDINGS, holds_taxels, is_own_skin, is_robot_with_taxels
 from app.skin.formats.taxel_files import read_taxel_sets
-from app.skin.import_skin import TAXEL_ENDINGS, holds_taxels, is_own_skin, is_robot_with_taxels
 from app.skin.skin import Skin, identity_summary, identity_text, join_identities
 from app.skin.skin_file import load_skin
 from app.studies.ablation import ablation_cost

@@ -10,7 +10,7 @@ from app.core.errors import SkinError, UsageError
 from app.scene.scene import Scene
 from app.scene.scene_file import scene_for, scene_for_taxels, with_taxels
 from app.session.prepare import open_scene
-from app.skin.import_skin import NO_ROBOT
+from app.skin.formats.import_skin import NO_ROBOT
 from app.stimuli.stimulus_file import load_stimuli
 
 

@@ -18,7 +18,7 @@ from app.scene.motion import Waypoint
 from app.scene.objects import ObjectSpec
 from app.scene.scene import Scene, Setting
 from app.skin.cover import CoverSpec
-from app.skin.import_skin import NO_ROBOT, holds_taxels, is_robot_with_taxels
+from app.skin.formats.import_skin import NO_ROBOT, holds_taxels, is_robot_with_taxels
 from app.stimuli.stimulus_file import read_stimulus, stimulus_to_table
 from app.stimuli.stimulus_kinds import Stroke
 from app.tactile.elastic_layer import ElasticLayer

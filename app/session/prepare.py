@@ -28,7 +28,7 @@ from app.scene.objects import SceneObject
 from app.scene.scene import Scene
 from app.scene.scene_file import load_scene, scene_names
 from app.skin.cover import cover_robot
-from app.skin.import_skin import NO_ROBOT, check_links, import_skin
+from app.skin.formats.import_skin import NO_ROBOT, check_links, import_skin
 from app.skin.skin import Skin
 
 

@@ -14,7 +14,7 @@ from app.core.progress import Progress, no_progress
 from app.robots.library import load_robot
 from app.robots.mesh_files import MESH_SUFFIXES, read_mesh, to_metres
 from app.skin.cover import CoverSpec, cover_robot
-from app.skin.import_skin import NO_ROBOT, holds_taxels, import_skin
+from app.skin.formats.import_skin import NO_ROBOT, holds_taxels, import_skin
 from app.skin.mesh_skin import skin_of_mesh
 from app.skin.placement import PlacementSpec
 from app.skin.skin import Skin

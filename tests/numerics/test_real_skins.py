@@ -17,9 +17,9 @@ from app.maps.comparison import compare_maps, drawn_layout
 from app.maps.quality import measure
 from app.skin.formats.icub_layout import apply_layout, read_icub_layout
 from app.skin.formats.icub_positions import read_icub_positions
+from app.skin.formats.import_skin import NO_ROBOT
 from app.skin.formats.taxel_files import read_taxels
 from app.skin.formats.taxel_set import TaxelSet
-from app.skin.import_skin import NO_ROBOT
 from app.skin.open import SkinOptions, open_skin
 from app.skin.reconstruct import reconstruct_skin, skin_from_taxels
 from app.skin.sampling import (

@@ -7,7 +7,7 @@ from pathlib import Path
 from app.core.errors import UsageError
 from app.scene.scene import Scene
 from app.scene.scene_file import load_scene, scene_for
-from app.skin.import_skin import TAXEL_ENDINGS, holds_taxels, is_robot_with_taxels
+from app.skin.formats.import_skin import TAXEL_ENDINGS, holds_taxels, is_robot_with_taxels
 
 ROBOTS = (".xml", ".mjcf", ".urdf")
 MESHES = (".obj", ".stl", ".ply", ".off", ".glb", ".dae")

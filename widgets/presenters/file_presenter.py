@@ -20,7 +20,7 @@ from app.robots.library import list_robots
 from app.robots.robot import Robot
 from app.scene.scene import Scene
 from app.scene.scene_file import load_scene, scene_for, scene_for_taxels, scene_names, scene_to_toml, with_taxels
-from app.skin.import_skin import NO_ROBOT, check_links, named_links
+from app.skin.formats.import_skin import NO_ROBOT, check_links, named_links
 from widgets.actions.mnemonics import with_mnemonic
 from widgets.common.file_types import (
     RECORDING_FILTER,
@@ -36,6 +36,9 @@ from widgets.common.file_types import (
 from widgets.context.app_context import AppContext
 from widgets.presenters.effects_presenter import EffectsPresenter
 from widgets.presenters.map_file_presenter import MapFilePresenter
+
+_READ_AT_ONCE_BYTES = 2_000_000
+"""A file of taxels up to this size is read in 0.2 s."""
 
 
 class FilePresenter(QObject):
@@ -96,7 +99,10 @@ class FilePresenter(QObject):
             return
         scene, robot = prepared.scene, prepared.robot
         try:
-            check_links(path, robot)
+            if Path(path).stat().st_size <= _READ_AT_ONCE_BYTES:  # a larger file is read in the worker alone
+                check_links(path, robot)
+        except OSError as error:
+            raise SkinError("the file cannot be read", file=path, value=error.strerror) from error
         except SkinError:
             self._ask_link(path, scene, robot, named_links(path))
         else:

@@ -9,8 +9,8 @@ import trimesh
 from app.core.errors import SkinError, TactileMapsError
 from app.maps.build import build_map
 from app.maps.formats.map_file import save_map
+from app.skin.formats.import_skin import NO_ROBOT
 from app.skin.formats.taxel_files import write_taxels
-from app.skin.import_skin import NO_ROBOT
 from app.skin.open import SkinOptions, open_skin
 from app.skin.placement import PlacementSpec
 from app.skin.skin_file import save_skin

@@ -18,8 +18,8 @@ from app.recording.verify import verify
 from app.robots.load import load_robot_file
 from app.scene.scene_file import load_scene, scene_for, scene_for_taxels, scene_names
 from app.session.prepare import load_robot_and_skin
+from app.skin.formats.import_skin import NO_ROBOT
 from app.skin.formats.taxel_files import write_taxels
-from app.skin.import_skin import NO_ROBOT
 from tests.support.taxel_formats import FORMATS, cylinder_taxels, write_formats
 from tests.widgets.support.window_driver import press_map, run
 from widgets.session.backends import INLINE
@@ -214,7 +214,7 @@ def test_every_taxel_format_can_be_opened_and_dropped(window, monkeypatch, skin_
     scene = scene_for(str(skin_files["robot.urdf"]))
     monkeypatch.setattr(type(window.live), "prepared", replace(window.live.prepared, robot=robot, scene=scene))
     opened = []
-    monkeypatch.setattr(window.live, "open_scene", opened.append)
+    monkeypatch.setattr(window.live, "open_scene", lambda scene, file=None: opened.append(scene))
     for name in FORMATS:
         if name == "map.npz":
             continue  # a map of the skin that is open, which is taken as an edit
@@ -229,7 +229,7 @@ def test_every_taxel_format_can_be_opened_and_dropped(window, monkeypatch, skin_
 @pytest.mark.parametrize("backends", [INLINE])
 def test_taxels_of_no_link_of_the_robot_s_ask_what_carries_them(window, monkeypatch, tmp_path):
     opened = []
-    monkeypatch.setattr(window.live, "open_scene", opened.append)
+    monkeypatch.setattr(window.live, "open_scene", lambda scene, file=None: opened.append(scene))
     write_taxels(cylinder_taxels(link=None), tmp_path / "unnamed.csv")
     drop(window, tmp_path / "unnamed.csv")
     box = window.findChild(QInputDialog, "taxel-link")

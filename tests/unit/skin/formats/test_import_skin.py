@@ -17,8 +17,7 @@ from app.robots.load import load_robot_file
 from app.scene.scene import Scene
 from app.scene.scene_file import scene_for, scene_for_taxels
 from app.session.prepare import load_robot_and_skin, open_scene
-from app.skin.formats.taxel_files import write_taxels
-from app.skin.import_skin import (
+from app.skin.formats.import_skin import (
     NO_ROBOT,
     check_links,
     holds_taxels,
@@ -26,6 +25,7 @@ from app.skin.import_skin import (
     is_robot_with_taxels,
     named_links,
 )
+from app.skin.formats.taxel_files import write_taxels
 from app.skin.open import SkinOptions, open_skin
 from tests.support.taxel_formats import FORMATS, LINK, cylinder_taxels, write_formats
 
