@@ -101,7 +101,7 @@ def test_what_is_imported_is_declared_and_what_is_declared_is_imported():
     """A package that comes along with another today may stay away tomorrow."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf8"))["project"]
     extras = project["optional-dependencies"]
-    wanted = [*project["dependencies"], *extras["robots"], *extras["menagerie"]]
+    wanted = [*project["dependencies"], *extras["robots"], *extras["menagerie"], *extras["xacro"]]
     declared = {normalized(re.match(r"[\w.-]+", line)[0]) for line in wanted}
     providers = packages_distributions()
     imported = {name for path in SOURCES for name in imported_packages(path)}

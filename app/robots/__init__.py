@@ -4,9 +4,11 @@
 ``load``         which reader for which file; a mesh alone as a robot
 ``library``      robots by name; iCub
 ``mjcf``         the reader of MJCF files
-``urdf``         the reader of URDF files, package:// addresses
+``urdf``         the reader of URDF files, with the repairs they need
+``xacro``        the macros of URDF, expanded without running anything
+``model_files``  where the files lie that a model names: its tree, packages, given roots
 ``mesh_files``   checked triangles from any mesh file; the meshes of a robot in MuJoCo's format
-``safe_files``   bounded reads, XML without tricks, nothing climbs out of its folder
+``safe_files``   bounded reads, XML without tricks, repaired where that is sound
 ``sanitize``     a spec stripped to the robot, degenerate meshes, collision exclusions
 ``build``        where every reader ends: spec to robot, tessellated links, smoke test
 ``mujoco_spec``  MJCF text, spec and compiled model, there and back

@@ -164,7 +164,7 @@ def build_robot(
         ]
     used = {mesh.file for mesh in spec.meshes}
     files = {file: content for file, content in assets.items() if file in used}
-    first = compile_spec(spec, source=source)
+    first = _compile_with_masses(spec, source, notes)
     check_magnitudes(first, source)
     enforce_inertia_inequality(spec, first)
     with errors_in_file(source):
@@ -177,6 +177,22 @@ def build_robot(
     smoke_test(model, rest, source)
     links = tuple(Link(model.body(i).name, link_mesh(model, i)) for i in range(1, model.nbody))
     return Robot(name, source, text, files, links, _joints(model), rest, tuple(notes))
+
+
+_LEAST_MASS, _LEAST_INERTIA = 1e-6, 1e-6  # kg, kg m²
+
+
+def _compile_with_masses(spec: mujoco.MjSpec, source: str, notes: list[Finding]) -> mujoco.MjModel:
+    """Compile; where a moving body has no mass, each gets a little."""
+    try:
+        return compile_spec(spec, source=source, findings=notes)
+    except RobotError as error:
+        if "mjMINVAL" not in str(error.value):
+            raise
+    spec.compiler.boundmass, spec.compiler.boundinertia = _LEAST_MASS, _LEAST_INERTIA
+    what = f"a moving body had none: each has at least {_LEAST_MASS} kg and {_LEAST_INERTIA} kg m²"
+    notes.append(Finding("massless", source, what))
+    return compile_spec(spec, source=source, findings=notes)
 
 
 def _exclude_touching(spec: mujoco.MjSpec, model: mujoco.MjModel, home: FloatArray) -> list[Finding]:

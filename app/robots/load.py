@@ -14,10 +14,10 @@ import mujoco
 from app.core.errors import Finding, MeshError, RobotError
 from app.geometry.mesh import Mesh
 from app.robots.build import build_robot
-from app.robots.mesh_files import MESH_SUFFIXES, read_mesh, to_metres, to_msh
+from app.robots.mesh_files import FOREIGN_FORMATS, MESH_SUFFIXES, read_mesh, to_metres, to_msh
 from app.robots.mjcf import load_mjcf
 from app.robots.robot import Robot
-from app.robots.safe_files import parse_xml, read_bytes
+from app.robots.safe_files import parse_model_xml, read_bytes
 from app.robots.urdf import load_urdf
 
 MESH_LINK = "mesh"
@@ -70,11 +70,18 @@ def robot_of_mesh(
     return build_robot(spec, name=name, source=source, assets=assets, findings=findings)
 
 
-XML_SUFFIXES = (".xml", ".mjcf", ".urdf")
+XML_SUFFIXES = (".xml", ".mjcf", ".urdf", ".xacro")
+_USD = "Export it as URDF (in Isaac Sim: File > Export to URDF), or its meshes as glTF"
+_SDF = "Export it as URDF or MJCF (sdformat_mjcf converts it)"
+FOREIGN_ROBOTS = {
+    ".usd": _USD, ".usda": _USD, ".usdc": _USD, ".usdz": _USD, ".sdf": _SDF, ".world": _SDF, **FOREIGN_FORMATS,
+    ".mjb": "Save the model as MJCF (MuJoCo's mj_saveLastXML)",
+}  # fmt: skip
+"""Formats of robots and meshes that are not read, and what to export instead."""
 
 
 def load_robot_file(source: str | Path, *, package_roots: Sequence[Path] = ()) -> Robot:
-    """Read a robot from MJCF, URDF, or a bare mesh, which becomes a robot of one link.
+    """Read a robot from MJCF, URDF, xacro, or a bare mesh, which becomes a robot of one link.
 
     Args:
         source: The file.
@@ -94,8 +101,8 @@ def load_robot_file(source: str | Path, *, package_roots: Sequence[Path] = ()) -
             "this is not a robot file",
             file=path,
             value=path.suffix or "no file extension",
-            remedy=f"Open one of: {', '.join((*XML_SUFFIXES, *MESH_SUFFIXES))}",
+            remedy=FOREIGN_ROBOTS.get(suffix) or f"Open one of: {', '.join((*XML_SUFFIXES, *MESH_SUFFIXES))}",
         )
-    if suffix == ".urdf" or parse_xml(data, file=path).tag == "robot":
+    if suffix in (".urdf", ".xacro") or parse_model_xml(data, file=path).tag == "robot":
         return load_urdf(path, package_roots=package_roots)
     return load_mjcf(path, package_roots=package_roots)

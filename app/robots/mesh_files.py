@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import io
 import logging
+import re
 import struct
 from pathlib import Path
 from urllib.parse import unquote
+from xml.etree.ElementTree import tostring
 
 import numpy as np
 import trimesh
@@ -22,10 +24,20 @@ from app.geometry.mesh import Mesh
 from app.robots.safe_files import parse_xml, read_bytes, resolve_inside
 
 MESH_SUFFIXES = (".obj", ".stl", ".ply", ".off", ".gltf", ".glb", ".dae", ".msh")
+FOREIGN_FORMATS = {
+    ".fbx": "Open it in Blender and export glTF (.glb)",
+    ".blend": "Open it in Blender and export glTF (.glb)",
+    ".step": "Open it in FreeCAD or another CAD program and export STL or glTF",
+    ".stp": "Open it in FreeCAD or another CAD program and export STL or glTF",
+    ".iges": "Open it in FreeCAD or another CAD program and export STL or glTF",
+    ".3ds": "Open it in Blender and export glTF (.glb)",
+}
+"""Formats of meshes that are not read, and what to do with them."""
 MAX_FACES = 5_000_000
 MAX_COORDINATE = 1e7
 LARGEST_IN_METRES, SMALLEST_IN_METRES = 10.0, 1e-3  # m, of the bounding box's diagonal
 _FAR = 1e3  # sizes from the origin
+_QUOTED = re.compile(r"b?'[^']*'|b?\"[^\"]*\"")
 logging.getLogger("trimesh").addHandler(logging.NullHandler())  # its tracebacks are not for users; our errors are
 # What third-party parsers raise on files that are not what they claim to be.
 _PARSER_ERRORS = (ValueError, TypeError, KeyError, IndexError, AttributeError, NameError, AssertionError,
@@ -45,25 +57,41 @@ def read_mesh(path: Path) -> Mesh:
 
 def parse_mesh(data: bytes, path: Path) -> Mesh:
     """Like ``read_mesh``, from bytes; ``path`` tells the format by its suffix and the name for errors."""
+    check_format(path)
     suffix = path.suffix.lower()
-    if suffix not in MESH_SUFFIXES:
-        raise MeshError(
-            "the mesh format is not supported",
-            file=path,
-            value=path.suffix or "no file extension",
-            remedy=f"Convert it to one of: {', '.join(MESH_SUFFIXES)}",
-        )
     try:
         vertices, faces = _from_msh(data) if suffix == ".msh" else _by_trimesh(data, suffix, path)
     except _PARSER_ERRORS as error:
         raise MeshError(
-            "the mesh cannot be read", file=path, value=f"{type(error).__name__}: {error}", remedy="Export it again"
+            "the mesh cannot be read", file=path, value=_without_content(error), remedy="Export it again"
         ) from error
     _check_limits(vertices, faces, path)
     try:
         return Mesh(*_weld(vertices, Mesh(vertices, faces).faces))
     except MeshError as error:
         raise error.at(file=path) from error
+
+
+def check_format(path: Path) -> None:
+    """Refuse a file whose name says that it is no mesh we read, before it is opened.
+
+    Raises:
+        MeshError: Saying what to export instead, where the format is known.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in MESH_SUFFIXES:
+        known = FOREIGN_FORMATS.get(suffix)
+        raise MeshError(
+            "the mesh format is not supported",
+            file=path,
+            value=path.suffix or "no file extension",
+            remedy=known or f"Convert it to one of: {', '.join(MESH_SUFFIXES)}",
+        )
+
+
+def _without_content(error: BaseException) -> str:
+    """What a parser says, without the pieces of the file that it quotes: they may be anything."""
+    return f"{type(error).__name__}: {_QUOTED.sub('…', str(error))}"
 
 
 def to_metres(mesh: Mesh, *, where: str) -> tuple[Mesh, tuple[Finding, ...]]:
@@ -133,7 +161,7 @@ def _from_msh(data: bytes) -> tuple[FloatArray, IntArray]:
 
 
 def _by_trimesh(data: bytes, suffix: str, path: Path) -> tuple[FloatArray, IntArray]:
-    unit = _collada_unit(data, path) if suffix == ".dae" else 1.0
+    unit, data = _collada_shapes(data, path) if suffix == ".dae" else (1.0, data)
     with np.errstate(all="ignore"):  # absurd numbers are refused below, with the file's name
         buffers = _gltf_buffers(data, path) if suffix == ".gltf" else None
         loaded = trimesh.load(io.BytesIO(data), file_type=suffix[1:], process=False, resolver=buffers)
@@ -157,13 +185,22 @@ def _gltf_buffers(data: bytes, path: Path) -> dict[str, bytes]:
     }
 
 
-def _collada_unit(data: bytes, path: Path) -> float:
-    """Metres per unit; the up-axis is left alone because URDF tools leave it alone."""
-    unit = parse_xml(data, file=path).find("{*}asset/{*}unit")
+def _collada_shapes(data: bytes, path: Path) -> tuple[float, bytes]:
+    """Metres per unit, and the document without its materials: a broken one would take its triangles along.
+
+    The up-axis is left alone because URDF tools leave it alone.
+    """
+    root = parse_xml(data, file=path)
+    unit = root.find("{*}asset/{*}unit")
     metres = float(unit.get("meter", "1")) if unit is not None else 1.0
     if not (np.isfinite(metres) and metres > 0):
         raise ValueError(f"the unit is {metres} metres")
-    return metres
+    for parent in root.iter():
+        parent[:] = [child for child in parent if child.tag.rpartition("}")[2] not in _COLLADA_MATERIALS]
+    return metres, tostring(root)
+
+
+_COLLADA_MATERIALS = ("bind_material", "library_effects", "library_materials", "library_images")
 
 
 def _weld(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
@@ -185,17 +222,19 @@ class AssetStore:
 
     Attributes:
         files: Mesh bytes by bare file name, all in MuJoCo's own format.
-        findings: Meshes that were missing.
+        findings: What was noticed.
+        missing: Where the file should be, of the names in ``files`` that stand for a missing one.
     """
 
     def __init__(self) -> None:
         self.files: dict[str, bytes] = {}
         self.findings: list[Finding] = []
+        self.missing: dict[str, Path] = {}
         self._names: dict[tuple[Path, str], str] = {}
         self._faces = 0
 
     def add(self, path: Path, *, variant: str = "") -> str:
-        """Take in a mesh file and return its bare name; a missing file becomes a small box and a Finding.
+        """Take in a mesh file and return its bare name; for a missing file a small box stands.
 
         Args:
             path: The file.
@@ -207,14 +246,15 @@ class AssetStore:
         """
         key = (path, variant)
         if key not in self._names:
-            self._names[key] = self._free_name(path.stem)
-            self.files[self._names[key]] = self._load(path)
+            name = self._names[key] = self._free_name(path.stem)
+            if path.exists():
+                self.files[name] = self._load(path)
+            else:
+                self.missing[name], self.files[name] = path, to_msh(box_mesh(PLACEHOLDER_SIZE))
         return self._names[key]
 
     def _load(self, path: Path) -> bytes:
-        if not path.exists():
-            self.findings.append(Finding("missing-mesh", str(path), "replaced by a small box"))
-            return to_msh(box_mesh(PLACEHOLDER_SIZE))
+        check_format(path)
         mesh = parse_mesh(read_bytes(path), path)
         self._faces += len(mesh.faces)
         if self._faces > MAX_FACES:

@@ -12,10 +12,12 @@ from xml.etree.ElementTree import Element, tostring
 from app.core.errors import Finding, RobotError
 from app.robots.build import build_robot
 from app.robots.mesh_files import AssetStore
+from app.robots.model_files import ModelFiles, files_that_include
 from app.robots.model_limits import NO_ROBOT_SECTIONS, check_amounts
 from app.robots.mujoco_spec import parse_spec
 from app.robots.robot import Robot
-from app.robots.safe_files import parse_xml, read_bytes, resolve_inside
+from app.robots.safe_files import parse_model_xml, read_bytes
+from app.robots.sanitize import settle_missing_meshes
 
 _UNSUPPORTED = ("composite", "flexcomp", "attach", "model")
 _FILE_ASSETS = frozenset(("texture", "hfield", "skin"))
@@ -40,9 +42,19 @@ def strip_mjcf(root: Element, path: Path) -> None:
     for parent in list(root.iter()):
         files = _FILE_ASSETS if parent.tag == "asset" else frozenset()
         parent[:] = [child for child in parent if child.tag not in files and not _is_plugin_or_relief(child)]
+        parent.attrib.pop("user", None)  # numbers of other programs
         if parent.tag == "material":
             parent.attrib.pop("texture", None)
             parent[:] = []
+
+
+def _drop_unknown_materials(root: Element) -> list[Finding]:
+    """Materials are for show: a shape whose material is not there, as in a part of a model, is none the less."""
+    known = {material.get("name") for material in root.iter("material")}
+    users = [element for element in root.iter() if element.get("material") not in (None, *known)]
+    names = sorted({element.attrib.pop("material") for element in users})
+    note = "there is no such material: its shapes have none"
+    return [Finding("material", ", ".join(names), note, len(users))] if users else []
 
 
 def _is_plugin_or_relief(element: Element) -> bool:
@@ -51,12 +63,13 @@ def _is_plugin_or_relief(element: Element) -> bool:
 
 
 _MAX_INCLUDES = 100
+_INCLUDED_ROOTS = ("mujoco", "mujocoinclude")
 
 
 def load_mjcf(path: Path, *, package_roots: Sequence[Path] = (), name: str | None = None) -> Robot:
     """The robot in an MJCF file.
 
-    Files it names must lie in its folder or below, or in a package root. Textures, actuators, sensors, tendons and
+    Files it names must lie in its tree (``model_tree``) or in a package root. Textures, actuators, sensors, tendons and
     the scene are left out; a missing mesh becomes a small box and a Finding.
 
     Args:
@@ -68,8 +81,11 @@ def load_mjcf(path: Path, *, package_roots: Sequence[Path] = (), name: str | Non
         RobotError: The file cannot be read, names files elsewhere, or holds no robot that simulates.
         MeshError: One of its meshes is not usable.
     """
-    reader = _FileFinder(path, (path.resolve().parent, *package_roots))
-    root = reader.unfold(parse_xml(read_bytes(path), file=path))
+    store = AssetStore()
+    reader = _FileFinder(path, package_roots, store.findings)
+    root = reader.unfold(parse_model_xml(read_bytes(path), file=path, findings=store.findings), reader.folder)
+    if root.tag == "mujocoinclude":
+        raise RobotError("this is a part of an MJCF file", file=path, remedy=files_that_include(path))
     if root.tag != "mujoco":
         raise RobotError(
             "this XML file is not MJCF",
@@ -78,58 +94,81 @@ def load_mjcf(path: Path, *, package_roots: Sequence[Path] = (), name: str | Non
             remedy="Open an MJCF file (<mujoco>) or a URDF file (<robot>)",
         )
     folder = _mesh_folder(root)
-    store = AssetStore()
     plugins = sorted({element.get("plugin", "(unnamed)") for element in root.iter("plugin")})
     if plugins:
         note = "left out: no library of a model is loaded"
         store.findings.append(Finding("plug-in", ", ".join(plugins), note, len(plugins)))
     strip_mjcf(root, path)
+    store.findings.extend(_drop_unknown_materials(root))
     for mesh in root.iter("mesh"):
         if mesh.get("file") is not None:
             _gather(mesh, folder, reader, store)
+    if root.find("worldbody//body") is None:
+        raise RobotError("the file contains no robot: it has no body", file=path, remedy=files_that_include(path))
     source = str(path)
     spec = parse_spec(tostring(root, encoding="unicode"), store.files, source=source)
+    notes = [*store.findings, *reader.findings(), *settle_missing_meshes(spec, store.missing)]
     return build_robot(
         spec,
         name=name or spec.modelname or path.stem,
         source=source,
         assets=store.files,
-        findings=store.findings,
+        findings=notes,
     )
 
 
-class _FileFinder:
+class _FileFinder(ModelFiles):
     """Finds the files that one MJCF file names. Mutable: counts includes."""
 
-    def __init__(self, path: Path, roots: Sequence[Path]) -> None:
-        self.path, self.roots = path, roots
-        self.folder = path.resolve().parent
-        self._included = 0
+    def __init__(self, path: Path, roots: Sequence[Path], notes: list[Finding]) -> None:
+        super().__init__(path, roots)
+        self._included, self._notes = 0, notes
 
-    def place(self, named: str, *folders: str) -> Path:
-        """The file called ``named``, inside the allowed folders."""
-        plain = str(PurePosixPath(*folders, named.replace("\\", "/")))
-        return resolve_inside(self.folder / plain, self.roots, file=self.path, named=named)
+    def mesh(self, named: str, *folders: str) -> Path:
+        """The file called ``named``, relative to ``folders``."""
+        return self.place(Path(PurePosixPath(*folders, named.replace("\\", "/"))), named=named)
 
-    def unfold(self, element: Element) -> Element:
-        """Replace each ``<include>`` below ``element`` by what the file's root holds; returns ``element``."""
+    def unfold(self, element: Element, folder: Path) -> Element:
+        """Replace each ``<include>`` below ``element`` by what the file's root holds; returns ``element``.
+
+        Args:
+            element: Of a file in ``folder``.
+            folder: Included files lie relative to the main file's folder, or else to this one.
+        """
         children: list[Element] = []
         for child in element:
-            children.extend(self._included_elements(child) if child.tag == "include" else [self.unfold(child)])
+            children.extend(
+                self._included_elements(child, folder) if child.tag == "include" else [self.unfold(child, folder)]
+            )
         element[:] = children
         return element
 
-    def _included_elements(self, include: Element) -> list[Element]:
+    def _included_elements(self, include: Element, folder: Path) -> list[Element]:
         self._included += 1
         if self._included > _MAX_INCLUDES:
             raise RobotError(
                 f"more than {_MAX_INCLUDES} files are included",
-                file=self.path,
+                file=self.file,
                 value=include.get("file"),
                 remedy="Look for files that include each other",
             )
-        target = self.place(include.get("file", ""))
-        return list(self.unfold(parse_xml(read_bytes(target), file=target)))
+        named = include.get("file", "")
+        target = self._including(Path(PurePosixPath(named.replace("\\", "/"))), named, folder)
+        root = parse_model_xml(read_bytes(target), file=target, findings=self._notes)
+        if root.tag not in _INCLUDED_ROOTS and not target.is_relative_to(self.folder):
+            raise RobotError("the included file is not MJCF", file=self.file, value=named)
+        return list(self.unfold(root, target.parent))
+
+    def _including(self, path: Path, named: str, folder: Path) -> Path:
+        """Where an included file is: relative to the main file, or to the one that includes it."""
+        try:
+            target = self.place(path, named=named)
+            if target.exists() or folder == self.folder:
+                return target
+        except RobotError:
+            if folder == self.folder:
+                raise
+        return self.place(folder / path, named=named)
 
 
 def _mesh_folder(root: Element) -> tuple[str, bool]:
@@ -147,7 +186,7 @@ def _gather(mesh: Element, folder: tuple[str, bool], reader: _FileFinder, store:
     """Read one ``<mesh file=...>`` into ``store`` and let the element name the copy."""
     named = mesh.get("file", "")
     pure = PurePosixPath(named.replace("\\", "/"))
-    path = reader.place(pure.name if folder[1] else named, folder[0])
+    path = reader.mesh(pure.name if folder[1] else named, folder[0])
     mesh.set("name", mesh.get("name") or pure.stem)  # MuJoCo's default, which the copy's name must not change
     mesh.set("file", store.add(path))
     mesh.attrib.pop("content_type", None)

@@ -9,7 +9,7 @@ from xml.etree.ElementTree import tostring
 
 import mujoco
 
-from app.core.errors import RobotError
+from app.core.errors import Finding, RobotError
 from app.robots.model_limits import check_amounts, check_contents
 from app.robots.robot import Robot
 from app.robots.safe_files import parse_xml
@@ -64,18 +64,29 @@ def parse_spec(text: str, assets: Mapping[str, bytes], *, source: str) -> mujoco
         raise RobotError("MuJoCo cannot read the robot", file=source, value=_mujoco_message(error)) from error
 
 
-def compile_spec(spec: mujoco.MjSpec, *, source: str) -> mujoco.MjModel:
+def compile_spec(spec: mujoco.MjSpec, *, source: str, findings: list[Finding] | None = None) -> mujoco.MjModel:
     """Compile ``spec``; convex hulls of the colliding meshes take most of the time.
 
+    Args:
+        spec: What to compile.
+        source: Its name in errors.
+        findings: Where warnings of what MuJoCo will give up one day are told.
+
     Raises:
-        RobotError: MuJoCo refuses the model.
+        RobotError: MuJoCo refuses the model, or warns that its numbers are not sound.
     """
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")  # MuJoCo warns here of inertias it cannot invert
-            return spec.compile()
-    except (ValueError, UserWarning, mujoco.FatalError) as error:
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            model = spec.compile()
+    except (ValueError, mujoco.FatalError) as error:
         raise RobotError("MuJoCo cannot build the robot", file=source, value=_mujoco_message(error)) from error
+    for text in dict.fromkeys(str(warning.message) for warning in told):
+        if "deprecated" not in text:  # of inertias it cannot invert, for one
+            raise RobotError("MuJoCo cannot build the robot", file=source, value=_mujoco_message(text))
+        if findings is not None:
+            findings.append(Finding("deprecated", source, f"MuJoCo: {_mujoco_message(text)}"))
+    return model
 
 
 def spec_text(spec: mujoco.MjSpec, *, source: str) -> str:
@@ -85,7 +96,9 @@ def spec_text(spec: mujoco.MjSpec, *, source: str) -> str:
         RobotError: MuJoCo cannot write it.
     """
     try:
-        return spec.to_xml()
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", ".*deprecated", UserWarning)  # compiling it has told
+            return spec.to_xml()
     except (ValueError, mujoco.FatalError) as error:
         raise RobotError("MuJoCo cannot write the robot", file=source, value=_mujoco_message(error)) from error
 
@@ -103,7 +116,7 @@ def editing_spec(*, source: str) -> Iterator[None]:
         raise RobotError("MuJoCo cannot build the robot", file=source, value=_mujoco_message(error)) from error
 
 
-def _mujoco_message(error: Exception) -> str:
+def _mujoco_message(error: Exception | str) -> str:
     """MuJoCo's message on one line, without its prefix."""
     return " ".join(str(error).split()).removeprefix("Error: ").removeprefix("XML Error: ")
 

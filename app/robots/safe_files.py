@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from xml.etree.ElementTree import Element, ParseError
@@ -9,7 +10,7 @@ from xml.etree.ElementTree import Element, ParseError
 from defusedxml import ElementTree as SafeXml
 from defusedxml.common import DefusedXmlException
 
-from app.core.errors import RobotError
+from app.core.errors import Finding, RobotError
 from app.core.files import read_bounded_file
 
 MAX_BYTES = 64 * 2**20
@@ -67,6 +68,84 @@ def parse_xml(data: bytes, *, file: Path | str) -> Element:
     if depth > MAX_DEPTH:
         raise RobotError(f"the XML is nested more than {MAX_DEPTH} deep", file=file, value=depth)
     return root
+
+
+_COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
+_DECLARATION = re.compile(rb"<\?xml\b.*?\?>", re.DOTALL)
+_ENCODING = re.compile(rb"""encoding\s*=\s*["']([A-Za-z0-9._-]+)""")
+_PREFIX = re.compile(rb"<([A-Za-z_][\w.-]*):|\s([A-Za-z_][\w.-]*):[\w.-]+\s*=")
+_FOUND_IN_NAMES = "http://undeclared.prefix/"
+
+
+def parse_model_xml(data: bytes, *, file: Path | str, findings: list[Finding] | None = None) -> Element:
+    """As ``parse_xml``, for models as people write them; names lose their namespace, except xacro's.
+
+    Where the document is not valid, what carries no meaning is repaired and told: zero bytes and blanks around it, a
+    declaration that does not stand first, comments, bytes that are not UTF-8, and prefixes nobody declared. What is
+    not valid then is refused for its first reason.
+
+    Args:
+        data: The document.
+        file: For errors and findings.
+        findings: Where repairs are told.
+
+    Raises:
+        RobotError: As ``parse_xml``.
+    """
+    try:
+        root = parse_xml(data, file=file)
+    except RobotError as error:
+        repaired, what = _repaired(data)
+        if not what:
+            raise
+        try:
+            root = parse_xml(repaired, file=file)
+        except RobotError:
+            raise error from None
+        if findings is not None:
+            findings.append(Finding("xml-repaired", str(file), ", ".join(what)))
+    for element in root.iter():
+        if "}" in element.tag and "xacro" not in element.tag.split("}")[0]:
+            element.tag = element.tag.split("}", 1)[1]
+    return root
+
+
+def _repaired(data: bytes) -> tuple[bytes, list[str]]:
+    """The document with what is wrong around it put right, and what that was."""
+    what = []
+    text = data.removeprefix(b"\xef\xbb\xbf").strip(b"\0 \t\r\n")
+    if b"\0" in text or not text.startswith(b"<"):
+        return data, []
+    if text != data:
+        what.append("blanks or zero bytes around the document were left out")
+    if _COMMENT.search(text):
+        text = _COMMENT.sub(b"", text).strip()
+        what.append("comments were left out")
+    declared = _DECLARATION.search(text)
+    if declared is not None:
+        text = text[: declared.start()] + text[declared.end() :]
+    stated = _ENCODING.search(declared[0]) if declared is not None else None
+    if stated is None or stated[1].lower() in (b"utf-8", b"utf8", b"us-ascii", b"ascii"):
+        try:
+            text.decode("utf-8")
+        except UnicodeDecodeError:
+            text = text.decode("latin-1").encode("utf-8")
+            what.append("bytes that are not UTF-8 were read as Latin-1")
+    elif declared is not None:
+        text = declared[0] + text  # another encoding stays as stated
+    return _with_prefixes_declared(text, what), what
+
+
+def _with_prefixes_declared(text: bytes, what: list[str]) -> bytes:
+    used = {name for pair in _PREFIX.findall(text) for name in pair if name} - {b"xml", b"xmlns"}
+    missing = sorted(name for name in used if b"xmlns:" + name not in text)
+    start = re.search(rb"<[A-Za-z_][\w.-]*", text)
+    if not missing or start is None or len(missing) > 20:
+        return text
+    what.append(f"prefixes were not declared: {', '.join(name.decode('ascii', 'replace') for name in missing)}")
+    place = _FOUND_IN_NAMES.encode()
+    declared = b"".join(b' xmlns:%s="%s%s"' % (name, place, name) for name in missing)
+    return text[: start.end()] + declared + text[start.end() :]
 
 
 def resolve_inside(path: Path, roots: Sequence[Path], *, file: Path, named: str) -> Path:

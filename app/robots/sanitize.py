@@ -46,7 +46,7 @@ def strip_scene(spec: mujoco.MjSpec, source: str) -> list[Finding]:
     """Delete from ``spec`` everything that is not the robot; fix its base.
 
     Raises:
-        RobotError: Nothing is left, or a joint is a ball joint.
+        RobotError: Nothing is left, or joints of one body follow on a ball joint.
     """
     for elements in ("keys", "cameras", "lights"):
         _delete_all(spec, list(getattr(spec, elements)))
@@ -54,7 +54,7 @@ def strip_scene(spec: mujoco.MjSpec, source: str) -> list[Finding]:
     findings = _remove_loose_bodies(spec) + _fix_base(spec)
     if len(spec.bodies) < 2:
         raise RobotError("the file contains no robot: there is no body with a shape or a joint", file=source)
-    _refuse_ball_joints(spec, source)
+    findings += _split_ball_joints(spec, source)
     _delete_all(spec, [equality for equality in spec.equalities if not _joins_links(equality)])
     _delete_all(spec, list(spec.sites))
     used = {geom.meshname for geom in spec.geoms}
@@ -78,7 +78,10 @@ def name_unnamed_elements(spec: mujoco.MjSpec) -> list[Finding]:
 
 
 def _candidates(prefix: str, index: int) -> Iterator[str]:
-    name = f"{prefix}_{index}"
+    return _suffixed(f"{prefix}_{index}")
+
+
+def _suffixed(name: str) -> Iterator[str]:
     while True:
         yield name
         name += "_"
@@ -120,15 +123,30 @@ def _fix_base(spec: mujoco.MjSpec) -> list[Finding]:
     return [Finding("free-base", names, "the base is fixed to the world", len(free))] if free else []
 
 
-def _refuse_ball_joints(spec: mujoco.MjSpec, source: str) -> None:
-    for joint in spec.joints:
-        if joint.type not in _SCALAR:
-            raise RobotError(
-                "ball joints are not supported",
-                file=source,
-                place=f"joint {joint.name or '(unnamed)'}",
-                remedy="Replace it by hinge joints about three axes",
-            )
+def _split_ball_joints(spec: mujoco.MjSpec, source: str) -> list[Finding]:
+    """Let three hinges about x, y and z, in this order, take the place of each ball joint, with its limit each."""
+    balls = [joint for joint in spec.joints if joint.type == mujoco.mjtJoint.mjJNT_BALL]
+    taken, names = {joint.name for joint in spec.joints}, list[str]()
+    for ball in balls:
+        body = ball.parent
+        if list(body.joints)[-1].name != ball.name:
+            remedy = "Replace it by hinge joints about three axes"
+            place = f"joint {ball.name or '(unnamed)'}"
+            raise RobotError("a ball joint must be the last of its body", file=source, place=place, remedy=remedy)
+        names.append(ball.name or body.name)
+        for axis, letter in enumerate("xyz"):
+            name = next(name for name in _suffixed(f"{ball.name or body.name or 'ball'}_{letter}") if name not in taken)
+            taken.add(name)
+            hinge = body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=np.eye(3)[axis], pos=ball.pos)
+            for copied in _OF_BALL_JOINTS:
+                setattr(hinge, copied, getattr(ball, copied))
+            hinge.range = [-ball.range[1], ball.range[1]]
+    _delete_all(spec, balls)
+    note = "a ball joint: replaced by three hinges about x, y and z"
+    return [Finding("ball-joint", ", ".join(names), note, len(names))] if names else []
+
+
+_OF_BALL_JOINTS = ("armature", "damping", "frictionloss", "limited", "group")
 
 
 def _joins_links(equality: mujoco.MjsEquality) -> bool:
@@ -136,6 +154,39 @@ def _joins_links(equality: mujoco.MjsEquality) -> bool:
     kind, obj = mujoco.mjtEq, mujoco.mjtObj
     between_bodies = equality.type in (kind.mjEQ_CONNECT, kind.mjEQ_WELD) and equality.objtype == obj.mjOBJ_BODY
     return equality.type == kind.mjEQ_JOINT or between_bodies
+
+
+def settle_missing_meshes(spec: mujoco.MjSpec, missing: Mapping[str, Path]) -> list[Finding]:
+    """Say of each missing mesh what stands for it: the other shapes of its link, or else a small box.
+
+    Args:
+        spec: Parsed; shapes for which others of their link stand are deleted.
+        missing: Where the file should be, by the name of what was put in its place.
+    """
+    if not missing:
+        return []
+    files = {mesh.name: mesh.file for mesh in spec.meshes if mesh.file in missing}
+    shown: dict[str, tuple[list[str], bool]] = {}
+    for body in spec.bodies:
+        empty = [geom for geom in body.geoms if geom.meshname in files]
+        whole = len(empty) < len(list(body.geoms))
+        for geom in empty:
+            links, boxed = shown.get(files[geom.meshname], ([], False))
+            shown[files[geom.meshname]] = (links if body.name in links else [*links, body.name], boxed or not whole)
+        if whole:
+            _delete_all(spec, empty)
+    for mesh in spec.meshes:
+        if mesh.name in files:
+            mesh.scale = [1.0, 1.0, 1.0]  # the box has a size of its own
+    return [_missing_mesh(path, *shown.get(name, ([], False))) for name, path in missing.items()]
+
+
+def _missing_mesh(path: Path, links: list[str], boxed: bool) -> Finding:
+    of = f" of {', '.join(link or '(unnamed)' for link in links)}" if links else ""
+    what = (
+        "replaced by a small box" if boxed else "left out: other shapes of the link stand for it" if links else "unused"
+    )
+    return Finding("missing-mesh", str(path), f"there is no such file{of}; {what}")
 
 
 _FLAT = 1e-5  # thickness over size below which there is no convex hull

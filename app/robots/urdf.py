@@ -1,15 +1,9 @@
-"""Robots from URDF files, with the repairs they usually need before MuJoCo can simulate them.
-
-``PackageResolver`` turns ``package://`` addresses and relative paths into places a robot may read.
-"""
+"""Robots from URDF files, with the repairs they usually need before MuJoCo can simulate them."""
 
 from __future__ import annotations
 
-import os
-import sys
 from collections.abc import Sequence
-from pathlib import Path, PurePosixPath
-from urllib.parse import unquote
+from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement, tostring
 
 import mujoco
@@ -18,78 +12,13 @@ import numpy as np
 from app.core.errors import Finding, RobotError
 from app.robots.build import build_robot
 from app.robots.mesh_files import AssetStore
+from app.robots.model_files import PackageResolver, files_that_include
 from app.robots.model_limits import check_amounts
 from app.robots.mujoco_spec import parse_spec
 from app.robots.robot import Robot
-from app.robots.safe_files import parse_xml, read_bytes, resolve_inside
-
-
-class PackageResolver:
-    """Finds the files that one URDF file names.
-
-    A package is looked for in the given roots, in ``ROS_PACKAGE_PATH``, in the folders above the file (those beside
-    them need a package.xml) and in the interpreter's ``share``. A relative path may not leave the file's folder, the
-    package around it (the nearest folder above with a package.xml), or a given root.
-
-    Args:
-        file: The URDF file.
-        roots: Folders that hold packages, or are packages themselves.
-    """
-
-    def __init__(self, file: Path, roots: Sequence[Path] = ()) -> None:
-        self._file = file
-        self._folder = file.resolve().parent
-        above = (self._folder, *self._folder.parents)
-        around = next((folder for folder in above if (folder / "package.xml").is_file()), self._folder)
-        self._allowed = (self._folder, around, *roots)
-        ros = [Path(part) for part in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if part]
-        self._given, self._above = (*roots, *ros), above
-
-    def resolve(self, address: str) -> Path:
-        """Where ``address`` points; the file need not exist.
-
-        Raises:
-            RobotError: It climbs out of its package or folder, or uses a scheme that is not a file.
-        """
-        text = unquote(address.strip()).replace("\\", "/")
-        scheme, found, rest = text.partition("://")
-        if found and scheme in ("package", "model"):
-            return self._in_package(rest, address)
-        if found and scheme != "file":
-            raise RobotError(
-                "meshes are read from files only",
-                file=self._file,
-                value=address,
-                remedy="Download it beside the robot and name it by its path",
-            )
-        path = self._folder / (rest if found else text)
-        return resolve_inside(path, self._allowed, file=self._file, named=address)
-
-    def _in_package(self, rest: str, address: str) -> Path:
-        parts = PurePosixPath(rest).parts
-        if len(parts) < 2 or parts[0] in ("..", "/"):
-            raise RobotError(
-                "this is not a package address",
-                file=self._file,
-                value=address,
-                remedy="It reads package://name/path/to/file",
-            )
-        homes = self._homes(parts[0])
-        paths = [resolve_inside(home.joinpath(*parts[1:]), [home], file=self._file, named=address) for home in homes]
-        return next((path for path in paths if path.is_file()), paths[0])
-
-    def _homes(self, name: str) -> list[Path]:
-        """Where the package of that name may lie, the likeliest first; never all of a disk or of a person's files."""
-        share = Path(sys.prefix, "share")
-        homes = [root if root.name == name else root / name for root in (*self._given, self._folder, share)]
-        people = (Path.home(), *Path.home().parents)
-        for folder in self._above:
-            if folder.name == name and folder not in people and len(folder.parts) > 2:
-                homes.append(folder)
-            elif (folder / name / "package.xml").is_file():
-                homes.append(folder / name)
-        return homes
-
+from app.robots.safe_files import parse_model_xml, read_bytes
+from app.robots.sanitize import settle_missing_meshes
+from app.robots.xacro import has_xacro, process_xacro
 
 ARMATURE = 0.01  # kg m²
 DAMPING = 0.3  # N m s/rad
@@ -118,18 +47,31 @@ def load_urdf(path: Path, *, package_roots: Sequence[Path] = (), name: str | Non
         RobotError: The file cannot be read, names files elsewhere, or holds no robot that simulates.
         MeshError: One of its meshes is not usable.
     """
-    return robot_from_urdf(read_urdf(path), path, package_roots=package_roots, name=name)
+    notes: list[Finding] = []
+    root = read_urdf(path, package_roots=package_roots, findings=notes)
+    return robot_from_urdf(root, path, package_roots=package_roots, name=name, findings=notes)
 
 
-def read_urdf(path: Path) -> Element:
-    """The checked XML tree of a URDF file: links, joints and materials only."""
-    root = parse_xml(read_bytes(path), file=path)
+def read_urdf(path: Path, *, package_roots: Sequence[Path] = (), findings: list[Finding] | None = None) -> Element:
+    """The checked XML tree of a URDF or xacro file, its macros expanded: links, joints and materials only.
+
+    Args:
+        path: The file.
+        package_roots: Folders that hold the packages a xacro includes.
+        findings: Where repairs are told.
+    """
+    notes = [] if findings is None else findings
+    root = parse_model_xml(read_bytes(path), file=path, findings=notes)
     if root.tag != "robot":
         raise RobotError("this file is not URDF", file=path, value=f"<{root.tag}>", remedy="Its root must be <robot>")
-    if any("xacro" in element.tag for element in root.iter()):
-        raise RobotError("this is a xacro file", file=path, remedy="Run xacro on it and open the URDF it writes")
+    if path.suffix.lower() == ".xacro" or has_xacro(root):
+        root = process_xacro(root, path, PackageResolver(path, package_roots))
+        notes.append(Finding("xacro", str(path), "its macros were expanded, with the defaults of its arguments"))
     root[:] = [child for child in root if child.tag in _KEPT]
+    if root.find("link") is None:
+        raise RobotError("the file contains no robot: it has no link", file=path, remedy=files_that_include(path))
     check_amounts(root, path)
+    notes += [*_drop_repeated(root), *_repair_triples(root), *_drop_shapes_without_size(root), *_repair_inertias(root)]
     return root
 
 
@@ -142,6 +84,7 @@ def robot_from_urdf(
     home: dict[str, float] | None = None,
     base_height: float = 0.0,
     base_yaw: float = 0.0,
+    findings: Sequence[Finding] = (),
 ) -> Robot:
     """Turn a URDF tree into a robot: meshes are found and converted, and joints given armature and damping.
 
@@ -153,22 +96,23 @@ def robot_from_urdf(
         home: Joint values at rest by joint name [rad, m]; zero, or the middle of the limits, by default.
         base_height: Height of the root link above the ground [m].
         base_yaw: Turn of the root link about the vertical [rad].
+        findings: What was noticed while the tree was read.
     """
-    store = AssetStore()
-    _gather_meshes(root, PackageResolver(path, package_roots), store)
-    findings = _check_mimics(root, path)
+    store, packages = AssetStore(), PackageResolver(path, package_roots)
+    _gather_meshes(root, packages, store)
+    notes = [*findings, *_check_mimics(root), *packages.files.findings()]
     settings = SubElement(root, "mujoco")
     SubElement(settings, "compiler", _COMPILER)
     spec = parse_spec(tostring(root, encoding="unicode"), store.files, source=str(path))
     spec.compiler.degree = False
     _place_base(spec, base_height, base_yaw)
-    findings += [*store.findings, *_add_joint_dynamics(spec)]
+    notes += [*store.findings, *settle_missing_meshes(spec, store.missing), *_add_joint_dynamics(spec)]
     return build_robot(
         spec,
         name=name or spec.modelname or path.stem,
         source=str(path),
         assets=store.files,
-        findings=findings,
+        findings=notes,
         home=home,
     )
 
@@ -192,17 +136,107 @@ def _gather_meshes(root: Element, packages: PackageResolver, store: AssetStore) 
         material[:] = [child for child in material if child.tag == "color"]
 
 
-def _check_mimics(root: Element, path: Path) -> list[Finding]:
-    """MuJoCo couples ``<mimic>`` joints to their leaders, but leaves out those whose leader it does not find."""
+_ONCE = {
+    "link": ("inertial",),
+    "inertial": ("origin", "mass", "inertia"),
+    "visual": ("origin", "geometry", "material"),
+    "collision": ("origin", "geometry"),
+    "joint": ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic"),
+}
+"""What may stand in an element once; of several the first counts, as in ROS."""
+
+
+def _drop_repeated(root: Element) -> list[Finding]:
+    places: list[str] = []
+    for parent in root.iter():
+        for tag in _ONCE.get(parent.tag, ()):
+            for extra in parent.findall(tag)[1:]:
+                parent.remove(extra)
+                places.append(f"{tag} of {parent.tag} {parent.get('name', '')}".rstrip())
+    return [Finding("repeated", ", ".join(places[:5]), "stated again: the first counts", len(places))] if places else []
+
+
+_TRIPLES = ("xyz", "rpy", "scale")
+
+
+def _repair_triples(root: Element) -> list[Finding]:
+    """Commas between three numbers, and what stands behind them, mean nothing to ROS; MuJoCo refuses them."""
+    repaired: list[str] = []
+    for element in root.iter():
+        for name in _TRIPLES:
+            words = element.get(name, "0 0 0").replace(",", " ").split()
+            if len(words) > 3 or "," in element.get(name, ""):
+                repaired.append(f"{name} of {element.tag}: {element.get(name)}")
+                element.set(name, " ".join(words[:3]))
+    note = "read as its first three numbers"
+    return [Finding("numbers", "; ".join(repaired[:5]), note, len(repaired))] if repaired else []
+
+
+def _drop_shapes_without_size(root: Element) -> list[Finding]:
+    """Spheres of radius 0 and the like, by which some programs mark a place."""
+    dropped: list[str] = []
+    for link in root.iter("link"):
+        for shape in [*link.findall("visual"), *link.findall("collision")]:
+            sizes = [word for name in ("radius", "length", "size") for one in shape.iterfind("geometry/*")
+                     for word in one.get(name, "").split()]  # fmt: skip
+            if any(_number(word) == 0.0 for word in sizes):
+                link.remove(shape)
+                dropped.append(f"{shape.tag} of link {link.get('name', '')}")
+    note = "left out: a size of it is zero"
+    return [Finding("no-size", ", ".join(dropped[:5]), note, len(dropped))] if dropped else []
+
+
+_LEAST_INERTIA = 1e-6  # kg m²
+_MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+
+
+def _repair_inertias(root: Element) -> list[Finding]:
+    """Make inertias that no body can have positive: MuJoCo's own bound reaches only those without products."""
+    repaired: list[str] = []
+    for link in root.iter("link"):
+        stated = link.find("inertial/inertia")
+        values = [] if stated is None else [_number(stated.get(name, "0")) for name in _MOMENTS]
+        if stated is None or None in values or not any(values[i] for i in (1, 2, 4)):
+            continue
+        xx, xy, xz, yy, yz, zz = (value or 0.0 for value in values)
+        matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        moments, axes = np.linalg.eigh(matrix)
+        if moments.min() > 0:
+            continue
+        matrix = axes @ np.diag(np.maximum(moments, _LEAST_INERTIA)) @ axes.T
+        rows, columns = (0, 0, 0, 1, 1, 2), (0, 1, 2, 1, 2, 2)
+        stated.attrib.update({n: repr(float(matrix[i, j])) for n, i, j in zip(_MOMENTS, rows, columns, strict=True)})
+        repaired.append(link.get("name", ""))
+    note = f"no body can have it: principal moments raised to {_LEAST_INERTIA} kg m²"
+    return [Finding("inertia", ", ".join(repaired), note, len(repaired))] if repaired else []
+
+
+def _number(text: str) -> float | None:
+    try:
+        value = float(text)
+    except ValueError:
+        return None  # MuJoCo says what is wrong with it
+    return value if np.isfinite(value) else None
+
+
+def _check_mimics(root: Element) -> list[Finding]:
+    """MuJoCo couples ``<mimic>`` joints to their leaders; one whose leader does not move moves by itself."""
     movable = {joint.get("name") for joint in root.iter("joint") if joint.get("type") != "fixed"}
-    followers = [(joint.get("name", ""), mimic) for joint in root.iter("joint") for mimic in joint.findall("mimic")]
-    for name, mimic in followers:
-        leader = mimic.get("joint", "")
-        if leader not in movable or name not in movable:
-            problem = "a joint mimics one that does not move or exist"
-            raise RobotError(problem, file=path, place=f"joint {name}", value=leader)
-    names = ", ".join(name for name, _ in followers)
-    return [Finding("mimic-joints", names, "coupled to their leaders", len(followers))] if followers else []
+    coupled, left = list[str](), list[str]()
+    for joint in root.iter("joint"):
+        name = joint.get("name", "")
+        for mimic in joint.findall("mimic"):
+            leader = mimic.get("joint", "")
+            if leader in movable and name in movable and leader != name:
+                coupled.append(name)
+            else:
+                joint.remove(mimic)
+                left.append(f"{name} of {leader or 'nobody'}")
+    findings = (
+        [Finding("mimic-joints", ", ".join(coupled), "coupled to their leaders", len(coupled))] if coupled else []
+    )
+    note = "left out: it mimics a joint that is fixed or does not exist, or is fixed itself"
+    return findings + ([Finding("mimic-left-out", ", ".join(left), note, len(left))] if left else [])
 
 
 def _add_joint_dynamics(spec: mujoco.MjSpec) -> list[Finding]:

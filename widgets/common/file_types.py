@@ -9,7 +9,7 @@ from app.scene.scene import Scene
 from app.scene.scene_file import load_scene, scene_for
 from app.skin.formats.import_skin import TAXEL_ENDINGS, holds_taxels, is_robot_with_taxels
 
-ROBOTS = (".xml", ".mjcf", ".urdf")
+ROBOTS = (".xml", ".mjcf", ".urdf", ".xacro")
 MESHES = (".obj", ".stl", ".ply", ".off", ".glb", ".dae")
 RECORDINGS = (".mcap",)
 SCENES = (".toml",)

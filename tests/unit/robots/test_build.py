@@ -117,9 +117,15 @@ def test_too_many_bodies_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
         robot_of(TWO.replace("MASS", "1"))
 
 
-def test_a_robot_without_mass_is_refused_in_mujocos_words() -> None:
-    with pytest.raises(RobotError, match=r"two\.xml.*cannot build.*mass"):
-        robot_of(TWO.replace("MASS", "0"))
+def test_a_moving_body_without_mass_gets_a_little_and_it_is_said() -> None:
+    robot = robot_of(TWO.replace("MASS", "0"))
+    assert [finding.kind for finding in robot.findings if finding.kind == "massless"] == ["massless"]
+    assert 'mass="1e-06"' in robot.mjcf
+
+
+def test_what_mujoco_refuses_is_refused_in_its_words() -> None:
+    with pytest.raises(RobotError, match=r"two\.xml.*cannot build.*size 0 must be positive"):
+        robot_of(TWO.replace("MASS", "1").replace("</body>", '<geom type="sphere" size="0"/></body>', 1))
 
 
 def test_a_name_that_is_repeated_is_said_in_mujocos_words(tmp_path):

@@ -198,12 +198,29 @@ def test_a_file_is_read_once_and_a_variant_gets_its_own_name(tmp_path: Path, rod
     assert store.findings == []
 
 
-def test_a_missing_file_is_replaced_and_said(tmp_path: Path) -> None:
+def test_for_a_missing_file_a_small_box_stands_and_it_is_known(tmp_path: Path) -> None:
     store = AssetStore()
-    store.add(tmp_path / "absent.stl")
-    assert [(finding.kind, finding.where) for finding in store.findings] == [
-        ("missing-mesh", str(tmp_path / "absent.stl"))
-    ]
+    name = store.add(tmp_path / "absent.stl")
+    assert store.missing == {name: tmp_path / "absent.stl"}
+    assert parse_mesh(store.files[name], Path(name)).size == pytest.approx(0.02 * 3**0.5)
+
+
+def test_a_format_that_is_not_read_is_refused_unopened_with_what_to_export(tmp_path: Path) -> None:
+    with pytest.raises(MeshError, match=r"found: \.fbx.*Blender"):
+        AssetStore().add(_made(tmp_path / "hand.fbx", b"secret"))
+    with pytest.raises(MeshError, match="Convert it to one of"):
+        AssetStore().add(_made(tmp_path / "hand.weird", b"secret"))
+
+
+def test_what_a_parser_quotes_of_a_file_is_not_repeated(tmp_path: Path) -> None:
+    with pytest.raises(MeshError, match="cannot be read") as found:
+        AssetStore().add(_made(tmp_path / "hand.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf one two password\n"))
+    assert "password" not in str(found.value)
+
+
+def _made(path: Path, data: bytes) -> Path:
+    path.write_bytes(data)
+    return path
 
 
 def test_all_meshes_together_are_bounded(tmp_path: Path, rod: bytes, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,8 +7,10 @@ from xml.etree.ElementTree import fromstring
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from app.core.errors import MeshError, RobotError
+from app.robots.kinematics import Configuration
 from app.robots.mjcf import load_mjcf, strip_mjcf
 
 FILE = Path("robot.xml")
@@ -107,13 +109,58 @@ def test_loose_things_of_the_scene_are_left_out_and_said(tiny: Path) -> None:
     assert {finding.kind: finding.count for finding in robot.findings}["scene-objects"] == 2
 
 
-def test_ball_joints_are_refused_by_name(tiny: Path) -> None:
-    edit(tiny, '<joint name="hinge" axis="0 1 0" range="-90 45" damping="0.1"/>', '<joint name="b" type="ball"/>')
+def test_a_ball_joint_becomes_three_hinges_of_the_same_motion(tiny: Path) -> None:
+    ball = '<joint name="b" type="ball" pos="0 0 0.1" range="0 60" limited="true" damping="0.5"/>'
+    edit(tiny, '<joint name="hinge" axis="0 1 0" range="-90 45" damping="0.1"/>', ball)
     edit(tiny, '<motor joint="hinge"/>', "")
     edit(tiny, '<jointpos joint="hinge"/>', "")
-    with pytest.raises(RobotError, match="ball joints are not supported") as caught:
+    edit(tiny, 'qpos="0.25"', 'qpos="1 0 0 0"')
+    robot = load_mjcf(tiny)
+    assert [joint.name for joint in robot.joints] == ["b_x", "b_y", "b_z"]
+    assert [joint.upper for joint in robot.joints] == pytest.approx([np.pi / 3] * 3, rel=1e-5)
+    configuration, angles = Configuration(robot), np.array([0.3, -0.5, 0.7])
+    configuration.update(angles)
+    assert configuration.pose("rod").rotation == pytest.approx(Rotation.from_euler("XYZ", angles).as_matrix())
+    assert configuration.pose("rod").points(np.array([0, 0, 0.1])) == pytest.approx([0, 0, 0.9]), "about its own place"
+
+
+def test_a_joint_after_a_ball_joint_is_refused_by_name(tiny: Path) -> None:
+    edit(tiny, '<joint name="hinge"', '<joint name="b" type="ball"/><joint name="hinge"')
+    edit(tiny, 'qpos="0.25"', 'qpos="1 0 0 0 0"')
+    with pytest.raises(RobotError, match="must be the last of its body") as caught:
         load_mjcf(tiny)
     assert "joint b" in str(caught.value)
+
+
+def test_what_mujoco_will_give_up_is_told_and_the_robot_loads(tiny: Path) -> None:
+    robot = load_mjcf(edit(tiny, 'angle="degree"', 'angle="degree" settotalmass="3"'))
+    (told,) = [finding for finding in robot.findings if finding.kind == "deprecated"]
+    assert "settotalmass" in told.action
+    assert 'mass="1.5"' in robot.mjcf, "two equal masses of 3 kg together"
+
+
+def test_numbers_of_other_programs_are_left_out(tiny: Path) -> None:
+    edit(tiny, '<joint name="hinge"', '<joint name="hinge" user="1 2 3"')
+    assert "user" not in load_mjcf(edit(tiny, "<worldbody>", '<size nuser_jnt="3"/><worldbody>')).mjcf
+
+
+def test_a_moving_body_without_mass_gets_a_little_and_it_is_said(tiny: Path) -> None:
+    robot = load_mjcf(edit(tiny, '<geom type="mesh" mesh="rod" mass="1"/>', '<geom size="0.1" mass="0"/>'))
+    assert "massless" in {finding.kind for finding in robot.findings}
+
+
+def test_a_material_that_is_not_there_is_left_out_and_said(tiny: Path) -> None:
+    robot = load_mjcf(edit(tiny, '<geom type="box"', '<geom material="steel" type="box"'))
+    assert [finding.where for finding in robot.findings if finding.kind == "material"] == ["steel"]
+
+
+def test_an_include_may_lie_beside_the_file_that_includes_it(tiny: Path) -> None:
+    folder = tiny.parent / "parts"
+    folder.mkdir()
+    (folder / "a.xml").write_text('<mujocoinclude><include file="b.xml"/></mujocoinclude>')
+    (folder / "b.xml").write_text('<mujocoinclude><body name="extra"><geom size="0.1"/></body></mujocoinclude>')
+    robot = load_mjcf(edit(tiny, "</worldbody>", '<include file="parts/a.xml"/></worldbody>'))
+    assert "extra" in [link.name for link in robot.links]
 
 
 def test_an_include_is_unfolded(tiny: Path) -> None:

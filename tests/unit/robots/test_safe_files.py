@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from app.core.errors import RobotError
+from app.core.errors import Finding, RobotError
 from app.robots import safe_files
-from app.robots.safe_files import parse_xml, read_bytes, resolve_inside
+from app.robots.safe_files import parse_model_xml, parse_xml, read_bytes, resolve_inside
 
 
 def test_a_folder_a_missing_file_and_a_huge_one_are_told_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -46,6 +46,38 @@ def test_xml_nested_too_deep_is_refused(tmp_path: Path) -> None:
 def test_what_is_not_xml_is_refused(tmp_path: Path, data: bytes) -> None:
     with pytest.raises(RobotError, match="not valid XML"):
         parse_xml(data, file=tmp_path / "x.xml")
+
+
+@pytest.mark.parametrize(
+    ("data", "what"),
+    [
+        (b"<a><b/></a>\r\n\0\0", "zero bytes"),
+        (b'\n <!-- made by -- hand --><?xml version="1.0"?><a><b/></a>', "comments"),
+        (b'<?xml version="1.0"?><a><!-- gr\xf6\xdfe --><b/></a>', "comments"),
+        (b'<a name="gr\xf6\xdfe"><b/></a>', "Latin-1"),
+        (b"<a><gazebo:b/><b drake:c='1'/></a>", "prefixes were not declared: drake, gazebo"),
+    ],
+)
+def test_what_carries_no_meaning_is_repaired_and_told(data: bytes, what: str) -> None:
+    findings: list[Finding] = []
+    assert parse_model_xml(data, file="r.urdf", findings=findings).find("b") is not None
+    assert [finding.kind for finding in findings] == ["xml-repaired"]
+    assert what in findings[0].action
+
+
+@pytest.mark.parametrize(
+    "data",
+    [b"", b"<a>", b"\xff\xfe\x00", b"<a>\0</a>", b'<?xml version="1.0" encoding="no-such"?><a/>', b"<a><b></a>\0",
+     b'<!-- x --><!DOCTYPE m [<!ENTITY a "b">]><a>&a;</a>', b'\0<!DOCTYPE<!-- --> m [<!ENTITY a "b">]><a>&a;</a>'],
+)  # fmt: skip
+def test_what_is_broken_or_hostile_stays_refused(data: bytes) -> None:
+    with pytest.raises(RobotError):
+        parse_model_xml(data, file="r.urdf")
+
+
+def test_names_lose_their_namespace_except_xacros() -> None:
+    root = parse_model_xml(b'<robot xmlns="u" xmlns:xacro="http://x/xacro"><link/><xacro:if/></robot>', file="r.urdf")
+    assert [root.tag, *(child.tag for child in root)] == ["robot", "link", "{http://x/xacro}if"]
 
 
 def test_a_path_stays_inside_its_roots(tmp_path: Path) -> None:

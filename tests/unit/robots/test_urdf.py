@@ -10,40 +10,7 @@ import pytest
 
 from app.core.errors import RobotError
 from app.robots.kinematics import Configuration
-from app.robots.urdf import PackageResolver, load_urdf
-
-
-@pytest.fixture
-def package(tmp_path: Path) -> Path:
-    folder = tmp_path / "kit"
-    (folder / "urdf").mkdir(parents=True)
-    (folder / "meshes").mkdir()
-    (folder / "meshes" / "a b.stl").write_bytes(b"")
-    return folder
-
-
-def test_a_neighbouring_folder_of_the_same_package_may_be_named(package: Path) -> None:
-    file = package / "urdf" / "robot.urdf"
-    with pytest.raises(RobotError, match="leaves the robot"):
-        PackageResolver(file).resolve("../meshes/a b.stl")
-    (package / "package.xml").write_text("<package/>")
-    assert PackageResolver(file).resolve("../meshes/a b.stl") == package / "meshes" / "a b.stl"
-    assert PackageResolver(file).resolve("..\\meshes\\a%20b.stl") == package / "meshes" / "a b.stl"
-
-
-def test_ros_package_path_is_searched(package: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "alone").mkdir()
-    file = tmp_path / "alone" / "robot.urdf"
-    (tmp_path / "alone" / "deep").mkdir()
-    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "kit"))
-    assert PackageResolver(file).resolve("package://kit/meshes/a b.stl") == package / "meshes" / "a b.stl"
-
-
-@pytest.mark.parametrize("address", ["package://kit", "package:///etc/passwd", "https://example.org/a.stl"])
-def test_addresses_of_other_kinds_are_refused(package: Path, address: str) -> None:
-    with pytest.raises(RobotError):
-        PackageResolver(package / "robot.urdf").resolve(address)
-
+from app.robots.urdf import load_urdf
 
 Write = Callable[[str], Path]
 
@@ -125,16 +92,98 @@ def test_a_mimic_joint_follows_its_leader(urdf: Write) -> None:
     assert "mimic-joints" in {finding.kind for finding in robot.findings}
     assert 'joint1="second"' in robot.mjcf
     assert 'joint2="hinge"' in robot.mjcf
-    path.write_text(text.replace("</robot>", follower.replace("LEADER", "nobody")))
-    with pytest.raises(RobotError, match="mimics one that does not move or exist"):
-        load_urdf(path)
+    for leader in ("nobody", "second"):
+        path.write_text(text.replace("</robot>", follower.replace("LEADER", leader)))
+        robot = load_urdf(path)
+        (left,) = [finding for finding in robot.findings if finding.kind == "mimic-left-out"]
+        assert left.where == f"second of {leader}"
+        assert "joint1" not in robot.mjcf
 
 
-def test_xacro_and_other_xml_are_refused_with_a_remedy(urdf: Write) -> None:
+def test_what_is_stated_twice_counts_once_and_is_said(urdf: Write) -> None:
     path = urdf("rod.stl")
-    path.write_text('<robot xmlns:xacro="http://ros.org/wiki/xacro"><xacro:macro name="a"/></robot>')
-    with pytest.raises(RobotError, match="Run xacro"):
-        load_urdf(path)
+    again = '<inertial><mass value="7"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    text = path.read_text()
+    path.write_text(again.join(text.rsplit("</link>", 1)))
+    robot = load_urdf(path)
+    assert [finding.where for finding in robot.findings if finding.kind == "repeated"] == ["inertial of link rod"]
+    assert 'mass="7"' not in robot.mjcf
+
+
+def test_numbers_with_commas_or_too_many_shapes_of_no_size_and_impossible_inertias_are_repaired(urdf: Write) -> None:
+    path = urdf("rod.stl")
+    text = path.read_text().replace('xyz="0 0 0.3"', 'xyz="0, 0, 0.3 7"').replace('ixy="0"', 'ixy="0.02"')
+    sphere = '<visual><geometry><sphere radius="0.0"/></geometry></visual>'
+    path.write_text(text.replace('<link name="rod">', f'<link name="rod">{sphere}'))
+    robot = load_urdf(path)
+    kinds = {finding.kind: finding.where for finding in robot.findings}
+    assert (kinds["numbers"], kinds["no-size"], kinds["inertia"]) == (
+        "xyz of origin: 0, 0, 0.3 7",
+        "visual of link rod",
+        "rod",
+    )
+    assert Configuration(robot).pose("rod").points(np.zeros(3)) == pytest.approx([0, 0, 0.3])
+
+
+def test_a_mesh_keeps_its_triangles_where_a_material_is_broken(urdf: Write) -> None:
+    path = urdf("part.dae")
+    common = '<technique_common><instance_material symbol="m" target="#nothing"/></technique_common>'
+    broken = DAE.replace('<triangles count="4">', '<triangles count="4" material="m">').replace(
+        '<instance_geometry url="#g"/>',
+        f'<instance_geometry url="#g"><bind_material>{common}</bind_material></instance_geometry>',
+    )
+    (path.parent / "part.dae").write_text(broken)
+    assert len(load_urdf(path).link("rod").mesh.faces) == 4
+
+
+def test_what_xacro_left_to_work_out_is_worked_out(urdf: Write) -> None:
+    path = urdf("rod.stl")
+    path.write_text(path.read_text().replace('xyz="0 0 0.3"', 'xyz="$(optenv ROD_XYZ 0 0 0.4)"'))
+    assert Configuration(load_urdf(path)).pose("rod").points(np.zeros(3)) == pytest.approx([0, 0, 0.4])
+
+
+def test_ball_joints_become_three_hinges_and_it_is_said(urdf: Write) -> None:
+    path = urdf("rod.stl")
+    path.write_text(path.read_text().replace('type="revolute"', 'type="spherical"'))
+    robot = load_urdf(path)
+    assert [joint.name for joint in robot.joints] == ["hinge_x", "hinge_y", "hinge_z"]
+    assert "ball-joint" in {finding.kind for finding in robot.findings}
+
+
+def test_a_missing_mesh_leaves_the_link_to_its_other_shapes(urdf: Write) -> None:
+    path = urdf("absent.stl")
+    box = '<collision><geometry><box size="0.1 0.1 0.3"/></geometry></collision><visual>'
+    head, tail = path.read_text().rsplit("<visual>", 1)
+    path.write_text(
+        head + box + tail.replace('filename="absent.stl"', 'filename="absent.stl" scale="0.001 0.001 0.001"')
+    )
+    robot = load_urdf(path)
+    assert np.ptp(robot.link("rod").mesh.vertices, axis=0) == pytest.approx([0.1, 0.1, 0.3])
+    (missing,) = [finding for finding in robot.findings if finding.kind == "missing-mesh"]
+    assert "of rod; left out" in missing.action
+    path.write_text(path.read_text().replace(box, "<visual>"))
+    robot = load_urdf(path)
+    assert np.ptp(robot.link("rod").mesh.vertices, axis=0) == pytest.approx([0.02] * 3), "whatever the mesh's scale"
+    (missing,) = [finding for finding in robot.findings if finding.kind == "missing-mesh"]
+    assert "small box" in missing.action
+
+
+def test_a_default_namespace_and_repairs_of_the_document(urdf: Write) -> None:
+    path = urdf("rod.stl")
+    path.write_bytes(path.read_bytes().replace(b"<robot ", b'<robot xmlns="http://example.org/urdf" ') + b"\0")
+    robot = load_urdf(path)
+    assert [link.name for link in robot.links] == ["base", "rod"]
+    assert "xml-repaired" in {finding.kind for finding in robot.findings}
+
+
+def test_a_xacro_is_expanded_and_other_xml_is_refused(urdf: Write) -> None:
+    path = urdf("rod.stl")
+    text = path.read_text().replace('<robot name="two">', '<robot name="two" xmlns:xacro="http://ros.org/wiki/xacro">'
+                                    '<xacro:property name="half" value="0.25"/>')  # fmt: skip
+    path.write_text(text.replace('upper="0.5"', 'upper="${2 * half}"'))
+    robot = load_urdf(path)
+    assert [(joint.lower, joint.upper) for joint in robot.joints] == [(-1.0, 0.5)]
+    assert "xacro" in {finding.kind for finding in robot.findings}
     path.write_text("<mujoco/>")
     with pytest.raises(RobotError, match="not URDF"):
         load_urdf(path)

@@ -1,0 +1,258 @@
+"""What stands between ``${`` and ``}`` in xacro: arithmetic, comparisons, lists, and a fixed set of functions.
+
+An expression is parsed by Python but worked out here, node by node: what is not listed does not exist. Numbers, texts
+and lists are bounded, so that no short expression takes long.
+"""
+
+from __future__ import annotations
+
+import ast
+import math
+import operator
+from collections.abc import Callable, Mapping
+from typing import Any
+
+MAX_LENGTH = 20_000
+"""Of an expression's text, and of any text or list it makes."""
+_MAX_POWER = 1000.0
+_MAX_WHOLE = 1 << 128
+_MAX_DEPTH = 60
+
+Lookup = Callable[[str], Any]
+Functions = Mapping[str, Callable[..., Any]]
+
+_OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
+    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
+    ast.FloorDiv: operator.floordiv, ast.Mod: operator.mod, ast.Pow: operator.pow,
+    ast.USub: operator.neg, ast.UAdd: operator.pos, ast.Not: operator.not_,
+    ast.Eq: operator.eq, ast.NotEq: operator.ne, ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt,
+    ast.GtE: operator.ge, ast.In: lambda a, b: a in b, ast.NotIn: lambda a, b: a not in b,
+    ast.Is: operator.eq, ast.IsNot: operator.ne,
+}  # fmt: skip
+_CONSTANTS = {"pi": math.pi, "e": math.e, "tau": math.tau, "inf": math.inf, "nan": math.nan}
+_MATHS = (
+    "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "sqrt", "exp", "log", "log10",
+    "radians", "degrees", "hypot", "fabs", "floor", "ceil", "fmod", "isnan", "isinf", "copysign", "trunc",
+)  # fmt: skip
+_FUNCTIONS: dict[str, Callable[..., Any]] = {name: getattr(math, name) for name in _MATHS} | {
+    "abs": abs, "min": min, "max": max, "round": round, "len": len, "int": int, "float": float, "bool": bool,
+    "str": str, "list": list, "tuple": tuple, "dict": dict, "sum": sum, "sorted": sorted, "all": all, "any": any,
+    "range": lambda *ends: _short_range(*ends), "pow": lambda a, b: _power(a, b),
+    "tokenize": lambda text, *_: str(text).replace(",", " ").replace(";", " ").split(),
+}  # fmt: skip
+_NAMESPACES = ("math", "python", "xacro")
+_METHODS: dict[type, frozenset[str]] = {
+    str: frozenset(("lower", "upper", "strip", "startswith", "endswith", "split", "replace", "find", "count")),
+    dict: frozenset(("get", "keys", "values", "items")),
+    list: frozenset(("index", "count")),
+}
+
+
+class ExpressionError(ValueError):
+    """An expression that means nothing here."""
+
+
+class Budget:
+    """What all expressions of one file together may cost. Mutable: it is spent.
+
+    Args:
+        steps: Nodes worked out, and parts of what they made.
+    """
+
+    def __init__(self, steps: int = 1_000_000) -> None:
+        self._left = steps
+
+    def spend(self, steps: int) -> None:
+        """Take ``steps`` from it; raises ExpressionError where they are not there."""
+        self._left -= steps
+        if self._left < 0:
+            raise ExpressionError("the file's expressions take too long")
+
+    def checked(self, value: Any) -> Any:
+        """``value``, where it is not too large; its parts are paid for."""
+        if isinstance(value, int) and abs(value) > _MAX_WHOLE:
+            raise ExpressionError("it makes a number that is too large")
+        if isinstance(value, str | list | tuple | dict):
+            size = _size(value)
+            if size > MAX_LENGTH:
+                raise ExpressionError("it makes something too long")
+            self.spend(size // 16)
+        return value
+
+
+def evaluate(text: str, lookup: Lookup, functions: Functions, budget: Budget | None = None) -> Any:
+    """What the expression is worth.
+
+    Args:
+        text: Of a person who need not mean well.
+        lookup: Gives the value of a property; raises KeyError.
+        functions: Further functions by name, such as ``load_yaml``.
+        budget: Of the whole file.
+
+    Raises:
+        ExpressionError: It is no expression, asks for what is not listed, or makes something too large.
+    """
+    if len(text) > MAX_LENGTH:
+        raise ExpressionError("the expression is too long")
+    try:
+        tree = ast.parse(text.strip(), mode="eval")
+        return _Evaluator(lookup, {**_FUNCTIONS, **functions}, budget or Budget()).value(tree.body, 0)
+    except ExpressionError:
+        raise
+    except KeyError as error:
+        raise ExpressionError(f"{error.args[0]} is not defined") from error
+    except (SyntaxError, TypeError, ValueError, ArithmeticError, IndexError, AttributeError, MemoryError,
+            RecursionError) as error:  # fmt: skip
+        raise ExpressionError(str(error)) from error
+
+
+class _Evaluator:
+    """Works out one expression."""
+
+    def __init__(self, lookup: Lookup, functions: Functions, budget: Budget) -> None:
+        self._lookup, self._functions, self._budget = lookup, functions, budget
+
+    def value(self, node: ast.AST, depth: int) -> Any:
+        if depth > _MAX_DEPTH:
+            raise ExpressionError("it is nested too deep")
+        method = getattr(self, f"_{type(node).__name__.lower()}", None)
+        if method is None:
+            raise ExpressionError(f"{type(node).__name__} is not supported")
+        self._budget.spend(1)
+        return self._budget.checked(method(node, depth + 1))
+
+    def _constant(self, node: ast.Constant, _: int) -> Any:
+        return node.value
+
+    def _name(self, node: ast.Name, _: int) -> Any:
+        try:
+            return self._lookup(node.id)
+        except KeyError:
+            if node.id in _CONSTANTS:
+                return _CONSTANTS[node.id]
+            named = {"true": True, "false": False, "none": None}
+            if node.id in named:
+                return named[node.id]
+            raise
+
+    def _binop(self, node: ast.BinOp, depth: int) -> Any:
+        left, right = self.value(node.left, depth), self.value(node.right, depth)
+        if isinstance(node.op, ast.Pow):
+            return _power(left, right)
+        if isinstance(node.op, ast.Mod) and isinstance(left, str):
+            raise ExpressionError("texts are not formatted with %")
+        if isinstance(node.op, ast.Mult):
+            _check_copies(left, right)
+        return _OPERATORS[type(node.op)](left, right)
+
+    def _unaryop(self, node: ast.UnaryOp, depth: int) -> Any:
+        return _OPERATORS[type(node.op)](self.value(node.operand, depth))
+
+    def _boolop(self, node: ast.BoolOp, depth: int) -> Any:
+        result, stop = None, isinstance(node.op, ast.Or)
+        for part in node.values:
+            result = self.value(part, depth)
+            if bool(result) == stop:
+                break
+        return result
+
+    def _compare(self, node: ast.Compare, depth: int) -> bool:
+        left = self.value(node.left, depth)
+        for test, part in zip(node.ops, node.comparators, strict=True):
+            right = self.value(part, depth)
+            if not _OPERATORS[type(test)](left, right):
+                return False
+            left = right
+        return True
+
+    def _ifexp(self, node: ast.IfExp, depth: int) -> Any:
+        return self.value(node.body if self.value(node.test, depth) else node.orelse, depth)
+
+    def _list(self, node: ast.List, depth: int) -> list[Any]:
+        return [self.value(part, depth) for part in node.elts]
+
+    def _tuple(self, node: ast.Tuple, depth: int) -> tuple[Any, ...]:
+        return tuple(self.value(part, depth) for part in node.elts)
+
+    def _dict(self, node: ast.Dict, depth: int) -> dict[Any, Any]:
+        keys = [self.value(key, depth) for key in node.keys if key is not None]
+        return dict(zip(keys, (self.value(part, depth) for part in node.values), strict=True))
+
+    def _slice(self, node: ast.Slice, depth: int) -> slice:
+        return slice(*(None if end is None else self.value(end, depth) for end in (node.lower, node.upper, node.step)))
+
+    def _subscript(self, node: ast.Subscript, depth: int) -> Any:
+        return self.value(node.value, depth)[self.value(node.slice, depth)]
+
+    def _attribute(self, node: ast.Attribute, depth: int) -> Any:
+        """A key of a dictionary, or a constant of a namespace."""
+        if isinstance(node.value, ast.Name) and node.value.id in _NAMESPACES and node.attr in _CONSTANTS:
+            return _CONSTANTS[node.attr]
+        owner = self.value(node.value, depth)
+        if not isinstance(owner, dict):
+            raise ExpressionError(f"{node.attr} is not supported")
+        return owner[node.attr]
+
+    def _call(self, node: ast.Call, depth: int) -> Any:
+        if node.keywords:
+            raise ExpressionError("arguments are not named")
+        function = self._called(node.func, depth)
+        return function(*(self.value(part, depth) for part in node.args))
+
+    def _called(self, node: ast.AST, depth: int) -> Callable[..., Any]:
+        if isinstance(node, ast.Name):
+            return self._function(node.id)
+        if not isinstance(node, ast.Attribute):
+            raise ExpressionError("only functions are called")
+        if isinstance(node.value, ast.Name) and node.value.id in _NAMESPACES:
+            return self._function(node.attr)
+        owner = self.value(node.value, depth)
+        if node.attr not in _METHODS.get(type(owner), ()):
+            raise ExpressionError(f"{node.attr} is not supported")
+        if node.attr == "replace":
+            return lambda old, new: _replaced(owner, old, new)
+        method: Callable[..., Any] = getattr(owner, node.attr)
+        return (lambda: list(method())) if node.attr in ("keys", "values", "items") else method
+
+    def _function(self, name: str) -> Callable[..., Any]:
+        if name not in self._functions:
+            raise ExpressionError(f"there is no function {name}")
+        return self._functions[name]
+
+
+def _size(value: Any) -> int:
+    """Characters and parts of ``value``, those of its parts included; counting stops above ``MAX_LENGTH``."""
+    size, todo = 0, [value]
+    while todo and size <= MAX_LENGTH:
+        part = todo.pop()
+        size += len(part) if isinstance(part, str) else 1
+        if isinstance(part, list | tuple):
+            todo.extend(part)
+        elif isinstance(part, dict):
+            todo.extend([*part.keys(), *part.values()])
+    return size
+
+
+def _power(base: Any, exponent: Any) -> Any:
+    if isinstance(exponent, int | float) and abs(exponent) > _MAX_POWER:
+        raise ExpressionError("an exponent is too large")
+    return base**exponent
+
+
+def _check_copies(left: Any, right: Any) -> None:
+    for several, times in ((left, right), (right, left)):
+        if isinstance(several, str | list | tuple) and isinstance(times, int) and len(several) * times > MAX_LENGTH:
+            raise ExpressionError("it makes something too long")
+
+
+def _replaced(text: str, old: Any, new: Any) -> str:
+    if text.count(str(old)) * len(str(new)) > MAX_LENGTH:
+        raise ExpressionError("it makes something too long")
+    return text.replace(str(old), str(new))
+
+
+def _short_range(*ends: int) -> list[int]:
+    found = range(*ends)
+    if len(found) > MAX_LENGTH:
+        raise ExpressionError("it makes something too long")
+    return list(found)
