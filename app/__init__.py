@@ -37,6 +37,7 @@ The folders follow the chain from body to motion; read them in this order:
 ``control``     what the joints do about a contact
 ``session``     one run of all of it, tick by tick, as frozen frames
 ``recording``   sessions in files that survive a crash and can be replayed and verified
+``live``        readings of real skins as frames of a session
 ``studies``     what accuracy costs in time, as tables and plots
 ``cli``         the command line; ``plot`` draws with matplotlib
 

@@ -15,7 +15,20 @@ from app.cli.output import print_error, print_json
 from app.cli.parser import build_parser
 from app.core.errors import TactileMapsError, UsageError, describe_unexpected_error
 
-COMMANDS = ("map", "inspect", "run", "weigh", "replay", "recover", "compare", "study", "gui", "guide", "screenshot")
+COMMANDS = (
+    "map",
+    "inspect",
+    "run",
+    "listen",
+    "weigh",
+    "replay",
+    "recover",
+    "compare",
+    "study",
+    "gui",
+    "guide",
+    "screenshot",
+)
 OpenWindow = Callable[[argparse.Namespace], int]
 
 

@@ -51,6 +51,7 @@ def _add_window_commands(commands: argparse._SubParsersAction) -> None:  # type:
         help="leave out the messages for Foxglove, Lichtblick and Rerun: half the size; replays are the same",
     )
     _json(run)
+    _add_listen(commands)
     shot = commands.add_parser("screenshot", help="a picture of the whole window, without a display")
     _scene_options(shot)
     shot.add_argument("--at", type=_not_negative, default=2.0, metavar="SECONDS", help="simulated seconds (default 2)")
@@ -58,6 +59,27 @@ def _add_window_commands(commands: argparse._SubParsersAction) -> None:  # type:
     shot.add_argument("--size", type=_size, default=(1400, 900), metavar="WxH", help="in pixels (default 1400x900)")
     shot.add_argument("-o", "--output", required=True, metavar="FILE.png")
     _json(shot)
+
+
+def _add_listen(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]
+    listen = commands.add_parser("listen", help="readings of a real skin: show statistics and contacts, and record")
+    add = listen.add_argument
+    add("source", metavar="SOURCE", help="udp:, zmq:, serial:, yarp: or ros2: address, or a file")
+    _scene_options(listen)
+    add("-o", "--output", metavar="FILE.mcap", help="record to this file")
+    add("--overwrite", action="store_true", help="replace an existing file")
+    add("--for", dest="seconds", type=_positive, metavar="SECONDS", help="stop after so long (default: at Ctrl-C)")
+    add("--speed", type=_positive, metavar="X", help="play a file X times as fast (default: as fast as possible)")
+    add("--ids", metavar="FILE.csv", help="taxel of each id that is sent, if not as in the skin")
+    add("--calibration", metavar="FILE", help="gain and offset of each taxel (.csv, .toml)")
+    add("--mode", choices=("raw", "baseline", "kPa"), help="what contacts are read from (default: as known)")
+    add("--tare", type=int, metavar="N", help="take the first N readings as those of the untouched skin")
+    add("--weight", type=_positive, metavar="KG", help="calibrate by this mass, which lies on the skin at the end")
+    add("--save-calibration", metavar="FILE.csv", help="write the calibration found with --weight")
+    add("--mapping", metavar="FILE.toml", help="topics and fields of ROS 2 messages")
+    add("--token", help="that every packet must carry")
+    add("--remote", action="store_true", help="listen to other machines too; needs a token")
+    _json(listen)
 
 
 def _add_guide(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]

@@ -147,6 +147,10 @@ class RecordingError(TactileMapsError):
     """A recording that cannot be written or read."""
 
 
+class LiveError(TactileMapsError):
+    """Readings of a real skin that cannot be received, understood or tied to taxels."""
+
+
 class DisplayError(TactileMapsError):
     """There is no display, or it cannot draw."""
 

@@ -28,6 +28,8 @@ from app.recording.viewer_messages import ENCODING, Schema
 FORMAT = "9"
 """Of the messages; another one is not read."""
 _METADATA = "tactile-maps"
+MEASURED = "measured"
+"""Of the metadata: where the readings of a real skin came from. Such a recording has no frame for every tick."""
 NO_SPACE = "Free space or choose another folder; what was written so far can be read with recover"
 """What to do when a file takes no more bytes."""
 MAX_CHUNK = 256_000_000

@@ -103,7 +103,11 @@ def read_messages(
     written = {topic: contents.written.get(channel) for channel, topic in contents.channels.items()}
     kept, damage = _in_order(frames)
     at_end = lost_at_end([frame.number for frame in frames], written.get("/frame"))
-    damage += find_lost_frames([(frame.number, frame.tick) for frame in kept], at_end)
+    numbered = [(frame.number, frame.tick) for frame in kept]
+    if mcap_file.MEASURED in contents.metadata:  # readings come when they come: only their numbers tell what is gone
+        damage += find_losses(numbered, holes, at_end, DamageKind.FRAMES_MISSING)
+    else:
+        damage += find_lost_frames(numbered, at_end)
     acts, more = _numbered(inputs, holes, written.get("/input"), DamageKind.INPUTS_MISSING, DamageKind.INPUTS_REPEATED)
     told, most = _numbered(events, holes, written.get("/event"), DamageKind.EVENTS_MISSING, DamageKind.EVENTS_REPEATED)
     damage = [*_damage_of_file(contents, len(holes), kept), *damage, *more, *most, *_told_damage(contents, file)]

@@ -64,6 +64,11 @@ class RecordingPlayer:
         self._unpacked = lru_cache(maxsize=8)(self._unpack)
 
     @property
+    def measured(self) -> str | None:
+        """Where the readings of a real skin came from; None where they were simulated."""
+        return self.versions.get(mcap_file.MEASURED)
+
+    @property
     def complete(self) -> bool:
         """Whether every tick from the first to the last is there, with all inputs and events, and the file's end."""
         return not self.damage

@@ -21,7 +21,7 @@ from mcap.writer import CompressionType, Writer
 from app.core.errors import RecordingError
 from app.recording.bundle import pack_scene
 from app.recording.frame_codec import encode_frame
-from app.recording.mcap_file import NO_SPACE, add_viewer_channels, begin_recording, create_file
+from app.recording.mcap_file import MEASURED, NO_SPACE, add_viewer_channels, begin_recording, create_file
 from app.recording.message_codecs import encode_event, encode_failure, encode_input
 from app.recording.viewer_messages import ViewerMessages
 from app.session.frame import Failure, Frame
@@ -46,6 +46,7 @@ class Recorder:
         viewers: Write also what viewers of other programs show, see ``viewer_messages``; a replay is the same without.
         started: Wall-clock time [ns since 1970] of the session's tick 0, from which the file's times count; by default
             now.
+        measured: Where the frames' readings were measured; None where they are simulated.
 
     Raises:
         RecordingError: The file exists or cannot be written.
@@ -62,7 +63,9 @@ class Recorder:
         overwrite: bool = False,
         viewers: bool = True,
         started: int | None = None,
+        measured: str | None = None,
     ) -> None:
+        self._measured = {} if measured is None else {MEASURED: measured}
         self.path, self.frames = Path(path), 0
         self._started = time.time_ns() if started is None else started
         self._for_viewers = viewers
@@ -87,6 +90,7 @@ class Recorder:
             return
         scene = prepared.scene
         metadata = versions() | {"seed": str(scene.seed), "tick_s": repr(scene.tick), "started_ns": str(self._started)}
+        metadata |= self._measured
         try:
             channels = begin_recording(self._writer, metadata, pack_scene(prepared))
             if self._for_viewers:

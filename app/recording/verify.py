@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from app.core.arrays import FloatArray
-from app.core.errors import SimulationError
+from app.core.errors import RecordingError, SimulationError
 from app.core.progress import Progress, no_progress
 from app.core.timing import Timings
 from app.recording.damage import DamageKind, RecordingDamage
@@ -54,10 +54,14 @@ def verify(player: RecordingPlayer, *, progress: Progress = no_progress) -> Veri
         progress: Told how far it is, 0 to 1; may raise to cancel.
 
     Raises:
+        RecordingError: The readings were measured: there is nothing to simulate again.
         TactileMapsError: A frame is damaged, or an input is refused.
 
     Cost: as long as simulating it, about a tenth of real time.
     """
+    if player.measured is not None:
+        raise RecordingError("the readings were measured: there is nothing to simulate again", file=player.path,
+                             value=player.measured)  # fmt: skip
     again = _Resimulation(player)
     largest, first, compared, sure = 0.0, None, 0, _last_sure_tick(player)
     for number in range(len(player)):

@@ -1,0 +1,196 @@
+"""``listen``: readings of a real skin without a window: how they arrive, what touches the skin, and a recording."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
+from pathlib import Path
+from typing import Any
+
+from app.cli.output import print_fields, print_json, print_warning, progress_line
+from app.cli.scenes import scene_from_arguments
+from app.core.errors import LiveError, UsageError
+from app.live.calibration import ValueMode, load_calibration, save_calibration
+from app.live.connection import Connection, ConnectionStatus
+from app.live.matching import load_matching
+from app.live.measured_session import MeasuredFacts, MeasuredSession, silent_text
+from app.live.prepare import prepare_measured
+from app.live.sources.open import SourceOptions, is_live, open_source
+from app.recording.recorder import Recorder
+from app.session.prepare import PreparedScene
+
+_TOLD_EVERY = 1.0
+"""Seconds between two lines of statistics on a terminal."""
+_NAMED = 8
+"""Unknown ids and silent channels that are named; all are counted."""
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Receive until the source ends, the time is over, or Ctrl-C."""
+    if arguments.save_calibration and arguments.weight is None:
+        raise UsageError("there is no calibration to save", value="--save-calibration", remedy="Add --weight KG")
+    options = SourceOptions(
+        arguments.token, arguments.remote, Path(arguments.mapping) if arguments.mapping else None, arguments.speed
+    )
+    connection = Connection(open_source(arguments.source, options))
+    prepared = prepare_measured(scene_from_arguments(arguments), progress=progress_line())
+    session = _session(arguments, connection, prepared)
+    connection.open()
+    recorder = None
+    try:
+        if arguments.output:
+            recorder = Recorder(
+                prepared, arguments.output, overwrite=arguments.overwrite, measured=connection.source.address
+            )
+        with recorder or nullcontext():
+            result = _listen(connection, session, recorder, arguments.seconds)
+    finally:
+        connection.close()
+    status, facts = connection.status, session.facts
+    if arguments.weight is not None:
+        calibration = session.weigh(arguments.weight)
+        if arguments.save_calibration:
+            save_calibration(calibration, arguments.save_calibration)
+    result |= _figures(status, facts, session) | {"file": arguments.output, "source": status.address}
+    for warning in _warnings(session, facts, status):
+        print_warning(warning)
+    if facts.readings == 0:
+        problem = status.problem or facts.problem or status.malformed
+        remedy = "Check that the sender runs and sends to this address"
+        raise LiveError("no reading came", place=status.address, value=problem, remedy=remedy)
+    (print_json(result) if arguments.json else print_fields(_rows(result, status)))
+    return 0
+
+
+def _session(arguments: argparse.Namespace, connection: Connection, prepared: PreparedScene) -> MeasuredSession:
+    table = load_matching(arguments.ids, prepared.skin) if arguments.ids else None
+    calibration = load_calibration(arguments.calibration, prepared.skin) if arguments.calibration else None
+    session = MeasuredSession(prepared, connection.take, table=table, calibration=calibration)
+    if arguments.mode:
+        session.request_mode(ValueMode(arguments.mode))
+    if arguments.tare is not None:
+        session.tare(arguments.tare)
+    return session
+
+
+@contextmanager
+def _until_interrupted(*, live: bool) -> Iterator[None]:
+    """Ctrl-C ends listening to what goes on by itself; the figures are told then."""
+    try:
+        yield
+    except KeyboardInterrupt as stop:
+        if not live or type(stop) is not KeyboardInterrupt:
+            raise
+
+
+def _listen(
+    connection: Connection, session: MeasuredSession, recorder: Recorder | None, seconds: float | None
+) -> dict[str, Any]:
+    """Figures of what was felt."""
+    contacts: set[int] = set()
+    strongest, start = 0.0, time.monotonic()
+    told, taken = start, 0
+
+    def drain() -> None:
+        nonlocal strongest, taken
+        while (item := connection.take()) is not None:
+            before = session.frame
+            frame = session.show(item)
+            taken += 1
+            if frame is before:
+                continue
+            if recorder is not None:
+                recorder.write(frame, session.inputs)
+            contacts.update(region.id for region in frame.regions)
+            strongest = max([strongest, *(region.force for region in frame.regions)])
+
+    with _until_interrupted(live=is_live(connection.source.address)):
+        while not connection.ended and (seconds is None or time.monotonic() - start < seconds):
+            connection.step(0.05)
+            drain()
+            if time.monotonic() - told > _TOLD_EVERY:
+                told = time.monotonic()
+                _tell(connection.status, len(session.frame.regions))
+    listened = time.monotonic() - start
+    connection.close()
+    drain()
+    return {"listened_s": listened, "readings": taken, "contacts": len(contacts), "max_force_N": strongest}
+
+
+def _tell(status: ConnectionStatus, touched: int) -> None:
+    if sys.stderr.isatty():
+        problem = f", {status.problem}" if status.problem else ""
+        sys.stderr.write(
+            f"\r\x1b[K{status.state}: {status.rate:.0f} Hz, {touched} contacts, {_counts(status)}{problem}"
+        )
+        sys.stderr.flush()
+
+
+def _counts(status: ConnectionStatus) -> str:
+    counts = vars(status.counts)
+    told = [f"{number} {name}" for name, number in counts.items() if number or name in ("received", "lost")]
+    return ", ".join(told)
+
+
+def _figures(status: ConnectionStatus, facts: MeasuredFacts, session: MeasuredSession) -> dict[str, Any]:
+    delay = status.delay
+    return {
+        **vars(status.counts),
+        "loss": status.counts.loss,
+        "reconnects": status.reconnects,
+        "delay_ms": None if delay is None else {name: 1e3 * value for name, value in vars(delay).items()},
+        "mean_rate_hz": session.mean_rate,
+        "shown": facts.readings,
+        "refused": facts.refused,
+        "unit": facts.unit,
+        "mode": facts.mode,
+        "calibrated": facts.calibrated,
+        "tared": facts.tared,
+        "taxels": len(session.prepared.skin),
+        "unheard": facts.unheard,
+        "unknown": list(facts.unknown),
+        "unknown_values": facts.unknown_values,
+        "unknown_joints": list(facts.unknown_joints),
+        "silent": [vars(one) for one in facts.silent],
+    }
+
+
+def _rows(result: dict[str, Any], status: ConnectionStatus) -> dict[str, object]:
+    delay, force = status.delay, "up to {max_force_N:.2f} N".format(**result)
+    return {
+        "Source": status.address,
+        "Readings": f"{result['shown']} in {result['listened_s']:.2f} s, {result['mean_rate_hz']:.1f} a second",
+        "Arrival": f"{_counts(status)} ({100 * status.counts.loss:.2g} % lost or late)",
+        "Delay": "unknown"
+        if delay is None
+        else f"median {1e3 * delay.median:.1f} ms, 95 % within {1e3 * delay.p95:.1f} ms, beyond the quickest",
+        "Taxels": f"{result['taxels'] - result['unheard']} of {result['taxels']} heard",
+        "Values": f"{result['unit']}, shown as {result['mode']}{', tared' if result['tared'] else ''}",
+        "Contacts": f"{result['contacts']}, {force if result['calibrated'] else 'forces unknown: not calibrated'}",
+        "Recorded to": result["file"] or "nothing",
+    }
+
+
+def _warnings(session: MeasuredSession, facts: MeasuredFacts, status: ConnectionStatus) -> Iterator[str]:
+    """What a person should know although readings came."""
+    if status.counts.malformed:
+        yield f"{status.counts.malformed} packets could not be understood; the last: {status.malformed}"
+    if facts.refused:
+        yield f"{facts.refused} readings do not fit the skin; the last: {facts.problem}"
+    if facts.unknown:
+        yield f"{facts.unknown_values} values of taxels that the skin does not have: {_named(list(facts.unknown))}"
+    if facts.unknown_joints:
+        yield f"joints that the robot does not have: {_named(list(facts.unknown_joints))}"
+    if facts.silent:
+        names = [silent_text(session, one) for one in facts.silent]
+        yield f"{len(names)} channels do not change while their neighbours do: {_named(names)}"
+    if facts.taring:
+        yield "the readings ended before the skin was tared"
+
+
+def _named(names: list[str]) -> str:
+    more = len(names) - _NAMED
+    return ", ".join(names[:_NAMED]) + (f" and {more} more" if more > 0 else "")

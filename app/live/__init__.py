@@ -1,0 +1,16 @@
+"""Readings of real skins, from a file, a network, a serial port or a robot's middleware, as frames of a session.
+
+- ``readings``: the interface: one ``Reading`` of time, values with their unit, ids or channels, and joint positions.
+- ``wire_format``: packets, as JSON or compact binary; ``send`` writes them.
+- ``sources``: where readings come from; ``open_source`` chooses one by its address.
+- ``arrival``: puts them in order and counts what is malformed, late, repeated or lost.
+- ``connection``: a source that is opened again when it breaks, by hand or on a thread.
+- ``matching``: which taxel each value is of. ``calibration``: what pressure it means. ``channel_health``: which never
+  change.
+- ``measured_session``: what a ``Session`` is for a simulation: frames with contacts, events and forces.
+- ``prepare``: the robot, skin and map that readings are shown on.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

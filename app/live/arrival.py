@@ -1,0 +1,229 @@
+"""Puts readings in the order in which they were sent, and counts what went wrong on the way; nothing of it is fatal.
+
+A packet that is ahead of its turn waits a little for those before it. What has not come by then is lost; if it comes
+later all the same it is late, and no longer shown. A sender that starts again counts from anywhere.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from app.live.readings import Reading
+
+PATIENCE = 0.02
+"""For so long [s] a reading waits for those that were sent before it."""
+MOST_HELD = 256
+_REMEMBERED = 4096
+_FAR = 100_000
+"""A jump ahead by more is a sender that counts anew, not so many losses."""
+_RATE_SECONDS = 2.0
+_CYCLE = 2**32
+
+
+class Arrived(NamedTuple):
+    """A reading in its turn, and when it came by the receiver's clock [s]."""
+
+    reading: Reading
+    at: float
+
+
+@dataclass(frozen=True)
+class ArrivalCounts:
+    """What has come so far.
+
+    Attributes:
+        received: Readings that could be understood, those repeated or late included.
+        malformed: Packets that could not.
+        duplicated: Came again, and were dropped.
+        reordered: Came after one that was sent later, and were put in order.
+        late: Came after their turn had passed, and were dropped.
+        lost: Numbers that never came.
+        restarts: How often the sender began to count anew.
+        overflowed: Came faster than they were taken, and were dropped.
+    """
+
+    received: int = 0
+    malformed: int = 0
+    duplicated: int = 0
+    reordered: int = 0
+    late: int = 0
+    lost: int = 0
+    restarts: int = 0
+    overflowed: int = 0
+
+    @property
+    def loss(self) -> float:
+        """Share of the packets sent that never came or came too late, 0 to 1."""
+        sent = self.received - self.duplicated + self.lost
+        return (self.lost + self.late) / sent if sent else 0.0
+
+
+@dataclass(frozen=True)
+class Delay:
+    """How much longer than the quickest of the last readings the others took [s].
+
+    The clocks of sender and receiver need not agree, so the whole delay cannot be known.
+    """
+
+    median: float
+    p95: float
+    largest: float
+
+
+class ArrivalTracker:
+    """One sender's readings. Mutable.
+
+    Args:
+        patience: For so long [s] a reading waits for those before it.
+
+    Attributes:
+        counts: So far.
+    """
+
+    def __init__(self, *, patience: float = PATIENCE) -> None:
+        self._patience = patience
+        self.counts = ArrivalCounts()
+        self._times: deque[float] = deque(maxlen=20_000)
+        self._delays: deque[float] = deque(maxlen=1000)
+        self.forget_sequence()
+
+    def forget_sequence(self) -> None:
+        """The connection is another one: any number may come next."""
+        self._next: int | None = None
+        self._held: dict[int, Arrived] = {}
+        self._delivered: dict[int, float] = {}
+        self._given_up: set[int] = set()
+        self._newest = -np.inf
+        self._behind: list[int] = []
+
+    def take(self, reading: Reading, now: float) -> list[Arrived]:
+        """Give a reading that came ``now`` [s]; those whose turn it is now, in order."""
+        self._count(received=1)
+        self._times.append(now)
+        self._delays.append(now - reading.time)
+        item = Arrived(reading, now)
+        if reading.sequence is None:
+            return [item]
+        number = reading.sequence
+        if self._next is None:
+            self._next = number
+        ahead = _ahead(number, self._next)
+        if ahead < 0 and not self._restarted(number, reading.time):
+            self._drop(number, reading.time)
+            return self.due(now)
+        if ahead < 0 or ahead > _FAR:
+            return [*self._restart(number), *self._deliver(item)]
+        self._behind.clear()
+        if ahead == 0:
+            self._count(reordered=int(bool(self._held)))
+            return [*self._deliver(item), *self.due(now)]
+        if number in self._held:
+            self._count(duplicated=1)
+        else:
+            self._count(reordered=int(any(_ahead(other, number) > 0 for other in self._held)))
+            self._held[number] = item
+        return self.due(now)
+
+    def due(self, now: float) -> list[Arrived]:
+        """Those that have waited long enough for others; what those others are is lost."""
+        ready: list[Arrived] = []
+        while self._held and (
+            len(self._held) > MOST_HELD or now - min(item.at for item in self._held.values()) >= self._patience
+        ):
+            assert self._next is not None
+            following = min(self._held, key=lambda number: _ahead(number, self._next or 0))
+            missing = _ahead(following, self._next)
+            self._count(lost=missing)
+            self._given_up.update((self._next + i) % _CYCLE for i in range(missing))
+            self._next = following
+            ready += self._deliver(self._held.pop(following))
+        if len(self._given_up) > _REMEMBERED:
+            self._given_up = set(sorted(self._given_up, key=lambda n: _ahead(n, self._next or 0))[-_REMEMBERED // 2 :])
+        return ready
+
+    def flush(self) -> list[Arrived]:
+        """All that still waits: nothing more will come."""
+        return self.due(np.inf)
+
+    def malformed(self) -> None:
+        """A packet came that is no reading."""
+        self._count(malformed=1)
+
+    def overflowed(self, count: int = 1) -> None:
+        """So many readings were dropped because nobody took them."""
+        self._count(overflowed=count)
+
+    def rate(self, now: float) -> float:
+        """Readings a second, over the last two [Hz]."""
+        recent = [at for at in self._times if at > now - _RATE_SECONDS]
+        if len(recent) < 2:
+            return 0.0
+        return (len(recent) - 1) / max(now - recent[0], recent[-1] - recent[0], 1e-6)
+
+    @property
+    def delay(self) -> Delay | None:
+        """Of the last 1000 readings; None before there are two."""
+        if len(self._delays) < 2:
+            return None
+        excess = np.array(self._delays) - min(self._delays)
+        median, p95 = np.percentile(excess, [50, 95])
+        return Delay(float(median), float(p95), float(excess.max()))
+
+    def _deliver(self, item: Arrived) -> list[Arrived]:
+        """A reading whose turn it is, and those that waited for it."""
+        ready = [item]
+        while True:
+            number = ready[-1].reading.sequence
+            assert number is not None
+            self._remember(number, ready[-1].reading.time)
+            self._next = (number + 1) % _CYCLE
+            if self._next not in self._held:
+                return ready
+            ready.append(self._held.pop(self._next))
+
+    def _remember(self, number: int, time: float) -> None:
+        self._delivered[number], self._newest = time, time
+        if len(self._delivered) > _REMEMBERED:
+            del self._delivered[next(iter(self._delivered))]
+
+    def _restarted(self, number: int, time: float) -> bool:
+        """Whether a number from before belongs to a sender that counts anew: its time is new, or it goes on so."""
+        if number in self._delivered:
+            return self._delivered[number] != time
+        if number in self._given_up:
+            return False
+        self._behind = [*self._behind[-2:], number]
+        rising = len(self._behind) == 3 and all(
+            b - a == 1 for a, b in zip(self._behind, self._behind[1:], strict=False)
+        )
+        return time > self._newest or rising
+
+    def _drop(self, number: int, time: float) -> None:
+        if self._delivered.get(number) == time:
+            self._count(duplicated=1)
+        elif number in self._given_up:
+            self._given_up.discard(number)
+            self._count(late=1, lost=-1)
+        else:
+            self._count(late=1)
+
+    def _restart(self, number: int) -> list[Arrived]:
+        ready = [self._held[key] for key in sorted(self._held, key=lambda one: _ahead(one, self._next or 0))]
+        self.forget_sequence()
+        self._delays.clear()
+        self._next = number
+        self._count(restarts=1)
+        return ready
+
+    def _count(self, **more: int) -> None:
+        counts = self.counts
+        self.counts = replace(counts, **{name: getattr(counts, name) + number for name, number in more.items()})
+
+
+def _ahead(number: int, of: int) -> int:
+    """How far ``number`` is ahead, in a cycle of 2³²; negative where it is behind."""
+    return (number - of + _CYCLE // 2) % _CYCLE - _CYCLE // 2

@@ -1,0 +1,236 @@
+"""A source that is kept open: opened again, with growing pauses, when it breaks; its readings in order and counted."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+
+from app.core.errors import LiveError, TactileMapsError, describe_unexpected_error
+from app.live.arrival import ArrivalCounts, ArrivalTracker, Arrived, Delay
+from app.live.readings import MalformedReadingError, Source, SourceEndedError
+
+FIRST_PAUSE, LONGEST_PAUSE = 0.25, 5.0
+"""Seconds before a broken source is opened again: each time twice as long, until a reading comes."""
+MOST_WAITING = 20_000
+"""Readings that wait to be taken; beyond, the oldest is dropped and counted."""
+_POLL = 0.005
+"""For so long [s] a source is waited for before those that wait for others are looked at again."""
+
+
+class ConnectionState(StrEnum):
+    """What a connection does."""
+
+    CLOSED = "closed"
+    WAITING = "waiting for readings"
+    RECEIVING = "receiving"
+    RECONNECTING = "reconnecting"
+    ENDED = "ended"
+    FAILED = "failed"
+
+
+SILENT_SECONDS = 1.0
+"""A source that has said nothing for so long [s] is waited for again."""
+
+
+@dataclass(frozen=True)
+class ConnectionStatus:
+    """How a connection is, at one time.
+
+    Attributes:
+        state: What it does.
+        address: Of the source.
+        counts: Of what came.
+        rate: Readings a second [Hz].
+        delay: Beyond the quickest reading; None before there are two.
+        reconnects: How often the source was opened again.
+        problem: Why it is not receiving; None while it is.
+        next_try: Seconds until the source is opened again; None where that is not planned.
+        malformed: What was wrong with the newest packet that could not be understood; None where there was none.
+    """
+
+    state: ConnectionState
+    address: str
+    counts: ArrivalCounts
+    rate: float
+    delay: Delay | None
+    reconnects: int = 0
+    problem: str | None = None
+    next_try: float | None = None
+    malformed: str | None = None
+
+
+class Connection:
+    """Keeps a source open. Mutable; ``step`` is for one thread, ``take`` and ``status`` for any.
+
+    Args:
+        source: Which.
+        clock: Wall time [s], of the same kind as the sender's for packets that tell theirs.
+        patience: For so long [s] a reading waits for those sent before it.
+    """
+
+    def __init__(
+        self, source: Source, *, clock: Callable[[], float] = time.monotonic, patience: float | None = None
+    ) -> None:
+        self.source, self._clock, self._lock = source, clock, threading.Lock()
+        self._tracker = ArrivalTracker() if patience is None else ArrivalTracker(patience=patience)
+        self._waiting: deque[Arrived] = deque()
+        self._arrived = threading.Event()
+        self._open, self._ended = False, False
+        self._pause, self._retry_at, self._last = FIRST_PAUSE, float("-inf"), float("-inf")
+        self._reconnects, self._opened = 0, 0
+        self._problem: str | None = None
+        self._malformed: str | None = None
+        self._failed = False
+        self._stop = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    def open(self) -> None:
+        """Open the source now, so that what is wrong with it is told at once; raises LiveError."""
+        self.source.open()
+        self._open, self._opened = True, self._opened + 1
+
+    def start(self) -> None:
+        """Receive on a thread of its own from now on, until ``close``."""
+        self._thread = threading.Thread(target=self._loop, name="live input", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Stop and let go of the source; what arrived can still be taken. Twice does nothing."""
+        self._stop.set()
+        if self._thread is not None:
+            self._thread.join()
+            self._thread = None
+        self.source.close()
+        self._open = False
+        with self._lock:
+            self._keep(self._tracker.flush())
+
+    @property
+    def ended(self) -> bool:
+        """Whether the source has no more, and nothing waits to be taken."""
+        return self._ended and not self._waiting
+
+    def step(self, timeout: float = _POLL) -> None:
+        """Receive what there is, for ``timeout`` [s] at most; open the source where it is broken and it is time to."""
+        if self._ended or not (self._open or self._reopen(timeout)):
+            return
+        now = self._clock
+        try:
+            reading = self.source.receive(timeout)
+        except SourceEndedError:
+            with self._lock:
+                self._ended = True
+                self._keep(self._tracker.flush())
+            return
+        except MalformedReadingError as error:
+            with self._lock:
+                self._tracker.malformed()
+                self._malformed = str(error)
+                self._keep(self._tracker.due(now()))
+            return
+        except LiveError as error:
+            self._break(error)
+            return
+        with self._lock:
+            if reading is None:
+                self._keep(self._tracker.due(now()))
+            else:
+                at = now()
+                self._pause, self._problem, self._last = FIRST_PAUSE, None, at
+                self._keep(self._tracker.take(reading, at))
+
+    def take(self) -> Arrived | None:
+        """The next reading in order; None where none waits."""
+        with self._lock:
+            if not self._waiting:
+                self._arrived.clear()
+                return None
+            return self._waiting.popleft()
+
+    def wait(self, timeout: float) -> bool:
+        """Wait for a reading for at most ``timeout`` [s]; whether there is one."""
+        return self._arrived.wait(timeout)
+
+    @property
+    def status(self) -> ConnectionStatus:
+        """How it is now."""
+        with self._lock:
+            now = self._clock()
+            next_try = None if self._open or self._state(now) is not ConnectionState.RECONNECTING else max(
+                self._retry_at - now, 0.0
+            )  # fmt: skip
+            return ConnectionStatus(
+                self._state(now),
+                self.source.address,
+                self._tracker.counts,
+                self._tracker.rate(now),
+                None if self.source.finite else self._tracker.delay,  # a file is taken when it is taken
+                self._reconnects,
+                self._problem,
+                next_try,
+                self._malformed,
+            )
+
+    def _state(self, now: float) -> ConnectionState:
+        if self._failed:
+            return ConnectionState.FAILED
+        if self._ended:
+            return ConnectionState.ENDED
+        if self._stop.is_set():
+            return ConnectionState.CLOSED
+        if not self._open:
+            return ConnectionState.RECONNECTING if self._problem else ConnectionState.CLOSED
+        return ConnectionState.RECEIVING if now - self._last < SILENT_SECONDS else ConnectionState.WAITING
+
+    def _keep(self, arrived: list[Arrived]) -> None:
+        for item in arrived:
+            if len(self._waiting) >= MOST_WAITING:
+                self._waiting.popleft()
+                self._tracker.overflowed()
+            self._waiting.append(item)
+        if arrived:
+            self._arrived.set()
+
+    def _break(self, error: TactileMapsError) -> None:
+        """The source is lost: try again after a pause. A file that cannot be read once cannot be read again."""
+        self.source.close()
+        with self._lock:
+            self._open, self._problem = False, str(error)
+            self._keep(self._tracker.flush())
+            self._tracker.forget_sequence()
+            if self.source.finite:
+                self._failed = self._ended = True
+            self._retry_at = self._clock() + self._pause
+            self._pause = min(2 * self._pause, LONGEST_PAUSE)
+
+    def _reopen(self, timeout: float) -> bool:
+        wait = self._retry_at - self._clock()
+        if wait > 0:
+            self._stop.wait(min(wait, timeout))
+            return False
+        try:
+            self.source.open()
+        except TactileMapsError as error:
+            self._break(error)
+            return False
+        self._open = True
+        self._reconnects += bool(self._opened)
+        self._opened += 1
+        return True
+
+    def _loop(self) -> None:
+        try:
+            while not (self._stop.is_set() or self._ended):
+                self.step()
+        except TactileMapsError as error:
+            self._fail(str(error))
+        except Exception as error:  # the thread's last door: beyond it nobody would notice that nothing comes any more
+            self._fail(describe_unexpected_error(error))
+
+    def _fail(self, problem: str) -> None:
+        with self._lock:
+            self._problem, self._failed, self._ended = problem, True, True

@@ -1,0 +1,170 @@
+"""Packets from a network: UDP, to which we listen, and ZeroMQ, to whose publisher we connect.
+
+We listen to this machine alone unless asked, and to others only for packets that carry a token.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+import socket
+from typing import Any
+
+from app.core.errors import LiveError, UsageError
+from app.live.readings import Reading
+from app.live.wire_format import decode
+
+_BUFFER = 4_000_000
+"""Bytes that the system may keep for us while we are busy: a second of the largest skins."""
+_SHORTEST_TOKEN = 8
+
+
+def check_listening(host: str, *, remote: bool, token: str | None) -> None:
+    """Refuse to listen to other machines unless it is asked for, with a token.
+
+    Raises:
+        UsageError: It is not, or the token is too short.
+    """
+    if token is not None and len(token) < _SHORTEST_TOKEN:
+        remedy = f"Choose one of at least {_SHORTEST_TOKEN} characters"
+        raise UsageError("the token is too short", place="token", remedy=remedy)
+    try:
+        local = host == "localhost" or ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        local = False
+    if local:
+        return
+    if not remote:
+        remedy = "Listen on 127.0.0.1, or ask for packets of other machines (--remote) with a token"
+        raise UsageError("this address is open to other machines", value=host, remedy=remedy)
+    if token is None:
+        remedy = "Set a token (--token), and let every packet carry it"
+        raise UsageError("listening to other machines needs a token", value=host, remedy=remedy)
+
+
+class UdpSource:
+    """Packets that arrive at a UDP port. Mutable.
+
+    Args:
+        host: On which we listen.
+        port: Likewise; 0 for any that is free.
+        token: That every packet must carry.
+        remote: Whether the host may be one that other machines reach.
+
+    Attributes:
+        address: For people.
+        finite: False.
+        port: That is listened to.
+
+    Raises:
+        UsageError: See ``check_listening``.
+    """
+
+    finite = False
+
+    def __init__(self, host: str, port: int, *, token: str | None = None, remote: bool = False) -> None:
+        check_listening(host, remote=remote, token=token)
+        self.address, self._host, self.port, self._token = f"udp://{host}:{port}", host, port, token
+        self._socket: socket.socket | None = None
+
+    def open(self) -> None:
+        """Listen."""
+        family = socket.AF_INET6 if ":" in self._host else socket.AF_INET
+        opened = socket.socket(family, socket.SOCK_DGRAM)
+        try:
+            opened.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _BUFFER)
+            opened.bind((self._host, self.port))
+        except (OSError, OverflowError) as error:
+            opened.close()
+            remedy = "Choose another port, or close the program that listens there"
+            raise LiveError("the port cannot be listened to", place=self.address, value=error, remedy=remedy) from error
+        self._socket, self.port = opened, opened.getsockname()[1]
+        self.address = f"udp://{self._host}:{self.port}"
+
+    def receive(self, timeout: float) -> Reading | None:
+        """The reading of the next packet."""
+        if self._socket is None:
+            raise LiveError("the source is not open", place=self.address)
+        try:
+            self._socket.settimeout(max(timeout, 1e-4))
+            packet = self._socket.recv(65536)
+        except TimeoutError:
+            return None
+        except OSError as error:
+            raise LiveError("the connection is lost", place=self.address, value=error) from error
+        return decode(packet, token=self._token)
+
+    def close(self) -> None:
+        """Stop listening."""
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = None
+
+
+class ZmqSource:
+    """Packets of a ZeroMQ publisher (PUB), to which we connect (SUB). Mutable.
+
+    Args:
+        host: Where it publishes.
+        port: Likewise.
+        token: That every packet must carry.
+
+    Attributes:
+        address: For people.
+        finite: False.
+    """
+
+    finite = False
+
+    def __init__(self, host: str, port: int, *, token: str | None = None) -> None:
+        self.address, self._endpoint, self._token = f"zmq://{host}:{port}", f"tcp://{host}:{port}", token
+        self._context: Any = None
+        self._socket: Any = None
+
+    def open(self) -> None:
+        """Connect; a publisher that is not there yet is waited for."""
+        zmq = import_zmq()
+        self._context = zmq.Context()
+        self._socket = self._context.socket(zmq.SUB)
+        try:
+            self._socket.setsockopt(zmq.LINGER, 0)
+            self._socket.setsockopt(zmq.RCVHWM, 10_000)
+            self._socket.setsockopt(zmq.RECONNECT_IVL_MAX, 5000)
+            self._socket.setsockopt(zmq.SUBSCRIBE, b"")
+            self._socket.connect(self._endpoint)
+        except zmq.ZMQError as error:
+            self.close()
+            raise LiveError("there is no such address", place=self.address, value=error) from error
+
+    def receive(self, timeout: float) -> Reading | None:
+        """The reading of the next packet; of a message of several parts, the last part."""
+        if self._socket is None:
+            raise LiveError("the source is not open", place=self.address)
+        zmq = import_zmq()
+        try:
+            if not self._socket.poll(int(1000 * timeout + 0.5)):
+                return None
+            packet = self._socket.recv_multipart()[-1]
+        except zmq.ZMQError as error:
+            raise LiveError("the connection is lost", place=self.address, value=error) from error
+        return decode(packet, token=self._token)
+
+    def close(self) -> None:
+        """Disconnect."""
+        if self._socket is not None:
+            self._socket.close()
+            self._context.term()
+            self._socket = self._context = None
+
+
+def import_zmq() -> Any:
+    """The library, which is optional.
+
+    Raises:
+        LiveError: It is not installed.
+    """
+    try:
+        import zmq
+    except ImportError as error:
+        remedy = "Install it with: pip install 'tactile-maps[live]'"
+        raise LiveError("ZeroMQ needs pyzmq", remedy=remedy) from error
+    return zmq

@@ -1,0 +1,114 @@
+"""A source by its address."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from urllib.parse import SplitResult, parse_qs, urlsplit
+
+from app.core.errors import UsageError
+from app.live.readings import Source
+
+DEFAULT_PORT = 9870
+"""Of UDP and ZeroMQ, unless the address names another."""
+FILE_SUFFIXES = (".csv", ".txt", ".parquet", ".mcap", ".db3")
+ADDRESSES = "udp://127.0.0.1:9870, zmq://127.0.0.1:9870, serial:///dev/ttyUSB0, yarp://HOST:PORT, ros2: or a file"
+
+
+@dataclass(frozen=True)
+class SourceOptions:
+    """What an address alone does not say.
+
+    Attributes:
+        token: That every packet must carry; needed to listen beyond this machine.
+        remote: Whether packets from other machines are wanted.
+        mapping: TOML that names the topics and fields of ROS 2 messages.
+        speed: Of a file, recorded seconds a second; None for as fast as it goes.
+    """
+
+    token: str | None = None
+    remote: bool = False
+    mapping: Path | None = None
+    speed: float | None = 1.0
+
+
+_USUAL = SourceOptions()
+
+
+def open_source(address: str, options: SourceOptions = _USUAL) -> Source:
+    """The source at ``address``; it is not opened yet.
+
+    Raises:
+        UsageError: There is no such kind of source, or listening beyond this machine is not safe as asked.
+        LiveError: A mapping or a file cannot be read.
+    """
+    scheme, found, rest = address.partition(":")
+    if not found or len(scheme) == 1:  # a drive of Windows is no scheme
+        return _file(address, options)
+    # Imported here: each brings a library of its own, which may not be installed.
+    if scheme == "udp":
+        from app.live.sources.network import UdpSource
+
+        host, port = _host_and_port(address, DEFAULT_PORT)
+        return UdpSource(host, port, token=options.token, remote=options.remote)
+    if scheme == "zmq":
+        from app.live.sources.network import ZmqSource
+
+        host, port = _host_and_port(address, DEFAULT_PORT)
+        return ZmqSource(host, port, token=options.token)
+    if scheme == "serial":
+        from app.live.sources.serial_port import SerialSource
+
+        parts = urlsplit(address)
+        return SerialSource(parts.path or parts.netloc, baud=_baud(address, parts), token=options.token)
+    if scheme == "yarp":
+        from app.live.sources.yarp import YarpSource
+
+        host, port = _host_and_port(address, 10000)
+        path = urlsplit(address).path
+        return YarpSource(host, port, name=path if len(path) > 1 else None)
+    if scheme == "ros2":
+        from app.live.sources.ros2 import Ros2Source, load_topics
+
+        return Ros2Source(load_topics(Path(rest) if rest else options.mapping))
+    remedy = f"Give one of: {ADDRESSES}"
+    raise UsageError("there is no such kind of source", value=address, remedy=remedy)
+
+
+def _host_and_port(address: str, default: int) -> tuple[str, int]:
+    try:
+        parts = urlsplit(address)
+        host, port = parts.hostname or "127.0.0.1", parts.port or default
+    except ValueError as error:
+        raise UsageError("the address is not understood", value=address, remedy=f"Give one of: {ADDRESSES}") from error
+    return host, port
+
+
+def _baud(address: str, parts: SplitResult) -> int:
+    text = parse_qs(parts.query).get("baud", ["115200"])[0]
+    if not text.isdecimal() or not 50 <= int(text) <= 20_000_000:
+        raise UsageError("there is no such speed of a serial port", value=address, remedy="Write ?baud=115200")
+    return int(text)
+
+
+def _file(address: str, options: SourceOptions) -> Source:
+    from app.live.sources.files import FileSource, read_recording, read_table, read_text
+
+    path = Path(address)
+    if path.is_dir() or path.suffix.lower() in (".mcap", ".db3"):
+        from app.live.sources.files import is_own_recording
+        from app.live.sources.ros2 import load_topics, read_bag
+
+        if not is_own_recording(path):
+            topics = load_topics(options.mapping)
+            return FileSource(path, lambda file: read_bag(file, topics), speed=options.speed)
+        return FileSource(path, read_recording, speed=options.speed)
+    if path.suffix.lower() not in FILE_SUFFIXES:
+        raise UsageError("there is no such kind of source", value=address, remedy=f"Give one of: {ADDRESSES}")
+    return FileSource(path, read_text if path.suffix.lower() == ".txt" else read_table, speed=options.speed)
+
+
+def is_live(address: str) -> bool:
+    """Whether the address is of something that goes on by itself, not of a file."""
+    scheme, found, _ = address.partition(":")
+    return bool(found) and len(scheme) > 1

@@ -1,0 +1,107 @@
+"""``listen``: a file or a port of readings is received, told of and recorded, without a window."""
+
+from __future__ import annotations
+
+import json
+import socket
+import threading
+
+import numpy as np
+import pytest
+
+from app.__main__ import main
+from app.live.readings import Reading
+from app.live.wire_format import encode_binary
+from app.maps.formats.map_file import save_map
+from app.recording.player import open_recording
+from app.tactile.press import press_skin
+from tests.support.touch import bar_map, bar_skin
+
+
+@pytest.fixture(scope="module")
+def skin(tmp_path_factory):
+    path = tmp_path_factory.mktemp("skin") / "bar.npz"
+    save_map(bar_map(), path)
+    return str(path)
+
+
+@pytest.fixture
+def readings(tmp_path):
+    """A file of 30 readings in counts, touched in the last ten."""
+    path = tmp_path / "readings.csv"
+    touched = 0.01 * press_skin(bar_skin(), bar_skin().taxel_point(30), force=3.0)
+    rows = [20 + (touched if number >= 20 else 0 * touched) for number in range(30)]
+    lines = [",".join(map(str, [0.01 * number, number, *row])) for number, row in enumerate(rows) if number != 5]
+    path.write_text("\n".join(["time,sequence," + ",".join(map(str, range(60))), *lines, "oh,30", ""]))
+    return str(path)
+
+
+def test_a_file_is_told_of_in_figures(readings, skin, capsys, tmp_path):
+    target = str(tmp_path / "felt.mcap")
+    assert main(["listen", readings, "--skin", skin, "--tare", "10", "-o", target, "--json"]) == 0
+    captured = capsys.readouterr()
+    found = json.loads(captured.out)
+    assert (found["received"], found["lost"], found["malformed"], found["shown"]) == (29, 1, 1, 29)
+    assert (found["contacts"], found["unheard"], found["tared"], found["calibrated"]) == (1, 0, True, False)
+    assert "1 packets could not be understood" in captured.err
+    assert len(open_recording(target)) == 29
+    assert main(["replay", target, "--verify", "--json"]) == 0
+    replayed = json.loads(capsys.readouterr().out)
+    assert (replayed["complete"], replayed["identical"], replayed["measured"]) == (True, None, readings)
+
+
+def test_a_weight_calibrates_and_is_kept(readings, skin, capsys, tmp_path):
+    kept = str(tmp_path / "gains.csv")
+    weigh = ["--tare", "10", "--weight", "0.30591", "--save-calibration", kept]
+    assert main(["listen", readings, "--skin", skin, *weigh]) == 0
+    assert "forces unknown" in capsys.readouterr().out
+    assert main(["listen", readings, "--skin", skin, "--tare", "10", "--calibration", kept, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["calibrated"]
+    assert abs(found["max_force_N"] - 3.0) < 0.05
+
+
+def test_packets_of_a_port_are_received_for_so_long(skin, capsys):
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    stop = threading.Event()
+
+    def send():
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+            number = 0
+            while not stop.wait(0.01):
+                values = np.zeros(61)
+                packet = encode_binary(Reading(0.01 * number, values, ids=np.arange(61), sequence=number))
+                sender.sendto(packet, ("127.0.0.1", port))
+                number += 1
+
+    thread = threading.Thread(target=send)
+    thread.start()
+    try:
+        assert main(["listen", f"udp://127.0.0.1:{port}", "--skin", skin, "--for", "0.5", "--json"]) == 0
+    finally:
+        stop.set()
+        thread.join()
+    captured = capsys.readouterr()
+    found = json.loads(captured.out)
+    assert found["shown"] > 5
+    assert found["unknown"] == ["60"]
+    assert "taxels that the skin does not have: 60" in captured.err
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "said"),
+    [
+        (["nothing://here"], 2, "no such kind of source"),
+        (["udp://0.0.0.0:9870"], 2, "--remote"),
+        (["none.csv"], 1, "none.csv"),
+        (["udp://127.0.0.1:0", "--for", "0.05"], 1, "no reading came"),
+        (["udp:", "--save-calibration", "x.csv"], 2, "--weight"),
+    ],
+)
+def test_what_cannot_be_is_one_message(words, code, said, skin, capsys):
+    assert main(["listen", *words, "--skin", skin]) == code
+    message = capsys.readouterr().err
+    assert said in message
+    assert "Traceback" not in message

@@ -1,0 +1,147 @@
+"""Recorded readings are read as others write them, at their times, damaged rows and all."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.core.errors import LiveError, TactileMapsError
+from app.live.readings import MalformedReadingError, Reading, SourceEndedError, Unit
+from app.live.sources.files import FileSource, is_own_recording, read_recording, read_table, read_text
+from app.live.sources.open import SourceOptions, open_source
+from app.recording.recorder import Recorder
+from app.session.session import Session
+from tests.support.touch import prepared_bar
+
+CYSKIN = Path("/work/refdata/cyskin/src/cyskin_acquisition/data")
+TABLE = """# unit: kPa
+time,sequence,87012,87013,joint:elbow
+0.0,0,1.5,2.5,0.1
+0.01,1,,3.5,
+0.02,2,x,1,0.2
+0.03
+0.04,4,1,2,0.3
+"""
+
+
+def rows(path, read):
+    return list(read(path))
+
+
+def test_a_csv_table_with_gaps_and_mistakes(tmp_path):
+    path = tmp_path / "readings.csv"
+    path.write_text(TABLE)
+    first, second, third, fourth, last = rows(path, read_table)
+    assert (first.unit, first.ids.tolist(), first.values.tolist()) == (Unit.KILOPASCAL, [87012, 87013], [1.5, 2.5])
+    assert (second.ids.tolist(), dict(second.joints), second.sequence) == ([87013], {}, 1)
+    assert [type(third), third.place, type(fourth), fourth.place] == [
+        MalformedReadingError, "line 5", MalformedReadingError, "line 6"
+    ]  # fmt: skip
+    assert (last.time, dict(last.joints)) == (0.04, {"elbow": 0.3})
+
+
+def test_columns_may_be_modules_and_channels(tmp_path):
+    path = tmp_path / "readings.csv"
+    path.write_text("14.3,time,14.10\n1,0,2\n")
+    (reading,) = rows(path, read_table)
+    assert reading.channels.tolist() == [[14, 3], [14, 10]]
+    assert reading.values.tolist() == [1.0, 2.0]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "column is missing"),
+        ("a,b\n", "column is missing"),
+        ("time,pressure\n0,1\n", "a column is not known .found: pressure"),
+        ("time,3,3\n", "a taxel has two columns"),
+        ("time,3,1.3\n", "taxels are named in two ways"),
+        ("# unit: psi\ntime,3\n", "no such unit"),
+        ("time,3\n", "holds no readings"),
+    ],
+)
+def test_a_header_that_says_what_it_cannot_is_refused(tmp_path, text, said):
+    path = tmp_path / "readings.csv"
+    path.write_text(text)
+    with pytest.raises(LiveError, match=said) as caught:
+        FileSource(path, read_table).open()
+    assert str(caught.value.file) == str(path)
+
+
+def test_a_file_that_is_not_there_or_no_text_is_refused(tmp_path):
+    (tmp_path / "noise.csv").write_bytes(b"\xff\xfe\x00\x81" * 20)
+    for name in ("none.csv", "none.txt", "noise.csv", "none.mcap"):
+        with pytest.raises(TactileMapsError, match="none|noise"):
+            open_source(str(tmp_path / name)).open()
+
+
+def test_a_parquet_table_of_pyarrow(tmp_path):
+    pyarrow = pytest.importorskip("pyarrow", reason="an extra of 100 MB")
+    parquet = pytest.importorskip("pyarrow.parquet", reason="an extra of 100 MB")
+    table = pyarrow.table(
+        {"time": [0.0, 0.1, 0.2], "5": pyarrow.array([1, None, 3], pyarrow.int16()), "6": [1.5, 2.5, float("inf")]}
+    ).replace_schema_metadata({"unit": "Pa"})
+    path = tmp_path / "readings.parquet"
+    parquet.write_table(table, path)
+    first, second, third = rows(path, read_table)
+    assert (first.unit, first.values.tolist(), second.ids.tolist()) == (Unit.PASCAL, [1.0, 1.5], [6])
+    assert isinstance(third, MalformedReadingError)
+    path.write_bytes(path.read_bytes()[:-9])
+    with pytest.raises(LiveError, match="cannot be read as Parquet"):
+        rows(path, read_table)
+
+
+def test_the_text_of_cyskins_acquisition(tmp_path):
+    path = tmp_path / "sample.txt"
+    path.write_text("19696 19697 \n0 0.600000 0 6 \n1 0.700000 1 x \n2 0.8 3 4\n")
+    first, second, third = rows(path, read_text)
+    assert (first.time, first.sequence, first.ids.tolist(), first.values.tolist()) == (0.6, 0, [19696, 19697], [0, 6])
+    assert isinstance(second, MalformedReadingError)
+    assert third.unit is Unit.COUNTS
+    path.write_text("time value\n")
+    with pytest.raises(LiveError, match="one hardware id"):
+        rows(path, read_text)
+
+
+@pytest.mark.skipif(not CYSKIN.is_dir(), reason="CySkin's recordings are not here")
+def test_recorded_samples_of_a_real_skin_are_read_whole():
+    path = next(iter(sorted(CYSKIN.glob("3_finger/*.txt"))))
+    readings = rows(path, read_text)
+    assert len(readings) == 30
+    assert all(isinstance(one, Reading) and len(one.values) == 716 for one in readings)
+
+
+def test_our_own_recording_is_readings_again(tmp_path):
+    session = Session(prepared_bar())
+    session.press(session.prepared.skin.taxel_point(30))
+    path, frames = tmp_path / "own.mcap", []
+    with Recorder(session.prepared, path) as recorder:
+        for _ in range(30):
+            frames.append(session.tick())
+            recorder.write(frames[-1], session.inputs)
+    readings = rows(path, read_recording)
+    assert is_own_recording(path)
+    assert len(readings) == 30
+    assert np.array_equal(readings[-1].values, frames[-1].pressures)
+    assert list(readings[-1].joints.values()) == frames[-1].posture.tolist()
+    path.write_bytes(path.read_bytes()[:50])
+    with pytest.raises(TactileMapsError):
+        open_source(str(path), SourceOptions()).open()
+
+
+def test_it_is_played_at_its_speed(tmp_path):
+    path, waited = tmp_path / "readings.csv", []
+    path.write_text("time,3\n5.0,1\n5.5,2\n6.0,3\n")
+    source = FileSource(path, read_table, speed=2.0, clock=lambda: sum(waited), wait=waited.append)
+    source.open()
+    taken = []
+    for _ in range(20):
+        try:
+            if (reading := source.receive(0.125)) is not None:
+                taken.append((reading.time, sum(waited)))
+        except SourceEndedError:
+            break
+    assert taken == [(5.0, 0.0), (5.5, 0.25), (6.0, 0.5)]
+    assert max(waited) == 0.125

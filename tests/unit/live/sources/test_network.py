@@ -1,0 +1,124 @@
+"""Real packets on the loopback: UDP sockets, and a ZeroMQ publisher."""
+
+from __future__ import annotations
+
+import socket
+
+import pytest
+
+from app.core.errors import LiveError, UsageError
+from app.live.connection import Connection
+from app.live.readings import MalformedReadingError, Reading
+from app.live.sources.network import UdpSource, ZmqSource, check_listening
+from app.live.wire_format import encode_binary, encode_json
+
+SECRET = "a secret of ours"
+
+
+def reading(number, count=5):
+    return Reading(0.01 * number, [float(number)] * count, sequence=number)
+
+
+@pytest.fixture
+def udp():
+    source = UdpSource("127.0.0.1", 0)
+    source.open()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        sender.connect(("127.0.0.1", source.port))
+        yield source, sender
+    source.close()
+
+
+def test_udp_packets_arrive_and_foreign_ones_are_malformed(udp):
+    source, sender = udp
+    sender.send(encode_json(reading(1)))
+    sender.send(b"hello")
+    sender.send(encode_binary(reading(2, count=5000)))
+    assert source.receive(1.0).sequence == 1
+    with pytest.raises(MalformedReadingError):
+        source.receive(1.0)
+    assert len(source.receive(1.0).values) == 5000
+    assert source.receive(0.0) is None
+
+
+def test_a_port_in_use_is_refused_and_a_closed_source_says_so(udp):
+    source, _ = udp
+    other = UdpSource("127.0.0.1", source.port)
+    with pytest.raises(LiveError, match="cannot be listened to"):
+        other.open()
+    with pytest.raises(LiveError, match="not open"):
+        other.receive(0.0)
+
+
+def test_without_the_token_no_packet_is_taken():
+    source = UdpSource("127.0.0.1", 0, token=SECRET)
+    connection = Connection(source)
+    connection.open()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        for token in (None, "a guess of theirs", SECRET):
+            sender.sendto(encode_binary(reading(1), token=token), ("127.0.0.1", source.port))
+        for _ in range(3):
+            connection.step(1.0)
+    assert connection.take().reading.sequence == 1
+    assert connection.take() is None
+    assert connection.status.counts.malformed == 2
+    assert SECRET not in connection.status.malformed
+    connection.close()
+
+
+@pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.168.1.7", "robot.local"])
+def test_only_this_machine_unless_asked_and_with_a_token(host):
+    with pytest.raises(UsageError, match="open to other machines"):
+        check_listening(host, remote=False, token=SECRET)
+    with pytest.raises(UsageError, match="needs a token"):
+        check_listening(host, remote=True, token=None)
+    check_listening(host, remote=True, token=SECRET)
+    for own in ("127.0.0.1", "::1", "localhost"):
+        check_listening(own, remote=False, token=None)
+
+
+def test_a_real_publisher_is_heard_also_after_it_was_away():
+    zmq = pytest.importorskip("zmq")
+    source = None
+    with zmq.Context() as context:
+        with context.socket(zmq.PUB) as publisher:
+            publisher.setsockopt(zmq.LINGER, 0)
+            port = publisher.bind_to_random_port("tcp://127.0.0.1")
+            source = ZmqSource("127.0.0.1", port)
+            source.open()
+            first = heard(source, publisher)
+            publisher.send_multipart([b"topic", b"no reading"])
+            with pytest.raises(MalformedReadingError):
+                until_refused(source)
+        with context.socket(zmq.PUB) as publisher:
+            publisher.setsockopt(zmq.LINGER, 0)
+            for _ in range(200):
+                try:
+                    publisher.bind(f"tcp://127.0.0.1:{port}")
+                    break
+                except zmq.ZMQError:
+                    source.receive(0.01)  # until the system lets the port go
+            again = heard(source, publisher)
+    source.close()
+    assert first.values.tolist() == again.values.tolist() == [7.0] * 5
+
+
+def until_refused(source):
+    """Readings that came before are passed over."""
+    while True:
+        source.receive(1.0)
+
+
+def heard(source, publisher):
+    """The first packet that arrives: a subscriber hears only what is published after it has joined."""
+    for _ in range(500):
+        publisher.send(encode_binary(reading(7)))
+        if (found := source.receive(0.01)) is not None:
+            return found
+    raise AssertionError("nothing was heard")
+
+
+def test_an_address_that_is_none_is_refused():
+    pytest.importorskip("zmq")
+    with pytest.raises(LiveError, match="no such address"):
+        ZmqSource("not a host", 1).open()

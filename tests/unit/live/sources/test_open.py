@@ -1,0 +1,51 @@
+"""A source is chosen by its address; what is not safe or not known is refused."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.core.errors import TactileMapsError, UsageError
+from app.live.sources.open import SourceOptions, is_live, open_source
+
+
+@pytest.mark.parametrize(
+    ("address", "kind", "told"),
+    [
+        ("udp:", "UdpSource", "udp://127.0.0.1:9870"),
+        ("udp://localhost:99", "UdpSource", "udp://localhost:99"),
+        ("zmq://10.0.0.7", "ZmqSource", "zmq://10.0.0.7:9870"),
+        ("serial:///dev/ttyACM0?baud=9600", "SerialSource", "serial:///dev/ttyACM0?baud=9600"),
+        ("serial://COM3", "SerialSource", "serial://COM3?baud=115200"),
+        ("yarp://robot:10000/skin/torso", "YarpSource", "yarp://robot:10000/skin/torso"),
+        ("readings.csv", "FileSource", "readings.csv"),
+    ],
+)
+def test_the_address_says_which(address, kind, told):
+    source = open_source(address)
+    assert (type(source).__name__, source.address) == (kind, told)
+    assert source.finite is not is_live(address)
+
+
+@pytest.mark.parametrize(
+    ("address", "said"),
+    [
+        ("http://localhost", "no such kind of source"),
+        ("readings.docx", "no such kind of source"),
+        ("udp://127.0.0.1:99999", "address is not understood"),
+        ("serial:///dev/ttyACM0?baud=fast", "no such speed"),
+        ("udp://0.0.0.0:9870", "open to other machines"),
+        ("ros2:", "need a mapping"),
+    ],
+)
+def test_what_is_none_is_refused_with_a_remedy(address, said):
+    with pytest.raises(TactileMapsError, match=said) as caught:
+        open_source(address)
+    assert caught.value.remedy
+
+
+def test_other_machines_need_a_token_that_is_long():
+    with pytest.raises(UsageError, match="needs a token"):
+        open_source("udp://0.0.0.0:9870", SourceOptions(remote=True))
+    with pytest.raises(UsageError, match="too short"):
+        open_source("udp://0.0.0.0:9870", SourceOptions(remote=True, token="abc"))
+    open_source("udp://0.0.0.0:9870", SourceOptions(remote=True, token="long enough"))

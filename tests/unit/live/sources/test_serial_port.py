@@ -1,0 +1,66 @@
+"""Lines of a serial port, here one end of a pseudo-terminal."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+
+from app.core.errors import LiveError
+from app.live.readings import MalformedReadingError, Reading
+from app.live.sources.serial_port import SerialSource
+from app.live.wire_format import encode_json
+
+pytest.importorskip("serial")
+pty = pytest.importorskip("pty", reason="no pseudo-terminals on this system")
+
+
+@pytest.fixture
+def port():
+    board, ours = pty.openpty()
+    source = SerialSource(os.ttyname(ours))
+    source.open()
+    yield source, board
+    source.close()
+    for end in (board, ours):
+        os.close(end)
+
+
+def line(number):
+    return encode_json(Reading(0.01 * number, [1.0, 2.0], sequence=number)) + b"\r\n"
+
+
+def test_lines_arrive_in_any_pieces(port):
+    source, board = port
+    whole = line(1) + b"\n" + line(2)
+    os.write(board, whole[:20])
+    assert source.receive(0.05) is None
+    os.write(board, whole[20:])
+    assert [source.receive(0.5).sequence for _ in range(2)] == [1, 2]
+    assert source.receive(0.0) is None
+
+
+def test_the_first_line_may_have_begun_before_and_later_ones_may_not(port):
+    source, board = port
+    os.write(board, line(1)[9:] + line(2) + line(3)[9:] + line(4))
+    assert source.receive(0.5) is None
+    assert source.receive(0.5).sequence == 2
+    with pytest.raises(MalformedReadingError):
+        source.receive(0.5)
+    assert source.receive(0.5).sequence == 4
+
+
+def test_a_board_that_is_pulled_out_is_lost():
+    board, ours = pty.openpty()
+    source = SerialSource(os.ttyname(ours))
+    source.open()
+    os.close(ours)
+    os.close(board)
+    with pytest.raises(LiveError, match="connection is lost"):
+        source.receive(0.01)
+    source.close()
+
+
+def test_no_port_is_told(tmp_path):
+    with pytest.raises(LiveError, match="plugged in"):
+        SerialSource(str(tmp_path / "tty")).open()

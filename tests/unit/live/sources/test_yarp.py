@@ -1,0 +1,91 @@
+"""A YARP port by its documented text-mode protocol, spoken here by a small server: no YARP was run."""
+
+from __future__ import annotations
+
+import socket
+import threading
+from contextlib import contextmanager
+
+import pytest
+
+from app.core.errors import LiveError
+from app.live.readings import MalformedReadingError
+from app.live.sources.yarp import YarpSource
+
+
+@contextmanager
+def port(messages, *, known=None):
+    """A port that sends ``messages`` to whoever becomes its reader, and answers queries for ``known`` names."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def serve():
+            while True:
+                try:
+                    accepted, _ = server.accept()
+                except OSError:
+                    return
+                with accepted, accepted.makefile("rw", newline="") as stream:
+                    for line in stream:
+                        words = line.strip().split()
+                        if words[:1] == ["CONNECT"]:
+                            stream.write(f"Welcome {words[1]}\r\n")
+                        elif words == ["r"]:
+                            stream.write(messages)
+                            stream.flush()
+                            break
+                        elif words[:1] == ["query"] and known and words[1] in known:
+                            stream.write(f"registration name {words[1]} ip 127.0.0.1 port {known[words[1]]} type tcp\n")
+                            stream.write("*** end of message\n")
+                        elif words[:1] == ["query"]:
+                            stream.write("*** end of message\n")
+                        stream.flush()
+
+        thread = threading.Thread(target=serve, daemon=True)
+        thread.start()
+        yield server.getsockname()[1]
+        server.shutdown(socket.SHUT_RDWR)
+    thread.join()
+
+
+STATE = "do 2654 1215723086.25\n10.0 10.5 -10.0\ndo 2655 1215723086.75\r\n11.0 (12.0 13)\r\n"
+
+
+def test_messages_have_number_time_and_values():
+    with port(STATE) as number:
+        source = YarpSource("127.0.0.1", number)
+        source.open()
+        first, second = source.receive(2.0), source.receive(2.0)
+        assert (first.sequence, first.time, first.values.tolist()) == (2654, 1215723086.25, [10.0, 10.5, -10.0])
+        assert (second.sequence, second.values.tolist()) == (2655, [11.0, 12.0, 13.0])
+        with pytest.raises(LiveError, match="connection is lost"):
+            source.receive(2.0)
+        source.close()
+
+
+def test_without_an_envelope_our_clock_counts_and_no_numbers_are_malformed():
+    with port("do\n1 2\nd\nhello yarp\ndo\n3 4\n") as number:
+        source = YarpSource("127.0.0.1", number, clock=lambda: 7.0)
+        source.open()
+        first = source.receive(2.0)
+        assert (first.sequence, first.time, first.values.tolist()) == (None, 7.0, [1.0, 2.0])
+        with pytest.raises(MalformedReadingError):
+            source.receive(2.0)
+        assert source.receive(2.0).values.tolist() == [3.0, 4.0]
+        source.close()
+
+
+def test_the_name_server_tells_where_a_port_is():
+    with port(STATE) as number, port("", known={"/skin/torso": number}) as names:
+        source = YarpSource("127.0.0.1", names, name="/skin/torso")
+        source.open()
+        assert source.receive(2.0).sequence == 2654
+        source.close()
+        with pytest.raises(LiveError, match="knows no such port .found: /skin/arm"):
+            YarpSource("127.0.0.1", names, name="/skin/arm").open()
+
+
+def test_who_does_not_answer_is_told():
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        number = server.getsockname()[1]
+    with pytest.raises(LiveError, match="YARP does not answer"):
+        YarpSource("127.0.0.1", number).open()

@@ -1,0 +1,92 @@
+"""Values become pressure by gain, offset and baseline, from a file, a tare or a known weight."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.core.errors import LiveError
+from app.live.calibration import GRAVITY, Calibration, Tare, ValueMode, load_calibration, save_calibration
+from app.live.readings import Unit
+from tests.support.touch import bar_skin
+
+
+def test_pressure_is_gain_times_what_is_above_offset_and_baseline():
+    calibration = Calibration([2.0, -3.0], [10.0, 20.0])
+    pressures = calibration.values(np.array([15.0, 15.0]), np.array([1.0, 0.0]), ValueMode.PRESSURE)
+    assert pressures.tolist() == [8.0, 15.0]
+
+
+def test_what_is_known_follows_from_the_unit():
+    assert not Calibration.plain(3, Unit.COUNTS).known
+    assert Calibration.plain(3, Unit.KILOPASCAL).gain.tolist() == [1000.0] * 3
+
+
+@pytest.mark.parametrize("gain", [0.0, np.nan, np.inf, 1e12])
+def test_a_gain_that_is_none_is_refused(gain):
+    with pytest.raises(LiveError, match="gain, taxel 1"):
+        Calibration([1.0, gain], [0.0, 0.0])
+
+
+def test_a_weight_sets_the_scale():
+    areas, change = np.full(4, 1e-4), np.array([0.0, 5.0, 10.0, 0.0])
+    calibration = Calibration.plain(4, Unit.COUNTS).with_weight(change, areas, 0.2)
+    assert np.isclose((calibration.gain * change * areas).sum(), 0.2 * GRAVITY)
+    assert calibration.known
+    with pytest.raises(LiveError, match="not felt"):
+        calibration.with_weight(-change, areas, 0.2)
+    with pytest.raises(LiveError, match="out of range"):
+        calibration.with_weight(change, areas, np.nan)
+
+
+def test_it_reads_back_as_it_was_saved(tmp_path):
+    random, path = np.random.default_rng(0), tmp_path / "gains.csv"
+    saved = Calibration(random.uniform(1, 5, 60), random.normal(size=60))
+    save_calibration(saved, path)
+    back = load_calibration(path, bar_skin())
+    assert np.array_equal(back.gain, saved.gain)
+    assert np.array_equal(back.offset, saved.offset)
+
+
+def test_toml_has_one_for_all_and_others_for_some(tmp_path):
+    path = tmp_path / "gains.toml"
+    path.write_text("gain = 12.5\noffset = 3\n[[taxel]]\ntaxel = 7\ngain = 11.0\n")
+    calibration = load_calibration(path, bar_skin())
+    assert (calibration.gain[6], calibration.gain[7], calibration.offset[7]) == (12.5, 11.0, 3.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("a.csv", "taxel,gain\n0,1\n", "taxels are without a gain .found: 1 of 60"),
+        ("a.csv", "taxel,gain\n0,zero\n", "line 2, gain: expected a number"),
+        ("a.csv", "taxel,gain,colour\n0,1,2\n", "line 2: a column is not known .found: colour"),
+        ("a.csv", "taxel,gain\n60,1\n", "line 2: there is no such taxel"),
+        ("a.csv", "id,gain\n60,1\n", "line 2: there is no such taxel"),
+        ("a.csv", "gain\n60\n", "line 2: a taxel is not named"),
+        ("a.csv", "taxel,gain\n1,1\n1,1\n", "line 3: a taxel is calibrated twice"),
+        ("a.toml", "gain = 'much'", "gain: expected a number"),
+        ("a.toml", "gains = 1", "a key is not known"),
+        ("a.toml", "gain = 0", "gain, taxel 0: a calibration is no such number"),
+        ("a.toml", "gain =", "not TOML"),
+        ("a.toml", "taxel = 3", "expected tables"),
+    ],
+)
+def test_a_mistake_in_a_file_is_named(tmp_path, name, text, said):
+    path = tmp_path / name
+    path.write_text(text)
+    with pytest.raises(LiveError, match=said) as caught:
+        load_calibration(path, bar_skin())
+    assert str(caught.value.file) == str(path)
+
+
+def test_a_tare_is_mean_and_spread():
+    random = np.random.default_rng(1)
+    readings = 1e6 + random.normal(0, 2, (50, 3))
+    tare = Tare(3, 50)
+    assert [tare.add(row) for row in readings] == [False] * 49 + [True]
+    mean, spread = tare.result()
+    assert np.allclose(mean, readings.mean(0), rtol=0, atol=1e-8)
+    assert np.allclose(spread, readings.std(0))
+    with pytest.raises(LiveError, match="1 to 100000"):
+        Tare(3, 0)

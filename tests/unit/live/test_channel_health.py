@@ -1,0 +1,58 @@
+"""A channel that stays the same while its neighbours change is found; a skin at rest is not suspected."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from app.live.channel_health import ChannelHealth, SilentChannel
+from tests.support.touch import bar_skin
+
+ALL = np.arange(60)
+
+
+def watched(values_at, *, seconds=2.0, until=6.0):
+    health = ChannelHealth(bar_skin(), seconds=seconds)
+    for number in range(int(until * 50)):
+        health.add(ALL, values_at(number), 0.02 * number)
+    return health
+
+
+def noisy(number, **fixed):
+    values = 20 + np.random.default_rng(number).normal(size=60)
+    for taxel, value in fixed.items():
+        values[int(taxel[1:])] = value
+    return values
+
+
+def test_dead_and_stuck_channels_are_found_and_no_others():
+    found = watched(lambda number: noisy(number, t12=0.0, t40=255.0)).silent
+    assert found == (SilentChannel(12, 0.0, False), SilentChannel(40, 255.0, True))
+
+
+def test_one_that_dies_later_is_found_and_one_that_lives_again_is_not():
+    health = watched(lambda number: noisy(number, t12=0.0) if number > 100 else noisy(number))
+    assert [one.taxel for one in health.silent] == [12]
+    for number in range(300, 600):
+        health.add(ALL, noisy(number), 0.02 * number)
+    assert health.silent == ()
+
+
+def test_where_nothing_changes_nobody_is_suspected():
+    assert watched(lambda _number: np.zeros(60)).silent == ()
+
+
+def test_a_contact_elsewhere_makes_none_suspect():
+    def values(number):
+        return np.where(ALL == 3, float(number), 0.0)
+
+    assert watched(values).silent == ()
+
+
+def test_parts_of_a_skin_may_come_apart():
+    health = ChannelHealth(bar_skin(), seconds=2.0)
+    for number in range(300):
+        half = ALL[number % 2 :: 2]
+        health.add(half, noisy(number, t12=0.0)[half], 0.02 * number)
+    assert [one.taxel for one in health.silent] == [12]
+    health.reset()
+    assert health.silent == ()

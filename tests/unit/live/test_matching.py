@@ -1,0 +1,96 @@
+"""Values go to the taxels that their labels name; what no taxel has is named and counted."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.core.errors import LiveError
+from app.live.matching import TaxelMatcher, load_matching, read_rows
+from app.live.readings import MalformedReadingError, Reading
+from app.skin.skin import Skin, TaxelIdentity
+from tests.support.touch import bar_skin
+
+
+def skin(**identity):
+    """The bar's skin with such an identity."""
+    (patch,) = bar_skin().patches
+    return Skin((replace(patch, taxels=replace(patch.taxels, identity=TaxelIdentity(**identity))),))
+
+
+IDS = 1000 + 7 * np.arange(60)
+
+
+def test_by_id_in_any_order():
+    taxels, values = TaxelMatcher(skin(ids=IDS)).match(Reading(0.0, [5.0, 6.0], ids=[IDS[9], IDS[2]]))
+    assert dict(zip(taxels, values, strict=True)) == {9: 5.0, 2: 6.0}
+
+
+def test_unknown_ids_are_named_and_counted_each_time():
+    matcher = TaxelMatcher(skin(ids=IDS))
+    for _ in range(3):
+        taxels, _values = matcher.match(Reading(0.0, [5.0, 6.0, 7.0], ids=[IDS[9], 1, 2]))
+    assert taxels.tolist() == [9]
+    assert matcher.unknown == {"1", "2"}
+    assert matcher.unknown_values == 6
+    assert matcher.heard.sum() == 1
+
+
+def test_an_id_of_two_taxels_names_neither():
+    matcher = TaxelMatcher(skin(ids=[7, 7, *range(100, 158)]))
+    taxels, _ = matcher.match(Reading(0.0, [5.0, 6.0], ids=[7, 100]))
+    assert taxels.tolist() == [2]
+    assert matcher.unknown == {"7"}
+
+
+def test_by_module_and_channel():
+    matcher = TaxelMatcher(skin(modules=np.arange(60) // 12, channels=np.arange(60) % 12))
+    taxels, _ = matcher.match(Reading(0.0, [1.0, 2.0], channels=[[2, 3], [9, 0]]))
+    assert taxels.tolist() == [27]
+    assert matcher.unknown == {"module 9, channel 0"}
+
+
+def test_without_labels_all_taxels_in_order_or_none():
+    matcher = TaxelMatcher(bar_skin())
+    taxels, values = matcher.match(Reading(0.0, np.arange(60.0)))
+    assert np.array_equal(taxels, np.arange(60))
+    assert values[7] == 7.0
+    with pytest.raises(MalformedReadingError, match="59 values for 60 taxels"):
+        matcher.match(Reading(0.0, np.arange(59.0)))
+
+
+def test_a_skin_without_ids_is_told_by_running_numbers():
+    assert TaxelMatcher(bar_skin()).match(Reading(0.0, [1.0], ids=[12]))[0].tolist() == [12]
+
+
+def test_a_table_stands_between(tmp_path):
+    path = tmp_path / "ids.csv"
+    path.write_text("# of our boards\nid,taxel\n500,3\n501,4\n")
+    matcher = TaxelMatcher(skin(ids=IDS), load_matching(path, bar_skin()))
+    assert matcher.match(Reading(0.0, [1.0, 2.0], ids=[501, IDS[9]]))[0].tolist() == [4]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "empty"),
+        ("id\n3\n", "column is missing"),
+        ("id,taxel\n3\n", "line 2: a row does not fit"),
+        ("id,taxel\n3,60\n", "line 2: there is no such taxel"),
+        ("id,taxel\n3,x\n", "line 2, taxel: expected a whole number"),
+        ("id,taxel\n3,1\n\n3,2\n", "line 4: an id is given two taxels"),
+    ],
+)
+def test_a_mistake_in_the_table_is_named(tmp_path, text, said):
+    path = tmp_path / "ids.csv"
+    path.write_text(text)
+    with pytest.raises(LiveError, match=said):
+        load_matching(path, bar_skin())
+
+
+def test_rows_come_with_their_lines(tmp_path):
+    path = tmp_path / "table.csv"
+    path.write_text("# a remark\nA, b\n\n1, 2\n")
+    assert read_rows(path, ("a",)) == [(4, {"a": "1", "b": "2"})]

@@ -1,0 +1,165 @@
+"""Readings become frames with contacts, events and posture; a recording of them replays and is not simulated again."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.contacts.pipeline import ReadingSettings
+from app.core.errors import LiveError, RecordingError, SimulationError
+from app.live.arrival import Arrived
+from app.live.calibration import Calibration, ValueMode
+from app.live.measured_session import MeasuredSession, silent_text
+from app.live.prepare import as_measured
+from app.live.readings import Reading, Unit
+from app.recording.player import open_recording
+from app.recording.recorder import Recorder
+from app.recording.verify import verify
+from app.session.inputs import MapEdited, PokePressed, PokeReleased, ReadingChanged
+from app.tactile.press import press_skin
+from tests.support.touch import bar_skin, prepared_bar
+
+
+def session(**options):
+    return MeasuredSession(as_measured(prepared_bar()), **options)
+
+
+def touched(force=3.0, taxel=30):
+    return press_skin(bar_skin(), bar_skin().taxel_point(taxel), force=force)
+
+
+def at(time, values, **parts):
+    return Arrived(Reading(time, values, parts.pop("unit", Unit.PASCAL), **parts), 100 + time)
+
+
+def test_a_simulated_press_sent_as_readings_is_felt_as_it_was():
+    measured = session()
+    frame = measured.show(at(5.0, touched()))
+    assert frame.tick == 1
+    assert frame.time == 0.0
+    (region,) = frame.regions
+    assert abs(region.force - 3.0) < 0.05
+    assert [event.kind for event in frame.events] != []
+    frame = measured.show(at(5.01, np.zeros(60)))
+    assert frame.regions == ()
+    assert np.isclose(frame.time, 0.01)
+    assert frame.tick == 100
+    assert np.isclose(measured.mean_rate, 100.0)
+
+
+def test_a_part_of_the_skin_leaves_the_rest_as_it_was():
+    measured = session()
+    measured.show(at(0.0, np.arange(60.0)))
+    frame = measured.show(at(0.01, [500.0], ids=[7]))
+    assert (frame.pressures[6], frame.pressures[7]) == (6.0, 500.0)
+
+
+def test_joints_move_the_body_and_unknown_ones_are_named():
+    measured = session()
+    name = measured.prepared.robot.joints[0].name
+    measured.show(at(0.0, np.zeros(60), joints={name: 0.1}))
+    frame = measured.show(at(0.1, np.zeros(60), joints={name: 0.3, "tail": 1.0}))
+    assert frame.posture[0] == 0.3
+    assert np.isclose(frame.velocity[0], 2.0)
+    assert measured.facts.unknown_joints == ("tail",)
+
+
+def test_counts_are_shown_above_their_baseline_and_pressure_needs_a_calibration():
+    measured = session()
+    measured.tare(2)
+    for number, level in enumerate((20.0, 22.0)):
+        assert measured.facts.tared is False
+        measured.show(at(0.01 * number, np.full(60, level), unit=Unit.COUNTS))
+    assert measured.facts.tared
+    assert measured.mode is ValueMode.BASELINE
+    frame = measured.show(at(0.03, np.full(60, 25.0), unit=Unit.COUNTS))
+    assert np.allclose(frame.pressures, 4000.0)
+    assert not measured.facts.calibrated
+    with pytest.raises(LiveError, match="cannot be shown as pressure"):
+        measured.request_mode(ValueMode.PRESSURE)
+    measured.request_mode(ValueMode.RAW)
+    assert np.allclose(measured.show(at(0.04, np.full(60, 25.0), unit=Unit.COUNTS)).pressures, 25_000.0)
+
+
+def test_a_known_weight_makes_forces_mean_newtons():
+    measured = session()
+    with pytest.raises(LiveError, match="not tared"):
+        measured.weigh(0.1)
+    measured.tare(1)
+    measured.show(at(0.0, np.full(60, 20.0), unit=Unit.COUNTS))
+    measured.show(at(0.1, 20 + 0.01 * touched(1.5), unit=Unit.COUNTS))
+    calibration = measured.weigh(1.5 / 9.80665)
+    assert np.allclose(calibration.gain, 100.0, rtol=0.02)
+    frame = measured.show(at(0.2, 20 + 0.01 * touched(3.0), unit=Unit.COUNTS))
+    assert abs(frame.regions[0].force - 3.0) < 0.1
+    assert measured.facts.calibrated
+
+
+def test_a_calibration_has_its_own_offsets_and_must_fit():
+    measured = session(calibration=Calibration(np.full(60, 50.0), np.full(60, 10.0)))
+    assert np.allclose(measured.show(at(0.0, np.full(60, 12.0), unit=Unit.COUNTS)).pressures, 100.0)
+    with pytest.raises(LiveError, match="another skin"):
+        session(calibration=Calibration([1.0], [0.0]))
+
+
+def test_what_does_not_fit_is_counted_and_changes_nothing():
+    measured = session()
+    before = measured.show(at(0.0, np.zeros(60)))
+    assert measured.show(at(0.1, np.zeros(9))) is before
+    assert measured.show(at(0.2, np.zeros(60), unit=Unit.COUNTS)) is before
+    assert (measured.facts.readings, measured.facts.refused) == (1, 2)
+    assert "unit" in measured.facts.problem
+
+
+def test_a_sender_that_starts_again_goes_on_in_our_time():
+    measured = session()
+    measured.show(at(1000.0, np.zeros(60)))
+    frame = measured.show(Arrived(Reading(0.0, np.zeros(60), Unit.PASCAL), 1100.5))
+    assert np.isclose(frame.time, 0.5)
+
+
+def test_the_map_and_the_reading_may_change_and_pokes_are_refused():
+    measured = session()
+    other = measured.map
+    measured.submit(MapEdited("Same", other))
+    measured.submit(ReadingChanged(ReadingSettings(threshold=5e4)))
+    assert measured.show(at(0.0, touched())).regions == ()
+    with pytest.raises(SimulationError, match="watched, not poked"):
+        measured.submit(PokePressed(1, bar_skin().taxel_point(3)))
+    measured.submit(PokeReleased(1))
+    assert len(measured.inputs) == 2
+
+
+def test_silent_channels_are_named():
+    measured = session(quiet_seconds=1.0)
+    for number in range(200):
+        values = np.random.default_rng(number).normal(size=60)
+        values[12] = 0.0
+        measured.show(at(0.02 * number, values))
+    assert [silent_text(measured, one) for one in measured.facts.silent] == ["taxel 12: dead at 0"]
+
+
+def test_its_source_is_asked_at_each_tick():
+    waiting = [at(0.0, np.zeros(60)), at(0.1, touched())]
+    measured = session(source=lambda: waiting.pop(0) if waiting else None)
+    assert [measured.tick().tick for _ in range(4)] == [1, 1000, 1000, 1000]
+    measured.reset()
+    assert (measured.frame.tick, measured.frame.regions) == (0, ())
+
+
+def test_a_recording_holds_every_reading_and_is_not_simulated_again(tmp_path):
+    measured, path, frames = session(), tmp_path / "felt.mcap", []
+    with Recorder(measured.prepared, path, measured="udp://127.0.0.1:9870") as recorder:
+        for number, time in enumerate((0.0, 0.011, 0.0111, 0.5, 0.52)):
+            frame = measured.show(at(time, touched() if number % 2 else np.zeros(60)))
+            recorder.write(frame, measured.inputs)
+            frames.append(frame)
+    player = open_recording(path)
+    assert player.complete
+    assert player.measured == "udp://127.0.0.1:9870"
+    for back, frame in zip(player, frames, strict=True):
+        assert np.array_equal(back.pressures, frame.pressures)
+        assert (back.time, back.events) == (frame.time, frame.events)
+    assert np.isclose(player.duration, 0.52, atol=2e-4)
+    with pytest.raises(RecordingError, match="nothing to simulate again"):
+        verify(player)

@@ -1,0 +1,37 @@
+"""Readings are shown on a scene's robot, or on a skin that no robot carries."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from app.editing.arrange import move
+from app.editing.document import MapDocument
+from app.live.measured_session import MeasuredSession
+from app.live.prepare import MEASURED_TICK, as_measured, prepare_measured
+from app.maps.formats.map_file import save_map
+from app.scene.scene_file import scene_for_taxels
+from app.skin.skin_file import save_skin
+from tests.support.touch import bar_map, bar_skin, prepared_bar
+
+
+def test_a_map_is_kept_as_it_is_and_carried_by_its_own_shape(tmp_path):
+    path = tmp_path / "bar.npz"
+    drawn = move(MapDocument.of(bar_map()), [0], (0.2, 0.1)).map
+    save_map(drawn, path)
+    prepared = prepare_measured(scene_for_taxels(str(path)))
+    assert [link.name for link in prepared.robot.links] == [patch.link for patch in bar_skin().patches]
+    assert np.array_equal(prepared.map.taxel_points, drawn.taxel_points)
+    assert prepared.robot.joints == ()
+    assert prepared.scene.tick == MEASURED_TICK
+    assert MeasuredSession(prepared).frame.posture.shape == (0,)
+
+
+def test_a_skin_alone_gets_its_map(tmp_path):
+    save_skin(bar_skin(), tmp_path / "bar.npz")
+    assert len(prepare_measured(scene_for_taxels(str(tmp_path / "bar.npz"))).map.taxel_points) == 60
+
+
+def test_a_scene_becomes_one_of_readings():
+    prepared = as_measured(prepared_bar())
+    assert prepared.scene.tick == MEASURED_TICK
+    assert prepared.objects == ()

@@ -1,0 +1,39 @@
+"""A reading is checked at birth."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.live.readings import MalformedReadingError, Reading, Unit, unit_of
+
+
+def test_units_tell_their_pascals():
+    assert [unit.pascals for unit in Unit] == [None, 1.0, 1000.0]
+    assert unit_of("kPa") is Unit.KILOPASCAL
+    with pytest.raises(MalformedReadingError, match="counts, Pa, kPa"):
+        unit_of("psi")
+
+
+@pytest.mark.parametrize(
+    ("parts", "place"),
+    [
+        ({"ids": [1, 2]}, "ids"),
+        ({"channels": [1, 2, 3]}, "channels"),
+        ({"values": [1.0, np.nan, 2.0]}, "values, 1"),
+        ({"values": [[1.0]]}, "values"),
+        ({"time": np.inf}, "time"),
+        ({"joints": {"elbow": np.nan}}, "elbow"),
+    ],
+)
+def test_what_does_not_fit_is_refused_by_name(parts, place):
+    with pytest.raises(MalformedReadingError) as caught:
+        Reading(**{"time": 0.0, "values": [1.0, 2.0, 3.0]} | parts)
+    assert caught.value.place == place
+
+
+def test_its_arrays_cannot_be_changed():
+    reading = Reading(0.0, np.arange(3.0), ids=[3, 1, 2])
+    with pytest.raises(ValueError, match="read-only"):
+        reading.values[0] = 1.0
+    assert reading.ids.dtype == np.int64

@@ -1,0 +1,52 @@
+"""The sample sender sends what a receiver takes."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from app.live.connection import Connection
+from app.live.send import made_up, main
+from app.live.sources.network import UdpSource
+
+
+@pytest.mark.parametrize("options", [[], ["--json", "--token", "a secret of ours"]])
+def test_what_it_sends_arrives(options, capsys):
+    source = UdpSource("127.0.0.1", 0, token=options[-1] if options else None)
+    connection = Connection(source)
+    connection.open()
+    connection.start()
+    assert main([f"udp://127.0.0.1:{source.port}", "--count", "20", "--rate", "1000", "--taxels", "50", *options]) == 0
+    found = []
+    while len(found) < 20:
+        assert connection.wait(5.0)
+        while (item := connection.take()) is not None:
+            found.append(item.reading)
+    connection.close()
+    assert [reading.sequence for reading in found] == list(range(20))
+    assert len(found[0].values) == 50
+    assert "sent 20 packets" in capsys.readouterr().out
+    assert threading.active_count() == 1
+
+
+def test_a_file_is_sent_row_by_row(tmp_path):
+    path = tmp_path / "readings.csv"
+    path.write_text("time,5,6\n0,1,2\n0.001,3,4\n0.002,x,4\n")
+    source = UdpSource("127.0.0.1", 0)
+    source.open()
+    assert main([f"udp://127.0.0.1:{source.port}", "--file", str(path)]) == 0
+    assert [source.receive(1.0).values.tolist() for _ in range(2)] == [[1.0, 2.0], [3.0, 4.0]]
+    source.close()
+
+
+def test_bad_usage_is_told(capsys, tmp_path):
+    assert main(["http://127.0.0.1:1"]) == 2
+    assert main(["udp://127.0.0.1:9", "--file", str(tmp_path / "none.csv")]) == 1
+    assert "no such address" in capsys.readouterr().err
+
+
+def test_made_up_readings_wander():
+    stream = made_up(100, 100.0)
+    first, *_, last = (next(stream) for _ in range(200))
+    assert first.values.argmax() != last.values.argmax()

@@ -1,0 +1,98 @@
+"""Packets read back equal, and what is damaged, foreign or without its token is refused."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.live.readings import MalformedReadingError, Reading, Unit
+from app.live.wire_format import HEADER, decode, encode_binary, encode_json
+
+READINGS = {
+    "bare": Reading(1.25, [1.0, 2.5, -3.0]),
+    "ids": Reading(2.0, [1.0, 2.0], Unit.KILOPASCAL, ids=[87012, 5], sequence=2**32 - 1),
+    "channels": Reading(3.0, [4.0, 5.0], Unit.PASCAL, channels=[[14, 3], [14, 4]], joints={"Ellbögen": 0.5, "b": -1.0}),
+    "empty": Reading(0.0, [], joints={"only": 1.0}, sequence=0),
+}
+
+
+@pytest.mark.parametrize("name", READINGS)
+@pytest.mark.parametrize("encode", [encode_json, encode_binary])
+@pytest.mark.parametrize("token", [None, "a secret of ours"])
+def test_a_reading_comes_back_equal(name, encode, token):
+    given_, back = READINGS[name], decode(encode(READINGS[name], token=token), token=token)
+    assert (back.time, back.unit, dict(back.joints)) == (given_.time, given_.unit, dict(given_.joints))
+    assert back.sequence == (given_.sequence if encode is encode_json else given_.sequence or 0)
+    for field in ("values", "ids", "channels"):
+        one, other = getattr(back, field), getattr(given_, field)
+        assert (one is None) == (other is None)
+        assert one is None or np.array_equal(one, other)
+
+
+def test_the_binary_packet_is_as_the_guide_has_it():
+    packet = encode_binary(READINGS["ids"])
+    assert packet.hex() == (
+        "544d4c52 01 01 02 00 ffffffff 0000000000000040 02000000 0000 e4530100 05000000 0000803f 00000040"
+    ).replace(" ", "")
+    assert HEADER.size == 26
+
+
+@pytest.mark.parametrize("encode", [encode_json, encode_binary])
+@pytest.mark.parametrize("token", [None, "another secret"])
+def test_without_the_token_a_packet_is_refused(encode, token):
+    with pytest.raises(MalformedReadingError, match="token"):
+        decode(encode(READINGS["ids"], token=token), token="a secret of ours")
+
+
+@pytest.mark.parametrize(
+    ("change", "place"),
+    [
+        ({"v": 2}, "v"),
+        ({"v": True}, "v"),
+        ({"values": ["1"]}, "values"),
+        ({"values": [True]}, "values"),
+        ({"values": None}, "values"),
+        ({"ids": [1.5]}, "ids"),
+        ({"ids": [10**30]}, "ids"),
+        ({"unit": "psi"}, "unit"),
+        ({"seq": -1}, "seq"),
+        ({"t": "now"}, "t"),
+        ({"joints": [1]}, "joints"),
+        ({"extra": 1}, "extra"),
+    ],
+)
+def test_a_mistake_in_json_is_named(change, place):
+    packet = {"v": 1, "t": 0.0, "unit": "counts", "values": [1.0], **change}
+    with pytest.raises(MalformedReadingError) as caught:
+        decode(json.dumps(packet).encode())
+    assert caught.value.place == place
+
+
+@given(st.binary(max_size=200))
+def test_any_bytes_are_a_reading_or_refused(data):
+    for packet in (data, encode_binary(READINGS["channels"])[: len(data)] + data):
+        try:
+            decode(packet)
+        except MalformedReadingError:
+            continue
+
+
+@given(st.integers(0, 70), st.integers(0, 255))
+def test_a_packet_with_any_byte_changed_is_a_reading_or_refused(place, byte):
+    packet = bytearray(encode_binary(READINGS["channels"]))
+    packet[place % len(packet)] = byte
+    try:
+        decode(bytes(packet))
+    except MalformedReadingError:
+        return
+
+
+def test_a_packet_cut_anywhere_is_refused():
+    for whole in (encode_binary(READINGS["channels"]), encode_json(READINGS["channels"])):
+        for length in range(len(whole)):
+            with pytest.raises(MalformedReadingError):
+                decode(whole[:length])
