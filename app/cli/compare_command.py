@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from app.cli.output import print_fields, print_json, print_line, progress_line
+from app.cli.scenes import package_roots
 from app.control.command import (
     CHOICES,
     ControllerName,
@@ -51,7 +52,7 @@ _FILE = "controllers.csv"
 def execute(arguments: argparse.Namespace) -> int:
     """Compare; 1 when a controller stopped before its time."""
     controllers = _controller_names(arguments.controllers)
-    prepared, inputs, base, seconds = _stimulus(arguments.input)
+    prepared, inputs, base, seconds = _stimulus(arguments.input, package_roots(arguments))
     if arguments.task is not None:
         base = check_settings(replace(base, task=cast("TaskName", _checked_choice("task", arguments.task))))
     seconds = arguments.seconds or seconds
@@ -95,14 +96,14 @@ def _checked_choice(choice: str, name: str) -> str:
 
 
 def _stimulus(
-    name: str,
+    name: str, roots: Sequence[str]
 ) -> tuple[PreparedScene, Sequence[tuple[int, SessionInput]] | None, ControlSettings, float]:
     """The scene, what was done in it (None: its script), whose gains are taken, and for how long."""
     if Path(name).suffix.lower() == ".mcap":
         player = RecordingPlayer(name)
         begun = [act.settings for _, act in player.inputs if isinstance(act, ControlChanged)]
         return player.prepared, player.inputs, begun[0] if begun else ControlSettings(), float(player.times[-1])
-    scene = open_scene(name)
+    scene = open_scene(name, package_roots=roots)
     return prepare(scene, progress=progress_line()), None, settings_from(dict(scene.control)), SCRIPT_SECONDS
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from app.cli.output import plain_text, print_fields, print_json, print_line, progress_line
+from app.cli.scenes import package_roots
 from app.core.errors import Finding, TactileMapsError
 from app.maps.formats.map_file import load_map
 from app.maps.quality import measure
@@ -28,7 +29,7 @@ from app.studies.ablation import ablation_cost
 
 def execute(arguments: argparse.Namespace) -> int:
     """Open whatever it is and describe it."""
-    found = describe(arguments.input)
+    found = describe(arguments.input, package_roots=package_roots(arguments))
     if arguments.json:
         print_json(found)
         return 0
@@ -54,7 +55,7 @@ def _print_effects(effects: Sequence[dict[str, Any]]) -> None:
             print_line(f"  {row['title']:<24}{value:<14}{cost}  {row['why']}")
 
 
-def describe(name: str) -> dict[str, Any]:
+def describe(name: str, *, package_roots: Sequence[str] = ()) -> dict[str, Any]:
     """What ``name`` is, by its ending; names of scenes come before names of robots.
 
     Raises:
@@ -72,8 +73,8 @@ def describe(name: str) -> dict[str, Any]:
     if ending == ".ini":
         return _layout(name)
     if ending == ".toml" or name in scene_names():
-        return _scene(open_scene(name))
-    return {"kind": "robot", **_robot(load_robot(name))}
+        return _scene(open_scene(name, package_roots=package_roots))
+    return {"kind": "robot", **_robot(load_robot(name, package_roots=package_roots))}
 
 
 def _robot_with_taxels(name: str) -> dict[str, Any]:

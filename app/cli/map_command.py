@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from app.cli.output import print_fields, print_json, print_line, progress_line
+from app.cli.scenes import package_roots
 from app.core.arrays import FloatArray
 from app.core.errors import Finding, MapError, RecordingError, UsageError
 from app.core.progress import Progress
@@ -196,7 +197,8 @@ def _skin_options(arguments: argparse.Namespace) -> SkinOptions:
     taxels = None if arguments.pitch is not None or arguments.pattern == "modules" else arguments.taxels
     pitch = None if arguments.pitch is None else 1e-3 * arguments.pitch
     placement = PlacementSpec(pitch, taxels, arguments.pattern, arguments.density, zones, arguments.seed)
-    return SkinOptions(placement, tuple(arguments.links), arguments.robot, arguments.surface)
+    return SkinOptions(placement, tuple(arguments.links), arguments.robot, arguments.surface,
+                       package_roots=package_roots(arguments))  # fmt: skip
 
 
 def _flattened_map(arguments: argparse.Namespace, skin: Skin, report: Progress) -> TactileMap:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from importlib.metadata import version
+from pathlib import Path
 
 from app.studies.catalogue import STUDY_NAMES
 
@@ -92,6 +93,7 @@ def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: i
     _add_map(commands)
     inspect = commands.add_parser("inspect", help="what a robot, skin, map, taxel file, scene or recording holds")
     inspect.add_argument("input", metavar="FILE|NAME")
+    _package_roots(inspect)
     _json(inspect)
     weigh = commands.add_parser(
         "weigh", help="known-load check: lay a mass on the skin and compare the measured force with its weight"
@@ -99,6 +101,7 @@ def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: i
     weigh.add_argument(
         "input", nargs="?", default="arm", metavar="SCENE|ROBOT", help="robot whose skin is checked (default arm)"
     )
+    _package_roots(weigh)
     weigh.add_argument("--mass", type=_positive, default=0.1, metavar="KG", help="mass of the weight (default 0.1)")
     weigh.add_argument("--model", metavar="NAME", help="contact model (default: the scene's)")
     _json(weigh)
@@ -119,6 +122,7 @@ def _add_compare(commands: argparse._SubParsersAction) -> None:  # type: ignore[
     compare.add_argument(
         "input", metavar="SCENE|FILE.mcap", help="a scene (its stimulus script) or a recording (its inputs)"
     )
+    _package_roots(compare)
     compare.add_argument(
         "--controllers", required=True, metavar="NAME,NAME", help="impedance, hold_force, hybrid, qp, ..."
     )
@@ -197,6 +201,7 @@ def _skin_options(parser: argparse.ArgumentParser) -> None:
     )
     add("--density", choices=("curvature",), help="more taxels where curvature is high")
     add("--keep-border", type=float, metavar="MM", help="no taxels within this distance of a border")
+    _package_roots(parser)
 
 
 def _flattening_options(parser: argparse.ArgumentParser) -> None:
@@ -260,6 +265,24 @@ def _scene_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--link", metavar="LINK", default=argparse.SUPPRESS, help="link that carries them, where FILE does not say"
     )
+    _package_roots(parser)
+
+
+def _package_roots(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--package-root",
+        action="append",
+        type=_folder,
+        default=argparse.SUPPRESS,
+        metavar="DIR",
+        help="folder with ROS packages or meshes that a robot file names; may be repeated",
+    )
+
+
+def _folder(text: str) -> str:
+    if not Path(text).is_dir():
+        raise argparse.ArgumentTypeError(f"there is no such folder: {text}")
+    return text
 
 
 def _json(parser: argparse.ArgumentParser) -> None:

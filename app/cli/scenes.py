@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from app.core.errors import SkinError, UsageError
-from app.scene.scene import Scene
+from app.scene.scene import Scene, with_package_roots
 from app.scene.scene_file import scene_for, scene_for_taxels, with_taxels
 from app.session.prepare import open_scene
 from app.skin.formats.import_skin import NO_ROBOT
@@ -26,6 +26,7 @@ def scene_from_arguments(arguments: argparse.Namespace) -> Scene:
         SceneError: There is no such scene or script.
     """
     scene, script = _skinned_scene(arguments), getattr(arguments, "stimuli", None)
+    scene = with_package_roots(scene, package_roots(arguments))
     return replace(scene, stimuli=load_stimuli(script)) if script else scene
 
 
@@ -50,7 +51,12 @@ def _named_scene(arguments: argparse.Namespace) -> Scene:
         raise UsageError("two scenes are named", value=f"{first}, {second}", remedy="Name one")
     name, robot = first or second, getattr(arguments, "robot", None)
     if name and robot:
-        scene = open_scene(name)
+        scene = open_scene(name, package_roots=package_roots(arguments))
         cover = replace(scene.cover, links=())
         return replace(scene, robot=robot, cover=cover, stimuli=scene_for(robot).stimuli, motion=())
-    return open_scene(name) if name else scene_for(robot or "arm")
+    return open_scene(name, package_roots=package_roots(arguments)) if name else scene_for(robot or "arm")
+
+
+def package_roots(arguments: argparse.Namespace) -> tuple[str, ...]:
+    """The folders of ``--package-root``, as absolute paths."""
+    return tuple(str(Path(root).absolute()) for root in getattr(arguments, "package_root", None) or ())

@@ -7,8 +7,10 @@ from pathlib import Path
 from typing import get_args
 
 from app.cli.output import print_fields, print_json, progress_line
+from app.cli.scenes import package_roots
 from app.core.errors import UsageError, did_you_mean
 from app.scene.effects import SkinModel
+from app.scene.scene import with_package_roots
 from app.scene.scene_file import scene_for, scene_names
 from app.session.prepare import load_robot_and_skin, open_scene
 from app.simulation.known_load_check import WeighingResult, weigh
@@ -25,7 +27,8 @@ def execute(arguments: argparse.Namespace) -> int:
         raise UsageError(
             "there is no such contact model", value=arguments.model, remedy=did_you_mean(arguments.model, _MODELS)
         )
-    scene = open_scene(name) if Path(name).suffix.lower() == ".toml" or name in scene_names() else scene_for(name)
+    roots, is_scene = package_roots(arguments), Path(name).suffix.lower() == ".toml" or name in scene_names()
+    scene = open_scene(name, package_roots=roots) if is_scene else with_package_roots(scene_for(name), roots)
     usual: SkinModel = "water-fill" if scene.effects.skin == "off" else scene.effects.skin
     progress = progress_line()
     robot, skin = load_robot_and_skin(scene, progress=progress)

@@ -9,7 +9,7 @@ import difflib
 import os
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from importlib import metadata
 from importlib.util import find_spec
@@ -129,7 +129,7 @@ def list_robots() -> tuple[RobotEntry, ...]:
     return (*own, *(entry for entry in menagerie if entry.name not in _OWN))
 
 
-def load_robot(source: str | Path) -> Robot:
+def load_robot(source: str | Path, *, package_roots: Sequence[str | Path] = ()) -> Robot:
     """The robot of that name, or read from that file.
 
     Looks among our own names, then for a file, then in the folder ``MENAGERIE_ROOT``, then in the package
@@ -137,6 +137,7 @@ def load_robot(source: str | Path) -> Robot:
 
     Args:
         source: A name as ``list_robots`` tells them, or a file: MJCF, URDF or a bare mesh.
+        package_roots: Of a file: folders with its packages, or with meshes outside its own folder.
 
     Raises:
         RobotError: There is no such robot; the message lists the names and the closest one.
@@ -150,7 +151,7 @@ def load_robot(source: str | Path) -> Robot:
     if name in _OWN:
         return replace(_OWN[name](), source=name)
     if _looks_like_a_file(name):
-        return load_robot_file(name)
+        return load_robot_file(name, package_roots=[Path(root) for root in package_roots])
     files = _menagerie_files()
     if name in files:
         return load_mjcf(files[name], name=name)

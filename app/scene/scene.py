@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, TypeAlias
@@ -34,6 +34,7 @@ class Scene:
         outputs: What is wanted, some of ``OUTPUTS``; empty for what the task usually wants.
         cover: How the skin places itself.
         layer: What the cover is made of.
+        package_roots: Folders in which a robot's file may find packages and meshes, besides its own.
         taxel_file: A file of taxels that are used instead of a cover, on ``cover.links`` where it does not name its
             link; empty for none.
         objects: What there is besides the robot; their names differ.
@@ -62,6 +63,7 @@ class Scene:
     outputs: tuple[str, ...] = ()
     cover: CoverSpec = field(default_factory=CoverSpec)
     layer: ElasticLayer = field(default_factory=ElasticLayer)
+    package_roots: tuple[str, ...] = ()
     taxel_file: str = ""
     objects: tuple[ObjectSpec, ...] = ()
     overrides: Mapping[str, Override] = field(default_factory=dict)
@@ -150,3 +152,8 @@ def with_override(scene: Scene, key: str, override: Override) -> Scene:
         SceneError: There is no such effect, or it cannot be set to that.
     """
     return replace(scene, overrides={**scene.overrides, key: override})
+
+
+def with_package_roots(scene: Scene, roots: Sequence[str]) -> Scene:
+    """The same scene, whose robot may find its files under these folders too."""
+    return replace(scene, package_roots=tuple(dict.fromkeys((*scene.package_roots, *roots))))

@@ -26,7 +26,7 @@ from assets import asset
 
 _POINTS = ("path",)
 """Settings of the controller that are lists of points."""
-_PLAIN = ("name", "title", "robot", "task", "outputs", "taxel_file", "tick", "seed")
+_PLAIN = ("name", "title", "robot", "task", "outputs", "package_roots", "taxel_file", "tick", "seed")
 _TABLES = ("cover", "layer", "objects", "effects", "control", "contacts", "behaviours", "motion", "stimuli")
 
 
@@ -140,6 +140,7 @@ def load_scene(name: str, *, check: Callable[[Scene], None] = _accept) -> Scene:
     scene = replace(
         scene,
         robot=_beside(path, scene.robot),
+        package_roots=tuple(str(path.parent / root) for root in scene.package_roots),
         taxel_file=_beside(path, scene.taxel_file),
         objects=tuple(replace(spec, file=_beside(path, spec.file)) for spec in scene.objects),
     )

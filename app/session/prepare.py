@@ -6,6 +6,7 @@ line. ``prepare`` loads the robot, puts on its skin and makes the map.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,7 +26,7 @@ from app.robots.robot import Robot
 from app.scene.motion import Motion
 from app.scene.object_meshes import make_objects
 from app.scene.objects import SceneObject
-from app.scene.scene import Scene
+from app.scene.scene import Scene, with_package_roots
 from app.scene.scene_file import load_scene, scene_names
 from app.skin.cover import cover_robot
 from app.skin.formats.import_skin import NO_ROBOT, check_links, import_skin
@@ -89,7 +90,7 @@ def load_robot_and_skin(scene: Scene, *, progress: Progress = no_progress) -> tu
         progress("Importing taxels", 0.1)
         return _skin_alone(scene)
     progress(f"Loading {scene.robot}", 0.0)
-    robot = load_robot(scene.robot)
+    robot = load_robot(scene.robot, package_roots=scene.package_roots)
     if scene.taxel_file:
         progress("Importing taxels", 0.1)
         links, thickness = scene.cover.links, scene.cover.thickness
@@ -121,15 +122,23 @@ def _need_taxel_file(scene: Scene) -> None:
         raise SceneError("there is neither a robot nor a skin", file=scene.name, place="robot", remedy=remedy)
 
 
-def open_scene(name: str) -> Scene:
+def open_scene(name: str, *, package_roots: Sequence[str] = ()) -> Scene:
     """The scene of that name or file, as ``load_scene``; in a file, also names of joints, settings and files are right.
+
+    Args:
+        name: Of a shipped scene, or a path.
+        package_roots: Joined to those the scene names.
 
     Raises:
         SceneError: There is none, or it has a mistake; the message names the line and the key.
 
     Cost: that of loading the robot, for a file; none for a scene that ships with the app.
     """
-    return load_scene(name) if name in scene_names() else load_scene(name, check=_check)
+    if name in scene_names():
+        return load_scene(name)
+    return with_package_roots(
+        load_scene(name, check=lambda scene: _check(with_package_roots(scene, package_roots))), package_roots
+    )
 
 
 def _check(scene: Scene) -> None:
@@ -155,7 +164,7 @@ def _checked_robot(scene: Scene) -> Robot | None:
         _need_taxel_file(scene)
         return None
     try:
-        return load_robot(scene.robot)
+        return load_robot(scene.robot, package_roots=scene.package_roots)
     except TactileMapsError as error:
         raise error.at(kind=SceneError, place="robot", value=error.value or scene.robot) from error
 

@@ -33,6 +33,7 @@ class SkinOptions:
         robot: What carries the taxels of a file: None for iCub with iCub positions, otherwise nothing.
         surface: Of a bare mesh: its ``outer`` surface, ``all`` of it, or a ``cover`` over it, as robots get.
         thickness: Of a cover [m].
+        package_roots: Folders with packages and meshes that a robot's file names, besides its own.
 
     Example:
         >>> options = tm.SkinOptions(links=("hand",), thickness=0.002)
@@ -45,6 +46,7 @@ class SkinOptions:
     robot: str | None = None
     surface: MeshSurface = "outer"
     thickness: float = 0.003
+    package_roots: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if self.surface not in get_args(MeshSurface):
@@ -76,7 +78,7 @@ def open_skin(source: str | Path, options: SkinOptions | None = None, *, progres
         mesh, findings = to_metres(read_mesh(path), where=path.name)
         skin = skin_of_mesh(mesh, spec.placement, name=path.stem, surface=spec.surface, progress=progress)
         return Skin(skin.patches, (*findings, *skin.findings))
-    robot = load_robot(str(source))
+    robot = load_robot(str(source), package_roots=spec.package_roots)
     skin = cover_robot(robot, _cover_spec(spec), progress=progress)
     return Skin(skin.patches, (*robot.findings, *skin.findings))
 
@@ -98,6 +100,6 @@ def _read_taxels(path: Path, wanted: SkinOptions) -> Skin:
     name = wanted.robot or ("icub" if path.suffix.lower() == ".txt" else NO_ROBOT)
     if name == NO_ROBOT:
         return import_skin(path, links=wanted.links, thickness=wanted.thickness)
-    robot = load_robot(name)
+    robot = load_robot(name, package_roots=wanted.package_roots)
     skin = import_skin(path, robot, links=wanted.links, thickness=wanted.thickness)
     return Skin(skin.patches, (*robot.findings, *skin.findings))

@@ -173,8 +173,14 @@ def _file_menu() -> Menu:
     return Menu(
         "File",
         (
-            ActionSpec("open_robot", "Open robot…", ("Ctrl+O",), "Open MJCF, URDF or a bare mesh"),
+            ActionSpec("open_robot", "Open robot…", ("Ctrl+O",), "Open MJCF, URDF, xacro or a bare mesh"),
             MenuList("robots", "Robots"),
+            ActionSpec(
+                "package_root",
+                "Choose package root…",
+                (),
+                "Choose a folder with ROS packages or meshes that robot files name",
+            ),
             MenuList("scenes", "Open scene"),
             ActionSpec("open_scene", "Open scene file…", (), "Open a scene file (.toml)"),
             ActionSpec(

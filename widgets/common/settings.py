@@ -71,6 +71,7 @@ class OverlayOptions:
 
 
 _RECENT = 8
+_PACKAGE_ROOTS = 8
 
 
 class Settings:
@@ -112,6 +113,17 @@ class Settings:
     def add_recent(self, path: str) -> None:
         """Put a file on top of the recent ones."""
         self._store.setValue("recent", [path, *(item for item in self.recent if item != path)][:_RECENT])
+
+    @property
+    def package_roots(self) -> tuple[str, ...]:
+        """Folders in which robot files may find packages and meshes, newest first."""
+        value = self._store.value("package_roots", [])
+        return (value,) if isinstance(value, str) else tuple(map(str, value)) if isinstance(value, list) else ()
+
+    def add_package_root(self, path: str) -> None:
+        """Put a folder before the others."""
+        roots = [path, *(root for root in self.package_roots if root != path)]
+        self._store.setValue("package_roots", roots[:_PACKAGE_ROOTS])
 
     @property
     def overlays(self) -> OverlayOptions | None:

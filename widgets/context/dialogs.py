@@ -25,6 +25,10 @@ class Dialogs:
         """Ask for a file to read; empty when none is chosen."""
         return QFileDialog.getOpenFileName(self._parent, title, "", f"{kinds};;All files (*)")[0]
 
+    def open_folder(self, title: str) -> str:
+        """Ask for a folder; empty when none is chosen."""
+        return QFileDialog.getExistingDirectory(self._parent, title)
+
     def save_file(self, title: str, name: str, kinds: str) -> str:
         """Ask for a file to write, by default called ``name``; empty when none is chosen."""
         return QFileDialog.getSaveFileName(self._parent, title, name, kinds)[0]

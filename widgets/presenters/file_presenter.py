@@ -6,7 +6,7 @@ file with every effect as it was chosen.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -18,7 +18,7 @@ from app.core.errors import SceneError, SkinError, TactileMapsError
 from app.core.files import write_atomically
 from app.robots.library import list_robots
 from app.robots.robot import Robot
-from app.scene.scene import Scene
+from app.scene.scene import Scene, with_package_roots
 from app.scene.scene_file import load_scene, scene_for, scene_for_taxels, scene_names, scene_to_toml, with_taxels
 from app.skin.formats.import_skin import NO_ROBOT, check_links, named_links
 from widgets.actions.mnemonics import with_mnemonic
@@ -56,12 +56,14 @@ class FilePresenter(QObject):
     ) -> None:
         super().__init__(parent)
         self._context, self._effects, self._map_files = context, effects, map_files
+        self._asked: Callable[[], None] | None = None
         for name, handler in (
             ("open_robot", partial(self._choose, "Open robot", ROBOT_FILTER)),
             ("open_recording", partial(self._choose, "Open recording", RECORDING_FILTER)),
             ("import_taxels", partial(self._choose, "Import taxels", TAXEL_FILTER)),
             ("open_scene", partial(self._choose, "Open scene", SCENE_FILTER)),
             ("save_scene", self.choose_save_scene),
+            ("package_root", self.choose_package_root),
         ):
             context.actions.bind(name, handler)
 
@@ -127,7 +129,18 @@ class FilePresenter(QObject):
 
     def open_scene(self, scene: Scene, *, file: Path | None = None) -> None:
         """Open a scene, read from ``file`` or made here, once what was not saved of the map has been asked about."""
-        self._map_files.leave(partial(self._context.session.open_scene, scene, file=file))
+        self._asked = partial(self.open_scene, scene, file=file)
+        rooted = with_package_roots(scene, self._context.settings.package_roots)
+        self._map_files.leave(partial(self._context.session.open_scene, rooted, file=file))
+
+    def choose_package_root(self) -> None:
+        """Ask for a folder in which robot files may find packages and meshes; what was opened last is opened again."""
+        folder = self._context.dialogs.open_folder("Choose package root")
+        if folder:
+            self._context.settings.add_package_root(folder)
+            self._context.notifier.say(f"Robot files may use the packages and meshes in {folder}")
+            if self._asked is not None:
+                self._asked()
 
     def _choose(self, title: str, kinds: str) -> None:
         path = self._context.dialogs.open_file(title, kinds)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtCore import QObject
 
+from app.robots.model_files import PACKAGE_ROOT_OPTION
 from app.session.prepare import PreparedScene
 from widgets.context.app_context import AppContext
 from widgets.session.recording_writer import DiskSpace
@@ -22,7 +23,7 @@ class NotificationPresenter(QObject):
     def __init__(self, context: AppContext, parent: QObject) -> None:
         super().__init__(parent)
         self._context, self._session, self._notifier = context, context.session, context.notifier
-        self._session.failed.connect(self._notifier.fault)
+        self._session.failed.connect(self._on_failed)
         self._session.halted.connect(self._on_halted)
         self._session.saved.connect(self._on_saved)
         self._session.disk_filling.connect(self._on_disk_filling)
@@ -35,6 +36,11 @@ class NotificationPresenter(QObject):
         names = ("reset", "save_report") if self._session.can_report else ("reset",)
         self._notifier.say(text, fault=True, remedies=[self._context.actions[name] for name in names])
 
+    def _on_failed(self, text: str) -> None:
+        """What a package root would help is said with the way to choose one."""
+        remedies = [self._context.actions["package_root"]] if PACKAGE_ROOT_OPTION in text else []
+        self._notifier.say(text.replace(f" ({PACKAGE_ROOT_OPTION})", ""), fault=True, remedies=remedies)
+
     def _on_saved(self, path: str) -> None:
         self._notifier.say(f"Saved {path}")
         self._notifier.status(f"Saved {path}", _SAVED_MS)  # a second message may replace the first
@@ -46,7 +52,12 @@ class NotificationPresenter(QObject):
         text = f"The disk of {space.folder} will be full in about {left} of recording ({space.free / 1e6:.0f} MB left)."
         self._notifier.fault(f"{text} Free space, or stop the recording.")
 
-    def _on_prepared_changed(self, _prepared: PreparedScene) -> None:
+    def _on_prepared_changed(self, prepared: PreparedScene) -> None:
+        missing = [finding for finding in prepared.robot.findings if finding.kind == "missing-mesh"]
+        if missing:
+            files = f"{len(missing)} meshes of the robot are" if len(missing) > 1 else "A mesh of the robot is"
+            text = f"{files} missing, first {missing[0].where}: small boxes or its other shapes stand in."
+            self._notifier.say(text, fault=True, remedies=[self._context.actions["package_root"]])
         self._notifier.show_hints(shown=not self._context.settings.hints_read)
 
     def _on_hints_read(self) -> None:

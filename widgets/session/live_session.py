@@ -218,7 +218,7 @@ class LiveSession(QObject):
             file: Where it was read; what it names is then checked too, and errors name its line.
         """
         self.loading.emit(f"Opening {scene.robot}", 0.0)
-        self.worker.prepare(scene if file is None else OpenScene(file))
+        self.worker.prepare(scene if file is None else OpenScene(file, scene.package_roots))
 
     def open_recording(self, path: str | Path) -> None:
         """Read a recording; what is shown goes on until it is ready."""

@@ -28,6 +28,7 @@ class OpenScene:
     """Read a scene's file, check what it names, and prepare it."""
 
     path: Path
+    package_roots: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,10 @@ def make_handler() -> RequestHandler:
         if isinstance(request, Scene):
             tell("prepared", prepare(request, progress=progress))
         elif isinstance(request, OpenScene):
-            tell("prepared", prepare(open_scene(str(request.path)), progress=progress))
+            tell(
+                "prepared",
+                prepare(open_scene(str(request.path), package_roots=request.package_roots), progress=progress),
+            )
         elif isinstance(request, OpenRecording):
             tell("opened", RecordingPlayer(request.path, progress=progress))
         elif isinstance(request, ReflattenRequest):

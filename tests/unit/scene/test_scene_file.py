@@ -23,6 +23,7 @@ FULL = Scene(
     name='a "quoted"\tname \\ \x7f µ',
     robot="C:\\robots\\x.urdf",
     title="Ünï\n",
+    package_roots=("C:\\packages", "/more"),
     task="self-touch",
     outputs=("readings", "joint_torque"),
     cover=CoverSpec(links=("a", "b"), taxels=50, thickness=0.002, seed=3),

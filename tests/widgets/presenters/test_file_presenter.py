@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import trimesh
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QAction, QDropEvent
 from PySide6.QtTest import QTest
@@ -260,3 +261,40 @@ def test_a_flat_map_of_genoa_s_is_shown_and_touched(window, tmp_path):
     run(window, 0.3)
     QTest.mouseRelease(window.map_view.viewport(), Qt.MouseButton.LeftButton)
     assert window.live._shown.pressures.max() > 0
+
+
+@pytest.mark.parametrize("backends", [INLINE])
+def test_files_elsewhere_are_found_once_a_package_root_is_chosen(window, qtbot, tmp_path, monkeypatch):
+    """The refusal offers to choose a folder; once chosen it is remembered and the robot opens."""
+    ball = '<mesh name="ball" file="../shared/ball.stl"/>'
+    model = tmp_path / "robot" / "ball.xml"
+    model.parent.mkdir()
+    model.write_text(
+        f'<mujoco><asset>{ball}</asset><worldbody><body name="tip"><joint/><geom type="mesh" mesh="ball"/></body>'
+        "</worldbody></mujoco>"
+    )
+    (tmp_path / "shared").mkdir()
+    trimesh.creation.icosphere(2, radius=0.05).export(tmp_path / "shared" / "ball.stl")
+    window.presenters.files.open_path(str(model))
+    assert "leaves the robot's folder" in window.notification_bar.text
+    assert "--package-root" not in window.notification_bar.text
+    remedy = window.notification_bar.findChild(object, "message-remedy")
+    assert remedy.text() == "Choose package root"
+    assert remedy.isVisibleTo(window.notification_bar)
+    monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_args: str(tmp_path))
+    remedy.click()
+    assert [link.name for link in window.live.prepared.robot.links] == ["tip"]
+    assert window.live.prepared.scene.package_roots == (str(tmp_path),)
+    assert window.settings.package_roots == (str(tmp_path),)
+
+
+@pytest.mark.parametrize("backends", [INLINE])
+def test_a_missing_mesh_is_said_aloud(window, tmp_path):
+    model = tmp_path / "lost.xml"
+    model.write_text(
+        '<mujoco><asset><mesh name="ball" file="ball.stl"/></asset><worldbody><body name="tip"><joint/>'
+        '<geom type="mesh" mesh="ball"/></body></worldbody></mujoco>'
+    )
+    window.presenters.files.open_path(str(model))
+    assert "ball.stl" in window.notification_bar.text
+    assert "missing" in window.notification_bar.text
