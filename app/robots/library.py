@@ -1,6 +1,6 @@
 """Robots by name: our own arms, two real ones from optional wheels, and every menagerie folder the user has.
 
-iCub's torso and left arm come from the wheel ``icub-models`` where it is installed.
+iCub, its torso and left arm or all of it, comes from the wheel ``icub-models`` where that is installed.
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ ICUB_BASE_HEIGHT = 0.18  # m: the pelvis just clears the ground
 ICUB_BASE_YAW = -1.5708  # rad: its front and its left arm face the usual camera
 # A bent arm, off the body [rad].
 ICUB_HOME = {"l_shoulder_pitch": -0.5, "l_shoulder_roll": 0.6, "l_elbow": 1.0, "l_wrist_prosup": 0.2}
+WHOLE_ICUB_BASE_HEIGHT = 0.635  # m: its soles just clear the ground
 # Frames named *_dh_frame stay: taxel files state positions in them.
 _ICUB_LINKS = re.compile(r"root_link$|torso_|chest$|l_(shoulder|arm|upper_arm|elbow|forearm|wrist|hand)")
 _ICUB_SENSOR_FRAMES = re.compile(r"_skin_\d+$|_ems_|_gyro_|_imu(_|$)")
@@ -54,27 +55,41 @@ def load_icub() -> Robot:
     Raises:
         RobotError: The wheel is not installed.
     """
+    return _icub("icub", _is_kept_link, ICUB_HOME, ICUB_BASE_HEIGHT)
+
+
+def load_whole_icub() -> Robot:
+    """All of iCub, standing, its pelvis held: 32 joints, link names as in its URDF, both arms bent alike.
+
+    Raises:
+        RobotError: The wheel is not installed.
+
+    Cost: 1 s.
+    """
+    home = {**ICUB_HOME, **{"r_" + name.removeprefix("l_"): angle for name, angle in ICUB_HOME.items()}}
+    return _icub("icub_whole", lambda name: not _ICUB_SENSOR_FRAMES.search(name), home, WHOLE_ICUB_BASE_HEIGHT)
+
+
+def _icub(name: str, is_kept: Callable[[str], bool], home: dict[str, float], height: float) -> Robot:
     folder = icub_folder()
     if folder is None:
-        raise RobotError(
-            "the robot icub needs a package that is not installed", value="icub-models", remedy=INSTALL_REMEDY
-        )
+        problem = f"the robot {name} needs a package that is not installed"
+        raise RobotError(problem, value="icub-models", remedy=INSTALL_REMEDY)
     path = folder / "robots" / ICUB_MODEL / "model.urdf"
-    root = _torso_and_left_arm(read_urdf(path))
     return robot_from_urdf(
-        root,
+        _with_links(read_urdf(path), is_kept),
         path,
         package_roots=[folder.parent],
-        name="icub",
-        home=ICUB_HOME,
-        base_height=ICUB_BASE_HEIGHT,
+        name=name,
+        home=home,
+        base_height=height,
         base_yaw=ICUB_BASE_YAW,
     )
 
 
-def _torso_and_left_arm(root: Element) -> Element:
+def _with_links(root: Element, is_kept: Callable[[str], bool]) -> Element:
     """Keep the wanted links and the joints between them; massless sensor frames go too."""
-    kept = {link.get("name", "") for link in root.iter("link") if _is_kept_link(link.get("name", ""))}
+    kept = {link.get("name", "") for link in root.iter("link") if is_kept(link.get("name", ""))}
     root[:] = [
         child
         for child in root
@@ -124,6 +139,7 @@ def list_robots() -> tuple[RobotEntry, ...]:
         RobotEntry("two_arms", "Two arms (14 joints)", True),
         RobotEntry("ur5e", "UR5e", ur5e, "" if ur5e else INSTALL_REMEDY),
         RobotEntry("icub", "iCub, torso and left arm", icub, "" if icub else INSTALL_REMEDY),
+        RobotEntry("icub_whole", "iCub, whole body (32 joints)", icub, "" if icub else INSTALL_REMEDY),
     )
     menagerie = (RobotEntry(name, name.replace("_", " "), True) for name in _menagerie_files())
     return (*own, *(entry for entry in menagerie if entry.name not in _OWN))
@@ -179,7 +195,9 @@ def _ur5e() -> Robot:
     return load_mjcf(folder / "universal_robots_ur5e" / "ur5e.xml", name="ur5e")
 
 
-_OWN: dict[str, Callable[[], Robot]] = {"arm": _arm, "two_arms": _two_arms, "ur5e": _ur5e, "icub": load_icub}
+_OWN: dict[str, Callable[[], Robot]] = {
+    "arm": _arm, "two_arms": _two_arms, "ur5e": _ur5e, "icub": load_icub, "icub_whole": load_whole_icub,
+}  # fmt: skip
 
 
 def _looks_like_a_file(text: str) -> bool:

@@ -35,8 +35,8 @@ class Scene:
         cover: How the skin places itself.
         layer: What the cover is made of.
         package_roots: Folders in which a robot's file may find packages and meshes, besides its own.
-        taxel_file: A file of taxels that are used instead of a cover, on ``cover.links`` where it does not name its
-            link; empty for none.
+        taxel_file: A file of taxels, or a folder of iCub positions, used instead of a cover, on ``cover.links`` where
+            it does not name its link; empty for none.
         objects: What there is besides the robot; their names differ.
         overrides: Effects that do not follow from the needs, by key of ``EFFECTS``.
         control: Settings of the controller that differ from its defaults, by name.

@@ -170,7 +170,7 @@ def _checked_robot(scene: Scene) -> Robot | None:
 
 
 def _check_taxels(scene: Scene, robot: Robot | None) -> None:
-    if not Path(scene.taxel_file).is_file():
+    if not Path(scene.taxel_file).exists():
         remedy = "Name a file relative to the scene's folder"
         raise SceneError("there is no such file", place="taxel_file", value=scene.taxel_file, remedy=remedy)
     try:

@@ -3,6 +3,7 @@
 ``taxel_set``                what every format is read into and written from: places, and whatever else a file knows
 ``taxel_files``              reads and writes any of them; the file's ending says which
 ``icub_positions``           iCub skin positions (.txt), and the skin of a robot's link from them
+``icub_frames``              the frames that such files state positions in
 ``icub_layout``              iCub layout files (.ini): the hand-drawn map of a patch
 ``icub_module_orientation``  modules of such a layout that seem turned or mirrored, and a proposal for each
 ``csv_table``                tables with named columns (.csv, .tsv)

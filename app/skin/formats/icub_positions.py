@@ -20,6 +20,7 @@ from app.core.errors import Finding, SkinError, add_finding, errors_in_file
 from app.core.files import read_bounded_text, write_lines
 from app.robots.robot import Robot
 from app.skin.fit import carrying_link, fit_taxels_to_link
+from app.skin.formats.icub_frames import icub_frames
 from app.skin.formats.taxel_set import MAX_COORDINATE, MAX_TAXELS, TaxelSet, is_number, line_error, unit_normals
 from app.skin.skin import Skin, number_ranges
 
@@ -185,7 +186,10 @@ def import_icub_skin(robot: Robot, path: str | Path, *, link: str | None = None,
     """
     taxels = read_icub_positions(path)
     name = link or carrying_link(robot, taxels.link, Path(path))
-    skin = fit_taxels_to_link(robot, name, taxels.positions, thickness=thickness, file=path, identity=taxels.identity)
+    skin = fit_taxels_to_link(
+        robot, name, taxels.positions, thickness=thickness, file=path, identity=taxels.identity,
+        frames=icub_frames(robot, name),
+    )  # fmt: skip
     return Skin(skin.patches, taxels.findings + skin.findings)
 
 

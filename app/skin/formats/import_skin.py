@@ -7,14 +7,16 @@ names where the file does not, or where the robot calls it otherwise.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from app.core.errors import Finding, SkinError
 from app.core.files import MAX_UNPACKED_BYTES, array_format, read_bounded_file
 from app.robots.robot import Robot
-from app.skin.fit import carrying_link, fit_taxels_to_link
+from app.skin.fit import carrying_link, fit_taxels_to_link, match_frame
+from app.skin.formats.icub_frames import icub_frames
+from app.skin.formats.icub_positions import read_icub_positions
 from app.skin.formats.npz import FORMAT as TAXEL_FORMAT
 from app.skin.formats.taxel_files import read_taxel_sets
 from app.skin.formats.taxel_set import TaxelSet
@@ -32,10 +34,14 @@ TAXEL_ENDINGS = (".txt", ".csv", ".tsv", ".json")
 def holds_taxels(path: str | Path) -> bool:
     """Whether ``path`` is a file of taxels: by its ending, and for URDF and npz by what is in it. A map of ours is not.
 
+    A folder is where it has files ``*.txt``.
+
     Cost: that of reading a URDF or npz file; none for the others.
     """
     path = Path(path)
     ending = path.suffix.lower()
+    if path.is_dir():
+        return bool(_position_files(path))
     if ending not in (".urdf", ".npz"):
         return ending in TAXEL_ENDINGS
     try:
@@ -64,7 +70,8 @@ def import_skin(
     """The skin that the file at ``path`` holds; its findings tell what was repaired, left out or guessed.
 
     Args:
-        path: iCub positions, a table, npz, Genoa's JSON, URDF with tactile sensors, or a skin or map of ours.
+        path: iCub positions, a table, npz, Genoa's JSON, URDF with tactile sensors, or a skin or map of ours. Or a
+            folder of iCub positions: each link wears the file that lies closest to it, findings tell the others.
         robot: Carries the taxels: each link's move onto a cover of it. None joins them to each other instead.
         links: Of a file with several links, those that are wanted; of a file with one, the link that carries it.
         thickness: Of the cover over a link's mesh [m].
@@ -73,9 +80,11 @@ def import_skin(
         SkinError: The file cannot be used, names no link where one is needed, or one that is not there.
         RobotError: The robot has no link of a name in ``links``.
 
-    Cost: 0.2 s for 1000 taxels alone, 0.5 s for 400 on a robot.
+    Cost: 0.2 s for 1000 taxels alone, 0.5 to 2 s for 400 on a robot; about 20 s for all 4,077 of an iCub.
     """
     path = Path(path)
+    if path.is_dir():
+        return _import_folder(path, robot, links, thickness)
     if is_own_skin(path):
         return _own_skin(path, robot)
     sets = _chosen(read_taxel_sets(path), links, robot, path)
@@ -90,6 +99,8 @@ def named_links(path: str | Path) -> tuple[str | None, ...]:
         SkinError: The file cannot be read.
     """
     path = Path(path)
+    if path.is_dir():
+        return tuple(read_icub_positions(file).link for file in _position_files(path))
     if is_own_skin(path):
         return tuple(dict.fromkeys(patch.link for patch in load_skin(path).patches))
     return tuple(taxels.link for taxels in read_taxel_sets(path))
@@ -103,6 +114,9 @@ def check_links(path: str | Path, robot: Robot | None, links: Sequence[str] = ()
         RobotError: As ``import_skin``.
     """
     path = Path(path)
+    if path.is_dir():
+        _folder_sets(path, robot, links)
+        return
     if is_own_skin(path):
         _own_skin(path, robot)
         return
@@ -172,5 +186,68 @@ def _with_area_note(skin: Skin, taxels: TaxelSet) -> Skin:
 
 def _fitted(robot: Robot, taxels: TaxelSet, thickness: float, path: Path) -> Skin:
     link = carrying_link(robot, taxels.link, path)
-    skin = fit_taxels_to_link(robot, link, taxels.positions, thickness=thickness, file=path, identity=taxels.identity)
+    skin = fit_taxels_to_link(
+        robot, link, taxels.positions, thickness=thickness, file=path, identity=taxels.identity,
+        frames=icub_frames(robot, link),
+    )  # fmt: skip
     return Skin(skin.patches, (*taxels.findings, *skin.findings))
+
+
+def _position_files(folder: Path) -> list[Path]:
+    return sorted(folder.glob("*.txt"))
+
+
+def _folder_sets(
+    folder: Path, robot: Robot | None, links: Sequence[str]
+) -> tuple[dict[str, dict[Path, TaxelSet]], list[Finding]]:
+    """By link of the robot the files for it; findings tell the files for other links."""
+    if robot is None:
+        remedy = "Open it with the robot that carries them, or choose one file"
+        raise SkinError("a folder of positions needs a robot", file=folder, remedy=remedy)
+    findings: list[Finding] = []
+    of_link: dict[str, dict[Path, TaxelSet]] = {}
+    for file in _position_files(folder):
+        taxels = read_icub_positions(file)
+        try:
+            link = carrying_link(robot, taxels.link, file)
+        except SkinError as error:
+            findings.append(Finding("link-missing", file.name, f"left out: {error.problem}", len(taxels)))
+            continue
+        if not links or link in links:
+            of_link.setdefault(link, {})[file] = taxels
+    missing = [link for link in links if link not in of_link]
+    if missing or not of_link:
+        problem = "no file in the folder is for that link" if missing else "no file in the folder is for this robot"
+        remedy = f"Choose a folder with positions files for: {', '.join(robot.link_index)}"
+        raise SkinError(problem, file=folder, value=missing[0] if missing else len(findings), remedy=remedy)
+    return of_link, findings
+
+
+def _import_folder(folder: Path, robot: Robot | None, links: Sequence[str], thickness: float) -> Skin:
+    of_link, findings = _folder_sets(folder, robot, links)
+    assert robot is not None
+    skins = [Skin((), tuple(findings))]
+    for link, files in of_link.items():
+        best, left_out = _closest_file(robot, link, files)
+        skin = _fitted(robot, replace(files[best], link=link), thickness, best)
+        skins.append(Skin(skin.patches, (*left_out, *skin.findings)))
+    return merge_skins(skins)
+
+
+def _closest_file(robot: Robot, link: str, files: Mapping[Path, TaxelSet]) -> tuple[Path, list[Finding]]:
+    """Which of the files for ``link``, as from robots of different versions, lies closest to its mesh."""
+    if len(files) == 1:
+        return next(iter(files)), []
+    frames = icub_frames(robot, link)
+    away = {file: match_frame(robot, link, taxels.positions, frames=frames).median for file, taxels in files.items()}
+    best = min(away, key=lambda file: away[file])
+    return best, [
+        Finding(
+            "other-calibration",
+            file.name,
+            f"left out: {1e3 * away[file]:.1f} mm off the link {link}, {best.name} {1e3 * away[best]:.1f} mm",
+            len(taxels),
+        )
+        for file, taxels in files.items()
+        if file != best
+    ]

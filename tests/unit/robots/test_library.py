@@ -7,10 +7,12 @@ from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from app.core.errors import RobotError
 from app.robots import library
+from app.robots.kinematics import Configuration
 from app.robots.library import icub_folder, list_robots, load_icub, load_robot
 
 needs_icub = pytest.mark.skipif(icub_folder() is None, reason="the wheel icub-models is not installed")
@@ -26,6 +28,26 @@ def test_torso_and_left_arm_keep_their_names() -> None:
         assert robot.link(name).mesh is not None
     assert robot.link("l_forearm_dh_frame").mesh is None
     assert not any(link.name.startswith("r_") or "skin" in link.name for link in robot.links)
+
+
+@pytest.mark.robots
+@needs_icub
+def test_the_whole_icub_has_both_sides_and_stands() -> None:
+    robot = load_robot("icub_whole")
+    assert (robot.name, robot.source, len(robot.joints)) == ("icub_whole", "icub_whole", 32)
+    for side in "lr":
+        for name in ("upper_arm", "forearm", "hand", "upper_leg", "lower_leg", "foot"):
+            assert robot.link(f"{side}_{name}").mesh is not None
+    assert not any("skin" in link.name for link in robot.links)
+    configuration = Configuration(robot)
+    mesh = {side: robot.link(f"{side}_foot").mesh for side in "lr"}
+    lowest = [
+        configuration.pose(f"{side}_foot").points(m.vertices)[:, 2].min() for side, m in mesh.items() if m is not None
+    ]
+    assert all(0 < low < 0.01 for low in lowest)
+    hands = [configuration.pose(f"{side}_hand").translation for side in "lr"]
+    middle = configuration.pose("root_link").inverse.points(np.array(hands))
+    np.testing.assert_allclose(middle[0] * [1, -1, 1], middle[1], atol=2e-3)
 
 
 @pytest.mark.robots
@@ -49,7 +71,7 @@ def test_without_the_wheel_the_remedy_is_named(monkeypatch: pytest.MonkeyPatch, 
 
 def test_the_own_arm_is_always_there() -> None:
     entries = {entry.name: entry for entry in list_robots()}
-    assert list(entries)[:4] == ["arm", "two_arms", "ur5e", "icub"]
+    assert list(entries)[:5] == ["arm", "two_arms", "ur5e", "icub", "icub_whole"]
     assert entries["arm"].available
     arm = load_robot("arm")
     assert (len(arm.joints), len(arm.links), arm.source, arm.findings) == (7, 8, "arm", ())
@@ -77,7 +99,7 @@ def test_a_menagerie_folder_adds_its_models_by_folder_name(
     (model / "abc.xml").write_text("<mujoco/>")
     (tmp_path / "menagerie" / "empty").mkdir()
     monkeypatch.setenv("MENAGERIE_ROOT", str(tmp_path / "menagerie"))
-    assert [entry.name for entry in list_robots()][4:] == ["maker_tiny"]
+    assert [entry.name for entry in list_robots()][5:] == ["maker_tiny"]
     robot = load_robot("maker_tiny")
     assert robot.name == "maker_tiny"
     assert robot.source.endswith("tiny.xml")

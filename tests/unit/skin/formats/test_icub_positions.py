@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from app.core.errors import Finding, RobotError, SkinError
-from app.robots.library import icub_folder, load_robot
+from app.robots.library import icub_folder
 from app.skin.formats import icub_positions
 from app.skin.formats.icub_positions import (
     import_icub_skin,
@@ -195,26 +195,6 @@ def test_real_files_hold_what_was_measured() -> None:
     torso = read_icub_positions(REAL / "torso.txt")
     assert kinds(torso.findings)["thermal-pad"] == 88
     assert len(torso.positions) + kinds(torso.findings)["duplicate-taxel"] == 440
-
-
-@needs_files
-@needs_icub
-@pytest.mark.parametrize(("file", "count"), [("left_arm.txt", 350), ("left_forearm_V2.txt", 148)])
-def test_real_taxels_are_worn_by_icub(file: str, count: int) -> None:
-    skin = import_icub_skin(load_robot("icub"), REAL / file)
-    assert len(skin) == count
-    for patch in skin.patches:
-        assert (patch.taxels.areas > 0).all()
-        assert patch.taxels.areas.sum() <= patch.surface.area
-    assert max(len(patch.taxels) for patch in skin.patches) > 100
-    assert ("taxel-frame" in kinds(skin.findings)) == (file == "left_forearm_V2.txt")
-
-
-@needs_files
-@needs_icub
-def test_real_taxels_in_another_frame_are_refused_with_their_distance() -> None:
-    with pytest.raises(SkinError, match="torso.txt.*20 mm from the link chest.*median 7"):
-        import_icub_skin(load_robot("icub"), REAL / "torso.txt")
 
 
 def test_what_is_written_reads_back_sorted_by_row(tmp_path: Path) -> None:

@@ -1,0 +1,129 @@
+"""Frames of iCub's positions files, and folders of them on the robot; real files where they are at hand."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.core.errors import SkinError
+from app.robots.library import icub_folder, load_robot
+from app.robots.robot import Robot
+from app.skin.fit import carrying_link, match_frame
+from app.skin.formats.icub_frames import icub_frames
+from app.skin.formats.icub_positions import read_icub_positions
+from app.skin.formats.import_skin import import_skin
+from tests.unit.skin.example_robots import two_rods
+from tests.unit.skin.formats.test_icub_positions import REAL, kinds, module, needs_files, needs_icub, positions_file
+
+ALL_FILES = Path(os.environ.get("ICUB_SKIN_CONF", "no such folder")) / "positions"
+needs_all_files = pytest.mark.skipif(
+    not ALL_FILES.is_dir(), reason="ICUB_SKIN_CONF does not name the folder app/skinGui/conf of icub-main"
+)
+OLDER = ("left_forearm_mesh", "left_forearm_nomesh", "right_forearm_mesh", "right_forearm_nomesh")
+"""Of a forearm whose cover differs from that of the model."""
+
+
+@pytest.fixture(scope="module")
+def whole() -> Robot:
+    if icub_folder() is None:
+        pytest.skip("the wheel icub-models is not installed")
+    return load_robot("icub_whole")
+
+
+@needs_files
+@needs_icub
+@pytest.mark.parametrize(("file", "count"), [("left_arm.txt", 350), ("left_forearm_V2.txt", 148)])
+def test_real_taxels_are_worn_by_icub(file: str, count: int) -> None:
+    skin = import_skin(REAL / file, load_robot("icub"))
+    assert len(skin) == count
+    for patch in skin.patches:
+        assert (patch.taxels.areas > 0).all()
+        assert patch.taxels.areas.sum() <= patch.surface.area
+    assert max(len(patch.taxels) for patch in skin.patches) > 100
+    assert ("taxel-frame" in kinds(skin.findings)) == (file == "left_forearm_V2.txt")
+
+
+def test_a_folder_covers_each_link_with_the_file_that_lies_closest(tmp_path: Path) -> None:
+    far = [" ".join([f"{1.1 * float(row.split()[0]):.5f}", *row.split()[1:]]) for row in module(1)]
+    for name, rows, link in (("near", module(), "upper"), ("far", far, "upper"), ("lost", module(), "tail")):
+        positions_file(tmp_path, rows, header=f"name {link}\n").rename(tmp_path / f"{name}.txt")
+    (tmp_path / "README.md").write_text("not a positions file")
+    skin = import_skin(tmp_path, two_rods(), thickness=0.002)
+    assert [(patch.link, len(patch.taxels)) for patch in skin.patches] == [("upper", 10)]
+    told = {(f.kind, f.where): f.count for f in skin.findings}
+    assert told["other-calibration", "far.txt"] == 10
+    assert ("link-missing", "lost.txt") in told
+
+
+def test_a_folder_without_a_file_for_the_robot_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(SkinError, match="no file in the folder.*found: 0.*base, upper"):
+        import_skin(tmp_path, two_rods())
+    with pytest.raises(SkinError, match="needs a robot"):
+        import_skin(tmp_path)
+
+
+def test_robots_without_icubs_links_have_no_frames_of_its() -> None:
+    assert icub_frames(two_rods(), "upper") == {}
+
+
+@pytest.mark.robots
+@needs_icub
+@pytest.mark.parametrize(
+    ("link", "frame"),
+    [("chest", "torso (third DH link)"), ("r_upper_arm", "elbow (DH)"), ("l_upper_arm", "elbow (DH)")],
+)
+def test_positions_in_a_documented_frame_come_to_lie_on_the_link(whole: Robot, link: str, frame: str) -> None:
+    frames, mesh = icub_frames(whole, link), whole.link(link).mesh
+    assert mesh is not None
+    stated = frames[frame].inverse.points(mesh.vertices[::37])
+    match = match_frame(whole, link, stated, frames=frames)
+    assert (match.name, match.most < 1e-6) == (frame, True)
+    assert match_frame(whole, link, stated).median > 0.005, "they are not stated in a frame of the URDF"
+
+
+@pytest.mark.robots
+@needs_icub
+def test_the_elbows_are_mirror_images(whole: Robot) -> None:
+    """The documented chains of both arms, checked against each other and against the wrist of the URDF."""
+    left, right = (icub_frames(whole, f"{side}_upper_arm")["elbow (DH)"] for side in "lr")
+    assert np.linalg.det(left.rotation) == pytest.approx(1)
+    np.testing.assert_allclose(left.translation * [1, -1, 1], right.translation, atol=3e-4)
+
+
+@needs_all_files
+@needs_icub
+@pytest.mark.parametrize("file", sorted(ALL_FILES.glob("*.txt")) or [Path("none")], ids=lambda file: file.stem)
+def test_every_real_file_lies_on_its_link(whole: Robot, file: Path) -> None:
+    taxels = read_icub_positions(file)
+    link = carrying_link(whole, taxels.link, file)
+    match = match_frame(whole, link, taxels.positions, frames=icub_frames(whole, link))
+    limit = 0.0075 if file.stem in OLDER or "foot" in file.stem else 0.002  # the feet's skin lies inside their sole
+    assert match.median < limit
+    assert match.p95 < 2 * limit + 0.002
+
+
+@pytest.mark.long
+@needs_all_files
+@needs_icub
+def test_the_whole_real_skin_is_worn_and_keeps_its_ids(whole: Robot) -> None:
+    skin = import_skin(ALL_FILES, whole)
+    assert len(skin) == 4077
+    assert len({patch.link for patch in skin.patches}) == 13
+    for link, file in (("r_upper_arm", "right_arm"), ("chest", "torso"), ("r_foot", "right_foot")):
+        ids = [patch.taxels.identity.ids for patch in skin.patches if patch.link == link]
+        stated = read_icub_positions(ALL_FILES / f"{file}.txt").ids
+        assert stated is not None
+        assert sorted(np.concatenate(ids)) == sorted(stated)
+
+
+@needs_files
+@needs_icub
+def test_the_real_torso_is_stated_in_the_frame_of_the_documentation() -> None:
+    skin = import_skin(REAL / "torso.txt", load_robot("icub"))
+    assert len(skin) == 373
+    told = {finding.kind: finding.action for finding in skin.findings}
+    assert "third DH link" in told["taxel-frame"]
+    assert told["taxel-distance"].startswith("moved onto the cover from 0.7 mm")
