@@ -2,7 +2,7 @@
 
 The files come from several calibrations, each in a frame of its own: that of the link in the robot's URDF, that of a
 link ``<link>_dh_frame``, or one that the URDF does not have. The last are known here, from the Denavit-Hartenberg
-chains of iCub's documentation (icub-tech-iit.github.io, Forward Kinematics, arms and head v1): the third joint of the
+chains of iCub's documentation (iCub Tech, Forward Kinematics, arms and head v1): the third joint of the
 torso, on the way to the head, for the chest; the elbow, for the upper arms. One file, the V2.7 right upper arm, is in
 no documented frame: its pose is that which makes it the mirror image of the left one (median 0.13 mm off).
 """
