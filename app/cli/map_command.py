@@ -31,13 +31,18 @@ from app.maps.quality import measure
 from app.maps.tactile_map import TactileMap
 from app.maps.topography import BodyDistances
 from app.recording.player import RecordingPlayer
+from app.robots.library import load_robot
 from app.skin.formats.icub_layout import apply_layout, read_icub_layout
 from app.skin.formats.icub_module_orientation import propose_orientations
+from app.skin.formats.mujoco_touch import write_touch_sensors
 from app.skin.formats.taxel_files import read_taxels
 from app.skin.open import SkinOptions, open_skin
 from app.skin.placement import BoundaryZone, PlacementSpec
 from app.skin.skin import Skin, identity_summary, identity_text
 from app.tactile.babbling import BabbleSpec, babble
+
+SENSORS_ENDING = ".xml"
+"""The robot as MJCF with a touch sensor for each taxel."""
 
 
 def recorded_touch(path: str | Path) -> tuple[Skin, FloatArray]:
@@ -155,12 +160,23 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.compare:
         result["comparison"] = _comparison(arguments, map_, body)
     if target is not None:
-        write_map(map_, target)
+        _write(map_, target, arguments)
     if arguments.json:
         print_json(result)
     else:
         print_quality(result)
     return 0
+
+
+def _write(map_: TactileMap, target: Path, arguments: argparse.Namespace) -> None:
+    """As the ending says; a robot with touch sensors needs the robot too."""
+    if target.suffix.lower() != SENSORS_ENDING:
+        write_map(map_, target)
+    elif Path(arguments.input).suffix.lower() == ".mcap":
+        write_touch_sensors(map_.skin, RecordingPlayer(arguments.input).prepared.robot, target)
+    else:
+        robot = load_robot(arguments.robot or arguments.input, package_roots=package_roots(arguments))
+        write_touch_sensors(map_.skin, robot, target)
 
 
 def _make_map(arguments: argparse.Namespace, report: Progress) -> tuple[Skin, TactileMap]:
@@ -179,8 +195,8 @@ def _output_path(arguments: argparse.Namespace) -> Path | None:
     if not arguments.output:
         return None
     target = Path(arguments.output)
-    if target.suffix.lower() not in ENDINGS:
-        endings = ", ".join(ENDINGS)
+    if target.suffix.lower() not in (*ENDINGS, SENSORS_ENDING):
+        endings = ", ".join((*ENDINGS, SENSORS_ENDING))
         raise UsageError(
             "a map cannot be exported in this format",
             file=target,

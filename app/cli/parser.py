@@ -166,7 +166,10 @@ def _add_map(commands: argparse._SubParsersAction) -> None:  # type: ignore[type
         help="robot, mesh, taxel file (.txt .csv .json .npz, URDF sensors), skin, map, recording",
     )
     make.add_argument(
-        "-o", "--output", metavar="FILE", help=".npz (everything), .obj (with UV), .svg, .png, .json (Genoa), .csv"
+        "-o",
+        "--output",
+        metavar="FILE",
+        help=".npz (everything), .obj (with UV), .svg, .png, .json (Genoa), .csv, .xml (MuJoCo)",
     )
     make.add_argument("--seed", type=int, default=0)
     _json(make)

@@ -9,6 +9,7 @@
 ``model_files``  where the files lie that a model names: its tree, packages, given roots
 ``mesh_files``   checked triangles from any mesh file; the meshes of a robot in MuJoCo's format
 ``safe_files``   bounded reads, XML without tricks, repaired where that is sound
+``touch_sensors``  the touch sensors that an MJCF file states
 ``sanitize``     a spec stripped to the robot, degenerate meshes, collision exclusions
 ``build``        where every reader ends: spec to robot, tessellated links, smoke test
 ``mujoco_spec``  MJCF text, spec and compiled model, there and back

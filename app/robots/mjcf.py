@@ -82,27 +82,14 @@ def load_mjcf(path: Path, *, package_roots: Sequence[Path] = (), name: str | Non
         MeshError: One of its meshes is not usable.
     """
     store = AssetStore()
-    reader = _FileFinder(path, package_roots, store.findings)
-    root = reader.unfold(parse_model_xml(read_bytes(path), file=path, findings=store.findings), reader.folder)
-    if root.tag == "mujocoinclude":
-        raise RobotError("this is a part of an MJCF file", file=path, remedy=files_that_include(path))
-    if root.tag != "mujoco":
-        raise RobotError(
-            "this XML file is not MJCF",
-            file=path,
-            value=f"<{root.tag}>",
-            remedy="Open an MJCF file (<mujoco>) or a URDF file (<robot>)",
-        )
-    folder = _mesh_folder(root)
+    root, reader = read_mjcf_tree(path, store, package_roots)
     plugins = sorted({element.get("plugin", "(unnamed)") for element in root.iter("plugin")})
     if plugins:
         note = "left out: no library of a model is loaded"
         store.findings.append(Finding("plug-in", ", ".join(plugins), note, len(plugins)))
     strip_mjcf(root, path)
     store.findings.extend(_drop_unknown_materials(root))
-    for mesh in root.iter("mesh"):
-        if mesh.get("file") is not None:
-            _gather(mesh, folder, reader, store)
+    gather_meshes(root, reader, store)
     if root.find("worldbody//body") is None:
         raise RobotError("the file contains no robot: it has no body", file=path, remedy=files_that_include(path))
     source = str(path)
@@ -117,7 +104,45 @@ def load_mjcf(path: Path, *, package_roots: Sequence[Path] = (), name: str | Non
     )
 
 
-class _FileFinder(ModelFiles):
+def read_mjcf_tree(path: Path, store: AssetStore, package_roots: Sequence[Path] = ()) -> tuple[Element, MjcfFiles]:
+    """The tree of an MJCF file with its includes unfolded, all sections still in it, and what finds its files.
+
+    Args:
+        path: The main file.
+        store: Gets the findings of reading it.
+        package_roots: Further folders its files may lie in.
+
+    Raises:
+        RobotError: The file cannot be read, is no MJCF, or includes files elsewhere.
+    """
+    reader = MjcfFiles(path, package_roots, store.findings)
+    root = reader.unfold(parse_model_xml(read_bytes(path), file=path, findings=store.findings), reader.folder)
+    if root.tag == "mujocoinclude":
+        raise RobotError("this is a part of an MJCF file", file=path, remedy=files_that_include(path))
+    if root.tag != "mujoco":
+        raise RobotError(
+            "this XML file is not MJCF",
+            file=path,
+            value=f"<{root.tag}>",
+            remedy="Open an MJCF file (<mujoco>) or a URDF file (<robot>)",
+        )
+    return root, reader
+
+
+def gather_meshes(root: Element, reader: MjcfFiles, store: AssetStore) -> None:
+    """Read each mesh file that ``root`` names into ``store``, and let the model name the copies.
+
+    Raises:
+        RobotError: A file lies where the model may not read.
+        MeshError: One is not usable.
+    """
+    folder = _mesh_folder(root)
+    for mesh in root.iter("mesh"):
+        if mesh.get("file") is not None:
+            _gather(mesh, folder, reader, store)
+
+
+class MjcfFiles(ModelFiles):
     """Finds the files that one MJCF file names. Mutable: counts includes."""
 
     def __init__(self, path: Path, roots: Sequence[Path], notes: list[Finding]) -> None:
@@ -182,7 +207,7 @@ def _mesh_folder(root: Element) -> tuple[str, bool]:
     return folder, strip
 
 
-def _gather(mesh: Element, folder: tuple[str, bool], reader: _FileFinder, store: AssetStore) -> None:
+def _gather(mesh: Element, folder: tuple[str, bool], reader: MjcfFiles, store: AssetStore) -> None:
     """Read one ``<mesh file=...>`` into ``store`` and let the element name the copy."""
     named = mesh.get("file", "")
     pure = PurePosixPath(named.replace("\\", "/"))

@@ -13,8 +13,10 @@ from app.core.errors import RobotError, SkinError
 from app.core.progress import Progress, no_progress
 from app.robots.library import load_robot
 from app.robots.mesh_files import MESH_SUFFIXES, read_mesh, to_metres
+from app.robots.touch_sensors import states_touch_sensors
 from app.skin.cover import CoverSpec, cover_robot
 from app.skin.formats.import_skin import NO_ROBOT, check_links, holds_taxels, import_skin
+from app.skin.formats.mujoco_touch import skin_of_touch_sensors
 from app.skin.mesh_skin import skin_of_mesh
 from app.skin.placement import PlacementSpec
 from app.skin.skin import Skin
@@ -31,7 +33,8 @@ class SkinOptions:
         placement: Of the taxels on a mesh; by default 1000, evenly.
         links: Which links to cover, or which of a file's carry the taxels that are wanted; empty to choose.
         robot: What carries the taxels of a file: None for iCub with iCub positions, otherwise nothing.
-        surface: Of a bare mesh: its ``outer`` surface, ``all`` of it, or a ``cover`` over it, as robots get.
+        surface: Of an MJCF file with touch sensors: these, or a ``cover``. Of a bare mesh: its ``outer`` surface,
+            ``all`` of it, or a ``cover`` over it, as robots get.
         thickness: Of a cover [m].
         package_roots: Folders with packages and meshes that a robot's file names, besides its own.
 
@@ -79,8 +82,18 @@ def open_skin(source: str | Path, options: SkinOptions | None = None, *, progres
         skin = skin_of_mesh(mesh, spec.placement, name=path.stem, surface=spec.surface, progress=progress)
         return Skin(skin.patches, (*findings, *skin.findings))
     robot = load_robot(str(source), package_roots=spec.package_roots)
+    if spec.surface != "cover" and _states_touch_sensors(path, spec):
+        roots = [Path(root) for root in spec.package_roots]
+        skin = skin_of_touch_sensors(robot, path, links=spec.links, thickness=spec.thickness, package_roots=roots)
+        return Skin(skin.patches, (*robot.findings, *skin.findings))
     skin = cover_robot(robot, _cover_spec(spec), progress=progress)
     return Skin(skin.patches, (*robot.findings, *skin.findings))
+
+
+def _states_touch_sensors(path: Path, wanted: SkinOptions) -> bool:
+    """Whether ``path`` is an MJCF file with touch sensors of its own."""
+    roots = [Path(root) for root in wanted.package_roots]
+    return path.suffix.lower() in (".xml", ".mjcf") and states_touch_sensors(path, package_roots=roots)
 
 
 def _cover_spec(wanted: SkinOptions) -> CoverSpec:

@@ -62,7 +62,9 @@ OPERATED = (
 )  # fmt: skip
 LEAVES = frozenset({"quit"})
 """Actions that end the window: what a run ends with."""
-DEAR_ACTIONS = frozenset({"weigh", "open_robot", "open_scene", "open_recording", "import_taxels", "play_script"})
+DEAR_ACTIONS = frozenset(
+    {"weigh", "open_robot", "open_scene", "open_recording", "import_taxels", "play_script", "package_root"}
+)
 """What simulates or opens for seconds."""
 DEAR_BUTTONS = frozenset({"comparison-run", "accuracy-measure"})
 """The same, of the panels."""
@@ -115,14 +117,15 @@ class RandomUser:
     def __enter__(self) -> RandomUser:
         for name in BROKEN:
             (self.folder / name).write_bytes(b"\x89not what the name says\n" * 9)
-        self._kept = {name: getattr(QFileDialog, name) for name in ("getOpenFileName", "getSaveFileName",
-                                                                    "getOpenFileNames")}  # fmt: skip
+        asked = ("getOpenFileName", "getSaveFileName", "getOpenFileNames", "getExistingDirectory")
+        self._kept = {name: getattr(QFileDialog, name) for name in asked}
         QFileDialog.getOpenFileName = lambda _parent, _title, _name, kinds="": (self._file_to_open(kinds), "")
         QFileDialog.getOpenFileNames = lambda _parent, _title, _name, kinds="": (
             [path] if (path := self._file_to_open(kinds)) else [],
             "",
         )
         QFileDialog.getSaveFileName = lambda _parent, _title, name, _kinds="": (self._file_to_save(name), "")
+        QFileDialog.getExistingDirectory = lambda _parent, _title: str(self.folder)
         self._checks.__enter__()
         self._answerer.start()
         return self

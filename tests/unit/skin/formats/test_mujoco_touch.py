@@ -1,0 +1,111 @@
+"""MuJoCo's touch sensors as a skin, and a skin as MuJoCo's sensors: what presses a taxel is read by its sensor."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from app.__main__ import main
+from app.core.errors import SkinError
+from app.robots.load import load_robot_file
+from app.skin.formats import mujoco_touch
+from app.skin.formats.mujoco_touch import write_touch_sensors
+from app.skin.open import SkinOptions, open_skin
+from app.skin.placement import PlacementSpec
+
+PLATE = """<mujoco model="plate"><worldbody><body name="plate" pos="0 0 0.5">
+  <geom name="plate" type="box" size="0.06 0.06 0.01"/>SITES</body>
+  <body name="toy" pos="1 0 0"><freejoint/><geom size="0.01"/><site name="toy"/></body>
+  <body name="arm" pos="0 0.5 0.5"><joint name="j" axis="0 1 0"/><geom size="0.05"/></body>
+</worldbody>SENSORS</mujoco>"""
+
+
+def plate(folder: Path, *, sensors: bool) -> Path:
+    places = [(x, y) for x in (-0.03, 0, 0.03) for y in (-0.03, 0, 0.03)]
+    sites = "".join(f'<site name="s{i}" pos="{x} {y} 0.008" size="0.005"/>' for i, (x, y) in enumerate(places))
+    touch = "".join(f'<touch name="t{i}" site="s{i}"/>' for i in reversed(range(9)))
+    path = folder / "plate.xml"
+    stated = f'<sensor>{touch}<touch name="again" site="s4"/><touch site="toy"/></sensor>' if sensors else ""
+    path.write_text(PLATE.replace("SITES", sites).replace("SENSORS", stated))
+    return path
+
+
+def test_touch_sites_become_taxels_numbered_as_their_sensors(tmp_path: Path) -> None:
+    skin = open_skin(plate(tmp_path, sensors=True))
+    assert len(skin) == 9
+    assert {patch.link for patch in skin.patches} == {"plate"}
+    ids = skin.patches[0].taxels.identity.ids
+    places = skin.patches[0].taxels.positions
+    assert sorted(ids) == list(range(9))
+    last = places[list(ids).index(0)]
+    assert last == pytest.approx([0.03, 0.03, 0.013], abs=1e-3), "the last site is the first sensor's"
+    notes = {(finding.kind, finding.where): finding for finding in skin.findings}
+    assert "t8, t7" in notes["touch-sensor", "plate"].action
+    assert notes["duplicate-taxel", "plate"].count == 1
+    assert notes["touch-sensor", "touch 10"].count == 1, "a loose thing is no link"
+
+
+def test_a_cover_is_made_where_it_is_asked_for_or_nothing_is_stated(tmp_path: Path) -> None:
+    options = SkinOptions(PlacementSpec(taxels=30), links=("plate",), surface="cover")
+    assert len(open_skin(plate(tmp_path, sensors=True), options)) == 30
+    assert len(open_skin(plate(tmp_path, sensors=False), SkinOptions(PlacementSpec(taxels=20)))) == 20
+
+
+def test_sensors_of_another_link_alone_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(SkinError, match="none of its touch sensors"):
+        open_skin(plate(tmp_path, sensors=True), SkinOptions(links=("arm",)))
+
+
+def test_what_presses_a_taxel_is_read_by_its_sensor(tmp_path: Path) -> None:
+    model = plate(tmp_path, sensors=True)
+    assert main(["map", str(model), "-o", str(tmp_path / "out.xml")]) == 0
+    skin = open_skin(model)
+    for taxel in (0, 4, 7):
+        place = skin.patches[0].taxels.positions[taxel] + [0, 0, 0.5]
+        spec = mujoco.MjSpec.from_file(str(tmp_path / "out.xml"))
+        ball = spec.worldbody.add_body(pos=[place[0], place[1], 0.5201])
+        ball.add_freejoint()
+        ball.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.01, 0, 0], mass=0.1)
+        compiled = spec.compile()
+        data = mujoco.MjData(compiled)
+        mujoco.mj_step(compiled, data, 500)
+        read = np.array([data.sensor(f"taxel_{i}").data[0] for i in range(len(skin))])
+        assert read[taxel] == pytest.approx(0.981, rel=0.05)
+        assert np.delete(read, taxel) == pytest.approx(np.zeros(8), abs=1e-9)
+
+
+def test_a_robot_of_meshes_is_written_with_its_meshes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert main(["map", "arm", "--links", "hand", "--taxels", "30", "-o", str(tmp_path / "arm.xml")]) == 0
+    monkeypatch.chdir("/")
+    compiled = mujoco.MjModel.from_xml_path(str(tmp_path / "arm.xml"))
+    assert compiled.nsensor == 30
+    assert compiled.body(int(compiled.site_bodyid[0])).name == "hand"
+    assert list((tmp_path / "arm_meshes").iterdir())
+    again = open_skin(tmp_path / "arm.xml")
+    assert len(again) == 30
+    assert list(again.patches[0].taxels.identity.ids) == list(range(30))
+
+
+def test_a_skin_of_another_robot_is_refused(tmp_path: Path) -> None:
+    skin = open_skin(plate(tmp_path, sensors=True))
+    other = tmp_path / "other.xml"
+    other.write_text('<mujoco><worldbody><body name="b"><joint/><geom size="0.1"/></body></worldbody></mujoco>')
+    with pytest.raises(SkinError, match="no link of the skin's"):
+        write_touch_sensors(skin, load_robot_file(other), tmp_path / "out.xml")
+    assert not (tmp_path / "out.xml").exists()
+
+
+def test_rays_that_would_take_too_long_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = plate(tmp_path, sensors=False)
+    grid = (
+        '<sensor><plugin plugin="mujoco.sensor.touch_grid" objtype="site" objname="s4"><config key="size" value="9 9"/>'
+        '<config key="fov" value="90 90"/></plugin></sensor></mujoco>'
+    )
+    path.write_text(path.read_text().replace("</mujoco>", grid))
+    assert len(open_skin(path)) == 81
+    monkeypatch.setattr(mujoco_touch, "_MOST_RAY_TESTS", 900)
+    with pytest.raises(SkinError, match="take too long"):
+        open_skin(path)
