@@ -5,6 +5,7 @@
 ``icub_positions``           iCub skin positions (.txt), and the skin of a robot's link from them
 ``icub_frames``              the frames that such files state positions in
 ``icub_layout``              iCub layout files (.ini): the hand-drawn map of a patch
+``icub_sensor_kinds``        where the pads of each kind of module lie on such a map
 ``icub_module_orientation``  modules of such a layout that seem turned or mirrored, and a proposal for each
 ``csv_table``                tables with named columns (.csv, .tsv)
 ``npz``                      named arrays (.npz)

@@ -2,7 +2,9 @@
 
 The format is that of iCubSkinGui (robotology/icub-main, app/skinGui/conf/skinGui): named settings, then under
 ``[SENSORS]`` one line ``type id x y orientation gain [mirror [layoutNum]]`` a module, in units of about a
-millimetre and in degrees. A module is mirrored, then turned, then moved. Taxel ``12 id + pad`` is its pad ``pad``.
+millimetre and in degrees. A module is mirrored, then turned, then moved. ``layoutNum`` 1 counts its pads backwards.
+Taxels are counted through the modules in the order of their ids; an id that no module has counts as twelve. So taxel
+``12 id + pad`` is pad ``pad``, but behind a palm, whose 48 pads are those of four boards, the count is ahead.
 """
 
 from __future__ import annotations
@@ -14,17 +16,13 @@ from pathlib import Path
 
 import numpy as np
 
-from app.core.arrays import FloatArray, IntArray, readonly
+from app.core.arrays import BoolArray, FloatArray, IntArray, readonly
 from app.core.errors import Finding, SkinError, add_finding
 from app.core.files import read_bounded_text, write_lines
-from app.skin.formats.icub_positions import ROWS_PER_MODULE, THERMAL_PADS
+from app.skin.formats.icub_positions import ROWS_PER_MODULE
+from app.skin.formats.icub_sensor_kinds import KINDS, TRIANGLE, SensorKind
 from app.skin.formats.taxel_set import MAX_COORDINATE, TaxelSet
 
-_TABLE_X = (257.2, 385.83, 128.62, 0.0, -128.62, -385.83, -256.3, -257.2, -128.62, 0.0, 0.0, 128.62)
-_TABLE_Y = (0.0, -222.83, -222.83, 0.0, -222.83, -222.83, -147.64, 0.0, 222.83, 445.54, 296.55, 222.83)
-PADS = readonly(np.transpose([_TABLE_X, _TABLE_Y]) / 40e3)
-"""(12, 2) where the pads of ``triangle_10pad`` lie about its middle [m]; from the viewer's own table."""
-KIND = "triangle_10pad"
 MAX_BYTES = 2**20
 MAX_ID = 8192
 _MILLI = 1e-3
@@ -37,12 +35,14 @@ class LayoutModule:
     """One module on the hand-drawn map.
 
     Attributes:
-        number: Which module of the patch; its pads are the taxels 12 number to 12 number + 11.
+        number: Which module of the patch.
         x: Of its middle [m].
         y: Of its middle [m].
         angle: Counter-clockwise [rad].
         mirrored: Whether x is negated before it is turned.
         gain: What the viewer multiplies its readings by.
+        kind: Which decides where its pads lie.
+        backwards: Whether its pads are counted from the last.
     """
 
     number: int
@@ -51,12 +51,15 @@ class LayoutModule:
     angle: float
     mirrored: bool = False
     gain: float = 1.0
+    kind: SensorKind = TRIANGLE
+    backwards: bool = False
 
     @property
     def points(self) -> FloatArray:
-        """(12, 2) where its pads lie on the map [m]."""
+        """(n, 2) where its channels lie on the map [m]; NaN for one without a pad."""
         cosine, sine = np.cos(self.angle), np.sin(self.angle)
-        pads = PADS * [-1.0 if self.mirrored else 1.0, 1.0]
+        pads = self.kind.pads * [-1.0 if self.mirrored and self.kind.mirrors else 1.0, 1.0]
+        pads = pads[::-1] if self.backwards else pads
         return pads @ np.array([[cosine, sine], [-sine, cosine]]) + [self.x, self.y]
 
 
@@ -77,22 +80,45 @@ class IcubLayout:
     findings: tuple[Finding, ...] = field(default=(), compare=False)
 
     @cached_property
+    def starts(self) -> dict[int, int]:
+        """The first taxel of each module, by its number."""
+        starts, ahead = {}, 0
+        for module in self._in_order:
+            starts[module.number] = ROWS_PER_MODULE * module.number + ahead
+            ahead += len(module.kind.pads) - ROWS_PER_MODULE
+        return starts
+
+    @cached_property
     def numbers(self) -> IntArray:
         """(k,) the taxels that the map shows, thermal pads included, in increasing order."""
-        modules = np.sort([module.number for module in self.modules])
-        return readonly((modules[:, None] * ROWS_PER_MODULE + np.arange(ROWS_PER_MODULE)).ravel(), np.int64)
+        channels = [self.starts[m.number] + np.arange(len(m.kind.pads)) for m in self._in_order]
+        return readonly(np.concatenate(channels)[self._placed], np.int64)
 
     @cached_property
     def points(self) -> FloatArray:
         """(k, 2) where they lie [m]."""
-        return readonly(np.concatenate([m.points for m in sorted(self.modules, key=lambda m: m.number)]))
+        return readonly(np.concatenate([m.points for m in self._in_order])[self._placed])
+
+    @cached_property
+    def felt(self) -> BoolArray:
+        """(k,) which of them feel touch."""
+        felt = [m.kind.felt[::-1] if m.backwards else m.kind.felt for m in self._in_order]
+        return readonly(np.concatenate(felt)[self._placed], bool)
+
+    @property
+    def _in_order(self) -> list[LayoutModule]:
+        return sorted(self.modules, key=lambda module: module.number)
+
+    @property
+    def _placed(self) -> BoolArray:
+        """Of all channels, those that have a pad."""
+        return np.isfinite(np.concatenate([m.points for m in self._in_order])[:, 0])
 
 
 def read_icub_layout(path: str | Path) -> IcubLayout:
     """The modules in the layout file at ``path``.
 
-    Modules of other kinds than ``triangle_10pad``, whose pads lie elsewhere, are left out and counted, and so is every
-    module that comes again.
+    Modules of kinds that the viewer does not know are left out and counted, and so is every module that comes again.
 
     Raises:
         SkinError: It cannot be read, a line is not what the format allows, or no module is of a known kind.
@@ -110,12 +136,15 @@ def read_icub_layout(path: str | Path) -> IcubLayout:
             inside = words[0].upper() == "[SENSORS]"
         elif not inside:
             settings.append((words[0], " ".join(words[1:])))
-        elif words[0] == KIND:
-            modules.append(_module(words[1:], path, number))
+        elif words[0] in KINDS:
+            modules.append(_module(KINDS[words[0]], words[1:], path, number))
         else:
             unknown.append(words[0])
     if not modules:
-        value, remedy = ", ".join(sorted(set(unknown))) or None, f"Modules of the kind {KIND} can be read"
+        value, remedy = (
+            ", ".join(sorted(set(unknown))) or None,
+            f"Modules of these kinds can be read: {', '.join(KINDS)}",
+        )
         raise SkinError("the file has no module of a known kind", file=path, value=value, remedy=remedy)
     findings = [
         Finding("unknown-sensor-kind", path.name, f"left out: where the pads of {kind} lie is not known", count)
@@ -131,10 +160,10 @@ def write_icub_layout(layout: IcubLayout, path: str | Path) -> None:
         SkinError: The file cannot be written.
     """
     lines = [" ".join(setting) for setting in layout.settings]
-    lines += ["", "[SENSORS]", "# kind number x y orientation gain mirror"]
+    lines += ["", "[SENSORS]", "# kind number x y orientation gain mirror layoutNum"]
     lines += [
-        f"{KIND} {m.number} {m.x / _MILLI:.10g} {m.y / _MILLI:.10g} {np.rad2deg(m.angle):.10g} {m.gain:.10g} "
-        f"{int(m.mirrored)}"
+        f"{m.kind.name} {m.number} {m.x / _MILLI:.10g} {m.y / _MILLI:.10g} {np.rad2deg(m.angle):.10g} {m.gain:.10g} "
+        f"{int(m.mirrored)} {int(m.backwards)}"
         for m in layout.modules
     ]
     write_lines(Path(path), lines, error=SkinError)
@@ -157,10 +186,9 @@ def apply_layout(taxels: TaxelSet, layout: IcubLayout) -> TaxelSet:
             remedy=f"Choose the layout of the same patch as {taxels.name}",
         )
     points = np.where(shown[:, None], layout.points[place], np.nan)
-    felt = ~np.isin(layout.numbers % ROWS_PER_MODULE, THERMAL_PADS)
     findings = list(layout.findings)
     add_finding(findings, "not-on-layout", layout.name, "the taxel has no place on the map", int((~shown).sum()))
-    extra = int((felt & ~np.isin(layout.numbers, ids)).sum())
+    extra = int((layout.felt & ~np.isin(layout.numbers, ids)).sum())
     add_finding(
         findings, "layout-without-taxel", layout.name, "the map shows a pad that has no taxel on the body", extra
     )
@@ -168,9 +196,9 @@ def apply_layout(taxels: TaxelSet, layout: IcubLayout) -> TaxelSet:
     return replace(taxels, points=points, ids=ids, modules=modules, channels=channels).with_findings(*findings)
 
 
-def _module(words: Sequence[str], path: Path, line: int) -> LayoutModule:
+def _module(kind: SensorKind, words: Sequence[str], path: Path, line: int) -> LayoutModule:
     def refuse(problem: str) -> SkinError:
-        remedy = f"Write {KIND} {' '.join(_NUMBERS[:_FEWEST])} [mirror [layoutNum]]"
+        remedy = f"Write {kind.name} {' '.join(_NUMBERS[:_FEWEST])} [mirror [layoutNum]]"
         return SkinError(problem, file=path, place=f"line {line}", value=" ".join(words), remedy=remedy)
 
     try:
@@ -189,7 +217,10 @@ def _module(words: Sequence[str], path: Path, line: int) -> LayoutModule:
     mirror = values[_FEWEST] if len(values) > _FEWEST else 0.0
     if mirror not in (0, 1):
         raise refuse("mirror must be 0 or 1")
-    return LayoutModule(int(number), x * _MILLI, y * _MILLI, float(np.deg2rad(degrees)), mirror == 1, gain)
+    # A count other than these two is read as the first, as by the viewer.
+    backwards = len(values) == len(_NUMBERS) and values[-1] == 1
+    angle = float(np.deg2rad(degrees))
+    return LayoutModule(int(number), x * _MILLI, y * _MILLI, angle, mirror == 1, gain, kind, backwards)
 
 
 def _first_of_each_number(

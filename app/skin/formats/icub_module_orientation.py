@@ -36,7 +36,7 @@ class OrientationProposal:
     """A proposal for every module of a layout; nothing is changed before ``apply``.
 
     Attributes:
-        modules: (m,) the modules' numbers, in the layout's order.
+        modules: (m,) the numbers of the triangular modules, in the layout's order.
         states: (m,) 0 as drawn; 1 and 2 turned by 120 and 240 degrees; 3, 4 and 5 the same but mirrored as well.
         torn_before: Pairs of neighbours in different modules that the layout tears.
         torn_after: How many are left with the proposal.
@@ -123,14 +123,20 @@ def propose_orientations(
         restarts: Random beginnings.
         seed: Of the random beginnings.
 
+    Only modules that are triangles are looked at; where there is none, nothing is proposed.
+
     Raises:
         SkinError: They have no taxel in common.
 
     Cost: ends at once where nothing is torn; else about 0.1 s for 64 modules.
     """
-    numbers = np.array([module.number for module in layout.modules])
+    modules = [m for m in layout.modules if m.kind.triangular and layout.starts[m.number] == ROWS_PER_MODULE * m.number]
+    if not modules:
+        nothing = np.zeros(0, dtype=np.int64)
+        return OrientationProposal(nothing, nothing, 0, 0, 0, nothing, nothing > 0)
+    numbers = np.array([module.number for module in modules])
     pairs = _near_pairs(taxels, numbers)
-    drawn = np.stack([[reoriented(module, s).points for s in range(_STATES)] for module in layout.modules])
+    drawn = np.stack([[reoriented(module, s).points for s in range(_STATES)] for module in modules])
     ratios = _ratios(pairs, drawn)
     as_drawn = np.zeros(len(numbers), dtype=np.int64)
     torn = _count_torn(pairs, ratios, as_drawn)

@@ -10,7 +10,6 @@ import pytest
 from app.core.errors import SkinError
 from app.skin.formats import icub_layout
 from app.skin.formats.icub_layout import (
-    PADS,
     IcubLayout,
     LayoutModule,
     apply_layout,
@@ -18,6 +17,7 @@ from app.skin.formats.icub_layout import (
     write_icub_layout,
 )
 from app.skin.formats.icub_positions import read_icub_positions
+from app.skin.formats.icub_sensor_kinds import TRIANGLE
 from app.skin.formats.taxel_set import TaxelSet
 from tests.unit.skin.formats.example_taxels import kinds, strip
 
@@ -33,7 +33,7 @@ def written(tmp_path, text):
 
 
 def test_the_pads_are_a_triangle_about_their_middle():
-    touch = np.delete(PADS, [6, 10], axis=0)
+    touch = np.delete(TRIANGLE.pads, [6, 10], axis=0)
     np.testing.assert_allclose(touch.mean(axis=0), 0, atol=1e-5)
     apart = np.linalg.norm(touch[:, None] - touch, axis=2) + np.eye(10)
     assert apart.min() == pytest.approx(6.43e-3, abs=2e-5)
@@ -44,7 +44,7 @@ def test_the_pads_are_a_triangle_about_their_middle():
 
 def test_a_module_is_mirrored_then_turned_then_moved(tmp_path):
     layout = read_icub_layout(written(tmp_path, HEAD + "triangle_10pad 5 10 20 90 5 1\n"))
-    x, y = PADS[1]
+    x, y = TRIANGLE.pads[1]
     np.testing.assert_allclose(layout.points[1], [0.010 - y, 0.020 - x], atol=1e-12)
     np.testing.assert_array_equal(layout.numbers, np.arange(60, 72))
     np.testing.assert_allclose(layout.points[3], [0.010, 0.020], atol=1e-12)
@@ -60,8 +60,8 @@ def test_mirror_and_layout_number_may_be_missing_or_there(tmp_path):
 
 
 def test_repeated_and_unknown_modules_are_counted(tmp_path):
-    lines = ["triangle_10pad 4 1 2 30 5 1"] * 3 + ["triangle_10pad 4 1 2 90 5 1", "palmR 9 0 0 0 5", "quad16 1 0 0 0 5"]
-    layout = read_icub_layout(written(tmp_path, HEAD + "\n".join([*lines, "quad16 2 0 0 0 5"])))
+    lines = ["triangle_10pad 4 1 2 30 5 1"] * 3 + ["triangle_10pad 4 1 2 90 5 1", "ear 9 0 0 0 5", "tongue 1 0 0 0 5"]
+    layout = read_icub_layout(written(tmp_path, HEAD + "\n".join([*lines, "tongue 2 0 0 0 5"])))
     assert len(layout.modules) == 1
     assert np.rad2deg(layout.modules[0].angle) == pytest.approx(30)
     assert [(f.kind, f.count) for f in layout.findings] == [
@@ -81,7 +81,7 @@ def test_repeated_and_unknown_modules_are_counted(tmp_path):
         ("triangle_10pad 99999 2 3 4 5", "line 7.*whole"),
         ("triangle_10pad 1 2 3e9 4 5", "line 7.*implausibly large"),
         ("triangle_10pad 1 2 3 4 5 7", "line 7.*mirror must be 0 or 1"),
-        ("fingertip 1 2 3 4 5", "no module of a known kind.*fingertip"),
+        ("toe 1 2 3 4 5", "no module of a known kind.*toe.*triangle_10pad, triangle, fingertip"),
         ("", "no module of a known kind"),
     ],
 )
