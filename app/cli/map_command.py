@@ -32,6 +32,8 @@ from app.maps.tactile_map import TactileMap
 from app.maps.topography import BodyDistances
 from app.recording.player import RecordingPlayer
 from app.robots.library import load_robot
+from app.robots.load import MESH_LINK
+from app.skin.fit import GridSpec
 from app.skin.formats.icub_layout import apply_layout, read_icub_layout
 from app.skin.formats.icub_module_orientation import propose_orientations
 from app.skin.formats.mujoco_touch import write_touch_sensors
@@ -209,12 +211,31 @@ def _output_path(arguments: argparse.Namespace) -> Path | None:
 
 
 def _skin_options(arguments: argparse.Namespace) -> SkinOptions:
+    if arguments.grid:
+        return SkinOptions(links=tuple(arguments.links), grid=_grid(arguments))
+    if arguments.first or arguments.last:
+        raise UsageError("a corner is named, but no grid", remedy="Add --grid ROWSxCOLUMNS")
     zones = () if arguments.keep_border is None else (BoundaryZone(1e-3 * arguments.keep_border),)
     taxels = None if arguments.pitch is not None or arguments.pattern == "modules" else arguments.taxels
     pitch = None if arguments.pitch is None else 1e-3 * arguments.pitch
     placement = PlacementSpec(pitch, taxels, arguments.pattern, arguments.density, zones, arguments.seed)
     return SkinOptions(placement, tuple(arguments.links), arguments.robot, arguments.surface,
                        package_roots=package_roots(arguments))  # fmt: skip
+
+
+def _grid(arguments: argparse.Namespace) -> GridSpec:
+    """The grid that is asked for.
+
+    Raises:
+        UsageError: A corner is missing, or not one link is named.
+    """
+    if not (arguments.first and arguments.last):
+        raise UsageError("a grid needs two opposite corners", remedy="Add --from X,Y,Z and --to X,Y,Z [mm]")
+    if len(arguments.links) > 1:
+        raise UsageError("a grid lies on one link", value=", ".join(arguments.links), remedy="Name one as --links")
+    link = arguments.links[0] if arguments.links else MESH_LINK
+    rows, columns = arguments.grid
+    return GridSpec(link, rows, columns, arguments.first, arguments.last)
 
 
 def _flattened_map(arguments: argparse.Namespace, skin: Skin, report: Progress) -> TactileMap:

@@ -202,6 +202,9 @@ def _skin_options(parser: argparse.ArgumentParser) -> None:
         choices=("even", "hexagonal", "modules"),
         help="of the taxels (default even)",
     )
+    add("--grid", type=_grid, metavar="ROWSxCOLUMNS", help="a grid of taxels instead, on the link named by --links")
+    add("--from", dest="first", type=_corner, metavar="X,Y,Z", help="the grid's first corner, link frame [mm]")
+    add("--to", dest="last", type=_corner, metavar="X,Y,Z", help="its last corner [mm]")
     add("--density", choices=("curvature",), help="more taxels where curvature is high")
     add("--keep-border", type=float, metavar="MM", help="no taxels within this distance of a border")
     _package_roots(parser)
@@ -311,3 +314,18 @@ def _size(text: str) -> tuple[int, int]:
     if len(parts) != 2 or not all(part.isdecimal() and 400 <= int(part) <= 8000 for part in parts):
         raise argparse.ArgumentTypeError(f"must be like 1400x900, each side 400 to 8000: {text}")
     return int(parts[0]), int(parts[1])
+
+
+def _grid(text: str) -> tuple[int, int]:
+    parts = text.lower().split("x")
+    if len(parts) != 2 or not all(part.isdecimal() and int(part) for part in parts):
+        raise argparse.ArgumentTypeError(f"must be like 8x12: {text}")
+    return int(parts[0]), int(parts[1])
+
+
+def _corner(text: str) -> tuple[float, float, float]:
+    try:
+        x, y, z = (1e-3 * float(part) for part in text.split(","))
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"must be three numbers like 10,0,-25.5: {text}") from error
+    return x, y, z

@@ -15,6 +15,7 @@ from app.scene.motion import Waypoint
 from app.scene.objects import ObjectSpec
 from app.scene.tasks import OUTPUTS, TASKS, Needs
 from app.skin.cover import CoverSpec
+from app.skin.fit import GridSpec
 from app.stimuli.stimulus import Stimulus
 from app.tactile.elastic_layer import ElasticLayer
 
@@ -37,6 +38,7 @@ class Scene:
         package_roots: Folders in which a robot's file may find packages and meshes, besides its own.
         taxel_file: A file of taxels, or a folder of iCub positions, used instead of a cover, on ``cover.links`` where
             it does not name its link; empty for none.
+        grids: Of taxels, each between two corners on a link; with grids, only the links named in ``cover`` are covered.
         objects: What there is besides the robot; their names differ.
         overrides: Effects that do not follow from the needs, by key of ``EFFECTS``.
         control: Settings of the controller that differ from its defaults, by name.
@@ -65,6 +67,7 @@ class Scene:
     layer: ElasticLayer = field(default_factory=ElasticLayer)
     package_roots: tuple[str, ...] = ()
     taxel_file: str = ""
+    grids: tuple[GridSpec, ...] = ()
     objects: tuple[ObjectSpec, ...] = ()
     overrides: Mapping[str, Override] = field(default_factory=dict)
     control: Mapping[str, Setting] = field(default_factory=dict)

@@ -7,7 +7,7 @@ person's own files, and one for any robot.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 
@@ -18,6 +18,7 @@ from app.scene.motion import Waypoint
 from app.scene.objects import ObjectSpec
 from app.scene.scene import Scene, Setting
 from app.skin.cover import CoverSpec
+from app.skin.fit import GridSpec
 from app.skin.formats.import_skin import NO_ROBOT, holds_taxels, is_robot_with_taxels
 from app.stimuli.stimulus_file import read_stimulus, stimulus_to_table
 from app.stimuli.stimulus_kinds import Stroke
@@ -27,7 +28,7 @@ from assets import asset
 _POINTS = ("path",)
 """Settings of the controller that are lists of points."""
 _PLAIN = ("name", "title", "robot", "task", "outputs", "package_roots", "taxel_file", "tick", "seed")
-_TABLES = ("cover", "layer", "objects", "effects", "control", "contacts", "behaviours", "motion", "stimuli")
+_TABLES = ("cover", "layer", "grids", "objects", "effects", "control", "contacts", "behaviours", "motion", "stimuli")
 
 
 def scene_from_toml(text: str, *, name: str, file: str | None = None) -> Scene:
@@ -47,6 +48,7 @@ def scene_from_toml(text: str, *, name: str, file: str | None = None) -> Scene:
     values |= {
         "cover": reader.build(CoverSpec, reader.table("cover"), ("cover",)),
         "layer": reader.build(ElasticLayer, reader.table("layer"), ("layer",)),
+        "grids": tuple(reader.build(GridSpec, *place) for place in reader.tables("grids")),
         "objects": tuple(reader.build(ObjectSpec, *place) for place in reader.tables("objects")),
         "overrides": reader.table("effects"),
         "control": _control(reader),
@@ -66,6 +68,7 @@ def scene_to_toml(scene: Scene) -> str:
     for key, table in (tables | {"control": scene.control, "contacts": scene.reading}).items():
         parts += [f"[{key}]", toml_lines(table)]
     lists = {
+        "grids": map(asdict, scene.grids),
         "objects": map(asdict, scene.objects),
         "behaviours": scene.behaviours,
         "motion": map(asdict, scene.motion),
@@ -185,6 +188,20 @@ def with_taxels(scene: Scene, path: str, *, links: tuple[str, ...] = ()) -> Scen
     name, title = (file.stem, file.name) if alone else (scene.name, f"{scene.title} with {file.name}")
     cover = replace(scene.cover, links=links)
     return replace(scene, name=name, title=title, taxel_file=path, cover=cover, stimuli=stimuli)
+
+
+def with_grid(scene: Scene, grid: GridSpec, covered: Sequence[str]) -> Scene:
+    """The scene with one more grid, instead of the cover of its link.
+
+    Args:
+        scene: Whose robot.
+        grid: What is added.
+        covered: The links that the scene's cover, named or chosen, lies on; all others keep theirs.
+    """
+    links = () if scene.taxel_file else tuple(link for link in dict.fromkeys(covered) if link != grid.link)
+    cover = scene.cover if scene.taxel_file else replace(scene.cover, links=links)
+    stimuli = tuple(replace(stimulus, patch="") for stimulus in scene.stimuli[:1])
+    return replace(scene, cover=cover, grids=(*scene.grids, grid), stimuli=stimuli)
 
 
 def _beside(scene: Path, value: str) -> str:

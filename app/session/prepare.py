@@ -29,6 +29,7 @@ from app.scene.objects import SceneObject
 from app.scene.scene import Scene, with_package_roots
 from app.scene.scene_file import load_scene, scene_names
 from app.skin.cover import cover_robot
+from app.skin.fit import add_grids
 from app.skin.formats.import_skin import NO_ROBOT, check_links, import_skin
 from app.skin.skin import Skin
 
@@ -88,16 +89,19 @@ def load_robot_and_skin(scene: Scene, *, progress: Progress = no_progress) -> tu
     """
     if scene.robot == NO_ROBOT:
         progress("Importing taxels", 0.1)
-        return _skin_alone(scene)
+        robot, alone = _skin_alone(scene)
+        return robot, add_grids(robot, alone, scene.grids, thickness=scene.cover.thickness)
     progress(f"Loading {scene.robot}", 0.0)
     robot = load_robot(scene.robot, package_roots=scene.package_roots)
+    skin: Skin | None = None
     if scene.taxel_file:
         progress("Importing taxels", 0.1)
         links, thickness = scene.cover.links, scene.cover.thickness
         skin = import_skin(scene.taxel_file, robot, links=links, thickness=thickness)
-    else:
-        skin = cover_robot(robot, scene.cover, progress=part_of_progress(progress, 0.1, 0.4))
-    return robot, skin
+    elif scene.cover.links or not scene.grids:
+        skin = cover_robot(robot, scene.cover, progress=part_of_progress(progress, 0.1, 0.3))
+    progress("Placing grids", 0.3)
+    return robot, add_grids(robot, skin, scene.grids, thickness=scene.cover.thickness)
 
 
 def _skin_alone(scene: Scene) -> tuple[Robot, Skin]:
@@ -152,6 +156,12 @@ def _check(scene: Scene) -> None:
                 robot.link(link)
             except TactileMapsError as error:
                 raise error.at(kind=SceneError, place=f"cover.links.{number}") from error
+    for number, grid in enumerate(scene.grids):
+        try:
+            if robot is not None:
+                robot.link(grid.link)
+        except TactileMapsError as error:
+            raise error.at(kind=SceneError, place=f"grids.{number}.link") from error
     settings_from(dict(scene.control))
     behaviours_from(scene.behaviours)
     reading_from(scene.reading)

@@ -1,14 +1,18 @@
-"""A skin from measured taxel positions, fitted to the link of a robot that carries them.
+"""A skin from places on a robot's link: measured taxel positions, or a grid between two corners.
 
 The link's mesh gets a wrap as for a cover; each taxel moves to the closest point on it. Positions may be in the link's
 frame or in that of a link fixed to it; the frame in which they lie closer to the mesh is taken. Taxels that lie far
 from the link are refused: they belong to another link or frame.
+
+A grid is what an e-skin of rows and columns is: two opposite corners on the link say where it lies and how it is
+turned, and its rows and columns go straight over the cover from there (``surface_grid``).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -16,18 +20,19 @@ from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 
 from app.core.arrays import BoolArray, FloatArray, IntArray
-from app.core.errors import Finding, SkinError
+from app.core.errors import Finding, MeshError, SkinError, add_finding
 from app.geometry.closest_point import ClosestPoint
 from app.geometry.geodesics import distances_from
 from app.geometry.mesh import Mesh
 from app.geometry.pose import Pose
 from app.geometry.repair import clean_mesh
+from app.geometry.surface_grid import SurfaceGrid, surface_grid
 from app.geometry.wrap import wrap_mesh
 from app.robots.kinematics import Configuration
 from app.robots.robot import Robot
 from app.skin.cover import CLOSING_FACTOR
 from app.skin.sampling import distinct_faces, face_graph, geodesic_voronoi, straighten_cells, taxels_at_points
-from app.skin.skin import NO_IDENTITY, Patch, Skin, TaxelIdentity, Taxels
+from app.skin.skin import NO_IDENTITY, Patch, Skin, TaxelIdentity, Taxels, number_ranges
 from app.skin.usable_surface import patch_name, usable_components
 
 MAX_MEDIAN_DISTANCE = 0.020
@@ -38,6 +43,10 @@ CELL_RADIUS = 1.0
 """A taxel feels this many pitches around itself, where no other taxel is nearer."""
 _LARGEST_HOLE = 8.0  # in pitches²
 _DH_FRAME_SUFFIX = "_dh_frame"
+_MIN_PITCH = 5e-4
+"""Of a grid [m]; the link's cover is made as fine as that."""
+_UNEVEN = 0.2
+"""Neighbours in a grid whose distance differs by more than this share from the pitch are told."""
 
 
 def fit_taxels_to_link(
@@ -73,17 +82,170 @@ def fit_taxels_to_link(
     local, notes = match.pose.points(positions), _match_notes(match, link, len(positions), file)
     pitch = _pitch(local, mesh)
     wrapped = wrap_mesh(mesh, thickness=thickness, voxel=pitch / 2, closing=CLOSING_FACTOR * thickness, where=link)
-    faces, weights, _ = ClosestPoint(wrapped.surface).query(local)
-    points = wrapped.surface.points(faces, weights)
-    usable = _vertices_within(wrapped.surface, faces, PATCH_MARGIN * pitch)
-    pieces = usable_components(wrapped.surface, usable, smallest=0.0, largest_hole=_LARGEST_HOLE * pitch**2)
-    patches = _patches(pieces, points, identity, pitch, link)
-    missing = len(points) - sum(len(patch.taxels) for patch in patches)
-    if missing:
-        notes.append(Finding("taxel-off-patch", link, "left out: no patch could be made around it", missing))
+    patches, missing = _patches_at(wrapped.surface, local, identity, pitch, link)
+    notes += missing
     if not patches:
         raise SkinError("no patch could be made around the taxels", file=file, place=link)
     return Skin(patches, (*findings, *notes, *wrapped.findings))
+
+
+def _patches_at(
+    surface: Mesh, positions: FloatArray, identity: TaxelIdentity, pitch: float, link: str
+) -> tuple[tuple[Patch, ...], list[Finding]]:
+    """The parts of a cover around its places closest to ``positions`` (n, 3), with taxels there, and what has none."""
+    faces, weights, _ = ClosestPoint(surface).query(positions)
+    points = surface.points(faces, weights)
+    usable = _vertices_within(surface, faces, PATCH_MARGIN * pitch)
+    pieces = usable_components(surface, usable, smallest=0.0, largest_hole=_LARGEST_HOLE * pitch**2)
+    patches = _patches(pieces, points, identity, pitch, link)
+    missing = len(points) - sum(len(patch.taxels) for patch in patches)
+    notes = list[Finding]()
+    add_finding(notes, "taxel-off-patch", link, "left out: no patch could be made around it", missing)
+    return patches, notes
+
+
+MAX_GRID_SIDE = 256
+Corner = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class GridSpec:
+    """A wanted grid of taxels on a link.
+
+    Attributes:
+        link: Carries it.
+        rows: 1 to 256.
+        columns: 1 to 256; two taxels at least in all.
+        first: Near the taxel of row 0, column 0 [m], link frame; on the cover the closest point to it counts.
+        last: The same for the last row and column.
+        aspect: Distance between columns in distances between rows.
+        mirrored: From the first corner, seen from outside, columns go to the right and rows upward, in a frame turned
+            so that the other corner is where it should be; mirrored, rows go downward.
+
+    Raises:
+        SkinError: A number is out of range.
+    """
+
+    link: str
+    rows: int
+    columns: int
+    first: Corner
+    last: Corner
+    aspect: float = 1.0
+    mirrored: bool = False
+
+    def __post_init__(self) -> None:
+        for name, number in (("rows", self.rows), ("columns", self.columns)):
+            if not 1 <= number <= MAX_GRID_SIDE:
+                remedy = f"Choose 1 to {MAX_GRID_SIDE}"
+                raise SkinError(f"the number of {name} is out of range", place=name, value=number, remedy=remedy)
+        if self.rows * self.columns < 2:
+            raise SkinError("a grid has two taxels at least", place="rows", value=1, remedy="Choose more rows")
+        if not 0.1 <= self.aspect <= 10:
+            raise SkinError("the aspect is out of range", place="aspect", value=self.aspect, remedy="Choose 0.1 to 10")
+        for place, corner in (("first", self.first), ("last", self.last)):
+            if len(corner) != 3 or not np.isfinite(corner).all():
+                raise SkinError("a corner is three finite numbers", place=place, value=corner)
+
+
+def grid_skin(robot: Robot, spec: GridSpec, *, thickness: float = 0.003) -> Skin:
+    """The skin with one grid on the cover of its link; a taxel's id is its row times the columns plus its column.
+
+    Taxels that come to lie beyond an edge of the link, seen from the grid's middle, are left out; findings name the
+    pitch, what is left out, and spacings that the link's bend makes differ from the pitch.
+
+    Args:
+        robot: Wears it.
+        spec: What is wanted.
+        thickness: Of the cover over the link's mesh [m].
+
+    Raises:
+        RobotError: The robot has no such link.
+        SkinError: The link has no geometry, or no grid between the corners is found.
+
+    Cost: about 0.5 s for 16 x 16 taxels.
+    """
+    mesh, findings = _link_mesh(robot, spec.link)
+    first, last = np.array(spec.first), np.array(spec.last)
+    sides = np.hypot((spec.columns - 1) * spec.aspect, spec.rows - 1)
+    pitch = float(np.linalg.norm(last - first) / sides)
+    if pitch < _MIN_PITCH:
+        remedy = f"Choose corners farther apart, or fewer rows and columns: {1e3 * _MIN_PITCH:g} mm are the least"
+        value = f"taxels {1e3 * pitch:.2g} mm apart"
+        raise SkinError(
+            "the corners are too close for so many taxels", place=f"grid on {spec.link}", value=value, remedy=remedy
+        )
+    wrapped = wrap_mesh(mesh, thickness=thickness, voxel=pitch / 2, closing=CLOSING_FACTOR * thickness, where=spec.link)
+    surface, shape = wrapped.surface, (spec.rows, spec.columns)
+    try:
+        grid = surface_grid(surface, first, last, *shape, aspect=spec.aspect, mirrored=spec.mirrored)
+    except MeshError as error:
+        raise error.at(kind=SkinError, file=robot.source, place=f"grid on {spec.link}") from error
+    ids = np.arange(spec.rows * spec.columns)[grid.on.ravel()]
+    points = grid.points.reshape(-1, 3)[ids]
+    patches, missing = _patches_at(surface, points, TaxelIdentity(ids=ids), float(grid.pitch.min()), spec.link)
+    if not patches:
+        raise SkinError("no patch could be made around the grid", file=robot.source, place=spec.link)
+    return Skin(patches, (*findings, *_grid_notes(grid, spec), *missing, *wrapped.findings))
+
+
+def add_grids(robot: Robot, skin: Skin | None, specs: Sequence[GridSpec], *, thickness: float = 0.003) -> Skin:
+    """``skin`` with the grids beside it; a patch that a grid would lie on is left out, as is told.
+
+    Raises:
+        RobotError: As ``grid_skin``.
+        SkinError: As ``grid_skin``.
+    """
+    if skin is not None and not specs:
+        return skin
+    patches, findings = (list(skin.patches), list(skin.findings)) if skin is not None else ([], [])
+    for spec in specs:
+        made = grid_skin(robot, spec, thickness=thickness)
+        under = [patch for patch in patches if patch.link == spec.link and _overlaps(patch, made, 2 * thickness)]
+        for patch in under:
+            action = "left out: a grid lies on it"
+            findings.append(Finding("patch-under-grid", patch.name, action, len(patch.taxels)))
+        patches = [patch for patch in patches if patch not in under]
+        findings += made.findings
+        for patch in made.patches:
+            names = {other.name for other in patches}
+            name = next(name for k in count() if (name := patch_name(f"{spec.link} grid", k)) not in names)
+            patches.append(replace(patch, name=name))
+    return Skin(tuple(patches), tuple(findings))
+
+
+def _overlaps(patch: Patch, made: Skin, within: float) -> bool:
+    """Whether taxels of the skin lie over the patch."""
+    positions = np.concatenate([own.taxels.positions for own in made.patches])
+    _, weights, away = ClosestPoint(patch.surface).query(positions)
+    inside = (weights > 1e-6).all(axis=1)  # beside the patch, the closest point is on its border
+    return bool(((away < within) & inside).any())
+
+
+def _grid_notes(grid: SurfaceGrid, spec: GridSpec) -> list[Finding]:
+    """The pitch, what fell off, and how far the spacing is from the pitch."""
+    rows, columns = 1e3 * grid.pitch
+    pitch = f"{rows:.2f} mm" if spec.aspect == 1 else f"rows {rows:.2f} mm, columns {columns:.2f} mm"
+    where = f"{spec.link} grid"
+    notes = [Finding("grid-pitch", where, f"{spec.rows} x {spec.columns} taxels, {pitch} apart", grid.on.size)]
+    off = np.argwhere(~grid.on)
+    if len(off):
+        names = f"rows {number_ranges(off[:, 0])} of columns {number_ranges(off[:, 1])}"
+        action = f"left out: beyond an edge of the link, in {names}"
+        notes.append(Finding("taxel-off-surface", where, action, len(off)))
+    gaps = [
+        np.linalg.norm(np.diff(grid.points, axis=k), axis=2)[np.delete(grid.on, 0, k) & np.delete(grid.on, -1, k)]
+        / grid.pitch[k]
+        for k in range(2)
+    ]
+    ratio = np.concatenate(gaps)
+    bent = int((np.abs(ratio - 1) > _UNEVEN).sum())
+    if bent:
+        action = (
+            f"kept: the link's bend makes spacings {100 * ratio.min():.0f} to {100 * ratio.max():.0f} % of the pitch"
+        )
+        notes.append(Finding("uneven-spacing", where, action, bent))
+    return notes
 
 
 def carrying_link(robot: Robot, named: str | None, path: Path) -> str:

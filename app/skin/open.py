@@ -15,6 +15,7 @@ from app.robots.library import load_robot
 from app.robots.mesh_files import MESH_SUFFIXES, read_mesh, to_metres
 from app.robots.touch_sensors import states_touch_sensors
 from app.skin.cover import CoverSpec, cover_robot
+from app.skin.fit import GridSpec, add_grids
 from app.skin.formats.import_skin import NO_ROBOT, check_links, holds_taxels, import_skin
 from app.skin.formats.mujoco_touch import skin_of_touch_sensors
 from app.skin.mesh_skin import skin_of_mesh
@@ -37,6 +38,7 @@ class SkinOptions:
             ``all`` of it, or a ``cover`` over it, as robots get.
         thickness: Of a cover [m].
         package_roots: Folders with packages and meshes that a robot's file names, besides its own.
+        grid: Taxels in rows and columns on the cover of one link, instead of all the above.
 
     Example:
         >>> options = tm.SkinOptions(links=("hand",), thickness=0.002)
@@ -50,6 +52,7 @@ class SkinOptions:
     surface: MeshSurface = "outer"
     thickness: float = 0.003
     package_roots: tuple[str, ...] = ()
+    grid: GridSpec | None = None
 
     def __post_init__(self) -> None:
         if self.surface not in get_args(MeshSurface):
@@ -75,6 +78,10 @@ def open_skin(source: str | Path, options: SkinOptions | None = None, *, progres
     """
     spec, path = options or SkinOptions(), Path(source)
     ending = path.suffix.lower()
+    if spec.grid is not None:
+        robot = load_robot(str(source))
+        skin = add_grids(robot, None, [spec.grid], thickness=spec.thickness)
+        return Skin(skin.patches, (*robot.findings, *skin.findings))
     if ending == ".npz" or holds_taxels(path):
         return _read_taxels(path, spec)
     if ending in MESH_SUFFIXES and spec.surface != "cover":

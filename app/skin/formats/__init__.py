@@ -1,6 +1,7 @@
 """Taxels in the files of other programs.
 
 ``taxel_set``                what every format is read into and written from: places, and whatever else a file knows
+``import_skin``              the skin in any such file, on a robot or alone: the one answer for every door
 ``taxel_files``              reads and writes any of them; the file's ending says which
 ``icub_positions``           iCub skin positions (.txt), and the skin of a robot's link from them
 ``icub_frames``              the frames that such files state positions in

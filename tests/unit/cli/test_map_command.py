@@ -176,3 +176,18 @@ def test_a_face_without_area_on_the_map_is_told_as_infinite(capsys):
     out = capsys.readouterr().out
     assert "infinite: a face has no area" in out
     assert "1.000 median, infinite p95, infinite max" in out
+
+
+def test_a_grid_between_two_corners(capsys, cap):
+    words = ("--grid", "4x6", "--from=-30,-20,90", "--to=30,20,90")
+    result = answer(capsys, cap, *words)
+    assert (result["taxels"], result["identity"]["ids"]["last"]) == (24, 23)
+    assert "grid-pitch" in {finding["kind"] for finding in result["findings"]}
+    for wrong, problem in (
+        (words[:3], "two opposite corners"),
+        ((*words, "--links", "a", "b"), "on one link"),
+        (words[2:], "no grid"),
+    ):
+        status, _, err = call(capsys, "map", cap, *wrong)
+        assert (status, problem in err) == (2, True), err
+    assert call(capsys, "map", cap, "--grid", "4by6")[0] == 2

@@ -22,6 +22,7 @@ from app.scene.objects import OBJECT_KINDS, ObjectSpec
 from app.scene.scene_file import scene_from_toml, scene_names
 from app.scene.tasks import OUTPUTS, TASKS, TOUCH_OUTPUTS
 from app.skin.cover import CoverSpec
+from app.skin.fit import GridSpec
 from app.stimuli.stimulus import Stimulus
 from app.stimuli.stimulus_file import STIMULUS_KINDS
 from app.tactile.babbling import KINDS
@@ -59,6 +60,7 @@ def names(kind: type) -> list[str]:
 
 @pytest.mark.parametrize(("title", "kind"), [
     ("`[cover]`", CoverSpec), ("`[layer]`", ElasticLayer), ("`[[objects]]`", ObjectSpec), ("`[[motion]]`", Waypoint),
+    ("`[[grids]]`", GridSpec),
     ("`[control]`", ControlSettings), ("`[contacts]`", ReadingSettings), ("`[[behaviours]]`", Behaviour),
 ])  # fmt: skip
 def test_each_table_lists_its_keys(title, kind):

@@ -11,9 +11,18 @@ from app.scene.effects import EFFECTS
 from app.scene.motion import Waypoint
 from app.scene.objects import OBJECT_KINDS, ObjectSpec
 from app.scene.scene import Scene
-from app.scene.scene_file import load_scene, scene_for, scene_from_toml, scene_names, scene_to_toml
+from app.scene.scene_file import (
+    load_scene,
+    scene_for,
+    scene_from_toml,
+    scene_names,
+    scene_to_toml,
+    with_grid,
+    with_taxels,
+)
 from app.scene.tasks import OUTPUTS, TASKS
 from app.skin.cover import CoverSpec
+from app.skin.fit import GridSpec
 from app.stimuli.stimulus_file import STIMULUS_KINDS
 from app.stimuli.stimulus_kinds import Babble, Stroke
 from app.tactile.elastic_layer import ElasticLayer
@@ -29,6 +38,7 @@ FULL = Scene(
     cover=CoverSpec(links=("a", "b"), taxels=50, thickness=0.002, seed=3),
     layer=ElasticLayer(stiffness=1e5 / 3, modulus=2e5, poisson=0.1, thickness=0.005, depth=0.001, friction=1.0),
     taxel_file="t.txt",
+    grids=(GridSpec("arm", 3, 4, (0.0, 1 / 3, -1.0), (0.1, 0.2, 0.3), aspect=0.5, mirrored=True),),
     objects=(
         ObjectSpec("box", "box", size=(0.1, 0.2, 0.3), at=(1.0, 2.0, 1 / 3), turn=(10.0, 0.0, -90.0), mass=0.1),
         ObjectSpec("probe 2", "probe", size=(0.01,), path=((0.0, 1.0, 2.0, 3.0), (1.5, 0.1, 0.2, 0.3)), max_force=3.0),
@@ -176,3 +186,25 @@ def test_the_page_about_scene_files_names_everything_there_is():
         assert f"`{word}`" in page, word
     for entry in EFFECTS.values():
         assert all(choice in page for choice in entry.choices), entry.key
+
+
+def test_a_grid_takes_the_place_of_its_link_s_cover():
+    scene = scene_for("arm")
+    grid = GridSpec("hand", 2, 2, (0.0, 0.0, 0.0), (0.1, 0.0, 0.0))
+    wanted = with_grid(scene, grid, ("forearm", "hand", "forearm"))
+    assert (wanted.grids, wanted.cover.links) == ((grid,), ("forearm",))
+    again = with_grid(wanted, grid, ("forearm", "hand"))
+    assert len(again.grids) == 2
+    worn = with_grid(with_taxels(scene, "t.csv", links=("hand",)), grid, ("hand",))
+    assert worn.cover.links == ("hand",)  # there, it says which link carries the file's taxels
+
+
+@pytest.mark.parametrize(("lines", "problem"), [
+    ("link = 'hand'\nrows = 0\ncolumns = 3\nfirst = [0, 0, 0]\nlast = [0, 0, 1]", "line 4, grids.rows.*1 to 256"),
+    ("link = 'hand'\nrows = 1\ncolumns = 1\nfirst = [0, 0, 0]\nlast = [0, 0, 1]", "two taxels at least"),
+    ("link = 'hand'\nrows = 2\ncolumns = 3\nfirst = [0, 0]\nlast = [0, 0, 1]", "line 6, grids.first"),
+    ("link = 'hand'\nrows = 2\ncolumns = 3\nfirst = [0, 0, 0]\nlast = [0, 0, 1]\naspect = 99", "grids.aspect"),
+])  # fmt: skip
+def test_mistakes_in_grids_have_their_line(lines, problem):
+    with pytest.raises(SceneError, match=problem):
+        scene_from_toml(f"robot = 'arm'\n[[grids]]\n{lines}", name="n")

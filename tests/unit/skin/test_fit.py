@@ -7,7 +7,7 @@ import pytest
 
 from app.core.errors import RobotError, SkinError
 from app.robots.robot import Robot
-from app.skin.fit import fit_taxels_to_link
+from app.skin.fit import GridSpec, add_grids, fit_taxels_to_link, grid_skin
 from tests.hard_cases.meshes import HOPELESS_MESHES, one_link
 from tests.unit.skin.example_robots import two_rods
 
@@ -74,3 +74,61 @@ def test_an_unknown_or_empty_link_is_refused() -> None:
         fit_taxels_to_link(two_rods(), "elbow", np.zeros((1, 3)), file="hand.txt")
     with pytest.raises(SkinError, match="no geometry"):
         fit_taxels_to_link(one_link(HOPELESS_MESHES["no faces"]), "part", np.zeros((1, 3)), file="hand.txt")
+
+
+def at(angle: float, height: float) -> tuple[float, float, float]:
+    return float(0.04 * np.cos(angle)), float(0.04 * np.sin(angle)), height
+
+
+GRID = GridSpec("upper", 6, 5, at(0.2, 0.08), at(1.4, 0.2))
+
+
+def test_a_grid_lies_around_the_rod_in_rows_and_columns() -> None:
+    skin = grid_skin(two_rods(), GRID, thickness=0.002)
+    (patch,) = skin.patches
+    assert (patch.link, patch.taxels.identity.ids.tolist()) == ("upper", list(range(30)))
+    positions = patch.taxels.positions.reshape(6, 5, 3)
+    radius = np.linalg.norm(positions[..., :2], axis=-1)
+    np.testing.assert_allclose(radius, 0.042, atol=4e-4)  # on the cover
+    flat = np.stack([radius.mean() * np.arctan2(positions[..., 1], positions[..., 0]), positions[..., 2]], axis=-1)
+    sides = [np.linalg.norm(np.diff(flat, axis=axis), axis=-1) for axis in (0, 1)]
+    (pitch,) = [finding for finding in skin.findings if finding.kind == "grid-pitch"]
+    assert f"6 x 5 taxels, {1e3 * sides[0].mean():.1f}" in pitch.action
+    for gaps in sides:
+        np.testing.assert_allclose(gaps, sides[0].mean(), rtol=0.02)
+    np.testing.assert_allclose(flat[0, 0], [0.042 * 0.2, 0.08], atol=1e-3)
+    np.testing.assert_allclose(flat[-1, -1], [0.042 * 1.4, 0.2], atol=1e-3)
+    assert not [finding for finding in skin.findings if finding.kind in ("taxel-off-surface", "uneven-spacing")]
+
+
+def test_taxels_beyond_an_edge_are_left_out_and_named() -> None:
+    over = replace(GRID, rows=6, columns=6, first=at(0.0, 0.285), last=at(0.9, 0.285))  # on its corner, at the end
+    cut = grid_skin(two_rods(), over, thickness=0.002)
+    (off,) = [finding for finding in cut.findings if finding.kind == "taxel-off-surface"]
+    assert 0 < off.count == 36 - len(cut)
+    assert "beyond an edge of the link, in rows" in off.action
+    kept = cut.patches[0].taxels.identity.ids
+    assert len(np.unique(kept)) == len(cut)
+
+
+def test_grids_go_beside_what_is_there_and_replace_what_they_lie_on() -> None:
+    robot = two_rods()
+    cover = worn(sleeve(np.arange(0.05, 0.2, 0.006)), robot)
+    both = add_grids(robot, cover, [GRID, replace(GRID, first=at(3.2, 0.08), last=at(4.4, 0.2))], thickness=0.002)
+    assert [patch.name for patch in both.patches] == ["upper grid", "upper grid 2"]
+    (gone,) = [finding for finding in both.findings if finding.kind == "patch-under-grid"]
+    assert (gone.where, gone.count) == ("upper", len(cover))
+    beside = add_grids(robot, cover, [replace(GRID, first=at(0.2, 0.24), last=at(0.8, 0.28))], thickness=0.002)
+    assert [patch.name for patch in beside.patches] == ["upper", "upper grid"]
+    alone = add_grids(robot, None, [GRID])
+    assert len(alone) == 30
+    assert add_grids(robot, cover, []) is cover
+
+
+def test_grids_that_cannot_be_are_refused() -> None:
+    with pytest.raises(RobotError, match="wing"):
+        grid_skin(two_rods(), replace(GRID, link="wing"))
+    with pytest.raises(SkinError, match=r"grid on upper.*too close for so many taxels.*0\.5 mm"):
+        grid_skin(two_rods(), replace(GRID, last=GRID.first))
+    with pytest.raises(SkinError, match="rows is out of range.*1 to 256"):
+        replace(GRID, rows=1000)
