@@ -21,7 +21,7 @@ from app.geometry.mesh import Mesh
 _MAX_CROSSINGS = 20_000
 _ROUNDS, _CLOSE = 60, 1e-4
 """Of placing the corners; they are within this many pitches of where they should be."""
-_EDGE_COSINE = float(np.cos(np.radians(75)))
+_EDGE_COSINE = float(np.cos(np.radians(60)))
 """Neighbours whose normals differ by more lie on two sides of an edge, or of a thin wall."""
 
 

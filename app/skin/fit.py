@@ -45,6 +45,7 @@ _LARGEST_HOLE = 8.0  # in pitches²
 _DH_FRAME_SUFFIX = "_dh_frame"
 _MIN_PITCH = 5e-4
 """Of a grid [m]; the link's cover is made as fine as that."""
+_GRID_NAME = " grid"
 _UNEVEN = 0.2
 """Neighbours in a grid whose distance differs by more than this share from the pitch are told."""
 
@@ -209,9 +210,14 @@ def add_grids(robot: Robot, skin: Skin | None, specs: Sequence[GridSpec], *, thi
         findings += made.findings
         for patch in made.patches:
             names = {other.name for other in patches}
-            name = next(name for k in count() if (name := patch_name(f"{spec.link} grid", k)) not in names)
+            name = next(name for k in count() if (name := patch_name(spec.link + _GRID_NAME, k)) not in names)
             patches.append(replace(patch, name=name))
     return Skin(tuple(patches), tuple(findings))
+
+
+def is_grid_patch(patch: Patch) -> bool:
+    """Whether ``add_grids`` made the patch, as its name tells."""
+    return patch.name.startswith(patch.link + _GRID_NAME)
 
 
 def _overlaps(patch: Patch, made: Skin, within: float) -> bool:

@@ -79,7 +79,7 @@ def open_skin(source: str | Path, options: SkinOptions | None = None, *, progres
     spec, path = options or SkinOptions(), Path(source)
     ending = path.suffix.lower()
     if spec.grid is not None:
-        robot = load_robot(str(source))
+        robot = load_robot(str(source), package_roots=spec.package_roots)
         skin = add_grids(robot, None, [spec.grid], thickness=spec.thickness)
         return Skin(skin.patches, (*robot.findings, *skin.findings))
     if ending == ".npz" or holds_taxels(path):

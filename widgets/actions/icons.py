@@ -128,6 +128,14 @@ def _pins(painter: QPainter, colour: str) -> None:
     painter.drawLine(QPointF(8, 8), QPointF(8, 14.5))
 
 
+def _grid(painter: QPainter, colour: str) -> None:
+    """Rows and columns of taxels."""
+    painter.setBrush(QColor(colour))
+    for x in (3.0, 8.0, 13.0):
+        for y in (3.0, 8.0, 13.0):
+            painter.drawEllipse(QPointF(x, y), 1.1, 1.1)
+
+
 def _seams(painter: QPainter, colour: str) -> None:
     """Two pieces and the stitches between them."""
     pen = QPen(QColor(colour), 1.5)
@@ -197,6 +205,7 @@ _SHAPES: dict[str, Callable[[QPainter, str], None]] = {
     "pins": _pins,
     "seams": _seams,
     "interest": _interest,
+    "grid": _grid,
     "draw_path": _draw_path,
     "set_target": _set_target,
     "undo": _undo,

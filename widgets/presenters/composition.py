@@ -20,6 +20,7 @@ from widgets.presenters.session_presenter import SessionPresenter
 from widgets.presenters.state_tracker import StateTracker
 from widgets.presenters.touch_script_presenter import TouchScriptPresenter
 from widgets.presenters.view_presenter import ViewPresenter
+from widgets.tools.grid_tool import GridTool
 from widgets.tools.registry import Tools
 
 
@@ -60,7 +61,7 @@ def build(context: AppContext, parent: QWidget) -> Presenters:
         effects=effects,
         map_files=map_files,
         map_edit=map_edit,
-        files=FilePresenter(context, effects, map_files, parent),
+        files=FilePresenter(context, effects, map_files, tools.get(GridTool), parent),
         view=ViewPresenter(context, tools, parent),
         session=SessionPresenter(context, parent),
         notification=NotificationPresenter(context, parent),

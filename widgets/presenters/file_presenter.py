@@ -19,7 +19,17 @@ from app.core.files import write_atomically
 from app.robots.library import list_robots
 from app.robots.robot import Robot
 from app.scene.scene import Scene, with_package_roots
-from app.scene.scene_file import load_scene, scene_for, scene_for_taxels, scene_names, scene_to_toml, with_taxels
+from app.scene.scene_file import (
+    load_scene,
+    scene_for,
+    scene_for_taxels,
+    scene_names,
+    scene_to_toml,
+    with_grid,
+    with_taxels,
+)
+from app.session.prepare import PreparedScene
+from app.skin.fit import GridSpec, is_grid_patch
 from app.skin.formats.import_skin import NO_ROBOT, check_links, named_links
 from widgets.actions.mnemonics import with_mnemonic
 from widgets.common.file_types import (
@@ -36,6 +46,7 @@ from widgets.common.file_types import (
 from widgets.context.app_context import AppContext
 from widgets.presenters.effects_presenter import EffectsPresenter
 from widgets.presenters.map_file_presenter import MapFilePresenter
+from widgets.tools.grid_tool import GridTool
 
 _READ_AT_ONCE_BYTES = 2_000_000
 """A file of taxels up to this size is read in 0.2 s."""
@@ -48,14 +59,23 @@ class FilePresenter(QObject):
         context: What it works on.
         effects: Knows the scene as it was chosen.
         map_files: Asks about edits that are not saved before another scene is opened.
+        grid: Places grids of taxels, each a scene more.
         parent: Qt parent.
     """
 
     def __init__(
-        self, context: AppContext, effects: EffectsPresenter, map_files: MapFilePresenter, parent: QObject
+        self,
+        context: AppContext,
+        effects: EffectsPresenter,
+        map_files: MapFilePresenter,
+        grid: GridTool,
+        parent: QObject,
     ) -> None:
         super().__init__(parent)
-        self._context, self._effects, self._map_files = context, effects, map_files
+        self._context, self._effects, self._map_files, self._grid_steps = context, effects, map_files, grid.steps
+        grid.placed.connect(self._on_grid_placed)
+        grid.steps.scene_wanted.connect(self.open_scene)
+        context.session.prepared_changed.connect(self._on_prepared_changed)
         self._asked: Callable[[], None] | None = None
         for name, handler in (
             ("open_robot", partial(self._choose, "Open robot", ROBOT_FILTER)),
@@ -141,6 +161,15 @@ class FilePresenter(QObject):
             self._context.notifier.say(f"Robot files may use the packages and meshes in {folder}")
             if self._asked is not None:
                 self._asked()
+
+    def _on_grid_placed(self, grid: GridSpec) -> None:
+        prepared = self._context.session.prepared
+        if prepared is not None:
+            covered = [patch.link for patch in prepared.skin.patches if not is_grid_patch(patch)]
+            self._grid_steps.push(prepared.scene, with_grid(prepared.scene, grid, covered))
+
+    def _on_prepared_changed(self, prepared: PreparedScene) -> None:
+        self._grid_steps.show_scene(prepared.scene)
 
     def _choose(self, title: str, kinds: str) -> None:
         path = self._context.dialogs.open_file(title, kinds)

@@ -13,6 +13,7 @@ from widgets.document.map_editor import MapEditor
 from widgets.interaction.view_tool import ViewTool
 from widgets.tools.arrange_tool import ArrangeTool
 from widgets.tools.control_settings_editor import ControlSettingsEditor
+from widgets.tools.grid_tool import GridTool
 from widgets.tools.interest_tool import InterestTool
 from widgets.tools.path_tool import PathTool
 from widgets.tools.pin_tool import PinTool
@@ -58,6 +59,7 @@ ARRANGE = ToolKind("arrange", ToolRole.EDIT)
 PINS = ToolKind("pins", ToolRole.EDIT)
 SEAMS = ToolKind("seams", ToolRole.EDIT)
 INTEREST = ToolKind("interest", ToolRole.EDIT)
+GRID = ToolKind("grid", ToolRole.EDIT)
 PATH = ToolKind("draw_path", ToolRole.CONTROL)
 TARGET = ToolKind("set_target", ToolRole.CONTROL)
 
@@ -108,6 +110,13 @@ TOOLS = (
         "I",
         "Paint where no seam may go; Alt erases, [ and ] change the brush",
         lambda context: InterestTool(context.editor, context.parent),
+    ),
+    ToolSpec(
+        GRID,
+        "Taxel grid",
+        "E",
+        "Click two opposite corners of an e-skin on the body, and place rows and columns of taxels between them",
+        lambda context: GridTool(context.editor, context.parent),
     ),
     ToolSpec(
         PATH,
@@ -260,7 +269,8 @@ class Tools(QObject):
         self._made = {spec.kind: spec.make(context) for spec in specs if spec.make is not None}
         path = self.get(PathTool)
         self._map_undo, self._control_undo = MapUndo(editor), ControlUndo(self.control, path)
-        for signal in (self.control.changed, path.drawn, editor.history_changed, editor.enabled_changed):
+        grid = self.get(GridTool).steps
+        for signal in (self.control.changed, path.drawn, editor.history_changed, editor.enabled_changed, grid.changed):
             signal.connect(self.undo_changed)
 
     def take(self, kind: ToolKind) -> None:
@@ -276,7 +286,9 @@ class Tools(QObject):
 
     @property
     def undo_stack(self) -> Undoable:
-        """What undo is about with the tool in use: what was drawn for the arm, or else the map."""
+        """What undo is about with the tool in use: what was drawn for the arm, grids, or else the map."""
+        if self.active == GRID:
+            return self.get(GridTool).steps
         return self._control_undo if self.active.controls else self._map_undo
 
     def get(self, kind: type[T]) -> T:

@@ -4,8 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import trimesh
 
 from app.core.errors import RobotError, SkinError
+from app.geometry.mesh import Mesh
 from app.robots.robot import Robot
 from app.skin.fit import GridSpec, add_grids, fit_taxels_to_link, grid_skin
 from tests.hard_cases.meshes import HOPELESS_MESHES, one_link
@@ -102,13 +104,16 @@ def test_a_grid_lies_around_the_rod_in_rows_and_columns() -> None:
 
 
 def test_taxels_beyond_an_edge_are_left_out_and_named() -> None:
-    over = replace(GRID, rows=6, columns=6, first=at(0.0, 0.285), last=at(0.9, 0.285))  # on its corner, at the end
-    cut = grid_skin(two_rods(), over, thickness=0.002)
+    box = trimesh.creation.box((0.1, 0.1, 0.004))
+    plate = one_link(Mesh(np.asarray(box.vertices), np.asarray(box.faces)))
+    corner = 0.045, 0.045, 0.002
+    wide = GridSpec(plate.links[0].name, 4, 9, (-corner[0], -corner[1], corner[2]), corner)  # turned, two corners off
+    cut = grid_skin(plate, wide, thickness=0.002)
+    assert np.concatenate([patch.taxels.positions for patch in cut.patches])[:, 2].min() > 0
     (off,) = [finding for finding in cut.findings if finding.kind == "taxel-off-surface"]
     assert 0 < off.count == 36 - len(cut)
     assert "beyond an edge of the link, in rows" in off.action
-    kept = cut.patches[0].taxels.identity.ids
-    assert len(np.unique(kept)) == len(cut)
+    assert len(np.unique(cut.identity.ids)) == len(cut)
 
 
 def test_grids_go_beside_what_is_there_and_replace_what_they_lie_on() -> None:
