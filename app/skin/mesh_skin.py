@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -15,7 +15,7 @@ from app.geometry.mesh import Mesh
 from app.geometry.raycast import outer_faces, without_islands
 from app.geometry.repair import repair_mesh
 from app.skin.placement import HEXAGON_AREA, MODULE_PITCH, PlacementSpec, place_taxels, refine_for_spec
-from app.skin.skin import Patch, Skin
+from app.skin.skin import Patch, Skin, Taxels
 from app.skin.usable_surface import patch_name
 
 _Part = tuple[Mesh, PlacementSpec]
@@ -82,12 +82,22 @@ def _patches(parts: list[_Part], name: str, progress: Progress) -> tuple[tuple[P
         progress(f"Placing taxels on {name}", 0.4 + 0.6 * number / len(parts))
         try:
             fine, own = refine_for_spec(part, spec)
-            patches.append(Patch(patch_name(name, len(patches)), name, fine.mesh, place_taxels(fine.mesh, own)))
+            taxels = _numbered_on(place_taxels(fine.mesh, own), patches)
+            patches.append(Patch(patch_name(name, len(patches)), name, fine.mesh, taxels))
         except SkinError as refusal:
             refusals.append(refusal)
     if not patches:
         raise refusals[0]
     return tuple(patches), [Finding("bare-piece", name, f"not covered: {refusal.problem}") for refusal in refusals]
+
+
+def _numbered_on(taxels: Taxels, before: list[Patch]) -> Taxels:
+    """The taxels with module numbers that go on after those of the patches before."""
+    modules = taxels.identity.modules
+    used = [patch.taxels.identity.modules.max() for patch in before if patch.taxels.identity.modules is not None]
+    if modules is None or not used:
+        return taxels
+    return replace(taxels, identity=replace(taxels.identity, modules=modules + 1 + max(used)))
 
 
 def _min_component_area(mesh: Mesh, spec: PlacementSpec) -> float:

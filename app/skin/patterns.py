@@ -14,7 +14,7 @@ tiles; where the tiling meets itself or an obstacle, gaps are searched for room 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -32,7 +32,7 @@ from app.skin.sampling import (
     straighten_cells,
     taxels_at_barycentric,
 )
-from app.skin.skin import Taxels
+from app.skin.skin import TaxelIdentity, Taxels
 
 _MAX_STEP_OFFSET = 0.2
 """A step that ends farther than this share of it off the surface went over the border."""
@@ -186,7 +186,7 @@ _STRETCH = 1.0, 1.05, 1.1
 
 
 def place_modules(surface: Mesh, pitch: float, *, allowed: BoolArray, seed: int) -> Taxels:
-    """As many modules as are found to fit; taxels 10 k to 10 k + 9 are module k, in the order of its pads.
+    """As many modules as are found to fit; taxels 10 k to 10 k + 9 are module k, their channels the order of its pads.
 
     Args:
         surface: Connected; its edges shorter than half a pitch.
@@ -214,7 +214,9 @@ def place_modules(surface: Mesh, pitch: float, *, allowed: BoolArray, seed: int)
     ground = np.flatnonzero(allowed)
     seeds = ground[distinct_faces(centres[ground], points)]
     owner = np.where(allowed, geodesic_voronoi(face_graph(surface, centres), seeds, reach=CELL_RADIUS * pitch), -1)
-    return taxels_at_barycentric(surface, faces, weights, straighten_cells(surface, points, owner, seeds))
+    taxels = taxels_at_barycentric(surface, faces, weights, straighten_cells(surface, points, owner, seeds))
+    modules, pads = np.divmod(np.arange(len(faces)), len(MODULE_PADS))
+    return replace(taxels, identity=TaxelIdentity(modules=modules, channels=pads))
 
 
 @dataclass(frozen=True, eq=False)

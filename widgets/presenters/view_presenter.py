@@ -5,9 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 
+import numpy as np
 from PySide6.QtCore import QObject, Signal
 
+from app.core.arrays import IntArray
 from app.core.errors import SkinError
+from app.skin.skin import Skin
 from widgets.common.panel import Panel
 from widgets.common.settings import BaseLayer, OverlayOptions
 from widgets.common.tool_kinds import ToolKind
@@ -77,7 +80,16 @@ class ViewPresenter(QObject):
             self._context.notifier.fault(str(error))
             return
         self._views.show_taxels(found.taxels)
-        self._context.notifier.status(f"Found {found.words}")
+        self._context.notifier.status(f"Found {found.words}{self._hidden_words(prepared.skin, found.taxels)}")
+
+    def _hidden_words(self, skin: Skin, taxels: IntArray) -> str:
+        """That the patches of some of the taxels are not shown, and what shows them; empty where all are."""
+        document = self._context.editor.document
+        if document is None or document.skin is not skin:
+            return ""
+        numbers = np.unique(skin.patch_of[taxels]).tolist()
+        hidden = [skin.patches[number].name for number in numbers if not document.patches[number].visible]
+        return f"; hidden on the map: {', '.join(hidden)} (Edit > Show all patches)" if hidden else ""
 
     def _select_all(self) -> None:
         """Every taxel, or with a tool that edits every patch."""

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 from typing import cast
 
 import numpy as np
-from PySide6.QtCore import QObject, Qt, Signal
-from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter
+from PySide6.QtCore import QObject, QPointF, Qt, Signal
+from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter
 
 from app.core.arrays import FloatArray
 from app.core.errors import TactileMapsError
@@ -212,10 +212,17 @@ class GridTool(ViewTool):
         if document is None:
             return
         offered = () if self._preview is None else self._preview.places
-        for places, fixed in ((offered, False), (self._corners, True)):
-            shown = [document.map.to_map(at) for at in places if document.patches[at.patch].visible]
-            for pixel in to_pixels(np.array(shown).reshape(-1, 2)):
-                draw_vertex(painter, pixel, theme, fixed=fixed)
+        pixels, corners = (
+            to_pixels(np.array([document.map.to_map(at) for at in places]).reshape(-1, 2))
+            for places in (offered, self._corners)
+        )
+        if self._corners and document.patches[self._corners[0].patch].visible:
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.setBrush(QColor(theme.accent))
+            for x, y in pixels.tolist():
+                painter.drawEllipse(QPointF(x, y), 1.5, 1.5)
+            for pixel in corners:
+                draw_vertex(painter, pixel, theme, fixed=True)
         self.paint_body(painter, theme)
 
     def paint_body(self, painter: QPainter, theme: Theme) -> None:

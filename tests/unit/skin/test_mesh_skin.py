@@ -142,3 +142,15 @@ def test_progress_rises_and_may_cancel() -> None:
     skin_of_mesh(HARD_MESHES["two components"], progress=lambda _text, fraction: fractions.append(fraction))
     assert fractions == sorted(fractions)
     assert len(fractions) == 4
+
+
+def test_modules_are_numbered_through_all_pieces() -> None:
+    one, other = sphere(0.06), sphere(0.04)
+    both = Mesh(
+        np.concatenate([one.vertices, other.vertices + 0.2]),
+        np.concatenate([one.faces, other.faces + len(one.vertices)]),
+    )
+    skin = skin_of_mesh(both, PlacementSpec(pattern="modules"))
+    assert len(skin.patches) == 2
+    np.testing.assert_array_equal(skin.identity.modules, np.arange(len(skin)) // 10)
+    np.testing.assert_array_equal(skin.identity.channels, np.arange(len(skin)) % 10)

@@ -280,6 +280,11 @@ def test_a_taxel_is_found_by_its_id_and_told_by_it(window, prepared):
     words = window.map_view.display.words_for(at)
     assert f"{name}, dead" in words
     assert window.map_view.display.marks.faults[0][1] == f"1 taxel dead: module {module} (channel {channel})"
+    window.editor.select([1])
+    window.action("hide_patches").trigger()
+    window.presenters.view.find_taxel(str(87012 - taxel))
+    hidden = named.skin.patches[1].name
+    assert window.statusBar().currentMessage().endswith(f"hidden on the map: {hidden} (Edit > Show all patches)")
     camera = window.map_view.camera
     window.presenters.view.find_taxel("5/5")
     assert window.views.selection.taxels.tolist() == [taxel], "as it was"
