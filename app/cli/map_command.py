@@ -212,7 +212,7 @@ def _output_path(arguments: argparse.Namespace) -> Path | None:
 
 def _skin_options(arguments: argparse.Namespace) -> SkinOptions:
     if arguments.grid:
-        return SkinOptions(links=tuple(arguments.links), grid=_grid(arguments))
+        return SkinOptions(links=tuple(arguments.links), grid=_grid(arguments), package_roots=package_roots(arguments))
     if arguments.first or arguments.last:
         raise UsageError("a corner is named, but no grid", remedy="Add --grid ROWSxCOLUMNS")
     zones = () if arguments.keep_border is None else (BoundaryZone(1e-3 * arguments.keep_border),)
