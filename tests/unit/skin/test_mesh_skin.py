@@ -145,11 +145,9 @@ def test_progress_rises_and_may_cancel() -> None:
 
 
 def test_modules_are_numbered_through_all_pieces() -> None:
-    one, other = sphere(0.06), sphere(0.04)
-    both = Mesh(
-        np.concatenate([one.vertices, other.vertices + 0.2]),
-        np.concatenate([one.faces, other.faces + len(one.vertices)]),
-    )
+    one, other = sphere(radius=0.06), sphere(radius=0.04)
+    faces = np.concatenate([one.faces, other.faces + len(one.vertices)])
+    both = Mesh(np.concatenate([one.vertices, other.vertices + 0.2]), faces)
     skin = skin_of_mesh(both, PlacementSpec(pattern="modules"))
     assert len(skin.patches) == 2
     np.testing.assert_array_equal(skin.identity.modules, np.arange(len(skin)) // 10)
