@@ -23,6 +23,7 @@ COMMANDS = (
     "weigh",
     "replay",
     "recover",
+    "export",
     "compare",
     "study",
     "gui",

@@ -8,6 +8,8 @@ from pathlib import Path
 
 from app.studies.catalogue import STUDY_NAMES
 
+EXPORT_FORMATS = ("csv", "parquet", "npz", "hdf5", "lerobot", "rosbag2", "mp4", "rerun")
+"""Those of ``app.export.export``, which is not imported to parse a line."""
 EPILOG = """exit codes: 0 done, 1 the work failed and says why, 2 bad usage,
             130 Ctrl-C, 143 ended by SIGTERM
 robots: arm (our own), ur5e, icub (pip install 'tactile-maps[robots]'), a file, or a model in MENAGERIE_ROOT"""
@@ -115,6 +117,18 @@ def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: i
     recover.add_argument("-o", "--output", required=True, metavar="FIXED.mcap")
     recover.add_argument("--overwrite", action="store_true", help="replace an existing file")
     _json(recover)
+    export = commands.add_parser("export", help="a recording for other programs: CSV, Parquet, HDF5, LeRobot, a film")
+    export.add_argument("input", metavar="FILE.mcap")
+    export.add_argument("--to", required=True, choices=EXPORT_FORMATS, help="the format")
+    export.add_argument("-o", "--output", required=True, metavar="FILE|DIR", help="write there; it must not exist")
+    export.add_argument("--overwrite", action="store_true", help="replace an existing file")
+    export.add_argument(
+        "--image-width", type=int, default=64, metavar="PIXELS", help="of tactile images; 0 for none (default 64)"
+    )
+    export.add_argument(
+        "--rate", type=_positive, default=25.0, metavar="HZ", help="pictures a second in films and logs (default 25)"
+    )
+    _json(export)
 
 
 def _add_compare(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]

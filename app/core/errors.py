@@ -151,6 +151,10 @@ class LiveError(TactileMapsError):
     """Readings of a real skin that cannot be received, understood or tied to taxels."""
 
 
+class ExportError(TactileMapsError):
+    """A recording that cannot be written in the format of another program, or a live stream that cannot begin."""
+
+
 class DisplayError(TactileMapsError):
     """There is no display, or it cannot draw."""
 

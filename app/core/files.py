@@ -15,6 +15,7 @@ import math
 import os
 import re
 import secrets
+import shutil
 import stat
 import sys
 import zipfile
@@ -138,6 +139,48 @@ def open_atomically(path: Path, *, error: type[TactileMapsError], overwrite: boo
             value=cause,
             remedy="Choose a folder you may write to, with space left",
         ) from cause
+
+
+@contextmanager
+def make_atomically(path: Path, *, error: type[TactileMapsError], overwrite: bool = False) -> Iterator[Path]:
+    """A path beside ``path``, where nothing is yet, for a library that makes its file or folder by itself.
+
+    What is there when the block ends takes the name ``path``; where the block fails, nothing stays. Where the program
+    is ended in the middle, it stays: ``.tactile-maps-....part``.
+
+    Raises:
+        TactileMapsError: Of kind ``error``: it cannot be written, or is there and must not be overwritten; a folder
+            never is.
+    """
+    part = path.with_name(f".tactile-maps-{secrets.token_hex(8)}.part")
+    try:
+        _check_replacing(path, overwrite, error)
+        try:
+            yield part
+            if part.is_file():
+                with part.open("rb") as stream:
+                    os.fsync(stream.fileno())
+            _check_replacing(path, overwrite, error)  # somebody may have written it meanwhile
+            part.replace(path)
+        except BaseException:
+            if part.is_dir():
+                shutil.rmtree(part, ignore_errors=True)
+            else:
+                part.unlink(missing_ok=True)
+            raise
+    except OSError as cause:
+        raise error(
+            "the file cannot be written",
+            file=path,
+            value=cause,
+            remedy="Choose a folder you may write to, with space left",
+        ) from cause
+
+
+def _check_replacing(path: Path, overwrite: bool, error: type[TactileMapsError]) -> None:
+    if path.is_dir():
+        raise error("there is a folder of this name", file=path, remedy="Choose another name, or remove it first")
+    _check_overwriting(path, overwrite, error)
 
 
 def _check_overwriting(path: Path, overwrite: bool, error: type[TactileMapsError]) -> None:

@@ -1,0 +1,12 @@
+"""Recordings in the formats of other programs, and sessions live to their viewers.
+
+- ``export``: the formats, and one function for all of them.
+- ``tables``: what a recording holds as tables of columns, streamed; ``sinks`` takes them as CSV, Parquet, npz or HDF5.
+- ``film``: the tactile image as a film; ``lerobot``, ``rosbag``, ``rerun_file``: data sets and logs of these programs.
+- ``live``: a running session for Foxglove and Lichtblick.
+- ``optional``: packages that only some of them need.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,3 @@
+from .export import FORMATS, ExportFormat, export_recording
+
+__all__ = ["FORMATS", "ExportFormat", "export_recording"]

@@ -1,0 +1,260 @@
+"""A recording as a LeRobot data set, version 3.0 (https://huggingface.co/docs/lerobot/lerobot-dataset-v3).
+
+An episode is a run of ticks without a gap, its task the scene's name. Features: joint positions and velocities
+(``observation.state``, ``observation.velocity``), pressures by taxel (``observation.tactile`` [Pa], named by hardware
+id), the commanded positions (``action``), and a film of the tactile image (``observation.images.tactile``) at the rate
+of ticks. All in single precision, as LeRobot has it.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from contextlib import ExitStack
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.errors import ExportError
+from app.core.progress import Progress
+from app.export.film import open_film
+from app.export.optional import optional_package
+from app.export.tables import Episode, batches, episodes, taxel_labels
+from app.maps.pressure_colours import colour_image, rounded_scale
+from app.maps.tactile_image import TactileImage
+from app.recording.player import RecordingPlayer
+from app.session.frame import Frame
+
+_VIDEO = "observation.images.tactile"
+_FILE = "chunk-000/file-000"
+_WIDTH = 128
+_INDEX = ("timestamp", "frame_index", "episode_index", "index", "task_index")
+_KEYS = {
+    "observation.state": lambda frame: frame.posture,
+    "observation.velocity": lambda frame: frame.velocity,
+    "observation.tactile": lambda frame: frame.pressures,
+    "action": lambda frame: frame.command.posture,
+}
+
+
+def write_lerobot(player: RecordingPlayer, folder: Path, *, progress: Progress) -> None:
+    """Write the data set into a new folder.
+
+    Raises:
+        ExportError: A package is not installed, or ticks do not come a whole number of times a second.
+    """
+    rate = 1.0 / player.prepared.scene.tick
+    if abs(rate - round(rate)) > 1e-6 * rate:
+        remedy = "Record with a tick of 0.005 s, 0.004 s, ... or export to parquet"
+        raise ExportError("LeRobot needs a whole number of ticks a second", value=f"{rate:.6g}", remedy=remedy)
+    parquet = optional_package("pyarrow.parquet", extra="export")
+    found = episodes(player)
+    statistics = [_Statistics() for _ in found]
+    image = TactileImage(player.prepared.map, width=_WIDTH)
+    rows, columns = image.shape
+    size = (rows + rows % 2, columns + columns % 2)
+    scale = rounded_scale(1e-3 * max(float(np.nanmax(frame.pressures, initial=0.0)) for frame in player))
+    _folder_of(folder / "data" / f"{_FILE}.parquet")
+    video = folder / "videos" / _VIDEO / f"{_FILE}.mp4"
+    _folder_of(video)
+    with ExitStack() as files:
+        film = files.enter_context(open_film(video, size[::-1], Fraction(round(rate)), quality=18))
+        writer = None
+        done = 0
+        for frames in batches(player, progress):
+            table = _rows(frames, done, found, round(rate), statistics)
+            if writer is None:
+                path = folder / "data" / f"{_FILE}.parquet"
+                writer = files.enter_context(parquet.ParquetWriter(path, table.schema, compression="snappy"))
+            writer.write_table(table)
+            for number, frame in enumerate(frames, start=done):
+                picture = np.full((*size, 3), 255, dtype=np.uint8)
+                picture[:rows, :columns] = colour_image(image, frame.pressures, scale)
+                film.add(picture)
+                statistics[_episode_of(number, found)].add(_VIDEO, picture.reshape(-1, 3) / 255.0)
+            done += len(frames)
+    _write_meta(player, folder, found, statistics, round(rate), size)
+
+
+def _folder_of(path: Path) -> None:
+    path.parent.mkdir(parents=True)
+
+
+def _episode_of(number: int, found: list[Episode]) -> int:
+    return sum(one.first <= number for one in found) - 1
+
+
+def _rows(frames: list[Frame], first: int, found: list[Episode], rate: int, statistics: list[_Statistics]) -> Any:
+    arrow = optional_package("pyarrow", extra="export")
+    index = np.arange(first, first + len(frames))
+    episode = np.array([_episode_of(number, found) for number in index.tolist()])
+    within = index - np.array([found[number].first for number in episode])
+    columns: dict[str, Any] = {}
+    values = {key: np.stack([part(frame) for frame in frames]).astype(np.float32) for key, part in _KEYS.items()}
+    plain = {
+        "timestamp": (within / rate).astype(np.float32),
+        "frame_index": within,
+        "episode_index": episode,
+        "index": index,
+        "task_index": np.zeros_like(index),
+    }
+    for key, rows in values.items():
+        columns[key] = arrow.FixedSizeListArray.from_arrays(arrow.array(rows.ravel()), rows.shape[1])
+    columns |= {key: arrow.array(rows) for key, rows in plain.items()}
+    for number in np.unique(episode).tolist():
+        for key, rows in (values | {key: rows[:, None] for key, rows in plain.items()}).items():
+            statistics[number].add(key, rows[episode == number])
+    return arrow.table(columns)
+
+
+class _Statistics:
+    """Least, largest, mean and deviation of each number, and quantiles from a sample, as they come."""
+
+    _MOST = 2000
+
+    def __init__(self) -> None:
+        self._sums: dict[str, list[NDArray[np.float64]]] = {}
+        self._counts: dict[str, int] = {}
+        self._samples: dict[str, list[NDArray[np.float64]]] = {}
+
+    def add(self, key: str, rows: NDArray[Any]) -> None:
+        """More rows (k, n)."""
+        rows = rows.astype(np.float64)
+        new = [rows.min(axis=0), rows.max(axis=0), rows.sum(axis=0), (rows**2).sum(axis=0)]
+        if key in self._sums:
+            low, high, total, squares = self._sums[key]
+            new = [np.minimum(low, new[0]), np.maximum(high, new[1]), total + new[2], squares + new[3]]
+        self._sums[key], self._counts[key] = new, self._counts.get(key, 0) + len(rows)
+        kept = self._samples.setdefault(key, [])
+        if len(kept) < self._MOST:
+            kept.append(rows[len(rows) // 2])
+
+    def merge(self, other: _Statistics) -> None:
+        """The rows of another too."""
+        for key, (low, high, total, squares) in other._sums.items():
+            own = self._sums.get(key, [low, high, 0.0 * total, 0.0 * squares])
+            self._sums[key] = [np.minimum(own[0], low), np.maximum(own[1], high), own[2] + total, own[3] + squares]
+            self._counts[key] = self._counts.get(key, 0) + other._counts[key]
+            self._samples[key] = self._samples.get(key, []) + other._samples[key]
+
+    def result(self) -> dict[str, dict[str, list[Any]]]:
+        """By feature; of the film by colour, as LeRobot has it."""
+        return {key: self._of(key) for key in self._sums}
+
+    def _of(self, key: str) -> dict[str, list[Any]]:
+        low, high, total, squares = self._sums[key]
+        count = self._counts[key]
+        mean = total / count
+        found = {"min": low, "max": high, "mean": mean, "std": np.sqrt(np.maximum(squares / count - mean**2, 0.0))}
+        shares = {"q01": 0.01, "q10": 0.1, "q50": 0.5, "q90": 0.9, "q99": 0.99}
+        sample = np.stack(self._samples[key])
+        found |= {name: np.quantile(sample, share, axis=0) for name, share in shares.items()}
+        shape = (3, 1, 1) if key == _VIDEO else low.shape
+        return {name: values.reshape(shape).tolist() for name, values in found.items()} | {"count": [count]}
+
+
+def _write_meta(
+    player: RecordingPlayer,
+    folder: Path,
+    found: list[Episode],
+    statistics: list[_Statistics],
+    rate: int,
+    size: tuple[int, ...],
+) -> None:
+    arrow, parquet = optional_package("pyarrow", extra="export"), optional_package("pyarrow.parquet", extra="export")
+    meta = folder / "meta"
+    (meta / "episodes" / "chunk-000").mkdir(parents=True)
+    results = [one.result() for one in statistics]
+    whole = _Statistics()
+    for one in statistics:
+        whole.merge(one)
+    (meta / "info.json").write_text(json.dumps(_info(player, found, rate, size), indent=4), encoding="utf8")
+    (meta / "stats.json").write_text(json.dumps(whole.result(), indent=4), encoding="utf8")
+    tasks = arrow.table({"task_index": arrow.array([0]), "task": arrow.array([player.prepared.scene.name])})
+    parquet.write_table(tasks.replace_schema_metadata(_PANDAS_INDEX), meta / "tasks.parquet")
+    rows = [_episode_row(number, one, results[number], rate) for number, one in enumerate(found)]
+    parquet.write_table(arrow.Table.from_pylist(rows), meta / "episodes" / f"{_FILE}.parquet")
+
+
+_PANDAS_INDEX = {
+    "pandas": json.dumps(
+        {
+            "index_columns": ["task"],
+            "column_indexes": [],
+            "columns": [
+                {"name": "task_index", "field_name": "task_index", "pandas_type": "int64", "numpy_type": "int64",
+                 "metadata": None},
+                {"name": "task", "field_name": "task", "pandas_type": "unicode", "numpy_type": "object",
+                 "metadata": None},
+            ],
+            "creator": {"library": "pyarrow"},
+            "pandas_version": "2.0.0",
+        }
+    )
+}  # fmt: skip
+"""By which pandas, and so LeRobot, takes the tasks for the table's index."""
+
+
+def _episode_row(number: int, one: Episode, stats: Mapping[str, Mapping[str, Any]], rate: int) -> dict[str, Any]:
+    row: dict[str, Any] = {
+        "episode_index": number,
+        "tasks": [one.label],
+        "length": one.frames,
+        "data/chunk_index": 0,
+        "data/file_index": 0,
+        f"videos/{_VIDEO}/chunk_index": 0,
+        f"videos/{_VIDEO}/file_index": 0,
+        f"videos/{_VIDEO}/from_timestamp": one.first / rate,
+        f"videos/{_VIDEO}/to_timestamp": (one.first + one.frames) / rate,
+        "dataset_from_index": one.first,
+        "dataset_to_index": one.first + one.frames,
+        "meta/episodes/chunk_index": 0,
+        "meta/episodes/file_index": 0,
+    }
+    return row | {f"stats/{key}/{name}": value for key, of in stats.items() for name, value in of.items()}
+
+
+def _info(player: RecordingPlayer, found: list[Episode], rate: int, size: tuple[int, ...]) -> dict[str, Any]:
+    prepared = player.prepared
+    joints = [joint.name for joint in prepared.robot.joints]
+    names = {"observation.tactile": taxel_labels(prepared.skin)}
+    features: dict[str, Any] = {
+        key: {"dtype": "float32", "shape": [len(names.get(key, joints))], "names": names.get(key, joints)}
+        for key in _KEYS
+    }
+    features[_VIDEO] = {
+        "dtype": "video",
+        "shape": [*size, 3],
+        "names": ["height", "width", "channels"],
+        "info": {
+            "video.fps": rate,
+            "video.height": size[0],
+            "video.width": size[1],
+            "video.channels": 3,
+            "video.codec": "h264",
+            "video.pix_fmt": "yuv420p",
+            "video.is_depth_map": False,
+            "has_audio": False,
+        },
+    }
+    for key in _INDEX:
+        features[key] = {"dtype": "float32" if key == "timestamp" else "int64", "shape": [1], "names": None}
+    return {
+        "codebase_version": "v3.0",
+        "robot_type": prepared.robot.name,
+        "total_episodes": len(found),
+        "total_frames": len(player),
+        "total_tasks": 1,
+        "chunks_size": 1000,
+        "data_files_size_in_mb": 100,
+        "video_files_size_in_mb": 200,
+        "fps": rate,
+        "splits": {"train": f"0:{len(found)}"},
+        "data_path": "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet",
+        "video_path": "videos/{video_key}/chunk-{chunk_index:03d}/file-{file_index:03d}.mp4",
+        "features": features,
+        "tactile_maps": {"complete": player.complete, "damage": [one.kind.value for one in player.damage]},
+    }

@@ -1,0 +1,114 @@
+"""A recording as a Rerun file (.rrd): the robot and its taxels in 3-D, the tactile image, contacts, joints, events.
+
+Everything stands on the timeline ``time`` (simulated seconds). Points are coloured by pressure; joints and the force of
+each contact are numbers over time.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from app.core.progress import Progress
+from app.export.optional import optional_package
+from app.export.tables import batches
+from app.maps.pressure_colours import COLOURS, colour_image, rounded_scale
+from app.maps.tactile_image import TactileImage
+from app.recording.player import RecordingPlayer
+from app.recording.viewer_messages import object_frame
+from app.robots.kinematics import Configuration
+from app.session.frame import Frame
+
+_METRES_A_NEWTON = 0.02
+
+
+def write_rerun(player: RecordingPlayer, path: Path, *, rate: float, progress: Progress) -> None:
+    """Write the file.
+
+    Raises:
+        ExportError: The package is not installed.
+    """
+    rerun = optional_package("rerun", extra="rerun")
+    stream = rerun.RecordingStream("tactile-maps", recording_id=player.path.stem)
+    stream.save(path)
+    try:
+        log = _Log(player, rerun, stream)
+        log.open()
+        every = max(round(1.0 / (rate * player.prepared.scene.tick)), 1)
+        told = 0
+        for frames in batches(player, progress):
+            for frame in frames:
+                stream.set_time("time", duration=frame.time)
+                if frame.tick % every == 0:
+                    log.add(frame)
+                now = bisect_right(player.events, frame.tick, key=lambda event: event.tick)
+                for event in player.events[told:now]:
+                    stream.log("events", rerun.TextLog(event.words, level="INFO"))
+                told = now
+    finally:
+        stream.disconnect()
+
+
+class _Log:
+    """Says what is there of a frame."""
+
+    def __init__(self, player: RecordingPlayer, rerun: Any, stream: Any) -> None:
+        self._rr, self._stream, self._prepared = rerun, stream, player.prepared
+        self._configuration = Configuration(player.prepared.robot)
+        self._image = TactileImage(player.prepared.map, width=256)
+        highest = max(float(np.nanmax(frame.pressures, initial=0.0)) for frame in player)
+        self._scale = rounded_scale(1e-3 * highest)
+
+    def open(self) -> None:
+        """The surfaces, once."""
+        prepared = self._prepared
+        meshes = [(link.name, link.mesh) for link in prepared.robot.links if link.mesh is not None]
+        meshes += [(object_frame(body.spec.name), body.mesh) for body in prepared.objects]
+        for name, mesh in meshes:
+            surface = self._rr.Mesh3D(
+                vertex_positions=mesh.vertices.astype(np.float32),
+                triangle_indices=mesh.faces.astype(np.uint32),
+                albedo_factor=(190, 194, 199, 255),
+            )
+            self._stream.log(f"world/{name}/surface", surface, static=True)
+        words = f"Colours: 0 to {self._scale:g} kPa"
+        self._stream.log("tactile_image/scale", self._rr.TextDocument(words), static=True)
+
+    def add(self, frame: Frame) -> None:
+        """One tick."""
+        rr, prepared = self._rr, self._prepared
+        self._configuration.update(frame.posture)
+        names = [link.name for link in prepared.robot.links]
+        names += [object_frame(body.spec.name) for body in prepared.objects]
+        for name, pose in zip(names, np.concatenate([self._configuration.poses(), frame.objects]), strict=True):
+            self._stream.log(f"world/{name}", rr.Transform3D(translation=pose[:3, 3], mat3x3=pose[:3, :3]))
+        self._stream.log("tactile_image", rr.Image(colour_image(self._image, frame.pressures, self._scale)))
+        self._add_taxels(frame)
+        self._add_contacts(frame)
+        for joint, position in zip(prepared.robot.joints, frame.posture.tolist(), strict=True):
+            self._stream.log(f"joints/{joint.name}", rr.Scalars(position))
+
+    def _add_taxels(self, frame: Frame) -> None:
+        skin = self._prepared.skin
+        levels = np.nan_to_num(1e-3 * frame.pressures * (255 / self._scale))
+        colours = COLOURS[np.rint(np.clip(levels, 0, 255)).astype(int)]
+        for number, patch in enumerate(skin.patches):
+            own = slice(int(skin.first[number]), int(skin.first[number + 1]))
+            points = self._rr.Points3D(patch.taxels.positions, colors=colours[own], radii=0.002)
+            self._stream.log(f"world/{patch.link}/taxels/{patch.name}", points)
+
+    def _add_contacts(self, frame: Frame) -> None:
+        for link in dict.fromkeys(patch.link for patch in self._prepared.skin.patches):
+            own = [region for region in frame.regions if region.link == link]
+            arrows = self._rr.Arrows3D(
+                origins=[one.link_position + _METRES_A_NEWTON * one.force * one.link_normal for one in own],
+                vectors=[-_METRES_A_NEWTON * one.force * one.link_normal for one in own],
+                colors=[(31, 119, 180)] * len(own),
+                labels=[f"{one.force:.2f} N" for one in own],
+            )
+            self._stream.log(f"world/{link}/contacts", arrows)
+        force = sum(region.force for region in frame.regions)
+        self._stream.log("contacts/force", self._rr.Scalars(force))

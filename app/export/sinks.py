@@ -1,0 +1,194 @@
+"""Tables as files: a folder of CSV or Parquet, one npz, one HDF5. Each takes rows as they come and keeps none."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+import zipfile
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+from numpy.lib import format as npy
+from numpy.typing import NDArray
+
+from app.export.optional import optional_package
+from app.export.tables import Columns
+
+Labels = Mapping[str, Sequence[str]]
+"""For a column with several numbers in a row, what each is of."""
+
+
+class CsvSink:
+    """A folder with a CSV file for each table; numbers as they are, to the last digit.
+
+    A column with several numbers in a row becomes as many columns, ``COLUMN.LABEL``.
+    """
+
+    def __init__(self, folder: Path, labels: Labels, files: ExitStack) -> None:
+        self._folder, self._labels, self._files = folder, labels, files
+        self._streams: dict[str, IO[str]] = {}
+
+    def append(self, table: str, columns: Columns) -> None:
+        """More rows."""
+        stream = self._streams.get(table)
+        if stream is None:
+            path = self._folder / f"{table}.csv"
+            stream = self._streams[table] = self._files.enter_context(path.open("w", encoding="utf8", newline=""))
+            stream.write(",".join(name for part in columns for name in self._names(part, columns[part])) + "\n")
+        cells = [_cells(values) for values in columns.values()]
+        stream.writelines(",".join(row) + "\n" for row in zip(*cells, strict=True))
+
+    def _names(self, column: str, values: NDArray[Any]) -> list[str]:
+        if values.ndim == 1:
+            return [_quoted(column)]
+        labels = self._labels.get(column) or range(int(np.prod(values.shape[1:])))
+        return [_quoted(f"{column}.{label}") for label in labels]
+
+
+def _cells(values: NDArray[Any]) -> Iterator[str]:
+    """The text of each row."""
+    if values.dtype.kind == "U":
+        return map(_quoted, values.tolist())
+    if values.ndim == 1:
+        return map(repr, values.tolist())
+    rows = values.reshape(len(values), -1).tolist()
+    return (",".join(map(repr, row)) for row in rows)
+
+
+def _quoted(text: str) -> str:
+    return '"' + text.replace('"', '""') + '"' if any(mark in text for mark in ',"\r\n') else text
+
+
+class ParquetSink:
+    """A folder with a Parquet file for each table, a row group for a few frames.
+
+    A column with several numbers in a row is a list of fixed length; of what they are the field's metadata says
+    (``labels``), and the shape of an image (``shape``).
+    """
+
+    def __init__(self, folder: Path, labels: Labels, files: ExitStack) -> None:
+        self._arrow = optional_package("pyarrow", extra="export")
+        self._parquet = optional_package("pyarrow.parquet", extra="export")
+        self._folder, self._labels, self._files = folder, labels, files
+        self._writers: dict[str, Any] = {}
+
+    def append(self, table: str, columns: Columns) -> None:
+        """More rows."""
+        arrow = self._arrow
+        arrays = [self._array(values) for values in columns.values()]
+        fields = [self._field(*item) for item in zip(columns, arrays, columns.values(), strict=True)]
+        batch = arrow.Table.from_arrays(arrays, schema=arrow.schema(fields))
+        if table not in self._writers:
+            writer = self._parquet.ParquetWriter(self._folder / f"{table}.parquet", batch.schema, compression="zstd")
+            self._writers[table] = self._files.enter_context(writer)
+        if batch.num_rows:
+            self._writers[table].write_table(batch)
+
+    def _array(self, values: NDArray[Any]) -> Any:
+        if values.dtype.kind == "U":
+            return self._arrow.array(values.tolist(), self._arrow.string())
+        if values.ndim == 1:
+            return self._arrow.array(values)
+        flat = self._arrow.array(np.ascontiguousarray(values).ravel())
+        return self._arrow.FixedSizeListArray.from_arrays(flat, int(np.prod(values.shape[1:])))
+
+    def _field(self, name: str, array: Any, values: NDArray[Any]) -> Any:
+        told = {"labels": "\n".join(self._labels[name])} if name in self._labels else {}
+        if values.ndim > 2:
+            told["shape"] = " ".join(map(str, values.shape[1:]))
+        return self._arrow.field(name, array.type, nullable=False, metadata=told)
+
+
+class Hdf5Sink:
+    """One HDF5 file: a group for each table, a dataset for each column, compressed; labels as its attribute."""
+
+    def __init__(self, path: Path, labels: Labels, files: ExitStack) -> None:
+        self._h5py = optional_package("h5py", extra="export")
+        self._labels, self._file = labels, files.enter_context(self._h5py.File(path, "w"))
+
+    def append(self, table: str, columns: Columns) -> None:
+        """More rows."""
+        group = self._file.require_group(table)
+        for name, values in columns.items():
+            if name not in group:
+                self._begin(group, name, values)
+            data = group[name]
+            start = len(data)
+            data.resize(start + len(values), axis=0)
+            data[start:] = values.astype(object) if values.dtype.kind == "U" else values
+
+    def _begin(self, group: Any, name: str, values: NDArray[Any]) -> None:
+        kind = self._h5py.string_dtype() if values.dtype.kind == "U" else values.dtype
+        shape = values.shape[1:]
+        # Wide rows in chunks of some hundred kB, long columns in chunks of some thousand numbers.
+        rows = max(1, min(4096, 2**18 // (8 * max(int(np.prod(shape)), 1))))
+        data = group.create_dataset(
+            name, (0, *shape), dtype=kind, maxshape=(None, *shape), chunks=(rows, *shape), compression="gzip",
+            compression_opts=1, shuffle=values.dtype.kind != "U"
+        )  # fmt: skip
+        if name in self._labels:
+            data.attrs.create("labels", list(self._labels[name]), dtype=self._h5py.string_dtype())
+
+
+class NpzSink:
+    """One npz: an array for each column, ``TABLE.COLUMN``. Rows wait in files beside it until all are there.
+
+    Args:
+        path: The file.
+        labels: Kept as ``TABLE.COLUMN.labels``.
+        waiting: A folder for the rows that wait.
+    """
+
+    def __init__(self, path: Path, labels: Labels, waiting: Path) -> None:
+        self._path, self._labels, self._waiting = path, labels, waiting
+        self._arrays: dict[str, tuple[IO[bytes], np.dtype[Any], tuple[int, ...]]] = {}
+        self._words: dict[str, list[str]] = {}
+        self._rows: dict[str, int] = {}
+
+    def append(self, table: str, columns: Columns) -> None:
+        """More rows."""
+        for name, values in columns.items():
+            key = f"{table}.{name}"
+            if values.dtype.kind == "U":
+                self._words.setdefault(key, []).extend(values.tolist())
+                continue
+            if key not in self._arrays:
+                stream = (self._waiting / str(len(self._arrays))).open("w+b")
+                self._arrays[key], self._rows[key] = (stream, values.dtype, values.shape[1:]), 0
+                if name in self._labels:
+                    self._words[f"{key}.labels"] = list(self._labels[name])
+            self._arrays[key][0].write(np.ascontiguousarray(values).tobytes())
+            self._rows[key] += len(values)
+
+    def close(self) -> None:
+        """Write the file."""
+        with zipfile.ZipFile(self._path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+            for key, (stream, dtype, shape) in self._arrays.items():
+                stream.seek(0)
+                with archive.open(f"{key}.npy", "w", force_zip64=True) as member:
+                    header = {"descr": npy.dtype_to_descr(dtype), "fortran_order": False}
+                    npy.write_array_header_2_0(member, {**header, "shape": (self._rows[key], *shape)})
+                    shutil.copyfileobj(stream, member, 2**20)
+            for key, words in self._words.items():
+                with archive.open(f"{key}.npy", "w") as member:
+                    npy.write_array(member, np.array(words, dtype=np.str_), allow_pickle=False)
+
+    def abandon(self) -> None:
+        """Close the files of the rows that wait."""
+        for stream, _, _ in self._arrays.values():
+            stream.close()
+
+
+@contextmanager
+def npz_sink(path: Path, labels: Labels) -> Iterator[NpzSink]:
+    """A sink whose rows wait in a folder beside ``path``, which is removed whatever happens."""
+    with tempfile.TemporaryDirectory(dir=path.parent, prefix=".tactile-maps-", suffix=".part") as waiting:
+        sink = NpzSink(path, labels, Path(waiting))
+        try:
+            yield sink
+            sink.close()
+        finally:
+            sink.abandon()

@@ -1,0 +1,90 @@
+"""The data set is laid out as LeRobot 3.0 says; pressures are ours to single precision."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from app.export.export import export_recording
+
+parquet = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed (extra export)")
+av = pytest.importorskip("av", reason="PyAV is not installed (extra export)")
+
+
+@pytest.fixture(scope="module")
+def folder(player, tmp_path_factory):
+    target = tmp_path_factory.mktemp("lerobot") / "set"
+    export_recording(player, target, to="lerobot")
+    return target
+
+
+def test_rows_are_the_frames_in_single_precision(folder, frames):
+    rows = parquet.read_table(folder / "data/chunk-000/file-000.parquet").to_pydict()
+    for key, part in (
+        ("observation.tactile", lambda frame: frame.pressures),
+        ("observation.state", lambda frame: frame.posture),
+        ("action", lambda frame: frame.command.posture),
+    ):
+        wanted = np.array([part(frame) for frame in frames], dtype=np.float32)
+        np.testing.assert_array_equal(np.array(rows[key], dtype=np.float32), wanted)
+    assert rows["index"] == rows["frame_index"] == list(range(len(frames)))
+    np.testing.assert_allclose(rows["timestamp"], np.arange(len(frames)) / 200, atol=1e-6)
+
+
+def test_features_say_what_the_columns_are(folder, player):
+    info = json.loads((folder / "meta/info.json").read_text())
+    schema = parquet.read_schema(folder / "data/chunk-000/file-000.parquet")
+    assert info["codebase_version"] == "v3.0"
+    assert info["fps"] == 200
+    for key, feature in info["features"].items():
+        if feature["dtype"] == "video":
+            assert key not in schema.names
+            continue
+        kind = schema.field(key).type
+        if feature["shape"] == [1]:
+            assert str(kind).replace("float", "float32") == feature["dtype"]
+        else:
+            assert kind.list_size == feature["shape"][0] == len(feature["names"])
+    assert info["features"]["observation.tactile"]["names"][1] == "id_1003"
+    path = info["video_path"].format(video_key="observation.images.tactile", chunk_index=0, file_index=0)
+    with av.open(str(folder / path)) as film:
+        stream = film.streams.video[0]
+        times = [float(frame.pts * stream.time_base) for frame in film.decode(video=0)]
+        assert [stream.height, stream.width, 3] == info["features"]["observation.images.tactile"]["shape"]
+    np.testing.assert_allclose(times, np.arange(len(player)) / 200, atol=1e-4)
+
+
+def test_statistics_are_those_of_all_frames(folder, frames):
+    stats = json.loads((folder / "meta/stats.json").read_text())["observation.tactile"]
+    pressures = np.array([frame.pressures for frame in frames], dtype=np.float32).astype(float)
+    for name, values in (
+        ("min", pressures.min(0)),
+        ("max", pressures.max(0)),
+        ("mean", pressures.mean(0)),
+        ("std", pressures.std(0)),
+    ):
+        np.testing.assert_allclose(stats[name], values, rtol=1e-6, atol=1e-6)
+    assert stats["count"] == [len(frames)]
+
+
+def test_a_gap_begins_another_episode(damaged, tmp_path):
+    player = export_recording(damaged, tmp_path / "set", to="lerobot")
+    (first, second) = parquet.read_table(tmp_path / "set/meta/episodes/chunk-000/file-000.parquet").to_pylist()
+    assert first["dataset_to_index"] == second["dataset_from_index"] == first["length"]
+    assert first["length"] + second["length"] == len(player)
+    rows = parquet.read_table(tmp_path / "set/data/chunk-000/file-000.parquet").to_pydict()
+    start = rows["episode_index"].index(1)
+    assert start == first["length"]
+    assert rows["frame_index"][start] == 0
+    assert rows["timestamp"][start] == 0.0
+    info = json.loads((tmp_path / "set/meta/info.json").read_text())
+    assert info["total_episodes"] == 2
+    assert "frames missing" in info["tactile_maps"]["damage"]
+
+
+def test_tasks_are_indexed_by_their_words(folder, player):
+    table = parquet.read_table(folder / "meta/tasks.parquet")
+    assert json.loads(table.schema.metadata[b"pandas"])["index_columns"] == ["task"]
+    assert table.to_pydict() == {"task_index": [0], "task": [player.prepared.scene.name]}

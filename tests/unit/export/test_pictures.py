@@ -1,0 +1,28 @@
+"""A picture has the map's outlines, a colour bar and the contacts, in even numbers of pixels."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from app.export.pictures import FilmFrame
+from app.maps.pressure_colours import COLOURS
+
+
+def test_the_size_is_even_and_the_bar_runs_from_dark_to_pale(player, frames):
+    canvas = FilmFrame(player.prepared.map, 10.0)
+    width, height = canvas.size
+    picture = canvas.picture(frames[0])
+    assert picture.shape == (height, width, 3)
+    assert width % 2 == height % 2 == 0
+    bar = picture[:, width - 96 + 5]
+    inside = np.flatnonzero((bar == COLOURS[255]).all(axis=1))
+    assert inside.size
+    assert (bar[inside[-1] :] == COLOURS[0]).all(axis=1).any()
+
+
+def test_a_contact_is_marked_where_it_is(player, frames):
+    canvas = FilmFrame(player.prepared.map, 50.0)
+    frame = next(frame for frame in frames[:60] if frame.regions)
+    blue = (canvas.picture(frame) == (31, 119, 180)).all(axis=2)
+    assert blue.any()
+    assert not (canvas.picture(frames[0]) == (31, 119, 180)).all(axis=2).any()

@@ -1,0 +1,55 @@
+"""Tables come a few frames at a time, with names that are all different."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from app.export.tables import BATCH, batches, episodes, taxel_labels, write_tables
+from app.skin.skin import TaxelIdentity
+from tests.support.recordings import small_arm
+
+
+class Counting:
+    """A sink that keeps only how many rows came at a time."""
+
+    def __init__(self):
+        self.rows = {}
+
+    def append(self, table, columns):
+        lengths = {len(values) for values in columns.values()}
+        assert len(lengths) == 1
+        self.rows.setdefault(table, []).append(lengths.pop())
+
+
+def test_no_more_than_a_batch_is_ever_in_memory(player):
+    sink, told = Counting(), []
+    write_tables(player, sink, image_width=8, progress=lambda text, share: told.append(share))
+    assert max(sink.rows["pressures"]) == max(sink.rows["images"]) == BATCH
+    assert sum(sink.rows["frames"]) == len(player)
+    assert told == sorted(told)
+    assert told[-1] == 1.0
+
+
+def test_batches_are_the_frames_in_order(player, frames):
+    found = [frame for batch in batches(player, lambda _text, _share: None, size=7) for frame in batch]
+    assert [frame.tick for frame in found] == [frame.tick for frame in frames]
+
+
+def test_labels_differ_also_where_ids_repeat_or_are_not_stated():
+    skin = small_arm().skin
+    assert taxel_labels(skin) == [f"taxel_{taxel}" for taxel in range(len(skin))]
+    patch = skin.patches[0]
+    count = len(patch.taxels)
+    identity = TaxelIdentity(ids=np.r_[7, 7, 10 + np.arange(count - 2)])
+    some = replace(skin, patches=(replace(patch, taxels=replace(patch.taxels, identity=identity)), *skin.patches[1:]))
+    labels = taxel_labels(some)
+    assert labels[:3] == ["id_7_taxel_0", "id_7_taxel_1", "id_10"]
+    assert labels[count] == f"taxel_{count}"
+    assert len(set(labels)) == len(labels)
+
+
+def test_a_recording_without_a_gap_is_one_episode(player):
+    (one,) = episodes(player)
+    assert (one.first, one.frames) == (0, len(player))
