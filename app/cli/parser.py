@@ -51,7 +51,7 @@ def _add_window_commands(commands: argparse._SubParsersAction) -> None:  # type:
         "--no-viewers",
         dest="viewers",
         action="store_false",
-        help="leave out the messages for Foxglove, Lichtblick and Rerun: half the size; replays are the same",
+        help="leave out the messages for Foxglove, Lichtblick and Rerun: a third of the size; replays are the same",
     )
     _json(run)
     _add_listen(commands)

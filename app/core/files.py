@@ -20,7 +20,7 @@ import stat
 import sys
 import zipfile
 import zlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from itertools import chain, count
 from pathlib import Path
@@ -119,26 +119,10 @@ def open_atomically(path: Path, *, error: type[TactileMapsError], overwrite: boo
     Raises:
         TactileMapsError: Of kind ``error``: it cannot be written, or is there and must not be overwritten.
     """
-    part = path.with_name(f".tactile-maps-{secrets.token_hex(8)}.part")
-    try:
-        _check_overwriting(path, overwrite, error)
-        try:
-            with part.open("xb") as stream:
-                yield stream
-                stream.flush()
-                os.fsync(stream.fileno())
-            _check_overwriting(path, overwrite, error)  # somebody may have written it meanwhile
-            part.replace(path)
-        except BaseException:
-            part.unlink(missing_ok=True)
-            raise
-    except (OSError, ValueError) as cause:
-        raise error(
-            "the file cannot be written",
-            file=path,
-            value=cause,
-            remedy="Choose a folder you may write to, with space left",
-        ) from cause
+    with _replacing(path, lambda: _check_overwriting(path, overwrite, error), error) as part, part.open("xb") as stream:
+        yield stream
+        stream.flush()
+        os.fsync(stream.fileno())
 
 
 @contextmanager
@@ -152,15 +136,22 @@ def make_atomically(path: Path, *, error: type[TactileMapsError], overwrite: boo
         TactileMapsError: Of kind ``error``: it cannot be written, or is there and must not be overwritten; a folder
             never is.
     """
+    with _replacing(path, lambda: _check_replacing(path, overwrite, error), error) as part:
+        yield part
+        if part.is_file():
+            with part.open("rb") as stream:
+                os.fsync(stream.fileno())
+
+
+@contextmanager
+def _replacing(path: Path, check: Callable[[], None], error: type[TactileMapsError]) -> Iterator[Path]:
+    """A path beside ``path``; what is made there takes its name, or goes where the block fails."""
     part = path.with_name(f".tactile-maps-{secrets.token_hex(8)}.part")
     try:
-        _check_replacing(path, overwrite, error)
+        check()
         try:
             yield part
-            if part.is_file():
-                with part.open("rb") as stream:
-                    os.fsync(stream.fileno())
-            _check_replacing(path, overwrite, error)  # somebody may have written it meanwhile
+            check()  # somebody may have written it meanwhile
             part.replace(path)
         except BaseException:
             if part.is_dir():
@@ -168,7 +159,7 @@ def make_atomically(path: Path, *, error: type[TactileMapsError], overwrite: boo
             else:
                 part.unlink(missing_ok=True)
             raise
-    except OSError as cause:
+    except (OSError, ValueError) as cause:
         raise error(
             "the file cannot be written",
             file=path,

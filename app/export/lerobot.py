@@ -130,7 +130,7 @@ class _Statistics:
         self._sums[key], self._counts[key] = new, self._counts.get(key, 0) + len(rows)
         kept = self._samples.setdefault(key, [])
         if len(kept) < self._MOST:
-            kept.append(rows[len(rows) // 2])
+            kept.append(rows[len(rows) // 2].copy())  # a view would keep them all
 
     def merge(self, other: _Statistics) -> None:
         """The rows of another too."""

@@ -14,6 +14,7 @@ import pytest
 
 from app.core.errors import SkinError
 from app.core.files import (
+    make_atomically,
     pack_array,
     pack_arrays,
     read_bounded_text,
@@ -261,3 +262,33 @@ def test_lines_are_written_whole_or_not_at_all(tmp_path):
     with pytest.raises(SkinError, match="cannot be written.*folder you may write to"):
         write_lines(tmp_path / "no" / "file", [], error=SkinError)
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+@pytest.mark.parametrize("folder", [True, False])
+def test_what_a_library_makes_by_itself_takes_the_name_or_leaves_nothing(tmp_path, folder):
+    def make(name, text, error=None):
+        with make_atomically(tmp_path / name, error=SkinError) as part:
+            if folder:
+                part.mkdir()
+            (part / "inside" if folder else part).write_text(text)
+            assert part.parent == tmp_path
+            if error is not None:
+                raise error
+
+    make("made", "whole")
+    assert [path.name for path in tmp_path.iterdir()] == ["made"]
+    with pytest.raises(KeyboardInterrupt):
+        make("other", "half", KeyboardInterrupt())
+    assert [path.name for path in tmp_path.iterdir()] == ["made"]
+    with pytest.raises(SkinError, match=r"folder of this name|already exists"):
+        make("made", "again")
+    assert ((tmp_path / "made" / "inside") if folder else (tmp_path / "made")).read_text() == "whole"
+
+
+def test_a_place_that_cannot_be_written_is_named(tmp_path):
+    def make():
+        with make_atomically(tmp_path / "no" / "x", error=SkinError) as part:
+            part.write_text("x")
+
+    with pytest.raises(SkinError, match="cannot be written"):
+        make()
