@@ -53,6 +53,13 @@ def _add_window_commands(commands: argparse._SubParsersAction) -> None:  # type:
         action="store_false",
         help="leave out the messages for Foxglove, Lichtblick and Rerun: a third of the size; replays are the same",
     )
+    run.add_argument(
+        "--serve", action="store_true", help="live for Foxglove and Lichtblick, in real time, on this computer alone"
+    )
+    run.add_argument("--port", type=int, default=8765, help="of --serve (default 8765; 0 for any that is free)")
+    run.add_argument(
+        "--host", default="127.0.0.1", metavar="ADDRESS", help="of --serve; 0.0.0.0 lets the network watch"
+    )
     _json(run)
     _add_listen(commands)
     shot = commands.add_parser("screenshot", help="a picture of the whole window, without a display")

@@ -1,10 +1,11 @@
-"""``run``: simulate a scene as fast as it goes, and record it."""
+"""``run``: simulate a scene as fast as it goes, or as the clock does for viewers that watch, and record it."""
 
 from __future__ import annotations
 
 import argparse
 import time
-from contextlib import nullcontext
+from collections.abc import Callable
+from contextlib import ExitStack
 from typing import Any
 
 from app.cli.output import print_fields, print_json, print_warning, progress_line
@@ -23,10 +24,11 @@ def execute(arguments: argparse.Namespace) -> int:
     for lack in scene.decision.warnings:
         print_warning(f"{lack.where}: {lack.action}")
     prepared = prepare(scene, progress=progress_line())
-    recorder = _recorder(prepared, arguments) if arguments.output else None
-    with recorder or nullcontext():
+    with ExitStack() as closing:
+        recorder = closing.enter_context(_recorder(prepared, arguments)) if arguments.output else None
         session = Session(prepared, effects=scene.unattended.effects)
-        result, notes = _simulate(session, round(arguments.seconds / prepared.scene.tick), recorder)
+        watch = _share(session, arguments, closing) if arguments.serve else None
+        result, notes = _simulate(session, round(arguments.seconds / prepared.scene.tick), recorder, watch)
     for note in notes:
         print_warning(contact_note_text(note))
     problems = [{"kind": lack.kind, "where": lack.where, "remedy": lack.action} for lack in scene.decision.warnings]
@@ -52,7 +54,26 @@ def _recorder(prepared: PreparedScene, arguments: argparse.Namespace) -> Recorde
     return Recorder(prepared, arguments.output, overwrite=arguments.overwrite, viewers=arguments.viewers)
 
 
-def _simulate(session: Session, count: int, recorder: Recorder | None) -> tuple[dict[str, Any], list[ContactNote]]:
+def _share(session: Session, arguments: argparse.Namespace, closing: ExitStack) -> Callable[[Frame], None]:
+    """Begin a server for viewers; what is to be told of each frame, in which the wall's clock is waited for."""
+    from app.export.live_server import LOOPBACK, LiveServer
+
+    server = closing.enter_context(LiveServer(session.prepared, host=arguments.host, port=arguments.port))
+    print_warning(f"viewers find this session at {server.address}")
+    if arguments.host not in (LOOPBACK, "localhost", "::1"):
+        print_warning("whoever reaches this computer over the network can watch; nobody can change anything")
+    start = time.perf_counter() - session.frame.time
+
+    def watch(frame: Frame) -> None:
+        server.offer(frame, session.runtime_settings.map)
+        time.sleep(max(start + frame.time - time.perf_counter(), 0.0))
+
+    return watch
+
+
+def _simulate(
+    session: Session, count: int, recorder: Recorder | None, watch: Callable[[Frame], None] | None
+) -> tuple[dict[str, Any], list[ContactNote]]:
     """Figures of the run; and what physics or skin told otherwise than asked, each where it was told first."""
     report, contacts, strongest = progress_line(), set(), 0.0
     notes: dict[tuple[ContactNoteKind, tuple[str, ...]], ContactNote] = {}
@@ -61,6 +82,8 @@ def _simulate(session: Session, count: int, recorder: Recorder | None) -> tuple[
         frame = _tick(session, recorder)
         if recorder is not None:
             recorder.write(frame, session.inputs)
+        if watch is not None:
+            watch(frame)
         contacts |= {region.id for region in frame.regions}
         for note in frame.notes:
             notes.setdefault((note.kind, note.bodies), note)

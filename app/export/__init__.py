@@ -3,7 +3,7 @@
 - ``export``: the formats, and one function for all of them.
 - ``tables``: what a recording holds as tables of columns, streamed; ``sinks`` takes them as CSV, Parquet, npz or HDF5.
 - ``film``: the tactile image as a film; ``lerobot``, ``rosbag``, ``rerun_file``: data sets and logs of these programs.
-- ``live``: a running session for Foxglove and Lichtblick.
+- ``live_server``: a running session for Foxglove and Lichtblick.
 - ``optional``: packages that only some of them need.
 """
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from app.core.errors import ExportError
 from app.core.progress import Progress, part_of_progress
-from app.export.optional import optional_package
+from app.export.optional import packages_of
 from app.export.pictures import FilmFrame
 from app.maps.pressure_colours import rounded_scale
 from app.recording.player import RecordingPlayer
@@ -52,7 +52,8 @@ def open_film(path: Path, size: tuple[int, int], rate: Fraction, *, quality: int
     Raises:
         ExportError: PyAV is not installed, or has no H.264.
     """
-    av = optional_package("av", extra="export")
+    with packages_of("export"):
+        import av
     if "libx264" not in av.codecs_available:
         remedy = "pip install av: the wheels of PyAV have it"
         raise ExportError("this PyAV cannot write H.264", file=path, value=av.__version__, remedy=remedy)

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from app.core.errors import ExportError
 from app.core.progress import Progress
 from app.export.film import open_film
-from app.export.optional import optional_package
+from app.export.optional import packages_of
 from app.export.tables import Episode, batches, episodes, taxel_labels
 from app.maps.pressure_colours import colour_image, rounded_scale
 from app.maps.tactile_image import TactileImage
@@ -50,7 +50,8 @@ def write_lerobot(player: RecordingPlayer, folder: Path, *, progress: Progress) 
     if abs(rate - round(rate)) > 1e-6 * rate:
         remedy = "Record with a tick of 0.005 s, 0.004 s, ... or export to parquet"
         raise ExportError("LeRobot needs a whole number of ticks a second", value=f"{rate:.6g}", remedy=remedy)
-    parquet = optional_package("pyarrow.parquet", extra="export")
+    with packages_of("export"):
+        import pyarrow.parquet as parquet
     found = episodes(player)
     statistics = [_Statistics() for _ in found]
     image = TactileImage(player.prepared.map, width=_WIDTH)
@@ -88,7 +89,8 @@ def _episode_of(number: int, found: list[Episode]) -> int:
 
 
 def _rows(frames: list[Frame], first: int, found: list[Episode], rate: int, statistics: list[_Statistics]) -> Any:
-    arrow = optional_package("pyarrow", extra="export")
+    import pyarrow as arrow
+
     index = np.arange(first, first + len(frames))
     episode = np.array([_episode_of(number, found) for number in index.tolist()])
     within = index - np.array([found[number].first for number in episode])
@@ -164,7 +166,9 @@ def _write_meta(
     rate: int,
     size: tuple[int, ...],
 ) -> None:
-    arrow, parquet = optional_package("pyarrow", extra="export"), optional_package("pyarrow.parquet", extra="export")
+    import pyarrow as arrow
+    import pyarrow.parquet as parquet
+
     meta = folder / "meta"
     (meta / "episodes" / "chunk-000").mkdir(parents=True)
     results = [one.result() for one in statistics]

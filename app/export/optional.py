@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import Any
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from app.core.errors import ExportError
 
 
-def optional_package(name: str, *, extra: str) -> Any:
-    """The module ``name``.
-
-    Args:
-        name: As in an import.
-        extra: Of this program, which installs it.
+@contextmanager
+def packages_of(extra: str) -> Iterator[None]:
+    """Imports of packages that the extra ``extra`` of this program installs.
 
     Raises:
-        ExportError: It is not installed.
+        ExportError: One of them is not installed.
     """
     try:
-        return import_module(name)
+        yield
     except ImportError as error:
-        package = name.partition(".")[0]
+        package = (error.name or str(error)).partition(".")[0]
         remedy = f"pip install 'tactile-maps[{extra}]'"
         raise ExportError("this format needs a package that is not installed", value=package, remedy=remedy) from error

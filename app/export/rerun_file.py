@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from app.core.progress import Progress
-from app.export.optional import optional_package
+from app.export.optional import packages_of
 from app.export.tables import batches
 from app.maps.pressure_colours import COLOURS, colour_image, rounded_scale
 from app.maps.tactile_image import TactileImage
@@ -31,7 +31,8 @@ def write_rerun(player: RecordingPlayer, path: Path, *, rate: float, progress: P
     Raises:
         ExportError: The package is not installed.
     """
-    rerun = optional_package("rerun", extra="rerun")
+    with packages_of("rerun"):
+        import rerun
     stream = rerun.RecordingStream("tactile-maps", recording_id=player.path.stem)
     stream.save(path)
     try:

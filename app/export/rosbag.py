@@ -23,7 +23,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from app.core.progress import Progress
-from app.export.optional import optional_package
+from app.export.optional import packages_of
 from app.export.tables import batches, taxel_labels
 from app.maps.tactile_image import TactileImage
 from app.recording.player import RecordingPlayer
@@ -41,7 +41,8 @@ def write_rosbag(player: RecordingPlayer, folder: Path, *, rate: float, progress
     Raises:
         ExportError: The package is not installed.
     """
-    rosbag2 = optional_package("rosbags.rosbag2", extra="export")
+    with packages_of("export"):
+        import rosbags.rosbag2 as rosbag2
     with rosbag2.Writer(folder, version=9, storage_plugin=rosbag2.StoragePlugin.MCAP) as writer:
         bag = _Bag(player, writer)
         bag.open()
@@ -62,7 +63,8 @@ class _Bag:
     """Makes the messages. Mutable: connections are made when a topic is first used."""
 
     def __init__(self, player: RecordingPlayer, writer: Any) -> None:
-        typesys = optional_package("rosbags.typesys", extra="export")
+        from rosbags import typesys
+
         self._types = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
         self._writer, self._prepared = writer, player.prepared
         self._started = int(player.versions.get("started_ns", 0))

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from app.export.optional import optional_package
+from app.export.optional import packages_of
 from app.export.tables import Columns
 
 Labels = Mapping[str, Sequence[str]]
@@ -70,8 +70,10 @@ class ParquetSink:
     """
 
     def __init__(self, folder: Path, labels: Labels, files: ExitStack) -> None:
-        self._arrow = optional_package("pyarrow", extra="export")
-        self._parquet = optional_package("pyarrow.parquet", extra="export")
+        with packages_of("export"):
+            import pyarrow
+            import pyarrow.parquet
+        self._arrow, self._parquet = pyarrow, pyarrow.parquet
         self._folder, self._labels, self._files = folder, labels, files
         self._writers: dict[str, Any] = {}
 
@@ -106,7 +108,9 @@ class Hdf5Sink:
     """One HDF5 file: a group for each table, a dataset for each column, compressed; labels as its attribute."""
 
     def __init__(self, path: Path, labels: Labels, files: ExitStack) -> None:
-        self._h5py = optional_package("h5py", extra="export")
+        with packages_of("export"):
+            import h5py
+        self._h5py = h5py
         self._labels, self._file = labels, files.enter_context(self._h5py.File(path, "w"))
 
     def append(self, table: str, columns: Columns) -> None:

@@ -44,7 +44,7 @@ _GRID = 2.0**16
 ENCODING = "protobuf"
 IMAGE_WIDTH = 96
 WORLD = "world"
-_IMAGE, _TF, _JOINTS, _CONTACTS, _ROBOT, _EVENTS = (
+_IMAGE, _TF, _JOINTS, _CONTACTS, ROBOT_TOPIC, _EVENTS = (
     "/tactile_image", "/tf", "/joint_states", "/contacts", "/robot", "/events"
 )  # fmt: skip
 _METRES_A_NEWTON = 0.02
@@ -104,7 +104,7 @@ class ViewerMessages:
         entities += [
             _surface(object_frame(body.spec.name), body.mesh, time, _OBJECT_COLOUR) for body in self._prepared.objects
         ]
-        return [(_ROBOT, fox.SceneUpdate(entities=entities).encode())]
+        return [(ROBOT_TOPIC, fox.SceneUpdate(entities=entities).encode())]
 
     def of(self, frame: Frame) -> list[Message]:
         """Of one tick: events that are not told yet, and the rest where its time has come.
@@ -190,7 +190,7 @@ def viewer_schemas(prepared: PreparedScene) -> dict[str, Schema]:
         _TF: fox.FrameTransforms,
         _JOINTS: fox.JointStates,
         _CONTACTS: fox.SceneUpdate,
-        _ROBOT: fox.SceneUpdate,
+        ROBOT_TOPIC: fox.SceneUpdate,
         _EVENTS: fox.Log,
     }
     kinds |= {_cloud_topic(patch.link): fox.PointCloud for patch in prepared.skin.patches}

@@ -8,6 +8,7 @@ import pytest
 
 from app.__main__ import main
 from app.cli import run_command
+from app.cli.main import run_command as run_line
 from app.session.session import Session
 from app.stimuli.stimulus_file import load_stimuli, save_stimuli
 from app.stimuli.stimulus_kinds import Poke
@@ -153,3 +154,14 @@ def test_what_contacts_did_otherwise_than_asked_is_told_once(tmp_path, capsys):
     assert [note["kind"] for note in found if "block" in note["bodies"]].count("deep") >= 1
     assert len({json.dumps(note) for note in found}) == len(found)
     assert "block is deep in" in printed.err
+
+
+def test_a_served_run_says_where_and_keeps_to_the_clock(capsys):
+    words = ["run", "--scene", "arm", "--for", "0.1", "--serve", "--port", "0"]
+    assert run_line([*words, "--json"], windows={}) == 0
+    told = capsys.readouterr()
+    assert "at ws://127.0.0.1:" in told.err
+    assert "network" not in told.err
+    assert json.loads(told.out)["real_time_factor"] <= 1.01
+    assert run_line([*words, "--host", "0.0.0.0"], windows={}) == 0
+    assert "over the network can watch" in capsys.readouterr().err

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+
 import pytest
 
 from app.core.errors import ExportError
-from app.export.optional import optional_package
+from app.export.optional import packages_of
 
 
 def test_what_is_there_is_imported_and_what_is_not_is_named():
-    assert optional_package("json", extra="export").dumps([1]) == "[1]"
-    with pytest.raises(ExportError, match=r"no_such_package.*pip install 'tactile-maps\[export\]'"):
-        optional_package("no_such_package.inner", extra="export")
+    with packages_of("export"):
+        assert import_module("json")
+    with (
+        pytest.raises(ExportError, match=r"no_such_package.*pip install 'tactile-maps\[export\]'"),
+        packages_of("export"),
+    ):
+        import_module("no_such_package.inner")

@@ -1,0 +1,143 @@
+"""A viewer that connects is told the topics and gets the messages that a recording holds; nobody else can connect."""
+
+from __future__ import annotations
+
+import base64
+import json
+import os
+import socket
+import struct
+import time
+
+import pytest
+
+from app.core.errors import ExportError
+from app.export.live_server import LOOPBACK, LiveServer
+from app.recording.viewer_messages import viewer_schemas
+from app.session.session import Session
+from app.tactile.poke import PokePressed
+from tests.support.recordings import small_arm
+
+
+class Viewer:
+    """The least of a Foxglove client: it greets, subscribes to all topics, and reads."""
+
+    def __init__(self, address):
+        host, port = address.removeprefix("ws://").split(":")
+        self._socket = socket.create_connection((host, int(port)), timeout=10)
+        key = base64.b64encode(os.urandom(16)).decode()
+        lines = [
+            "GET / HTTP/1.1",
+            f"Host: {host}:{port}",
+            "Upgrade: websocket",
+            "Connection: Upgrade",
+            f"Sec-WebSocket-Key: {key}",
+            "Sec-WebSocket-Version: 13",
+            "Sec-WebSocket-Protocol: foxglove.sdk.v1",
+        ]
+        self._socket.sendall(("\r\n".join(lines) + "\r\n\r\n").encode())
+        head = b""
+        while not head.endswith(b"\r\n\r\n"):
+            head += self._socket.recv(1)
+        assert b"101" in head.splitlines()[0]
+        self.topics = {}
+
+    def _exactly(self, count):
+        data = b""
+        while len(data) < count:
+            more = self._socket.recv(count - len(data))
+            if not more:
+                raise ConnectionError
+            data += more
+        return data
+
+    def read(self):
+        """Kind (1 text, 2 binary) and content of the next message."""
+        first, second = self._exactly(2)
+        length = second & 127
+        if length == 126:
+            (length,) = struct.unpack(">H", self._exactly(2))
+        elif length == 127:
+            (length,) = struct.unpack(">Q", self._exactly(8))
+        return first & 15, self._exactly(length)
+
+    def subscribe(self, count):
+        """To all ``count`` topics, once they are told."""
+        while len(self.topics) < count:
+            kind, content = self.read()
+            told = json.loads(content) if kind == 1 else {}
+            self.topics |= {one["id"]: one for one in told.get("channels", [])} if told.get("op") == "advertise" else {}
+        wanted = [{"id": number, "channelId": number} for number in self.topics]
+        self._send(json.dumps({"op": "subscribe", "subscriptions": wanted}).encode())
+
+    def _send(self, data):
+        mask = os.urandom(4)
+        head = struct.pack(">BBH", 0x81, 0x80 | 126, len(data)) + mask
+        self._socket.sendall(head + bytes(byte ^ mask[place % 4] for place, byte in enumerate(data)))
+
+    def messages_of(self, topics):
+        """Time and content of the first message of each of ``topics``."""
+        found = {}
+        while not set(topics) <= set(found):
+            kind, content = self.read()
+            if kind == 2 and content[0] == 1:
+                number, at = struct.unpack_from("<IQ", content, 1)
+                found.setdefault(self.topics[number]["topic"], (at, content[13:]))
+        return found
+
+    def close(self):
+        self._socket.close()
+
+
+@pytest.fixture
+def server():
+    with LiveServer(small_arm(), port=0) as server:
+        yield server
+
+
+@pytest.fixture
+def viewer(server):
+    viewer = Viewer(server.address)
+    yield viewer
+    viewer.close()
+
+
+def test_a_viewer_gets_every_topic_also_those_told_once(server, viewer):
+    prepared = small_arm()
+    session = Session(prepared)
+    session.submit(PokePressed(1, prepared.skin.taxel_point(30)))
+    for _ in range(10):
+        server.offer(session.tick(), prepared.map)
+    schemas = viewer_schemas(prepared)
+    viewer.subscribe(len(schemas))
+    for _ in range(40):
+        server.offer(session.tick(), prepared.map)
+        time.sleep(0)  # the server's thread may take each
+    found = viewer.messages_of({"/robot"})
+    assert b"forearm" in found["/robot"][1]
+    session.reset()  # begins again: everything is due
+    server.offer(session.tick(), prepared.map)
+    found = viewer.messages_of(set(schemas) - {"/robot", "/events"})
+    for topic, (at, data) in found.items():
+        assert abs(at - time.time_ns()) < 60e9
+        assert data
+        assert next(one for one in viewer.topics.values() if one["topic"] == topic)["schemaName"] == schemas[topic].name
+
+
+def test_it_listens_on_this_computer_alone(server):
+    assert server.address.startswith(f"ws://{LOOPBACK}:")
+
+
+def test_a_taken_port_is_named_with_a_remedy(server):
+    port = int(server.address.rpartition(":")[2])
+    with pytest.raises(ExportError, match=r"cannot begin.*Choose another port"):
+        LiveServer(small_arm(), port=port)
+
+
+def test_after_closing_nobody_answers():
+    server = LiveServer(small_arm(), port=0)
+    port = int(server.address.rpartition(":")[2])
+    server.close()
+    server.close()
+    with pytest.raises(ConnectionError):
+        socket.create_connection((LOOPBACK, port), timeout=2)
