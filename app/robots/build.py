@@ -26,6 +26,7 @@ from app.robots.sanitize import (
     keyframe_home,
     name_unnamed_elements,
     prepare_degenerate_meshes,
+    state_scaled_masses,
     strip_scene,
 )
 
@@ -166,6 +167,7 @@ def build_robot(
     files = {file: content for file, content in assets.items() if file in used}
     first = _compile_with_masses(spec, source, notes)
     check_magnitudes(first, source)
+    state_scaled_masses(spec, first)
     enforce_inertia_inequality(spec, first)
     with errors_in_file(source):
         notes += _exclude_touching(spec, first, _home(first, requested)[0])

@@ -9,6 +9,7 @@ import io
 import logging
 import re
 import struct
+import warnings
 from pathlib import Path
 from urllib.parse import unquote
 from xml.etree.ElementTree import tostring
@@ -42,7 +43,7 @@ logging.getLogger("trimesh").addHandler(logging.NullHandler())  # its tracebacks
 # What third-party parsers raise on files that are not what they claim to be.
 _PARSER_ERRORS = (ValueError, TypeError, KeyError, IndexError, AttributeError, NameError, AssertionError,
                   NotImplementedError, MemoryError, OverflowError, RecursionError, EOFError, struct.error,
-                  DaeError)  # fmt: skip
+                  DaeError, DeprecationWarning)  # fmt: skip
 
 
 def read_mesh(path: Path) -> Mesh:
@@ -162,7 +163,8 @@ def _from_msh(data: bytes) -> tuple[FloatArray, IntArray]:
 
 def _by_trimesh(data: bytes, suffix: str, path: Path) -> tuple[FloatArray, IntArray]:
     unit, data = _collada_shapes(data, path) if suffix == ".dae" else (1.0, data)
-    with np.errstate(all="ignore"):  # absurd numbers are refused below, with the file's name
+    with np.errstate(all="ignore"), warnings.catch_warnings():  # absurd numbers are refused below, with the file's name
+        warnings.filterwarnings("error", "string or file could not be read", DeprecationWarning)  # of NumPy before 2.3
         buffers = _gltf_buffers(data, path) if suffix == ".gltf" else None
         loaded = trimesh.load(io.BytesIO(data), file_type=suffix[1:], process=False, resolver=buffers)
         mesh = loaded.to_mesh() if isinstance(loaded, trimesh.Scene) else loaded
@@ -217,6 +219,27 @@ def _weld(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
 PLACEHOLDER_SIZE = 0.02  # m
 
 
+def split_scale(text: str) -> tuple[str, tuple[float, ...]]:
+    """A ``scale`` as its size and its signs: MuJoCo before 4.0 leaves a mesh of negative scale inside out.
+
+    Example: ``"-1 2 2"`` is ``"1 2 2"`` mirrored by (-1, 1, 1). What is not three numbers is returned as it is.
+    """
+    try:
+        values = [float(word) for word in text.split()]
+    except ValueError:
+        values = []
+    if len(values) != 3 or min(values) >= 0 or not np.isfinite(values).all():
+        return text, (1.0, 1.0, 1.0)
+    return " ".join(repr(abs(value)) for value in values), tuple(float(np.copysign(1.0, value)) for value in values)
+
+
+def _mirrored(mesh: Mesh, signs: tuple[float, ...]) -> Mesh:
+    if all(sign > 0 for sign in signs):
+        return mesh
+    faces = mesh.faces[:, ::-1] if np.prod(signs) < 0 else mesh.faces
+    return Mesh(mesh.vertices * np.asarray(signs), faces)
+
+
 class AssetStore:
     """Collects meshes while a robot is read. Mutable.
 
@@ -233,27 +256,28 @@ class AssetStore:
         self._names: dict[tuple[Path, str], str] = {}
         self._faces = 0
 
-    def add(self, path: Path, *, variant: str = "") -> str:
+    def add(self, path: Path, *, variant: str = "", mirror: tuple[float, ...] = (1.0, 1.0, 1.0)) -> str:
         """Take in a mesh file and return its bare name; for a missing file a small box stands.
 
         Args:
             path: The file.
             variant: Uses of one file that must keep different names, such as two scales.
+            mirror: Signs by which the file's axes are multiplied; an odd number of them turns the triangles round.
 
         Raises:
             MeshError: The file exists but is no usable mesh.
             RobotError: All meshes together have more than 5 million triangles.
         """
-        key = (path, variant)
+        key = (path, f"{variant} {mirror}")
         if key not in self._names:
             name = self._names[key] = self._free_name(path.stem)
             if path.exists():
-                self.files[name] = self._load(path)
+                self.files[name] = self._load(path, mirror)
             else:
                 self.missing[name], self.files[name] = path, to_msh(box_mesh(PLACEHOLDER_SIZE))
         return self._names[key]
 
-    def _load(self, path: Path) -> bytes:
+    def _load(self, path: Path, mirror: tuple[float, ...]) -> bytes:
         check_format(path)
         mesh = parse_mesh(read_bytes(path), path)
         self._faces += len(mesh.faces)
@@ -264,7 +288,7 @@ class AssetStore:
                 value=self._faces,
                 remedy="Simplify them first",
             )
-        return to_msh(mesh)
+        return to_msh(_mirrored(mesh, mirror))
 
     def _free_name(self, stem: str) -> str:
         name, count = f"{stem}.msh", 1

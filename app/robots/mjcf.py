@@ -11,7 +11,7 @@ from xml.etree.ElementTree import Element, tostring
 
 from app.core.errors import Finding, RobotError
 from app.robots.build import build_robot
-from app.robots.mesh_files import AssetStore
+from app.robots.mesh_files import AssetStore, split_scale
 from app.robots.model_files import ModelFiles, files_that_include
 from app.robots.model_limits import NO_ROBOT_SECTIONS, check_amounts
 from app.robots.mujoco_spec import parse_spec
@@ -207,11 +207,18 @@ def _mesh_folder(root: Element) -> tuple[str, bool]:
     return folder, strip
 
 
+_REFERENCE = {"refpos", "refquat"}
+"""MuJoCo scales after it has moved the mesh by these, so that its signs must stay in the scale."""
+
+
 def _gather(mesh: Element, folder: tuple[str, bool], reader: MjcfFiles, store: AssetStore) -> None:
     """Read one ``<mesh file=...>`` into ``store`` and let the element name the copy."""
     named = mesh.get("file", "")
     pure = PurePosixPath(named.replace("\\", "/"))
     path = reader.mesh(pure.name if folder[1] else named, folder[0])
     mesh.set("name", mesh.get("name") or pure.stem)  # MuJoCo's default, which the copy's name must not change
-    mesh.set("file", store.add(path))
+    scale, mirror = split_scale(mesh.get("scale", "")) if not _REFERENCE & set(mesh.attrib) else ("", (1.0, 1.0, 1.0))
+    if scale:
+        mesh.set("scale", scale)
+    mesh.set("file", store.add(path, mirror=mirror))
     mesh.attrib.pop("content_type", None)

@@ -58,7 +58,7 @@ def _is_shared(folder: Path) -> bool:
     above = {parent for home in homes for parent in home.parents}
     return (
         len(folder.parts) <= 2
-        or folder in homes | above
+        or folder in above
         or folder.parent in people
         or folder.name in _SHARED
         or os.path.ismount(folder)

@@ -224,11 +224,24 @@ def enforce_inertia_inequality(spec: mujoco.MjSpec, model: mujoco.MjModel) -> No
         bound = (1 - _INERTIA_MARGIN) * (inertia.sum() - inertia[largest])
         if 0 < bound < inertia[largest]:
             inertia[largest] = bound
-            element = spec.body(model.body(body).name)
-            element.explicitinertial, element.mass = True, float(model.body_mass[body])
-            element.ipos, element.iquat, element.inertia = model.body_ipos[body], model.body_iquat[body], inertia
-            element.ialt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
-            element.fullinertia = np.full(6, np.nan)  # MuJoCo's mark for "not given"
+            _state_inertia(spec, model, body, inertia)
+
+
+def state_scaled_masses(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
+    """State the masses that the compiler's ``settotalmass`` scaled: MuJoCo before 3.17 would not write them."""
+    if spec.compiler.settotalmass > 0:
+        spec.compiler.settotalmass = -1.0
+        for body in range(1, model.nbody):
+            if model.body_mass[body] > 0:
+                _state_inertia(spec, model, body, np.array(model.body_inertia[body]))
+
+
+def _state_inertia(spec: mujoco.MjSpec, model: mujoco.MjModel, body: int, inertia: FloatArray) -> None:
+    element = spec.body(model.body(body).name)
+    element.explicitinertial, element.mass = True, float(model.body_mass[body])
+    element.ipos, element.iquat, element.inertia = model.body_ipos[body], model.body_iquat[body], inertia
+    element.ialt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
+    element.fullinertia = np.full(6, np.nan)  # MuJoCo's mark for "not given"
 
 
 def _is_flat(mesh: Mesh) -> bool:

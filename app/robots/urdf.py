@@ -11,7 +11,7 @@ import numpy as np
 
 from app.core.errors import Finding, RobotError
 from app.robots.build import build_robot
-from app.robots.mesh_files import AssetStore
+from app.robots.mesh_files import AssetStore, split_scale
 from app.robots.model_files import PackageResolver, files_that_include
 from app.robots.model_limits import check_amounts
 from app.robots.mujoco_spec import parse_spec
@@ -131,7 +131,10 @@ def _gather_meshes(root: Element, packages: PackageResolver, store: AssetStore) 
         if not address:
             raise RobotError("a <mesh> names no file", remedy="Give it a filename")
         # MuJoCo keeps one scale for each file, so another scale needs another copy.
-        mesh.set("filename", store.add(packages.resolve(address), variant=mesh.get("scale", "")))
+        scale, mirror = split_scale(mesh.get("scale", ""))
+        if scale:
+            mesh.set("scale", scale)
+        mesh.set("filename", store.add(packages.resolve(address), variant=scale, mirror=mirror))
     for material in root.iter("material"):
         material[:] = [child for child in material if child.tag == "color"]
 

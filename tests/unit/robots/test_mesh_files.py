@@ -14,7 +14,16 @@ import trimesh
 from app.core.errors import MeshError, RobotError, TactileMapsError
 from app.geometry.mesh import Mesh
 from app.robots import mesh_files
-from app.robots.mesh_files import MESH_SUFFIXES, AssetStore, box_mesh, parse_mesh, read_mesh, to_metres, to_msh
+from app.robots.mesh_files import (
+    MESH_SUFFIXES,
+    AssetStore,
+    box_mesh,
+    parse_mesh,
+    read_mesh,
+    split_scale,
+    to_metres,
+    to_msh,
+)
 
 
 def _gltf(box: trimesh.Trimesh, path: Path, *, inside: bool) -> None:
@@ -213,9 +222,27 @@ def test_a_format_that_is_not_read_is_refused_unopened_with_what_to_export(tmp_p
 
 
 def test_what_a_parser_quotes_of_a_file_is_not_repeated(tmp_path: Path) -> None:
-    with pytest.raises(MeshError, match="cannot be read") as found:
+    with pytest.raises(MeshError, match=r"hand\.obj") as found:
         AssetStore().add(_made(tmp_path / "hand.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf one two password\n"))
     assert "password" not in str(found.value)
+
+
+@pytest.mark.parametrize(
+    ("scale", "size", "signs"),
+    [("1 2 3", "1 2 3", (1, 1, 1)), ("-0.001 0.001 -2", "0.001 0.001 2.0", (-1, 1, -1)), ("", "", (1, 1, 1)),
+     ("a b c", "a b c", (1, 1, 1)), ("-1", "-1", (1, 1, 1)), ("nan -1 1", "nan -1 1", (1, 1, 1))],
+)  # fmt: skip
+def test_a_scale_is_a_size_and_signs(scale: str, size: str, signs: tuple[float, ...]) -> None:
+    assert split_scale(scale) == (size, signs)
+
+
+@pytest.mark.parametrize("signs", [(-1.0, 1.0, 1.0), (-1.0, -1.0, 1.0), (-1.0, -1.0, -1.0)])
+def test_a_mirrored_mesh_stays_outside_out(tmp_path: Path, rod: bytes, signs: tuple[float, ...]) -> None:
+    store = AssetStore()
+    path = _made(tmp_path / "rod.stl", rod)
+    assert store.add(path) != store.add(path, mirror=signs), "both are kept"
+    mesh = parse_mesh(store.files["rod_2.msh"], Path("rod_2.msh"))
+    assert (((mesh.vertices[mesh.faces].mean(axis=1)) * mesh.face_normals).sum(axis=1) > 0).all()
 
 
 def _made(path: Path, data: bytes) -> Path:
