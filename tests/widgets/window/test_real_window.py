@@ -52,7 +52,8 @@ def test_a_person_presses_edits_records_and_replays(window, qtbot, tmp_path):
     qtbot.waitUntil(lambda: pressed(frames[-1]) and bool(frames[-1].regions), timeout=LONG)
     tick = frames[-1].tick
     QTest.mouseRelease(window.map_view.viewport(), Qt.MouseButton.LeftButton)
-    window.action("record").trigger()
+    with qtbot.waitSignal(live.saved, timeout=LONG):
+        window.action("record").trigger()
     assert threads() == ["session"]
     (file,) = (tmp_path / "recordings").glob("*.mcap")
     window.presenters.files.open_path(str(file))
