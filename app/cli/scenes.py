@@ -39,7 +39,7 @@ def _skinned_scene(arguments: argparse.Namespace) -> Scene:
         return _named_scene(arguments)
     named = any(getattr(arguments, name, None) for name in ("scene_file", "scene", "robot"))
     bare = getattr(arguments, "robot", None) == NO_ROBOT
-    if not Path(path).is_file():
+    if not Path(path).exists():
         raise SkinError("there is no such file", file=path)
     scene = _named_scene(arguments) if named and not bare else scene_for_taxels(path)
     return with_taxels(replace(scene, robot=NO_ROBOT) if bare else scene, path, links=(link,) if link else ())

@@ -19,7 +19,7 @@ from app.scene.objects import ObjectSpec
 from app.scene.scene import Scene, Setting
 from app.skin.cover import CoverSpec
 from app.skin.fit import GridSpec
-from app.skin.formats.import_skin import NO_ROBOT, holds_taxels, is_robot_with_taxels
+from app.skin.formats.import_skin import NO_ROBOT, holds_taxels, is_robot_with_taxels, usual_carrier
 from app.stimuli.stimulus_file import read_stimulus, stimulus_to_table
 from app.stimuli.stimulus_kinds import Stroke
 from app.tactile.elastic_layer import ElasticLayer
@@ -144,7 +144,7 @@ def load_scene(name: str, *, check: Callable[[Scene], None] = _accept) -> Scene:
         scene,
         robot=_beside(path, scene.robot),
         package_roots=tuple(str(path.parent / root) for root in scene.package_roots),
-        taxel_file=_beside(path, scene.taxel_file),
+        taxel_file=_beside(path, scene.taxel_file, folders=True),
         objects=tuple(replace(spec, file=_beside(path, spec.file)) for spec in scene.objects),
     )
     reader = TomlReader(text, file=str(path))
@@ -171,8 +171,7 @@ def scene_for_taxels(path: str) -> Scene:
     """The scene for a file of taxels where no robot is named: on itself, on iCub for its positions, or on none."""
     if is_robot_with_taxels(path):
         return scene_for(path)
-    robot = "icub" if Path(path).suffix.lower() == ".txt" else NO_ROBOT
-    return with_taxels(scene_for(robot), path)
+    return with_taxels(scene_for(usual_carrier(path)), path)
 
 
 def with_taxels(scene: Scene, path: str, *, links: tuple[str, ...] = ()) -> Scene:
@@ -204,6 +203,7 @@ def with_grid(scene: Scene, grid: GridSpec, covered: Sequence[str]) -> Scene:
     return replace(scene, cover=cover, grids=(*scene.grids, grid), stimuli=stimuli)
 
 
-def _beside(scene: Path, value: str) -> str:
+def _beside(scene: Path, value: str, *, folders: bool = False) -> str:
     """A file's name that is meant from the scene's folder, as a path; anything else unchanged."""
-    return str(scene.parent / value) if value and (scene.parent / value).is_file() else value
+    path = scene.parent / value
+    return str(path) if value and (path.is_file() or (folders and path.is_dir())) else value

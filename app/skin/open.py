@@ -9,14 +9,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, get_args
 
-from app.core.errors import RobotError, SkinError
+from app.core.errors import SkinError
 from app.core.progress import Progress, no_progress
 from app.robots.library import load_robot
 from app.robots.mesh_files import MESH_SUFFIXES, read_mesh, to_metres
 from app.robots.touch_sensors import states_touch_sensors
 from app.skin.cover import CoverSpec, cover_robot
 from app.skin.fit import GridSpec, add_grids
-from app.skin.formats.import_skin import NO_ROBOT, check_links, holds_taxels, import_skin
+from app.skin.formats.import_skin import NO_ROBOT, holds_taxels, import_skin, usual_carrier
 from app.skin.formats.mujoco_touch import skin_of_touch_sensors
 from app.skin.mesh_skin import skin_of_mesh
 from app.skin.placement import PlacementSpec
@@ -117,23 +117,9 @@ def _cover_spec(wanted: SkinOptions) -> CoverSpec:
 
 def _read_taxels(path: Path, wanted: SkinOptions) -> Skin:
     """A file's taxels, on the robot that carries them or joined to each other."""
-    name = wanted.robot or _usual_carrier(path, wanted.links)
+    name = wanted.robot or usual_carrier(path, wanted.links)
     if name == NO_ROBOT:
         return import_skin(path, links=wanted.links, thickness=wanted.thickness)
     robot = load_robot(name, package_roots=wanted.package_roots)
     skin = import_skin(path, robot, links=wanted.links, thickness=wanted.thickness)
     return Skin(skin.patches, (*robot.findings, *skin.findings))
-
-
-def _usual_carrier(path: Path, links: tuple[str, ...]) -> str:
-    """With iCub positions iCub: its torso and left arm where that has the link, else all of it."""
-    if path.is_dir():
-        return "icub_whole"
-    if path.suffix.lower() != ".txt":
-        return NO_ROBOT
-    robot = load_robot("icub")
-    try:
-        check_links(path, robot, links)
-    except (SkinError, RobotError):
-        return "icub_whole"  # which says what is wrong, if that is not it
-    return "icub"

@@ -7,6 +7,7 @@ names where the file does not, or where the robot calls it otherwise.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -29,6 +30,7 @@ NO_ROBOT = "none"
 """Named as the robot, it means that no robot carries the taxels: they are joined to each other instead."""
 TAXEL_ENDINGS = (".txt", ".csv", ".tsv", ".json")
 """Of files that hold taxels and nothing else; URDF and npz may."""
+_ONLY_WHOLE = re.compile(r"r_|(l_)?(hip|upper_leg|lower_leg|ankle|foot)|neck|head")
 
 
 def holds_taxels(path: str | Path) -> bool:
@@ -90,6 +92,25 @@ def import_skin(
     sets = _chosen(read_taxel_sets(path), links, robot, path)
     made = [skin_from_taxels(one) if robot is None else _fitted(robot, one, thickness, path) for one in sets]
     return merge_skins([_with_area_note(skin, one) for skin, one in zip(made, sets, strict=True)])
+
+
+def usual_carrier(path: str | Path, links: Sequence[str] = ()) -> str:
+    """The robot that carries the taxels where nobody names one: iCub for its positions files, ``none`` for others.
+
+    Its torso and left arm are enough for a file of these; one of the right side, the legs or the head, or a folder,
+    needs all of it. No robot is loaded for the answer.
+    """
+    path = Path(path)
+    if path.is_dir():
+        return "icub_whole"
+    if path.suffix.lower() != ".txt":
+        return NO_ROBOT
+    try:
+        named = links or [link for link in named_links(path) if link]
+    except SkinError:
+        return "icub"  # whoever opens the file says what is wrong with it
+    right = path.name.partition("_")[0] == "right"
+    return "icub_whole" if right or any(_ONLY_WHOLE.match(link) for link in named) else "icub"
 
 
 def named_links(path: str | Path) -> tuple[str | None, ...]:

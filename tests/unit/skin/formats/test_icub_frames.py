@@ -11,6 +11,7 @@ import pytest
 from app.core.errors import SkinError
 from app.robots.library import icub_folder, load_robot
 from app.robots.robot import Robot
+from app.scene.scene_file import load_scene, scene_for_taxels
 from app.skin.fit import carrying_link, match_frame
 from app.skin.formats.icub_frames import icub_frames
 from app.skin.formats.icub_positions import read_icub_positions
@@ -24,6 +25,13 @@ needs_all_files = pytest.mark.skipif(
 )
 OLDER = ("left_forearm_mesh", "left_forearm_nomesh", "right_forearm_mesh", "right_forearm_nomesh")
 """Of a forearm whose cover differs from that of the model."""
+
+
+FILES = {
+    "upper_arm": "arm", "forearm": "forearm_V2", "hand": "hand_V2_1", "upper_leg": "leg_upper",
+    "lower_leg": "leg_lower", "foot": "foot",
+}  # fmt: skip
+"""The file that lies closest to each link, without its side."""
 
 
 @pytest.fixture(scope="module")
@@ -112,7 +120,10 @@ def test_the_whole_real_skin_is_worn_and_keeps_its_ids(whole: Robot) -> None:
     skin = import_skin(ALL_FILES, whole)
     assert len(skin) == 4077
     assert len({patch.link for patch in skin.patches}) == 13
-    for link, file in (("r_upper_arm", "right_arm"), ("chest", "torso"), ("r_foot", "right_foot")):
+    for link, file in (
+        *((f"{side[0]}_{link}", f"{side}_{file}") for side in ("left", "right") for link, file in FILES.items()),
+        ("chest", "torso"),
+    ):
         ids = [patch.taxels.identity.ids for patch in skin.patches if patch.link == link]
         stated = read_icub_positions(ALL_FILES / f"{file}.txt").ids
         assert stated is not None
@@ -127,3 +138,29 @@ def test_the_real_torso_is_stated_in_the_frame_of_the_documentation() -> None:
     told = {finding.kind: finding.action for finding in skin.findings}
     assert "third DH link" in told["taxel-frame"]
     assert told["taxel-distance"].startswith("moved onto the cover from 0.7 mm")
+
+
+@pytest.mark.parametrize(
+    ("file", "link", "robot"),
+    [
+        ("left_arm", "l_upper_arm", "icub"),
+        ("left_arm", "upper_arm", "icub"),
+        ("torso", "chest", "icub"),
+        ("right_arm", "upper_arm", "icub_whole"),
+        ("x", "r_hand", "icub_whole"),
+        ("left_foot", "l_foot", "icub_whole"),
+        ("left_leg", "lower_leg", "icub_whole"),
+    ],
+)
+def test_as_much_of_icub_carries_a_file_as_has_its_link(tmp_path: Path, file: str, link: str, robot: str) -> None:
+    path = positions_file(tmp_path, module(), header=f"name {link}\n").rename(tmp_path / f"{file}.txt")
+    assert scene_for_taxels(str(path)).robot == robot
+    assert scene_for_taxels(str(tmp_path)).robot == "icub_whole"
+
+
+def test_a_scene_names_a_folder_beside_it(tmp_path: Path) -> None:
+    (tmp_path / "positions").mkdir()
+    (tmp_path / "arm").mkdir()
+    (tmp_path / "own.toml").write_text("robot = 'arm'\ntaxel_file = 'positions'\n")
+    scene = load_scene(str(tmp_path / "own.toml"))
+    assert (scene.robot, scene.taxel_file) == ("arm", str(tmp_path / "positions"))
