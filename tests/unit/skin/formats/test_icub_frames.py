@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import argparse
 import os
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from app.cli.scenes import scene_from_arguments
 from app.core.errors import SkinError
 from app.robots.library import icub_folder, load_robot
 from app.robots.robot import Robot
@@ -156,6 +158,13 @@ def test_as_much_of_icub_carries_a_file_as_has_its_link(tmp_path: Path, file: st
     path = positions_file(tmp_path, module(), header=f"name {link}\n").rename(tmp_path / f"{file}.txt")
     assert scene_for_taxels(str(path)).robot == robot
     assert scene_for_taxels(str(tmp_path)).robot == "icub_whole"
+
+
+def test_the_whole_icub_wears_a_folder_instead_of_its_cover(tmp_path: Path) -> None:
+    scene = scene_from_arguments(argparse.Namespace(scene="icub_whole", skin=str(tmp_path)))
+    assert (scene.robot, scene.taxel_file, scene.cover.links) == ("icub_whole", str(tmp_path), ())
+    with pytest.raises(SkinError, match="no such file"):
+        scene_from_arguments(argparse.Namespace(scene="icub_whole", skin=str(tmp_path / "gone")))
 
 
 def test_a_scene_names_a_folder_beside_it(tmp_path: Path) -> None:
