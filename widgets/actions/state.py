@@ -35,6 +35,8 @@ class WindowState:
         mode: Of the session.
         playing: Whether time passes, in the session or in a replay.
         recording: Whether a recording is being written.
+        recorded_for_viewers: Whether recordings hold what viewers of other programs show.
+        sharing: Whether viewers of other programs see what is shown.
         controller: Name of the one in force.
         task: Name of the one in force.
         path_kind: How the next path is drawn.
@@ -53,6 +55,8 @@ class WindowState:
     mode: Mode = Mode.EMPTY
     playing: bool = False
     recording: bool = False
+    sharing: bool = False
+    recorded_for_viewers: bool = True
     controller: str = ""
     task: str = ""
     path_kind: str = ""

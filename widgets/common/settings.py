@@ -105,6 +105,15 @@ class Settings:
         self._store.setValue("hints_read", "true" if read else "false")
 
     @property
+    def recorded_for_viewers(self) -> bool:
+        """Whether recordings hold what viewers of other programs show."""
+        return str(self._store.value("recorded_for_viewers", "true")).lower() == "true"
+
+    @recorded_for_viewers.setter
+    def recorded_for_viewers(self, on: bool) -> None:
+        self._store.setValue("recorded_for_viewers", "true" if on else "false")
+
+    @property
     def recent(self) -> list[str]:
         """Files opened lately, newest first."""
         value = self._store.value("recent", [])

@@ -11,6 +11,7 @@ from widgets.presenters.accuracy_presenter import AccuracyPresenter
 from widgets.presenters.comparison_presenter import ComparisonPresenter
 from widgets.presenters.control_presenter import ControlPresenter, ControlToolsPresenter
 from widgets.presenters.effects_presenter import EffectsPresenter
+from widgets.presenters.export_presenter import ExportPresenter
 from widgets.presenters.file_presenter import FilePresenter
 from widgets.presenters.map_edit_presenter import MapEditPresenter
 from widgets.presenters.map_file_presenter import MapFilePresenter
@@ -33,6 +34,7 @@ class Presenters:
     map_files: MapFilePresenter
     map_edit: MapEditPresenter
     files: FilePresenter
+    export: ExportPresenter
     view: ViewPresenter
     session: SessionPresenter
     notification: NotificationPresenter
@@ -46,7 +48,7 @@ class Presenters:
 
     def close(self) -> None:
         """Finish writing, end what runs beside."""
-        for presenter in (self.map_files, self.accuracy, self.comparison, self.session):
+        for presenter in (self.export, self.map_files, self.accuracy, self.comparison, self.session):
             presenter.close()
 
 
@@ -62,6 +64,7 @@ def build(context: AppContext, parent: QWidget) -> Presenters:
         map_files=map_files,
         map_edit=map_edit,
         files=FilePresenter(context, effects, map_files, tools.get(GridTool), parent),
+        export=ExportPresenter(context, parent),
         view=ViewPresenter(context, tools, parent),
         session=SessionPresenter(context, parent),
         notification=NotificationPresenter(context, parent),

@@ -36,6 +36,8 @@ class StateTracker(QObject):
         for signal in (
             session.mode_changed,
             session.recording_changed,
+            session.sharing_changed,
+            session.recorded_for_viewers_changed,
             session.prepared_changed,
             context.timeline.play_toggled,
             editor.history_changed,
@@ -72,6 +74,8 @@ class StateTracker(QObject):
             mode=mode,
             playing=mode is Mode.LIVE or (mode is Mode.REPLAYING and context.timeline.playhead.playing),
             recording=session.recorder is not None,
+            sharing=session.shared_at is not None,
+            recorded_for_viewers=session.recorded_for_viewers,
             controller=settings.controller,
             task=settings.task,
             path_kind=settings.path_kind,

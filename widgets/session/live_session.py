@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
@@ -43,6 +44,9 @@ from widgets.session.recording_writer import make_recording_folder
 from widgets.session.session_runner import SessionRunner
 from widgets.workers.comparison_worker import ComparisonStimulus
 from widgets.workers.scene_worker import OpenScene
+
+if TYPE_CHECKING:
+    from app.export.live_server import LiveServer
 
 HAND = 1
 """Id of the user's finger; the scripted ones have 0 and below."""
@@ -86,6 +90,10 @@ class LiveSession(QObject):
     """Path of the recording being written, or None."""
     disk_filling = Signal(object)
     """The DiskSpace that is left for the recording being written: less than an hour, ten minutes, a minute."""
+    sharing_changed = Signal(object)
+    """The address at which viewers of other programs find what is shown, or None."""
+    recorded_for_viewers_changed = Signal(bool)
+    """Whether recordings begun from now on hold the messages for viewers of other programs."""
     saved = Signal(str)
     """Path of a complete recording."""
     player_changed = Signal(object)
@@ -112,6 +120,9 @@ class LiveSession(QObject):
         self._was_paused = False  # the run, before the recording that is replayed
         self._shown: Frame | None = None
         self._recording_writer = backends.recording_writer()
+        self._server: LiveServer | None = None
+        self._for_viewers = True
+        self.frame_ready.connect(self._share_frame)
         self._active_settings = ActiveSettings(
             settings=self.settings_changed.emit,
             effects=self.effects_changed.emit,
@@ -207,6 +218,9 @@ class LiveSession(QObject):
         self._active_settings.forget()
         self.measurements.show_scene()
         self.prepared_changed.emit(prepared)
+        if self._server is not None:  # its topics are those of the scene before
+            self.stop_sharing()
+            self.share()
 
     # Opening.
 
@@ -407,7 +421,7 @@ class LiveSession(QObject):
         if run is None or self.recorder is not None:
             return
         try:
-            recorder = Recorder(run.prepared, path, overwrite=overwrite)
+            recorder = Recorder(run.prepared, path, overwrite=overwrite, viewers=self._for_viewers)
         except TactileMapsError as error:
             self.failed.emit(str(error))
             return
@@ -452,9 +466,53 @@ class LiveSession(QObject):
         else:
             self.saved.emit(str(path))
 
+    # Viewers of other programs.
+
+    @property
+    def recorded_for_viewers(self) -> bool:
+        """Whether recordings begun from now on hold the messages for viewers of other programs."""
+        return self._for_viewers
+
+    def set_recorded_for_viewers(self, *, on: bool) -> None:
+        """Choose it; the recording being written stays as it is."""
+        self._for_viewers = on
+        self.recorded_for_viewers_changed.emit(on)
+
+    @property
+    def shared_at(self) -> str | None:
+        """The address at which viewers find what is shown; None while it is not shared."""
+        return None if self._server is None else self._server.address
+
+    def share(self) -> None:
+        """Let viewers on this computer see what is shown, from now on."""
+        from app.export.live_server import LiveServer  # not to start the window with it
+
+        if self.prepared is None or self._server is not None:
+            return
+        try:
+            self._server = LiveServer(self.prepared)
+        except TactileMapsError as error:
+            self.failed.emit(str(error))
+            return
+        self.sharing_changed.emit(self._server.address)
+        if self._shown is not None:
+            self._share_frame(self._shown)
+
+    def stop_sharing(self) -> None:
+        """Close the server for viewers, if there is one."""
+        server, self._server = self._server, None
+        if server is not None:
+            server.close()
+            self.sharing_changed.emit(None)
+
+    def _share_frame(self, frame: Frame) -> None:
+        if self._server is not None and (source := self.source) is not None:
+            self._server.offer(frame, source.settings.map)
+
     def close(self) -> None:
         """Complete the recording, end thread and process."""
         self._timer.stop()
+        self.stop_sharing()
         self.stop_recording()
         self._recording_writer.wait()
         self._tell_saved()
