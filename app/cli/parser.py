@@ -287,7 +287,7 @@ def _scene_options(parser: argparse.ArgumentParser) -> None:
         "--skin",
         metavar="FILE",
         default=argparse.SUPPRESS,
-        help="taxels that the robot wears (.txt .csv .json .npz, URDF sensors)",
+        help="taxels that the robot wears (.txt .csv .json .npz, URDF sensors), or a folder of .txt",
     )
     parser.add_argument(
         "--link", metavar="LINK", default=argparse.SUPPRESS, help="link that carries them, where FILE does not say"
