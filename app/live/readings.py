@@ -104,10 +104,12 @@ class Source(Protocol):
     Attributes:
         address: For people, and to open it again.
         finite: Whether it ends by itself, as a file does; then it is not opened again.
+        slow: Whether opening it may take longer than a person notices.
     """
 
     address: str
     finite: bool
+    slow: bool
 
     def open(self) -> None:
         """Make it ready; raises LiveError with a remedy where it cannot be."""

@@ -50,6 +50,7 @@ class WindowState:
         undo: Of what the tool is about.
         overlays: What View > Overlay is set to.
         light: Whether the light theme is in force.
+        measured: Whether readings of a real skin are shown instead of a simulation.
     """
 
     mode: Mode = Mode.EMPTY
@@ -70,6 +71,7 @@ class WindowState:
     undo: UndoState = UndoState()
     overlays: OverlayOptions = field(default_factory=OverlayOptions)
     light: bool = False
+    measured: bool = False
 
 
 def always(_state: WindowState) -> bool:
@@ -80,6 +82,11 @@ def always(_state: WindowState) -> bool:
 def has_scene(state: WindowState) -> bool:
     """Something is shown, live or replayed."""
     return state.mode is not Mode.EMPTY
+
+
+def measured(state: WindowState) -> bool:
+    """Readings of a real skin are shown."""
+    return state.measured
 
 
 def running(state: WindowState) -> bool:

@@ -19,6 +19,7 @@ from widgets.actions.state import (
     editable,
     has_scene,
     has_tasks,
+    measured,
     patches_selected,
     paused,
     running,
@@ -188,6 +189,15 @@ def _file_menu() -> Menu:
             ),
             ActionSpec("open_recording", "Open recording…", ("Ctrl+Shift+O",), "Replay a recording"),
             MenuList("recent", "Recent files"),
+            LINE,
+            ActionSpec(
+                "connect",
+                "Connect…",
+                ("Ctrl+Shift+C",),
+                "Show readings of a real skin: UDP, ZeroMQ, serial, YARP, ROS 2 or a file",
+                has_scene,
+            ),
+            ActionSpec("disconnect", "Disconnect", (), "Close the source and simulate again", measured),
             LINE,
             ActionSpec("open_map", "Open map…", ("Ctrl+L",), "Apply a saved map of this skin", editable),
             ActionSpec(

@@ -20,6 +20,7 @@ from widgets.panels.controller_panel import ControllerPanel
 from widgets.panels.effects_panel import EffectsPanel
 from widgets.panels.events_panel import EventsPanel
 from widgets.panels.history_panel import HistoryPanel
+from widgets.panels.live_input_panel import LiveInputPanel
 from widgets.panels.patches_panel import PatchesPanel
 from widgets.panels.quality_panel import QualityPanel
 from widgets.panels.timing_panel import TimingPanel
@@ -73,6 +74,10 @@ def _follow_behaviours(panel: BehavioursPanel, session: LiveSession, _selection:
     panel.behaviours_edited.connect(session.set_behaviours)
 
 
+def _follow_live_input(panel: LiveInputPanel, session: LiveSession, _selection: TaxelSelection) -> None:
+    session.live_input_changed.connect(panel.show_input)
+
+
 def _follow_quality(panel: QualityPanel, session: LiveSession, _selection: TaxelSelection) -> None:
     session.measurements.measured.connect(panel.show_quality)
 
@@ -86,6 +91,7 @@ def _make_compare(editor: MapEditor, panels: Panels) -> ComparePanel:
 
 
 PANELS = (
+    PanelSpec(lambda _editor, _panels: LiveInputPanel(), _follow_live_input),
     PanelSpec(lambda _editor, _panels: ControllerPanel(), _follow_controller),
     PanelSpec(lambda _editor, _panels: ContactsPanel(), _follow_contacts),
     PanelSpec(lambda _editor, _panels: EventsPanel()),

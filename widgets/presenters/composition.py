@@ -13,6 +13,7 @@ from widgets.presenters.control_presenter import ControlPresenter, ControlToolsP
 from widgets.presenters.effects_presenter import EffectsPresenter
 from widgets.presenters.export_presenter import ExportPresenter
 from widgets.presenters.file_presenter import FilePresenter
+from widgets.presenters.live_input_presenter import LiveInputPresenter
 from widgets.presenters.map_edit_presenter import MapEditPresenter
 from widgets.presenters.map_file_presenter import MapFilePresenter
 from widgets.presenters.notification_presenter import NotificationPresenter
@@ -35,6 +36,7 @@ class Presenters:
     map_edit: MapEditPresenter
     files: FilePresenter
     export: ExportPresenter
+    live_input: LiveInputPresenter
     view: ViewPresenter
     session: SessionPresenter
     notification: NotificationPresenter
@@ -65,6 +67,7 @@ def build(context: AppContext, parent: QWidget) -> Presenters:
         map_edit=map_edit,
         files=FilePresenter(context, effects, map_files, tools.get(GridTool), parent),
         export=ExportPresenter(context, parent),
+        live_input=LiveInputPresenter(context, parent),
         view=ViewPresenter(context, tools, parent),
         session=SessionPresenter(context, parent),
         notification=NotificationPresenter(context, parent),

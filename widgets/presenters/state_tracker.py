@@ -39,6 +39,7 @@ class StateTracker(QObject):
             session.sharing_changed,
             session.recorded_for_viewers_changed,
             session.prepared_changed,
+            session.live_input_changed,
             context.timeline.play_toggled,
             editor.history_changed,
             editor.selection_changed,
@@ -89,4 +90,5 @@ class StateTracker(QObject):
             undo=UndoState(stack.can_undo, stack.can_redo, stack.undo_name, stack.redo_name),
             overlays=context.views.overlays,
             light=context.theme.theme.name == "light",
+            measured=session.live_input is not None,
         )

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QObject
 
+from widgets.session.live_input import InlineReadingsRunner, ThreadReadingsRunner
 from widgets.session.recording_writer import InlineRecordingWriter, RecordingWriter
 from widgets.session.session_runner import InlineRunner, SessionRunner, ThreadRunner
 from widgets.workers.accuracy_worker import AccuracyWorker, InlineAccuracyWorker
@@ -22,6 +23,7 @@ class Backends:
 
     Attributes:
         runner: Drives the session.
+        readings_runner: Takes readings of a real skin.
         recording_writer: Writes recordings.
         worker: Prepares scenes and lays patches flat.
         map_quality_worker: Measures maps.
@@ -31,6 +33,7 @@ class Backends:
     """
 
     runner: Callable[..., SessionRunner]
+    readings_runner: Callable[..., SessionRunner]
     recording_writer: Callable[[], RecordingWriter]
     worker: Callable[[QObject], SceneWorker]
     map_quality_worker: Callable[[QObject], MapQualityWorker]
@@ -40,11 +43,19 @@ class Backends:
 
 
 BACKGROUND = Backends(
-    ThreadRunner, RecordingWriter, SceneWorker, MapQualityWorker, CostWorker, ComparisonWorker, AccuracyWorker
+    ThreadRunner,
+    ThreadReadingsRunner,
+    RecordingWriter,
+    SceneWorker,
+    MapQualityWorker,
+    CostWorker,
+    ComparisonWorker,
+    AccuracyWorker,
 )
 """Two threads and five processes beside the window, which never waits."""
 INLINE = Backends(
     InlineRunner,
+    InlineReadingsRunner,
     InlineRecordingWriter,
     InlineSceneWorker,
     InlineMapQualityWorker,

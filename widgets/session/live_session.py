@@ -15,7 +15,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from app.contacts.pipeline import ReadingSettings
 from app.control.behaviours import Behaviour
 from app.control.command import ControlSettings
-from app.core.errors import TactileMapsError
+from app.core.errors import LiveError, TactileMapsError
 from app.geometry.mesh import SurfacePoint
 from app.maps.tactile_map import TactileMap
 from app.recording.player import RecordingPlayer
@@ -38,6 +38,7 @@ from app.stimuli.stimulus import Stimulus
 from app.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
 from widgets.session.active_settings import ActiveSettings
 from widgets.session.backends import BACKGROUND, Backends
+from widgets.session.live_input import LiveInput, LiveInputSettings
 from widgets.session.live_run import LiveRun, Replay, Source
 from widgets.session.measurements import Measurements
 from widgets.session.recording_writer import make_recording_folder
@@ -68,6 +69,7 @@ class LiveSession(QObject):
         finger: That touches.
         worker: Opens scenes and recordings, lays patches flat.
         measurements: What is measured beside of what is shown.
+        live_input: Whose readings are shown instead of a simulation; None while it is simulated.
     """
 
     frame_ready = Signal(object)
@@ -108,6 +110,8 @@ class LiveSession(QObject):
     """The tuple of Behaviour in force."""
     triggered = Signal(object)
     """A behaviour changed the controller: the ControlTrigger."""
+    live_input_changed = Signal(object)
+    """The LiveInput whose readings are shown instead of a simulation, or None."""
     touched = Signal()
     """A person touched the skin."""
 
@@ -119,6 +123,7 @@ class LiveSession(QObject):
         self._replay: Replay | None = None
         self._was_paused = False  # the run, before the recording that is replayed
         self._shown: Frame | None = None
+        self.live_input: LiveInput | None = None
         self._recording_writer = backends.recording_writer()
         self._server: LiveServer | None = None
         self._for_viewers = True
@@ -256,19 +261,56 @@ class LiveSession(QObject):
         except TactileMapsError as error:
             self.failed.emit(str(error))
             return
-        self.stop_recording()
-        self._leave_replay()
-        if self._run is not None:
-            self._run.runner.stop()
-        self._run = LiveRun(
+        self._end_run()
+        self._begin_run(
             self._backends.runner(
                 session, lambda frame: self._recording_writer.write(frame, session.inputs), speed=self._speed
             )
         )
-        self._show_other(prepared)
+
+    def _end_run(self) -> None:
+        """Something else will run."""
+        self.stop_recording()
+        self._leave_replay()
+        if self._run is not None:
+            self._run.runner.stop()
+        if self.live_input is not None:
+            self.live_input = None
+            self.live_input_changed.emit(None)
+
+    def _begin_run(self, runner: SessionRunner) -> None:
+        self._run = LiveRun(runner)
+        self._show_other(self._run.prepared)
         self._active_settings.show(self._run.settings)
         self.mode_changed.emit(self.mode)
         self.pump()
+
+    # A real skin.
+
+    def connect_source(self, settings: LiveInputSettings) -> None:
+        """Show readings of a real skin, instead of simulating, on the robot and the map that are shown.
+
+        Raises:
+            TactileMapsError: The source, or a file named with it, cannot be used; what is shown goes on.
+        """
+        if (source := self.source) is None:
+            raise LiveError("there is no skin to show readings on", remedy="Open a robot, scene or skin first")
+        before = self.live_input
+        origin = source.prepared if before is None or self._replay is not None else before.origin
+        live = LiveInput(settings, origin, source.settings.map)
+        session = live.session
+        self._end_run()
+        self.live_input = live
+        self._begin_run(
+            live.run(self._backends.readings_runner, lambda frame: self._recording_writer.write(frame, session.inputs))
+        )
+        self.live_input_changed.emit(live)
+
+    def disconnect_source(self) -> None:
+        """Close the source, and simulate again with the map as it is by now."""
+        if (live := self.live_input) is None or self._run is None:
+            return
+        self.show_prepared(replace(live.origin, map=self._run.map))
 
     def show_player(self, player: RecordingPlayer) -> None:
         """Replay a recording; the scene that runs waits."""
@@ -421,7 +463,9 @@ class LiveSession(QObject):
         if run is None or self.recorder is not None:
             return
         try:
-            recorder = Recorder(run.prepared, path, overwrite=overwrite, viewers=self._for_viewers)
+            measured = None if self.live_input is None else self.live_input.connection.source.address
+            viewers = self._for_viewers
+            recorder = Recorder(run.prepared, path, overwrite=overwrite, viewers=viewers, measured=measured)
         except TactileMapsError as error:
             self.failed.emit(str(error))
             return
@@ -450,17 +494,23 @@ class LiveSession(QObject):
     @property
     def can_report(self) -> bool:
         """Whether the session stopped by itself in a way that a report can repeat."""
-        return (run := self._shown_run) is not None and run.runner.session.failure is not None
+        return isinstance(self._reportable, Session)
+
+    @property
+    def _reportable(self) -> Session | None:
+        """The session that stopped by itself, if one is shown; readings never do."""
+        session = None if self._shown_run is None else self._shown_run.runner.session
+        return session if isinstance(session, Session) and session.failure is not None else None
 
     def save_report(self, path: Path) -> None:
         """Keep what led to the stop in a file that replays and repeats it."""
-        run = self._shown_run
-        if run is None or not self.can_report:
+        run, session = self._shown_run, self._reportable
+        if run is None or session is None:
             return
         try:
             make_recording_folder(path.parent)
             with run.runner.lock:
-                save_failure_report(run.runner.session, path)
+                save_failure_report(session, path)
         except TactileMapsError as error:
             self.failed.emit(str(error))
         else:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from app.core.errors import SimulationError, TactileMapsError, describe_unexpected_error
+from app.live.measured_session import MeasuredSession
 from app.session.frame import Frame
 from app.session.inputs import SessionInput
 from app.session.session import MAX_TICKS, Session
@@ -72,7 +73,9 @@ class SessionRunner:
         halted: Whether it stopped by itself, and stands still until its reset.
     """
 
-    def __init__(self, session: Session, each: Callable[[Frame], None], *, speed: float = 1.0) -> None:
+    def __init__(
+        self, session: Session | MeasuredSession, each: Callable[[Frame], None], *, speed: float = 1.0
+    ) -> None:
         self.session, self._each = session, each
         self.lock = FairLock()
         self.paused, self.speed, self.real_time_factor = False, speed, 0.0

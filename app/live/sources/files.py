@@ -41,6 +41,7 @@ class FileSource:
     Attributes:
         address: The path.
         finite: True.
+        slow: Whether more than its first lines are read to begin.
     """
 
     finite = True
@@ -55,6 +56,7 @@ class FileSource:
         wait: Callable[[float], None] = time.sleep,
     ) -> None:
         self.address, self._path, self._read = str(path), path, read
+        self.slow = path.suffix.lower() not in (".csv", ".txt")
         self._speed, self._clock, self._wait = speed, clock, wait
         self._items: Iterator[Item] | None = None
         self._next: Item | None = None

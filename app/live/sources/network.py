@@ -53,6 +53,7 @@ class UdpSource:
     Attributes:
         address: For people.
         finite: False.
+        slow: False.
         port: That is listened to.
 
     Raises:
@@ -60,6 +61,7 @@ class UdpSource:
     """
 
     finite = False
+    slow = False
 
     def __init__(self, host: str, port: int, *, token: str | None = None, remote: bool = False) -> None:
         check_listening(host, remote=remote, token=token)
@@ -111,9 +113,11 @@ class ZmqSource:
     Attributes:
         address: For people.
         finite: False.
+        slow: False.
     """
 
     finite = False
+    slow = False
 
     def __init__(self, host: str, port: int, *, token: str | None = None) -> None:
         self.address, self._endpoint, self._token = f"zmq://{host}:{port}", f"tcp://{host}:{port}", token

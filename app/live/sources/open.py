@@ -42,6 +42,8 @@ def open_source(address: str, options: SourceOptions = _USUAL) -> Source:
         UsageError: There is no such kind of source, or listening beyond this machine is not safe as asked.
         LiveError: A mapping or a file cannot be read.
     """
+    if not address.strip():
+        raise UsageError("no source is named", remedy=f"Give one of: {ADDRESSES}")
     scheme, found, rest = address.partition(":")
     if not found or len(scheme) == 1:  # a drive of Windows is no scheme
         return _file(address, options)

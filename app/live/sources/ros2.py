@@ -199,12 +199,14 @@ class Ros2Source:
     Attributes:
         address: For people.
         finite: False.
+        slow: True.
 
     Raises:
         LiveError: The mapping names no type.
     """
 
     finite = False
+    slow = True
 
     def __init__(self, topics: RosTopics) -> None:
         if topics.type is None:

@@ -22,9 +22,11 @@ class SerialSource:
     Attributes:
         address: For people.
         finite: False.
+        slow: False.
     """
 
     finite = False
+    slow = False
 
     def __init__(self, port: str, *, baud: int = 115200, token: str | None = None) -> None:
         self.address, self._port, self._baud, self._token = f"serial://{port}?baud={baud}", port, baud, token

@@ -34,9 +34,11 @@ class YarpSource:
     Attributes:
         address: For people.
         finite: False.
+        slow: True.
     """
 
     finite = False
+    slow = True
 
     def __init__(
         self, host: str, port: int, *, name: str | None = None, clock: Callable[[], float] = time.time

@@ -13,7 +13,7 @@ class Scripted:
     """A source that does what its script says; True opens, a LiveError in its place refuses to."""
 
     def __init__(self, *script, opens=(), finite=False):
-        self.address, self.finite = "scripted", finite
+        self.address, self.finite, self.slow = "scripted", finite, False
         self._script, self._opens = list(script), list(opens)
         self.opened = self.closed = 0
 

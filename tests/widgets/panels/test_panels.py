@@ -192,9 +192,9 @@ def test_a_panel_needs_one_line(qtbot, editor, prepared, touched):
     """Its place, scenes, frames, theme, session and folding come from its spec and the hooks."""
     session, selection, followed = LiveSession(backends=INLINE), TaxelSelection(), []
     specs = (
-        PANELS[0],
+        PANELS[1],
         PanelSpec(lambda _editor, _panels: Extra(), lambda *parts: followed.append(parts), folded_at_first=True),
-        PANELS[2],
+        PANELS[3],
     )
     column = PanelColumn(editor, specs=specs)
     qtbot.addWidget(column)

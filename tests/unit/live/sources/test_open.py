@@ -29,6 +29,7 @@ def test_the_address_says_which(address, kind, told):
 @pytest.mark.parametrize(
     ("address", "said"),
     [
+        ("", "no source is named"),
         ("http://localhost", "no such kind of source"),
         ("readings.docx", "no such kind of source"),
         ("udp://127.0.0.1:99999", "address is not understood"),

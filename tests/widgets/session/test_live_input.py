@@ -1,0 +1,150 @@
+"""Readings in place of a simulation: connected, shown, recorded, disconnected; on threads and without."""
+
+from __future__ import annotations
+
+import socket
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.core.errors import LiveError, TactileMapsError
+from app.live.calibration import ValueMode
+from app.live.readings import Reading, Unit
+from app.live.wire_format import encode_binary
+from app.recording.player import open_recording
+from app.tactile.press import press_skin
+from widgets.session.backends import INLINE
+from widgets.session.live_input import LiveInputSettings, ThreadReadingsRunner
+from widgets.session.live_session import LiveSession
+
+
+@pytest.fixture
+def live(qtbot, prepared):
+    made = LiveSession(backends=INLINE)
+    made.show_prepared(prepared)
+    yield made
+    made.close()
+    made.deleteLater()
+
+
+@pytest.fixture
+def readings(prepared, tmp_path):
+    """A file of two seconds: nothing, then a press on the hand, while a joint moves."""
+    skin, joint = prepared.skin, prepared.robot.joints[1].name
+    pressed = press_skin(skin, skin.taxel_point(30), force=3.0)
+    rows = [f"time,{','.join(map(str, range(len(skin))))},joint:{joint}"]
+    for number in range(20):
+        values = pressed if number >= 10 else 0 * pressed
+        rows.append(f"{0.1 * number},{','.join(map(str, values))},{0.01 * number}")
+    path = tmp_path / "readings.csv"
+    path.write_text("# unit: Pa\n" + "\n".join(rows) + "\n")
+    return LiveInputSettings(str(path), replace(LiveInputSettings("").options, speed=None))
+
+
+def test_a_file_is_felt_and_moves_the_body(live, prepared, readings):
+    told, frames = [], []
+    live.live_input_changed.connect(told.append)
+    live.frame_ready.connect(frames.append)
+    live.connect_source(readings)
+    assert told == [live.live_input]
+    live.runner.run_for(3.0)
+    live.pump()
+    assert live.mode == "live"
+    (region,) = frames[-1].regions
+    assert abs(region.force - 3.0) < 0.1
+    assert np.isclose(frames[-1].posture[1], 0.19)
+    facts, silent = live.live_input.facts()
+    assert (facts.readings, facts.calibrated, silent) == (20, True, ())
+
+
+def test_what_cannot_be_connected_changes_nothing(live, tmp_path):
+    runner = live.runner
+    for settings in (
+        LiveInputSettings("carrier pigeon"),
+        LiveInputSettings(str(tmp_path / "none.csv")),
+        LiveInputSettings("udp://0.0.0.0:9870"),
+        LiveInputSettings("udp:", calibration=tmp_path / "none.csv"),
+    ):
+        with pytest.raises(TactileMapsError):
+            live.connect_source(settings)
+    assert live.runner is runner
+    assert live.live_input is None
+
+
+def test_before_a_scene_nothing_can_be_connected(qtbot):
+    live = LiveSession(backends=INLINE)
+    with pytest.raises(LiveError, match="Open a robot"):
+        live.connect_source(LiveInputSettings("udp:"))
+    live.close()
+    live.deleteLater()
+
+
+def test_disconnected_it_is_simulated_again(live, prepared, readings):
+    live.connect_source(readings)
+    live.runner.run_for(0.2)
+    live.disconnect_source()
+    assert live.live_input is None
+    assert live.prepared.scene == prepared.scene
+    live.runner.run_for(0.1)
+    assert live.runner.session.frame.tick == 20
+    live.disconnect_source()
+
+
+def test_another_source_replaces_the_first_and_the_scene_is_remembered(live, prepared, readings):
+    live.connect_source(readings)
+    first = live.live_input
+    live.connect_source(readings)
+    assert live.live_input is not first
+    assert first.connection.status.state == "closed"
+    live.disconnect_source()
+    assert live.prepared.scene == prepared.scene
+
+
+def test_a_poke_is_refused_in_words(live, prepared, readings):
+    said = []
+    live.failed.connect(said.append)
+    live.connect_source(readings)
+    live.press(prepared.skin.taxel_point(3))
+    live.pump()
+    assert "can be watched, not poked" in said[0]
+    live.runner.run_for(3.0)
+    assert live.live_input.session.facts.readings == 20
+
+
+def test_a_recording_of_it_is_replayed(live, readings, tmp_path):
+    live.connect_source(readings)
+    live.start_recording(tmp_path / "felt.mcap")
+    live.runner.run_for(3.0)
+    live.stop_recording()
+    player = open_recording(tmp_path / "felt.mcap")
+    assert player.complete
+    assert player.measured == readings.address
+    assert len(player) == 21  # and the one that was shown when it began
+    live.show_player(player)
+    live.show_time(player.duration)
+    assert live._shown.regions[0].force > 2.9
+    live.back_to_live()
+    assert live.live_input is not None
+
+
+def test_on_threads_packets_become_frames_and_both_end(qtbot, prepared):
+    live = LiveSession(backends=replace(INLINE, readings_runner=ThreadReadingsRunner))
+    live.show_prepared(prepared)
+    live.connect_source(LiveInputSettings("udp://127.0.0.1:0"))
+    port, taxels = live.live_input.connection.source.port, len(prepared.skin)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        for number in range(30):
+            reading = Reading(0.01 * number, np.full(taxels, float(number)), Unit.PASCAL, sequence=number)
+            sender.sendto(encode_binary(reading), ("127.0.0.1", port))
+        session = live.live_input.session
+        qtbot.waitUntil(lambda: session.facts.readings == 30, timeout=5000)
+        live.runner.paused = True
+        sender.sendto(encode_binary(Reading(1.0, np.zeros(taxels), Unit.PASCAL, sequence=30)), ("127.0.0.1", port))
+    live.live_input.tare()
+    live.live_input.request_mode(ValueMode.RAW)
+    assert live.live_input.session.mode is ValueMode.RAW
+    live.close()
+    assert live.live_input.connection.status.state == "closed"
+    assert not live.runner._thread.is_alive()
+    live.deleteLater()

@@ -1,0 +1,153 @@
+"""The live input: how readings of a real skin arrive, what is shown of them, and which channels say nothing."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QTimer, Signal
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QPushButton, QWidget
+
+from app.core.errors import TactileMapsError
+from app.live.calibration import ValueMode
+from app.live.connection import ConnectionState, ConnectionStatus
+from app.live.measured_session import MeasuredFacts
+from widgets.common.panel import Panel, value_label
+from widgets.session.live_input import LiveInput
+
+_REFRESH_MS = 250
+_NAMED = 6
+_MODES = {ValueMode.RAW: "Raw", ValueMode.BASELINE: "Above the baseline", ValueMode.PRESSURE: "Pressure (kPa)"}
+_ROWS = {
+    "state": ("State", "Of the connection; a source that breaks is opened again by itself"),
+    "rate": ("Rate", "Readings a second, over the last two seconds"),
+    "delay": ("Delay", "Beyond the quickest reading: median and 95th percentile of the last 1000"),
+    "loss": ("Lost or late", "Share of the packets sent, by their running numbers"),
+    "counts": ("Readings", "That were shown"),
+    "trouble": ("Trouble", "Malformed, duplicated, reordered and late packets; restarts of the sender"),
+    "taxels": ("Taxels heard", "That a value came for"),
+}
+
+
+class LiveInputPanel(Panel):
+    """Hidden while nothing is connected."""
+
+    disconnect_wanted = Signal()
+    """Go back to simulating."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__("Live input", "live-input-panel", parent)
+        self._input: LiveInput | None = None
+        self._address = self.caption()
+        grid = self.grid()
+        grid.setColumnStretch(0, 1)
+        self._values: dict[str, QLabel] = {}
+        for row, (key, (text, tip)) in enumerate(_ROWS.items()):
+            name, value = value_label(text, self), value_label("–", self, right=True)
+            name.setToolTip(tip)
+            value.setObjectName(f"live-{key}")
+            grid.addWidget(name, row, 0)
+            grid.addWidget(value, row, 1)
+            self._values[key] = value
+        self._mode = QComboBox(self)
+        self._mode.setObjectName("live-mode")
+        self._mode.setAccessibleName("Values shown")
+        self._mode.addItems(list(_MODES.values()))
+        self._mode.activated.connect(self._on_mode_activated)
+        grid.addWidget(value_label("Values", self), len(_ROWS), 0)
+        grid.addWidget(self._mode, len(_ROWS), 1)
+        self._notes = self.caption()
+        self._notes.setObjectName("live-notes")
+        self.column.addLayout(self._buttons())
+        self._timer = QTimer(self)
+        self._timer.setInterval(_REFRESH_MS)
+        self._timer.timeout.connect(self.refresh)
+        self.hide()
+
+    def _buttons(self) -> QHBoxLayout:
+        row = QHBoxLayout()
+        self._tare = QPushButton("Tare", self)
+        self._tare.setObjectName("live-tare")
+        self._tare.setToolTip("Take the next 50 readings as those of the untouched skin")
+        self._tare.clicked.connect(self._on_tare_clicked)
+        leave = QPushButton("Disconnect", self)
+        leave.setObjectName("live-disconnect")
+        leave.setToolTip("Close the source and simulate again")
+        leave.clicked.connect(self.disconnect_wanted)
+        row.addWidget(self._tare)
+        row.addWidget(leave)
+        return row
+
+    def show_input(self, live: LiveInput | None) -> None:
+        """Show another live input; None for none."""
+        self._input, self._error = live, ""
+        self.setVisible(live is not None)
+        if live is None:
+            self._timer.stop()
+        else:
+            self._timer.start()
+            self.refresh()
+
+    def refresh(self) -> None:
+        """Show how things are now."""
+        if self._input is None:
+            return
+        status = self._input.status
+        facts, silent = self._input.facts()
+        self._address.setText(status.address)
+        for key, text in _texts(status, facts, len(self._input.origin.skin)).items():
+            self._values[key].setText(text)
+        self._mode.setCurrentIndex(list(_MODES).index(facts.mode))
+        self._tare.setEnabled(not facts.taring)
+        self._tare.setText("Taring…" if facts.taring else "Tare")
+        self._notes.setText("\n".join(filter(None, (self._error, *_notes(status, facts, silent)))))
+        self._notes.setHidden(not self._notes.text())
+
+    def _on_tare_clicked(self) -> None:
+        if self._input is not None:
+            self._input.tare()
+            self.refresh()
+
+    def _on_mode_activated(self, index: int) -> None:
+        if self._input is None:
+            return
+        try:
+            self._input.request_mode(list(_MODES)[index])
+            self._error = ""
+        except TactileMapsError as error:
+            self._error = str(error)
+        self.refresh()
+
+
+def _texts(status: ConnectionStatus, facts: MeasuredFacts, taxels: int) -> dict[str, str]:
+    counts, delay = status.counts, status.delay
+    state = status.state.value.capitalize()
+    if status.state is ConnectionState.RECONNECTING and status.next_try is not None:
+        state = f"Reconnecting in {status.next_try:.1f}\u2009s"
+    trouble = {name: getattr(counts, name) for name in ("malformed", "duplicated", "reordered", "late", "restarts")}
+    trouble |= {"overflowed": counts.overflowed, "refused": facts.refused, "reconnects": status.reconnects}
+    return {
+        "state": state,
+        "rate": f"{status.rate:.0f}\u2009Hz",
+        "delay": "–" if delay is None else f"{1e3 * delay.median:.1f}, {1e3 * delay.p95:.1f}\u2009ms",
+        "loss": f"{100 * counts.loss:.2g}\u2009%",
+        "counts": str(facts.readings),
+        "trouble": ", ".join(f"{number} {name}" for name, number in trouble.items() if number) or "None",
+        "taxels": f"{taxels - facts.unheard} of {taxels}",
+    }
+
+
+def _notes(status: ConnectionStatus, facts: MeasuredFacts, silent: tuple[str, ...]) -> list[str]:
+    """What a person should know or do."""
+    notes = [text for text in (status.problem, facts.problem, status.malformed) if text]
+    if facts.readings and not facts.calibrated:
+        notes.append("Not calibrated as pressure: forces mean nothing.")
+    if facts.unknown:
+        notes.append(f"Taxels that the skin does not have: {_named(facts.unknown)}")
+    if facts.unknown_joints:
+        notes.append(f"Joints that the robot does not have: {_named(facts.unknown_joints)}")
+    if silent:
+        notes.append(f"Channels that say nothing ({len(silent)}): {_named(silent)}")
+    return notes
+
+
+def _named(names: tuple[str, ...]) -> str:
+    more = len(names) - _NAMED
+    return ", ".join(names[:_NAMED]) + (f" and {more} more" if more > 0 else "")

@@ -1,0 +1,178 @@
+"""Connecting to a real skin: *File > Connect…* asks for the source, and *Disconnect* goes back to simulating."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import (
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QFileDialog,
+    QFormLayout,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QSpinBox,
+    QWidget,
+)
+
+from app.core.errors import TactileMapsError
+from app.live.sources.open import DEFAULT_PORT, SourceOptions
+from widgets.context.app_context import AppContext
+from widgets.panels.live_input_panel import LiveInputPanel
+from widgets.session.live_input import LiveInputSettings
+
+KINDS = {
+    "UDP": f"udp://127.0.0.1:{DEFAULT_PORT}",
+    "ZeroMQ": f"zmq://127.0.0.1:{DEFAULT_PORT}",
+    "Serial port": "serial:///dev/ttyACM0?baud=115200",
+    "YARP": "yarp://127.0.0.1:10000/skin/readings",
+    "ROS 2": "ros2:",
+    "File": "",
+}
+"""What may be connected, with an address to begin with."""
+_FILTER = "Readings (*.csv *.txt *.parquet *.mcap *.db3)"
+
+
+class LiveInputPresenter(QObject):
+    """Connects and disconnects.
+
+    Args:
+        context: What it works on.
+        parent: Qt parent, over which the dialog opens.
+    """
+
+    def __init__(self, context: AppContext, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._context, self._window = context, parent
+        self.dialog: ConnectDialog | None = None
+        context.actions.bind("connect", self.ask)
+        context.actions.bind("disconnect", context.session.disconnect_source)
+        context.panels.get(LiveInputPanel).disconnect_wanted.connect(context.session.disconnect_source)
+        context.session.live_input_changed.connect(self._on_live_input_changed)
+
+    def ask(self) -> None:
+        """Ask what to connect to."""
+        if self.dialog is None:
+            self.dialog = ConnectDialog(self._window)
+            self.dialog.connect_wanted.connect(self._on_connect_wanted)
+        self.dialog.say("")
+        self.dialog.open()
+
+    def _on_connect_wanted(self, settings: LiveInputSettings) -> None:
+        assert self.dialog is not None
+        try:
+            self._context.session.connect_source(settings)
+        except TactileMapsError as error:
+            self.dialog.say(str(error))
+        else:
+            self.dialog.accept()
+
+    def _on_live_input_changed(self, live: object) -> None:
+        if live is not None:
+            self._context.panels.reveal(self._context.panels.get(LiveInputPanel))
+
+
+class ConnectDialog(QDialog):
+    """Asks for a source; what is wrong with it is said below, and the dialog stays."""
+
+    connect_wanted = Signal(object)
+    """The LiveInputSettings that were asked for."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("connect")
+        self.setWindowTitle("Connect to a skin")
+        self.setMinimumWidth(520)
+        form = QFormLayout(self)
+        self.kind = QComboBox(self)
+        self.kind.addItems(list(KINDS))
+        self.kind.currentTextChanged.connect(self._on_kind_changed)
+        form.addRow("Source", self.kind)
+        self.address, row = self._file_row("Choose the file…", _FILTER)
+        form.addRow("Address or file", row)
+        self.token = QLineEdit(self)
+        self.token.setPlaceholderText("None")
+        self.token.setToolTip("Every packet must carry it; needed to listen to other machines, at least 8 characters")
+        form.addRow("Token", self.token)
+        self.mapping, row = self._file_row("Choose the mapping of ROS messages…", "TOML (*.toml)")
+        self.mapping.setToolTip("Topics and fields of ROS 2 messages")
+        form.addRow("ROS mapping", row)
+        self.ids, row = self._file_row("Choose the table of ids…", "CSV (*.csv)")
+        self.ids.setPlaceholderText("As in the skin")
+        form.addRow("Ids of taxels", row)
+        self.calibration, row = self._file_row("Choose the calibration…", "Calibration (*.csv *.toml)")
+        self.calibration.setPlaceholderText("None")
+        form.addRow("Calibration", row)
+        self.tare = QSpinBox(self)
+        self.tare.setRange(0, 10_000)
+        self.tare.setSpecialValueText("None")
+        self.tare.setSuffix(" readings")
+        self.tare.setToolTip("Take so many readings at the start as those of the untouched skin")
+        form.addRow("Tare at start", self.tare)
+        self.problem = QLabel(self)
+        self.problem.setObjectName("connect-problem")
+        self.problem.setWordWrap(True)
+        form.addRow(self.problem)
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel, self)
+        self.go = buttons.addButton("Connect", QDialogButtonBox.ButtonRole.AcceptRole)
+        buttons.accepted.connect(self._on_accepted)
+        buttons.rejected.connect(self.reject)
+        form.addRow(buttons)
+        self._on_kind_changed(self.kind.currentText())
+        self.say("")
+
+    def say(self, problem: str) -> None:
+        """Say what is wrong; empty for nothing."""
+        self.problem.setText(problem)
+        self.problem.setHidden(not problem)
+        if problem:  # a label that wraps knows its height only for a width
+            self.problem.setMinimumHeight(self.problem.heightForWidth(max(self.width() - 24, 300)))
+        self.adjustSize()
+
+    @property
+    def settings(self) -> LiveInputSettings:
+        """What is asked for now."""
+        address = self.address.text().strip()
+        options = SourceOptions(
+            token=self.token.text() or None, remote=bool(self.token.text()), mapping=_path(self.mapping)
+        )
+        return LiveInputSettings(
+            address, options, _path(self.ids), _path(self.calibration), self.tare.value() or None
+        )  # fmt: skip
+
+    def _file_row(self, title: str, kinds: str) -> tuple[QLineEdit, QWidget]:
+        row = QWidget(self)
+        edit, button = QLineEdit(row), QPushButton("…", row)
+        button.setToolTip(title)
+        button.setAccessibleName(title)
+        button.setAutoDefault(False)
+        button.setMaximumWidth(32)
+
+        def choose() -> None:
+            path = QFileDialog.getOpenFileName(self, title, "", f"{kinds};;All files (*)")[0]
+            if path:
+                edit.setText(path)
+
+        button.clicked.connect(choose)
+        line = QHBoxLayout(row)
+        line.setContentsMargins(0, 0, 0, 0)
+        line.addWidget(edit)
+        line.addWidget(button)
+        return edit, row
+
+    def _on_kind_changed(self, kind: str) -> None:
+        self.address.setText(KINDS[kind])
+        self.mapping.setEnabled(kind in ("ROS 2", "File"))
+        self.say("")
+
+    def _on_accepted(self) -> None:
+        self.connect_wanted.emit(self.settings)
+
+
+def _path(edit: QLineEdit) -> Path | None:
+    text = edit.text().strip()
+    return Path(text) if text else None

@@ -1,0 +1,169 @@
+"""Readings of a real skin in place of a simulation: what was asked for, the connection, and the runner of both."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from app.core.errors import SimulationError, describe_unexpected_error
+from app.live.calibration import ValueMode, load_calibration
+from app.live.connection import Connection, ConnectionStatus
+from app.live.matching import load_matching
+from app.live.measured_session import MeasuredFacts, MeasuredSession, silent_text
+from app.live.prepare import as_measured
+from app.live.sources.open import SourceOptions, open_source
+from app.maps.tactile_map import TactileMap
+from app.session.frame import Frame
+from app.session.inputs import MapEdited
+from app.session.prepare import PreparedScene
+from widgets.session.session_runner import InlineRunner, SessionRunner
+
+_POLL_SECONDS = 0.05
+"""For so long a thread waits for a reading before it looks whether it is to end."""
+
+
+@dataclass(frozen=True)
+class LiveInputSettings:
+    """What a person asked for.
+
+    Attributes:
+        address: Of the source.
+        options: Its token, mapping and speed.
+        ids: Table of taxels by the stream's ids; None for the skin's own.
+        calibration: File of gains and offsets; None where there is none.
+        tare: Of so many readings at the start; None for no tare.
+    """
+
+    address: str
+    options: SourceOptions = field(default_factory=SourceOptions)
+    ids: Path | None = None
+    calibration: Path | None = None
+    tare: int | None = None
+
+
+class LiveInput:
+    """A connection and the session it feeds. Mutable.
+
+    Args:
+        settings: What was asked for.
+        origin: The scene that was shown, to which ``Disconnect`` goes back.
+        map_: By which contacts are placed.
+
+    Attributes:
+        settings: As above.
+        origin: As above.
+        connection: To the source.
+        session: That readings become frames in.
+
+    Raises:
+        TactileMapsError: The source, or a file named with it, cannot be used.
+    """
+
+    def __init__(self, settings: LiveInputSettings, origin: PreparedScene, map_: TactileMap) -> None:
+        self.settings, self.origin = settings, origin
+        source = open_source(settings.address, settings.options)
+        prepared, skin = as_measured(origin), origin.skin
+        table = None if settings.ids is None else load_matching(settings.ids, skin)
+        calibration = None if settings.calibration is None else load_calibration(settings.calibration, skin)
+        self.connection = Connection(source)
+        self.session = MeasuredSession(prepared, self.connection.take, table=table, calibration=calibration)
+        if map_ is not origin.map:
+            self.session.submit(MapEdited("As it was edited before", map_))
+        if settings.tare is not None:
+            self.session.tare(settings.tare)
+        if not source.slow:
+            self.connection.open()  # else on the thread, which tells why it failed
+        self._runner: SessionRunner | None = None
+
+    def run(self, make: Callable[..., SessionRunner], each: Callable[[Frame], None]) -> SessionRunner:
+        """The runner that takes readings from now on; ``each`` is told every new frame."""
+        self._runner = make(self.session, each, self.connection)
+        return self._runner
+
+    @property
+    def status(self) -> ConnectionStatus:
+        """Of the connection."""
+        return self.connection.status
+
+    def facts(self) -> tuple[MeasuredFacts, tuple[str, ...]]:
+        """What is known of the readings, and the silent channels in words."""
+        assert self._runner is not None
+        with self._runner.lock:
+            facts = self.session.facts
+        return facts, tuple(silent_text(self.session, one) for one in facts.silent)
+
+    def tare(self, frames: int = 50) -> None:
+        """Take the next readings as those of the untouched skin."""
+        assert self._runner is not None
+        with self._runner.lock:
+            self.session.tare(frames)
+
+    def request_mode(self, mode: ValueMode) -> None:
+        """Show something else of the readings; raises LiveError where it is not known."""
+        assert self._runner is not None
+        with self._runner.lock:
+            self.session.request_mode(mode)
+
+
+class _TakesReadings(SessionRunner):
+    """A frame for each reading, and none without."""
+
+    session: MeasuredSession
+
+    def _tick(self) -> None:
+        before = self.session.frame
+        frame = self.session.tick()
+        if frame is not before:
+            self._each(frame)
+
+
+class InlineReadingsRunner(_TakesReadings, InlineRunner):
+    """Takes what has arrived when told to: deterministic, for tests and pictures."""
+
+    def __init__(self, session: MeasuredSession, each: Callable[[Frame], None], connection: Connection) -> None:
+        super().__init__(session, each)
+        self._connection = connection
+
+    def run_for(self, seconds: float) -> None:
+        """Receive and take what there is; ``seconds`` are those of the source."""
+        for _ in range(max(round(seconds / _POLL_SECONDS), 1)):
+            self._connection.step(0.0)
+            if not self.paused:
+                with self.lock:
+                    self._tick()
+
+    def stop(self) -> None:
+        """End the connection."""
+        self._connection.close()
+
+
+class ThreadReadingsRunner(_TakesReadings):
+    """Takes readings when they arrive, on a thread of its own; the connection receives on another."""
+
+    def __init__(self, session: MeasuredSession, each: Callable[[Frame], None], connection: Connection) -> None:
+        super().__init__(session, each)
+        self.real_time_factor = 1.0
+        self._connection, self._ended = connection, threading.Event()
+        self._thread = threading.Thread(target=self._loop, name="readings", daemon=True)
+        connection.start()
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End both threads and wait for them."""
+        self._ended.set()
+        self._connection.close()
+        self._thread.join()
+
+    def _loop(self) -> None:
+        try:
+            while not self._ended.is_set():
+                if self.paused:
+                    self._ended.wait(_POLL_SECONDS)  # readings wait, and those too many are counted
+                elif self._connection.wait(_POLL_SECONDS):
+                    with self.lock:  # for one reading: the window never waits for longer
+                        self._tick()
+        except Exception as error:  # the thread's last door: beyond it nobody would notice that time stands still
+            self.failure = SimulationError(describe_unexpected_error(error), remedy="Disconnect and connect again")
+            self._halt()
