@@ -1,0 +1,121 @@
+"""An hour of live input in a minute: loss, jitter, repeats, broken connections; nothing grows or is lost in silence."""
+
+from __future__ import annotations
+
+import gc
+import heapq
+
+import numpy as np
+import psutil
+import pytest
+
+from app.core.errors import LiveError
+from app.live.connection import Connection
+from app.live.measured_session import MeasuredSession
+from app.live.prepare import as_measured
+from app.live.readings import MalformedReadingError, Reading, Unit
+from app.live.wire_format import decode, encode_binary
+from tests.support.touch import bar_skin, prepared_bar
+
+RATE = 100.0
+LONG = pytest.mark.long
+
+
+class RoughNetwork:
+    """A source whose packets are dropped, late, repeated, damaged, and whose connection breaks; time is simulated."""
+
+    address, finite, slow = "rough", False, False
+
+    def __init__(self, packets, seed):
+        self.now, self._packets, self._random = 0.0, packets, np.random.default_rng(seed)
+        self._number, self._air = 0, []
+        self.arrived, self.arrivals = np.zeros(packets, dtype=bool), 0
+        self.damaged, self.broken = 0, 0
+        self._values = np.zeros(len(bar_skin()))
+
+    def __call__(self):
+        return self.now
+
+    def open(self):
+        if self._random.random() < 0.5:
+            raise LiveError("still broken")
+
+    def close(self):
+        """Packets stay in the air."""
+
+    def receive(self, timeout):
+        if self._random.random() < 1e-4:
+            self.broken += 1
+            raise LiveError("broken")
+        self._send()
+        if not self._air or self._air[0][0] > self.now + timeout:
+            self.now += timeout
+            return None
+        at, _, packet = heapq.heappop(self._air)
+        self.now = max(self.now, at)
+        if packet is None:
+            self.damaged += 1
+            raise MalformedReadingError("damaged")
+        reading = decode(packet)
+        self.arrived[reading.sequence] = True
+        self.arrivals += 1
+        return reading
+
+    def _send(self):
+        """All that was sent by now, with what the network does to it."""
+        while self._number < self._packets and self._number / RATE <= self.now + 0.02:
+            number, random = self._number, self._random.random(4)
+            self._number += 1
+            if random[0] < 0.02:
+                continue
+            self._values[number % len(self._values)] = number % 50
+            packet = encode_binary(Reading(number / RATE, self._values, Unit.COUNTS, sequence=number))
+            delay = 0.012 * random[1]  # a packet may overtake the one before it
+            for copy in range(2 if random[2] < 0.01 else 1):
+                damaged = random[3] < 0.005
+                at = number / RATE + delay + 0.001 * copy
+                heapq.heappush(self._air, (at, 2 * number + copy, None if damaged else packet))
+
+    @property
+    def over(self):
+        return self._number >= self._packets and not self._air
+
+
+@pytest.mark.parametrize("packets", [600, pytest.param(360_000, marks=LONG)])
+def test_nothing_that_arrived_is_lost_and_nothing_grows(packets):
+    network = RoughNetwork(packets, seed=1)
+    connection = Connection(network, clock=network)
+    session = MeasuredSession(as_measured(prepared_bar()), connection.take)
+    shown, last, sizes = np.zeros(packets, dtype=bool), -1, []
+    process = psutil.Process()
+
+    def take():
+        nonlocal last
+        while (item := connection.take()) is not None:
+            assert item.reading.sequence > last
+            last = item.reading.sequence
+            shown[last] = True
+            session.show(item)
+
+    while not network.over:
+        connection.step(0.005)
+        if connection.status.next_try:
+            network.now += 0.05  # somebody waits until it is opened again
+        take()
+        if last >= packets // 6 * (len(sizes) + 1):
+            gc.collect()
+            sizes.append(process.memory_info().rss)
+    connection.close()
+    take()
+    counts = connection.status.counts
+    assert counts.received == network.arrivals
+    assert counts.malformed == network.damaged > 0
+    assert shown.sum() == counts.received - counts.duplicated - counts.late == session.facts.readings
+    assert (network.arrived & ~shown).sum() <= counts.late  # what arrived and is not shown was counted
+    assert counts.duplicated > 0
+    assert counts.reordered > 0
+    assert counts.restarts == counts.overflowed == 0
+    if packets > 100_000:
+        assert network.broken > 10
+        assert connection.status.reconnects > 10
+        assert max(sizes[2:]) - sizes[1] < 10_000_000
