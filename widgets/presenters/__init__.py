@@ -3,8 +3,9 @@
 A presenter is given an ``AppContext`` and never the window; ``composition`` makes them in one acyclic order.
 ``scene_presenter`` receives scenes and frames and hands them on; ``state_tracker`` keeps the actions as the window's
 state has them. ``file_presenter`` opens and saves,
-``live_input_presenter`` connects a real skin, ``map_file_presenter`` keeps the map being edited;
-``view_presenter`` is the menus Select and View, ``map_edit_presenter`` Edit, ``session_presenter`` Session,
+``map_file_presenter`` keeps the map being edited;
+``view_presenter`` is the menus Select and View, ``map_edit_presenter`` Edit, ``session_presenter`` Session and a real
+skin's readings,
 ``control_presenter`` and ``comparison_presenter`` Control, ``touch_script_presenter`` Touch; ``effects_presenter`` and
 ``accuracy_presenter`` are the panels of that name, and ``notification_presenter`` says what failed, stopped or was
 saved.

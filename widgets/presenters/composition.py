@@ -13,12 +13,11 @@ from widgets.presenters.control_presenter import ControlPresenter, ControlToolsP
 from widgets.presenters.effects_presenter import EffectsPresenter
 from widgets.presenters.export_presenter import ExportPresenter
 from widgets.presenters.file_presenter import FilePresenter
-from widgets.presenters.live_input_presenter import LiveInputPresenter
 from widgets.presenters.map_edit_presenter import MapEditPresenter
 from widgets.presenters.map_file_presenter import MapFilePresenter
 from widgets.presenters.notification_presenter import NotificationPresenter
 from widgets.presenters.scene_presenter import ScenePresenter
-from widgets.presenters.session_presenter import SessionPresenter
+from widgets.presenters.session_presenter import LiveInputPresenter, SessionPresenter
 from widgets.presenters.state_tracker import StateTracker
 from widgets.presenters.touch_script_presenter import TouchScriptPresenter
 from widgets.presenters.view_presenter import ViewPresenter

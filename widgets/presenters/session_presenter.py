@@ -8,12 +8,16 @@ from pathlib import Path
 
 from platformdirs import user_documents_path
 from PySide6.QtCore import QElapsedTimer, QObject, QTimer
+from PySide6.QtWidgets import QWidget
 
 from app.core.errors import TactileMapsError
 from app.recording.damage import damage_text
 from app.recording.player import RecordingPlayer
 from widgets.common.mode import Mode
 from widgets.context.app_context import AppContext
+from widgets.context.connect_dialog import ConnectDialog
+from widgets.panels.live_input_panel import LiveInputPanel
+from widgets.session.live_input import LiveInputSettings
 from widgets.session.recording_writer import make_recording_folder
 from widgets.timeline.timeline import DamagedSpan
 
@@ -125,3 +129,42 @@ def _free_name(path: Path) -> Path:
 def recordings_folder() -> Path:
     """Where recordings go by default."""
     return user_documents_path() / "Tactile Maps"
+
+
+class LiveInputPresenter(QObject):
+    """Connects and disconnects.
+
+    Args:
+        context: What it works on.
+        parent: Qt parent, over which the dialog opens.
+    """
+
+    def __init__(self, context: AppContext, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._context, self._window = context, parent
+        self.dialog: ConnectDialog | None = None
+        context.actions.bind("connect", self.ask)
+        context.actions.bind("disconnect", context.session.disconnect_source)
+        context.panels.get(LiveInputPanel).disconnect_wanted.connect(context.session.disconnect_source)
+        context.session.live_input_changed.connect(self._on_live_input_changed)
+
+    def ask(self) -> None:
+        """Ask what to connect to."""
+        if self.dialog is None:
+            self.dialog = ConnectDialog(self._window)
+            self.dialog.connect_wanted.connect(self._on_connect_wanted)
+        self.dialog.say("")
+        self.dialog.open()
+
+    def _on_connect_wanted(self, settings: LiveInputSettings) -> None:
+        assert self.dialog is not None
+        try:
+            self._context.session.connect_source(settings)
+        except TactileMapsError as error:
+            self.dialog.say(str(error))
+        else:
+            self.dialog.accept()
+
+    def _on_live_input_changed(self, live: object) -> None:
+        if live is not None:
+            self._context.panels.reveal(self._context.panels.get(LiveInputPanel))

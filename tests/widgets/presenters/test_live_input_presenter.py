@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from widgets.presenters.live_input_presenter import KINDS
+from widgets.context.connect_dialog import KINDS
 
 
 def test_a_source_is_asked_for_and_connected(window, tmp_path):

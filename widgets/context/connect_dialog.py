@@ -1,10 +1,10 @@
-"""Connecting to a real skin: *File > Connect…* asks for the source, and *Disconnect* goes back to simulating."""
+"""Asks what to connect to: the source of a real skin's readings, and the files that go with it."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import Signal
 from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
@@ -19,10 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.core.errors import TactileMapsError
 from app.live.sources.open import DEFAULT_PORT, SourceOptions
-from widgets.context.app_context import AppContext
-from widgets.panels.live_input_panel import LiveInputPanel
 from widgets.session.live_input import LiveInputSettings
 
 KINDS = {
@@ -35,45 +32,6 @@ KINDS = {
 }
 """What may be connected, with an address to begin with."""
 _FILTER = "Readings (*.csv *.txt *.parquet *.mcap *.db3)"
-
-
-class LiveInputPresenter(QObject):
-    """Connects and disconnects.
-
-    Args:
-        context: What it works on.
-        parent: Qt parent, over which the dialog opens.
-    """
-
-    def __init__(self, context: AppContext, parent: QWidget) -> None:
-        super().__init__(parent)
-        self._context, self._window = context, parent
-        self.dialog: ConnectDialog | None = None
-        context.actions.bind("connect", self.ask)
-        context.actions.bind("disconnect", context.session.disconnect_source)
-        context.panels.get(LiveInputPanel).disconnect_wanted.connect(context.session.disconnect_source)
-        context.session.live_input_changed.connect(self._on_live_input_changed)
-
-    def ask(self) -> None:
-        """Ask what to connect to."""
-        if self.dialog is None:
-            self.dialog = ConnectDialog(self._window)
-            self.dialog.connect_wanted.connect(self._on_connect_wanted)
-        self.dialog.say("")
-        self.dialog.open()
-
-    def _on_connect_wanted(self, settings: LiveInputSettings) -> None:
-        assert self.dialog is not None
-        try:
-            self._context.session.connect_source(settings)
-        except TactileMapsError as error:
-            self.dialog.say(str(error))
-        else:
-            self.dialog.accept()
-
-    def _on_live_input_changed(self, live: object) -> None:
-        if live is not None:
-            self._context.panels.reveal(self._context.panels.get(LiveInputPanel))
 
 
 class ConnectDialog(QDialog):
