@@ -16,6 +16,7 @@ from app.recording.damage import damage_text
 from app.recording.player import RecordingPlayer
 from app.robots.library import load_robot
 from app.robots.robot import Robot
+from app.robots.touch_sensors import read_touch_sensors
 from app.scene.scene import Scene
 from app.scene.scene_file import scene_names
 from app.session.prepare import open_scene, prepare
@@ -66,6 +67,8 @@ def describe(name: str, *, package_roots: Sequence[str] = ()) -> dict[str, Any]:
         return _recording(name)
     if ending == ".urdf" and holds_taxels(name):
         return _robot_with_taxels(name) if is_robot_with_taxels(name) else _taxel_file(name)
+    if ending in (".xml", ".mjcf") and holds_taxels(name):
+        return _robot_with_touch_sensors(name, package_roots)
     if ending == ".npz" and (is_own_skin(name) or not holds_taxels(name)):
         return _arrays(name)
     if ending in (".npz", *TAXEL_ENDINGS):
@@ -82,6 +85,18 @@ def _robot_with_taxels(name: str) -> dict[str, Any]:
     robot, taxels = _robot(load_robot(name)), _taxel_file(name)
     found = {"kind": "robot with taxels", **robot, **{key: taxels[key] for key in ("taxels", "identity")}}
     return found | {"taxel_links": taxels["links"], "problems": robot["problems"] + taxels["problems"]}
+
+
+def _robot_with_touch_sensors(name: str, package_roots: Sequence[str]) -> dict[str, Any]:
+    """An MJCF model with touch sensors: what it holds of both."""
+    robot = load_robot(name, package_roots=package_roots)
+    sensors, findings = read_touch_sensors(Path(name), package_roots=[Path(root) for root in package_roots])
+    found = {"kind": "robot with taxels", **_robot(robot), "taxels": sum(len(sensor.origins) for sensor in sensors)}
+    found |= {"taxel_links": list(dict.fromkeys(sensor.link for sensor in sensors))}
+    return found | {
+        "touch_sensors": [sensor.name for sensor in sensors],
+        "problems": found["problems"] + _problems(findings),
+    }
 
 
 def _robot(robot: Robot) -> dict[str, Any]:

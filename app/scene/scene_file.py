@@ -156,13 +156,14 @@ def load_scene(name: str, *, check: Callable[[Scene], None] = _accept) -> Scene:
 def scene_for(robot: str) -> Scene:
     """The scene for a robot's name or file: the shipped one of that name, or one with a cover and a stroke.
 
-    A robot description that states its taxels wears those instead of a cover; with taxels and no shapes it is no robot.
+    A URDF that states its taxels wears those instead of a cover; with taxels and no shapes it is no robot.
     """
     if robot in scene_names():
         return load_scene(robot)
     path = Path(robot)
-    own = robot if is_robot_with_taxels(path) else ""
-    if path.suffix.lower() == ".urdf" and not own and holds_taxels(path):
+    described = path.suffix.lower() == ".urdf"  # the touch sensors of MJCF models are often a handful: where asked for
+    own = robot if described and is_robot_with_taxels(path) else ""
+    if described and not own and holds_taxels(path):
         return scene_for_taxels(robot)
     return Scene(name=path.stem or robot, robot=robot, title=path.name, taxel_file=own, stimuli=(Stroke(),))
 
@@ -170,7 +171,8 @@ def scene_for(robot: str) -> Scene:
 def scene_for_taxels(path: str) -> Scene:
     """The scene for a file of taxels where no robot is named: on itself, on iCub for its positions, or on none."""
     if is_robot_with_taxels(path):
-        return scene_for(path)
+        scene = scene_for(path)
+        return scene if scene.taxel_file else with_taxels(scene, path)
     return with_taxels(scene_for(usual_carrier(path)), path)
 
 
@@ -185,6 +187,7 @@ def with_taxels(scene: Scene, path: str, *, links: tuple[str, ...] = ()) -> Scen
     stimuli = tuple(replace(stimulus, patch="") for stimulus in scene.stimuli[:1])
     alone, file = scene.robot == NO_ROBOT, Path(path)
     name, title = (file.stem, file.name) if alone else (scene.name, f"{scene.title} with {file.name}")
+    title = f"{file.name} with its own taxels" if path == scene.robot else title
     cover = replace(scene.cover, links=links)
     return replace(scene, name=name, title=title, taxel_file=path, cover=cover, stimuli=stimuli)
 

@@ -97,7 +97,8 @@ def load_robot_and_skin(scene: Scene, *, progress: Progress = no_progress) -> tu
     if scene.taxel_file:
         progress("Importing taxels", 0.1)
         links, thickness = scene.cover.links, scene.cover.thickness
-        skin = import_skin(scene.taxel_file, robot, links=links, thickness=thickness)
+        roots = scene.package_roots
+        skin = import_skin(scene.taxel_file, robot, links=links, thickness=thickness, package_roots=roots)
     elif scene.cover.links or not scene.grids:
         skin = cover_robot(robot, scene.cover, progress=part_of_progress(progress, 0.1, 0.3))
     progress("Placing grids", 0.3)

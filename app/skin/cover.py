@@ -23,8 +23,8 @@ from app.geometry.wrap import wrap_mesh
 from app.robots.kinematics import Configuration
 from app.robots.robot import Robot
 from app.skin.sampling import place_evenly
-from app.skin.skin import Patch, Skin
-from app.skin.usable_surface import patch_name, usable_components, vertices_clear_of, visible_from_outside
+from app.skin.skin import Patch, Skin, patch_name
+from app.skin.usable_surface import usable_components, vertices_clear_of, visible_from_outside
 
 MAX_COVER_TAXELS = 20_000
 CLOSING_FACTOR = 3.0

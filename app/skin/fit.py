@@ -32,8 +32,8 @@ from app.robots.kinematics import Configuration
 from app.robots.robot import Robot
 from app.skin.cover import CLOSING_FACTOR
 from app.skin.sampling import distinct_faces, face_graph, geodesic_voronoi, straighten_cells, taxels_at_points
-from app.skin.skin import NO_IDENTITY, Patch, Skin, TaxelIdentity, Taxels, number_ranges
-from app.skin.usable_surface import patch_name, usable_components
+from app.skin.skin import NO_IDENTITY, Patch, Skin, TaxelIdentity, Taxels, number_ranges, patch_name
+from app.skin.usable_surface import usable_components
 
 MAX_MEDIAN_DISTANCE = 0.020
 """Taxels farther from their link than this [m] (half of them) belong to another link or frame."""

@@ -15,8 +15,7 @@ from app.geometry.mesh import Mesh
 from app.geometry.raycast import outer_faces, without_islands
 from app.geometry.repair import repair_mesh
 from app.skin.placement import HEXAGON_AREA, MODULE_PITCH, PlacementSpec, place_taxels, refine_for_spec
-from app.skin.skin import Patch, Skin, Taxels
-from app.skin.usable_surface import patch_name
+from app.skin.skin import Patch, Skin, Taxels, patch_name
 
 _Part = tuple[Mesh, PlacementSpec]
 

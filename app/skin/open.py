@@ -13,11 +13,9 @@ from app.core.errors import SkinError
 from app.core.progress import Progress, no_progress
 from app.robots.library import load_robot
 from app.robots.mesh_files import MESH_SUFFIXES, read_mesh, to_metres
-from app.robots.touch_sensors import states_touch_sensors
 from app.skin.cover import CoverSpec, cover_robot
 from app.skin.fit import GridSpec, add_grids
-from app.skin.formats.import_skin import NO_ROBOT, holds_taxels, import_skin, usual_carrier
-from app.skin.formats.mujoco_touch import skin_of_touch_sensors
+from app.skin.formats.import_skin import NO_ROBOT, holds_taxels, import_skin, is_robot_with_taxels, usual_carrier
 from app.skin.mesh_skin import skin_of_mesh
 from app.skin.placement import PlacementSpec
 from app.skin.skin import Skin
@@ -34,7 +32,7 @@ class SkinOptions:
         placement: Of the taxels on a mesh; by default 1000, evenly.
         links: Which links to cover, or which of a file's carry the taxels that are wanted; empty to choose.
         robot: What carries the taxels of a file: None for iCub with iCub positions, otherwise nothing.
-        surface: Of an MJCF file with touch sensors: these, or a ``cover``. Of a bare mesh: its ``outer`` surface,
+        surface: Of a robot that states its taxels: these, or a ``cover``. Of a bare mesh: its ``outer`` surface,
             ``all`` of it, or a ``cover`` over it, as robots get.
         thickness: Of a cover [m].
         package_roots: Folders with packages and meshes that a robot's file names, besides its own.
@@ -82,25 +80,16 @@ def open_skin(source: str | Path, options: SkinOptions | None = None, *, progres
         robot = load_robot(str(source), package_roots=spec.package_roots)
         skin = add_grids(robot, None, [spec.grid], thickness=spec.thickness)
         return Skin(skin.patches, (*robot.findings, *skin.findings))
-    if ending == ".npz" or holds_taxels(path):
+    covered = spec.surface == "cover" and is_robot_with_taxels(path)
+    if ending == ".npz" or (not covered and holds_taxels(path)):
         return _read_taxels(path, spec)
     if ending in MESH_SUFFIXES and spec.surface != "cover":
         mesh, findings = to_metres(read_mesh(path), where=path.name)
         skin = skin_of_mesh(mesh, spec.placement, name=path.stem, surface=spec.surface, progress=progress)
         return Skin(skin.patches, (*findings, *skin.findings))
     robot = load_robot(str(source), package_roots=spec.package_roots)
-    if spec.surface != "cover" and _states_touch_sensors(path, spec):
-        roots = [Path(root) for root in spec.package_roots]
-        skin = skin_of_touch_sensors(robot, path, links=spec.links, thickness=spec.thickness, package_roots=roots)
-        return Skin(skin.patches, (*robot.findings, *skin.findings))
     skin = cover_robot(robot, _cover_spec(spec), progress=progress)
     return Skin(skin.patches, (*robot.findings, *skin.findings))
-
-
-def _states_touch_sensors(path: Path, wanted: SkinOptions) -> bool:
-    """Whether ``path`` is an MJCF file with touch sensors of its own."""
-    roots = [Path(root) for root in wanted.package_roots]
-    return path.suffix.lower() in (".xml", ".mjcf") and states_touch_sensors(path, package_roots=roots)
 
 
 def _cover_spec(wanted: SkinOptions) -> CoverSpec:
@@ -121,5 +110,6 @@ def _read_taxels(path: Path, wanted: SkinOptions) -> Skin:
     if name == NO_ROBOT:
         return import_skin(path, links=wanted.links, thickness=wanted.thickness)
     robot = load_robot(name, package_roots=wanted.package_roots)
-    skin = import_skin(path, robot, links=wanted.links, thickness=wanted.thickness)
+    roots = wanted.package_roots
+    skin = import_skin(path, robot, links=wanted.links, thickness=wanted.thickness, package_roots=roots)
     return Skin(skin.patches, (*robot.findings, *skin.findings))

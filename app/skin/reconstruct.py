@@ -25,9 +25,8 @@ from app.core.errors import Finding
 from app.geometry.mesh import Mesh
 from app.skin.formats.taxel_set import TaxelSet
 from app.skin.sampling import taxels_at_barycentric
-from app.skin.skin import Patch, Skin, TaxelIdentity, Taxels, number_ranges
+from app.skin.skin import Patch, Skin, TaxelIdentity, Taxels, number_ranges, patch_name
 from app.skin.triangulation import MAX_EDGE_SPACINGS, TriangulatedTaxels, estimate_normals, local_spacing, triangulate
-from app.skin.usable_surface import patch_name
 
 COINCIDENT_DISTANCE = 1e-5
 """Taxels closer than this [m] are one: files state tenths of a millimetre."""

@@ -298,3 +298,20 @@ class Skin:
     def link(self, at: SurfacePoint) -> str:
         """Name of the link under the point."""
         return self.patches[at.patch].link
+
+
+def patch_name(link: str, before: int) -> str:
+    """Name of the patch on ``link`` when ``before`` others have been named: "forearm", "forearm 2"."""
+    return link if before == 0 else f"{link} {before + 1}"
+
+
+def merge_skins(skins: Sequence[Skin]) -> Skin:
+    """All patches in one skin, each with a name of its own."""
+    patches: list[Patch] = []
+    findings: list[Finding] = []
+    for skin in skins:
+        findings += skin.findings
+        for patch in skin.patches:
+            before = sum(other.link == patch.link for other in patches)
+            patches.append(Patch(patch_name(patch.link, before), patch.link, patch.surface, patch.taxels))
+    return Skin(tuple(patches), tuple(findings))

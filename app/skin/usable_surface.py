@@ -133,11 +133,6 @@ def usable_components(surface: Mesh, usable: BoolArray, *, smallest: float, larg
     return sorted(pieces, key=lambda piece: -piece.area)
 
 
-def patch_name(link: str, before: int) -> str:
-    """Name of the patch on ``link`` when ``before`` others have been named: "forearm", "forearm 2"."""
-    return link if before == 0 else f"{link} {before + 1}"
-
-
 def _split_components(surface: Mesh, keep: BoolArray) -> list[np.ndarray[tuple[int, int], np.dtype[np.int64]]]:
     faces = surface.faces[keep]
     if not len(faces):

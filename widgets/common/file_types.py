@@ -18,7 +18,7 @@ ROBOT_FILTER = "Robots and meshes (" + " ".join(f"*{end}" for end in (*ROBOTS, *
 RECORDING_FILTER = "Recordings (*.mcap)"
 SCENE_FILTER = "Scenes (*.toml)"
 SCRIPT_FILTER = "Stimulus scripts (*.toml)"
-TAXEL_FILTER = "Taxels (" + " ".join(f"*{end}" for end in (*TAXEL_ENDINGS, ".npz", ".urdf")) + ")"
+TAXEL_FILTER = "Taxels (" + " ".join(f"*{end}" for end in (*TAXEL_ENDINGS, ".npz", ".urdf", ".xml", ".mjcf")) + ")"
 
 
 def is_recording(path: str) -> bool:

@@ -30,7 +30,7 @@ from app.scene.scene_file import (
 )
 from app.session.prepare import PreparedScene
 from app.skin.fit import GridSpec, is_grid_patch
-from app.skin.formats.import_skin import NO_ROBOT, check_links, named_links
+from app.skin.formats.import_skin import NO_ROBOT, check_links, is_robot_with_taxels, named_links
 from widgets.actions.mnemonics import with_mnemonic
 from widgets.common.file_types import (
     RECORDING_FILTER,
@@ -80,7 +80,7 @@ class FilePresenter(QObject):
         for name, handler in (
             ("open_robot", partial(self._choose, "Open robot", ROBOT_FILTER)),
             ("open_recording", partial(self._choose, "Open recording", RECORDING_FILTER)),
-            ("import_taxels", partial(self._choose, "Import taxels", TAXEL_FILTER)),
+            ("import_taxels", self.choose_taxels),
             ("open_scene", partial(self._choose, "Open scene", SCENE_FILTER)),
             ("save_scene", self.choose_save_scene),
             ("package_root", self.choose_package_root),
@@ -104,6 +104,15 @@ class FilePresenter(QObject):
             self._context.notifier.fault(str(error))
             return
         self._context.settings.add_recent(path)
+
+    def choose_taxels(self) -> None:
+        """Ask for a file of taxels; of a robot that states its own, these are meant."""
+        path = self._context.dialogs.open_file("Import taxels", TAXEL_FILTER)
+        if path and is_robot_with_taxels(path):
+            self.open_scene(scene_for_taxels(path))
+            self._context.settings.add_recent(path)
+        elif path:
+            self.open_path(path)
 
     def open_robot(self, name: str) -> None:
         """Open a robot by name."""

@@ -15,35 +15,39 @@ from pathlib import Path
 from app.core.errors import Finding, SkinError
 from app.core.files import MAX_UNPACKED_BYTES, array_format, read_bounded_file
 from app.robots.robot import Robot
+from app.robots.touch_sensors import read_touch_sensors, states_touch_sensors
 from app.skin.fit import carrying_link, fit_taxels_to_link, match_frame
 from app.skin.formats.icub_frames import icub_frames
 from app.skin.formats.icub_positions import read_icub_positions
+from app.skin.formats.mujoco_touch import skin_of_touch_sensors
 from app.skin.formats.npz import FORMAT as TAXEL_FORMAT
 from app.skin.formats.taxel_files import read_taxel_sets
 from app.skin.formats.taxel_set import TaxelSet
 from app.skin.reconstruct import skin_from_taxels
-from app.skin.skin import Patch, Skin
+from app.skin.skin import Skin, merge_skins
 from app.skin.skin_file import FORMAT, MAP_FORMAT, load_skin
-from app.skin.usable_surface import patch_name
 
 NO_ROBOT = "none"
 """Named as the robot, it means that no robot carries the taxels: they are joined to each other instead."""
 TAXEL_ENDINGS = (".txt", ".csv", ".tsv", ".json")
-"""Of files that hold taxels and nothing else; URDF and npz may."""
+"""Of files that hold taxels and nothing else; robot descriptions and npz may."""
+_MJCF = (".xml", ".mjcf")
 _ONLY_WHOLE = re.compile(r"r_|(l_)?(hip|upper_leg|lower_leg|ankle|foot)|neck|head")
 
 
 def holds_taxels(path: str | Path) -> bool:
-    """Whether ``path`` is a file of taxels: by its ending, and for URDF and npz by what is in it. A map of ours is not.
+    """Whether ``path`` is a file of taxels: by its ending; for robots and npz by what is in it. A map of ours is not.
 
     A folder is where it has files ``*.txt``.
 
-    Cost: that of reading a URDF or npz file; none for the others.
+    Cost: that of reading a robot description or npz file; none for the others.
     """
     path = Path(path)
     ending = path.suffix.lower()
     if path.is_dir():
         return bool(_position_files(path))
+    if ending in _MJCF:
+        return states_touch_sensors(path)
     if ending not in (".urdf", ".npz"):
         return ending in TAXEL_ENDINGS
     try:
@@ -58,8 +62,10 @@ def holds_taxels(path: str | Path) -> bool:
 
 
 def is_robot_with_taxels(path: str | Path) -> bool:
-    """Whether ``path`` is a URDF that states both taxels and shapes: a robot in its own skin."""
+    """Whether ``path`` is a robot that states taxels: a URDF with shapes too, or an MJCF model with touch sensors."""
     path = Path(path)
+    if path.suffix.lower() in _MJCF:
+        return holds_taxels(path)
     if path.suffix.lower() != ".urdf" or not holds_taxels(path):
         return False
     data = read_bounded_file(path, error=SkinError, most=MAX_UNPACKED_BYTES)
@@ -67,16 +73,23 @@ def is_robot_with_taxels(path: str | Path) -> bool:
 
 
 def import_skin(
-    path: str | Path, robot: Robot | None = None, *, links: Sequence[str] = (), thickness: float = 0.003
+    path: str | Path,
+    robot: Robot | None = None,
+    *,
+    links: Sequence[str] = (),
+    thickness: float = 0.003,
+    package_roots: Sequence[str] = (),
 ) -> Skin:
     """The skin that the file at ``path`` holds; its findings tell what was repaired, left out or guessed.
 
     Args:
-        path: iCub positions, a table, npz, Genoa's JSON, URDF with tactile sensors, or a skin or map of ours. Or a
-            folder of iCub positions: each link wears the file that lies closest to it, findings tell the others.
+        path: iCub positions, a table, npz, Genoa's JSON, URDF with tactile sensors, MJCF with touch sensors, or a skin
+            or map of ours. Or a folder of iCub positions: each link wears the file that lies closest to it, findings
+            tell the others.
         robot: Carries the taxels: each link's move onto a cover of it. None joins them to each other instead.
         links: Of a file with several links, those that are wanted; of a file with one, the link that carries it.
         thickness: Of the cover over a link's mesh [m].
+        package_roots: Further folders in which the files that an MJCF model names may lie.
 
     Raises:
         SkinError: The file cannot be used, names no link where one is needed, or one that is not there.
@@ -89,13 +102,18 @@ def import_skin(
         return _import_folder(path, robot, links, thickness)
     if is_own_skin(path):
         return _own_skin(path, robot)
+    if path.suffix.lower() in _MJCF:
+        roots = [Path(root) for root in package_roots]
+        carrier = _touched_robot(path, robot)
+        return skin_of_touch_sensors(carrier, path, links=links, thickness=thickness, package_roots=roots)
     sets = _chosen(read_taxel_sets(path), links, robot, path)
     made = [skin_from_taxels(one) if robot is None else _fitted(robot, one, thickness, path) for one in sets]
     return merge_skins([_with_area_note(skin, one) for skin, one in zip(made, sets, strict=True)])
 
 
 def usual_carrier(path: str | Path, links: Sequence[str] = ()) -> str:
-    """The robot that carries the taxels where nobody names one: iCub for its positions files, ``none`` for others.
+    """The robot that carries the taxels where nobody names one: iCub for its positions files, an MJCF model itself,
+    ``none`` for others.
 
     Its torso and left arm are enough for a file of these; one of the right side, the legs or the head, or a folder,
     needs all of it. No robot is loaded for the answer.
@@ -103,6 +121,8 @@ def usual_carrier(path: str | Path, links: Sequence[str] = ()) -> str:
     path = Path(path)
     if path.is_dir():
         return "icub_whole"
+    if path.suffix.lower() in _MJCF:
+        return str(path)
     if path.suffix.lower() != ".txt":
         return NO_ROBOT
     try:
@@ -124,6 +144,8 @@ def named_links(path: str | Path) -> tuple[str | None, ...]:
         return tuple(read_icub_positions(file).link for file in _position_files(path))
     if is_own_skin(path):
         return tuple(dict.fromkeys(patch.link for patch in load_skin(path).patches))
+    if path.suffix.lower() in _MJCF:
+        return tuple(dict.fromkeys(sensor.link for sensor in read_touch_sensors(path)[0]))
     return tuple(taxels.link for taxels in read_taxel_sets(path))
 
 
@@ -141,21 +163,12 @@ def check_links(path: str | Path, robot: Robot | None, links: Sequence[str] = ()
     if is_own_skin(path):
         _own_skin(path, robot)
         return
+    if path.suffix.lower() in _MJCF:
+        _touched_robot(path, robot)
+        return
     for taxels in _chosen(read_taxel_sets(path), links, robot, path):
         if robot is not None:
             carrying_link(robot, taxels.link, path)
-
-
-def merge_skins(skins: Sequence[Skin]) -> Skin:
-    """All patches in one skin, each with a name of its own."""
-    patches: list[Patch] = []
-    findings: list[Finding] = []
-    for skin in skins:
-        findings += skin.findings
-        for patch in skin.patches:
-            before = sum(other.link == patch.link for other in patches)
-            patches.append(Patch(patch_name(patch.link, before), patch.link, patch.surface, patch.taxels))
-    return Skin(tuple(patches), tuple(findings))
 
 
 def is_own_skin(path: str | Path) -> bool:
@@ -164,6 +177,18 @@ def is_own_skin(path: str | Path) -> bool:
     if path.suffix.lower() != ".npz":
         return False
     return array_format(read_bounded_file(path, error=SkinError, most=MAX_UNPACKED_BYTES)) in (FORMAT, MAP_FORMAT)
+
+
+def _touched_robot(path: Path, robot: Robot | None) -> Robot:
+    """The robot, if one of the bodies with touch sensors is a link of it."""
+    remedy = "Open the file as the robot that carries them"
+    if robot is None:
+        raise SkinError("touch sensors need their robot", file=path, remedy=remedy)
+    named = named_links(path)
+    if not any(link in robot.link_index for link in named):
+        raise SkinError("the robot has none of the bodies with touch sensors", file=path, value=", ".join(
+            str(link) for link in named), remedy=remedy)  # fmt: skip
+    return robot
 
 
 def _own_skin(path: Path, robot: Robot | None) -> Skin:

@@ -18,9 +18,8 @@ from app.core.files import write_atomically
 from app.robots.robot import Robot
 from app.robots.touch_sensors import TouchSensor, read_touch_sensors
 from app.skin.fit import fit_taxels_to_link
-from app.skin.formats.import_skin import merge_skins
 from app.skin.formats.taxel_set import MAX_TAXELS, TaxelSet
-from app.skin.skin import Skin
+from app.skin.skin import Skin, merge_skins
 
 _MOST_RAY_TESTS = 50_000_000
 _NEAR = 1e-7  # m, between places that are one

@@ -7,7 +7,8 @@ import pytest
 
 from app.geometry.mesh import Mesh
 from app.geometry.wrap import wrap_mesh
-from app.skin.usable_surface import patch_name, usable_components, vertices_clear_of, visible_from_outside
+from app.skin.skin import patch_name
+from app.skin.usable_surface import usable_components, vertices_clear_of, visible_from_outside
 from tests.hard_cases.meshes import HARD_MESHES
 
 VOXEL = 0.008

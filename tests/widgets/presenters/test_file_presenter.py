@@ -183,6 +183,21 @@ def test_a_scene_that_cannot_be_saved_says_why(window, tmp_path):
     assert "cannot be written" in window.notification_bar.text
 
 
+def test_of_a_robot_with_touch_sensors_a_person_imports_its_taxels(window, monkeypatch, tmp_path):
+    path = tmp_path / "plate.xml"
+    path.write_text(
+        '<mujoco><worldbody><body name="plate"><geom type="box" size=".1 .1 .1"/><site name="s" pos="0 0 .1"/></body>'
+        '</worldbody><sensor><touch site="s"/></sensor></mujoco>'
+    )
+    opened = []
+    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_args: (str(path), ""))
+    monkeypatch.setattr(window.live, "open_scene", lambda scene, file=None: opened.append(scene))
+    window.action("import_taxels").trigger()
+    window.presenters.files.open_path(str(path))
+    assert [(scene.robot, scene.taxel_file) for scene in opened] == [(str(path), str(path)), (str(path), "")]
+    assert str(path) in window.settings.recent
+
+
 def test_a_scene_of_ones_own_is_opened_from_its_file(window, monkeypatch, tmp_path):
     path = tmp_path / "own.toml"
     path.write_text('robot = "arm"\n[effects]\nfriction = "maybe"\n')

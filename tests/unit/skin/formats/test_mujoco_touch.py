@@ -9,9 +9,16 @@ import numpy as np
 import pytest
 
 from app.__main__ import main
+from app.cli.inspect_command import describe
+from app.cli.parser import build_parser
+from app.cli.scenes import scene_from_arguments
 from app.core.errors import SkinError
+from app.robots.library import load_robot
 from app.robots.load import load_robot_file
+from app.scene.scene_file import scene_for, scene_for_taxels
+from app.session.prepare import load_robot_and_skin, open_scene
 from app.skin.formats import mujoco_touch
+from app.skin.formats.import_skin import check_links, import_skin, is_robot_with_taxels
 from app.skin.formats.mujoco_touch import write_touch_sensors
 from app.skin.open import SkinOptions, open_skin
 from app.skin.placement import PlacementSpec
@@ -27,6 +34,7 @@ def plate(folder: Path, *, sensors: bool) -> Path:
     places = [(x, y) for x in (-0.03, 0, 0.03) for y in (-0.03, 0, 0.03)]
     sites = "".join(f'<site name="s{i}" pos="{x} {y} 0.008" size="0.005"/>' for i, (x, y) in enumerate(places))
     touch = "".join(f'<touch name="t{i}" site="s{i}"/>' for i in reversed(range(9)))
+    folder.mkdir(exist_ok=True)
     path = folder / "plate.xml"
     stated = f'<sensor>{touch}<touch name="again" site="s4"/><touch site="toy"/></sensor>' if sensors else ""
     path.write_text(PLATE.replace("SITES", sites).replace("SENSORS", stated))
@@ -46,6 +54,34 @@ def test_touch_sites_become_taxels_numbered_as_their_sensors(tmp_path: Path) -> 
     assert "t8, t7" in notes["touch-sensor", "plate"].action
     assert notes["duplicate-taxel", "plate"].count == 1
     assert notes["touch-sensor", "touch 10"].count == 1, "a loose thing is no link"
+
+
+def test_touch_sensors_are_the_same_skin_through_every_door(tmp_path: Path) -> None:
+    path = plate(tmp_path, sensors=True)
+    wanted = open_skin(path)
+    own = tmp_path / "own.toml"
+    own.write_text("robot = 'plate.xml'\ntaxel_file = 'plate.xml'")
+    run = scene_from_arguments(build_parser().parse_args(["run", "--skin", str(path)]))
+    assert (run.robot, run.taxel_file, run.title) == (str(path), str(path), "plate.xml with its own taxels")
+    for scene in (open_scene(str(own)), run, scene_for_taxels(str(path))):
+        skin = load_robot_and_skin(scene)[1]
+        np.testing.assert_array_equal(skin.areas, wanted.areas)
+        np.testing.assert_array_equal(skin.identity.ids, wanted.identity.ids)
+    assert scene_for(str(path)).taxel_file == "", "a robot that is opened gets a cover, its sensors where asked for"
+    found = describe(str(path))
+    assert (found["kind"], found["taxels"], found["touch_sensors"][:2]) == ("robot with taxels", 11, ["t8", "t7"])
+
+
+def test_touch_sensors_lie_on_their_own_robot_alone(tmp_path: Path) -> None:
+    path = plate(tmp_path, sensors=True)
+    assert is_robot_with_taxels(path)
+    assert not is_robot_with_taxels(plate(tmp_path / "bare", sensors=False))
+    path = plate(tmp_path, sensors=True)
+    with pytest.raises(SkinError, match=r"plate\.xml: touch sensors need their robot.*Open the file as the robot"):
+        import_skin(path)
+    for use in (import_skin, check_links):
+        with pytest.raises(SkinError, match=r"none of the bodies with touch sensors.*plate"):
+            use(path, load_robot("arm"))
 
 
 def test_a_cover_is_made_where_it_is_asked_for_or_nothing_is_stated(tmp_path: Path) -> None:
