@@ -18,10 +18,10 @@ def test_an_absence_is_measured_and_its_place_named():
     with Watchdog(0.05, period=0.005) as dog:
         dog.beat()
         dog.begin("a long act")
-        busy(0.12)
+        busy(0.6)  # on a busy machine the watching thread is late
         dog.beat()
     (stall,) = dog.stalls
-    assert stall.seconds >= 0.12
+    assert stall.seconds >= 0.6
     assert stall.cpu > 0
     assert stall.label == "a long act"
     assert stall.stack[-1].split()[-1] == "busy"
