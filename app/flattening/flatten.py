@@ -165,11 +165,11 @@ class _FlatteningJob:
                 findings.append(
                     Finding("flips-mended", self._name, f"{self._how.name} flips triangles on this surface")
                 )
-            rounds += self._told(disk, clock, (r.plane for r in minimise(target, disk.start)))
+            rounds += self._told(disk, clock, (r.plane for r in minimise(target, disk.taut)))
         apart = BoundaryBarrier(target, disk.loop, rounds[-1].plane)
         if apart.touches(rounds[-1].plane):
             # The first map does not overlap, and a barrier between the border's parts keeps it so.
-            rounds += self._told(disk, clock, (r.plane for r in minimise(apart, disk.start)))
+            rounds += self._told(disk, clock, (r.plane for r in minimise(apart, disk.taut)))
             note = f"boundary barrier, distortion {rounds[-1].energy:.2f}"
             findings.append(Finding("overlap-avoided", self._name, note))
         return rounds, findings

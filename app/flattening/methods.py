@@ -31,7 +31,7 @@ from scipy.sparse.csgraph import breadth_first_order
 from app.core.arrays import FloatArray, IntArray
 from app.core.errors import MapError
 from app.flattening import initial_map
-from app.flattening.initial_map import Disk, boundary_on_circle
+from app.flattening.initial_map import Disk, boundary_on_circle, projection
 from app.flattening.newton import minimise
 from app.flattening.symmetric_dirichlet import SymmetricDirichlet
 from app.geometry.mesh import Mesh
@@ -94,18 +94,11 @@ def flatten_by_unrolling(disk: Disk) -> Iterator[FloatArray]:
     spread = (weights[:, None] * (normals - mean)).T @ (normals - mean)
     values, axes = np.linalg.eigh(spread)
     if values[-1] < _FLAT:
-        yield _projected(disk.positions, mean)
+        yield projection(disk.rest)
         return
     axis = axes[:, 0] * (1.0 if mean @ axes[:, 0] >= 0 else -1.0)
     sine = min(float(mean @ axis), 1.0)
     yield _rolled_off(disk, surface, axis, sine)
-
-
-def _projected(positions: FloatArray, normal: FloatArray) -> FloatArray:
-    """Seen along the mean normal."""
-    along = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
-    along /= np.linalg.norm(along)
-    return np.stack([positions @ along, positions @ np.cross(normal / np.linalg.norm(normal), along)], axis=1)
 
 
 def _rolled_off(disk: Disk, surface: Mesh, axis: FloatArray, sine: float) -> FloatArray:
@@ -148,8 +141,8 @@ LEAST_LENGTHS = 0.02
 
 
 def flatten_by_newton(disk: Disk, *, lengths: float = 1.0) -> Iterator[FloatArray]:
-    """Rounds from Tutte's map to the optimum."""
-    for iterate in minimise(blended_energy(disk, lengths), disk.start):
+    """Rounds from the first map to the optimum."""
+    for iterate in minimise(blended_energy(disk, lengths), disk.taut):
         yield iterate.plane
 
 

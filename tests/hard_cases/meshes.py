@@ -273,6 +273,14 @@ def tiny_hole() -> Mesh:
     return Mesh(ball.vertices, ball.faces[1:])
 
 
+def spiked(radii: float, *, where: tuple[int, ...] = (0,), subdivisions: int = 3) -> Mesh:
+    """A ball some of whose vertices are drawn out to ``radii``: nearly all of its area is on needles."""
+    ball = sphere(radius=0.01, subdivisions=subdivisions)
+    vertices = ball.vertices.copy()
+    vertices[list(where)] *= radii
+    return Mesh(vertices, ball.faces)
+
+
 def star(points=24) -> Mesh:
     """A flat star with thin rays."""
     angle = np.arange(2 * points) * np.pi / points
@@ -383,7 +391,12 @@ _GROUPS = {
         "tube 300": lambda: closed_tube(300),
         "open tube 50": lambda: frustum(0.01, 0.01, length=1.0, around=16, along=250),
         "strip 1000": lambda: Mesh(sheet(6, 5).vertices * [700, 1, 1], sheet(6, 5).faces),
+        "strip 100,000": lambda: Mesh(sheet(6, 5).vertices * [7e4, 1, 1], sheet(6, 5).faces),
+        "needle 300": lambda: spiked(300),
+        "needle 1000": lambda: spiked(1000),
+        "two needles": lambda: spiked(1000, where=(0, 3)),
         "comb": comb,
+        "comb 50": lambda: comb(50, length=0.8),
         "spike": lambda: HARD_MESHES["thin spike"],
         "star": star,
         "spiral": spiral,
