@@ -182,15 +182,17 @@ class Disk:
         """(k, 2) a one-to-one map of unit area: Tutte's, or where that is very uneven the best of four.
 
         Tutte's evened out once helps deep cups; on strips a thousand times longer than wide, which a circle can only
-        press together, the conformal map is nearly the best already, and on what is nearly flat the projection is, be
-        it ever so long. Both count only where they are one-to-one.
+        press together, the conformal map is nearly the best already, and where even that is lost in rounding the
+        projection of what is nearly flat is. Both count only where they are one-to-one.
         """
         first = self.scaled(tutte(self.rest))
         if self.energy.energy(first) < _STRAINED:
             return first
         tried = [first, self.scaled(stretch_balanced(self.rest, first)), *self._conformal()]
-        tried += self._one_to_one(projection(self.rest))
-        return min(tried, key=self.energy.energy)
+        best = min(tried, key=self.energy.energy)
+        if self.energy.energy(best) < _STRAINED:
+            return best
+        return min([best, *self._one_to_one(projection(self.rest))], key=self.energy.energy)
 
     @cached_property
     def taut(self) -> FloatArray:
