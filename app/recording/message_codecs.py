@@ -26,6 +26,7 @@ from app.session.inputs import (
     EffectsChanged,
     MapEdited,
     ReadingChanged,
+    RestChanged,
     SessionInput,
 )
 from app.skin.skin import Skin
@@ -45,7 +46,9 @@ class MapEdit:
     map: bytes
 
 
-RecordedInput: TypeAlias = PokeInput | ControlChanged | BehavioursChanged | EffectsChanged | ReadingChanged | MapEdit
+RecordedInput: TypeAlias = (
+    PokeInput | ControlChanged | BehavioursChanged | EffectsChanged | ReadingChanged | RestChanged | MapEdit
+)
 
 
 @dataclass(frozen=True)

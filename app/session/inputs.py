@@ -60,7 +60,20 @@ class ReadingChanged:
     settings: ReadingSettings
 
 
-SessionInput = PokeInput | ControlChanged | MapEdited | EffectsChanged | BehavioursChanged | ReadingChanged
+@dataclass(frozen=True)
+class RestChanged:
+    """Another rest posture from the next tick on, as one who drives the joints wants it; a reset forgets it.
+
+    Attributes:
+        posture: Position of each joint, in the robot's order [rad, or m for a slide].
+    """
+
+    posture: tuple[float, ...]
+
+
+SessionInput = (
+    PokeInput | ControlChanged | MapEdited | EffectsChanged | BehavioursChanged | ReadingChanged | RestChanged
+)
 
 __all__ = [
     "BehavioursChanged",
@@ -71,5 +84,6 @@ __all__ = [
     "PokePressed",
     "PokeReleased",
     "ReadingChanged",
+    "RestChanged",
     "SessionInput",
 ]

@@ -35,6 +35,7 @@ from app.session.inputs import (
     EffectsChanged,
     MapEdited,
     ReadingChanged,
+    RestChanged,
     SessionInput,
 )
 from app.session.obstacles import obstacles_of
@@ -187,6 +188,7 @@ class Session:
         self._simulation.reset()
         self._contacts.reset()
         self._controller.reset()
+        self._controller.rest = self.prepared.robot.home
         before = self._behaviours.reset()
         if before is not None:
             self._controller.settings = before
@@ -235,14 +237,27 @@ class Session:
 
         Raises:
             MapError: The map of an edit is of another skin; the session is as if it had not come.
+            SimulationError: A rest posture is none of the robot's, or the scene moves the robot itself; likewise.
         """
         if isinstance(session_input, MapEdited):
             _checked_map(session_input.map, self.prepared.skin)
+        if isinstance(session_input, RestChanged):
+            self._check_rest(session_input.posture)
         if isinstance(session_input, ControlChanged) and session_input.by is not None:
             return
         if isinstance(session_input, PokePressed) and self.scripted:
             self._end_script()
         self._waiting.append(session_input)
+
+    def _check_rest(self, posture: tuple[float, ...]) -> None:
+        joints = self.prepared.robot.joints
+        if self._motion is not None:
+            remedy = "Leave motion out of the scene"
+            raise SimulationError("the scene moves the robot's rest posture itself", remedy=remedy)
+        pairs = zip(joints, posture, strict=False)
+        if len(posture) != len(joints) or not all(joint.lower <= x <= joint.upper for joint, x in pairs):
+            remedy = f"Give {len(joints)} positions within the joints' limits"
+            raise SimulationError("this is no posture of the robot", value=posture, remedy=remedy)
 
     def press(self, at: SurfacePoint, *, force: float = 3.0, finger: int = 1) -> None:
         """Press the skin with a finger from the next tick on, until ``release``.
@@ -366,6 +381,8 @@ class Session:
                 self._use(session_input.effects)
             elif isinstance(session_input, ReadingChanged):
                 self._contacts.settings = session_input.settings
+            elif isinstance(session_input, RestChanged):
+                self._controller.rest = np.array(session_input.posture)
             else:
                 self._simulation.apply(session_input)
             self.inputs.append((self._ticks + 1, session_input))

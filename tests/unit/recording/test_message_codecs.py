@@ -29,7 +29,7 @@ from app.recording.message_codecs import (
 from app.recording.player import RecordingPlayer
 from app.recording.recorder import Recorder
 from app.scene.effects import Effects
-from app.session.inputs import ControlChanged, EffectsChanged, MapEdited, ReadingChanged
+from app.session.inputs import ControlChanged, EffectsChanged, MapEdited, ReadingChanged, RestChanged
 from app.session.session import Session
 from app.studies.testbeds.reference_bodies import flat_map
 from app.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
@@ -80,6 +80,7 @@ AT = SurfacePoint(1, 7, (0.1, 0.2, 0.7))
         EffectsChanged(Effects(timestep=0.1 / 3, sensor=SensorEffects(noise=Noise(sd=1 / 3)))),
         ReadingChanged(ReadingSettings("lumped", threshold=1e4 / 3, wrench_noise=1 / 3)),
         ReadingChanged(ReadingSettings()),
+        RestChanged((0.1, -1 / 3, 0.0)),
     ],
 )
 def test_an_input_reads_back_equal(act, prepared):

@@ -13,12 +13,13 @@ from app.editing.arrange import rotate
 from app.editing.document import MapDocument
 from app.recording.damage import DamageKind
 from app.recording.player import RecordingPlayer
-from app.recording.recorder import Recorder
+from app.recording.recorder import Recorder, record
 from app.recording.recover import recover
 from app.recording.verify import verify
-from app.session.inputs import MapEdited
+from app.session.inputs import MapEdited, RestChanged
 from app.session.session import Session
 from app.tactile.poke import Finger, PokePressed, PokeReleased
+from tests.support.pressed_arm import forearm
 
 
 def test_the_same_inputs_give_the_same_run(recording):
@@ -154,3 +155,16 @@ def test_a_session_on_an_edited_map_starts_on_it_again(prepared, tmp_path):
     assert verify(player).identical
     region = player.frame(len(player) - 1).regions[0]
     assert np.allclose(region.map_point, edited.to_map(region.at), atol=1e-12)
+
+
+def test_a_rest_posture_that_moved_is_run_again_bit_for_bit(tmp_path):
+    session, path = Session(forearm()), tmp_path / "rest.mcap"
+    with record(session, path):
+        for number in range(20):
+            session.submit(RestChanged(tuple(session.prepared.robot.home + 0.01 * number)))
+            session.tick()
+    player = RecordingPlayer(path)
+    assert sum(isinstance(act, RestChanged) for _, act in player.inputs) == 20
+    assert verify(player).identical
+    player.inputs = [(tick, act) for tick, act in player.inputs if not (isinstance(act, RestChanged) and tick == 9)]
+    assert not verify(player).identical

@@ -15,6 +15,7 @@ from app.session.inputs import (
     EffectsChanged,
     MapEdited,
     ReadingChanged,
+    RestChanged,
     SessionInput,
 )
 from app.studies.testbeds.reference_bodies import flat_map
@@ -29,7 +30,7 @@ def test_every_input_can_be_recorded():
     then = {"task": "retreat", "force_goal": 0.1, "starts": 3, "path": ((0.0, 0.1), (0.2, 0.3))}
     behaviour = Behaviour("tap", "bar", 2, 1 / 3, then=then)
     acts += [BehavioursChanged((behaviour,)), EffectsChanged(Effects(gravity="on"))]
-    acts += [ReadingChanged(ReadingSettings("tikhonov", threshold=2e3)), edit]
+    acts += [ReadingChanged(ReadingSettings("tikhonov", threshold=2e3)), RestChanged((0.1, 1 / 3)), edit]
     assert {type(act) for act in acts} == set(get_args(SessionInput))
     back = [decode_input(encode_input(5, act, map_), map_) for act in acts]
     assert back[:-1] == [(5, act) for act in acts[:-1]]

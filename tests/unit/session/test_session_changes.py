@@ -20,13 +20,14 @@ from app.scene.effects import Effects
 from app.scene.motion import Waypoint
 from app.scene.object_meshes import make_objects
 from app.scene.objects import ObjectSpec
-from app.session.inputs import BehavioursChanged, ControlChanged, EffectsChanged, MapEdited, ReadingChanged
+from app.session.inputs import BehavioursChanged, ControlChanged, EffectsChanged, MapEdited, ReadingChanged, RestChanged
 from app.session.session import Session
 from app.skin.calibration_error import with_calibration_error
 from app.skin.skin import Skin
 from app.stimuli.stimulus_kinds import Poke, Stroke
 from app.tactile.poke import Finger, PokePressed, PokeReleased
 from app.tactile.sensor_effects import Noise, Sampling, SensorEffects
+from tests.support.pressed_arm import forearm
 from tests.support.touch import arm, bar_skin, prepared_bar, taxel_near
 
 STROKED_BAR = prepared_bar(stimuli=(Stroke(hold=0.1),))
@@ -435,3 +436,31 @@ def test_the_map_of_another_skin_is_refused_and_the_session_is_as_if_it_had_not_
     assert session.map is before
     with pytest.raises(MapError, match="another skin"):
         Session(STROKED_BAR, map_=map_)
+
+
+def test_the_arm_goes_to_another_rest_posture_and_a_reset_forgets_it():
+    session = Session(forearm())
+    home = session.prepared.robot.home
+    session.submit(RestChanged(tuple(home + 0.1)))
+    reached = session.run_for(2.0).posture
+    assert np.abs(reached - session.frame.command.posture).max() < 0.05
+    assert np.allclose(session.frame.command.posture, home + 0.1)
+    session.reset()
+    assert not any(isinstance(act, RestChanged) for _, act in session.inputs)
+    assert np.allclose(session.tick().command.posture, home)
+
+
+@pytest.mark.parametrize("posture", [(), (99.0,) * 7, (float("nan"),) * 7])
+def test_a_rest_posture_that_the_robot_cannot_have_is_refused_and_nothing_changes(posture):
+    session = Session(forearm())
+    with pytest.raises(SimulationError, match="7 positions within"):
+        session.submit(RestChanged(posture))
+    session.tick()
+    assert np.allclose(session.tick().command.posture, session.prepared.robot.home)
+
+
+def test_a_rest_posture_is_refused_where_the_scene_moves_the_robot():
+    moved = forearm()
+    moved = replace(moved, scene=replace(moved.scene, motion=(Waypoint({"hand_roll": 0.1}),)))
+    with pytest.raises(SimulationError, match="moves the robot"):
+        Session(moved).submit(RestChanged(tuple(moved.robot.home)))

@@ -1,0 +1,56 @@
+"""Actions are taken as they are, or refused by name; a fault of the physics ends the episode."""
+
+import numpy as np
+import pytest
+
+from app.core.errors import LearningError, SimulationError
+from app.learning.environment import SkinEnvironment
+from app.learning.tasks import FollowEnvironment, RetreatEnvironment
+
+
+@pytest.mark.parametrize("action", [np.zeros(3), np.full(7, np.nan), np.full(7, 1.1)])
+def test_an_action_that_is_none_is_refused(action):
+    environment = FollowEnvironment(taxels=60)
+    environment.reset(seed=1)
+    with pytest.raises(LearningError, match="Give 7 numbers from -1 to 1"):
+        environment.step(action)
+
+
+def test_before_a_reset_there_is_nothing_to_step():
+    with pytest.raises(LearningError, match="Call reset"):
+        FollowEnvironment(taxels=60).step(np.zeros(7))
+
+
+@pytest.mark.parametrize("choice", [{"action": "torque"}, {"render_mode": "human"}])
+def test_an_unknown_choice_is_refused(choice):
+    with pytest.raises(LearningError, match="Choose"):
+        FollowEnvironment(taxels=60, **choice)
+
+
+def test_joints_move_as_fast_as_the_action_says():
+    environment = RetreatEnvironment(taxels=60)
+    seen, _ = environment.reset(seed=1)
+    start = seen["position"][6]
+    action = np.eye(7)[6]
+    for _ in range(50):
+        seen, *_, info = environment.step(action)
+    assert seen["position"][6] - start == pytest.approx(0.5, abs=0.1), "0.5 rad/s for a second"
+    assert not info["at_limit"]
+
+
+def test_a_fault_of_the_physics_ends_the_episode():
+    environment = FollowEnvironment(taxels=60)
+    environment.reset(seed=1)
+
+    def gives_up(_frame):
+        raise SimulationError("the simulation left the numbers")
+
+    with environment.session.watched(gives_up):
+        _, reward, terminated, truncated, info = environment.step(np.zeros(7))
+    assert (reward, terminated, truncated) == (-10.0, True, False)
+    assert "left the numbers" in info["failure"]
+
+
+def test_kinds_say_what_touches():
+    with pytest.raises(NotImplementedError):
+        SkinEnvironment(taxels=60).reset(seed=1)

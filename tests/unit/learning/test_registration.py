@@ -1,0 +1,36 @@
+"""Gymnasium knows the environments by name: on import, and with the package before the name."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import gymnasium
+import pytest
+
+from app.learning import ENVIRONMENTS, register_environments
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+@pytest.mark.parametrize("name", ENVIRONMENTS)
+def test_gymnasium_knows_each_by_name_once(name):
+    register_environments()
+    assert gymnasium.spec(name).entry_point == ENVIRONMENTS[name]
+    assert gymnasium.spec(name).max_episode_steps == 200
+
+
+def test_a_name_with_the_package_needs_no_import():
+    code = "import gymnasium; print(gymnasium.make('app.learning:TactileMaps-Follow-v0', taxels=60).spec.id)"
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "TactileMaps-Follow-v0"
+
+
+def test_without_gymnasium_the_package_says_what_to_install():
+    code = (
+        "import sys; sys.modules['gymnasium.envs.registration'] = None\n"
+        "from app.core.errors import LearningError\n"
+        "try:\n    import app.learning\n"
+        "except LearningError as error:\n    print(error.remedy)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert "pip install 'tactile-maps[learning]'" in done.stdout

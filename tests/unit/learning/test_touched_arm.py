@@ -1,0 +1,18 @@
+"""The arm is prepared once, and the ball touches it where it is asked to."""
+
+import numpy as np
+
+from app.control.command import ControlSettings
+from app.learning.touched_arm import prepared_arm, session_beside_ball
+
+
+def test_a_ball_touches_the_place_and_one_on_its_way_not_yet():
+    prepared = prepared_arm(300)
+    assert prepared_arm(300) is prepared
+    at, settings = prepared.skin.taxel_point(150), ControlSettings(stiffness=20.0)
+    (region,) = session_beside_ball(prepared, at, settings, seed=0).run_for(0.05).regions
+    assert np.linalg.norm(region.map_point - prepared.map.to_map(at)) < 0.01
+    way = np.array([[0.0, 0.005], [0.2, 0.005], [0.4, -0.01], [60.0, -0.01]])
+    comes = session_beside_ball(prepared, at, settings, seed=0, way=way)
+    assert not comes.run_for(0.15).regions
+    assert comes.run_for(0.5).regions
