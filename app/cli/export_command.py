@@ -7,12 +7,15 @@ import time
 from pathlib import Path
 
 from app.cli.output import damage_rows, print_fields, print_json, print_warning, progress_line
-from app.export.export import ExportOptions, export_recording
+from app.core.errors import UsageError
+from app.export.export import FORMATS, ExportOptions, export_recording
 from app.recording.damage import damage_text
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Write the recording in the format asked for."""
+    if arguments.to not in FORMATS:
+        raise UsageError("there is no such format", value=arguments.to, remedy=FORMATS.remedy(arguments.to))
     options = ExportOptions(image_width=arguments.image_width, rate=arguments.rate)
     report, start = progress_line(), time.perf_counter()
     target = Path(arguments.output)

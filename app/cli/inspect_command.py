@@ -1,15 +1,17 @@
-"""``inspect``: what a robot, skin, map, scene or recording holds, and what is wrong with it."""
+"""``inspect``: what a robot, skin, map, scene or recording holds, and what is wrong with it; and the plug-ins."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from app.cli.output import plain_text, print_fields, print_json, print_line, progress_line
 from app.cli.scenes import package_roots
-from app.core.errors import Finding, TactileMapsError
+from app.core.errors import Finding, TactileMapsError, UsageError
+from app.core.plugins import Plugin, Registry, unknown_kinds
 from app.maps.formats.map_file import load_map
 from app.maps.quality import measure
 from app.recording.damage import damage_text
@@ -22,14 +24,28 @@ from app.scene.scene_file import scene_names
 from app.session.prepare import open_scene, prepare
 from app.skin.formats.icub_layout import read_icub_layout
 from app.skin.formats.import_skin import TAXEL_ENDINGS, holds_taxels, is_own_skin, is_robot_with_taxels
-from app.skin.formats.taxel_files import read_taxel_sets
+from app.skin.formats.taxel_files import read_taxel_sets, taxel_format_for
 from app.skin.skin import Skin, identity_summary, identity_text, join_identities
 from app.skin.skin_file import load_skin
 from app.studies.ablation import ablation_cost
 
+REGISTRIES: Mapping[str, tuple[str, str]] = {
+    "contact_models": ("app.tactile.models.contact_model", "CONTACT_MODELS"),
+    "map_methods": ("app.flattening.methods", "METHODS"),
+    "estimators": ("app.contacts.force_estimation.estimation", "FORCE_ESTIMATORS"),
+    "importers": ("app.skin.formats.taxel_files", "TAXEL_FORMATS"),
+    "exporters": ("app.export.export", "FORMATS"),
+    "sources": ("app.live.sources.open", "SOURCE_KINDS"),
+}
+"""By kind the module and name of its registry; imported when it is asked."""
+
 
 def execute(arguments: argparse.Namespace) -> int:
     """Open whatever it is and describe it."""
+    if arguments.plugins == (arguments.input is not None):
+        raise UsageError("there is nothing to inspect", remedy="Give one file or name, or --plugins alone")
+    if arguments.plugins:
+        return _list_plugins(as_json=arguments.json)
     found = describe(arguments.input, package_roots=package_roots(arguments))
     if arguments.json:
         print_json(found)
@@ -77,6 +93,8 @@ def describe(name: str, *, package_roots: Sequence[str] = ()) -> dict[str, Any]:
         return _layout(name)
     if ending == ".toml" or name in scene_names():
         return _scene(open_scene(name, package_roots=package_roots))
+    if taxel_format_for(Path(name)) is not None:
+        return _taxel_file(name)
     return {"kind": "robot", **_robot(load_robot(name, package_roots=package_roots))}
 
 
@@ -234,3 +252,37 @@ def _item(item: object) -> str:
     if not isinstance(item, dict):
         return plain_text(item)
     return f"{item['name']} ({item['taxels']} taxels)" if "taxels" in item else f"{item['name']} ({item['kind']})"
+
+
+def _list_plugins(*, as_json: bool) -> int:
+    """What other installed packages add, kind by kind; 0 also when some of it is left out."""
+    found = tuple(_every_plugin())
+    if as_json:
+        print_json({"plugins": [_plugin_row(plugin) for plugin in found]})
+        return 0
+    if not found:
+        print_line("No plug-ins are installed.")
+    width = [max((len(cell) for cell in column), default=0) for column in zip(*map(_plugin_cells, found), strict=True)]
+    for plugin in found:
+        print_line(
+            "  ".join(f"{cell:<{wide}}" for cell, wide in zip(_plugin_cells(plugin), width, strict=True)).rstrip()
+        )
+    return 0
+
+
+def _every_plugin() -> Iterator[Plugin]:
+    for module, name in REGISTRIES.values():
+        registry: Registry[Any] = getattr(import_module(module), name)
+        yield from registry.plugins()
+    yield from unknown_kinds(tuple(REGISTRIES))
+
+
+def _plugin_cells(plugin: Plugin) -> tuple[str, ...]:
+    state = "in use" if plugin.problem is None else f"left out: {plugin.problem}"
+    return plugin.kind, plugin.name, f"{plugin.package} {plugin.version}", state
+
+
+def _plugin_row(plugin: Plugin) -> dict[str, object]:
+    state = "in use" if plugin.problem is None else "left out"
+    about = {"kind": plugin.kind, "name": plugin.name, "package": plugin.package, "version": plugin.version}
+    return {**about, "target": plugin.target, "state": state, "problem": plugin.problem}

@@ -150,9 +150,7 @@ def execute(arguments: argparse.Namespace) -> int:
     """Make the map, write it where asked, report its quality."""
     target = _output_path(arguments)
     if arguments.method not in METHODS:
-        raise UsageError(
-            "there is no such method", value=arguments.method, remedy=f"Choose one of: {', '.join(METHODS)}"
-        )
+        raise UsageError("there is no such method", value=arguments.method, remedy=METHODS.remedy(arguments.method))
     report, start = progress_line(), time.perf_counter()
     skin, map_ = _make_map(arguments, report)
     seconds = time.perf_counter() - start

@@ -101,7 +101,8 @@ def _add_guide(commands: argparse._SubParsersAction) -> None:  # type: ignore[ty
 def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]
     _add_map(commands)
     inspect = commands.add_parser("inspect", help="what a robot, skin, map, taxel file, scene or recording holds")
-    inspect.add_argument("input", metavar="FILE|NAME")
+    inspect.add_argument("input", nargs="?", metavar="FILE|NAME")
+    inspect.add_argument("--plugins", action="store_true", help="list the plug-ins that are installed instead")
     _package_roots(inspect)
     _json(inspect)
     weigh = commands.add_parser(
@@ -126,7 +127,8 @@ def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: i
     _json(recover)
     export = commands.add_parser("export", help="a recording for other programs: CSV, Parquet, HDF5, LeRobot, a film")
     export.add_argument("input", metavar="FILE.mcap")
-    export.add_argument("--to", required=True, choices=EXPORT_FORMATS, help="the format")
+    formats = f"{', '.join(EXPORT_FORMATS)}, or a plug-in's"
+    export.add_argument("--to", required=True, metavar="FORMAT", help=formats)
     export.add_argument("-o", "--output", required=True, metavar="FILE|DIR", help="write there; it must not exist")
     export.add_argument("--overwrite", action="store_true", help="replace an existing file")
     export.add_argument(

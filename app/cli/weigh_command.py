@@ -4,32 +4,32 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import get_args
 
 from app.cli.output import print_fields, print_json, progress_line
 from app.cli.scenes import package_roots
 from app.core.errors import UsageError, did_you_mean
-from app.scene.effects import SkinModel
+from app.scene.effects import EFFECTS
 from app.scene.scene import with_package_roots
 from app.scene.scene_file import scene_for, scene_names
 from app.session.prepare import load_robot_and_skin, open_scene
 from app.simulation.known_load_check import WeighingResult, weigh
+from app.tactile.models.contact_model import CONTACT_MODELS
 
 TOLERANCE = 0.02
 """Largest relative error at which the check passes."""
-_MODELS: tuple[SkinModel, ...] = tuple(name for name in get_args(SkinModel) if name != "off")
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Weigh on the skin of a scene or a robot; 1 when the reading is off by more than ``TOLERANCE``."""
     name = arguments.input
-    if arguments.model is not None and arguments.model not in _MODELS:
-        raise UsageError(
-            "there is no such contact model", value=arguments.model, remedy=did_you_mean(arguments.model, _MODELS)
-        )
+    models = tuple(name for name in EFFECTS["skin"].words if name != "off")
+    if arguments.model is not None and arguments.model not in models and arguments.model not in CONTACT_MODELS:
+        every = tuple(name for name in EFFECTS["skin"].choices if name != "off")
+        remedy = did_you_mean(arguments.model, every)
+        raise UsageError("there is no such contact model", value=arguments.model, remedy=remedy)
     roots, is_scene = package_roots(arguments), Path(name).suffix.lower() == ".toml" or name in scene_names()
     scene = open_scene(name, package_roots=roots) if is_scene else with_package_roots(scene_for(name), roots)
-    usual: SkinModel = "water-fill" if scene.effects.skin == "off" else scene.effects.skin
+    usual = "water-fill" if scene.effects.skin == "off" else scene.effects.skin
     progress = progress_line()
     robot, skin = load_robot_and_skin(scene, progress=progress)
     progress("Weighing", 0.5)

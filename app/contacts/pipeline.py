@@ -18,12 +18,12 @@ from app.contacts.centre_of_pressure import SensorUncertainty
 from app.contacts.detection import TOUCH_THRESHOLD, ContactDetector
 from app.contacts.events import ContactEvent, EventDetector
 from app.contacts.force_estimation.estimate import ESTIMATORS, EstimatorName, ForceEstimate
-from app.contacts.force_estimation.estimation import RegionForceEstimator
+from app.contacts.force_estimation.estimation import FORCE_ESTIMATORS, RegionForceEstimator
 from app.contacts.force_estimation.wrench_consistency import WrenchMismatch
 from app.contacts.regions import ContactRegion
 from app.contacts.self_touch import SelfTouchMatcher
 from app.core.arrays import FloatArray, set_fields
-from app.core.errors import MapError, SceneError, did_you_mean
+from app.core.errors import MapError, SceneError
 from app.core.toml import check_keys
 from app.maps.tactile_map import TactileMap
 from app.robots.kinematics import Configuration
@@ -58,12 +58,12 @@ class ReadingSettings:
     wrench_noise: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.estimator not in ESTIMATORS:
+        if self.estimator not in FORCE_ESTIMATORS:
             raise SceneError(
                 "there is no such force estimator",
                 place="contacts.estimator",
                 value=self.estimator,
-                remedy=did_you_mean(str(self.estimator), ESTIMATORS),
+                remedy=FORCE_ESTIMATORS.remedy(str(self.estimator)),
             )
         if self.threshold is not None:
             self._check("threshold", *THRESHOLDS, unit="Pa")

@@ -159,6 +159,10 @@ class LearningError(TactileMapsError):
     """A learning environment that cannot be made, or an action that it refuses."""
 
 
+class PluginError(TactileMapsError):
+    """A plug-in that cannot be used, or that failed at work."""
+
+
 class DisplayError(TactileMapsError):
     """There is no display, or it cannot draw."""
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from app.core.errors import ExportError, did_you_mean
+from app.core.errors import ExportError
 from app.core.files import make_atomically
+from app.core.plugins import Plugin, Registry, check_call
 from app.core.progress import Progress, no_progress
 from app.export.film import write_film
 from app.export.lerobot import write_lerobot
@@ -83,9 +84,39 @@ def _npz(player: RecordingPlayer, path: Path, options: ExportOptions, progress: 
         write_tables(player, sink, image_width=options.image_width, progress=progress)
 
 
-FORMATS: Mapping[str, ExportFormat] = {
-    one.name: one
-    for one in (
+def _guarded(plugin: Plugin, form: ExportFormat) -> ExportFormat:
+    """A plug-in's format; who cancels by an error of the progress is heard, and a file that was not made is told."""
+    check_call(plugin, form.write, "player", "path", "options", "progress")
+
+    def write(player: RecordingPlayer, path: Path, options: ExportOptions, progress: Progress) -> None:
+        stops: list[Exception] = []
+
+        def told(text: str, fraction: float) -> None:
+            try:
+                progress(text, fraction)
+            except Exception as stop:
+                stops.append(stop)
+                raise
+
+        try:
+            with plugin.at_work():
+                form.write(player, path, options, told)
+        except Exception:
+            if stops:
+                raise stops[0] from None
+            raise
+        if stops:  # the plug-in kept it to itself
+            raise stops[0]
+        if not path.exists():
+            raise plugin.error("it wrote nothing")
+
+    return replace(form, write=write)
+
+
+FORMATS: Registry[ExportFormat] = Registry(
+    "exporters",
+    ExportFormat,
+    (
         ExportFormat("csv", "CSV tables", "", _csv),
         ExportFormat("parquet", "Parquet tables", "", _parquet),
         ExportFormat("npz", "NumPy arrays", ".npz", _npz),
@@ -96,8 +127,9 @@ FORMATS: Mapping[str, ExportFormat] = {
             "mp4", "Film of the tactile image", ".mp4", lambda p, f, o, t: write_film(p, f, rate=o.rate, progress=t)
         ),
         ExportFormat("rerun", "Rerun recording", ".rrd", lambda p, f, o, t: write_rerun(p, f, rate=o.rate, progress=t)),
-    )
-}
+    ),
+    _guarded,
+)
 """By name."""
 _DEFAULT = ExportOptions()
 
@@ -130,7 +162,7 @@ def export_recording(
     """
     chosen = FORMATS.get(to)
     if chosen is None:
-        raise ExportError("there is no such format", value=to, remedy=did_you_mean(to, tuple(FORMATS)))
+        raise ExportError("there is no such format", value=to, remedy=FORMATS.remedy(to))
     target = Path(target)
     player = source if isinstance(source, RecordingPlayer) else RecordingPlayer(source)
     with make_atomically(target, error=ExportError, overwrite=overwrite) as part:

@@ -21,7 +21,7 @@ mends it. Tutte's map and the conformal one (LSCM) are in ``initial_map``, since
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import igl
 import numpy as np
@@ -30,6 +30,7 @@ from scipy.sparse.csgraph import breadth_first_order
 
 from app.core.arrays import FloatArray, IntArray
 from app.core.errors import MapError
+from app.core.plugins import Plugin, Registry, check_call
 from app.flattening import initial_map
 from app.flattening.initial_map import Disk, boundary_on_circle, projection
 from app.flattening.newton import minimise
@@ -172,9 +173,30 @@ class Method:
     slides: bool = False
 
 
-METHODS: dict[str, Method] = {
-    method.name: method
-    for method in (
+def _guarded(plugin: Plugin, method: Method) -> Method:
+    """A plug-in's method, whose planes are looked at before anybody takes them."""
+    check_call(plugin, method.run, "disk", "lengths")
+
+    def run(disk: Disk, lengths: float) -> Iterator[FloatArray]:
+        with plugin.at_work():
+            planes = iter(method.run(disk, lengths))
+        while True:
+            with plugin.at_work():
+                plane = next(planes, None)
+                if plane is None:
+                    return
+                plane = np.array(plane, dtype=np.float64)
+            if plane.shape != disk.start.shape or not np.isfinite(plane).all():
+                raise plugin.error("it gave no finite place for each vertex", f"shape {plane.shape}")
+            yield plane
+
+    return replace(method, run=run)
+
+
+METHODS: Registry[Method] = Registry(
+    "map_methods",
+    Method,
+    (
         Method(
             "symmetric-dirichlet",
             "angles and lengths in balance; always valid",
@@ -187,8 +209,10 @@ METHODS: dict[str, Method] = {
         Method("arap", "lengths, by rigid triangles", lambda disk, _: flatten_by_arap(disk)),
         Method("slim", "angles and lengths in balance, by libigl", lambda disk, _: flatten_by_slim(disk)),
         Method("unroll", "planes, cylinders and cones, exactly", lambda disk, _: flatten_by_unrolling(disk)),
-    )
-}
+    ),
+    _guarded,
+)
+"""By name."""
 
 
 def find_method(name: str) -> Method:
@@ -198,7 +222,5 @@ def find_method(name: str) -> Method:
         MapError: There is none.
     """
     if name not in METHODS:
-        raise MapError(
-            "there is no such method", place="method", value=name, remedy=f"Choose one of: {', '.join(METHODS)}"
-        )
+        raise MapError("there is no such method", place="method", value=name, remedy=METHODS.remedy(name))
     return METHODS[name]

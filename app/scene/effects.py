@@ -15,6 +15,7 @@ from typing import Any, Literal, TypeAlias, get_args, get_type_hints
 
 from app.core.errors import SceneError, SimulationError, did_you_mean
 from app.core.toml import as_float, number_remedy
+from app.tactile.models.contact_model import CONTACT_MODELS, IN_PHYSICS
 from app.tactile.sensor_effects import SensorEffects
 
 Gravity: TypeAlias = Literal["off", "on", "compensated"]
@@ -37,9 +38,12 @@ class Effects:
         fingers: Whether people and scripts may poke.
         friction: Whether contacts resist sliding.
         joint_friction: Whether joints have the dry friction that the robot's file gives them.
-        skin: How contact becomes pressure; ``off`` senses nothing.
+        skin: How contact becomes pressure: a ``SkinModel`` or that of a plug-in; ``off`` senses nothing.
         integrator: MuJoCo's.
         sensor: What the sensor makes of the pressure.
+
+    Raises:
+        SceneError: There is no such contact model.
     """
 
     gravity: Gravity = "compensated"
@@ -50,9 +54,18 @@ class Effects:
     fingers: bool = True
     friction: bool = False
     joint_friction: bool = False
-    skin: SkinModel = "water-fill"
+    skin: str = "water-fill"
     integrator: Integrator = "implicitfast"
     sensor: SensorEffects = field(default_factory=SensorEffects)
+
+    def __post_init__(self) -> None:
+        if self.skin not in ("off", *IN_PHYSICS) and self.skin not in CONTACT_MODELS:
+            raise SceneError(
+                "there is no such contact model",
+                place="effects.skin",
+                value=self.skin,
+                remedy=CONTACT_MODELS.remedy(self.skin),
+            )
 
 
 Override: TypeAlias = str | float | Mapping[str, float]
@@ -73,7 +86,7 @@ class EffectEntry:
         key: In scene files and in ``Effects`` or ``SensorEffects``.
         title: For people.
         tip: What it does, in a sentence.
-        choices: Words it may be set to besides ``auto``; none for a number.
+        words: Those it may be set to besides ``auto``, without those of plug-ins; none for a number.
         when_on: The word that switches it on; empty for what cannot be off.
         range: Lowest and highest, of a number.
         unit: Of a number.
@@ -82,10 +95,20 @@ class EffectEntry:
     key: str
     title: str
     tip: str
-    choices: tuple[str, ...] = _SWITCH
+    words: tuple[str, ...] = _SWITCH
     when_on: str = "on"
     range: tuple[float, float] = (-math.inf, math.inf)
     unit: str = ""
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        """Words it may be set to besides ``auto``, those of plug-ins at the end; none for a number."""
+        if self.key != "skin":
+            return self.words
+        return (*self.words, *(name for name in CONTACT_MODELS if name not in self.words))
+
+    def _knows(self, word: str) -> bool:
+        return word in self.words or (self.key == "skin" and word in CONTACT_MODELS)
 
     @property
     def sensor(self) -> type | None:
@@ -105,11 +128,11 @@ class EffectEntry:
         """
         if isinstance(override, bool):
             override = "on" if override else "off"
-        if override == "auto" or (isinstance(override, str) and override in self.choices):
+        if override == "auto" or (isinstance(override, str) and self._knows(override)):
             return override
         if isinstance(override, Mapping) and self.sensor is not None:
             return self._checked_options(override)
-        if isinstance(override, int | float) and not self.choices and self.range[0] <= override <= self.range[1]:
+        if isinstance(override, int | float) and not self.words and self.range[0] <= override <= self.range[1]:
             return float(override)
         raise SceneError(
             "there is no such choice", place=f"effects.{self.key}", value=override, remedy=self._allowed(override)
@@ -123,15 +146,15 @@ class EffectEntry:
                 if isinstance(override, Mapping)
                 else (self.sensor() if override == "on" else None)
             )
-        return override == "on" if self.choices == _SWITCH else override
+        return override == "on" if self.words == _SWITCH else override
 
     def word(self, value: Any) -> str:
         """The choice that stands for a value of ``Effects``, or its number in words."""
         if self.sensor is not None:
             return "off" if value is None else "on"
-        if self.choices == _SWITCH:
+        if self.words == _SWITCH:
             return "on" if value else "off"
-        return str(value) if self.choices else f"{value:g} {self.unit}"
+        return str(value) if self.words else f"{value:g} {self.unit}"
 
     def _checked_options(self, override: Mapping[str, float]) -> Mapping[str, float]:
         for key, value in override.items():
@@ -152,11 +175,12 @@ class EffectEntry:
         return numbers
 
     def _allowed(self, override: object) -> str:
-        if not self.choices:
+        if not self.words:
             instead = f"{number_remedy(override)}. " if isinstance(override, str) else ""
             return f"{instead}Choose auto, or {self.range[0]:g} to {self.range[1]:g} {self.unit}"
         table = f", or a table of {', '.join(self.options)}" if self.options else ""
-        return did_you_mean(str(override), ("auto", *self.choices)) + table
+        near = did_you_mean(str(override), ("auto", *self.choices)) + table
+        return f"{near}, or install the plug-in that adds it" if self.key == "skin" else near
 
 
 def effect_entry(key: str) -> EffectEntry:

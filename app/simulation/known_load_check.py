@@ -19,7 +19,7 @@ from app.geometry.closest_point import ClosestPoint
 from app.geometry.mesh import Mesh, SurfacePoint
 from app.robots.kinematics import Configuration
 from app.robots.robot import Robot
-from app.scene.effects import Effects, SkinModel
+from app.scene.effects import Effects
 from app.scene.object_meshes import primitive_mesh
 from app.scene.objects import ObjectSpec, SceneObject
 from app.simulation.simulation import Simulation
@@ -152,7 +152,7 @@ class WeighingResult:
     seconds: float
 
 
-def weigh(robot: Robot, skin: Skin, layer: ElasticLayer, model: SkinModel, *, mass: float = 0.1) -> WeighingResult:
+def weigh(robot: Robot, skin: Skin, layer: ElasticLayer, model: str, *, mass: float = 0.1) -> WeighingResult:
     """Lay a weight on the skin and read it.
 
     Args:

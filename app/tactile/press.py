@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from app.core.arrays import FloatArray
-from app.core.errors import SimulationError, did_you_mean
+from app.core.errors import SimulationError
 from app.geometry.mesh import SurfacePoint
 from app.skin.skin import Skin
 from app.tactile.elastic_layer import ElasticLayer
@@ -67,9 +67,7 @@ def press_skin(
             "the force is not a finite number from 0 up", place="force", value=force, remedy="Choose 0 N or more"
         )
     if model not in CONTACT_MODELS:
-        raise SimulationError(
-            "there is no such contact model", value=model, remedy=did_you_mean(model, tuple(CONTACT_MODELS))
-        )
+        raise SimulationError("there is no such contact model", value=model, remedy=CONTACT_MODELS.remedy(model))
     check_place(skin, at)
     layer = ElasticLayer() if layer is None else layer
     load = sphere_load(skin.link(at), skin.position(at), skin.normal(at), force, radius, depth=force / layer.stiffness)

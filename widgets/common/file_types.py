@@ -8,6 +8,7 @@ from app.core.errors import UsageError
 from app.scene.scene import Scene
 from app.scene.scene_file import load_scene, scene_for
 from app.skin.formats.import_skin import TAXEL_ENDINGS, holds_taxels, is_robot_with_taxels
+from app.skin.formats.taxel_files import TAXEL_FORMATS
 
 ROBOTS = (".xml", ".mjcf", ".urdf", ".xacro")
 MESHES = (".obj", ".stl", ".ply", ".off", ".glb", ".dae")
@@ -18,7 +19,16 @@ ROBOT_FILTER = "Robots and meshes (" + " ".join(f"*{end}" for end in (*ROBOTS, *
 RECORDING_FILTER = "Recordings (*.mcap)"
 SCENE_FILTER = "Scenes (*.toml)"
 SCRIPT_FILTER = "Stimulus scripts (*.toml)"
-TAXEL_FILTER = "Taxels (" + " ".join(f"*{end}" for end in (*TAXEL_ENDINGS, ".npz", ".urdf", ".xml", ".mjcf")) + ")"
+
+
+def taxel_filter() -> str:
+    """Of files with taxels, those of plug-ins among them."""
+    endings = (*TAXEL_ENDINGS, ".npz", ".urdf", ".xml", ".mjcf", *_added_endings())
+    return "Taxels (" + " ".join(f"*{end}" for end in endings) + ")"
+
+
+def _added_endings() -> tuple[str, ...]:
+    return tuple(ending for form in TAXEL_FORMATS.values() for ending in form.endings)
 
 
 def is_recording(path: str) -> bool:
@@ -53,7 +63,7 @@ def scene_to_open(path: str) -> Scene:
         return load_scene(path)
     if ending in (*ROBOTS, *MESHES):
         return scene_for(path)
-    known = ", ".join((*ROBOTS, *MESHES, *SCENES, *MAPS, *RECORDINGS, *TAXEL_ENDINGS))
+    known = ", ".join((*ROBOTS, *MESHES, *SCENES, *MAPS, *RECORDINGS, *TAXEL_ENDINGS, *_added_endings()))
     raise UsageError(
         "this type of file cannot be opened",
         file=path,

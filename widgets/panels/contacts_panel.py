@@ -16,6 +16,7 @@ from PySide6.QtWidgets import QGridLayout, QLabel, QPushButton, QVBoxLayout, QWi
 
 from app.contacts.centre_of_pressure import SensorUncertainty
 from app.contacts.force_estimation.estimate import EstimateRefusal, EstimatorName, ForceEstimate
+from app.contacts.force_estimation.estimation import FORCE_ESTIMATORS
 from app.contacts.pipeline import ReadingSettings
 from app.contacts.regions import ContactRegion
 from app.scene.effects import Effects
@@ -81,7 +82,7 @@ ESTIMATORS: dict[EstimatorName, tuple[str, str]] = {
         "0.2 ms a link. Includes friction, but merges several contacts of a link into one, without a distribution.",
     ),
 }
-"""Words and tool tip by name."""
+"""Words and tool tip of the built-in ones by name."""
 ESTIMATOR_TIP = "Force estimator: how contact forces follow from the readings; controllers use the result"
 THRESHOLD_TIP = (
     "Contact threshold: a taxel is in contact from this pressure on, and stays so down to half of it.\n"
@@ -105,6 +106,14 @@ def threshold_text(threshold: float | None, usual: float) -> str:
     return f"Contact threshold {1e-3 * threshold:.3g}\u2009kPa"
 
 
+def estimator_words(name: EstimatorName) -> tuple[str, str]:
+    """Words and tool tip of an estimator; those of a plug-in are its own."""
+    if name in ESTIMATORS:
+        return ESTIMATORS[name]
+    entry = FORCE_ESTIMATORS[name]
+    return f"Force: {entry.title}", entry.tip
+
+
 class EstimationControls(QWidget):
     """Two choices; it shows what is in force, and tells what a person wants."""
 
@@ -115,7 +124,8 @@ class EstimationControls(QWidget):
         super().__init__(parent)
         self._settings, self._usual = ReadingSettings(), ReadingSettings().threshold_for(SensorUncertainty())
         self.estimator = self._choice("choice-estimator", ESTIMATOR_TIP)
-        for name, (words, tip) in ESTIMATORS.items():
+        for name in FORCE_ESTIMATORS:
+            words, tip = estimator_words(name)
             self.estimator.addItem(words, name)
             self.estimator.setItemData(self.estimator.count() - 1, tip, Qt.ItemDataRole.ToolTipRole)
         self.threshold = self._choice("choice-threshold", THRESHOLD_TIP)
@@ -134,7 +144,7 @@ class EstimationControls(QWidget):
     def show_reading(self, settings: ReadingSettings) -> None:
         """Show the settings in force."""
         self._settings = settings
-        words, tip = ESTIMATORS[settings.estimator]
+        words, tip = estimator_words(settings.estimator)
         self.estimator.setCurrentIndex(self.estimator.findData(settings.estimator))
         self.estimator.say(words)
         self.estimator.setToolTip(f"{ESTIMATOR_TIP}.\n\n{tip}")

@@ -36,12 +36,12 @@ from widgets.common.file_types import (
     RECORDING_FILTER,
     ROBOT_FILTER,
     SCENE_FILTER,
-    TAXEL_FILTER,
     is_map,
     is_recording,
     is_scene,
     is_taxel_file,
     scene_to_open,
+    taxel_filter,
 )
 from widgets.context.app_context import AppContext
 from widgets.presenters.effects_presenter import EffectsPresenter
@@ -107,7 +107,7 @@ class FilePresenter(QObject):
 
     def choose_taxels(self) -> None:
         """Ask for a file of taxels; of a robot that states its own, these are meant."""
-        path = self._context.dialogs.open_file("Import taxels", TAXEL_FILTER)
+        path = self._context.dialogs.open_file("Import taxels", taxel_filter())
         if path and is_robot_with_taxels(path):
             self.open_scene(scene_for_taxels(path))
             self._context.settings.add_recent(path)

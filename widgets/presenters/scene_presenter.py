@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from PySide6.QtCore import QObject, Signal
 
+from app.core.plugins import Plugin, broken_plugins
 from app.session.frame import Frame
 from app.session.prepare import PreparedScene
 from widgets.context.app_context import AppContext
@@ -39,6 +40,7 @@ class ScenePresenter(QObject):
         super().__init__(parent)
         self._context, self._session = context, context.session
         self._effects, self._map_edit = effects, map_edit
+        self._plugins_told: set[Plugin] = set()
         session, views = context.session, context.views
         session.prepared_changed.connect(self._on_prepared_changed)
         session.frame_ready.connect(self._on_frame_ready)
@@ -68,6 +70,15 @@ class ScenePresenter(QObject):
             context.notifier.status(
                 f"{count} import warnings; see tactile-maps inspect {prepared.scene.robot}", _FINDINGS_MS
             )
+        self._tell_of_plugins()
+
+    def _tell_of_plugins(self) -> None:
+        """Plug-ins that were left out, each once."""
+        new = [plugin for plugin in broken_plugins() if plugin not in self._plugins_told]
+        self._plugins_told.update(new)
+        if new:
+            told = "; ".join(f"{plugin.finding.where}: {plugin.finding.action}" for plugin in new)
+            self._context.notifier.fault(f"Plug-in {told}.")
 
     def _on_frame_ready(self, frame: Frame) -> None:
         context, runner = self._context, self._session.runner

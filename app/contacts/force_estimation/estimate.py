@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Literal, Protocol, TypeAlias, get_args
+from typing import Protocol, TypeAlias
 
 import numpy as np
 
@@ -23,8 +23,10 @@ from app.geometry.mesh import SurfacePoint
 from app.robots.kinematics import Configuration
 from app.skin.skin import Skin
 
-EstimatorName: TypeAlias = Literal["area-sum", "local-nnls", "tikhonov", "lumped"]
-ESTIMATORS: tuple[EstimatorName, ...] = get_args(EstimatorName)
+EstimatorName: TypeAlias = str
+"""One of ``ESTIMATORS``, or that of a plug-in."""
+ESTIMATORS: tuple[EstimatorName, ...] = ("area-sum", "local-nnls", "tikhonov", "lumped")
+"""The built-in ones; ``estimation.FORCE_ESTIMATORS`` knows all."""
 
 
 @dataclass(frozen=True, eq=False)

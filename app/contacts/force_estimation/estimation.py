@@ -5,8 +5,8 @@ estimators by name.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -26,8 +26,73 @@ from app.contacts.force_estimation.force_torque_sensor import ForceTorqueSensor
 from app.contacts.force_estimation.wrench_consistency import WrenchMismatch, wrench_mismatch
 from app.contacts.regions import ContactRegion
 from app.core.arrays import FloatArray
+from app.core.errors import MapError
+from app.core.plugins import Plugin, Registry, check_call, check_members
 from app.maps.tactile_map import TactileMap
 from app.skin.skin import Skin
+
+
+@dataclass(frozen=True)
+class EstimatorEntry:
+    """One force estimator.
+
+    Attributes:
+        name: In scenes, recordings and commands.
+        title: For people.
+        tip: What it knows and what it costs, in one sentence.
+        build: From the skin and the depth of its taxels below the surface [m].
+    """
+
+    name: str
+    title: str
+    tip: str
+    build: Callable[[Skin, float], ForceEstimator]
+
+
+class _GuardedEstimator:
+    """A plug-in's estimator, whose answers are looked at before anybody takes them."""
+
+    def __init__(self, plugin: Plugin, estimator: ForceEstimator) -> None:
+        check_members(plugin, estimator, "estimate")
+        self._plugin, self._estimator = plugin, estimator
+
+    def estimate(self, reading: ContactReading) -> ForceEstimate:
+        with self._plugin.at_work():
+            found: object = self._estimator.estimate(reading)
+        if not isinstance(found, ForceEstimate):
+            raise self._plugin.error("it gave no ForceEstimate", type(found).__name__)
+        if not math.isfinite(found.force):
+            raise self._plugin.error("its force is not finite", found.force)
+        return found
+
+
+def _guarded(plugin: Plugin, entry: EstimatorEntry) -> EstimatorEntry:
+    check_call(plugin, entry.build, "skin", "depth")
+
+    def build(skin: Skin, depth: float) -> ForceEstimator:
+        with plugin.at_work():
+            estimator = entry.build(skin, depth)
+        return _GuardedEstimator(plugin, estimator)
+
+    return replace(entry, build=build)
+
+
+FORCE_ESTIMATORS: Registry[EstimatorEntry] = Registry(
+    "estimators",
+    EstimatorEntry,
+    (
+        EstimatorEntry("area-sum", "Pressure times area", "Sum over the touched taxels.",
+                       lambda skin, _: AreaSum(skin)),
+        EstimatorEntry("local-nnls", "NNLS deconvolution", "Non-negative least squares with the cover's blur undone.",
+                       lambda skin, depth: Deconvolution(skin, nonnegative_least_squares, depth=depth)),
+        EstimatorEntry("tikhonov", "Tikhonov (discrepancy principle)", "As smooth as the noise asks for.",
+                       lambda skin, depth: Deconvolution(skin, tikhonov, depth=depth)),
+        EstimatorEntry("lumped", "Force-torque sensor in the link", "Measures the wrench, without a skin.",
+                       lambda skin, _: ForceTorqueSensor(skin)),
+    ),
+    _guarded,
+)  # fmt: skip
+"""By name; then those of plug-ins."""
 
 
 def build_estimator(name: EstimatorName, skin: Skin, *, depth: float) -> ForceEstimator:
@@ -39,17 +104,11 @@ def build_estimator(name: EstimatorName, skin: Skin, *, depth: float) -> ForceEs
         depth: Of its taxels below the surface [m]; only those that undo the blur use it.
 
     Raises:
-        MapError: The depth is no such number.
+        MapError: There is none, or the depth is no such number.
     """
-    match name:
-        case "area-sum":
-            return AreaSum(skin)
-        case "local-nnls":
-            return Deconvolution(skin, nonnegative_least_squares, depth=depth)
-        case "tikhonov":
-            return Deconvolution(skin, tikhonov, depth=depth)
-        case "lumped":
-            return ForceTorqueSensor(skin)
+    if name not in FORCE_ESTIMATORS:
+        raise MapError("there is no such force estimator", value=name, remedy=FORCE_ESTIMATORS.remedy(name))
+    return FORCE_ESTIMATORS[name].build(skin, depth)
 
 
 Regions = tuple[ContactRegion, ...]

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 from urllib.parse import SplitResult, parse_qs, urlsplit
 
-from app.core.errors import UsageError
-from app.live.readings import Source
+from app.core.errors import LiveError, PluginError, UsageError
+from app.core.plugins import Plugin, Registry, check_call, check_members
+from app.live.readings import Reading, Source
 
 DEFAULT_PORT = 9870
 """Of UDP and ZeroMQ, unless the address names another."""
@@ -33,6 +36,71 @@ class SourceOptions:
 
 
 _USUAL = SourceOptions()
+
+
+@dataclass(frozen=True)
+class SourceKind:
+    """A kind of source that a plug-in adds.
+
+    Attributes:
+        name: The scheme of its addresses, before the colon.
+        title: For people.
+        build: The source at an address, not opened yet.
+    """
+
+    name: str
+    title: str
+    build: Callable[[str, SourceOptions], Source]
+
+
+class _GuardedSource:
+    """A plug-in's source, whose failures are named."""
+
+    def __init__(self, plugin: Plugin, source: Source) -> None:
+        check_members(plugin, source, "address", "finite", "slow", "open", "receive", "close")
+        self._plugin, self._source = plugin, source
+        self.address, self.finite, self.slow = source.address, source.finite, source.slow
+
+    def open(self) -> None:
+        with self._named():
+            self._source.open()
+
+    def receive(self, timeout: float) -> Reading | None:
+        with self._named():
+            found: object = self._source.receive(timeout)
+        if found is None or isinstance(found, Reading):
+            return found
+        raise self._plugin.error("it gave no Reading", type(found).__name__).at(kind=LiveError)
+
+    def close(self) -> None:
+        with self._named():
+            self._source.close()
+
+    @contextmanager
+    def _named(self) -> Iterator[None]:
+        """Failures as of any source, so that it is opened again as others are."""
+        try:
+            with self._plugin.at_work():
+                yield
+        except PluginError as error:
+            raise error.at(kind=LiveError) from error
+
+
+def _guarded(plugin: Plugin, kind: SourceKind) -> SourceKind:
+    check_call(plugin, kind.build, "address", "options")
+
+    def build(address: str, options: SourceOptions) -> Source:
+        with plugin.at_work():
+            source = kind.build(address, options)
+        return _GuardedSource(plugin, source)
+
+    return replace(kind, build=build)
+
+
+SOURCE_KINDS: Registry[SourceKind] = Registry(
+    "sources", SourceKind, (), _guarded, reserved=("udp", "zmq", "serial", "yarp", "ros2")
+)
+"""Those of plug-ins by scheme; the built-in ones are ``ADDRESSES``."""
 
 
 def open_source(address: str, options: SourceOptions = _USUAL) -> Source:
@@ -73,7 +141,10 @@ def open_source(address: str, options: SourceOptions = _USUAL) -> Source:
         from app.live.sources.ros2 import Ros2Source, load_topics
 
         return Ros2Source(load_topics(Path(rest) if rest else options.mapping))
-    remedy = f"Give one of: {ADDRESSES}"
+    if scheme in SOURCE_KINDS:
+        return SOURCE_KINDS[scheme].build(address, options)
+    added = "".join(f", {name}:" for name in SOURCE_KINDS)
+    remedy = f"Give one of: {ADDRESSES}{added}; or install the plug-in that adds it"
     raise UsageError("there is no such kind of source", value=address, remedy=remedy)
 
 

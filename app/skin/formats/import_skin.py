@@ -21,7 +21,7 @@ from app.skin.formats.icub_frames import icub_frames
 from app.skin.formats.icub_positions import read_icub_positions
 from app.skin.formats.mujoco_touch import skin_of_touch_sensors
 from app.skin.formats.npz import FORMAT as TAXEL_FORMAT
-from app.skin.formats.taxel_files import read_taxel_sets
+from app.skin.formats.taxel_files import read_taxel_sets, taxel_format_for
 from app.skin.formats.taxel_set import TaxelSet
 from app.skin.reconstruct import skin_from_taxels
 from app.skin.skin import Skin, merge_skins
@@ -49,7 +49,7 @@ def holds_taxels(path: str | Path) -> bool:
     if ending in _MJCF:
         return states_touch_sensors(path)
     if ending not in (".urdf", ".npz"):
-        return ending in TAXEL_ENDINGS
+        return ending in TAXEL_ENDINGS or taxel_format_for(path) is not None
     try:
         data = read_bounded_file(path, error=SkinError, most=MAX_UNPACKED_BYTES)
     except SkinError:

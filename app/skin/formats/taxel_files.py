@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +16,7 @@ import numpy as np
 from app.core.arrays import FloatArray
 from app.core.errors import SkinError, errors_in_file
 from app.core.files import read_bounded_file
+from app.core.plugins import Plugin, Registry, check_call
 from app.skin.formats.csv_table import read_table, write_table
 from app.skin.formats.icub_positions import read_icub_positions, write_icub_positions
 from app.skin.formats.npz import read_taxel_npz, write_taxel_npz
@@ -27,6 +28,60 @@ from app.skin.triangulation import triangulate
 
 _COLUMN_UNIT = re.compile("_m{1,2}$")
 _POSITIONS_BEGIN = (["name"], ["spatial_sampling"], ["taxel2repr"], ["[calibration]"])
+
+
+@dataclass(frozen=True)
+class TaxelFormat:
+    """A format of taxel files that a plug-in reads.
+
+    Attributes:
+        name: In lists of plug-ins.
+        title: For people.
+        endings: Of its files, in small letters with their dots; none of a built-in format's.
+        read: The sets of taxels in the file at a path, one a link; what it cannot use it refuses by a ``SkinError``.
+    """
+
+    name: str
+    title: str
+    endings: tuple[str, ...]
+    read: Callable[[Path], tuple[TaxelSet, ...]]
+
+
+_KNOWN_ENDINGS = frozenset((
+    ".txt", ".csv", ".tsv", ".npz", ".json", ".urdf", ".xml", ".mjcf", ".xacro", ".ini", ".toml", ".mcap",
+    ".obj", ".stl", ".ply", ".off", ".glb", ".dae",
+))  # fmt: skip
+
+
+def _guarded(plugin: Plugin, form: TaxelFormat) -> TaxelFormat:
+    """A plug-in's format, which tells of sets of taxels or of the file why not."""
+    check_call(plugin, form.read, "path")
+    if not form.endings or not all(re.fullmatch(r"\.[a-z0-9_.]+", ending) for ending in form.endings):
+        raise plugin.error("its endings are not like .taxels, in small letters")
+    if known := _KNOWN_ENDINGS.intersection(form.endings):
+        raise plugin.error(f"its ending {min(known)} is that of a built-in format")
+
+    def read(path: Path) -> tuple[TaxelSet, ...]:
+        read_bounded_file(path, error=SkinError)  # no device, nothing too large
+        with plugin.at_work():
+            found = tuple(form.read(path))
+        if not found or not all(isinstance(one, TaxelSet) for one in found):
+            raise plugin.error("it gave no TaxelSet", [type(one).__name__ for one in found])
+        return found
+
+    return replace(form, read=read)
+
+
+TAXEL_FORMATS: Registry[TaxelFormat] = Registry("importers", TaxelFormat, (), _guarded)
+"""Those of plug-ins by name; the built-in formats are told by ending and content."""
+
+
+def taxel_format_for(path: Path) -> TaxelFormat | None:
+    """The plug-in's format for a file of such a name; None for all that a built-in one reads."""
+    name = path.name.lower()
+    if path.suffix.lower() in _KNOWN_ENDINGS or "." not in name:
+        return None
+    return next((form for form in TAXEL_FORMATS.values() if name.endswith(form.endings)), None)
 
 
 def read_taxels(path: str | Path, *, link: str | None = None) -> TaxelSet:
@@ -59,6 +114,8 @@ def read_taxel_sets(path: str | Path) -> tuple[TaxelSet, ...]:
 
 
 def _reader(path: Path) -> Callable[[Path], tuple[TaxelSet, ...]]:
+    if (form := taxel_format_for(path)) is not None:
+        return form.read
     ending = path.suffix.lower()
     by_ending: dict[str, Callable[[Path], tuple[TaxelSet, ...]]] = {
         ".csv": read_table, ".tsv": read_table, ".npz": read_taxel_npz, ".json": _unige,

@@ -7,12 +7,14 @@ not load what the others need.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from types import MappingProxyType
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Protocol
 
+import numpy as np
+
 from app.core.arrays import FloatArray
+from app.core.plugins import Plugin, Registry, check_call, check_members
 from app.skin.skin import Skin
 from app.tactile.contact_notes import ContactNote
 from app.tactile.elastic_layer import ElasticLayer
@@ -100,5 +102,45 @@ _ENTRIES = (
         _half_space,
     ),
 )
-CONTACT_MODELS: Mapping[str, ContactModelEntry] = MappingProxyType({entry.name: entry for entry in _ENTRIES})
-"""By name, from the cheapest on."""
+IN_PHYSICS = ("foundation", "depth")
+"""Models that the physics engine itself answers."""
+
+
+class _GuardedModel:
+    """A plug-in's model, whose pressures are looked at before anybody takes them."""
+
+    def __init__(self, plugin: Plugin, model: ContactModel, taxels: int) -> None:
+        check_members(plugin, model, "notes", "pressures")
+        self._plugin, self._model, self._taxels = plugin, model, taxels
+
+    @property
+    def notes(self) -> tuple[ContactNote, ...]:
+        return self._model.notes
+
+    @notes.setter
+    def notes(self, notes: tuple[ContactNote, ...]) -> None:
+        self._model.notes = notes
+
+    def pressures(self, loads: Sequence[Load]) -> FloatArray:
+        with self._plugin.at_work():
+            found = np.array(self._model.pressures(loads), dtype=np.float64)
+        if found.shape != (self._taxels,) or not np.isfinite(found).all():
+            raise self._plugin.error("it gave no finite pressure for each taxel", f"shape {found.shape}")
+        return found
+
+
+def _guarded(plugin: Plugin, entry: ContactModelEntry) -> ContactModelEntry:
+    check_call(plugin, entry.build, "skin", "layer", "sensor")
+
+    def build(skin: Skin, layer: ElasticLayer, sensor: SensorEffects) -> ContactModel:
+        with plugin.at_work():
+            model = entry.build(skin, layer, sensor)
+        return _GuardedModel(plugin, model, len(skin))
+
+    return replace(entry, build=build)
+
+
+CONTACT_MODELS: Registry[ContactModelEntry] = Registry(
+    "contact_models", ContactModelEntry, _ENTRIES, _guarded, reserved=(*IN_PHYSICS, "off", "auto")
+)
+"""By name, from the cheapest on; then those of plug-ins."""

@@ -87,3 +87,28 @@ def test_run_warns_of_what_a_scene_lacks(capsys, scene):
     assert "warning: effects.friction: The task is to slide" in err
     (problem,) = json.loads(out.splitlines()[-1])["problems"]
     assert problem["where"] == "effects.friction"
+
+
+def test_with_no_plugins_it_says_so(capsys):
+    assert main(["inspect", "--plugins"]) == 0
+    assert "No plug-ins" in capsys.readouterr().out
+
+
+def test_a_package_with_a_misspelt_kind_is_told(tmp_path, monkeypatch, capsys):
+    info = tmp_path / "other-2.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: other\nVersion: 2.0\n")
+    (info / "entry_points.txt").write_text("[tactile_maps.map_method]\nflat = other_module:METHOD\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    assert main(["inspect", "--plugins", "--json"]) == 0
+    (row,) = json.loads(capsys.readouterr().out)["plugins"]
+    assert (row["package"], row["version"], row["state"]) == ("other", "2.0", "left out")
+    assert "Did you mean map_methods?" in row["problem"]
+    assert main(["inspect", "--plugins"]) == 0
+    assert "map_method  flat  other 2.0  left out: there is no kind map_method" in capsys.readouterr().out
+
+
+def test_inspecting_nothing_or_two_things_is_bad_usage(capsys):
+    assert main(["inspect"]) == 2
+    assert main(["inspect", "arm", "--plugins"]) == 2
+    assert "Give one file or name, or --plugins alone" in capsys.readouterr().err

@@ -1,0 +1,211 @@
+"""Plug-ins of an installed package work through the public doors; what is wrong with one is told."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.cli.inspect_command import REGISTRIES
+from app.contacts.force_estimation.estimation import FORCE_ESTIMATORS
+from app.contacts.pipeline import ReadingSettings, read_contacts
+from app.core.errors import LiveError, PluginError, SceneError, UsageError
+from app.core.plugins import broken_plugins
+from app.export.export import FORMATS, export_recording
+from app.flattening.flatten import flatten
+from app.flattening.methods import METHODS, find_method
+from app.live.readings import SourceEndedError
+from app.live.sources.open import SOURCE_KINDS, open_source
+from app.recording.player import RecordingPlayer
+from app.scene.effects import EFFECTS, Effects
+from app.skin.formats.import_skin import holds_taxels, import_skin
+from app.skin.formats.taxel_files import TAXEL_FORMATS
+from app.tactile.models.contact_model import CONTACT_MODELS
+from app.tactile.press import press_skin
+from tests.support.recordings import record, small_arm
+
+PACKAGES = Path(__file__).parents[2] / "plugins"
+ALL = (CONTACT_MODELS, METHODS, FORCE_ESTIMATORS, TAXEL_FORMATS, FORMATS, SOURCE_KINDS)
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """A folder with both packages, installed as a person installs them, from here alone."""
+    folder = tmp_path_factory.mktemp("site")
+    sources = folder / "sources"  # building writes beside the sources
+    for name in ("example", "broken"):
+        (sources / name).mkdir(parents=True)
+        for file in (PACKAGES / name).glob("*.*"):
+            (sources / name / file.name).write_bytes(file.read_bytes())
+    options = ["--quiet", "--no-deps", "--no-build-isolation", "--no-index", "--disable-pip-version-check"]
+    command = [sys.executable, "-m", "pip", "install", *options, "--target", str(folder / "installed")]
+    subprocess.run([*command, str(sources / "example"), str(sources / "broken")], check=True, timeout=60)
+    return folder / "installed"
+
+
+@pytest.fixture
+def installed(site, monkeypatch):
+    monkeypatch.syspath_prepend(str(site))
+    return site
+
+
+def of_broken(registry) -> dict[str, str]:
+    return {one.name: one.problem for one in registry.plugins() if one.problem is not None}
+
+
+def test_nothing_is_there_without_packages():
+    assert all(registry.plugins() == () for registry in ALL)
+    assert all(tuple(registry) == registry.built_in for registry in ALL)
+
+
+def test_every_registry_is_listed():
+    assert [registry.kind for registry in ALL] == list(REGISTRIES)
+
+
+def install(folder, name, entry_points):
+    """A package that is nothing but what it states."""
+    info = folder / f"{name}-2.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 2.0\n")
+    (info / "entry_points.txt").write_text(entry_points)
+
+
+def test_nothing_is_imported_until_a_name_that_is_not_built_in_is_asked_for(tmp_path, monkeypatch):
+    install(tmp_path, "lazy", "[tactile_maps.map_methods]\nlazily = lazily_imported:METHOD\n")
+    source = "from app.flattening.methods import Method\nMETHOD = Method('lazily', 'nothing', lambda disk, lengths: ())"
+    (tmp_path / "lazily_imported.py").write_text(source)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    assert find_method("tutte").title
+    assert "other" not in METHODS
+    assert "lazily_imported" not in sys.modules
+    assert "lazily" in METHODS
+    assert "lazily_imported" in sys.modules
+
+
+def test_a_method_flattens(installed):
+    surface = small_arm().skin.patches[0].surface
+    chart = flatten(surface, method="oblong")
+    assert chart.method == "oblong"
+    assert not chart.findings
+
+
+def test_a_contact_model_is_a_choice_of_scenes(installed):
+    skin = small_arm().skin
+    pressures = press_skin(skin, skin.taxel_point(3), force=2.0, model="two-taxels")
+    assert (pressures > 0).sum() == 2
+    assert pressures @ skin.areas == pytest.approx(2.0)
+    assert "two-taxels" in EFFECTS["skin"].choices
+    assert EFFECTS["skin"].checked("two-taxels") == "two-taxels"
+    with pytest.raises(SceneError, match=r"Did you mean two-taxels\?"):
+        EFFECTS["skin"].checked("two-taxel")
+
+
+def test_an_estimator_reads_contacts(installed):
+    arm = small_arm()
+    pressures = press_skin(arm.skin, arm.skin.taxel_point(3), force=9.0)
+    (usual,), (found,) = (read_contacts(arm.map, pressures, estimator=name) for name in ("area-sum", "calibrated-sum"))
+    assert found.force == pytest.approx(1.1 * usual.force)
+
+
+def test_a_format_is_imported(installed, tmp_path):
+    path = tmp_path / "pad.xyz"
+    x, y = np.meshgrid(np.arange(5), np.arange(4))
+    np.savetxt(path, np.stack([3 * x.ravel(), 3 * y.ravel(), np.zeros(20)], axis=1))
+    assert holds_taxels(path)
+    assert len(import_skin(path)) == 20
+
+
+def test_a_recording_is_exported(installed, tmp_path):
+    record(small_arm(), tmp_path / "demo.mcap", ticks=20)
+    export_recording(tmp_path / "demo.mcap", tmp_path / "out.peaks", to="peaks")
+    assert len((tmp_path / "out.peaks").read_text().splitlines()) == 20
+
+    class CancelledError(Exception):
+        pass
+
+    def cancel(_text, _share):
+        raise CancelledError
+
+    with pytest.raises(CancelledError):
+        export_recording(tmp_path / "demo.mcap", tmp_path / "other.peaks", to="peaks", progress=cancel)
+    assert not (tmp_path / "other.peaks").exists()
+
+
+def test_a_source_is_read(installed):
+    source = open_source("sine:7")
+    source.open()
+    assert len(source.receive(0.0).values) == 7
+    assert all(source.receive(0.0) is not None for _ in range(9))
+    with pytest.raises(SourceEndedError):
+        source.receive(0.0)
+    with pytest.raises(PluginError, match=r"plug-in sine of tactile-maps-example 1\.0\.0: it failed with ValueError"):
+        open_source("sine:many")
+    with pytest.raises(UsageError, match=r"sine:"):
+        open_source("sinus:7")
+
+
+def test_a_source_that_fails_is_a_live_error(installed, monkeypatch):
+    source = open_source("sine:7")
+    monkeypatch.setattr(sys.modules["tactile_maps_example"].Sine, "receive", lambda self, timeout: 1 / 0)
+    with pytest.raises(LiveError, match="ZeroDivisionError"):
+        source.receive(0.0)
+
+
+def test_what_is_wrong_is_told_and_left_out(installed):
+    assert of_broken(METHODS) == {
+        "no-module": "ModuleNotFoundError: No module named 'tactile_maps_broken_is_not_there'",
+        "tutte": "its name is that of a built-in one",
+        "wrong-call": "its function does not take (disk, lengths): too many positional arguments",
+        "wrong-kind": "tactile_maps_broken:WRONG_KIND is no Method but a dict",
+    }
+    assert of_broken(TAXEL_FORMATS) == {"taken": "its ending .csv is that of a built-in format"}
+    assert of_broken(FORCE_ESTIMATORS) == {"raises": "SystemExit: not today"}
+    assert not {"no-module", "wrong-call", "wrong-kind"} & set(METHODS)
+    assert METHODS["tutte"].title == "nothing but validity"
+    assert {plugin.package for plugin in broken_plugins()} == {"tactile-maps-broken"}
+    with pytest.raises(SceneError, match=r"tactile-maps-broken that adds it was left out: SystemExit: not today"):
+        ReadingSettings("raises")
+
+
+def test_one_that_fails_at_work_is_named(installed):
+    arm = small_arm()
+    surface = arm.skin.patches[0].surface
+    with pytest.raises(PluginError, match=r"plug-in failing of tactile-maps-broken 0\.1.*ZeroDivisionError.*uninstall"):
+        flatten(surface, method="failing")
+    with pytest.raises(PluginError, match="no finite place for each vertex"):
+        flatten(surface, method="short")
+    with pytest.raises(PluginError, match="its object has no notes, pressures"):
+        press_skin(arm.skin, arm.skin.taxel_point(0), force=1.0, model="empty-handed")
+
+
+def test_two_packages_with_one_name_are_both_left_out(installed, tmp_path, monkeypatch):
+    assert "oblong" in METHODS
+    install(tmp_path, "other", "[tactile_maps.map_methods]\noblong = other_module:METHOD\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    assert "oblong" not in METHODS
+    assert of_broken(METHODS)["oblong"] == "two packages have plug-ins of this name"
+
+
+@pytest.mark.parametrize("change", ["model", "estimator"])
+def test_a_recording_with_a_plugin_says_so_where_it_is_not_installed(site, tmp_path, monkeypatch, change):
+    path = tmp_path / "demo.mcap"
+    with monkeypatch.context() as here:
+        here.syspath_prepend(str(site))
+        arm = small_arm()
+        overrides = {**arm.scene.overrides, "skin": "two-taxels"} if change == "model" else arm.scene.overrides
+        reading = {"estimator": "calibrated-sum"} if change == "estimator" else {}
+        record(replace(arm, scene=replace(arm.scene, overrides=overrides, reading=reading)), path, ticks=5)
+        assert len(RecordingPlayer(path)) == 5
+    name = "two-taxels" if change == "model" else "calibrated-sum"
+    with pytest.raises(Exception, match=f"found: {name}.*install the plug-in") as caught:
+        list(RecordingPlayer(path))
+    assert type(caught.value).__name__ in ("SceneError", "RecordingError")
+
+
+def test_effects_without_the_plugin_are_refused():
+    with pytest.raises(SceneError, match="install the plug-in that adds it"):
+        Effects(skin="two-taxels")
