@@ -20,7 +20,7 @@ from app.control.controller_manager import ControllerManager
 from app.control.loop_stability import SensorTiming
 from app.control.path_following.clearance import Obstacle
 from app.core.arrays import FloatArray
-from app.core.errors import MapError, SimulationError, TactileMapsError
+from app.core.errors import MapError, PluginError, SimulationError, TactileMapsError
 from app.core.timing import Stopwatch
 from app.geometry.mesh import SurfacePoint
 from app.maps.tactile_map import TactileMap
@@ -330,8 +330,8 @@ class Session:
         Raises:
             TactileMapsError: An input was refused; the session is as if it had not come. Where the script was
                 refused, its show has ended.
-            SimulationError: The physics diverged. ``failure`` says all about it, and until ``reset`` every tick raises
-                the same again.
+            SimulationError: The physics diverged, or a plug-in failed at work. ``failure`` says all about it, and until
+                ``reset`` every tick raises the same again.
         """
         if self.failure is not None:
             raise self.failure.error
@@ -342,9 +342,15 @@ class Session:
             self._ticks += 1
             self.frame = self._frame()
             self._trigger()
-        except SimulationError as error:
-            self.failure = Failure(self.frame.tick + 1, error, tuple(self.inputs), self.frame)
-            raise
+        except (SimulationError, PluginError) as error:
+            # A plug-in that failed in the middle of a tick stops the session as physics that diverged does.
+            stop = error if isinstance(error, SimulationError) else SimulationError(
+                error.problem, file=error.file, place=error.place, value=error.value, remedy=error.remedy
+            )  # fmt: skip
+            self.failure = Failure(self.frame.tick + 1, stop, tuple(self.inputs), self.frame)
+            if stop is error:
+                raise
+            raise stop from error
         for each in tuple(self._watchers):
             each(self.frame)
         return self.frame

@@ -77,8 +77,9 @@ class ScenePresenter(QObject):
         new = [plugin for plugin in broken_plugins() if plugin not in self._plugins_told]
         self._plugins_told.update(new)
         if new:
-            told = "; ".join(f"{plugin.finding.where}: {plugin.finding.action}" for plugin in new)
-            self._context.notifier.fault(f"Plug-in {told}.")
+            found = new[0].finding
+            more = f" {len(new) - 1} more: see tactile-maps inspect --plugins." if len(new) > 1 else ""
+            self._context.notifier.fault(f"Plug-in {found.where}: {found.action}.{more}")
 
     def _on_frame_ready(self, frame: Frame) -> None:
         context, runner = self._context, self._session.runner

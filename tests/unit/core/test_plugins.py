@@ -13,7 +13,7 @@ import pytest
 from app.cli.inspect_command import REGISTRIES
 from app.contacts.force_estimation.estimation import FORCE_ESTIMATORS
 from app.contacts.pipeline import ReadingSettings, read_contacts
-from app.core.errors import LiveError, PluginError, SceneError, UsageError
+from app.core.errors import LiveError, PluginError, SceneError, SimulationError, UsageError
 from app.core.plugins import broken_plugins
 from app.export.export import FORMATS, export_recording
 from app.flattening.flatten import flatten
@@ -22,6 +22,7 @@ from app.live.readings import SourceEndedError
 from app.live.sources.open import SOURCE_KINDS, open_source
 from app.recording.player import RecordingPlayer
 from app.scene.effects import EFFECTS, Effects
+from app.session.session import Session
 from app.skin.formats.import_skin import holds_taxels, import_skin
 from app.skin.formats.taxel_files import TAXEL_FORMATS
 from app.tactile.models.contact_model import CONTACT_MODELS
@@ -209,3 +210,17 @@ def test_a_recording_with_a_plugin_says_so_where_it_is_not_installed(site, tmp_p
 def test_effects_without_the_plugin_are_refused():
     with pytest.raises(SceneError, match="install the plug-in that adds it"):
         Effects(skin="two-taxels")
+
+
+def test_a_session_stops_at_its_last_frame_where_a_plugin_fails(installed, monkeypatch):
+    arm = small_arm()
+    scene = replace(arm.scene, overrides={**arm.scene.overrides, "skin": "two-taxels"})
+    session = Session(replace(arm, scene=scene))
+    good = session.tick()
+    monkeypatch.setattr(sys.modules["tactile_maps_example"].TwoTaxels, "pressures", lambda self, loads: 1 / 0)
+    for _ in range(2):
+        with pytest.raises(SimulationError, match=r"plug-in two-taxels.*ZeroDivisionError"):
+            session.tick()
+    assert session.failure is not None
+    assert session.frame is good
+    monkeypatch.undo()

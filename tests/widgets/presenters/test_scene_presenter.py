@@ -6,6 +6,7 @@ import pytest
 from PySide6.QtTest import QTest
 
 from app.editing.seams import propose_seam
+from app.flattening.methods import METHODS
 from tests.hard_cases.touch import dressed
 from tests.support.touch import bar, bar_skin
 from tests.widgets.support.window_driver import run
@@ -67,3 +68,19 @@ def test_what_a_tool_marks_and_points_at_goes_with_its_skin(window_again, prepar
     QTest.mouseMove(viewport, pixel_of(window.live.prepared.skin.taxel_point(0)).toPoint())
     run(window, 0.05)
     window.live.show_prepared(prepared)
+
+
+def test_plugins_that_were_left_out_are_told_once(window, prepared, monkeypatch, tmp_path):
+    info = tmp_path / "other-2.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: other\nVersion: 2.0\n")
+    (info / "entry_points.txt").write_text("[tactile_maps.map_methods]\nflat = module_that_is_not_there:METHOD\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    assert "flat" not in METHODS
+    told = []
+    monkeypatch.setattr(window.context.notifier, "fault", told.append)
+    window.live.show_prepared(prepared)
+    window.live.show_prepared(prepared)
+    (text,) = told
+    assert text.startswith("Plug-in other 2.0, map_methods, flat: left out: ModuleNotFoundError")
+    assert text.endswith("pip uninstall other.")
