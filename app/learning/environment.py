@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from app.control.command import ControlSettings
 from app.control.joint_impedance import joint_limits
 from app.core.arrays import FloatArray
-from app.core.errors import LearningError, SimulationError
+from app.core.errors import LearningError, PluginError, SimulationError
 from app.learning.observation import FrameObserver, Observation
 from app.learning.touched_arm import prepared_arm
 from app.maps.pressure_colours import colour_image
@@ -40,8 +40,8 @@ class SkinEnvironment(gymnasium.Env[Observation, NDArray[np.float32]]):
     Actions are from -1 to 1. ``joint_velocity`` (joints,): each joint of the posture that the arm's impedance holds
     moves with up to 0.5 rad/s; it stops at the joint's limit, and ``info["at_limit"]`` says so. ``map_target`` (2,):
     the contact is wanted up to 2 cm from where it is along the axes of the map, and the admittance controller brings it
-    there; off the skin the target before stays, and ``info["off_map"]`` says so. A fault of the physics ends the
-    episode with a reward of -10 and ``info["failure"]``.
+    there; off the skin the target before stays, and ``info["off_map"]`` says so. A fault of the physics or of a
+    plug-in ends the episode with a reward of -10 and ``info["failure"]``.
 
     Args:
         action: The kind of action.
@@ -132,7 +132,7 @@ class SkinEnvironment(gymnasium.Env[Observation, NDArray[np.float32]]):
         try:
             for _ in range(TICKS_PER_STEP):
                 session.tick()
-        except SimulationError as error:
+        except (SimulationError, PluginError) as error:
             return self._observation(), FAULT_REWARD, True, False, {**info, "failure": str(error)}
         reward, ended = self.judge()
         return self._observation(), float(reward), ended, False, info

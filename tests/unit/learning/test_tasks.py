@@ -81,6 +81,7 @@ def test_new_places_are_paid_for_once():
     assert sum(reward for reward, *_ in rewards) == told[-1]["visited"].sum() >= 1
 
 
+@pytest.mark.long
 def test_two_processes_step_at_once():
     environments = gymnasium.make_vec(
         "TactileMaps-Follow-v0",
