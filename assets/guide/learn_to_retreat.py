@@ -23,7 +23,8 @@ HELD_OUT = range(1000, 1010)
 def features(seen: dict[str, NDArray[Any]], middle: NDArray[Any]) -> NDArray[Any]:
     """(3,) the force, by itself and times the place on the map from its middle."""
     x, y, force, _ = seen["contacts"][0]
-    return min(force / 5.0, 1.0) * np.array([1.0, (x - middle[0]) / 0.1, (y - middle[1]) / 0.1])
+    place = np.array([1.0, (x - middle[0]) / 0.1, (y - middle[1]) / 0.1])
+    return np.asarray(min(force / 5.0, 1.0) * place)
 
 
 def episode_return(environment: Any, weights: NDArray[Any], seed: int) -> float:
