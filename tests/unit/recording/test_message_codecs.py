@@ -147,7 +147,8 @@ def test_the_examples_are_sound_before_they_are_damaged(prepared):
     (message(kind="PokePressed", id=1, at=PLACE, finger=FINGER | {"stiffness": -1}), "/input: input.finger"),
     (message(kind="ReadingChanged", settings={"sum": 1}), "/input: input.settings"),
     (message(kind="ReadingChanged", settings=READING["settings"] | {"threshold": -1}), "/input: input.settings"),
-    (message(kind="ReadingChanged", settings=READING["settings"] | {"estimator": "guess"}), "input.settings.estimator"),
+    (message(kind="ReadingChanged", settings=READING["settings"] | {"estimator": "guess"}),
+     "input.settings, contacts.estimator"),
 ])  # fmt: skip
 def test_a_damaged_input_is_refused_with_its_place(data, place, prepared):
     with pytest.raises(RecordingError) as refused:
