@@ -221,9 +221,16 @@ def test_a_format_that_is_not_read_is_refused_unopened_with_what_to_export(tmp_p
         AssetStore().add(_made(tmp_path / "hand.weird", b"secret"))
 
 
-def test_what_a_parser_quotes_of_a_file_is_not_repeated(tmp_path: Path) -> None:
-    with pytest.raises(MeshError, match=r"hand\.obj") as found:
-        AssetStore().add(_made(tmp_path / "hand.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf one two password\n"))
+@pytest.mark.parametrize(
+    ("name", "data"),
+    [
+        ("hand.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf one two password\n"),
+        ("hand.off", b"OFF\n3 1 0\n0 0 password\n1 0 0\n0 1 0\n3 0 1 2\n"),
+    ],
+)
+def test_what_a_parser_quotes_of_a_file_is_not_repeated(tmp_path: Path, name: str, data: bytes) -> None:
+    with pytest.raises(MeshError, match=name) as found:
+        AssetStore().add(_made(tmp_path / name, data))
     assert "password" not in str(found.value)
 
 
