@@ -9,6 +9,7 @@ from PySide6.QtCore import QObject, Signal
 from app.core.plugins import Plugin, broken_plugins
 from app.session.frame import Frame
 from app.session.prepare import PreparedScene
+from app.skin.formats.import_skin import NO_ROBOT
 from widgets.context.app_context import AppContext
 from widgets.panels.timing_panel import TimingPanel
 from widgets.presenters.effects_presenter import EffectsPresenter
@@ -67,9 +68,9 @@ class ScenePresenter(QObject):
         self.title_changed.emit(prepared.scene.title or prepared.robot.name)
         if prepared.robot.findings or prepared.skin.findings:
             count = len(prepared.robot.findings) + len(prepared.skin.findings)
-            context.notifier.status(
-                f"{count} import warnings; see tactile-maps inspect {prepared.scene.robot}", _FINDINGS_MS
-            )
+            scene = prepared.scene
+            opened = scene.taxel_file if scene.robot == NO_ROBOT else scene.robot
+            context.notifier.status(f"{count} import warnings; see tactile-maps inspect {opened}", _FINDINGS_MS)
         self._tell_of_plugins()
 
     def _tell_of_plugins(self) -> None:
