@@ -41,6 +41,8 @@ class MapEditorSignals(QObject):
     """The MapDocument and the name of the step that was done, undone or redone; never within a gesture."""
     history_changed = Signal()
     """Other steps, or another place among them."""
+    gesture_changed = Signal()
+    """A user is in the middle of an edit, or no longer."""
     selection_changed = Signal()
     """Other patches are selected."""
     working = Signal(str, float)
@@ -165,6 +167,7 @@ class MapEditor(MapEditorSignals):
         self.decline()
         self.history.begin(name)
         self._before = self.history.present
+        self.gesture_changed.emit()
         return True
 
     def change(self, edit: Edit) -> bool:
@@ -187,6 +190,7 @@ class MapEditor(MapEditorSignals):
             return
         changed, name, self._before = self.history.present is not self._before, self.history.gesture, None
         self.history.end()
+        self.gesture_changed.emit()
         if changed:
             self._show(name)
         self._take_late()
@@ -197,6 +201,7 @@ class MapEditor(MapEditorSignals):
             return
         self._before = None
         self.history.cancel()
+        self.gesture_changed.emit()
         self.shown.emit(self.history.present)
         self._take_late()
 

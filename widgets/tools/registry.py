@@ -270,7 +270,14 @@ class Tools(QObject):
         path = self.get(PathTool)
         self._map_undo, self._control_undo = MapUndo(editor), ControlUndo(self.control, path)
         grid = self.get(GridTool).steps
-        for signal in (self.control.changed, path.drawn, editor.history_changed, editor.enabled_changed, grid.changed):
+        for signal in (
+            self.control.changed,
+            path.drawn,
+            editor.history_changed,
+            editor.gesture_changed,  # undo takes back what is being dragged, before there is a step
+            editor.enabled_changed,
+            grid.changed,
+        ):
             signal.connect(self.undo_changed)
 
     def take(self, kind: ToolKind) -> None:

@@ -125,6 +125,20 @@ def shift_layout(player, number):
     return edits[number - 1].map.layout
 
 
+def test_the_first_drag_can_be_taken_back_while_it_goes_on(window):
+    window.presenters.view.set_tool(ARRANGE)
+    undo, editor = window.action("undo"), window.editor
+    before = editor.document
+    assert not undo.isEnabled()
+    for done in (undo.trigger, editor.end):
+        editor.begin("Move")
+        assert undo.isEnabled()
+        done()
+        assert not editor.gesture
+        assert not undo.isEnabled()
+    assert editor.document is before
+
+
 def test_undo_and_redo_say_what_they_would_do(window):
     assert not window.action("undo").isEnabled()
     window.editor.do("Move", shift)
