@@ -1,4 +1,4 @@
-"""An hour of live input in a minute: loss, jitter, repeats, broken connections; nothing grows or is lost in silence."""
+"""Half an hour of live input in a minute: loss, jitter, repeats, breaks; nothing grows or is lost unsaid."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class RoughNetwork:
         self.now, self._packets, self._random = 0.0, packets, np.random.default_rng(seed)
         self._number, self._air = 0, []
         self.arrived, self.arrivals = np.zeros(packets, dtype=bool), 0
-        self.damaged, self.broken = 0, 0
+        self.damaged, self.broken, self.connected = 0, 0, False
         self._values = np.zeros(len(bar_skin()))
 
     def __call__(self):
@@ -39,13 +39,14 @@ class RoughNetwork:
     def open(self):
         if self._random.random() < 0.5:
             raise LiveError("still broken")
+        self.connected = True
 
     def close(self):
         """Packets stay in the air."""
 
     def receive(self, timeout):
         if self._random.random() < 1e-4:
-            self.broken += 1
+            self.broken, self.connected = self.broken + 1, False
             raise LiveError("broken")
         self._send()
         if not self._air or self._air[0][0] > self.now + timeout:
@@ -81,7 +82,7 @@ class RoughNetwork:
         return self._number >= self._packets and not self._air
 
 
-@pytest.mark.parametrize("packets", [600, pytest.param(360_000, marks=LONG)])
+@pytest.mark.parametrize("packets", [600, pytest.param(180_000, marks=LONG)])
 def test_nothing_that_arrived_is_lost_and_nothing_grows(packets):
     network = RoughNetwork(packets, seed=1)
     connection = Connection(network, clock=network)
@@ -99,7 +100,7 @@ def test_nothing_that_arrived_is_lost_and_nothing_grows(packets):
 
     while not network.over:
         connection.step(0.005)
-        if connection.status.next_try:
+        if not network.connected:
             network.now += 0.05  # somebody waits until it is opened again
         take()
         if last >= packets // 6 * (len(sizes) + 1):
