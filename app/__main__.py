@@ -33,7 +33,7 @@ def _gui(arguments: argparse.Namespace) -> int:
 
 
 def _guide(arguments: argparse.Namespace) -> int:
-    from app.cli.guide_command import execute, find_page
+    from app.cli.commands.guide import execute, find_page
 
     page = find_page(arguments.page)
     if arguments.json:

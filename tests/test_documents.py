@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.cli.guide_command import page_names
+from app.cli.commands.guide import page_names
 from app.cli.parser import build_parser
 from app.robots.library import list_robots
 from app.scene.scene_file import load_scene, scene_from_toml, scene_names

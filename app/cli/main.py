@@ -53,7 +53,7 @@ def run_command(argv: Sequence[str], *, windows: dict[str, OpenWindow]) -> int:
         if command in windows:
             return windows[command](arguments)
         with _terminating_as_ctrl_c():
-            return int(import_module(f"app.cli.{command}_command").execute(arguments))
+            return int(import_module(f"app.cli.commands.{command}").execute(arguments))
     except TactileMapsError as error:
         _print_failure(str(error), as_json, kind=type(error).__name__)
         return 2 if isinstance(error, UsageError) else 1

@@ -24,8 +24,8 @@ from app.maps.layout import MapLayout, Placement, fit_placement
 from app.skin.formats.icub_layout import apply_layout, read_icub_layout
 from app.skin.formats.taxel_files import read_taxel_sets, read_taxels
 from app.skin.formats.taxel_set import TaxelSet
-from app.skin.sampling import farthest_points
 from app.skin.skin import Skin
+from app.skin.taxel_placement.sampling import farthest_points
 
 ImportedLayout = MapDocument | TaxelLayout
 """Another layout: a whole map, or only where the taxels lie."""

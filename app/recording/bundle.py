@@ -18,7 +18,7 @@ from app.core.errors import Finding, MeshError, RecordingError, TactileMapsError
 from app.core.files import ZIP_DAMAGE, pack_array, pack_arrays, unpack_array, unpack_arrays
 from app.geometry.mesh import Mesh
 from app.maps.formats.map_file import map_from_bytes, map_to_bytes
-from app.robots.mesh_files import parse_mesh
+from app.robots.formats.mesh_files import parse_mesh
 from app.robots.mujoco_spec import robot_spec
 from app.robots.robot import Joint, Link, Robot
 from app.scene.objects import ObjectSpec, SceneObject

@@ -3,13 +3,9 @@
 ``robot``        the value: links, joints, home, its MJCF and its meshes
 ``load``         which reader for which file; a mesh alone as a robot
 ``library``      robots by name; iCub
-``mjcf``         the reader of MJCF files
-``urdf``         the reader of URDF files, with the repairs they need
-``xacro``        the macros of URDF, expanded without running anything
-``model_files``  where the files lie that a model names: its tree, packages, given roots
-``mesh_files``   checked triangles from any mesh file; the meshes of a robot in MuJoCo's format
-``safe_files``   bounded reads, XML without tricks, repaired where that is sound
-``touch_sensors``  the touch sensors that an MJCF file states
+``formats``      the readers: MJCF, URDF with the repairs it needs, xacro expanded without running anything, checked
+                 triangles from any mesh file; the touch sensors that an MJCF file states
+``files``        where the files lie that a model names, bounded reads, XML without tricks, limits of a model's size
 ``sanitize``     a spec stripped to the robot, degenerate meshes, collision exclusions
 ``build``        where every reader ends: spec to robot, tessellated links, smoke test
 ``mujoco_spec``  MJCF text, spec and compiled model, there and back

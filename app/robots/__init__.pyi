@@ -1,7 +1,7 @@
+from .formats.mesh_files import read_mesh
 from .kinematics import Configuration
 from .library import RobotEntry, list_robots, load_robot
 from .load import load_robot_file
-from .mesh_files import read_mesh
 from .robot import Joint, Link, Robot
 
 __all__ = [

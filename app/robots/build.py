@@ -17,7 +17,7 @@ import trimesh
 from app.core.arrays import FloatArray, IntArray
 from app.core.errors import Finding, RobotError, errors_in_file
 from app.geometry.mesh import Mesh
-from app.robots.model_limits import LARGEST_MAGNITUDE, MAX_BODIES
+from app.robots.files.model_limits import LARGEST_MAGNITUDE, MAX_BODIES
 from app.robots.mujoco_spec import check_names, compile_spec, editing_spec, parse_spec, spec_text
 from app.robots.robot import Joint, Link, Robot
 from app.robots.sanitize import (

@@ -17,11 +17,11 @@ from pathlib import Path
 from xml.etree.ElementTree import Element
 
 from app.core.errors import RobotError
+from app.robots.formats.mesh_files import MESH_SUFFIXES
+from app.robots.formats.mjcf import load_mjcf
+from app.robots.formats.urdf import read_urdf, robot_from_urdf
 from app.robots.load import XML_SUFFIXES, load_robot_file
-from app.robots.mesh_files import MESH_SUFFIXES
-from app.robots.mjcf import load_mjcf
 from app.robots.robot import Robot
-from app.robots.urdf import read_urdf, robot_from_urdf
 from assets import asset
 
 ICUB_MODEL = "iCubGazeboV2_7"

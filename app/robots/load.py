@@ -14,11 +14,11 @@ import mujoco
 from app.core.errors import Finding, MeshError, RobotError
 from app.geometry.mesh import Mesh
 from app.robots.build import build_robot
-from app.robots.mesh_files import FOREIGN_FORMATS, MESH_SUFFIXES, read_mesh, to_metres, to_msh
-from app.robots.mjcf import load_mjcf
+from app.robots.files.safe_files import parse_model_xml, read_bytes
+from app.robots.formats.mesh_files import FOREIGN_FORMATS, MESH_SUFFIXES, read_mesh, to_metres, to_msh
+from app.robots.formats.mjcf import load_mjcf
+from app.robots.formats.urdf import load_urdf
 from app.robots.robot import Robot
-from app.robots.safe_files import parse_model_xml, read_bytes
-from app.robots.urdf import load_urdf
 
 MESH_LINK = "mesh"
 CLEARANCE = 0.05  # m between the ground and the lowest point

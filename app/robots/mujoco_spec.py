@@ -10,9 +10,9 @@ from xml.etree.ElementTree import tostring
 import mujoco
 
 from app.core.errors import Finding, RobotError
-from app.robots.model_limits import check_amounts, check_contents
+from app.robots.files.model_limits import check_amounts, check_contents
+from app.robots.files.safe_files import parse_xml
 from app.robots.robot import Robot
-from app.robots.safe_files import parse_xml
 
 OWN_NAMES = "tactile-maps/"
 """What we add to a robot's model is called so first, and nothing of a robot is: nobody can be taken for another."""

@@ -18,7 +18,7 @@ import numpy as np
 from app.core.arrays import FloatArray
 from app.core.errors import Finding, RobotError
 from app.geometry.mesh import Mesh
-from app.robots.mesh_files import parse_mesh
+from app.robots.formats.mesh_files import parse_mesh
 
 _WIDTH = {
     mujoco.mjtJoint.mjJNT_FREE: 7,

@@ -9,7 +9,7 @@ import trimesh
 
 from app.core.errors import Finding, MeshError, SceneError, TactileMapsError
 from app.geometry.mesh import Mesh
-from app.robots.mesh_files import read_mesh, to_metres
+from app.robots.formats.mesh_files import read_mesh, to_metres
 from app.scene.objects import ObjectSpec, SceneObject
 from app.scene.scene import Scene
 

@@ -8,12 +8,10 @@ Read in this order:
 ``cover``              a skin that places itself on a robot: links chosen, wrapped, kept clear of joints
 ``mesh_skin``          a skin right on a bare mesh
 ``fit``                measured taxel positions fitted to a robot's link
-``reconstruct``        a skin from taxels alone: a surface laid through them, its boundary extended
-``usable_surface``     where on a wrapped link skin can lie: visible, clear of neighbours, in tidy components
-``placement``          the taxels a person asks for on a surface: number or pitch, pattern, density, keep-out zones
-``sampling``           the even pattern: farthest-point sampling, Lloyd relaxation, geodesic Voronoi cells
-``patterns``           the other two: a hexagonal lattice, and triangular modules as on iCub and CySkin
-``triangulation``      normals and triangles of taxels that come without a surface
+``taxel_placement``    the taxels a person asks for: number or pitch, keep-out zones, even or in a pattern of lattice or
+                       modules; where on a wrapped link skin can lie
+``reconstruction``     a surface laid through taxels that come without one, its boundary extended
+``link_hulls``         the shape with which a skinned link collides; which links never do
 ``calibration_error``  the skin as a calibration with errors would have it
 ``formats``            taxels in the files of other programs
 """

@@ -3,10 +3,18 @@ from .cover import CoverSpec, choose_links, cover_robot
 from .fit import fit_taxels_to_link
 from .mesh_skin import skin_of_mesh
 from .open import SkinOptions, open_skin
-from .placement import BoundaryZone, BoxZone, PaintedZone, PlacementSpec, SphereZone, place_taxels, refine_for_spec
-from .reconstruct import ReconstructedSkin, reconstruct_skin, skin_from_taxels
+from .reconstruction.reconstruct import ReconstructedSkin, reconstruct_skin, skin_from_taxels
 from .skin import Patch, Quadrature, Skin, TaxelIdentity, TaxelName, Taxels
 from .skin_file import load_skin, save_skin
+from .taxel_placement.placement import (
+    BoundaryZone,
+    BoxZone,
+    PaintedZone,
+    PlacementSpec,
+    SphereZone,
+    place_taxels,
+    refine_for_spec,
+)
 
 __all__ = [
     "BoundaryZone",

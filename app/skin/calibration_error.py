@@ -26,9 +26,9 @@ from app.core.arrays import FloatArray, IntArray
 from app.core.errors import Finding, SkinError
 from app.geometry.closest_point import ClosestPoint
 from app.geometry.mesh import Mesh
-from app.skin.sampling import farthest_points
+from app.skin.reconstruction.triangulation import triangulate
 from app.skin.skin import Patch, Skin, Taxels
-from app.skin.triangulation import triangulate
+from app.skin.taxel_placement.sampling import farthest_points
 
 ErrorUnit: TypeAlias = Literal["taxel", "module"]
 

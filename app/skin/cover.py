@@ -22,9 +22,9 @@ from app.geometry.repair import clean_mesh
 from app.geometry.wrap import wrap_mesh
 from app.robots.kinematics import Configuration
 from app.robots.robot import Robot
-from app.skin.sampling import place_evenly
 from app.skin.skin import Patch, Skin, patch_name
-from app.skin.usable_surface import usable_components, vertices_clear_of, visible_from_outside
+from app.skin.taxel_placement.sampling import place_evenly
+from app.skin.taxel_placement.usable_surface import usable_components, vertices_clear_of, visible_from_outside
 
 MAX_COVER_TAXELS = 20_000
 CLOSING_FACTOR = 3.0

@@ -31,9 +31,15 @@ from app.geometry.wrap import wrap_mesh
 from app.robots.kinematics import Configuration
 from app.robots.robot import Robot
 from app.skin.cover import CLOSING_FACTOR
-from app.skin.sampling import distinct_faces, face_graph, geodesic_voronoi, straighten_cells, taxels_at_points
 from app.skin.skin import NO_IDENTITY, Patch, Skin, TaxelIdentity, Taxels, number_ranges, patch_name
-from app.skin.usable_surface import usable_components
+from app.skin.taxel_placement.sampling import (
+    distinct_faces,
+    face_graph,
+    geodesic_voronoi,
+    straighten_cells,
+    taxels_at_points,
+)
+from app.skin.taxel_placement.usable_surface import usable_components
 
 MAX_MEDIAN_DISTANCE = 0.020
 """Taxels farther from their link than this [m] (half of them) belong to another link or frame."""

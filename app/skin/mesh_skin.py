@@ -14,8 +14,8 @@ from app.geometry.connectivity import components_of, manifold_twins, remove_unre
 from app.geometry.mesh import Mesh
 from app.geometry.raycast import outer_faces, without_islands
 from app.geometry.repair import repair_mesh
-from app.skin.placement import HEXAGON_AREA, MODULE_PITCH, PlacementSpec, place_taxels, refine_for_spec
 from app.skin.skin import Patch, Skin, Taxels, patch_name
+from app.skin.taxel_placement.placement import HEXAGON_AREA, MODULE_PITCH, PlacementSpec, place_taxels, refine_for_spec
 
 _Part = tuple[Mesh, PlacementSpec]
 

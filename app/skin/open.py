@@ -11,14 +11,14 @@ from typing import Literal, get_args
 
 from app.core.errors import SkinError
 from app.core.progress import Progress, no_progress
+from app.robots.formats.mesh_files import MESH_SUFFIXES, read_mesh, to_metres
 from app.robots.library import load_robot
-from app.robots.mesh_files import MESH_SUFFIXES, read_mesh, to_metres
 from app.skin.cover import CoverSpec, cover_robot
 from app.skin.fit import GridSpec, add_grids
 from app.skin.formats.import_skin import NO_ROBOT, holds_taxels, import_skin, is_robot_with_taxels, usual_carrier
 from app.skin.mesh_skin import skin_of_mesh
-from app.skin.placement import PlacementSpec
 from app.skin.skin import Skin
+from app.skin.taxel_placement.placement import PlacementSpec
 
 MeshSurface = Literal["outer", "all", "cover"]
 _DEFAULT_TAXELS = 1000

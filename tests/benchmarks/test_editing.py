@@ -39,7 +39,7 @@ def prepared():
 def open_window(qtbot, tmp_path, monkeypatch):
     """Opens windows, and closes them in the end."""
     monkeypatch.setattr(
-        "widgets.presenters.map_file_presenter.user_state_path", lambda *_args, **_kwargs: tmp_path / "state"
+        "widgets.presenters.files.map_file_presenter.user_state_path", lambda *_args, **_kwargs: tmp_path / "state"
     )
     apply_theme(QApplication.instance(), DARK)
     opened = []

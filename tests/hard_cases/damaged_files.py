@@ -31,7 +31,7 @@ from app.recording import bundle, mcap_file
 from app.recording.message_codecs import TOPICS
 from app.recording.player import open_recording
 from app.recording.recorder import Recorder
-from app.robots.mesh_files import to_msh
+from app.robots.formats.mesh_files import to_msh
 from app.robots.mujoco_spec import compile_spec, robot_spec
 from app.scene.scene_file import load_scene, scene_to_toml
 from app.session.session import Session

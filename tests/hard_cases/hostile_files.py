@@ -15,11 +15,11 @@ from app.maps.formats.map_file import load_map
 from app.maps.formats.obj import read_obj
 from app.recording.bundle import robot_from_zip
 from app.recording.player import open_recording
+from app.robots.formats.mesh_files import MESH_SUFFIXES, read_mesh
+from app.robots.formats.mjcf import load_mjcf
+from app.robots.formats.urdf import load_urdf
 from app.robots.load import load_robot_file
-from app.robots.mesh_files import MESH_SUFFIXES, read_mesh
-from app.robots.mjcf import load_mjcf
 from app.robots.mujoco_spec import compile_spec, robot_spec
-from app.robots.urdf import load_urdf
 from app.scene.scene_file import load_scene
 from app.session.prepare import open_scene
 from app.skin.formats.csv_table import read_table

@@ -10,8 +10,8 @@ from app.maps.build import build_map
 from app.maps.tactile_image import TactileImage
 from app.maps.tactile_map import TactileMap
 from app.skin.mesh_skin import skin_of_mesh
-from app.skin.placement import PlacementSpec
 from app.skin.skin import Skin
+from app.skin.taxel_placement.placement import PlacementSpec
 from tests.hard_cases.meshes import hard_mesh
 
 TAXELS = 40

@@ -25,8 +25,8 @@ from app.scene.object_meshes import make_objects
 from app.scene.objects import ObjectSpec
 from app.scene.scene import Scene
 from app.session.prepare import PreparedScene
-from app.skin.sampling import place_evenly, taxels_at_points
 from app.skin.skin import Patch, Skin
+from app.skin.taxel_placement.sampling import place_evenly, taxels_at_points
 from app.tactile.elastic_layer import ElasticLayer
 from tests.hard_cases.meshes import moved, one_link
 from tests.support.surfaces import frustum, sheet

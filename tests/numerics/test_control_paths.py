@@ -21,8 +21,8 @@ from app.scene.scene_file import load_scene
 from app.session.inputs import ControlChanged, MapEdited
 from app.session.prepare import PreparedScene, prepare
 from app.session.session import Session
-from app.skin.sampling import place_evenly
 from app.skin.skin import Patch, Skin
+from app.skin.taxel_placement.sampling import place_evenly
 from tests.support.pressed_arm import Course, beside_ball, forearm
 
 LINE = ControlSettings(controller="hybrid", task="follow_path", path_kind="polyline", path_speed=0.03, force_gain=0.015)

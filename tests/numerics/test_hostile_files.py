@@ -170,7 +170,7 @@ def test_a_urdf_finds_no_package_that_is_none(secret):
 def test_a_recorded_robot_opens_no_file(secret, text):
     """What MuJoCo does not find among the recording's files it would look for on the disk."""
     mesh = trimesh.creation.box()
-    from app.robots.mesh_files import Mesh, to_msh
+    from app.robots.formats.mesh_files import Mesh, to_msh
 
     files = {"m.msh": to_msh(Mesh(mesh.vertices, mesh.faces))}
     with pytest.raises(TactileMapsError, match="not allowed in a robot|not its own|may not name folders") as found:

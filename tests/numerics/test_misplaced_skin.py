@@ -12,7 +12,7 @@ from app.maps.build import build_map
 from app.maps.jacobian import MapJacobian, affine_fit
 from app.skin.calibration_error import with_calibration_error
 from app.skin.formats.taxel_set import TaxelSet
-from app.skin.reconstruct import skin_from_taxels
+from app.skin.reconstruction.reconstruct import skin_from_taxels
 from app.skin.skin import Skin
 from tests.support.pressed_arm import beside_ball, forearm
 

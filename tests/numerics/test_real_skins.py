@@ -21,8 +21,9 @@ from app.skin.formats.import_skin import NO_ROBOT
 from app.skin.formats.taxel_files import read_taxels
 from app.skin.formats.taxel_set import TaxelSet
 from app.skin.open import SkinOptions, open_skin
-from app.skin.reconstruct import reconstruct_skin, skin_from_taxels
-from app.skin.sampling import (
+from app.skin.reconstruction.reconstruct import reconstruct_skin, skin_from_taxels
+from app.skin.reconstruction.triangulation import triangulate
+from app.skin.taxel_placement.sampling import (
     distinct_faces,
     face_graph,
     geodesic_voronoi,
@@ -30,7 +31,6 @@ from app.skin.sampling import (
     straighten_cells,
     taxels_at_points,
 )
-from app.skin.triangulation import triangulate
 from tests.support.surfaces import cap, frustum, sheet, sphere
 
 REAL = Path(__file__).parents[3] / "shared" / "data" / "icub-skin"

@@ -13,7 +13,7 @@ from app.core.errors import TactileMapsError
 from app.geometry.mesh import Mesh
 from app.maps.build import build_map
 from app.skin.mesh_skin import skin_of_mesh
-from app.skin.placement import PlacementSpec
+from app.skin.taxel_placement.placement import PlacementSpec
 from tests.hard_cases.mesh_laws import check_map, check_skin
 from tests.support.child_process import Child
 from tests.support.examples import examples

@@ -10,8 +10,8 @@ from hypothesis.extra import numpy as hnp
 from app.core.errors import SkinError
 from app.geometry.connectivity import Connectivity
 from app.skin.formats.taxel_set import TaxelSet
-from app.skin.placement import PlacementSpec, SphereZone, allowed_faces, place_taxels, refine_for_spec
-from app.skin.reconstruct import reconstruct_skin
+from app.skin.reconstruction.reconstruct import reconstruct_skin
+from app.skin.taxel_placement.placement import PlacementSpec, SphereZone, allowed_faces, place_taxels, refine_for_spec
 from tests.support.examples import examples
 from tests.support.surfaces import frustum, sheet
 

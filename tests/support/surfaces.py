@@ -12,8 +12,8 @@ import trimesh
 
 from app.geometry.connectivity import remove_unreferenced
 from app.geometry.mesh import Mesh
-from app.skin.sampling import place_evenly
 from app.skin.skin import Patch, Skin
+from app.skin.taxel_placement.sampling import place_evenly
 
 
 def sheet(columns=12, rows=8, *, width=0.12, height=0.08, shape=lambda x, y: 0 * x) -> Mesh:

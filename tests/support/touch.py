@@ -16,8 +16,8 @@ from app.maps.tactile_map import TactileMap
 from app.robots.robot import Joint, Link, Robot
 from app.scene.scene import Scene
 from app.session.prepare import PreparedScene
-from app.skin.sampling import place_evenly, taxels_at_barycentric
 from app.skin.skin import Patch, Skin
+from app.skin.taxel_placement.sampling import place_evenly, taxels_at_barycentric
 from tests.support.recordings import small_arm
 
 BAR_INERTIA = 0.0135 + 0.2**2

@@ -73,9 +73,9 @@ def own_files(tmp_path, monkeypatch):
 
 
 def _write_into(folder: Path, patching: pytest.MonkeyPatch) -> None:
-    patching.setattr("widgets.presenters.session_presenter.recordings_folder", lambda: folder / "recordings")
+    patching.setattr("widgets.presenters.session.session_presenter.recordings_folder", lambda: folder / "recordings")
     patching.setattr(
-        "widgets.presenters.map_file_presenter.user_state_path", lambda *_args, **_kwargs: folder / "state"
+        "widgets.presenters.files.map_file_presenter.user_state_path", lambda *_args, **_kwargs: folder / "state"
     )
 
 

@@ -1,9 +1,9 @@
 """The panels of the column beside the views: each shows one thing and emits what a person wants; none decides.
 
-``panel_column`` holds all of them, in the order of the window: ``controller_panel``, ``contacts_panel``,
-``events_panel``, ``behaviours_panel``, ``patches_panel`` (with ``patch_list``, its tree of patches), ``quality_panel``,
-``compare_panel``, ``history_panel``, ``accuracy_panel``, ``timing_panel`` and ``effects_panel``. Their base class and
-controls are in ``widgets.common.panel``, their diagrams in ``widgets.plots``.
+``panel_column`` holds all that ``registry`` lists, in the order of the window. ``maps`` has the panels of the map being
+edited, ``touch`` those of what the skin reads, ``control`` those of what the arm does, ``simulation`` those of what is
+simulated and what it costs; ``history_panel`` is the list of undo steps. Their base class and controls are in
+``widgets.common.panel``, their diagrams in ``widgets.plots``.
 """
 
 import lazy_loader

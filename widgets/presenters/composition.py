@@ -7,21 +7,21 @@ from dataclasses import dataclass
 from PySide6.QtWidgets import QWidget
 
 from widgets.context.app_context import AppContext
-from widgets.presenters.accuracy_presenter import AccuracyPresenter
-from widgets.presenters.comparison_presenter import ComparisonPresenter
-from widgets.presenters.control_presenter import ControlPresenter, ControlToolsPresenter
-from widgets.presenters.effects_presenter import EffectsPresenter
-from widgets.presenters.export_presenter import ExportPresenter
-from widgets.presenters.file_presenter import FilePresenter
+from widgets.presenters.control.comparison_presenter import ComparisonPresenter
+from widgets.presenters.control.control_presenter import ControlPresenter, ControlToolsPresenter
+from widgets.presenters.files.export_presenter import ExportPresenter
+from widgets.presenters.files.file_presenter import FilePresenter
+from widgets.presenters.files.map_file_presenter import MapFilePresenter
 from widgets.presenters.map_edit_presenter import MapEditPresenter
-from widgets.presenters.map_file_presenter import MapFilePresenter
 from widgets.presenters.notification_presenter import NotificationPresenter
-from widgets.presenters.scene_presenter import ScenePresenter
-from widgets.presenters.session_presenter import LiveInputPresenter, SessionPresenter
+from widgets.presenters.session.accuracy_presenter import AccuracyPresenter
+from widgets.presenters.session.effects_presenter import EffectsPresenter
+from widgets.presenters.session.scene_presenter import ScenePresenter
+from widgets.presenters.session.session_presenter import LiveInputPresenter, SessionPresenter
+from widgets.presenters.session.touch_script_presenter import TouchScriptPresenter
 from widgets.presenters.state_tracker import StateTracker
-from widgets.presenters.touch_script_presenter import TouchScriptPresenter
 from widgets.presenters.view_presenter import ViewPresenter
-from widgets.tools.grid_tool import GridTool
+from widgets.tools.map_editing.grid_tool import GridTool
 from widgets.tools.registry import Tools
 
 

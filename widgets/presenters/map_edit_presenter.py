@@ -13,13 +13,13 @@ from app.maps.tactile_map import TactileMap
 from app.session.prepare import PreparedScene
 from widgets.common.mode import Mode
 from widgets.context.app_context import AppContext
-from widgets.panels.compare_panel import ComparePanel
-from widgets.panels.patches_panel import PatchesPanel
-from widgets.presenters.map_file_presenter import MapFilePresenter
-from widgets.tools.arrange_tool import ArrangeTool
-from widgets.tools.pin_tool import PinTool
+from widgets.panels.maps.compare_panel import ComparePanel
+from widgets.panels.maps.patches_panel import PatchesPanel
+from widgets.presenters.files.map_file_presenter import MapFilePresenter
+from widgets.tools.map_editing.arrange_tool import ArrangeTool
+from widgets.tools.map_editing.pin_tool import PinTool
+from widgets.tools.map_editing.seam_tool import SeamTool
 from widgets.tools.registry import SEAMS, Tools
-from widgets.tools.seam_tool import SeamTool
 
 
 class MapEditPresenter(QObject):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtCore import QObject
 
-from app.robots.model_files import PACKAGE_ROOT_OPTION
+from app.robots.files.model_files import PACKAGE_ROOT_OPTION
 from app.session.prepare import PreparedScene
 from widgets.context.app_context import AppContext
 from widgets.session.recording_writer import DiskSpace

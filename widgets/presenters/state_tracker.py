@@ -8,7 +8,7 @@ from app.control.command import ControlSettings
 from widgets.actions.state import UndoState, WindowState
 from widgets.common.mode import Mode
 from widgets.context.app_context import AppContext
-from widgets.panels.controller_panel import can_restart_task
+from widgets.panels.control.controller_panel import can_restart_task
 from widgets.tools.registry import Tools
 
 

@@ -17,9 +17,9 @@ from widgets.common.tool_kinds import ToolKind
 from widgets.context.app_context import AppContext
 from widgets.document.taxel_search import SEARCH_HINT, find_taxels
 from widgets.layers.registry import LAYERS
-from widgets.panels.effects_panel import EffectsPanel
-from widgets.panels.timing_panel import TimingPanel
-from widgets.tools.interest_tool import InterestTool
+from widgets.panels.simulation.effects_panel import EffectsPanel
+from widgets.panels.simulation.timing_panel import TimingPanel
+from widgets.tools.map_editing.interest_tool import InterestTool
 from widgets.tools.registry import Tools
 
 _HINT_MS = 15_000

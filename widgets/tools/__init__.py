@@ -1,10 +1,7 @@
-"""The tools a person takes: they edit the map through the editor, or set path, target and force through the settings
-editor.
+"""The tools a person takes; ``registry`` lists them.
 
-``map_edit_tool`` is what the tools that edit share, ``mesh_picking`` finds what they mean; ``pin_tool``, ``seam_tool``
-and ``interest_tool`` stand on them. ``arrange_tool`` moves, turns and scales patches by their ``transform_box``.
-``control_settings_editor`` knows the settings in force and their undo steps; ``control_tool`` is what ``path_tool`` and
-``target_tool`` share, ``drawn_path`` the path under the mouse.
+``map_editing`` has those that edit the map through the editor, ``control`` those that set path, target and force
+through the settings editor.
 """
 
 import lazy_loader

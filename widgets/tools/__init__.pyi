@@ -1,10 +1,10 @@
-from .control_settings_editor import ControlSettingsEditor
-from .interest_tool import InterestTool
-from .path_tool import PathTool
-from .pin_tool import PinTool
+from .control.control_settings_editor import ControlSettingsEditor
+from .control.path_tool import PathTool
+from .control.target_tool import TargetTool
+from .map_editing.interest_tool import InterestTool
+from .map_editing.pin_tool import PinTool
+from .map_editing.seam_tool import SeamTool
 from .registry import TOOLS, Tools, ToolSpec
-from .seam_tool import SeamTool
-from .target_tool import TargetTool
 
 __all__ = [
     "TOOLS",

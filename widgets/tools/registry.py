@@ -11,14 +11,14 @@ from PySide6.QtCore import QObject, Signal
 from widgets.common.tool_kinds import POKE, SELECT_BOX, SELECT_BRUSH, SELECT_LASSO, ToolKind, ToolRole
 from widgets.document.map_editor import MapEditor
 from widgets.interaction.view_tool import ViewTool
-from widgets.tools.arrange_tool import ArrangeTool
-from widgets.tools.control_settings_editor import ControlSettingsEditor
-from widgets.tools.grid_tool import GridTool
-from widgets.tools.interest_tool import InterestTool
-from widgets.tools.path_tool import PathTool
-from widgets.tools.pin_tool import PinTool
-from widgets.tools.seam_tool import SeamTool
-from widgets.tools.target_tool import TargetTool
+from widgets.tools.control.control_settings_editor import ControlSettingsEditor
+from widgets.tools.control.path_tool import PathTool
+from widgets.tools.control.target_tool import TargetTool
+from widgets.tools.map_editing.arrange_tool import ArrangeTool
+from widgets.tools.map_editing.grid_tool import GridTool
+from widgets.tools.map_editing.interest_tool import InterestTool
+from widgets.tools.map_editing.pin_tool import PinTool
+from widgets.tools.map_editing.seam_tool import SeamTool
 
 
 @dataclass(frozen=True, eq=False)

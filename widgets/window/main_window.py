@@ -23,7 +23,7 @@ from widgets.context.linked_views import LinkedViews
 from widgets.context.notifier import Notifier
 from widgets.document.map_editor import MapEditor
 from widgets.panels.panel_column import PanelColumn
-from widgets.panels.timing_panel import TimingPanel
+from widgets.panels.simulation.timing_panel import TimingPanel
 from widgets.plots.live_plots import LivePlots
 from widgets.presenters.composition import build
 from widgets.session.backends import BACKGROUND, Backends

@@ -7,7 +7,7 @@ from importlib.metadata import version
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QDockWidget, QMainWindow
 
-from app.cli.guide_command import find_page
+from app.cli.commands.guide import find_page
 from app.core.errors import DisplayError
 from widgets.actions.registry import shortcuts_html
 from widgets.actions.table import MOUSE_GESTURES

@@ -18,7 +18,7 @@ from app.maps.tactile_map import SEAM_RATIO, TactileMap
 from app.skin.formats.taxel_files import taxel_sets
 from app.skin.formats.taxel_set import TaxelSet
 from app.skin.formats.unige_json import UnigeFile, UnigeMap, write_unige
-from app.skin.triangulation import triangulate
+from app.skin.reconstruction.triangulation import triangulate
 
 
 def write_unige_map(map_: TactileMap, path: str | Path, *, name: str = "tactile map") -> None:

@@ -32,7 +32,7 @@ from app.maps.learned.embedding import NEIGHBOURS, classical_mds, embed, embed_i
 from app.maps.learned.information_distance import dissimilarity
 from app.maps.learned.learned_map import LearnedMap
 from app.maps.learned.readings import detect_touch
-from app.skin.triangulation import triangulate
+from app.skin.reconstruction.triangulation import triangulate
 
 _LARGEST_HOLE = 8
 """A hole with no more sides is an accident of the triangles, not an end of the body."""

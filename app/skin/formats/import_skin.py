@@ -14,8 +14,8 @@ from pathlib import Path
 
 from app.core.errors import Finding, SkinError
 from app.core.files import MAX_UNPACKED_BYTES, array_format, read_bounded_file
+from app.robots.formats.touch_sensors import read_touch_sensors, states_touch_sensors
 from app.robots.robot import Robot
-from app.robots.touch_sensors import read_touch_sensors, states_touch_sensors
 from app.skin.fit import carrying_link, fit_taxels_to_link, match_frame
 from app.skin.formats.icub_frames import icub_frames
 from app.skin.formats.icub_positions import read_icub_positions
@@ -23,7 +23,7 @@ from app.skin.formats.mujoco_touch import skin_of_touch_sensors
 from app.skin.formats.npz import FORMAT as TAXEL_FORMAT
 from app.skin.formats.taxel_files import read_taxel_sets, taxel_format_for
 from app.skin.formats.taxel_set import TaxelSet
-from app.skin.reconstruct import skin_from_taxels
+from app.skin.reconstruction.reconstruct import skin_from_taxels
 from app.skin.skin import Skin, merge_skins
 from app.skin.skin_file import FORMAT, MAP_FORMAT, load_skin
 

@@ -15,8 +15,8 @@ from scipy.spatial import cKDTree
 from app.core.arrays import FloatArray
 from app.core.errors import Finding, SkinError
 from app.core.files import write_atomically
+from app.robots.formats.touch_sensors import TouchSensor, read_touch_sensors
 from app.robots.robot import Robot
-from app.robots.touch_sensors import TouchSensor, read_touch_sensors
 from app.skin.fit import fit_taxels_to_link
 from app.skin.formats.taxel_set import MAX_TAXELS, TaxelSet
 from app.skin.skin import Skin, merge_skins

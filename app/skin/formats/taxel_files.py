@@ -23,8 +23,8 @@ from app.skin.formats.npz import read_taxel_npz, write_taxel_npz
 from app.skin.formats.taxel_set import TaxelSet
 from app.skin.formats.unige_json import UnigeFile, UnigeMap, read_unige, write_unige
 from app.skin.formats.urdf_tactile import read_urdf_taxels, write_urdf_taxels
+from app.skin.reconstruction.triangulation import triangulate
 from app.skin.skin import Skin, join_identities
-from app.skin.triangulation import triangulate
 
 _COLUMN_UNIT = re.compile("_m{1,2}$")
 _POSITIONS_BEGIN = (["name"], ["spatial_sampling"], ["taxel2repr"], ["[calibration]"])

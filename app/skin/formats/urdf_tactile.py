@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 from app.core.arrays import FloatArray, IntArray
 from app.core.errors import Finding, RobotError, SkinError, add_finding, errors_in_file
 from app.core.files import read_bounded_file, write_atomically
-from app.robots.safe_files import parse_xml
+from app.robots.files.safe_files import parse_xml
 from app.skin.formats.taxel_set import MAX_TAXELS, TaxelSet, distinct_numbers
 
 _COLUMN_MAJOR = ("col-major", "column-major")

@@ -11,8 +11,8 @@ import numpy as np
 from app.flattening.cut import SeamPlan
 from app.flattening.methods import METHODS
 from app.maps.topography import BodyDistances, measure_topography
-from app.skin.sampling import place_evenly
 from app.skin.skin import Patch, Skin
+from app.skin.taxel_placement.sampling import place_evenly
 from app.studies.figures import Figure
 from app.studies.rows import Case, Row
 from app.studies.stages.timed_flattening import DISTORTION, distortion_percent, flatten_timed

@@ -17,8 +17,8 @@ from app.geometry.connectivity import remove_unreferenced
 from app.geometry.mesh import Mesh
 from app.maps.layout import MapLayout, Placement
 from app.maps.tactile_map import TactileMap
-from app.skin.sampling import taxels_at_points
 from app.skin.skin import Patch, Skin
+from app.skin.taxel_placement.sampling import taxels_at_points
 
 _TURN = 2 * np.pi
 

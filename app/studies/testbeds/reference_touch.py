@@ -18,8 +18,8 @@ from app.core.arrays import FloatArray, IntArray
 from app.geometry.closest_point import ClosestPoint
 from app.geometry.mesh import Mesh
 from app.geometry.pose import Pose
-from app.skin.sampling import place_evenly
 from app.skin.skin import Patch, Skin
+from app.skin.taxel_placement.sampling import place_evenly
 from app.studies.testbeds.reference_bodies import SIDE, flat_map, tube
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.half_space_stress import GridBlur

@@ -12,8 +12,8 @@ from app.geometry.mesh import Mesh
 from app.maps.layout import MapLayout, Placement
 from app.maps.tactile_map import TactileMap
 from app.robots.robot import Joint, Link, Robot
-from app.skin.sampling import place_evenly
 from app.skin.skin import Patch, Skin
+from app.skin.taxel_placement.sampling import place_evenly
 
 MASS = 4.0
 """Of the plate [kg]."""

@@ -12,7 +12,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from app.cli import study_command
+from app.cli.commands import study as study_command
 from app.cli.main import run_command
 from app.recording.recover import recover
 

@@ -10,8 +10,8 @@ from app.geometry.mesh import Mesh
 from app.maps.build import build_map
 from app.maps.layout import MapLayout, Placement
 from app.maps.tactile_map import TactileMap
-from app.skin.sampling import place_evenly
 from app.skin.skin import Patch, Skin
+from app.skin.taxel_placement.sampling import place_evenly
 
 
 @cache

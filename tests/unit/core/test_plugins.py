@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.cli.inspect_command import REGISTRIES
+from app.cli.commands.inspect import REGISTRIES
 from app.contacts.force_estimation.estimation import FORCE_ESTIMATORS
 from app.contacts.pipeline import ReadingSettings, read_contacts
 from app.core.errors import LiveError, PluginError, SceneError, SimulationError, UsageError

@@ -10,7 +10,7 @@ import pytest
 import trimesh
 
 from app.geometry.mesh import Mesh
-from app.robots.mjcf import load_mjcf
+from app.robots.formats.mjcf import load_mjcf
 from app.robots.sanitize import collision_exclusions, keyframe_home, name_unnamed_elements, strip_scene
 
 GRIPPER = """<mujoco><worldbody><camera name="c"/><site name="w"/><body name="palm"><geom size="0.1"/><site name="s"/>

@@ -11,8 +11,8 @@ from app.core.errors import SimulationError
 from app.geometry.mesh import Mesh
 from app.robots.kinematics import Configuration
 from app.simulation.known_load_check import GRAVITY, find_level_place, weigh
-from app.skin.sampling import place_evenly
 from app.skin.skin import Patch, Skin
+from app.skin.taxel_placement.sampling import place_evenly
 from app.tactile.elastic_layer import ElasticLayer
 from tests.support.touch import arm, bar, bar_skin
 

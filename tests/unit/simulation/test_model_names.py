@@ -14,8 +14,8 @@ from app.simulation.model_assembly import assemble
 from app.simulation.model_names import body_name, is_hull, is_object, plain_name, shape_name, slab_name
 from app.simulation.simulation import Simulation
 from app.skin.link_hulls import hull_name
-from app.skin.sampling import place_evenly
 from app.skin.skin import Patch, Skin
+from app.skin.taxel_placement.sampling import place_evenly
 from app.tactile.elastic_layer import ElasticLayer
 from tests.support.scene_objects import thing
 from tests.support.touch import hold

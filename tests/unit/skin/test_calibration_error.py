@@ -7,8 +7,8 @@ import pytest
 
 from app.core.errors import SkinError
 from app.skin.calibration_error import MAX_ERROR, MODULE_TAXELS, group_into_modules, with_calibration_error
-from app.skin.sampling import taxels_at_barycentric
 from app.skin.skin import Patch, Skin
+from app.skin.taxel_placement.sampling import taxels_at_barycentric
 from tests.support.touch import bar_skin
 
 SKIN = bar_skin(300)

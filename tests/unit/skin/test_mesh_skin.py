@@ -7,8 +7,8 @@ from app.core.errors import MeshError, SkinError
 from app.geometry.closest_point import ClosestPoint
 from app.geometry.mesh import Mesh
 from app.skin.mesh_skin import skin_of_mesh
-from app.skin.placement import PaintedZone, PlacementSpec, SphereZone
 from app.skin.skin import Skin
+from app.skin.taxel_placement.placement import PaintedZone, PlacementSpec, SphereZone
 from tests.hard_cases.meshes import HARD_MESHES, HOPELESS_MESHES, hard_mesh, joined, loose, loose_pieces, moved
 from tests.support.surfaces import frustum, sphere
 

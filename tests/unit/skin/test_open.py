@@ -12,8 +12,8 @@ from app.maps.formats.map_file import save_map
 from app.skin.formats.import_skin import NO_ROBOT
 from app.skin.formats.taxel_files import write_taxels
 from app.skin.open import SkinOptions, open_skin
-from app.skin.placement import PlacementSpec
 from app.skin.skin_file import save_skin
+from app.skin.taxel_placement.placement import PlacementSpec
 from tests.support.surfaces import frustum, sheet, skin_of
 
 FEW = PlacementSpec(taxels=40)

@@ -9,9 +9,9 @@ import pytest
 from app.core.errors import Finding, SkinError
 from app.core.files import pack_arrays, unpack_arrays
 from app.skin import skin_file
-from app.skin.sampling import place_evenly
 from app.skin.skin import Patch, Skin
 from app.skin.skin_file import load_skin, save_skin, skin_from_bytes, skin_to_bytes
+from app.skin.taxel_placement.sampling import place_evenly
 from tests.hard_cases.meshes import HARD_MESHES
 
 Header, Arrays = dict[str, object], dict[str, np.ndarray]

@@ -13,7 +13,7 @@ from app.skin.calibration_error import with_calibration_error
 from app.skin.fit import fit_taxels_to_link
 from app.skin.formats.taxel_files import taxel_sets
 from app.skin.formats.taxel_set import TaxelSet
-from app.skin.reconstruct import reconstruct_skin
+from app.skin.reconstruction.reconstruct import reconstruct_skin
 from app.skin.skin import (
     LARGEST_NUMBER,
     NO_IDENTITY,

@@ -20,7 +20,7 @@ def test_the_command_line_knows_them_and_stays_light():
     code = "import sys; from app.cli.parser import build_parser; build_parser(); print(sorted(sys.modules))"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert "'app.studies.catalogue'" in loaded
-    for heavy in ("numpy", "mujoco", "scipy", "app.cli.study_command"):
+    for heavy in ("numpy", "mujoco", "scipy", "app.cli.commands.study"):
         assert f"'{heavy}'" not in loaded
 
 

@@ -6,7 +6,7 @@ import pytest
 from PySide6.QtCore import QUrl
 from PySide6.QtGui import QImage, QTextDocument
 
-from app.cli.guide_command import find_page, page_names
+from app.cli.commands.guide import find_page, page_names
 from widgets.common.guide_window import GuideWindow
 
 

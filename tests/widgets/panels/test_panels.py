@@ -20,13 +20,13 @@ from widgets.common.colours import LIGHT
 from widgets.common.panel import LabelledSlider, Panel
 from widgets.document.map_editor import MapEditor
 from widgets.document.taxel_selection import TaxelSelection
-from widgets.panels.contacts_panel import ContactsPanel
-from widgets.panels.controller_panel import ControllerPanel
-from widgets.panels.effects_panel import EffectsPanel
+from widgets.panels.control.controller_panel import ControllerPanel
+from widgets.panels.maps.quality_panel import QualityPanel
 from widgets.panels.panel_column import COLUMN_WIDTH, PanelColumn
-from widgets.panels.quality_panel import QualityPanel
 from widgets.panels.registry import PANELS, PanelSpec
-from widgets.panels.timing_panel import VIEW_STAGE, TimingPanel
+from widgets.panels.simulation.effects_panel import EffectsPanel
+from widgets.panels.simulation.timing_panel import VIEW_STAGE, TimingPanel
+from widgets.panels.touch.contacts_panel import ContactsPanel
 from widgets.session.backends import INLINE
 from widgets.session.live_session import LiveSession
 from widgets.workers.scene_worker import InlineSceneWorker

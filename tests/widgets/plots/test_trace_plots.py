@@ -16,7 +16,7 @@ from tests.widgets.support.samples import touched
 from widgets.common.colours import DARK
 from widgets.common.tool_kinds import SelectionMode
 from widgets.document.taxel_selection import TAXEL_COLOURS, SelectionUpdate, TaxelSelection, region_colour
-from widgets.panels.contacts_panel import ContactsPanel
+from widgets.panels.touch.contacts_panel import ContactsPanel
 from widgets.plots.live_plots import LivePlots
 from widgets.plots.trace_plots import TracePlot
 

@@ -388,7 +388,7 @@ class RestlessPerson(RuleBasedStateMachine):
 @pytest.mark.filterwarnings("error")
 def test_whatever_a_restless_person_does_the_map_stays_whole(prepared, qapp, tmp_path, monkeypatch):
     monkeypatch.setattr(
-        "widgets.presenters.map_file_presenter.user_state_path", lambda *_args, **_kwargs: tmp_path / "state"
+        "widgets.presenters.files.map_file_presenter.user_state_path", lambda *_args, **_kwargs: tmp_path / "state"
     )
     RestlessPerson.prepared, RestlessPerson.done = prepared, 0
     run_state_machine_as_test(

@@ -18,10 +18,10 @@ from tests.widgets.support.map_view_driver import HeldWorker, open_editor
 from tests.widgets.support.robot_view_driver import BESIDE, LEFT, MIDDLE, NONE, Heard, open_view, picture, skin_pixel
 from tests.widgets.support.snapshots import pixels
 from widgets.overlays.body_overlays import MarkRole, PointMark, SkinTexture, ToolMarks
-from widgets.tools.interest_tool import InterestTool
-from widgets.tools.pin_tool import PinTool
+from widgets.tools.map_editing.interest_tool import InterestTool
+from widgets.tools.map_editing.pin_tool import PinTool
+from widgets.tools.map_editing.seam_tool import SeamTool
 from widgets.tools.registry import PINS
-from widgets.tools.seam_tool import SeamTool
 
 FAR = QPoint(24, -18)
 _PIXELS = np.full((8, 8), 0xFF8080FF, np.uint32)

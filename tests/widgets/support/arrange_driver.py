@@ -13,9 +13,9 @@ from app.editing.document import MapDocument
 from tests.widgets.support.layered_map_view import layered_map_view
 from widgets.common.colours import DARK, PressureScale
 from widgets.document.map_editor import MapEditor
-from widgets.tools.arrange_tool import ArrangeTool
+from widgets.tools.map_editing.arrange_tool import ArrangeTool
+from widgets.tools.map_editing.transform_box import TransformBox
 from widgets.tools.registry import ARRANGE
-from widgets.tools.transform_box import TransformBox
 from widgets.workers.scene_worker import SceneWorker
 
 LEFT, NO_BUTTON = Qt.MouseButton.LeftButton, Qt.MouseButton.NoButton

@@ -16,8 +16,8 @@ from tests.widgets.support.map_view_driver import (
     set_path_kind,
     small_document,
 )
-from widgets.tools.control_settings_editor import ControlSettingsEditor
-from widgets.tools.path_tool import PathTool
+from widgets.tools.control.control_settings_editor import ControlSettingsEditor
+from widgets.tools.control.path_tool import PathTool
 from widgets.tools.registry import PATH
 from widgets.workers.scene_worker import InlineSceneWorker
 

@@ -20,7 +20,7 @@ from app.skin.formats.npz import read_taxel_npz
 from app.skin.formats.taxel_files import read_taxel_sets, read_taxels, taxel_sets, write_taxels
 from app.skin.formats.taxel_set import TaxelSet
 from app.skin.open import open_skin
-from app.skin.reconstruct import skin_from_taxels
+from app.skin.reconstruction.reconstruct import skin_from_taxels
 from app.skin.skin import IDENTITY_FIELDS, LARGEST_NUMBER, Skin, TaxelIdentity
 from tests.support.surfaces import frustum, sheet, skin_of
 from tests.unit.skin.formats.example_taxels import assert_equal, dome, kinds, strip

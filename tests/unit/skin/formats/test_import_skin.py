@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.cli.inspect_command import describe
+from app.cli.commands.inspect import describe
 from app.cli.main import run_command
 from app.cli.parser import build_parser
 from app.cli.scenes import scene_from_arguments

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from app.__main__ import main
-from app.cli.inspect_command import describe
+from app.cli.commands.inspect import describe
 from app.cli.parser import build_parser
 from app.cli.scenes import scene_from_arguments
 from app.core.errors import SkinError
@@ -21,7 +21,7 @@ from app.skin.formats import mujoco_touch
 from app.skin.formats.import_skin import check_links, import_skin, is_robot_with_taxels
 from app.skin.formats.mujoco_touch import write_touch_sensors
 from app.skin.open import SkinOptions, open_skin
-from app.skin.placement import PlacementSpec
+from app.skin.taxel_placement.placement import PlacementSpec
 
 PLATE = """<mujoco model="plate"><worldbody><body name="plate" pos="0 0 0.5">
   <geom name="plate" type="box" size="0.06 0.06 0.01"/>SITES</body>

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from app.maps.build import build_map
-from app.skin.sampling import place_evenly
 from app.skin.skin import Patch, Skin
+from app.skin.taxel_placement.sampling import place_evenly
 from app.studies.testbeds.reference_bodies import MESHES
 from app.studies.work_precision import Subject
 

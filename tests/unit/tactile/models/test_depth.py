@@ -7,8 +7,8 @@ import pytest
 
 from app.scene.effects import Effects
 from app.simulation.simulation import Simulation
-from app.skin.sampling import place_evenly
 from app.skin.skin import Patch, Skin
+from app.skin.taxel_placement.sampling import place_evenly
 from app.tactile.contact_notes import ContactNote, ContactNoteKind
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.poke import Finger, PokePressed

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from app.geometry.mesh import Mesh
-from app.skin.sampling import place_evenly
 from app.skin.skin import Patch, Skin
+from app.skin.taxel_placement.sampling import place_evenly
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.half_space_stress import disc_stress, point_stress, subsurface_field
 from app.tactile.loads import sphere_load

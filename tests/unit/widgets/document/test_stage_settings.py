@@ -11,8 +11,8 @@ from app.editing.document import MapDocument
 from app.editing.reflatten import apply_result, reflatten
 from app.editing.seams import extra_seams
 from app.maps.build import build_map
-from app.skin.sampling import place_evenly
 from app.skin.skin import Patch, Skin
+from app.skin.taxel_placement.sampling import place_evenly
 from app.studies.stages.registry import STAGES
 from app.studies.testbeds.reference_bodies import MESHES
 from app.studies.work_precision import Setting

@@ -11,7 +11,7 @@ from app.control.command import CHOICES, ControlSettings, TaskReport
 from app.control.command import RegraspState as State
 from app.control.limits import Limit, LimitKind
 from tests.widgets.support.samples import leaf_map, touched
-from widgets.panels.controller_panel import StepResponseMonitor, step_response_text, task_status_text
+from widgets.panels.control.controller_panel import StepResponseMonitor, step_response_text, task_status_text
 
 TICK = 0.016
 

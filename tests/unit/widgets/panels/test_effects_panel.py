@@ -10,7 +10,7 @@ from app.core.timing import Timings
 from app.scene.effects import EFFECTS
 from app.scene.scene import Scene, with_override
 from app.tactile.sensor_effects import Noise, SensorEffects
-from widgets.panels.effects_panel import (
+from widgets.panels.simulation.effects_panel import (
     EffectCosts,
     automatic_rows,
     credited_decision,

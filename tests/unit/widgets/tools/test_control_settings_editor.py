@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from app.control.command import ControlSettings
-from widgets.tools.control_settings_editor import MOST_STEPS, ControlUndoStack
+from widgets.tools.control.control_settings_editor import MOST_STEPS, ControlUndoStack
 
 FIRST = ControlSettings()
 PATH = replace(FIRST, controller="hybrid", task="follow_path", path=((0.0, 0.0), (0.1, 0.0)))

@@ -7,7 +7,7 @@ import pytest
 
 from app.maps.paths import draw_path
 from widgets.interaction.polyline import simplify_polyline
-from widgets.tools.drawn_path import DrawnPath, HandleKind, PathHandle, PathSketch
+from widgets.tools.control.drawn_path import DrawnPath, HandleKind, PathHandle, PathSketch
 
 BENT = ((0.0, 0.0), (0.1, 0.0), (0.1, 0.06))
 RING = (*BENT, BENT[0])

@@ -11,7 +11,7 @@ from app.geometry.mesh import SurfacePoint
 from app.maps.build import build_map
 from tests.support.surfaces import frustum, sheet, skin_of
 from widgets.interaction.view_tool import PointerHit
-from widgets.tools.mesh_picking import (
+from widgets.tools.map_editing.mesh_picking import (
     PICK_RADIUS_PX,
     EdgePaths,
     as_edges,

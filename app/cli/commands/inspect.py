@@ -1,0 +1,288 @@
+"""``inspect``: what a robot, skin, map, scene or recording holds, and what is wrong with it; and the plug-ins."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from app.cli.output import plain_text, print_fields, print_json, print_line, progress_line
+from app.cli.scenes import package_roots
+from app.core.errors import Finding, TactileMapsError, UsageError
+from app.core.plugins import Plugin, Registry, unknown_kinds
+from app.maps.formats.map_file import load_map
+from app.maps.quality import measure
+from app.recording.damage import damage_text
+from app.recording.player import RecordingPlayer
+from app.robots.formats.touch_sensors import read_touch_sensors
+from app.robots.library import load_robot
+from app.robots.robot import Robot
+from app.scene.scene import Scene
+from app.scene.scene_file import scene_names
+from app.session.prepare import open_scene, prepare
+from app.skin.formats.icub_layout import read_icub_layout
+from app.skin.formats.import_skin import TAXEL_ENDINGS, holds_taxels, is_own_skin, is_robot_with_taxels
+from app.skin.formats.taxel_files import read_taxel_sets, taxel_format_for
+from app.skin.skin import Skin, identity_summary, identity_text, join_identities
+from app.skin.skin_file import load_skin
+from app.studies.ablation import ablation_cost
+
+REGISTRIES: Mapping[str, tuple[str, str]] = {
+    "contact_models": ("app.tactile.models.contact_model", "CONTACT_MODELS"),
+    "map_methods": ("app.flattening.methods", "METHODS"),
+    "estimators": ("app.contacts.force_estimation.estimation", "FORCE_ESTIMATORS"),
+    "importers": ("app.skin.formats.taxel_files", "TAXEL_FORMATS"),
+    "exporters": ("app.export.export", "FORMATS"),
+    "sources": ("app.live.sources.open", "SOURCE_KINDS"),
+}
+"""By kind the module and name of its registry; imported when it is asked."""
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Open whatever it is and describe it."""
+    if arguments.plugins == (arguments.input is not None):
+        raise UsageError("there is nothing to inspect", remedy="Give one file or name, or --plugins alone")
+    if arguments.plugins:
+        return _list_plugins(as_json=arguments.json)
+    found = describe(arguments.input, package_roots=package_roots(arguments))
+    if arguments.json:
+        print_json(found)
+        return 0
+    apart = ("effects", "problems", "identity")
+    plain = {key.capitalize(): _text(value) for key, value in found.items() if key not in apart}
+    plain["Identity"] = identity_text(found.get("identity", {}))
+    print_fields({key: value for key, value in plain.items() if value})
+    _print_effects(found.get("effects", ()))
+    for problem in found["problems"]:
+        print_line(f"  {problem['kind']} ({problem['count']}) {problem['where']}: {problem['remedy']}")
+    return 0
+
+
+def _print_effects(effects: Sequence[dict[str, Any]]) -> None:
+    """What is on with its cost and reason, then what is off, each a line."""
+    for word, on in (("On", True), ("Off", False)):
+        rows = [row for row in effects if row["on"] == on]
+        if rows:
+            print_line(f"{word}:")
+        for row in rows:
+            cost = f"{row['ms']:8.3f} ms" if row["ms"] is not None else " " * 11
+            value = row["value"] if row["value"] not in ("on", "off") else ""
+            print_line(f"  {row['title']:<24}{value:<14}{cost}  {row['why']}")
+
+
+def describe(name: str, *, package_roots: Sequence[str] = ()) -> dict[str, Any]:
+    """What ``name`` is, by its ending; names of scenes come before names of robots.
+
+    Raises:
+        TactileMapsError: It is none of them, or broken.
+    """
+    ending = Path(name).suffix.lower()
+    if ending == ".mcap":
+        return _recording(name)
+    if ending == ".urdf" and holds_taxels(name):
+        return _robot_with_taxels(name) if is_robot_with_taxels(name) else _taxel_file(name)
+    if ending in (".xml", ".mjcf") and holds_taxels(name):
+        return _robot_with_touch_sensors(name, package_roots)
+    if ending == ".npz" and (is_own_skin(name) or not holds_taxels(name)):
+        return _arrays(name)
+    if ending in (".npz", *TAXEL_ENDINGS):
+        return _taxel_file(name)
+    if ending == ".ini":
+        return _layout(name)
+    if ending == ".toml" or name in scene_names():
+        return _scene(open_scene(name, package_roots=package_roots))
+    if taxel_format_for(Path(name)) is not None:
+        return _taxel_file(name)
+    return {"kind": "robot", **_robot(load_robot(name, package_roots=package_roots))}
+
+
+def _robot_with_taxels(name: str) -> dict[str, Any]:
+    """A robot description that states its taxels: what it holds of both."""
+    robot, taxels = _robot(load_robot(name)), _taxel_file(name)
+    found = {"kind": "robot with taxels", **robot, **{key: taxels[key] for key in ("taxels", "identity")}}
+    return found | {"taxel_links": taxels["links"], "problems": robot["problems"] + taxels["problems"]}
+
+
+def _robot_with_touch_sensors(name: str, package_roots: Sequence[str]) -> dict[str, Any]:
+    """An MJCF model with touch sensors: what it holds of both."""
+    robot = load_robot(name, package_roots=package_roots)
+    sensors, findings = read_touch_sensors(Path(name), package_roots=[Path(root) for root in package_roots])
+    found = {"kind": "robot with taxels", **_robot(robot), "taxels": sum(len(sensor.origins) for sensor in sensors)}
+    found |= {"taxel_links": list(dict.fromkeys(sensor.link for sensor in sensors))}
+    return found | {
+        "touch_sensors": [sensor.name for sensor in sensors],
+        "problems": found["problems"] + _problems(findings),
+    }
+
+
+def _robot(robot: Robot) -> dict[str, Any]:
+    return {
+        "name": robot.name,
+        "source": robot.source,
+        "links": [link.name for link in robot.links],
+        "joints": [joint.name for joint in robot.joints],
+        "bodies": len(robot.links),
+        "problems": _problems(robot.findings),
+    }
+
+
+def _skin(skin: Skin) -> dict[str, Any]:
+    return {
+        "taxels": len(skin),
+        "patches": [
+            {"name": patch.name, "link": patch.link, "taxels": len(patch.taxels), "cm2": 1e4 * patch.surface.area}
+            for patch in skin.patches
+        ],
+        "identity": identity_summary(skin.identity),
+    }
+
+
+def _scene(scene: Scene) -> dict[str, Any]:
+    prepared = prepare(scene, progress=progress_line())
+    costs = ablation_cost(prepared)
+    effects = [
+        {
+            "name": row.name,
+            "title": row.title,
+            "on": row.on,
+            "value": row.value,
+            "why": row.why,
+            "overridden": row.overridden,
+            "ms": costs.get(row.name),
+        }
+        for row in scene.decision.rows
+    ]
+    bodies = (finding for body in prepared.objects for finding in body.findings)
+    problems = (*scene.decision.warnings, *prepared.robot.findings, *prepared.skin.findings, *bodies)
+    return {
+        "kind": "scene",
+        **_robot(prepared.robot),
+        "name": scene.name,
+        "title": scene.title,
+        "robot": scene.robot,
+        "task": scene.task,
+        "outputs": list(scene.wanted),
+        **_skin(prepared.skin),
+        "objects": [
+            {"name": spec.name, "kind": spec.kind, "mass": spec.mass, "at": list(spec.at)} for spec in scene.objects
+        ],
+        "effects": effects,
+        "problems": _problems(problems),
+    }
+
+
+def _recording(name: str) -> dict[str, Any]:
+    player = RecordingPlayer(name)
+    tick, remedy = player.prepared.scene.tick, f"tactile-maps recover {name} -o recovered.mcap keeps what is whole"
+    problems = [
+        {"kind": damage.kind.value, "where": damage_text(damage, tick), "remedy": remedy, "count": damage.count or 1}
+        for damage in player.damage
+    ]
+    return {
+        "kind": "recording",
+        "name": player.prepared.scene.name,
+        "robot": player.prepared.robot.name,
+        "links": [link.name for link in player.prepared.robot.links],
+        "joints": [joint.name for joint in player.prepared.robot.joints],
+        **_skin(player.prepared.skin),
+        "frames": len(player),
+        "complete": player.complete,
+        "seconds": player.duration,
+        "inputs": len(player.inputs),
+        "versions": player.versions,
+        "problems": problems,
+    }
+
+
+def _arrays(name: str) -> dict[str, Any]:
+    """A map, or failing that a skin; both are npz."""
+    try:
+        map_ = load_map(name)
+    except TactileMapsError as not_a_map:
+        try:
+            skin = load_skin(name)
+        except TactileMapsError:
+            raise not_a_map from None
+        return {"kind": "skin", "name": Path(name).stem, **_skin(skin), "problems": _problems(skin.findings)}
+    return {
+        "kind": "map",
+        "name": Path(name).stem,
+        **_skin(map_.skin),
+        "quality": measure(map_).to_json(),
+        "problems": _problems(map_.skin.findings),
+    }
+
+
+def _taxel_file(name: str) -> dict[str, Any]:
+    sets = read_taxel_sets(name)
+    return {
+        "kind": "taxel file",
+        "name": Path(name).stem,
+        "links": [taxels.link for taxels in sets],
+        "taxels": sum(map(len, sets)),
+        "mapped": sum(int(taxels.mapped.sum()) for taxels in sets),
+        "identity": identity_summary(join_identities([taxels.identity for taxels in sets])),
+        "problems": _problems(finding for taxels in sets for finding in taxels.findings),
+    }
+
+
+def _layout(name: str) -> dict[str, Any]:
+    layout = read_icub_layout(name)
+    return {
+        "kind": "layout",
+        "name": layout.name,
+        "modules": len(layout.modules),
+        "taxels": len(layout.numbers),
+        "problems": _problems(layout.findings),
+    }
+
+
+def _problems(findings: Iterable[Finding]) -> list[dict[str, Any]]:
+    return [{"kind": f.kind, "where": f.where, "remedy": f.action, "count": f.count} for f in findings]
+
+
+def _text(value: object) -> str:
+    return ", ".join(_item(item) for item in value) if isinstance(value, list) else plain_text(value)
+
+
+def _item(item: object) -> str:
+    """A patch or an object in few words."""
+    if not isinstance(item, dict):
+        return plain_text(item)
+    return f"{item['name']} ({item['taxels']} taxels)" if "taxels" in item else f"{item['name']} ({item['kind']})"
+
+
+def _list_plugins(*, as_json: bool) -> int:
+    """What other installed packages add, kind by kind; 0 also when some of it is left out."""
+    found = tuple(_every_plugin())
+    if as_json:
+        print_json({"plugins": [_plugin_row(plugin) for plugin in found]})
+        return 0
+    if not found:
+        print_line("No plug-ins are installed.")
+    width = [max((len(cell) for cell in column), default=0) for column in zip(*map(_plugin_cells, found), strict=True)]
+    for plugin in found:
+        print_line(
+            "  ".join(f"{cell:<{wide}}" for cell, wide in zip(_plugin_cells(plugin), width, strict=True)).rstrip()
+        )
+    return 0
+
+
+def _every_plugin() -> Iterator[Plugin]:
+    for module, name in REGISTRIES.values():
+        registry: Registry[Any] = getattr(import_module(module), name)
+        yield from registry.plugins()
+    yield from unknown_kinds(tuple(REGISTRIES))
+
+
+def _plugin_cells(plugin: Plugin) -> tuple[str, ...]:
+    state = "in use" if plugin.problem is None else f"left out: {plugin.problem}"
+    return plugin.kind, plugin.name, f"{plugin.package} {plugin.version}", state
+
+
+def _plugin_row(plugin: Plugin) -> dict[str, object]:
+    state = "in use" if plugin.problem is None else "left out"
+    about = {"kind": plugin.kind, "name": plugin.name, "package": plugin.package, "version": plugin.version}
+    return {**about, "target": plugin.target, "state": state, "problem": plugin.problem}

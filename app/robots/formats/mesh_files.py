@@ -1,0 +1,298 @@
+"""Mesh files in and out: whatever the format, what leaves here is a checked Mesh or a named error.
+
+``AssetStore`` gathers the mesh files a robot names under bare names, in a form MuJoCo can be trusted with.
+"""
+
+from __future__ import annotations
+
+import io
+import logging
+import re
+import struct
+import warnings
+from pathlib import Path
+from urllib.parse import unquote
+from xml.etree.ElementTree import tostring
+
+import numpy as np
+import trimesh
+from collada.common import DaeError
+
+from app.core.arrays import FloatArray, IntArray
+from app.core.codec import parse_json
+from app.core.errors import Finding, MeshError, RobotError
+from app.geometry.mesh import Mesh
+from app.robots.files.safe_files import parse_xml, read_bytes, resolve_inside
+
+MESH_SUFFIXES = (".obj", ".stl", ".ply", ".off", ".gltf", ".glb", ".dae", ".msh")
+FOREIGN_FORMATS = {
+    ".fbx": "Open it in Blender and export glTF (.glb)",
+    ".blend": "Open it in Blender and export glTF (.glb)",
+    ".step": "Open it in FreeCAD or another CAD program and export STL or glTF",
+    ".stp": "Open it in FreeCAD or another CAD program and export STL or glTF",
+    ".iges": "Open it in FreeCAD or another CAD program and export STL or glTF",
+    ".3ds": "Open it in Blender and export glTF (.glb)",
+}
+"""Formats of meshes that are not read, and what to do with them."""
+MAX_FACES = 5_000_000
+MAX_COORDINATE = 1e7
+LARGEST_IN_METRES, SMALLEST_IN_METRES = 10.0, 1e-3  # m, of the bounding box's diagonal
+_FAR = 1e3  # sizes from the origin
+_QUOTED = re.compile(r"b?'[^']*'|b?\"[^\"]*\"")
+logging.getLogger("trimesh").addHandler(logging.NullHandler())  # its tracebacks are not for users; our errors are
+# What third-party parsers raise on files that are not what they claim to be.
+_PARSER_ERRORS = (ValueError, TypeError, KeyError, IndexError, AttributeError, NameError, AssertionError,
+                  NotImplementedError, MemoryError, OverflowError, RecursionError, EOFError, struct.error,
+                  DaeError, DeprecationWarning)  # fmt: skip
+
+
+def read_mesh(path: Path) -> Mesh:
+    """The triangles of a mesh file in the file's own units, as one mesh; corners at the same place become one vertex.
+
+    Raises:
+        RobotError: The file is missing, a folder or larger than 64 MB.
+        MeshError: It cannot be read, is empty, or holds numbers that are not finite.
+    """
+    return parse_mesh(read_bytes(path), path)
+
+
+def parse_mesh(data: bytes, path: Path) -> Mesh:
+    """Like ``read_mesh``, from bytes; ``path`` tells the format by its suffix and the name for errors."""
+    check_format(path)
+    suffix = path.suffix.lower()
+    try:
+        vertices, faces = _from_msh(data) if suffix == ".msh" else _by_trimesh(data, suffix, path)
+    except _PARSER_ERRORS as error:
+        raise MeshError(
+            "the mesh cannot be read", file=path, value=_without_content(error), remedy="Export it again"
+        ) from error
+    _check_limits(vertices, faces, path)
+    try:
+        return Mesh(*_weld(vertices, Mesh(vertices, faces).faces))
+    except MeshError as error:
+        raise error.at(file=path) from error
+
+
+def check_format(path: Path) -> None:
+    """Refuse a file whose name says that it is no mesh we read, before it is opened.
+
+    Raises:
+        MeshError: Saying what to export instead, where the format is known.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in MESH_SUFFIXES:
+        known = FOREIGN_FORMATS.get(suffix)
+        raise MeshError(
+            "the mesh format is not supported",
+            file=path,
+            value=path.suffix or "no file extension",
+            remedy=known or f"Convert it to one of: {', '.join(MESH_SUFFIXES)}",
+        )
+
+
+def _without_content(error: BaseException) -> str:
+    """What a parser says, without the pieces of the file that it quotes: they may be anything."""
+    return f"{type(error).__name__}: {_QUOTED.sub('…', str(error))}"
+
+
+def to_metres(mesh: Mesh, *, where: str) -> tuple[Mesh, tuple[Finding, ...]]:
+    """``mesh`` as it is, or a thousandth of it where its size says that the file was in millimetres.
+
+    Formats other than glTF and Collada do not state a unit. A body more than 10 m across is taken for millimetres; one
+    below 1 mm, or one far from the origin, is left as it is. Each guess and doubt is a Finding.
+
+    Args:
+        mesh: In the file's own unit.
+        where: The file's name, for findings.
+    """
+    size, scale, notes = mesh.size, 1.0, list[Finding]()
+    if size > LARGEST_IN_METRES:
+        notes, scale = [Finding("units", where, f"{size:.3g} across, so taken for millimetres")], 1e-3
+    elif size < SMALLEST_IN_METRES:
+        notes = [Finding("units", where, f"only {size:.3g} m across: scale it if unintended")]
+    away = float(np.linalg.norm(mesh.bounds.mean(axis=0))) if size > 0 else 0.0
+    if away > _FAR * size:
+        notes.append(Finding("far-away", where, f"{away / size:.3g} times its size from the origin: precision is lost"))
+    return (Mesh(scale * mesh.vertices, mesh.faces) if scale != 1.0 else mesh), tuple(notes)
+
+
+def to_msh(mesh: Mesh) -> bytes:
+    """``mesh`` in MuJoCo's binary format: float32 coordinates, vertices and faces in their order.
+
+    MuJoCo wants four vertices at least, so a single triangle repeats its last.
+
+    Layout: four counts (vertices, normals, texture coordinates, faces), then vertices and faces; from the chapter on
+    mesh assets of MuJoCo's XML reference.
+    """
+    vertices = np.vstack([mesh.vertices, *[mesh.vertices[-1:]] * (4 - len(mesh.vertices))])
+    counts = struct.pack("<4i", len(vertices), 0, 0, len(mesh.faces))
+    return counts + vertices.astype("<f4").tobytes() + mesh.faces.astype("<i4").tobytes()
+
+
+def box_mesh(size: float) -> Mesh:
+    """A cube with edges of ``size`` [m] about the origin: the placeholder for a mesh that is missing."""
+    cube = trimesh.creation.box((size, size, size))
+    return Mesh(np.asarray(cube.vertices), np.asarray(cube.faces))
+
+
+def _check_limits(vertices: FloatArray, faces: IntArray, path: Path) -> None:
+    largest = float(np.abs(vertices).max(initial=0.0))
+    if largest > MAX_COORDINATE:  # not so for NaN, which Mesh refuses with its place
+        raise MeshError(
+            "a coordinate is implausibly large",
+            file=path,
+            value=largest,
+            remedy="Export it again in metres or millimetres",
+        )
+    if not len(faces):
+        raise MeshError("the mesh has no triangles", file=path, remedy="Export it again with its surface")
+    if len(faces) > MAX_FACES:
+        raise MeshError(
+            "the mesh has more than 5 million triangles", file=path, value=len(faces), remedy="Simplify it first"
+        )
+
+
+def _from_msh(data: bytes) -> tuple[FloatArray, IntArray]:
+    vertices, normals, coordinates, faces = struct.unpack_from("<4i", data)
+    if min(vertices, normals, coordinates, faces) < 0:
+        raise ValueError("a count is negative")
+    positions = np.frombuffer(data, "<f4", 3 * vertices, 16).reshape(-1, 3)
+    indices = np.frombuffer(data, "<i4", 3 * faces, 16 + 4 * (3 * vertices + 3 * normals + 2 * coordinates))
+    return positions.astype(np.float64), indices.reshape(-1, 3).astype(np.int64)
+
+
+def _by_trimesh(data: bytes, suffix: str, path: Path) -> tuple[FloatArray, IntArray]:
+    unit, data = _collada_shapes(data, path) if suffix == ".dae" else (1.0, data)
+    with np.errstate(all="ignore"), warnings.catch_warnings():  # absurd numbers are refused below, with the file's name
+        warnings.filterwarnings("error", "string or file could not be read", DeprecationWarning)  # of NumPy before 2.3
+        buffers = _gltf_buffers(data, path) if suffix == ".gltf" else None
+        loaded = trimesh.load(io.BytesIO(data), file_type=suffix[1:], process=False, resolver=buffers)
+        mesh = loaded.to_mesh() if isinstance(loaded, trimesh.Scene) else loaded
+    faces = getattr(mesh, "faces", None)
+    if faces is None:
+        return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
+    vertices = np.asarray(mesh.vertices, dtype=np.float64)
+    if vertices.ndim != 2 or vertices.shape[1] != 3:
+        raise ValueError("a vertex is not three numbers")
+    return unit * vertices, np.asarray(faces, dtype=np.int64)
+
+
+def _gltf_buffers(data: bytes, path: Path) -> dict[str, bytes]:
+    """The files beside a glTF file that hold its numbers, by the names it calls them; it may not reach further."""
+    named = [buffer.get("uri", "") for buffer in parse_json(data).get("buffers", [])]
+    return {
+        name: read_bytes(resolve_inside(path.parent / unquote(name), [path.parent], file=path, named=name))
+        for name in named
+        if name and not name.startswith("data:")
+    }
+
+
+def _collada_shapes(data: bytes, path: Path) -> tuple[float, bytes]:
+    """Metres per unit, and the document without its materials: a broken one would take its triangles along.
+
+    The up-axis is left alone because URDF tools leave it alone.
+    """
+    root = parse_xml(data, file=path)
+    unit = root.find("{*}asset/{*}unit")
+    metres = float(unit.get("meter", "1")) if unit is not None else 1.0
+    if not (np.isfinite(metres) and metres > 0):
+        raise ValueError(f"the unit is {metres} metres")
+    for parent in root.iter():
+        parent[:] = [child for child in parent if child.tag.rpartition("}")[2] not in _COLLADA_MATERIALS]
+    return metres, tostring(root)
+
+
+_COLLADA_MATERIALS = ("bind_material", "library_effects", "library_materials", "library_images")
+
+
+def _weld(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
+    """Let corners at exactly the same place share a vertex; formats such as STL repeat them for each triangle."""
+    rows = np.ascontiguousarray(vertices + 0.0)  # -0.0 and 0.0 are one place
+    keys = rows.view([("", rows.dtype)] * 3).ravel()
+    _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
+    order = np.argsort(first)  # keep the file's order of vertices
+    rank = np.empty(len(order), dtype=np.int64)
+    rank[order] = np.arange(len(order))
+    return rows[first[order]], rank[inverse.ravel()][faces]
+
+
+PLACEHOLDER_SIZE = 0.02  # m
+
+
+def split_scale(text: str) -> tuple[str, tuple[float, ...]]:
+    """A ``scale`` as its size and its signs: MuJoCo before 4.0 leaves a mesh of negative scale inside out.
+
+    Example: ``"-1 2 2"`` is ``"1 2 2"`` mirrored by (-1, 1, 1). What is not three numbers is returned as it is.
+    """
+    try:
+        values = [float(word) for word in text.split()]
+    except ValueError:
+        values = []
+    if len(values) != 3 or min(values) >= 0 or not np.isfinite(values).all():
+        return text, (1.0, 1.0, 1.0)
+    return " ".join(repr(abs(value)) for value in values), tuple(float(np.copysign(1.0, value)) for value in values)
+
+
+def _mirrored(mesh: Mesh, signs: tuple[float, ...]) -> Mesh:
+    if all(sign > 0 for sign in signs):
+        return mesh
+    faces = mesh.faces[:, ::-1] if np.prod(signs) < 0 else mesh.faces
+    return Mesh(mesh.vertices * np.asarray(signs), faces)
+
+
+class AssetStore:
+    """Collects meshes while a robot is read. Mutable.
+
+    Attributes:
+        files: Mesh bytes by bare file name, all in MuJoCo's own format.
+        findings: What was noticed.
+        missing: Where the file should be, of the names in ``files`` that stand for a missing one.
+    """
+
+    def __init__(self) -> None:
+        self.files: dict[str, bytes] = {}
+        self.findings: list[Finding] = []
+        self.missing: dict[str, Path] = {}
+        self._names: dict[tuple[Path, str], str] = {}
+        self._faces = 0
+
+    def add(self, path: Path, *, variant: str = "", mirror: tuple[float, ...] = (1.0, 1.0, 1.0)) -> str:
+        """Take in a mesh file and return its bare name; for a missing file a small box stands.
+
+        Args:
+            path: The file.
+            variant: Uses of one file that must keep different names, such as two scales.
+            mirror: Signs by which the file's axes are multiplied; an odd number of them turns the triangles round.
+
+        Raises:
+            MeshError: The file exists but is no usable mesh.
+            RobotError: All meshes together have more than 5 million triangles.
+        """
+        key = (path, f"{variant} {mirror}")
+        if key not in self._names:
+            name = self._names[key] = self._free_name(path.stem)
+            if path.exists():
+                self.files[name] = self._load(path, mirror)
+            else:
+                self.missing[name], self.files[name] = path, to_msh(box_mesh(PLACEHOLDER_SIZE))
+        return self._names[key]
+
+    def _load(self, path: Path, mirror: tuple[float, ...]) -> bytes:
+        check_format(path)
+        mesh = parse_mesh(read_bytes(path), path)
+        self._faces += len(mesh.faces)
+        if self._faces > MAX_FACES:
+            raise RobotError(
+                "its meshes have more than 5 million triangles together",
+                file=path,
+                value=self._faces,
+                remedy="Simplify them first",
+            )
+        return to_msh(_mirrored(mesh, mirror))
+
+    def _free_name(self, stem: str) -> str:
+        name, count = f"{stem}.msh", 1
+        while name in self.files:
+            count += 1
+            name = f"{stem}_{count}.msh"
+        return name

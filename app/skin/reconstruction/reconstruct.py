@@ -1,0 +1,322 @@
+"""A skin from taxels alone: no robot, no mesh, only places in a link's frame.
+
+A surface is laid through the taxels (``triangulation``), or the file's own is taken if it is sound; each connected
+component is a patch. The surface is extended beyond its boundary by half a spacing, to give the outermost taxels their
+share of area, as one taxel, a pair or a row get all of theirs. Barycentric subdivision cuts each triangle by its
+medians into six, two for each corner: so a taxel answers for the sixth parts that touch it, a third of every triangle,
+and feels with about a dozen points.
+
+The extension follows the boundary at half a spacing's distance, in the taxels' tangent planes, with round corners. A
+row of taxels is a boundary without an inside, walked there and back; a single taxel is a boundary of one corner. So the
+same few lines make a strip around a row, and a disk around a lone taxel.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from app.core.arrays import FloatArray, IntArray, freeze_arrays
+from app.core.errors import Finding
+from app.geometry.mesh import Mesh
+from app.skin.formats.taxel_set import TaxelSet
+from app.skin.reconstruction.triangulation import (
+    MAX_EDGE_SPACINGS,
+    TriangulatedTaxels,
+    estimate_normals,
+    local_spacing,
+    triangulate,
+)
+from app.skin.skin import Patch, Skin, TaxelIdentity, Taxels, number_ranges, patch_name
+from app.skin.taxel_placement.sampling import taxels_at_barycentric
+
+COINCIDENT_DISTANCE = 1e-5
+"""Taxels closer than this [m] are one: files state tenths of a millimetre."""
+LONE_TAXEL_RADIUS = 0.003
+"""A taxel with no other to measure by feels this far around itself [m]."""
+_OPPOSITE = 0.7
+_MIN_RELATIVE_AREA = 1e-6
+"""A stated face with less area than this share of its longest side squared is a line."""
+
+
+@dataclass(frozen=True, eq=False)
+class ReconstructedSkin:
+    """A skin, and which of its taxels stands for which of the set's.
+
+    Attributes:
+        skin: One link; its patches are the connected pieces, that with the most taxels first.
+        taxel_of: (n,) number in the skin of each taxel of the set; taxels at one place have one number.
+    """
+
+    skin: Skin
+    taxel_of: IntArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "taxel_of", dtype=np.int64)
+
+
+def skin_from_taxels(taxels: TaxelSet) -> Skin:
+    """The skin of ``reconstruct_skin``, for those who need not know which taxel is which."""
+    return reconstruct_skin(taxels).skin
+
+
+def reconstruct_skin(taxels: TaxelSet) -> ReconstructedSkin:
+    """Make the skin that ``taxels`` alone describe.
+
+    Taxels at one place become one. Those that no surface reaches (too few, or in a row) get a strip or a small disk of
+    their own, and a finding says so: every taxel is on the skin.
+
+    Cost: 0.2 s for 1000 taxels.
+    """
+    first, kind = _merge_coincident(taxels.positions)
+    notes = [*taxels.findings]
+    merged = np.setdiff1d(np.arange(len(kind)), first)
+    action = "merged with another at the same place"
+    if taxels.ids is not None:
+        action += f"; without a taxel of its own: id {number_ranges(taxels.ids[merged])}"
+    _note(notes, "duplicate-taxel", taxels.name, action, len(merged))
+    joined = _surface(taxels, first, kind, notes)
+    coarse, owner = _with_extended_boundary(joined, taxels.name, notes)
+    surface, feels = _barycentric_subdivision(coarse, owner)
+    identity = taxels.identity.select(first)
+    link, pieces = taxels.link or "skin", _components(surface, feels)
+    patches = [
+        Patch(patch_name(taxels.name, number), link, *_patch(surface, feels, own, faces, identity))
+        for number, (own, faces) in enumerate(pieces)
+    ]
+    place = np.empty(len(first), dtype=np.int64)
+    place[np.concatenate([own for own, _ in pieces])] = np.arange(len(first))
+    return ReconstructedSkin(Skin(tuple(patches), tuple(notes)), place[kind])
+
+
+def _note(notes: list[Finding], kind: str, where: str, action: str, count: int) -> None:
+    if count:
+        notes.append(Finding(kind, where, action, count))
+
+
+def _merge_coincident(positions: FloatArray) -> tuple[IntArray, IntArray]:
+    """The first taxel at each place, in their order, and (n,) the place of each taxel."""
+    pairs = cKDTree(positions).query_pairs(COINCIDENT_DISTANCE, output_type="ndarray")
+    graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(positions),) * 2)
+    group = connected_components(graph, directed=False)[1]
+    first = np.unique(group, return_index=True)[1]
+    rank = np.empty(len(first), dtype=np.int64)
+    rank[np.argsort(first)] = np.arange(len(first))
+    return np.sort(first), rank[group]
+
+
+def _surface(taxels: TaxelSet, first: IntArray, kind: IntArray, notes: list[Finding]) -> TriangulatedTaxels:
+    """The set's own faces if they make a sound surface, else new ones."""
+    positions, where = taxels.positions[first], taxels.name
+    normals = None if taxels.normals is None else taxels.normals[first]
+    if taxels.faces is not None and len(taxels.faces):
+        stated = Mesh(positions, kind[taxels.faces])
+        problem = _defect_of_faces(stated)
+        if problem is None:
+            return _stated_surface(stated, normals, where, notes)
+        _note(notes, "unsound-faces", where, f"the stated faces are not used: {problem}", len(taxels.faces))
+    joined = triangulate(positions, normals=normals, where=where)
+    notes.extend(joined.findings)
+    return joined
+
+
+def _stated_surface(stated: Mesh, normals: FloatArray | None, where: str, notes: list[Finding]) -> TriangulatedTaxels:
+    """The file's own surface, turned if nearly all of its normals, where there are any, look to its other side."""
+    if normals is not None and (stated.vertex_normals * normals).sum() < -_OPPOSITE * len(normals):
+        _note(notes, "turned-face", where, "reoriented to match the normals", len(stated.faces))
+        stated = Mesh(stated.vertices, stated.faces[:, ::-1])
+    own = stated.vertex_normals
+    used = own.any(axis=1, keepdims=True)
+    beside = own if used.all() else np.where(used, own, estimate_normals(stated.vertices, stated=own).normals)
+    return TriangulatedTaxels(stated, beside, local_spacing(stated.vertices), ())
+
+
+def _defect_of_faces(mesh: Mesh) -> str | None:
+    """Why faces over taxels make no surface, or None."""
+    sides = mesh.vertices[mesh.faces] - mesh.vertices[np.roll(mesh.faces, -1, axis=1)]
+    if (mesh.face_areas <= _MIN_RELATIVE_AREA * (sides**2).sum(axis=2).max(axis=1)).any():
+        return "some have no area"
+    if mesh.connectivity.face_count.max() > 2:
+        return "more than two meet in an edge"
+    directed = mesh.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    if len(np.unique(directed, axis=0)) < len(directed):
+        return "neighbouring faces are oriented inconsistently"
+    if len(mesh.connectivity.bow_tie_vertices):
+        return "several fans meet in a taxel"
+    return None
+
+
+def _with_extended_boundary(joined: TriangulatedTaxels, where: str, notes: list[Finding]) -> tuple[Mesh, IntArray]:
+    """The surface with its rims, and (vertices,) the taxel that each vertex belongs to."""
+    positions, faces = joined.mesh.vertices, [joined.mesh.faces]
+    lone = np.setdiff1d(np.arange(len(positions)), joined.mesh.faces)
+    rows = _straight_rows(positions, lone)
+    single = sum(len(row) == 1 for row in rows)
+    _note(notes, "lone-taxel", where, "isolated taxel: given a small disk", single)
+    _note(notes, "taxel-row", where, "collinear taxels: given a strip", len(rows) - single)
+    walks = [*joined.mesh.connectivity.boundary_loops]
+    walks += [np.concatenate([row, row[-2:0:-1]]) for row in rows]
+    vertices, owner, width = [positions], [np.arange(len(positions))], _extension_widths(positions)
+    for walk in walks:
+        rim = extend_boundary(positions, joined.normals, width, walk, first=sum(map(len, vertices)))
+        vertices.append(rim.vertices)
+        owner.append(rim.taxel)
+        faces.append(rim.faces)
+    return Mesh(np.concatenate(vertices), np.concatenate(faces)), np.concatenate(owner)
+
+
+def _extension_widths(positions: FloatArray) -> FloatArray:
+    """(n,) how far each taxel feels beyond the border [m]: half the way to the taxels beside it."""
+    k = min(2, len(positions) - 1)
+    if k == 0:
+        return np.full(1, LONE_TAXEL_RADIUS)
+    near = cKDTree(positions).query(positions, k=k + 1)[0][:, 1:]
+    return np.minimum(near.mean(axis=1), np.median(near[:, 0])) / 2
+
+
+def _straight_rows(positions: FloatArray, lone: IntArray) -> list[IntArray]:
+    """The ``lone`` taxels as straight rows, each in order; one that is in none is a row of its own."""
+    if not len(lone):
+        return []
+    points, rows = positions[lone], []
+    near = cKDTree(points).query(points, k=2)[0][:, 1] if len(points) > 1 else np.zeros(1)
+    pairs = cKDTree(points).query_pairs(MAX_EDGE_SPACINGS * near.max(), output_type="ndarray")
+    apart = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1)
+    pairs = pairs[apart <= MAX_EDGE_SPACINGS * near[pairs].min(axis=1)]
+    graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points),) * 2)
+    group = connected_components(graph, directed=False)[1]
+    for label in range(group.max() + 1):
+        own = np.flatnonzero(group == label)
+        offset = points[own] - points[own].mean(axis=0)
+        _, size, axes = np.linalg.svd(offset, full_matrices=False)
+        straight = len(own) == 2 or (len(own) > 2 and size[1] <= 1e-2 * size[0])
+        order = own[np.argsort(offset @ axes[0], kind="stable")]
+        rows += [lone[order]] if straight else [lone[[one]] for one in own]
+    return rows
+
+
+def _barycentric_subdivision(coarse: Mesh, owner: IntArray) -> tuple[Mesh, IntArray]:
+    """Each face in six by its medians, and the taxel that each of them belongs to: that of its coarse corner."""
+    faces, table = coarse.faces, coarse.connectivity
+    corners = coarse.vertices[faces]
+    middle = len(coarse.vertices) + table.edge_of
+    centre = len(coarse.vertices) + len(table.edges) + np.arange(len(faces))
+    vertices = [coarse.vertices, coarse.vertices[table.edges].mean(axis=1), corners.mean(axis=1)]
+    centre = np.repeat(centre, 3)
+    ahead = np.stack([faces.ravel(), middle.ravel(), centre], axis=1)
+    behind = np.stack([faces.ravel(), centre, np.roll(middle, 1, axis=1).ravel()], axis=1)
+    fine = np.stack([ahead, behind], axis=1).reshape(-1, 3)
+    return Mesh(np.concatenate(vertices), fine), np.repeat(owner[faces.ravel()], 2)
+
+
+def _components(surface: Mesh, feels: IntArray) -> list[tuple[IntArray, IntArray]]:
+    """Of each connected piece, that with the most taxels first: its taxels, rising, and its faces."""
+    label = surface.connectivity.components
+    order = np.argsort(label, kind="stable")
+    groups = np.split(order, np.cumsum(np.bincount(label))[:-1])
+    pieces = [(np.unique(feels[faces]), faces) for faces in groups]
+    return sorted(pieces, key=lambda piece: (-len(piece[0]), int(piece[0][0])))
+
+
+def _patch(
+    surface: Mesh, feels: IntArray, own: IntArray, faces: IntArray, identity: TaxelIdentity
+) -> tuple[Mesh, Taxels]:
+    """The surface and the taxels of one piece."""
+    used, numbered = np.unique(surface.faces[faces], return_inverse=True)
+    piece = Mesh(surface.vertices[used], numbered.reshape(-1, 3))
+    seat = np.full(used[-1] + 1, -1)
+    # The first corner of a sixth is the coarse vertex that owns it; that one of them is the taxel itself.
+    at_taxel = surface.faces[faces, 0] == feels[faces]
+    seat[feels[faces[at_taxel]][::-1]] = np.flatnonzero(at_taxel)[::-1]
+    weights = np.tile([1.0, 0.0, 0.0], (len(own), 1))
+    taxels = taxels_at_barycentric(piece, seat[own], weights, np.searchsorted(own, feels[faces]))
+    return piece, replace(taxels, identity=identity.select(own))
+
+
+MAX_CORNER_ANGLE = np.pi / 3
+"""A corner that turns by more than this [rad] is rounded with more vertices, at most this far apart."""
+_TRIES = 8
+
+
+@dataclass(frozen=True, eq=False)
+class BoundaryExtension:
+    """What a border grows.
+
+    Attributes:
+        vertices: (r, 3) [m], in order around.
+        taxel: (r,) the taxel that each of them belongs to.
+        faces: (f, 3) into the taxels, and from the number given as ``first`` on into the vertices above.
+    """
+
+    vertices: FloatArray
+    taxel: IntArray
+    faces: IntArray
+
+
+def extend_boundary(
+    positions: FloatArray, normals: FloatArray, width: FloatArray, walk: IntArray, *, first: int
+) -> BoundaryExtension:
+    """The rim along one closed walk.
+
+    Args:
+        positions: (n, 3) the taxels [m].
+        normals: (n, 3) unit.
+        width: (n,) of the rim at each taxel [m], above zero.
+        walk: (w,) taxels along the border, the surface on the left; a lone taxel is a walk of one.
+        first: Number of the rim's first vertex.
+    """
+    corner, direction, reach = _offset_directions(positions, normals, walk)
+    taxel = walk[corner]
+    spokes = direction * (reach * width[taxel])[:, None]
+    after = np.roll(np.arange(len(taxel)), -1)
+    outer = np.stack([taxel[after], first + np.arange(len(taxel)), first + after], axis=1)
+    inner = np.stack([taxel[after], taxel, first + np.arange(len(taxel))], axis=1)[taxel != taxel[after]]
+    faces = np.concatenate([outer, inner])
+    for _ in range(_TRIES):
+        vertices = np.concatenate([positions, np.zeros((first - len(positions), 3)), positions[taxel] + spokes])
+        a, b, c = (vertices[faces[:, k]] for k in range(3))
+        folded = (np.cross(b - a, c - a) * normals[faces[:, 0]]).sum(axis=1) <= 0
+        if not folded.any():
+            break
+        # In a narrow notch spokes of neighbours cross; shorter ones do not.
+        crossing = np.unique(faces[folded])
+        spokes[crossing[crossing >= first] - first] /= 2
+    return BoundaryExtension(positions[taxel] + spokes, taxel, faces)
+
+
+def _offset_directions(
+    positions: FloatArray, normals: FloatArray, walk: IntArray
+) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Of each rim vertex: (r,) its place in the walk, (r, 3) unit direction there, (r,) distance in rim widths."""
+    up = normals[walk]
+    if len(walk) == 1:
+        ahead, turn = _tangent_directions(np.eye(3)[np.abs(up).argmin(axis=1)], up), np.full(1, 2 * np.pi)
+    else:
+        step = positions[np.roll(walk, -1)] - positions[walk]
+        behind, onward = _tangent_directions(np.roll(step, 1, axis=0), up), _tangent_directions(step, up)
+        turn = np.arctan2((np.cross(behind, onward) * up).sum(axis=1), (behind * onward).sum(axis=1))
+        back = np.roll(walk, 1) == np.roll(walk, -1)  # the end of a row: all the way round, not half a turn inward
+        ahead, turn = behind, np.where(back, np.pi, turn)
+    count = np.where(turn > MAX_CORNER_ANGLE, 1 + np.ceil(turn / MAX_CORNER_ANGLE - 1e-9), 1).astype(np.int64)
+    count -= turn > 1.5 * np.pi  # the last spoke of a full turn is the first again
+    corner = np.repeat(np.arange(len(walk)), count)
+    place = np.arange(len(corner)) - np.repeat(np.cumsum(count) - count, count)
+    share = np.where(count[corner] == 1, 0.5, place / np.maximum(np.ceil(turn / MAX_CORNER_ANGLE - 1e-9), 1)[corner])
+    angle = share * turn[corner] - np.pi / 2  # from straight ahead to the right-hand side, then along with the turn
+    side = np.cross(up, ahead)
+    direction = np.cos(angle)[:, None] * ahead[corner] + np.sin(angle)[:, None] * side[corner]
+    half = np.cos(np.clip(turn, -np.pi, MAX_CORNER_ANGLE) / 2)
+    return corner, direction, np.where(turn > MAX_CORNER_ANGLE, 1.0, np.where(turn > 0, 1 / half, half))[corner]
+
+
+def _tangent_directions(vectors: FloatArray, up: FloatArray) -> FloatArray:
+    """(w, 3) unit directions of ``vectors`` in the planes square to ``up``; any where a vector stands upright."""
+    level = vectors - (vectors * up).sum(axis=1, keepdims=True) * up
+    upright = np.linalg.norm(level, axis=1) <= 1e-6 * np.linalg.norm(vectors, axis=1)
+    if upright.any():
+        level[upright] = np.cross(up[upright], np.eye(3)[np.abs(up[upright]).argmin(axis=1)])
+    return level / np.linalg.norm(level, axis=1, keepdims=True)

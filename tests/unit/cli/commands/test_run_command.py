@@ -1,0 +1,167 @@
+"""``run``: a run that diverges says so and can be seen again; scripts are played, and written by ``replay``."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from app.__main__ import main
+from app.cli.commands import run as run_command
+from app.cli.main import run_command as run_line
+from app.session.session import Session
+from app.stimuli.stimulus_file import load_stimuli, save_stimuli
+from app.stimuli.stimulus_kinds import Poke
+from tests.support.recordings import record, small_arm
+
+UNSTEADY = """
+robot = "arm"
+tick = 0.01
+[cover]
+links = ["hand"]
+taxels = 30
+[effects]
+integrator = "euler"
+timestep = 0.01
+gravity = "on"
+[control]
+stiffness = 40.0
+damping_ratio = 3.0
+"""
+
+
+@pytest.fixture
+def unsteady_scene(tmp_path):
+    path = tmp_path / "unsteady.toml"
+    path.write_text(UNSTEADY)
+    return str(path)
+
+
+def test_the_recording_is_named_and_stops_again(unsteady_scene, tmp_path, capsys):
+    target = str(tmp_path / "run.mcap")
+    assert main(["run", "--scene", unsteady_scene, "--for", "5", "-o", target]) == 1
+    said = capsys.readouterr().err
+    assert "the simulation diverged" in said
+    assert "joint" in said
+    assert f"replay {target} --verify" in said
+    assert "Traceback" not in said
+    assert main(["replay", target, "--verify", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["complete"]
+    assert found["identical"]
+    assert found["stopped_again"]
+    assert found["stopped"].split(":")[1] in said
+    assert main(["replay", target]) == 0
+    assert "the simulation diverged" in capsys.readouterr().out
+
+
+def test_without_a_recording_it_says_how_to_keep_one(unsteady_scene, capsys):
+    assert main(["run", "--scene", unsteady_scene, "--for", "5"]) == 1
+    assert "--output" in capsys.readouterr().err
+
+
+SCENE = """robot = "arm"
+[cover]
+links = ["forearm"]
+taxels = 150
+"""
+
+
+@pytest.fixture
+def scene(tmp_path):
+    path = tmp_path / "small.toml"
+    path.write_text(SCENE)
+    return str(path)
+
+
+def strongest(capsys, *words) -> float:
+    assert main(["run", *words, "--for", "0.6", "--json"]) == 0
+    return json.loads(capsys.readouterr().out.splitlines()[-1])["max_force_N"]
+
+
+def test_a_script_plays_instead_of_the_scenes(capsys, scene, tmp_path):
+    script = tmp_path / "script.toml"
+    save_stimuli([Poke(force=1.5, press=0.1)], script)
+    assert strongest(capsys, scene) == 0
+    assert strongest(capsys, scene, "--stimuli", str(script)) == pytest.approx(1.5, rel=0.01)
+
+
+def test_a_bad_script_is_named(capsys, scene, tmp_path):
+    script = tmp_path / "script.toml"
+    script.write_text('[[stimuli]]\nkind = "pok"\n')
+    assert main(["run", scene, "--stimuli", str(script)]) == 1
+    assert "line 2, stimuli.kind" in capsys.readouterr().err
+
+
+def test_what_a_hand_did_is_written_as_a_script(capsys, tmp_path):
+    recording, script = tmp_path / "demo.mcap", tmp_path / "script.toml"
+    record(small_arm(), recording, ticks=160)
+    assert main(["replay", str(recording), "--stimuli", str(script)]) == 0
+    assert "1, written to" in capsys.readouterr().out
+    (touch,) = load_stimuli(script)
+    assert touch.kind == "path"
+    assert touch.points[-1][0] == pytest.approx(0.65, abs=0.005), "from tick 20 to tick 150"
+    assert main(["replay", str(recording), "--stimuli", str(script)]) == 2, "nothing is overwritten"
+    assert "already" in capsys.readouterr().err
+
+
+def test_a_recording_without_a_hand_says_so(capsys, tmp_path):
+    recording = tmp_path / "still.mcap"
+    record(small_arm(), recording, ticks=10)
+    assert main(["replay", str(recording), "--stimuli", str(tmp_path / "script.toml")]) == 1
+    assert "contains no pokes" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("script", ["", '[[stimuli]]\nkind = "poke"\npatch = "hand"\nat = [0.5, 0.5]\n'])
+def test_fingers_are_simulated_for_a_script_alone(monkeypatch, capsys, tmp_path, script):
+    path, seen = tmp_path / "scene.toml", []
+    path.write_text(f'robot = "arm"\n[cover]\nlinks = ["hand"]\ntaxels = 30\n{script}')
+
+    def session(prepared, **said):
+        seen.append(Session(prepared, **said))
+        return seen[0]
+
+    monkeypatch.setattr(run_command, "Session", session)
+    target = str(tmp_path / "run.mcap")
+    assert main(["run", "--scene", str(path), "--for", "0.1", "-o", target]) == 0
+    assert seen[0].effects.fingers == bool(script)
+    assert main(["replay", target, "--verify"]) == 0
+    assert "bit for bit" in capsys.readouterr().out
+
+
+PRESSED_IN = """
+robot = "arm"
+task = "slide"
+[cover]
+links = ["hand"]
+taxels = 30
+[layer]
+stiffness = 100
+[[objects]]
+name = "block"
+kind = "box"
+size = [0.2, 0.2, 0.2]
+at = [0.55, 0.0, 0.7]
+"""
+
+
+def test_what_contacts_did_otherwise_than_asked_is_told_once(tmp_path, capsys):
+    path = tmp_path / "pressed.toml"
+    path.write_text(PRESSED_IN)
+    assert main(["run", "--scene", str(path), "--for", "0.1", "--json"]) == 0
+    printed = capsys.readouterr()
+    found = json.loads(printed.out)["notes"]
+    assert [note["kind"] for note in found if "block" in note["bodies"]].count("deep") >= 1
+    assert len({json.dumps(note) for note in found}) == len(found)
+    assert "block is deep in" in printed.err
+
+
+def test_a_served_run_says_where_and_keeps_to_the_clock(capsys):
+    words = ["run", "--scene", "arm", "--for", "0.1", "--serve", "--port", "0"]
+    assert run_line([*words, "--json"], windows={}) == 0
+    told = capsys.readouterr()
+    assert "at ws://127.0.0.1:" in told.err
+    assert "network" not in told.err
+    assert json.loads(told.out)["real_time_factor"] <= 1.01
+    assert run_line([*words, "--host", "0.0.0.0"], windows={}) == 0
+    assert "over the network can watch" in capsys.readouterr().err

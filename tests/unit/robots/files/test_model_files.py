@@ -1,0 +1,206 @@
+"""Where the files of a model may lie: its tree, packages and given roots; and nowhere else."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from app.core.errors import RobotError
+from app.robots.files import model_files
+from app.robots.files.model_files import ModelFiles, PackageResolver, model_tree
+from app.robots.load import load_robot_file
+
+SECRET = "root-of-all-secrets"
+
+
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    folder = tmp_path / "kit"
+    (folder / "urdf").mkdir(parents=True)
+    (folder / "meshes").mkdir()
+    (folder / "meshes" / "a b.stl").write_bytes(b"")
+    return folder
+
+
+def test_a_neighbouring_folder_of_the_same_package_may_be_named(package: Path) -> None:
+    file = package / "urdf" / "robot.urdf"
+    with pytest.raises(RobotError, match="leaves the robot"):
+        PackageResolver(file).resolve("../meshes/a b.stl")
+    (package / "package.xml").write_text("<package/>")
+    assert PackageResolver(file).resolve("../meshes/a b.stl") == package / "meshes" / "a b.stl"
+    assert PackageResolver(file).resolve("..\\meshes\\a%20b.stl") == package / "meshes" / "a b.stl"
+
+
+def test_ros_package_path_is_searched(package: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "alone").mkdir()
+    file = tmp_path / "alone" / "robot.urdf"
+    (tmp_path / "alone" / "deep").mkdir()
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "kit"))
+    assert PackageResolver(file).resolve("package://kit/meshes/a b.stl") == package / "meshes" / "a b.stl"
+
+
+@pytest.mark.parametrize(
+    "address", ["package://kit", "package:///etc/passwd", "package:///", "package://", "https://example.org/a.stl"]
+)
+def test_addresses_of_other_kinds_are_refused(package: Path, address: str) -> None:
+    with pytest.raises(RobotError):
+        PackageResolver(package / "robot.urdf").resolve(address)
+
+
+def make(path: Path, text: str = "") -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize("mark", ["package.xml", "pyproject.toml", "setup.py", ".git/HEAD"])
+def test_the_tree_is_the_nearest_package_or_repository(tmp_path: Path, mark: str) -> None:
+    file = make(tmp_path / "outer" / "kit" / "robots" / "hand" / "hand.xml")
+    make(tmp_path / "outer" / "setup.cfg")
+    make(tmp_path / "outer" / "kit" / mark)
+    assert model_tree(file) == tmp_path / "outer" / "kit"
+
+
+def test_the_tree_of_a_python_package_is_its_top_but_never_where_packages_lie(tmp_path: Path) -> None:
+    site = tmp_path / "lib" / "site-packages"
+    file = make(site / "gym" / "envs" / "data" / "hand" / "hand.xml")
+    make(site / "gym" / "__init__.py")
+    make(site / "gym" / "envs" / "__init__.py")
+    make(site / "__init__.py")
+    assert model_tree(file) == site / "gym"
+    assert model_tree(make(site / "hand.xml")) == site, "its own folder"
+    (site / "gym" / "__init__.py").unlink()
+    (site / "gym" / "envs" / "__init__.py").unlink()
+    assert model_tree(file) == site / "gym" / "envs" / "data" / "hand"
+
+
+def test_without_a_mark_the_tree_is_a_folder_of_a_telling_name_or_the_own(tmp_path: Path) -> None:
+    assert model_tree(make(tmp_path / "a" / "hand" / "hand.xml")) == tmp_path / "a" / "hand"
+    assert model_tree(make(tmp_path / "assets" / "hand" / "hand.xml")) == tmp_path / "assets"
+    assert model_tree(make(tmp_path / "x_description" / "urdf" / "x.urdf")) == tmp_path / "x_description"
+
+
+@pytest.mark.parametrize("mark", ["package.xml", ".git/HEAD", "__init__.py", "pyproject.toml"])
+def test_no_mark_makes_a_tree_of_home_or_what_is_above(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, mark: str
+) -> None:
+    home = tmp_path / "people" / "me"
+    file = make(home / "robots" / "hand" / "hand.xml")
+    monkeypatch.setenv("HOME", str(home))
+    monkeypatch.setenv("USERPROFILE", str(home))
+    for folder in (home, home.parent, home.parent.parent):
+        make(folder / mark)
+    assert model_tree(file) == home / "robots" / "hand"
+    other = make(tmp_path / "people" / "other" / "hand" / "hand.xml")
+    make(tmp_path / "people" / "other" / mark)
+    assert model_tree(other) == other.parent, "another person's home"
+
+
+def test_a_link_to_a_model_does_not_lend_it_the_tree_of_the_link(tmp_path: Path) -> None:
+    make(tmp_path / "kit" / "package.xml")
+    file = make(tmp_path / "elsewhere" / "hand.xml")
+    (tmp_path / "kit" / "hand.xml").symlink_to(file)
+    assert model_tree(tmp_path / "kit" / "hand.xml") == tmp_path / "elsewhere"
+
+
+@pytest.fixture
+def kit(tmp_path: Path) -> Path:
+    """A package with a model's folder, a mesh folder beside it, and secrets in and beside the package."""
+    make(tmp_path / "kit" / "package.xml", "<package><name>real_name</name></package>")
+    make(tmp_path / "kit" / "robots" / "hand.xml", "<mujoco/>")
+    for folder in (tmp_path, tmp_path / "kit"):
+        for name in ("id_rsa", "secret.xml", "secret.obj", "secret.txt"):
+            make(folder / name, f"{SECRET} {SECRET}\n")
+    return tmp_path / "kit"
+
+
+@pytest.mark.parametrize("name", ["id_rsa", "secret.txt", "package.xml/../id_rsa"])
+def test_beside_the_own_folder_only_models_and_meshes_are_named(kit: Path, name: str) -> None:
+    files = ModelFiles(kit / "robots" / "hand.xml")
+    with pytest.raises(RobotError, match="only models and meshes"):
+        files.place(Path("..") / name, named=name)
+    assert files.place(Path("../meshes/a.stl"), named="a") == kit / "meshes" / "a.stl"
+
+
+def test_a_link_of_the_tree_that_leads_out_or_to_another_kind_is_refused(kit: Path) -> None:
+    files = ModelFiles(kit / "robots" / "hand.xml")
+    (kit / "out.stl").symlink_to(kit.parent / "secret.obj")
+    (kit / "key.stl").symlink_to(kit / "id_rsa")
+    with pytest.raises(RobotError, match="leaves the robot"):
+        files.place(Path("../out.stl"), named="out")
+    with pytest.raises(RobotError, match="only models and meshes"):
+        files.place(Path("../key.stl"), named="key")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '<mujoco><include file="../secret.xml"/></mujoco>',
+        '<mujoco><include file="../id_rsa"/></mujoco>',
+        '<mujoco><asset><mesh file="../secret.obj"/></asset><worldbody><body/></worldbody></mujoco>',
+        '<mujoco><compiler meshdir=".."/><asset><mesh file="secret.txt"/></asset></mujoco>',
+    ],
+)
+def test_what_is_read_of_the_tree_is_never_quoted(kit: Path, text: str) -> None:
+    model = make(kit / "robots" / "m.xml", text)
+    with pytest.raises(Exception, match="secret|id_rsa") as found:
+        load_robot_file(model)
+    assert SECRET not in str(found.value)
+
+
+def test_files_opened_beside_the_own_folder_are_told(kit: Path) -> None:
+    make(kit / "meshes" / "a.stl")
+    files = ModelFiles(kit / "robots" / "hand.xml")
+    files.place(Path("hand.xml"), named="own")
+    assert files.findings() == []
+    files.place(Path("../meshes/a.stl"), named="a")
+    files.place(Path("../meshes/missing.stl"), named="b")
+    (finding,) = files.findings()
+    assert (finding.kind, finding.where, finding.count) == ("files-beside", str(kit), 1)
+
+
+def test_what_leaves_the_tree_is_refused_with_the_folder_that_would_help(tmp_path: Path) -> None:
+    file = make(tmp_path / "deep" / "hand" / "hand.xml")
+    make(tmp_path / "deep" / "stls" / "a.stl")
+    with pytest.raises(RobotError, match="leaves the robot") as found:
+        ModelFiles(file).place(Path("../stls/a.stl"), named="../stls/a.stl")
+    assert f"give {tmp_path / 'deep'} as a package root (--package-root DIR)" in str(found.value)
+    files = ModelFiles(file, [tmp_path / "deep"])
+    assert files.place(Path("../stls/a.stl"), named="a") == tmp_path / "deep" / "stls" / "a.stl"
+    with pytest.raises(RobotError, match="leaves the robot") as found:
+        ModelFiles(file).place(Path("/etc/passwd"), named="/etc/passwd")
+    assert "give / " not in str(found.value)
+
+
+@pytest.mark.parametrize(
+    "address", ["package://real_name/meshes/a.stl", "package:///real_name/meshes/a.stl",
+                "package:///kit/meshes/a.stl", "$(find real_name)/meshes/a.stl", "file://$(find kit)/meshes/a.stl"]
+)  # fmt: skip
+def test_a_package_is_known_by_its_folder_and_by_its_stated_name(kit: Path, address: str) -> None:
+    make(kit / "meshes" / "a.stl")
+    assert PackageResolver(kit / "robots" / "hand.xml").resolve(address) == kit / "meshes" / "a.stl"
+
+
+def test_packages_are_found_where_ros_installs_them_and_in_workspaces(
+    kit: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = make(tmp_path / "alone" / "hand.urdf")
+    mesh = make(tmp_path / "install" / "share" / "fingers" / "a.stl")
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path / "install"))
+    assert PackageResolver(file).resolve("package://fingers/a.stl") == mesh
+    nested = make(tmp_path / "ws" / "repository" / "thumb" / "a.stl")
+    make(nested.parent / "package.xml")
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "ws"))
+    assert PackageResolver(file).resolve("package://thumb/a.stl") == nested
+    with pytest.raises(RobotError, match="leaves"):
+        PackageResolver(file).resolve("package://thumb/../../a.stl")
+
+
+def test_a_part_names_the_files_that_include_it(tmp_path: Path) -> None:
+    part = make(tmp_path / "part.xml", "<mujoco><body/></mujoco>")
+    make(tmp_path / "whole.xml", '<mujoco><worldbody><include file="part.xml"></include></worldbody></mujoco>')
+    make(tmp_path / "other.xml", '<mujoco><include file="my_part.xml"/></mujoco>')
+    with pytest.raises(RobotError, match=r"part of others: open whole\.xml\."):
+        load_robot_file(part)
+    assert model_files.files_that_include(tmp_path / "other.xml").startswith("Open the file that includes it")

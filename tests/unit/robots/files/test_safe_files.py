@@ -1,0 +1,95 @@
+"""Files by strangers: bounded, inside, without XML tricks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from app.core.errors import Finding, RobotError
+from app.robots.files import safe_files
+from app.robots.files.safe_files import parse_model_xml, parse_xml, read_bytes, resolve_inside
+
+
+def test_a_folder_a_missing_file_and_a_huge_one_are_told_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(RobotError, match="folder, not a file"):
+        read_bytes(tmp_path)
+    with pytest.raises(RobotError, match="no such file"):
+        read_bytes(tmp_path / "absent.xml")
+    monkeypatch.setattr(safe_files, "MAX_BYTES", 3)
+    (tmp_path / "large").write_bytes(b"1234")
+    with pytest.raises(RobotError, match="larger than"):
+        read_bytes(tmp_path / "large")
+    (tmp_path / "small").write_bytes(b"123")
+    assert read_bytes(tmp_path / "small") == b"123"
+
+
+def test_a_name_no_file_can_have_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(RobotError):
+        read_bytes(tmp_path / ("x" * 5000))
+
+
+def test_xml_with_too_many_elements_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(safe_files, "MAX_ELEMENTS", 2)
+    assert parse_xml(b"<a><b/></a>", file=tmp_path).tag == "a"
+    with pytest.raises(RobotError, match="elements"):
+        parse_xml(b"<a><b/><b/></a>", file=tmp_path)
+
+
+def test_xml_nested_too_deep_is_refused(tmp_path: Path) -> None:
+    assert parse_xml(b"<a>" * 200 + b"</a>" * 200, file=tmp_path).tag == "a"
+    with pytest.raises(RobotError, match="deep"):
+        parse_xml(b"<a>" * 100_000 + b"</a>" * 100_000, file=tmp_path)
+
+
+@pytest.mark.parametrize("data", [b"", b"<a>", b"\xff\xfe\x00", b'<?xml version="1.0" encoding="no-such"?><a/>'])
+def test_what_is_not_xml_is_refused(tmp_path: Path, data: bytes) -> None:
+    with pytest.raises(RobotError, match="not valid XML"):
+        parse_xml(data, file=tmp_path / "x.xml")
+
+
+@pytest.mark.parametrize(
+    ("data", "what"),
+    [
+        (b"<a><b/></a>\r\n\0\0", "zero bytes"),
+        (b'\n <!-- made by -- hand --><?xml version="1.0"?><a><b/></a>', "comments"),
+        (b'<?xml version="1.0"?><a><!-- gr\xf6\xdfe --><b/></a>', "comments"),
+        (b'<a name="gr\xf6\xdfe"><b/></a>', "Latin-1"),
+        (b"<a><gazebo:b/><b drake:c='1'/></a>", "prefixes were not declared: drake, gazebo"),
+    ],
+)
+def test_what_carries_no_meaning_is_repaired_and_told(data: bytes, what: str) -> None:
+    findings: list[Finding] = []
+    assert parse_model_xml(data, file="r.urdf", findings=findings).find("b") is not None
+    assert [finding.kind for finding in findings] == ["xml-repaired"]
+    assert what in findings[0].action
+
+
+@pytest.mark.parametrize(
+    "data",
+    [b"", b"<a>", b"\xff\xfe\x00", b"<a>\0</a>", b'<?xml version="1.0" encoding="no-such"?><a/>', b"<a><b></a>\0",
+     b'<!-- x --><!DOCTYPE m [<!ENTITY a "b">]><a>&a;</a>', b'\0<!DOCTYPE<!-- --> m [<!ENTITY a "b">]><a>&a;</a>'],
+)  # fmt: skip
+def test_what_is_broken_or_hostile_stays_refused(data: bytes) -> None:
+    with pytest.raises(RobotError):
+        parse_model_xml(data, file="r.urdf")
+
+
+def test_names_lose_their_namespace_except_xacros() -> None:
+    root = parse_model_xml(b'<robot xmlns="u" xmlns:xacro="http://x/xacro"><link/><xacro:if/></robot>', file="r.urdf")
+    assert [root.tag, *(child.tag for child in root)] == ["robot", "link", "{http://x/xacro}if"]
+
+
+def test_a_path_stays_inside_its_roots(tmp_path: Path) -> None:
+    assert resolve_inside(tmp_path / "a" / ".." / "b", [tmp_path], file=tmp_path, named="b") == tmp_path.resolve() / "b"
+    with pytest.raises(RobotError, match="leaves the robot"):
+        resolve_inside(tmp_path / "..", [tmp_path], file=tmp_path, named="..")
+    with pytest.raises(RobotError, match="cannot be followed"):
+        resolve_inside(tmp_path / "nul\0", [tmp_path], file=tmp_path, named="nul")
+
+
+def test_a_loop_of_links_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "a").symlink_to(tmp_path / "b")
+    (tmp_path / "b").symlink_to(tmp_path / "a")
+    with pytest.raises(RobotError):
+        read_bytes(resolve_inside(tmp_path / "a", [tmp_path], file=tmp_path, named="a"))

@@ -1,0 +1,266 @@
+"""Mesh files of every format, and the meshes of one robot gathered."""
+
+from __future__ import annotations
+
+import base64
+import json
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from app.core.errors import MeshError, RobotError, TactileMapsError
+from app.geometry.mesh import Mesh
+from app.robots.formats import mesh_files
+from app.robots.formats.mesh_files import (
+    MESH_SUFFIXES,
+    AssetStore,
+    box_mesh,
+    parse_mesh,
+    read_mesh,
+    split_scale,
+    to_metres,
+    to_msh,
+)
+
+
+def _gltf(box: trimesh.Trimesh, path: Path, *, inside: bool) -> None:
+    files = trimesh.exchange.gltf.export_gltf(trimesh.Scene(box))
+    tree = json.loads(files.pop("model.gltf"))
+    for number, (buffer, data) in enumerate(zip(tree["buffers"], files.values(), strict=True)):
+        if inside:
+            buffer["uri"] = "data:application/octet-stream;base64," + base64.b64encode(data).decode()
+        else:
+            (path.parent / f"part {number}.bin").write_bytes(data)
+            buffer["uri"] = f"part%20{number}.bin"
+    path.write_text(json.dumps(tree))
+
+
+def _big_endian_ply(box: trimesh.Trimesh, path: Path) -> None:
+    header = "ply\nformat binary_big_endian 1.0\nelement vertex 8\nproperty double x\nproperty double y\n"
+    header += "property double z\nelement face 12\nproperty list uchar int vertex_indices\nend_header\n"
+    rows = b"".join(struct.pack(">B3i", 3, *face) for face in box.faces.tolist())
+    path.write_bytes(header.encode() + box.vertices.astype(">f8").tobytes() + rows)
+
+
+def _quads(_box: trimesh.Trimesh, path: Path) -> None:
+    """With polygons, counted from the end, with normals and texture coordinates, as modellers write it."""
+    corners = [(x, y, z) for x in (0, 1) for y in (0, 2) for z in (0, 3)]
+    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    lines = ["# comment", "mtllib none.mtl", "o box", *(f"v {x} {y} {z}" for x, y, z in corners), "vt 0 0", "vn 0 0 1"]
+    lines += ["usemtl red", *("f " + " ".join(f"{k - 8}/1/1" for k in side) for side in sides)]
+    path.write_text("\n".join(lines))
+
+
+FORMATS = {
+    "plain.obj": lambda box, path: box.export(path),
+    "quads.obj": _quads,
+    "binary.stl": lambda box, path: box.export(path),
+    "ascii.stl": lambda box, path: box.export(path, file_type="stl_ascii"),
+    "binary.ply": lambda box, path: box.export(path),
+    "ascii.ply": lambda box, path: box.export(path, encoding="ascii"),
+    "big.ply": _big_endian_ply,
+    "plain.off": lambda box, path: box.export(path),
+    "scene.glb": lambda box, path: box.export(path),
+    "beside.gltf": lambda box, path: _gltf(box, path, inside=False),
+    "inside.gltf": lambda box, path: _gltf(box, path, inside=True),
+    "scene.dae": lambda box, path: box.export(path),
+    "CAPITALS.STL": lambda box, path: path.write_bytes(box.export(file_type="stl")),
+    "mujoco.msh": lambda box, path: path.write_bytes(to_msh(Mesh(box.vertices, box.faces))),
+}
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_formats_agree_and_corners_are_shared(tmp_path: Path, name: str) -> None:
+    path = tmp_path / name
+    FORMATS[name](trimesh.creation.box((1, 2, 3)), path)
+    mesh = read_mesh(path)
+    assert (len(mesh.vertices), len(mesh.faces)) == (8, 12)
+    assert mesh.area == pytest.approx(22)
+    corners = mesh.vertices[mesh.faces] - mesh.bounds.mean(axis=0)
+    assert np.linalg.det(corners).sum() / 6 == pytest.approx(6), "and its faces look outward"
+
+
+def test_every_format_is_proved() -> None:
+    assert {Path(name).suffix.lower() for name in FORMATS} == set(MESH_SUFFIXES)
+
+
+def test_collada_says_its_unit(tmp_path: Path) -> None:
+    path = tmp_path / "box.dae"
+    trimesh.creation.box((100, 200, 300)).export(path)
+    text = path.read_text()
+    assert "<asset>" in text
+    path.write_text(text.replace("<asset>", '<asset><unit name="millimeter" meter="0.001"/>', 1))
+    assert np.ptp(read_mesh(path).vertices, axis=0) == pytest.approx([0.1, 0.2, 0.3])
+
+
+def test_scenes_with_several_placed_parts_are_one_mesh(tmp_path: Path) -> None:
+    scene = trimesh.Scene()
+    for number in range(3):
+        scene.add_geometry(
+            trimesh.creation.box((1, 1, 1)), transform=trimesh.transformations.translation_matrix([2 * number, 0, 0])
+        )
+    scene.export(tmp_path / "row.glb")
+    mesh = read_mesh(tmp_path / "row.glb")
+    assert len(mesh.faces) == 36
+    assert np.ptp(mesh.vertices, axis=0) == pytest.approx([5, 1, 1])
+
+
+@pytest.mark.parametrize("named", ["../outside.bin", "/etc/hostname", "missing.bin"])
+def test_gltf_reaches_no_further_than_its_folder(tmp_path: Path, named: str) -> None:
+    (tmp_path / "outside.bin").write_bytes(bytes(1000))
+    inner = tmp_path / "inner"
+    inner.mkdir()
+    _gltf(trimesh.creation.box((1, 2, 3)), inner / "box.gltf", inside=False)
+    tree = json.loads((inner / "box.gltf").read_text())
+    tree["buffers"][0]["uri"] = named
+    (inner / "box.gltf").write_text(json.dumps(tree))
+    with pytest.raises(TactileMapsError, match="leaves the robot|no such file"):
+        read_mesh(inner / "box.gltf")
+
+
+@pytest.mark.parametrize(("scale", "kinds"), [(1.0, []), (300.0, ["units"]), (1e-5, ["units"])])
+def test_the_unit_is_guessed_from_the_size_and_the_guess_told(scale: float, kinds: list[str]) -> None:
+    mesh = box_mesh(scale)
+    metres, findings = to_metres(mesh, where="box.stl")
+    assert [(finding.kind, finding.where) for finding in findings] == [(kind, "box.stl") for kind in kinds]
+    assert metres.size == pytest.approx(mesh.size * (1e-3 if scale > 10 else 1.0))
+    assert (metres is mesh) == (scale <= 10)
+
+
+def test_a_body_far_from_the_origin_is_told() -> None:
+    mesh = box_mesh(1.0)
+    there = Mesh(mesh.vertices + [1e6, 0, 0], mesh.faces)
+    same, findings = to_metres(there, where="box.stl")
+    assert same is there
+    assert [finding.kind for finding in findings] == ["far-away"]
+
+
+def test_mujocos_format_round_trips_with_indices_in_order() -> None:
+    mesh = box_mesh(0.5)
+    again = parse_mesh(to_msh(mesh), Path("box.msh"))
+    assert np.array_equal(again.faces, mesh.faces)
+    assert np.array_equal(again.vertices, mesh.vertices)
+
+
+def test_minus_zero_and_zero_are_one_place() -> None:
+    text = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv -0.0 0 0\nv 0 0 1\nf 1 2 3\nf 4 2 5\n"
+    assert len(parse_mesh(text, Path("a.obj")).vertices) == 4
+
+
+NAN_STL = bytes(80) + struct.pack("<I", 1) + struct.pack("<12f", 0, 0, 1, np.nan, 0, 0, 1, 0, 0, 0, 1, 0) + bytes(2)
+BROKEN = {
+    "nan.stl": NAN_STL,
+    "empty.stl": bytes(80) + struct.pack("<I", 0),
+    "nothing.stl": b"",
+    "liar.stl": bytes(80) + struct.pack("<I", 2**31),
+    "points.obj": b"v 0 0 0\nv 1 0 0\nv 0 1 0\n",
+    "outside.obj": b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n",
+    "nan.obj": b"v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+    "huge.obj": b"v 1e300 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+    "words.obj": b"v a b c\nf 1 2 3\n",
+    "absurd.ply": b"ply\nformat binary_little_endian 1.0\nelement vertex 999999999999\nproperty float x\n"
+                  b"property float y\nproperty float z\nend_header\n",
+    "text.ply": b"not a ply",
+    "short.off": b"OFF\n3 1 0\n0 0 0\n",
+    "noise.glb": b"glTF" + bytes(20),
+    "noise.gltf": bytes(range(256)),
+    "list.gltf": b"[1, 2]",
+    "liar.gltf": b'{"asset": {"version": "2.0"}, "buffers": [{"byteLength": 9e18}], "meshes": [{}]}',
+    "plain.dae": b"<COLLADA/>",
+    "bomb.dae": b'<!DOCTYPE a [<!ENTITY x "y">]><COLLADA>&x;</COLLADA>',
+    "unit.dae": b'<COLLADA><asset><unit meter="nan"/></asset></COLLADA>',
+    "absurd.msh": struct.pack("<4i", 2**30, 0, 0, 2**30),
+    "negative.msh": struct.pack("<4i", -1, 0, 0, 1),
+    "outside.msh": struct.pack("<4i", 1, 0, 0, 1) + bytes(12) + struct.pack("<3i", 0, 0, 7),
+    "model.step": b"ISO-10303-21;",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_broken_files_are_refused_by_name(name: str) -> None:
+    with pytest.raises(Exception, match=name.replace(".", r"\.")) as caught:
+        parse_mesh(BROKEN[name], Path(name))
+    assert type(caught.value).__name__ in ("MeshError", "RobotError")
+
+
+def test_too_many_triangles_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(mesh_files, "MAX_FACES", 11)
+    with pytest.raises(MeshError, match="5 million"):
+        parse_mesh(to_msh(box_mesh(1.0)), Path("box.msh"))
+
+
+def test_the_order_of_the_files_vertices_is_kept() -> None:
+    mesh = Mesh(np.array([[3.0, 0, 0], [1, 0, 0], [2, 5, 0]]), np.array([[0, 1, 2]]))
+    assert np.array_equal(parse_mesh(to_msh(mesh), Path("a.msh")).vertices, mesh.vertices)
+
+
+def test_a_file_is_read_once_and_a_variant_gets_its_own_name(tmp_path: Path, rod: bytes) -> None:
+    (tmp_path / "rod.stl").write_bytes(rod)
+    store = AssetStore()
+    names = [store.add(tmp_path / "rod.stl"), store.add(tmp_path / "rod.stl")]
+    assert names == ["rod.msh", "rod.msh"]
+    assert store.add(tmp_path / "rod.stl", variant="2 2 2") == "rod_2.msh"
+    assert store.files["rod.msh"] == store.files["rod_2.msh"]
+    assert store.findings == []
+
+
+def test_for_a_missing_file_a_small_box_stands_and_it_is_known(tmp_path: Path) -> None:
+    store = AssetStore()
+    name = store.add(tmp_path / "absent.stl")
+    assert store.missing == {name: tmp_path / "absent.stl"}
+    assert parse_mesh(store.files[name], Path(name)).size == pytest.approx(0.02 * 3**0.5)
+
+
+def test_a_format_that_is_not_read_is_refused_unopened_with_what_to_export(tmp_path: Path) -> None:
+    with pytest.raises(MeshError, match=r"found: \.fbx.*Blender"):
+        AssetStore().add(_made(tmp_path / "hand.fbx", b"secret"))
+    with pytest.raises(MeshError, match="Convert it to one of"):
+        AssetStore().add(_made(tmp_path / "hand.weird", b"secret"))
+
+
+@pytest.mark.parametrize(
+    ("name", "data"),
+    [
+        ("hand.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf one two password\n"),
+        ("hand.off", b"OFF\n3 1 0\n0 0 password\n1 0 0\n0 1 0\n3 0 1 2\n"),
+    ],
+)
+def test_what_a_parser_quotes_of_a_file_is_not_repeated(tmp_path: Path, name: str, data: bytes) -> None:
+    with pytest.raises(MeshError, match=name) as found:
+        AssetStore().add(_made(tmp_path / name, data))
+    assert "password" not in str(found.value)
+
+
+@pytest.mark.parametrize(
+    ("scale", "size", "signs"),
+    [("1 2 3", "1 2 3", (1, 1, 1)), ("-0.001 0.001 -2", "0.001 0.001 2.0", (-1, 1, -1)), ("", "", (1, 1, 1)),
+     ("a b c", "a b c", (1, 1, 1)), ("-1", "-1", (1, 1, 1)), ("nan -1 1", "nan -1 1", (1, 1, 1))],
+)  # fmt: skip
+def test_a_scale_is_a_size_and_signs(scale: str, size: str, signs: tuple[float, ...]) -> None:
+    assert split_scale(scale) == (size, signs)
+
+
+@pytest.mark.parametrize("signs", [(-1.0, 1.0, 1.0), (-1.0, -1.0, 1.0), (-1.0, -1.0, -1.0)])
+def test_a_mirrored_mesh_stays_outside_out(tmp_path: Path, rod: bytes, signs: tuple[float, ...]) -> None:
+    store = AssetStore()
+    path = _made(tmp_path / "rod.stl", rod)
+    assert store.add(path) != store.add(path, mirror=signs), "both are kept"
+    mesh = parse_mesh(store.files["rod_2.msh"], Path("rod_2.msh"))
+    assert (((mesh.vertices[mesh.faces].mean(axis=1)) * mesh.face_normals).sum(axis=1) > 0).all()
+
+
+def _made(path: Path, data: bytes) -> Path:
+    path.write_bytes(data)
+    return path
+
+
+def test_all_meshes_together_are_bounded(tmp_path: Path, rod: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(mesh_files, "MAX_FACES", 20)
+    (tmp_path / "rod.stl").write_bytes(rod)
+    store = AssetStore()
+    store.add(tmp_path / "rod.stl")
+    with pytest.raises(RobotError, match="together"):
+        store.add(tmp_path / "rod.stl", variant="again")

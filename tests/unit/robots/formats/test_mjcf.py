@@ -1,0 +1,259 @@
+"""MJCF files: the robot alone comes in; what is hostile, absurd or broken is refused by name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from xml.etree.ElementTree import fromstring
+
+import mujoco
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from app.core.errors import MeshError, RobotError
+from app.robots.formats.mjcf import load_mjcf, strip_mjcf
+from app.robots.kinematics import Configuration
+
+FILE = Path("robot.xml")
+
+
+@pytest.mark.parametrize(
+    ("element", "problem"),
+    [
+        ('<replicate count="1000000000"/>', "too many copies"),
+        ('<replicate count="100"><replicate count="100"/></replicate>', "too many copies"),
+        ('<replicate count="inf"/>', "too many copies"),
+        ('<replicate count="many"/>', "not a number"),
+        ('<mesh builtin="supersphere" params="2000 1 1"/>', "too fine"),
+        ('<mesh builtin="supersphere" params="nan 1 1"/>', "too fine"),
+        ('<composite type="cable"/>', "not supported"),
+        ('<flexcomp file="x"/>', "not supported"),
+        ('<model file="x"/>', "not supported"),
+    ],
+)
+def test_absurd_and_soft_things_are_refused(element: str, problem: str) -> None:
+    with pytest.raises(RobotError, match=problem):
+        strip_mjcf(fromstring(f"<mujoco><worldbody><body>{element}</body></worldbody></mujoco>"), FILE)
+
+
+def test_a_few_copies_are_welcome() -> None:
+    root = fromstring('<mujoco><worldbody><replicate count="10"/></worldbody></mujoco>')
+    strip_mjcf(root, FILE)
+    assert root.find(".//replicate") is not None
+
+
+def test_files_for_show_are_not_asked_for() -> None:
+    root = fromstring(
+        '<mujoco><asset><texture file="a.png"/><hfield file="b.png"/><mesh file="c.stl"/>'
+        '<material name="m" texture="t"><layer texture="t"/></material></asset>'
+        '<worldbody><geom type="hfield"/><geom hfield="h"/><geom size="1"><plugin/></geom></worldbody>'
+        "<option/><actuator/><keyframe/></mujoco>"
+    )
+    strip_mjcf(root, FILE)
+    assert [element.tag for element in root.iter()] == [
+        "mujoco", "asset", "mesh", "material", "worldbody", "geom", "keyframe",
+    ]  # fmt: skip
+    assert root.find(".//material").attrib == {"name": "m"}
+
+
+def edit(path: Path, old: str, new: str) -> Path:
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new))
+    return path
+
+
+def test_only_the_robot_is_left(tiny: Path) -> None:
+    robot = load_mjcf(tiny)
+    assert [link.name for link in robot.links] == ["base", "rod"]
+    for gone in ("floor", "motor", "jointpos", "keyframe", "light"):
+        assert gone not in robot.mjcf
+    assert robot.name == "tiny"
+
+
+def test_degrees_become_radians_and_the_keyframe_becomes_home(tiny: Path) -> None:
+    robot = load_mjcf(tiny)
+    joint = robot.joints[0]
+    assert (joint.lower, joint.upper) == pytest.approx((-np.pi / 2, np.pi / 4), rel=1e-5)
+    assert robot.home == pytest.approx([0.25])
+
+
+@pytest.mark.parametrize(("asked", "home"), [("2.0", np.pi / 4), ("inf", 0.0)])
+def test_a_home_outside_the_limits_is_reported(tiny: Path, asked: str, home: float) -> None:
+    robot = load_mjcf(edit(tiny, 'qpos="0.25"', f'qpos="{asked}"'))
+    assert robot.home == pytest.approx([home], rel=1e-5)
+    assert "home-outside-limits" in {finding.kind for finding in robot.findings}
+
+
+def test_without_a_keyframe_home_is_zero_or_the_middle_of_limits_that_exclude_it(tiny: Path) -> None:
+    text = tiny.read_text()
+    start, end = text.index("<keyframe>"), text.index("</mujoco>")
+    tiny.write_text(text[:start] + text[end:])
+    assert load_mjcf(tiny).home == pytest.approx([0.0])
+    edit(tiny, 'range="-90 45"', 'range="20 40"')
+    assert load_mjcf(tiny).home == pytest.approx([np.radians(30)], rel=1e-5)
+
+
+def test_a_free_joint_is_removed_and_said(tiny: Path) -> None:
+    edit(tiny, '<body name="base" pos="0 0 0.5">', '<body name="base" pos="0 0 0.5"><freejoint/>')
+    edit(tiny, 'qpos="0.25"', 'qpos="0 0 1 1 0 0 0 0.25"')
+    robot = load_mjcf(tiny)
+    assert len(robot.joints) == 1
+    assert robot.home == pytest.approx([0.25])
+    assert "free-base" in {finding.kind for finding in robot.findings}
+
+
+def test_loose_things_of_the_scene_are_left_out_and_said(tiny: Path) -> None:
+    loose = '<body name="ball"><freejoint/><geom size="0.1"/></body><body name="hand" mocap="true"/></worldbody>'
+    robot = load_mjcf(edit(tiny, "</worldbody>", loose))
+    assert [link.name for link in robot.links] == ["base", "rod"]
+    assert {finding.kind: finding.count for finding in robot.findings}["scene-objects"] == 2
+
+
+def test_a_ball_joint_becomes_three_hinges_of_the_same_motion(tiny: Path) -> None:
+    ball = '<joint name="b" type="ball" pos="0 0 0.1" range="0 60" limited="true" damping="0.5"/>'
+    edit(tiny, '<joint name="hinge" axis="0 1 0" range="-90 45" damping="0.1"/>', ball)
+    edit(tiny, '<motor joint="hinge"/>', "")
+    edit(tiny, '<jointpos joint="hinge"/>', "")
+    edit(tiny, 'qpos="0.25"', 'qpos="1 0 0 0"')
+    robot = load_mjcf(tiny)
+    assert [joint.name for joint in robot.joints] == ["b_x", "b_y", "b_z"]
+    assert [joint.upper for joint in robot.joints] == pytest.approx([np.pi / 3] * 3, rel=1e-5)
+    configuration, angles = Configuration(robot), np.array([0.3, -0.5, 0.7])
+    configuration.update(angles)
+    assert configuration.pose("rod").rotation == pytest.approx(Rotation.from_euler("XYZ", angles).as_matrix())
+    assert configuration.pose("rod").points(np.array([0, 0, 0.1])) == pytest.approx([0, 0, 0.9]), "about its own place"
+
+
+def test_a_joint_after_a_ball_joint_is_refused_by_name(tiny: Path) -> None:
+    edit(tiny, '<joint name="hinge"', '<joint name="b" type="ball"/><joint name="hinge"')
+    edit(tiny, 'qpos="0.25"', 'qpos="1 0 0 0 0"')
+    with pytest.raises(RobotError, match="must be the last of its body") as caught:
+        load_mjcf(tiny)
+    assert "joint b" in str(caught.value)
+
+
+def test_what_mujoco_will_give_up_is_told_and_the_robot_loads(tiny: Path) -> None:
+    robot = load_mjcf(edit(tiny, 'angle="degree"', 'angle="degree" settotalmass="3"'))
+    told = [finding.action for finding in robot.findings if finding.kind == "deprecated"]
+    assert len(told) == (mujoco.mj_version() >= 3_017_000), "older ones do not tell"
+    assert all("settotalmass" in action for action in told)
+    assert 'mass="1.5"' in robot.mjcf, "two equal masses of 3 kg together"
+
+
+def test_numbers_of_other_programs_are_left_out(tiny: Path) -> None:
+    edit(tiny, '<joint name="hinge"', '<joint name="hinge" user="1 2 3"')
+    assert "user" not in load_mjcf(edit(tiny, "<worldbody>", '<size nuser_jnt="3"/><worldbody>')).mjcf
+
+
+def test_a_moving_body_without_mass_gets_a_little_and_it_is_said(tiny: Path) -> None:
+    robot = load_mjcf(edit(tiny, '<geom type="mesh" mesh="rod" mass="1"/>', '<geom size="0.1" mass="0"/>'))
+    assert "massless" in {finding.kind for finding in robot.findings}
+
+
+def test_a_material_that_is_not_there_is_left_out_and_said(tiny: Path) -> None:
+    robot = load_mjcf(edit(tiny, '<geom type="box"', '<geom material="steel" type="box"'))
+    assert [finding.where for finding in robot.findings if finding.kind == "material"] == ["steel"]
+
+
+def test_an_include_may_lie_beside_the_file_that_includes_it(tiny: Path) -> None:
+    folder = tiny.parent / "parts"
+    folder.mkdir()
+    (folder / "a.xml").write_text('<mujocoinclude><include file="b.xml"/></mujocoinclude>')
+    (folder / "b.xml").write_text('<mujocoinclude><body name="extra"><geom size="0.1"/></body></mujocoinclude>')
+    robot = load_mjcf(edit(tiny, "</worldbody>", '<include file="parts/a.xml"/></worldbody>'))
+    assert "extra" in [link.name for link in robot.links]
+
+
+def test_an_include_is_unfolded(tiny: Path) -> None:
+    (tiny.parent / "scene.xml").write_text('<mujoco><include file="tiny.xml"/><worldbody><light/></worldbody></mujoco>')
+    robot = load_mjcf(tiny.parent / "scene.xml")
+    assert [link.name for link in robot.links] == ["base", "rod"]
+
+
+def test_files_that_include_each_other_are_refused(tiny: Path) -> None:
+    edit(tiny, "<worldbody>", '<include file="tiny.xml"/><worldbody>')
+    with pytest.raises(RobotError, match="files are included"):
+        load_mjcf(tiny)
+
+
+@pytest.mark.parametrize("hostile", ["../../../../../../etc/passwd", "/etc/passwd"])
+@pytest.mark.parametrize("element", ["mesh", "include"])
+def test_paths_that_climb_out_are_refused_by_name(tiny: Path, hostile: str, element: str) -> None:
+    old = 'file="rod.stl"' if element == "mesh" else "<worldbody>"
+    new = f'file="{hostile}"' if element == "mesh" else f'<include file="{hostile}"/><worldbody>'
+    with pytest.raises(RobotError, match="leaves the robot") as caught:
+        load_mjcf(edit(tiny, old, new))
+    assert hostile in str(caught.value)
+
+
+def test_a_link_that_leads_out_of_the_folder_is_refused(tiny: Path, tmp_path: Path) -> None:
+    secret = tmp_path / "secret.stl"
+    secret.write_bytes(b"secret")
+    (tiny.parent / "meshes" / "rod.stl").unlink()
+    (tiny.parent / "meshes" / "rod.stl").symlink_to(secret)
+    with pytest.raises(RobotError, match="leaves the robot"):
+        load_mjcf(tiny)
+
+
+def test_a_package_root_allows_meshes_beside_the_folder(tiny: Path, tmp_path: Path, rod: bytes) -> None:
+    (tmp_path / "shared").mkdir()
+    (tmp_path / "shared" / "rod.stl").write_bytes(rod)
+    edit(tiny, 'file="rod.stl"', 'file="../../shared/rod.stl"')
+    with pytest.raises(RobotError, match="leaves the robot"):
+        load_mjcf(tiny)
+    assert load_mjcf(tiny, package_roots=[tmp_path / "shared"]).links[1].mesh is not None
+
+
+def test_an_entity_bomb_is_refused_before_it_swells(tiny: Path) -> None:
+    tiny.write_text('<!DOCTYPE m [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;&a;">]>\n<mujoco>&b;</mujoco>')
+    with pytest.raises(RobotError, match="entities"):
+        load_mjcf(tiny)
+
+
+def test_broken_xml_says_where(tiny: Path) -> None:
+    with pytest.raises(RobotError, match=r"not valid XML.*line") as caught:
+        load_mjcf(edit(tiny, "</worldbody>", ""))
+    assert "tiny.xml" in str(caught.value)
+
+
+def test_what_mujoco_refuses_is_said_in_its_words(tiny: Path) -> None:
+    with pytest.raises(RobotError, match=r"MuJoCo cannot read the robot.*nonsense"):
+        load_mjcf(edit(tiny, "<worldbody>", "<nonsense/><worldbody>"))
+
+
+def test_an_xml_file_of_another_kind_is_refused(tiny: Path) -> None:
+    tiny.write_text("<svg/>")
+    with pytest.raises(RobotError, match="not MJCF"):
+        load_mjcf(tiny)
+
+
+def test_an_empty_model_is_refused(tiny: Path) -> None:
+    tiny.write_text("<mujoco><worldbody><geom type='plane' size='1 1 1'/></worldbody></mujoco>")
+    with pytest.raises(RobotError, match="contains no robot"):
+        load_mjcf(tiny)
+
+
+def test_a_missing_mesh_becomes_a_small_box(tiny: Path) -> None:
+    (tiny.parent / "meshes" / "rod.stl").unlink()
+    robot = load_mjcf(tiny)
+    assert {finding.kind for finding in robot.findings} >= {"missing-mesh"}
+    assert robot.link("rod").mesh is not None
+    assert np.ptp(robot.link("rod").mesh.vertices, axis=0) == pytest.approx([0.02] * 3)
+
+
+def test_a_mesh_with_nan_is_refused_by_its_name(tiny: Path, rod: bytes) -> None:
+    broken = bytearray(rod)
+    broken[96:100] = np.array([np.nan], "<f4").tobytes()
+    (tiny.parent / "meshes" / "rod.stl").write_bytes(bytes(broken))
+    with pytest.raises(MeshError, match="not a finite number") as caught:
+        load_mjcf(tiny)
+    assert "rod.stl" in str(caught.value)
+
+
+def test_two_meshes_of_one_name_in_two_folders_are_both_kept(tiny: Path, rod: bytes) -> None:
+    (tiny.parent / "meshes" / "other").mkdir()
+    (tiny.parent / "meshes" / "other" / "rod.stl").write_bytes(rod)
+    edit(tiny, "</asset>", '<mesh name="second" file="other/rod.stl"/></asset>')
+    edit(tiny, '<geom type="box"', '<geom type="mesh" mesh="second" mass="1"/><geom type="box"')
+    assert sorted(load_mjcf(tiny).assets) == ["rod.msh", "rod_2.msh"]

@@ -1,0 +1,95 @@
+"""Touch sensors as an MJCF file states them: their places, links and directions; no plug-in is loaded."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.core.errors import RobotError
+from app.geometry.mesh import Mesh
+from app.robots.formats.mesh_files import box_mesh
+from app.robots.formats.touch_sensors import TouchSensor, read_touch_sensors, states_touch_sensors
+
+MODEL = """<mujoco><compiler angle="degree"/>
+<extension><plugin plugin="mujoco.sensor.touch_grid">
+  <instance name="shared"><config key="size" value="3 1"/><config key="fov" value="90 30"/></instance>
+</plugin></extension>
+<default><default class="pad"><site type="box" size="0.01 0.002 0.01"/></default></default>
+<asset><mesh name="ball" builtin="sphere" params="1" scale="0.02 0.02 0.02"/></asset>
+<worldbody><site name="floor" pos="0 0 0"/>
+  <body name="hand" pos="1 0 0" euler="0 0 90"><joint/>
+    <geom name="palm" size="0.05 0.05 0.01" type="box" pos="0 0 0.1"/>
+    <frame pos="0 0 0.05"><site class="pad" name="front" pos="0 0.01 0" euler="90 0 0"/></frame>
+    <body name="tip" pos="0 0 0.2"><joint axis="1 0 0"/><geom size="0.02"/><site name="eye" euler="180 0 0"/></body>
+  </body><body><geom size="0.1"/><site name="nobody"/></body>
+</worldbody>
+<sensor><jointpos joint="absent"/><touch name="t" site="front"/><touch site="floor"/>
+  <plugin name="grid" plugin="mujoco.sensor.touch_grid" objtype="site" objname="eye">
+    <config key="size" value="2 2"/><config key="fov" value="90 60"/><config key="nchannel" value="3"/></plugin>
+  <plugin name="second" instance="shared" objtype="site" objname="eye"/>
+  <tactile name="skin" geom="palm" mesh="ball"/><touch name="lost" site="nowhere"/><touch name="bare" site="nobody"/>
+  <plugin plugin="somebody.elses" objtype="site" objname="eye"/>
+</sensor></mujoco>"""
+
+
+@pytest.fixture
+def model(tmp_path: Path) -> Path:
+    path = tmp_path / "hand.xml"
+    path.write_text(MODEL)
+    return path
+
+
+def test_sensors_come_in_the_files_order_on_their_links(model: Path) -> None:
+    sensors, findings = read_touch_sensors(model)
+    assert [(s.name, s.kind, s.link, len(s.origins)) for s in sensors] == [
+        ("t", "touch", "hand", 1), ("grid", "touch_grid", "tip", 4), ("second", "touch_grid", "tip", 3),
+        ("skin", "tactile", "hand", 42),
+    ]  # fmt: skip
+    (left,) = findings
+    assert (left.where, left.count) == ("touch 1, lost, bare", 3)
+
+
+def test_a_site_is_placed_in_its_link_with_frames_and_classes(model: Path) -> None:
+    touch, _, _, tactile = read_touch_sensors(model)[0]
+    assert touch.origins == pytest.approx(np.array([[0, 0.01, 0.05]]))
+    assert touch.directions is None
+    assert np.linalg.norm(tactile.origins - [0, 0, 0.1], axis=1) == pytest.approx(np.full(42, 0.02), rel=1e-5)
+
+
+def test_a_grid_looks_along_minus_z_of_its_site_through_equal_angles(model: Path) -> None:
+    _, grid, second, _ = read_touch_sensors(model)[0]
+    assert grid.directions is not None
+    assert second.directions is not None
+    turned = grid.directions * [1, -1, -1]  # the site is turned about x by half a turn
+    azimuth, elevation = np.arctan2(turned[:, 0], -turned[:, 2]), np.arcsin(turned[:, 1])
+    assert np.degrees(azimuth) == pytest.approx([-22.5, 22.5, -22.5, 22.5])
+    assert np.degrees(elevation) == pytest.approx([-15, -15, 15, 15])
+    assert second.directions[1] == pytest.approx([0, 0, 1], abs=1e-9)
+
+
+def test_a_ray_ends_where_it_leaves_the_link() -> None:
+    sensor = TouchSensor("g", "touch_grid", "a", np.zeros((2, 3)), np.array([[0.0, 0, 1], [0.6, 0, 0.8]]))
+    assert sensor.places(box_mesh(0.2)) == pytest.approx(np.array([[0, 0, 0.1], [0.075, 0, 0.1]]))
+    away = Mesh(box_mesh(0.2).vertices + [0, 0, -5], box_mesh(0.2).faces)
+    assert np.linalg.norm(sensor.places(away), axis=1) == pytest.approx([0.02, 0.02]), "nothing there"
+
+
+def test_whether_a_file_states_sensors_is_known_from_its_includes_too(model: Path) -> None:
+    assert states_touch_sensors(model)
+    (model.parent / "whole.xml").write_text('<mujoco><include file="hand.xml"/></mujoco>')
+    assert states_touch_sensors(model.parent / "whole.xml")
+    model.write_text(MODEL.replace("<sensor>", "<!--").replace("</sensor>", "-->"))
+    assert not states_touch_sensors(model)
+    assert not states_touch_sensors(model.parent / "absent.xml")
+
+
+@pytest.mark.parametrize(("key", "value"), [("size", "2"), ("size", "0 2"), ("size", "9999 9999"), ("fov", "x y"),
+                                            ("fov", "90 400"), ("fov", "nan 60")])  # fmt: skip
+def test_a_grid_without_sense_is_refused_by_name(model: Path, key: str, value: str) -> None:
+    old = {"size": "2 2", "fov": "90 60"}[key]
+    model.write_text(MODEL.replace(f'key="{key}" value="{old}"', f'key="{key}" value="{value}"'))
+    with pytest.raises(RobotError, match="touch grid") as found:
+        read_touch_sensors(model)
+    assert "sensor grid" in str(found.value)

@@ -1,0 +1,247 @@
+"""A skin from taxels alone: the boundary's extension, and the whole."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.core.errors import Finding
+from app.geometry.mesh import Mesh
+from app.skin.formats.taxel_set import TaxelSet
+from app.skin.reconstruction.reconstruct import LONE_TAXEL_RADIUS, extend_boundary, reconstruct_skin, skin_from_taxels
+from app.skin.taxel_placement.sampling import place_evenly
+from tests.support.surfaces import frustum, sphere
+
+
+def _mesh(positions, walk, width=0.005):
+    positions = np.asarray(positions, dtype=float)
+    up, widths = np.tile([0, 0, 1.0], (len(positions), 1)), np.full(len(positions), width)
+    rim = extend_boundary(positions, up, widths, np.asarray(walk), first=len(positions))
+    return Mesh(np.concatenate([positions, rim.vertices]), rim.faces), rim
+
+
+def test_a_lone_taxel_gets_a_hexagon():
+    mesh, rim = _mesh([[0.1, 0.2, 0.3]], [0])
+    assert len(rim.vertices) == 6
+    assert np.linalg.norm(rim.vertices - [0.1, 0.2, 0.3], axis=1) == pytest.approx(0.005)
+    assert mesh.area == pytest.approx(6 * np.sqrt(3) / 4 * 0.005**2)
+    assert mesh.face_normals == pytest.approx(np.tile([0, 0, 1.0], (6, 1)))
+
+
+def test_a_row_gets_a_strip_with_round_ends():
+    row = [[0.01 * k, 0, 0] for k in range(4)]
+    mesh, rim = _mesh(row, [0, 1, 2, 3, 2, 1])
+    ends = 2 * 3 * np.sqrt(3) / 4 * 0.005**2
+    assert mesh.area == pytest.approx(0.03 * 0.01 + ends)
+    assert (mesh.face_normals[:, 2] > 0.999).all()
+    assert np.bincount(rim.taxel).tolist() == [4, 2, 2, 4]
+
+
+@pytest.mark.parametrize("up", [[0, 0, 1.0], [0, 0, -1.0], [-1, -1, -1.0], [1, 1, 1.0]])
+def test_a_row_is_the_same_strip_whichever_way_it_lies(up):
+    """Whether half a turn comes out as plus or minus pi is a matter of signed zeros."""
+    normal = np.array(up) / np.linalg.norm(up)
+    along = np.array([1.0, -1.0, 0.0]) / np.sqrt(2)
+    row, width = 0.01 * np.outer(np.arange(3), along), np.full(3, 0.005)
+    rim = extend_boundary(row, np.tile(normal, (3, 1)), width, np.array([0, 1, 2, 1]), first=3)
+    mesh = Mesh(np.concatenate([row, rim.vertices]), rim.faces)
+    assert np.bincount(rim.taxel).tolist() == [4, 2, 4]
+    assert mesh.area == pytest.approx(0.02 * 0.01 + 6 * np.sqrt(3) / 4 * 0.005**2)
+    assert (mesh.face_normals @ normal).min() > 0.999
+
+
+def test_a_square_grows_all_around():
+    mesh, _ = _mesh([[0, 0, 0], [0.01, 0, 0], [0.01, 0.01, 0], [0, 0.01, 0]], [0, 1, 2, 3])
+    corner = 2 * 0.5 * 0.005**2 * np.sin(np.pi / 4)  # two triangles between the spokes of a right angle
+    assert mesh.area == pytest.approx(4 * (0.01 * 0.005 + corner))
+    assert mesh.bounds[:, :2] == pytest.approx(np.array([[-0.005] * 2, [0.015] * 2]))
+
+
+def test_a_hole_is_narrowed_from_inside():
+    """Walked with the surface on the left, that is clockwise."""
+    mesh, _ = _mesh([[0, 0, 0], [0, 0.04, 0], [0.04, 0.04, 0], [0.04, 0, 0]], [0, 1, 2, 3])
+    assert (mesh.face_normals[:, 2] > 0).all()
+    assert mesh.bounds[:, :2] == pytest.approx(np.array([[0, 0], [0.04, 0.04]]))
+    assert 0 < mesh.area < 0.04**2
+
+
+@pytest.mark.parametrize("angle", np.radians([5, 20, 60, 120, 170]))
+def test_no_notch_folds_the_rim(angle):
+    tip = 0.01 * np.array(
+        [[np.sin(angle / 2), np.cos(angle / 2), 0], [0, 0, 0], [-np.sin(angle / 2), np.cos(angle / 2), 0]]
+    )
+    walk = [*tip[::-1], [-0.03, 0.01, 0], [-0.03, -0.03, 0], [0.03, -0.03, 0], [0.03, 0.01, 0]]
+    mesh, _ = _mesh(walk, range(7))
+    assert (mesh.face_normals[:, 2] > 0).all()
+
+
+@pytest.mark.parametrize("width", [0.005, 0.02, 0.1])
+def test_a_rim_wider_than_a_notch_is_drawn_in(width):
+    """Spokes on the two sides of a narrow notch would cross."""
+    x = np.array([0, 0, 1, 1.4, 1.5, 1.6, 2, 3, 3]) * 0.01
+    y = np.array([0, 2, 2, 2, 1, 2, 2, 2, 0]) * 0.01
+    mesh, _ = _mesh(np.stack([x, y, 0 * x], axis=1), range(8, -1, -1), width)
+    assert (mesh.face_normals[:, 2] > 0).all()
+
+
+def test_the_rim_follows_each_taxels_own_plane():
+    positions = np.array([[0, 0, 0], [0.01, 0, 0.002], [0.005, 0.01, 0.001]])
+    normals = np.array([[0, 0, 1.0], [0.6, 0, 0.8], [0, 0, 1.0]])
+    rim = extend_boundary(positions, normals, np.full(3, 0.004), np.array([0, 1, 2]), first=3)
+    offset = rim.vertices - positions[rim.taxel]
+    assert (offset * normals[rim.taxel]).sum(axis=1) == pytest.approx(0, abs=1e-12)
+
+
+PITCH = 0.01
+
+
+def taxel_set(positions, **more) -> TaxelSet:
+    positions = np.asarray(positions, dtype=float)
+    return TaxelSet("pad", more.pop("link", None), np.arange(len(positions)), positions, **more)
+
+
+def grid(columns, rows):
+    x, y = np.meshgrid(PITCH * np.arange(columns), PITCH * np.arange(rows))
+    return np.stack([x, y, np.zeros_like(x)], axis=-1).reshape(-1, 3)
+
+
+def kinds(skin):
+    return {note.kind: note.count for note in skin.findings}
+
+
+def check(taxels: TaxelSet):
+    """The laws that hold for any set; returns the skin."""
+    built = reconstruct_skin(taxels)
+    skin = built.skin
+    at = np.concatenate([patch.taxels.positions for patch in skin.patches])
+    assert at[built.taxel_of] == pytest.approx(taxels.positions, abs=2e-5)
+    assert set(built.taxel_of.tolist()) == set(range(len(skin)))
+    for patch in skin.patches:
+        surface, worn = patch.surface, patch.taxels
+        assert surface.connectivity.face_count.max() <= 2
+        assert not len(surface.connectivity.bow_tie_vertices)
+        assert surface.connectivity.components.max() == 0
+        assert surface.face_areas.min() > 0
+        assert worn.areas.sum() == pytest.approx(surface.area, rel=1e-12)
+        assert worn.areas.min() > 0
+        assert surface.points(worn.faces, worn.weights) == pytest.approx(worn.positions, abs=1e-15)
+        assert np.bincount(worn.quadrature.taxel, minlength=len(worn)).min() >= 6
+    return skin
+
+
+def test_a_grid_is_one_patch_and_its_border_taxels_feel_as_much_as_the_others():
+    skin = check(taxel_set(grid(6, 5), link="forearm"))
+    (patch,) = skin.patches
+    assert (patch.name, patch.link) == ("pad", "forearm")
+    assert skin.areas == pytest.approx(PITCH**2, rel=0.2)
+    assert patch.surface.area == pytest.approx(30 * PITCH**2, rel=0.02)
+    assert patch.surface.bounds[:, :2] == pytest.approx(np.array([[-0.005, -0.005], [0.055, 0.045]]))
+
+
+def test_neighbours_are_the_triangles_sides():
+    skin = check(taxel_set(grid(4, 4)))
+    pairs = skin.neighbours
+    apart = np.linalg.norm(np.diff(skin.patches[0].taxels.positions[pairs], axis=1)[:, 0], axis=1)
+    assert (apart < 1.5 * PITCH).all()
+    assert (np.isclose(apart, PITCH)).sum() == 2 * 4 * 3
+
+
+def test_parts_apart_are_patches_the_largest_first():
+    skin = check(taxel_set(np.concatenate([grid(3, 3), grid(6, 5) + [0.2, 0, 0], grid(4, 4) - [0.2, 0, 0]])))
+    assert [(patch.name, len(patch.taxels)) for patch in skin.patches] == [("pad", 30), ("pad 2", 16), ("pad 3", 9)]
+
+
+def test_a_lone_taxel_feels_a_small_disk():
+    skin = check(taxel_set([[0, 0, 0.1]]))
+    assert kinds(skin) == {"lone-taxel": 1, "guessed-outside": 1}
+    assert skin.areas == pytest.approx(6 * np.sqrt(3) / 4 * LONE_TAXEL_RADIUS**2)
+    assert skin.patches[0].taxels.normals == pytest.approx(np.array([[0, 0, 1.0]]))
+
+
+@pytest.mark.parametrize("count", [2, 3, 7])
+def test_a_row_is_one_strip(count):
+    skin = check(taxel_set(np.outer(np.arange(count), [PITCH, 0, 0]) + [0, 0, 0.1]))
+    assert len(skin.patches) == 1
+    assert kinds(skin)["taxel-row"] == 1
+    assert skin.patches[0].surface.area == pytest.approx((count - 1) * PITCH**2 + 6 * np.sqrt(3) / 4 * 0.25 * PITCH**2)
+
+
+def test_a_row_beside_a_patch_and_one_far_away_all_stay():
+    row = np.outer(np.arange(4), [PITCH, 0, 0]) + [0, 0.2, 0]
+    skin = check(taxel_set(np.concatenate([grid(5, 5), row, [[0.5, 0.5, 0]]])))
+    assert sorted(len(patch.taxels) for patch in skin.patches) == [1, 4, 25]
+    assert kinds(skin)["taxel-row"] == 1
+    assert kinds(skin)["lone-taxel"] == 1
+
+
+def test_taxels_at_one_place_become_one_and_are_counted():
+    points = grid(5, 5)
+    taxels = taxel_set(np.concatenate([points, points[:7] + 4e-6]))
+    skin = check(taxels)
+    assert len(skin) == 25
+    assert kinds(skin)["duplicate-taxel"] == 7
+    assert np.array_equal(reconstruct_skin(taxels).taxel_of[25:], reconstruct_skin(taxels).taxel_of[:7])
+    assert len(check(taxel_set(np.zeros((5, 3))))) == 1
+
+
+def test_what_the_file_noticed_is_passed_on():
+    noticed = Finding("thermal-pad", "file", "left out", 3)
+    assert noticed in skin_from_taxels(taxel_set(grid(3, 3), findings=(noticed,))).findings
+
+
+def test_sound_faces_of_the_file_are_kept():
+    faces = np.array([[0, 1, 2], [0, 2, 3]])
+    # Nobody would join these by themselves: the sides are far longer than they are apart from others.
+    corners = np.array([[0, 0, 0], [1, 0, 0], [1, 0.01, 0], [0, 0.01, 0.0]])
+    skin = check(taxel_set(corners, faces=faces))
+    assert {tuple(pair) for pair in skin.neighbours.tolist()} == {(0, 1), (0, 2), (0, 3), (1, 2), (2, 3)}
+    assert (skin.patches[0].surface.face_normals[:, 2] > 0).all()
+
+
+@pytest.mark.parametrize(
+    ("faces", "problem"),
+    [
+        ([[0, 1, 4], [0, 1, 5], [1, 0, 6]], "more than two"),
+        ([[0, 1, 4], [0, 1, 5]], "oriented inconsistently"),
+        ([[0, 1, 2]], "no area"),
+        ([[5, 6, 11], [5, 0, 1]], "several fans"),
+    ],
+)
+def test_unsound_faces_are_made_anew_and_told(faces, problem):
+    points = grid(4, 4)
+    skin = check(taxel_set(points, faces=np.array(faces)))
+    note = next(note for note in skin.findings if note.kind == "unsound-faces")
+    assert problem in note.action
+    assert np.array_equal(skin.neighbours, check(taxel_set(points)).neighbours)
+
+
+def test_faces_are_turned_to_where_the_normals_look():
+    down, faces = np.tile([0, 0, -1.0], (4, 1)), np.array([[0, 1, 3], [0, 3, 2]])
+    skin = check(taxel_set(grid(2, 2), faces=faces, normals=down))
+    assert kinds(skin) == {"turned-face": 2}
+    assert skin.patches[0].taxels.normals == pytest.approx(down)
+
+
+def test_taxels_that_the_files_faces_leave_out_are_not_lost():
+    skin = check(taxel_set(np.concatenate([grid(2, 2), [[0.05, 0, 0]]]), faces=np.array([[0, 1, 3], [0, 3, 2]])))
+    assert sorted(len(patch.taxels) for patch in skin.patches) == [1, 4]
+
+
+def test_a_file_that_looks_inward_is_believed():
+    worn = place_evenly(sphere(), 200)
+    outward = check(taxel_set(worn.positions))
+    inward = check(taxel_set(worn.positions, normals=-worn.normals))
+    assert (outward.patches[0].taxels.normals * outward.patches[0].taxels.positions).sum(axis=1).min() > 0
+    assert (inward.patches[0].taxels.normals * inward.patches[0].taxels.positions).sum(axis=1).max() < 0
+
+
+def test_the_same_set_gives_the_same_skin_and_its_scale_and_place_do_not_matter():
+    worn = place_evenly(frustum(), 150)
+    taxels = taxel_set(worn.positions)
+    one, again = skin_from_taxels(taxels), skin_from_taxels(taxels)
+    assert np.array_equal(one.patches[0].surface.vertices, again.patches[0].surface.vertices)
+    other = skin_from_taxels(replace(taxels, positions=3 * worn.positions + 1))
+    assert np.array_equal(other.neighbours, one.neighbours)
+    assert other.areas == pytest.approx(9 * one.areas, rel=1e-6)

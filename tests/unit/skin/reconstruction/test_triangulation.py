@@ -1,0 +1,208 @@
+"""Normals and triangles of taxels that come without a surface."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial import Delaunay
+
+from app.core.errors import SkinError
+from app.geometry.connectivity import Connectivity
+from app.skin.reconstruction.triangulation import estimate_normals, local_spacing, triangulate
+from app.skin.taxel_placement.sampling import place_evenly
+from tests.support.surfaces import cap, frustum, sheet, sphere
+
+
+def _taxels(surface, count=250):
+    taxels = place_evenly(surface, min(count, len(surface.faces) // 3))
+    return taxels.positions, taxels.normals
+
+
+def _agreement(found, true):
+    return (found.normals * true).sum(axis=1)
+
+
+@pytest.mark.parametrize(
+    "surface", [sphere(), frustum(), frustum(0.05, 0.02), cap(1.2)], ids=["ball", "tube", "cone", "cap"]
+)
+def test_a_bent_surface_shows_its_outside_by_itself(surface):
+    positions, true = _taxels(surface)
+    found = estimate_normals(positions + 1.0)
+    assert np.quantile(_agreement(found, true), 0.05) > np.cos(0.3)
+    assert (_agreement(found, true) > 0).all()
+    assert not found.findings
+    assert np.linalg.norm(found.normals, axis=1) == pytest.approx(1)
+
+
+def test_stated_normals_choose_the_side_and_no_more():
+    positions, true = _taxels(sphere())
+    tilted = -true + 0.5 * np.array([0, 0, 1.0])
+    tilted /= np.linalg.norm(tilted, axis=1, keepdims=True)
+    inward = estimate_normals(positions, stated=tilted)
+    assert np.array_equal(inward.normals, -estimate_normals(positions).normals)
+    assert not inward.findings
+
+
+def test_a_few_wrong_ones_are_outvoted():
+    positions, true = _taxels(sheet(shape=lambda x, y: 2 * x * y))
+    stated = np.where(np.arange(len(true))[:, None] % 5 == 0, -true, true)
+    assert (_agreement(estimate_normals(positions, stated=stated), true) > 0).all()
+
+
+@pytest.mark.parametrize(
+    ("stated", "kind"),
+    [
+        (lambda true: np.zeros_like(true), "dummy-normals"),
+        (lambda true: np.tile([0.0, 0.0, 1.0], (len(true), 1)), "dummy-normals"),
+        (lambda true: np.roll(true, 1, axis=1), "foreign-normals"),
+    ],
+    ids=["zero", "one for all", "another frame"],
+)
+def test_normals_that_mean_nothing_are_told_and_left(stated, kind):
+    positions, true = _taxels(frustum())
+    found = estimate_normals(positions, stated=stated(true))
+    assert [note.kind for note in found.findings] == [kind]
+    assert np.array_equal(found.normals, estimate_normals(positions).normals)
+
+
+def test_one_normal_for_all_is_right_on_a_plane():
+    positions, _ = _taxels(sheet())
+    down = estimate_normals(positions, stated=np.tile([0.0, 0.0, -1.0], (len(positions), 1)))
+    assert not down.findings
+    assert down.normals == pytest.approx(np.tile([0, 0, -1.0], (len(positions), 1)), abs=1e-9)
+
+
+def test_a_plane_far_from_the_link_looks_away_from_it_and_says_it_guesses():
+    positions, _ = _taxels(sheet())
+    for lift in (0.1, -0.1):
+        found = estimate_normals(positions + [0, 0, lift])
+        assert (found.normals[:, 2] * lift > 0).all()
+        assert [note.kind for note in found.findings] == ["guessed-outside"]
+
+
+def test_sheets_apart_are_each_judged():
+    near, _ = _taxels(sheet(), 60)
+    two = np.concatenate([near + [0, 0, 0.2], near - [0, 0, 0.2]])
+    assert np.array_equal(np.sign(estimate_normals(two).normals[:, 2]), np.repeat([1, -1], len(near)))
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 9])
+def test_a_row_has_normals_square_to_it_and_outward(count):
+    row = np.stack([0.01 * np.arange(count), np.zeros(count), np.full(count, 0.05)], axis=1)
+    found = estimate_normals(row)
+    assert found.straight.all()
+    assert np.linalg.norm(found.normals, axis=1) == pytest.approx(1)
+    assert (found.normals[:, 2] > 0).all()
+    if count > 1:
+        assert found.normals[:, 0] == pytest.approx(0, abs=1e-9)
+
+
+def test_a_row_believes_what_is_stated():
+    row = np.stack([0.01 * np.arange(5), np.zeros(5), np.full(5, 0.05)], axis=1)
+    stated = np.tile([0.0, 1.0, 0.0], (5, 1))
+    assert estimate_normals(row, stated=stated).normals == pytest.approx(stated)
+
+
+def hexagonal(columns, rows, pitch=0.01):
+    i, j = (part.ravel() for part in np.meshgrid(np.arange(columns), np.arange(rows)))
+    return pitch * np.stack([i + 0.5 * (j % 2), np.sqrt(3) / 2 * j, np.zeros(i.size)], axis=1)
+
+
+def test_a_lattice_gets_its_triangles():
+    points = hexagonal(7, 6)
+    found = triangulate(points)
+    sides = np.linalg.norm(np.diff(points[found.mesh.edges], axis=1)[:, 0], axis=1)
+    along = np.isclose(sides, 0.01)
+    assert sides[~along] == pytest.approx(0.01 * np.sqrt(3))  # only where they close the zigzag of the border
+    assert along.sum() == 6 * 6 + 5 * 13
+    assert found.spacing == pytest.approx(0.0112, rel=0.3)
+
+
+def test_random_points_of_the_plane_get_the_delaunay_triangles_away_from_the_border():
+    random = np.random.default_rng(0)
+    points = hexagonal(20, 20) + np.pad(random.uniform(-2e-3, 2e-3, (400, 2)), ((0, 0), (0, 1)))
+    found = triangulate(points, normals=np.tile([0, 0, 1.0], (400, 1)))
+    true = Delaunay(points[:, :2]).simplices
+    middle = points[:, :2].mean(axis=0)
+
+    def inner(faces):
+        kept = (np.abs(points[faces][:, :, :2] - middle).max(axis=2) < 0.07).all(axis=1)
+        return {tuple(sorted(face)) for face in faces[kept].tolist()}
+
+    assert len(inner(true)) > 250
+    assert inner(found.mesh.faces) == inner(true)
+    assert (found.mesh.face_normals[:, 2] > 0).all()
+
+
+def test_a_square_grid_has_no_overlap_though_both_diagonals_are_as_good():
+    points = np.stack([*np.meshgrid(np.arange(8.0), np.arange(6.0)), np.zeros((6, 8))], axis=-1).reshape(-1, 3) * 0.01
+    mesh = triangulate(points).mesh
+    assert mesh.area == pytest.approx(7 * 5 * 1e-4)
+    assert len(mesh.faces) == 2 * 7 * 5
+
+
+@pytest.mark.parametrize("gap", [0.026, 0.05])
+def test_a_gap_is_not_bridged(gap):
+    patch = hexagonal(6, 6)
+    shift = np.array([patch[:, 0].max() + gap, 0, 0])
+    faces = triangulate(np.concatenate([patch, patch + shift])).mesh.faces
+    assert (np.ptp(faces // len(patch), axis=1) == 0).all()
+    assert Connectivity(faces).components.max() == 1
+
+
+def test_a_sparse_and_a_dense_part_join_where_they_grade_into_each_other():
+    x = 0.01 * np.cumsum(1.15 ** np.arange(12))
+    points = np.stack([*np.meshgrid(x, 0.02 * np.arange(8)), np.zeros((8, 12))], axis=-1).reshape(-1, 3)
+    found = triangulate(points)
+    assert found.mesh.connectivity.components.max() == 0
+    assert len(np.unique(found.mesh.faces)) == len(points)
+
+
+def test_a_missing_taxel_is_spanned_and_a_real_hole_is_left():
+    points = hexagonal(9, 9)
+    middle = np.linalg.norm(points - points.mean(axis=0), axis=1)
+    one = triangulate(np.delete(points, middle.argmin(), axis=0)).mesh
+    assert one.connectivity.euler_characteristic == 1
+    hole = triangulate(points[middle > 0.022]).mesh
+    assert hole.connectivity.euler_characteristic == 0
+    assert len(hole.connectivity.boundary_loops) == 2
+
+
+def test_two_walls_of_a_thin_plate_stay_apart():
+    front = hexagonal(8, 8)
+    behind = front + [0.003, 0.002, -0.004]
+    both = np.concatenate([front, behind])
+    stated = np.repeat([[0, 0, 1.0], [0, 0, -1.0]], len(front), axis=0)
+    faces = triangulate(both, normals=stated).mesh.faces
+    assert Connectivity(faces).face_count.max() <= 2  # whatever it makes of this, it is a surface
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_noise_and_clumps_still_give_a_surface(seed):
+    random = np.random.default_rng(seed)
+    points = random.uniform(-0.05, 0.05, (150, 3)) * [1, 1, random.uniform(0, 1)]
+    faces = triangulate(points).mesh.faces
+    assert Connectivity(faces).face_count.max(initial=0) <= 2
+    directed = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    assert len(np.unique(directed, axis=0)) == len(directed)
+    assert not len(Connectivity(faces).bow_tie_vertices)
+
+
+@pytest.mark.parametrize("count", [1, 2, 8])
+def test_a_row_has_no_faces(count):
+    row = np.outer(np.arange(count), [0.01, 0.002, 0.0])
+    assert len(triangulate(row).mesh.faces) == 0
+    assert len(local_spacing(row)) == count
+
+
+@pytest.mark.parametrize(
+    ("positions", "problem"),
+    [
+        (np.zeros((0, 3)), "no taxels"),
+        (np.array([[0, 0, np.nan]]), "not a finite"),
+        (np.zeros((2, 3)), "one place"),
+    ],
+)
+def test_what_cannot_be_joined_is_refused(positions, problem):
+    with pytest.raises(SkinError, match=problem):
+        triangulate(positions)

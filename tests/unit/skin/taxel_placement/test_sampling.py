@@ -1,0 +1,89 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from app.core.errors import SkinError
+from app.geometry.wrap import wrap_mesh
+from app.skin.taxel_placement.sampling import (
+    face_graph,
+    farthest_points,
+    geodesic_voronoi,
+    place_evenly,
+    straighten_cells,
+    taxels_at_points,
+)
+from tests.hard_cases.meshes import HARD_MESHES
+
+BALL = wrap_mesh(HARD_MESHES["sphere"], thickness=0.01, voxel=0.008).surface
+CENTRES = BALL.vertices[BALL.faces].mean(axis=1)
+
+
+def test_taxels_are_evenly_spread_and_share_the_area() -> None:
+    taxels = place_evenly(BALL, 100)
+    assert len(taxels) == 100
+    assert taxels.areas.sum() == pytest.approx(BALL.area, rel=1e-12)
+    assert taxels.areas.std() / taxels.areas.mean() < 0.2
+    spacing = cKDTree(taxels.positions).query(taxels.positions, k=2)[0][:, 1]
+    assert spacing.std() / spacing.mean() < 0.12
+
+
+def test_one_taxel_takes_everything() -> None:
+    taxels = place_evenly(BALL, 1)
+    assert taxels.areas == pytest.approx([BALL.area])
+    assert taxels.neighbours.shape == (0, 2)
+
+
+@pytest.mark.parametrize("count", [0, len(BALL.faces) + 1])
+def test_more_taxels_than_faces_are_refused(count: int) -> None:
+    with pytest.raises(SkinError, match="too coarse"):
+        place_evenly(BALL, count)
+
+
+def test_cells_do_not_jump_across_a_gap() -> None:
+    """Two facing sheets a millimetre apart, joined far away: the nearer taxel in space is not the one that feels."""
+    sheet = wrap_mesh(HARD_MESHES["flat plate"], thickness=0.002, voxel=0.0035).surface
+    centres = sheet.vertices[sheet.faces].mean(axis=1)
+    top, bottom = (int(np.linalg.norm(centres - [0.15, 0.1, z], axis=1).argmin()) for z in (0.002, -0.002))
+    owner = geodesic_voronoi(face_graph(sheet, centres), np.array([top, bottom]))
+    middle = np.linalg.norm(centres[:, :2] - [0.15, 0.1], axis=1) < 0.05
+    assert (owner[middle] == (centres[middle, 2] < 0)).all()
+
+
+def test_cells_end_where_their_reach_ends() -> None:
+    owner = geodesic_voronoi(face_graph(BALL, CENTRES), np.array([0]), reach=0.03)
+    away = np.linalg.norm(CENTRES - CENTRES[0], axis=1)
+    assert (away[owner == 0] < 0.03).all()
+    assert (owner[away > 0.03] == -1).all()
+    assert (owner[away < 0.015] == 0).all()
+
+
+def test_straightening_brings_cells_closer_to_their_taxels_and_empties_none() -> None:
+    seeds = np.random.default_rng(0).choice(len(CENTRES), 40, replace=False)
+    rough = geodesic_voronoi(face_graph(BALL, CENTRES), seeds)
+    straight = straighten_cells(BALL, CENTRES[seeds], rough, seeds)
+    assert (straight != rough).any()
+    assert set(straight) == set(range(40))
+
+    def away(owner: np.ndarray) -> float:
+        return float(np.linalg.norm(CENTRES - CENTRES[seeds][owner], axis=1).mean())
+
+    assert away(straight) < away(rough)
+
+
+def test_faces_of_nobody_are_felt_by_nobody() -> None:
+    owner = np.where(CENTRES[:, 2] > 0, 0, -1)
+    taxels = taxels_at_points(BALL, np.array([[0, 0, 0.2]]), owner)
+    assert taxels.areas == pytest.approx([BALL.face_areas[owner == 0].sum()])
+    assert taxels.quadrature.positions[:, 2].min() > 0
+    assert taxels.positions[0, 2] == pytest.approx(0.11, abs=1e-3)
+    assert taxels.normals[0] == pytest.approx([0, 0, 1], abs=0.05)
+
+
+def test_each_next_point_is_the_farthest_from_all_before():
+    line = np.array([[0.0], [1.0], [4.0], [10.0]])
+    assert farthest_points(line, 4, np.array([0])).tolist() == [0, 3, 2, 1]
+    assert farthest_points(line, 3, np.array([1, 2])).tolist() == [1, 2, 3]
+    assert farthest_points(line, 2, np.array([0]), allowed=np.array([True, True, True, False])).tolist() == [0, 2]
+    assert farthest_points(line, 2, np.array([0]), weight=np.array([1.0, 200.0, 1.0, 1.0])).tolist() == [0, 1]

@@ -1,0 +1,106 @@
+"""Where skin can lie: visible from outside, clear of other links, in tidy components."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.geometry.mesh import Mesh
+from app.geometry.wrap import wrap_mesh
+from app.skin.skin import patch_name
+from app.skin.taxel_placement.usable_surface import usable_components, vertices_clear_of, visible_from_outside
+from tests.hard_cases.meshes import HARD_MESHES
+
+VOXEL = 0.008
+
+
+def test_a_ball_alone_is_seen_everywhere() -> None:
+    ball = wrap_mesh(HARD_MESHES["sphere"], thickness=0.01, voxel=VOXEL).surface
+    assert visible_from_outside(ball, [], voxel=VOXEL).all()
+
+
+def test_the_middle_of_a_long_tube_is_seen_outside_only() -> None:
+    tube = Mesh(HARD_MESHES["open tube"].vertices * [0.6, 0.6, 1], HARD_MESHES["open tube"].faces)
+    surface = wrap_mesh(tube, thickness=0.004, voxel=0.006).surface
+    seen = visible_from_outside(surface, [], voxel=0.006)
+    radius, middle = np.linalg.norm(surface.vertices[:, :2], axis=1), np.abs(surface.vertices[:, 2] - 0.15) < 0.03
+    inside, outside = middle & (radius < 0.028), middle & (radius > 0.032)
+    assert inside.any()
+    assert outside.any()
+    assert not seen[inside].any()
+    assert seen[outside].all()
+
+
+def test_what_another_link_hides_is_not_seen() -> None:
+    ball = wrap_mesh(HARD_MESHES["sphere"], thickness=0.01, voxel=VOXEL).surface
+    shell = wrap_mesh(HARD_MESHES["sphere"], thickness=0.1, voxel=VOXEL).surface
+    half = Mesh(shell.vertices, shell.faces[shell.vertices[shell.faces].mean(axis=1)[:, 2] > 0])
+    seen = visible_from_outside(ball, [half], voxel=VOXEL)
+    assert not seen[ball.vertices[:, 2] > 0.1].any()
+    assert seen[ball.vertices[:, 2] < -0.03].all()
+
+
+BALL = wrap_mesh(HARD_MESHES["sphere"], thickness=0.01, voxel=0.008).surface
+HEIGHT = BALL.vertices[:, 2]
+
+
+def test_clear_of_keeps_the_distance() -> None:
+    post = Mesh(HARD_MESHES["cube"].vertices * 0.2 + [0, 0, 0.13], HARD_MESHES["cube"].faces)
+    clear = vertices_clear_of(BALL, [post], distance=0.03)
+    assert 0 < (~clear).sum() < len(clear) / 4
+    assert HEIGHT[~clear].min() > 0.08
+
+
+def test_clear_of_sees_what_lies_deep_inside_another_link() -> None:
+    around = Mesh(HARD_MESHES["cube"].vertices * 10, HARD_MESHES["cube"].faces)
+    assert not vertices_clear_of(BALL, [around], distance=0.001).any()
+
+
+def test_clear_of_nothing_is_everything() -> None:
+    assert vertices_clear_of(BALL, [], distance=0.1).all()
+
+
+def test_a_belt_is_one_tube_with_smooth_borders() -> None:
+    usable = np.abs(HEIGHT) < 0.05
+    (belt,) = usable_components(BALL, usable, smallest=0.0, largest_hole=0.0)
+    assert belt.connectivity.euler_characteristic == 0
+    assert len(belt.connectivity.boundary_loops) == 2
+    border = belt.vertices[np.unique(belt.connectivity.boundary_edges)]
+    assert np.abs(border[:, 2]).std() < 0.003
+
+
+def test_pieces_come_largest_first_and_small_ones_go() -> None:
+    usable = (HEIGHT > 0.06) | (HEIGHT < 0.0)
+    both = usable_components(BALL, usable, smallest=0.0, largest_hole=0.0)
+    assert len(both) == 2
+    assert both[0].area > both[1].area
+    (only,) = usable_components(BALL, usable, smallest=1.5 * both[1].area, largest_hole=0.0)
+    assert only.area == both[0].area
+
+
+def test_small_holes_are_filled_and_large_ones_stay() -> None:
+    usable = HEIGHT < 0.105
+    hole = BALL.face_areas[~usable[BALL.faces].all(axis=1)].sum()
+    assert hole > 0
+    (filled,) = usable_components(BALL, usable, smallest=0.0, largest_hole=1.1 * hole)
+    (holed,) = usable_components(BALL, usable, smallest=0.0, largest_hole=0.5 * hole)
+    assert filled.connectivity.euler_characteristic == 2
+    assert holed.connectivity.euler_characteristic == 1
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_ragged_choice_still_gives_simple_loops(seed: int) -> None:
+    usable = np.random.default_rng(seed).random(len(BALL.vertices)) < 0.9
+    pieces = usable_components(BALL, usable, smallest=0.0, largest_hole=0.0)
+    assert pieces
+    for piece in pieces:
+        assert not len(piece.connectivity.bow_tie_vertices)
+        _ = piece.connectivity.boundary_loops  # raises where they are not simple
+
+
+def test_nothing_usable_gives_no_pieces() -> None:
+    assert usable_components(BALL, np.zeros(len(HEIGHT), dtype=bool), smallest=0.0, largest_hole=0.0) == []
+
+
+def test_names_count_up() -> None:
+    assert [patch_name("forearm", k) for k in range(3)] == ["forearm", "forearm 2", "forearm 3"]

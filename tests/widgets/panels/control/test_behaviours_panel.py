@@ -1,0 +1,108 @@
+"""The behaviours panel: sentences of boxes, a button that adds one, a cross that takes one away."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QLabel, QPushButton, QToolButton
+
+from app.control.behaviours import Behaviour
+from tests.support.touch import prepared_bar
+from widgets.common.panel import FlatComboBox
+from widgets.panels.control.behaviours_panel import BehavioursPanel
+
+pytestmark = pytest.mark.qt_log_ignore("This plugin does not support", extend=True)  # offscreen, of lists
+RETREAT = Behaviour("press", "bar", then={"controller": "hybrid", "task": "retreat"})
+
+
+@pytest.fixture
+def panel(qtbot):
+    panel = BehavioursPanel()
+    qtbot.addWidget(panel)
+    panel.show_prepared(prepared_bar())
+    panel.resize(300, 300)
+    panel.show()
+    return panel
+
+
+def box(panel, part, number=0) -> FlatComboBox:
+    return panel.findChildren(FlatComboBox, f"behaviour-{part}")[number]
+
+
+def pick(box: FlatComboBox, words: str) -> None:
+    """Choose as the keys do: open the list, walk there, take it."""
+    box.setFocus()
+    QTest.keyClick(box, Qt.Key.Key_Space)
+    view = box.view()
+    assert view.isVisible()
+    view.setCurrentIndex(box.model().index(box.findText(words), 0))
+    QTest.keyClick(view, Qt.Key.Key_Return)
+    assert not view.isVisible()
+
+
+def note(panel) -> QLabel:
+    return panel.findChild(QLabel, "behaviours-note")
+
+
+def test_an_empty_one_says_what_would_fill_it(panel):
+    assert note(panel).isVisible()
+    assert "add a behaviour" in note(panel).text()
+
+
+def test_the_button_adds_one_that_works_as_it_is(panel, qtbot):
+    button = panel.findChild(QPushButton, "behaviour-add")
+    with qtbot.waitSignal(panel.behaviours_edited) as told:
+        qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+    assert told.args[0] == (Behaviour("tap", times=2, then={"controller": "hybrid", "task": "retreat"}),)
+    assert [box(panel, part).words for part in ("when", "where", "then", "lasts")] == [
+        "double tap", "anywhere", "retreat", "permanently",
+    ]  # fmt: skip
+    assert not note(panel).isVisible()
+
+
+@pytest.mark.parametrize(
+    ("part", "words", "expected"),
+    [
+        ("when", "stroke", Behaviour("stroke", "bar", then=dict(RETREAT.then))),
+        ("where", "anywhere", Behaviour("press", then=dict(RETREAT.then))),
+        ("where", "top", Behaviour("press", "top", then=dict(RETREAT.then))),
+        ("then", "impedance", Behaviour("press", "bar", then={"controller": "impedance"})),
+        ("lasts", "until released", Behaviour("press", "bar", until_released=True, then=dict(RETREAT.then))),
+    ],
+)
+def test_each_part_can_be_chosen_anew(panel, qtbot, part, words, expected):
+    panel.show_behaviours((RETREAT,))
+    with qtbot.waitSignal(panel.behaviours_edited) as told:
+        pick(box(panel, part), words)
+    assert told.args[0] == (expected,)
+    assert panel.behaviours == (expected,)
+
+
+def test_a_tap_has_no_release_to_wait_for(panel, qtbot):
+    panel.show_behaviours((Behaviour("press", until_released=True, then={"controller": "impedance"}),))
+    with qtbot.waitSignal(panel.behaviours_edited) as told:
+        pick(box(panel, "when"), "tap")
+    assert told.args[0] == (Behaviour("tap", then={"controller": "impedance"}),)
+    assert not box(panel, "lasts").isEnabled()
+
+
+def test_the_cross_takes_that_one_away(panel, qtbot):
+    other = Behaviour("tap", then={"controller": "impedance"})
+    panel.show_behaviours((RETREAT, other))
+    cross = panel.findChildren(QToolButton, "behaviour-remove")[0]
+    with qtbot.waitSignal(panel.behaviours_edited) as told:
+        qtbot.mouseClick(cross, Qt.MouseButton.LeftButton)
+    assert told.args[0] == (other,)
+
+
+def test_what_a_scene_wants_that_no_list_offers_is_told(panel):
+    panel.show_behaviours((Behaviour("press", times=4, above=5.0, then={"force_goal": 1.5, "task": "hold_point"}),))
+    assert box(panel, "when").words == "4 times press > 5\u2009N"
+    assert box(panel, "then").words == "force goal 1.5, task hold point"
+
+
+def test_it_says_what_acted_last(panel):
+    panel.show_behaviours((RETREAT,))
+    panel.show_triggered(Behaviour("press", where="bar", then={"task": "retreat"}))
+    assert note(panel).text() == "Last: press on bar"

@@ -1,0 +1,297 @@
+"""The controller panel under a hand: controllers, tasks, paths, only the gains that count, and why it is limited."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QLabel, QPushButton
+
+from app.control.command import CHOICES, ControlSettings, TaskReport
+from app.control.controllers import CONTROL_SCHEMES, effective_settings
+from app.control.limit_texts import limit_text
+from app.control.limits import Limit, LimitKind
+from tests.widgets.support.samples import touched
+from tests.widgets.support.snapshots import pixels
+from widgets.common.colours import DARK, LIGHT, apply_theme
+from widgets.common.controller_settings import CONTROLLERS, SLIDERS
+from widgets.panels.control.controller_panel import ControllerPanel, LimitState, LimitStatusLine
+from widgets.plots.history import ShownLimit
+
+
+@pytest.fixture
+def panel(qtbot):
+    panel = ControllerPanel()
+    qtbot.addWidget(panel)
+    panel.show()
+    qtbot.waitExposed(panel)
+    panel.edits = []
+    panel.settings_edited.connect(panel.edits.append)
+    return panel
+
+
+def visible(panel) -> set[str]:
+    return {name for name, part in {**panel.sliders.by_name, **panel._boxes}.items() if part.isVisible()}
+
+
+@pytest.mark.parametrize("controller", CONTROLLERS)
+def test_a_law_is_chosen_by_its_button_and_shows_what_it_heeds(panel, controller):
+    panel.show_settings(ControlSettings(controller="qp" if controller != "qp" else "impedance"))
+    QTest.mouseClick(panel._buttons[controller], Qt.MouseButton.LeftButton)
+    assert panel.edits[-1] == ControlSettings(controller=controller)
+    assert [name for name, button in panel._buttons.items() if button.isChecked()] == [controller]
+    assert visible(panel) == effective_settings(panel.edits[-1]) - {"path"}
+
+
+@pytest.mark.parametrize("task", CHOICES["task"])
+def test_a_task_is_chosen_from_its_list(panel, task):
+    panel.show_settings(ControlSettings(controller="hybrid", task="guide" if task != "guide" else "retreat"))
+    box = panel._boxes["task"]
+    row = box.findData(task)
+    assert row >= 0
+    box.setFocus()
+    QTest.keyClick(box, Qt.Key.Key_Home)
+    for _ in range(row):
+        QTest.keyClick(box, Qt.Key.Key_Down)
+    assert panel.edits[-1].task == task
+    assert box.words == box.itemText(row)
+    assert visible(panel) == effective_settings(panel.edits[-1]) - {"path"}
+
+
+def test_a_drawn_path_has_its_own_size(panel):
+    drawn = ControlSettings(controller="qp", task="follow_path", path=((0.0, 0.0), (0.1, 0.0)))
+    panel.show_settings(drawn)
+    assert "path_size" not in visible(panel)
+    QTest.keyClick(panel.sliders.by_name["path_speed"]._slider, Qt.Key.Key_Right)
+    assert panel.edits[-1].path == drawn.path
+    assert panel.edits[-1].path_speed == pytest.approx(drawn.path_speed + 0.001)
+
+
+def test_settings_shown_are_not_taken_for_edits(panel):
+    panel.show_settings(ControlSettings(controller="parallel", task="follow_path", jacobian="raw", path_kind="raster"))
+    assert panel.edits == []
+    assert panel._boxes["jacobian"].words == "Exact per-triangle Jacobian"
+    assert panel._boxes["path_kind"].words == "Raster"
+
+
+def click(panel, name):
+    button = panel.findChild(QPushButton, name)
+    assert button.isVisible()
+    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+
+
+def moving(prepared, time, **what):
+    frame = touched(prepared.map, [10], tick=round(200 * time), time=time)
+    return replace(frame, posture=np.zeros(7), velocity=np.zeros(7), **what)
+
+
+def text(panel, name):
+    return panel.findChild(QLabel, name).text()
+
+
+def test_every_law_is_reached_by_keys_alone(panel):
+    panel._buttons["impedance"].setFocus()
+    rows = len(CONTROLLERS) // 2
+    for key in (*[Qt.Key.Key_Down] * (rows - 1), Qt.Key.Key_Right, *[Qt.Key.Key_Up] * (rows - 1)):
+        QTest.keyClick(panel.focusWidget(), key)
+    assert {edit.controller for edit in panel.edits} >= set(CONTROLLERS) - {"impedance"}
+
+
+@pytest.mark.parametrize("how", ["double click", "delete"])
+@pytest.mark.parametrize("name", ["force_gain", "integral_time", "force_goal"])
+def test_one_number_goes_back_to_where_it_began(panel, name, how):
+    began = ControlSettings(controller="hybrid")
+    changed = replace(began, force_gain=0.03, integral_time=1.0, force_goal=7.0)
+    panel.show_settings(changed)
+    slider = panel.sliders.by_name[name]
+    if how == "delete":
+        slider._slider.setFocus()
+        QTest.keyClick(slider._slider, Qt.Key.Key_Delete)
+    else:
+        QTest.mouseDClick(slider._name, Qt.MouseButton.LeftButton)
+    assert panel.edits == [replace(changed, **{name: getattr(began, name)})]
+    assert slider.value == pytest.approx(getattr(began, name) * SLIDERS[name].scale)
+    assert "Double-click" in slider._name.toolTip()
+
+
+def test_all_gains_go_back_and_what_is_to_be_done_stays(panel):
+    settings = ControlSettings(
+        controller="parallel", task="hold_point", force_gain=0.03, inertia_time=0.2, force_goal=8.0
+    )
+    panel.show_settings(settings)
+    click(panel, "reset-gains")
+    assert panel.edits == [ControlSettings(controller="parallel", task="hold_point", force_goal=8.0)]
+    assert not panel.findChild(QPushButton, "reset-gains").isEnabled(), "there is nothing to reset any more"
+
+
+def test_a_law_has_its_gains_back_when_it_is_chosen_again(panel):
+    panel.show_settings(ControlSettings(controller="hybrid", force_gain=0.008))
+    click(panel, "controller-qp")
+    QTest.keyClick(panel.sliders.by_name["force_gain"]._slider, Qt.Key.Key_End)
+    click(panel, "controller-hybrid")
+    assert panel.edits[-1] == ControlSettings(controller="hybrid", force_gain=0.008)
+    click(panel, "controller-qp")
+    assert panel.edits[-1].force_gain == pytest.approx(0.04)
+    QTest.keyClick(panel.sliders.by_name["force_gain"]._slider, Qt.Key.Key_Home)
+    panel.take(ControlSettings(controller="hybrid", force_gain=0.02))
+    click(panel, "controller-qp")
+    assert panel.edits[-1].force_gain == pytest.approx(0.001), "remembered however the controller was left"
+
+
+def test_gains_go_back_to_the_scene_s_own(panel, prepared):
+    scene = replace(prepared.scene, control={"stiffness": 20.0})
+    panel.show_prepared(replace(prepared, scene=scene))
+    panel.show_settings(ControlSettings(stiffness=9.0))
+    QTest.mouseDClick(panel.sliders.by_name["stiffness"]._name, Qt.MouseButton.LeftButton)
+    assert panel.edits[-1].stiffness == 20.0
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        (ControlSettings(controller="hybrid", task="follow_path"), "Restart path"),
+        (
+            ControlSettings(controller="hybrid", task="follow_path", path=((0.1, 0.1), (0.2, 0.1))),
+            "Restart path",
+        ),
+        (ControlSettings(controller="qp", task="hold_point"), "Hold current position"),
+        (ControlSettings(controller="qp", task="hold_point", path=((0.1, 0.1),)), None),
+        (ControlSettings(controller="qp", task="guide"), None),
+        (ControlSettings(controller="impedance", task="follow_path"), None),
+    ],
+)
+def test_a_task_that_remembers_a_place_can_be_started_again(panel, settings, words):
+    panel.show_settings(settings)
+    button = panel.findChild(QPushButton, "task-again")
+    assert button.isVisible() == (words is not None)
+    if words is not None:
+        assert button.text() == words
+        click(panel, "task-again")
+        assert panel.edits == [replace(settings, starts=1)]
+
+
+def test_what_it_does_and_the_energy_it_gave_are_said(panel, prepared):
+    panel.show_settings(ControlSettings(controller="hybrid", task="hold_point"))
+    report = TaskReport(error=0.0021, force_goal=3.0, energy=-0.126, tank=0.99)
+    panel.show_frame(moving(prepared, 1.0, task=report))
+    assert text(panel, "task-state") == "Holding the point, error 2.1\u202fmm"
+    assert text(panel, "energy") == "-0.13\u2009J, 0.99\u2009J left"
+    assert panel.findChild(QLabel, "energy").isVisible()
+    panel.show_settings(ControlSettings())
+    assert not panel.findChild(QLabel, "energy").isVisible()
+
+
+def test_a_limit_that_flashed_stays_legible_and_then_goes(panel, prepared):
+    panel.show_settings(ControlSettings(controller="hybrid"))
+    panel.show_frame(moving(prepared, 1.0, why_limited=(Limit(LimitKind.JOINT_SPEED),)))
+    assert panel._why.words == "Limited: joint speed"
+    panel.show_frame(moving(prepared, 1.1))
+    assert panel._why.words == "Recently limited: joint speed"
+    panel.show_frame(moving(prepared, 2.5))
+    assert panel._why.words == "Not limited"
+
+
+def test_a_robot_without_joints_is_told(panel, prepared):
+    panel.show_frame(touched(prepared.map))
+    assert panel._why.words == "The robot has no actuated joints"
+
+
+def test_the_answer_to_a_step_of_the_goal_is_told_until_something_else_is_changed(panel, prepared):
+    settings = ControlSettings(controller="hybrid")
+    panel.show_settings(settings)
+    label = panel.findChild(QLabel, "step-response")
+    for k in range(50):
+        panel.show_frame(moving(prepared, 0.02 * k, task=TaskReport(force_goal=3.0)))
+    assert not label.isVisible()
+    panel.show_settings(replace(settings, force_goal=6.0))
+    for k in range(50, 100):
+        panel.show_frame(moving(prepared, 0.02 * k, task=TaskReport(force_goal=6.0)))
+    assert label.isVisible()
+    assert label.text().startswith("Goal 3.0 → 6.0\u2009N: ")
+    samples = len(panel._step._samples)
+    panel.show_settings(replace(settings, force_goal=6.0, force_gain=0.02))
+    panel.show_frame(moving(prepared, 2.0, task=TaskReport(force_goal=6.0)))
+    assert len(panel._step._samples) == samples
+
+
+def test_comparing_is_asked_for(panel, qtbot):
+    with qtbot.waitSignal(panel.comparison_requested):
+        click(panel, "compare-controllers")
+
+
+def test_a_law_that_is_in_force_already_is_no_edit(panel):
+    assert "impedance" not in CONTROL_SCHEMES
+    click(panel, "controller-impedance")
+    assert panel.edits == []
+
+
+A, B = Limit(LimitKind.JOINT_LIMIT), Limit(LimitKind.JOINT_SPEED)
+STOPPED = Limit(LimitKind.STOPPED_BY_FORCE, value=41.0, bound=40.0)
+
+
+@pytest.fixture
+def line(qtbot):
+    line = LimitStatusLine()
+    qtbot.addWidget(line)
+    line.resize(260, 60)
+    line.show()
+    qtbot.waitExposed(line)
+    return line
+
+
+@pytest.mark.parametrize(
+    ("limits", "state", "words"),
+    [
+        ((), LimitState.FREE, "Not limited"),
+        ((ShownLimit(A, True),), LimitState.LIMITED, "Limited: joint limit"),
+        ((ShownLimit(A, False),), LimitState.ENDED, "Recently limited: joint limit"),
+        ((ShownLimit(A, True), ShownLimit(B, False)), LimitState.LIMITED, "Limited: joint limit; joint speed"),
+        ((ShownLimit(STOPPED, True),), LimitState.STOPPED, limit_text(STOPPED)),
+    ],
+)
+def test_words_and_state(line, limits, state, words):
+    line.show_limits(limits)
+    assert (line.state, line.words) == (state, words)
+
+
+def test_a_robot_without_joints_has_nothing_to_limit(line):
+    line.say_no_joints()
+    assert line.words == "The robot has no actuated joints"
+    line.show_limits(())
+    assert line.words == "Not limited"
+
+
+def test_each_state_has_a_shape_of_its_own(line):
+    drawn = {}
+    for limits in ((), (ShownLimit(A, True),), (ShownLimit(A, False),), (ShownLimit(STOPPED, True),)):
+        line.show_limits(limits)
+        grey = pixels(line._sign.grab().toImage()).astype(float).mean(axis=2)
+        drawn[line.state] = np.abs(grey - grey[0, 0]) > 30
+    assert len(drawn) == len(LimitState)
+    shapes = list(drawn.values())
+    assert all(shape.any() for shape in shapes)
+    assert all((a != b).mean() > 0.04 for k, a in enumerate(shapes) for b in shapes[:k])
+
+
+def test_what_ended_is_quieter_than_what_goes_on(line):
+    apply_theme(QApplication.instance(), LIGHT)
+    try:
+        line.show_limits((ShownLimit(A, True), ShownLimit(B, False)))
+        assert f'<span style="color:{LIGHT.quiet}">joint speed</span>' in line._words.text()
+        assert "<span" not in line._words.text().split("joint speed<")[0].split(";")[0]
+    finally:
+        apply_theme(QApplication.instance(), DARK)
+
+
+def test_nothing_below_moves_when_limits_come_and_go(line):
+    free = line.sizeHint().height()
+    line.show_limits((ShownLimit(Limit(LimitKind.HELD_BACK), True), ShownLimit(B, True)))
+    assert line.heightForWidth(260) <= max(free, line.minimumSizeHint().height()) + 1
+
+
+def test_what_controllers_say_is_text_and_no_markup(line):
+    line.show_limits((ShownLimit(Limit(LimitKind.JOINT_LIMIT, ("<b>5 < 6</b>",)), True),))
+    assert "&lt;b&gt;5 &lt; 6" in line._words.text()

@@ -1,0 +1,281 @@
+"""The Accuracy/time panel: it measures the present skin in a real process, when asked and never by itself.
+
+What does not hang on the process is measured here: to start one takes longer than to try a stage on a small body.
+"""
+
+from __future__ import annotations
+
+import multiprocessing as mp
+import os
+import signal
+from dataclasses import replace
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication, QComboBox, QLabel, QPushButton
+
+from app.editing.document import MapDocument
+from app.editing.reflatten import apply_result, reflatten
+from app.maps.build import build_map
+from app.skin.skin import Patch, Skin
+from app.skin.taxel_placement.sampling import place_evenly
+from app.studies.stages.registry import STAGES
+from app.studies.testbeds.reference_bodies import MESHES
+from app.studies.work_precision import Setting
+from app.studies.work_precision import method_title as method_name
+from tests.support.touch import prepared_bar
+from widgets.common.colours import DARK, LIGHT, apply_theme
+from widgets.document.stage_settings import reflatten_for
+from widgets.panels.panel_column import COLUMN_WIDTH
+from widgets.panels.simulation.accuracy_panel import AccuracyPanel
+from widgets.workers.accuracy_worker import AccuracyWorker, InlineAccuracyWorker
+
+LONG = 60_000
+
+
+def body(faces=200):
+    patches = []
+    for name in ("tube", "hemisphere"):
+        surface = MESHES[name](faces)
+        patches.append(Patch(name, name, surface, place_evenly(surface, 40, seed=0)))
+    return MapDocument.of(build_map(Skin(tuple(patches))))
+
+
+@pytest.fixture(scope="module")
+def document():
+    return body()
+
+
+@pytest.fixture
+def worker(request):
+    """Of the panel."""
+    return getattr(request, "param", InlineAccuracyWorker)()
+
+
+in_a_process = pytest.mark.parametrize("worker", [AccuracyWorker], indirect=True)
+
+
+@pytest.fixture
+def panel(qtbot, document, worker):
+    apply_theme(QApplication.instance(), DARK)
+    made = AccuracyPanel(DARK)
+    worker.setParent(made)
+    made.measure_with(worker)
+    qtbot.addWidget(made)
+    made.resize(300, 480)
+    made.show_document(document, (1,))
+    made.show()
+    qtbot.waitExposed(made)
+    yield made
+    made.shut()
+    assert not mp.active_children(), "a process outlived its test"
+
+
+def press(panel, name, qtbot):
+    button = panel.board.findChild(QPushButton, f"accuracy-{name}")
+    assert button.isVisible()
+    assert button.isEnabled()
+    qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+
+
+def said(panel, name):
+    return panel.board.findChild(QLabel, f"accuracy-{name}").text()
+
+
+def measure(panel, qtbot, stage):
+    press(panel, stage, qtbot)
+    press_measure(panel, qtbot)
+
+
+def press_measure(panel, qtbot):
+    press(panel, "measure", qtbot)
+    if isinstance(panel._worker, InlineAccuracyWorker):
+        panel._worker.run()
+    qtbot.waitUntil(lambda: not panel.busy, timeout=LONG)
+
+
+def drawn(panel):
+    return [point for point, _ in panel.board.plot.places()] if panel.board.plot.isVisible() else []
+
+
+def alone(panel):
+    """A setting that is not the present one, with no other on its point wherever times put them; and where it is."""
+    places = [(point, at) for point, at in panel.board.plot.places() if point.usable]
+    present = panel.board.plot._present
+    apart = [
+        (min((at - other).manhattanLength() for known, other in places if known != point), point, at)
+        for point, at in places
+        if point.setting != present
+    ]
+    distance, point, at = max(apart, key=lambda entry: entry[0])
+    assert distance > 2
+    return point, at
+
+
+@in_a_process
+def test_until_measured_it_says_what_it_would_show_and_how_long_that_takes(panel, qtbot):
+    assert "Measuring hemisphere takes about 2\u2009s" in said(panel, "question")
+    press(panel, "image", qtbot)
+    assert "Measuring the whole map takes about" in said(panel, "question")
+    assert "a press, smooth pressure, round trip" in said(panel, "question")
+    assert not panel.busy
+    assert not mp.active_children(), "nothing is measured by itself"
+    panel.show_document(None)
+    assert "Open a robot" in said(panel, "question")
+    assert not panel.board.findChild(QPushButton, "accuracy-measure").isEnabled()
+
+
+@in_a_process
+def test_a_click_on_what_was_measured_chooses_it_and_the_editors_answer_moves_the_ring(panel, qtbot, document):
+    measure(panel, qtbot, "flatten")
+    points = drawn(panel)
+    usable = {p.setting.method for p in points if p.usable}
+    assert usable == set(STAGES["flatten"].methods)
+    assert said(panel, "note") == "Measured on hemisphere."
+    assert panel.board.plot._named(None).startswith("Present: Symmetric Dirichlet: ")
+    target, at = alone(panel)
+    with qtbot.waitSignal(panel.chosen) as got:
+        qtbot.mouseClick(panel.board.plot.canvas.viewport(), Qt.MouseButton.LeftButton, pos=at.toPoint())
+    assert got.args == [target.setting]
+    assert target.setting.patches == (1,)
+    after = apply_result(document, reflatten(reflatten_for(document, got.args[0])))
+    panel.show_document(after, (1,))
+    assert panel.board.plot._named(None).startswith(f"Present: {method_name(target.setting.method)}")
+    assert len(drawn(panel)) == len(points), "kept"
+    assert "has changed" not in said(panel, "note"), "the cuts are the same"
+
+
+def test_results_are_kept_by_stage_and_forgotten_with_the_skin(panel, qtbot, document):
+    measure(panel, qtbot, "cut")
+    count = len(drawn(panel))
+    assert count >= 16
+    press(panel, "flatten", qtbot)
+    assert drawn(panel) == []
+    press(panel, "cut", qtbot)
+    assert len(drawn(panel)) == count
+    panel.show_document(body(), (1,))
+    assert drawn(panel) == []
+    assert "takes about" in said(panel, "question")
+
+
+def test_the_simulation_is_measured_on_the_robot_that_wears_the_skin(panel, qtbot):
+    """Without its robot there is nothing to move, and nothing to draw."""
+    prepared = prepared_bar()
+    panel.show_document(MapDocument.of(prepared.map))
+    measure(panel, qtbot, "simulation")
+    assert drawn(panel) == []
+    panel.show_prepared(prepared)
+    press_measure(panel, qtbot)
+    assert {point.setting.method for point in drawn(panel)} >= {"implicitfast", "discrete"}
+    assert said(panel, "note").startswith("Measured on the whole map.")
+    panel.show_present(Setting("simulation", "discrete", {"timestep_ms": 1.0}))
+    assert panel.board.plot._named(None).startswith("Present: ")
+
+
+def test_another_error_redraws_and_a_map_that_changed_is_told(panel, qtbot, document):
+    measure(panel, qtbot, "cut")
+    distortion = [p.error for p in drawn(panel)]
+    box = panel.board.findChild(QComboBox, "accuracy-error")
+    qtbot.keyClick(box, Qt.Key.Key_Down)
+    assert box.currentText() == "Angles (°)"
+    assert [p.error for p in drawn(panel)] != distortion
+    slid = MapDocument(document.map, (document.patches[0], replace(document.patches[1], lengths=0.5)), document.order)
+    panel.show_document(slid, (1,))
+    assert "The map has changed: measure again." in said(panel, "note")
+    assert drawn(panel)
+
+
+def test_the_views_image_setting_is_ringed(panel, qtbot, monkeypatch):
+    monkeypatch.setattr("app.studies.stages.image.PIXELS", (64, 128))
+    panel.show_present(Setting("image", "nearest", {"pixels": 128}))
+    measure(panel, qtbot, "image")
+    assert panel.board.plot._named(None).startswith("Present: Nearest, ")
+    assert said(panel, "note") == "Measured on the whole map."
+
+
+@in_a_process
+def test_cancel_keeps_what_was_there(panel, qtbot):
+    press(panel, "measure", qtbot)
+    assert panel.busy
+    qtbot.waitUntil(lambda: "Cut: trying" in said(panel, "note"), timeout=LONG)
+    press(panel, "cancel", qtbot)
+    assert not panel.busy
+    assert not mp.active_children()
+    assert drawn(panel) == []
+    assert panel.board.findChild(QPushButton, "accuracy-measure").isVisible()
+
+
+@in_a_process
+def test_points_come_while_it_measures_and_a_dead_process_is_told(panel, qtbot):
+    press(panel, "measure", qtbot)
+    qtbot.waitUntil(lambda: len(drawn(panel)) > 0, timeout=LONG)
+    assert panel.busy
+    os.kill(panel._worker.process.pid, signal.SIGKILL)
+    qtbot.waitUntil(lambda: not panel.busy, timeout=LONG)
+    assert said(panel, "note") == "▲ The measurement ended unexpectedly; the diagram before it is kept. Measure again."
+    assert drawn(panel) == []
+
+
+@in_a_process
+def test_another_skin_stops_what_is_being_measured(panel, qtbot):
+    press(panel, "measure", qtbot)
+    panel.show_document(body(), ())
+    assert not panel.busy
+    assert not mp.active_children()
+    assert "Measuring all patches takes" in said(panel, "question")
+
+
+def test_what_was_tried_on_another_skin_comes_too_late(qtbot, document):
+    """Where the worker goes on: its results know which request they answer."""
+
+    class Unstoppable(InlineAccuracyWorker):
+        def close(self):
+            """Goes on."""
+
+    panel, worker = AccuracyPanel(DARK), Unstoppable()
+    qtbot.addWidget(panel)
+    panel.measure_with(worker)
+    panel.show_document(document, (1,))
+    panel.show()
+    press(panel, "cut", qtbot)
+    press(panel, "measure", qtbot)
+    late = worker._waiting
+    panel.show_document(body(), (1,))
+    press(panel, "measure", qtbot)
+    newest, worker._waiting = worker._waiting, late
+    worker.run()
+    assert drawn(panel) == []
+    assert panel.board.findChild(QPushButton, "accuracy-cancel").isVisible(), "the newest is still being measured"
+    worker._waiting = newest
+    worker.run()
+    assert drawn(panel)
+    panel.shut()
+
+
+def test_enlarged_it_has_a_window_of_its_own_until_escape(panel, qtbot):
+    measure(panel, qtbot, "flatten")
+    small = panel.board.plot.canvas.width()
+    press(panel, "enlarge", qtbot)
+    window = panel.board.window()
+    qtbot.waitExposed(window)
+    assert window.objectName() == "accuracy-window"
+    assert panel.board.plot.canvas.width() > 2 * small
+    assert drawn(panel)
+    qtbot.keyClick(window, Qt.Key.Key_Escape)
+    assert panel.board.window() is panel.window()
+    assert panel.board.isVisible()
+    press(panel, "enlarge", qtbot)
+    assert panel.board.window() is not panel.window()
+    press(panel, "enlarge", qtbot)
+    assert panel.board.window() is panel.window()
+
+
+def test_it_fits_the_column_and_takes_a_theme(panel, qtbot):
+    press(panel, "flatten", qtbot)
+    press_measure(panel, qtbot)
+    assert drawn(panel)
+    assert panel.minimumSizeHint().width() <= COLUMN_WIDTH - 8, "a scroll bar must fit beside it"
+    dark = panel.board.plot.grab().toImage()
+    panel.set_theme(LIGHT)
+    QApplication.processEvents()
+    assert panel.board.plot.grab().toImage() != dark

@@ -1,0 +1,178 @@
+"""The Effects panel under real events: what it shows, what it asks for, and that a passing wheel changes nothing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QPalette, QWheelEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QLabel, QPushButton
+
+from app.core.errors import Finding
+from app.core.timing import Timings
+from app.scene.effects import EFFECTS, SENSOR_KEYS
+from app.scene.scene import with_override
+from app.tactile.contact_notes import ContactNote, ContactNoteKind
+from tests.widgets.support.samples import touched
+from widgets.panels.simulation.effects_panel import EffectsPanel, automatic_rows
+
+LEFT, NONE = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+pytestmark = pytest.mark.qt_log_ignore("This plugin does not support", extend=True)  # offscreen, of lists
+
+
+@pytest.fixture
+def panel(qtbot, prepared):
+    panel = EffectsPanel()
+    qtbot.addWidget(panel)
+    panel.resize(300, 700)
+    panel.show_prepared(prepared)
+    panel.show()
+    qtbot.waitExposed(panel)
+    return panel
+
+
+@pytest.fixture
+def overrides(panel):
+    heard = []
+    panel.wished.connect(lambda *wish: heard.append(wish))
+    return heard
+
+
+def pick(line, words):
+    """Choose from a row's box as the keys do: open it, walk there, take it."""
+    line.box.setFocus()
+    QTest.keyClick(line.box, Qt.Key.Key_Space)
+    view = line.box.view()
+    assert view.isVisible()
+    index = next(k for k in range(line.box.count()) if line.box.itemText(k).split(" ")[0] == words)
+    view.setCurrentIndex(line.box.model().index(index, 0))
+    QTest.keyClick(view, Qt.Key.Key_Return)
+    assert not view.isVisible()
+
+
+def test_there_is_a_row_for_every_effect_with_its_value(panel, prepared):
+    assert list(panel.lines) == list(EFFECTS)
+    for row in prepared.scene.decision.rows:
+        assert panel.lines[row.name].words[:2] == (row.title, row.value)
+
+
+def test_the_sensor_is_folded_until_it_is_asked_for(panel):
+    assert panel.lines["skin"].isVisible()
+    assert not any(panel.lines[key].isVisible() for key in SENSOR_KEYS)
+    QTest.mouseClick(panel.findChild(object, "effects-sensor-heading"), LEFT)
+    assert all(panel.lines[key].isVisible() for key in SENSOR_KEYS)
+
+
+def test_a_choice_is_a_wish_and_shows_only_what_is_in_force(panel, overrides, prepared):
+    line = panel.lines["friction"]
+    assert line.words[1] == "off"
+    pick(line, "on")
+    assert overrides == [("friction", "on")]
+    assert line.words[1] == "off", "nobody has simulated it yet"
+    show(panel, with_override(prepared.scene, "friction", "on"))
+    assert line.words[1] == "on"
+    assert line.marked
+    pick(line, "Auto")
+    assert overrides[1:] == [("friction", "auto")]
+
+
+def show(panel, scene, notes=()):
+    panel.show_decision(scene.decision, automatic_rows(scene), notes=notes)
+
+
+def test_choosing_what_is_chosen_asks_for_nothing(panel, overrides, prepared):
+    pick(panel.lines["friction"], "Auto")
+    show(panel, with_override(prepared.scene, "friction", "on"))
+    pick(panel.lines["friction"], "on")
+    assert overrides == []
+
+
+def test_a_wish_that_is_not_in_the_list_can_be_taken_back(panel, overrides, prepared):
+    show(panel, with_override(prepared.scene, "timestep", 0.00125))
+    line = panel.lines["timestep"]
+    assert line.words[1] == "0.00125 s"
+    pick(line, "Auto")
+    assert overrides == [("timestep", "auto")]
+
+
+def test_the_wheel_scrolls_past(panel, overrides):
+    box = panel.lines["friction"].box
+    box.setFocus()
+    place = QPointF(box.rect().center())
+    event = QWheelEvent(place, box.mapToGlobal(place), QPoint(), QPoint(0, -120),
+                        Qt.MouseButton.NoButton, NONE, Qt.ScrollPhase.NoScrollPhase, False)  # fmt: skip
+    QApplication.sendEvent(box, event)
+    assert overrides == []
+    assert not event.isAccepted()
+
+
+def test_a_press_on_a_row_tells_why_and_one_row_at_a_time(panel):
+    assert not any(line.why for line in panel.lines.values())
+    QTest.mouseClick(panel.lines["gravity"], LEFT, pos=QPoint(30, 8))
+    assert panel.lines["gravity"].why
+    panel.lines["skin"].box.setFocus(Qt.FocusReason.TabFocusReason)
+    assert [key for key, line in panel.lines.items() if line.why] == ["skin"]
+
+
+def test_stages_cost_what_they_cost_here_and_the_rest_is_quiet(panel, prepared):
+    panel.show_frame(replace(touched(prepared.map), timings=Timings({"physics": 0.5, "touch": 0.25})))
+    panel.show_prices({"joint_limits": 0.04})
+    cost = {key: panel.findChild(QLabel, f"effect-{key}-cost") for key in ("skin", "joint_limits", "friction")}
+    assert [label.text() for label in cost.values()] == ["0.25", "0.04", "–"]
+    assert cost["skin"].foregroundRole() == QPalette.ColorRole.WindowText
+    assert cost["joint_limits"].foregroundRole() == QPalette.ColorRole.PlaceholderText
+    assert panel.findChild(QLabel, "effects-total").text() == "0.75 of 5\u2009ms a tick"
+
+
+def test_a_note_of_one_tick_is_shown_at_the_next_refresh_and_once(panel, prepared):
+    label, frame = panel.findChild(QLabel, "effects-notes"), touched(prepared.map)
+    hard = replace(frame, notes=(ContactNote(ContactNoteKind.HARD, ("ball", "hand"), force=7e3),))
+    shown = []
+    for number in range(46):
+        panel.show_frame(hard if number == 20 else frame)
+        shown.append("ball presses hand very hard" in label.text())
+    assert shown == [30 <= number < 45 for number in range(46)]
+    assert label.isHidden()
+
+
+def test_warnings_are_said_while_there_are_any(panel, prepared):
+    label = panel.findChild(QLabel, "effects-warnings")
+    assert not label.isVisible()
+    show(panel, prepared.scene, notes=[Finding("unstable-time-step", "here", "Choose another step")])
+    assert "Choose another step" in label.text()
+    show(panel, with_override(prepared.scene, "skin", "off"))
+    assert label.isVisible()
+    assert "skin" in label.text()
+    show(panel, prepared.scene)
+    assert not label.isVisible()
+
+
+def test_all_to_auto_is_there_when_something_is_not(panel, prepared, qtbot):
+    button = panel.findChild(QPushButton, "effects-all-auto")
+    assert not button.isEnabled()
+    show(panel, with_override(prepared.scene, "friction", "on"))
+    assert button.isEnabled()
+    with qtbot.waitSignal(panel.auto_all_requested):
+        QTest.mouseClick(button, LEFT)
+
+
+def test_while_replaying_it_only_shows(panel, prepared):
+    show(panel, with_override(prepared.scene, "friction", "on"))
+    panel.set_editable(editable=False)
+    assert not any(line.box.isEnabled() for line in panel.lines.values())
+    assert not panel.findChild(QPushButton, "effects-all-auto").isEnabled()
+    show(panel, with_override(prepared.scene, "noise", "on"))
+    assert not panel.findChild(QPushButton, "effects-all-auto").isEnabled()
+    assert panel.findChild(QLabel, "effects-closed").isVisible()
+    panel.set_editable(editable=True)
+    assert panel.lines["noise"].box.isEnabled()
+
+
+def test_another_scene_leaves_no_row_behind(panel, prepared):
+    old = panel.lines["skin"]
+    panel.show_prepared(prepared)
+    QApplication.processEvents()
+    assert not old.isVisible()
+    assert panel.lines["skin"].isVisible()

@@ -1,0 +1,163 @@
+"""The contacts panel's reading: choices under a hand, and words for how well a force is told."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QLabel
+
+from app.contacts.force_estimation.estimate import ESTIMATORS, EstimateRefusal, ForceEstimate
+from app.contacts.pipeline import ReadingSettings
+from app.scene.effects import Effects
+from app.session.session import Session
+from app.tactile.poke import PokePressed
+from app.tactile.sensor_effects import Noise, SensorEffects
+from widgets.panels.touch.contacts_panel import ESTIMATORS as WORDS
+from widgets.panels.touch.contacts_panel import SHEAR_TIP, ContactsPanel, EstimationControls, estimate_text
+
+TOLD = ForceEstimate(
+    2.0, None, np.arange(14), np.full(14, 1 / 7), 4.12, 12, 14, 110.0, 100.0, peak=41_000.0, mean=12_300.0
+)
+REFUSED = replace(TOLD, taxels=np.zeros(0), forces=np.zeros(0), effective_rank=3, refused=EstimateRefusal.RANK)
+
+
+@pytest.fixture
+def box(qtbot):
+    made = EstimationControls()
+    qtbot.addWidget(made)
+    made.show()
+    return made
+
+
+@pytest.fixture
+def panel(qtbot):
+    made = ContactsPanel()
+    qtbot.addWidget(made)
+    made.setFixedWidth(292)
+    made.show()
+    return made
+
+
+def choose(choice, steps: int) -> None:
+    """By the keys, as a hand does."""
+    choice.setFocus()
+    for _ in range(abs(steps)):
+        QTest.keyClick(choice, Qt.Key.Key_Down if steps > 0 else Qt.Key.Key_Up)
+
+
+def test_every_estimator_is_offered_with_its_cost_and_loss(box):
+    assert tuple(WORDS) == ESTIMATORS
+    assert [box.estimator.itemData(row) for row in range(box.estimator.count())] == list(ESTIMATORS)
+    assert all(box.estimator.itemData(row, Qt.ItemDataRole.ToolTipRole) for row in range(len(ESTIMATORS)))
+
+
+def test_a_hand_chooses_an_estimator_and_a_threshold(qtbot, box):
+    wanted: list[ReadingSettings] = []
+    box.reading_edited.connect(wanted.append)
+    choose(box.estimator, 2)
+    assert wanted[-1] == ReadingSettings("tikhonov")
+    assert box.estimator.words == WORDS["tikhonov"][0]
+    assert WORDS["tikhonov"][1] in box.estimator.toolTip()
+    choose(box.threshold, 1)
+    assert wanted[-1] == ReadingSettings("tikhonov", 500.0)
+    assert box.threshold.words == "Contact threshold 0.5\u2009kPa"
+    choose(box.threshold, -1)
+    assert wanted[-1].threshold is None
+
+
+def test_what_is_in_force_is_shown_and_not_asked_for(box):
+    wanted: list[ReadingSettings] = []
+    box.reading_edited.connect(wanted.append)
+    box.show_reading(ReadingSettings("lumped", 1234.0, wrench_noise=0.1))
+    assert box.estimator.words == WORDS["lumped"][0]
+    assert box.threshold.words == "Contact threshold 1.23\u2009kPa"
+    assert wanted == []
+    choose(box.estimator, -1)
+    assert wanted == [ReadingSettings("tikhonov", 1234.0, wrench_noise=0.1)], "the rest stays"
+
+
+def test_choosing_what_is_chosen_asks_for_nothing(box):
+    wanted: list[ReadingSettings] = []
+    box.reading_edited.connect(wanted.append)
+    box.estimator.activated.emit(0)
+    box.threshold.activated.emit(0)
+    assert wanted == []
+
+
+def test_automatic_says_what_it_means_under_the_noise_in_force(box):
+    assert box.threshold.words == "Contact threshold 1\u2009kPa, automatic"
+    box.show_effects(Effects(sensor=SensorEffects(noise=Noise(2000.0))))
+    assert box.threshold.words == "Contact threshold 6\u2009kPa, automatic"
+    assert box.threshold.itemText(0) == box.threshold.words
+
+
+def test_how_well_a_force_is_told_is_said_in_words():
+    assert estimate_text(TOLD) == (
+        "Effective rank 12/14, residual 1.1\u2009×\u2009noise\nCondition 4.1, peak 41.0 and mean 12.3\u2009kPa"
+    )
+    assert "residual 0.11\u2009kPa" in estimate_text(replace(TOLD, noise=0.0))
+    head, why = estimate_text(REFUSED).split("\n")
+    assert head == "Effective rank 3/14, condition 4.1"
+    assert why.startswith("Refused: the effective rank is too low")
+    assert len({estimate_text(replace(REFUSED, refused=reason)) for reason in EstimateRefusal}) == len(EstimateRefusal)
+    lumped = ForceEstimate(2.0, None, effective_rank=6, unknowns=6)
+    assert estimate_text(lumped).startswith("Wrench: effective rank 6/6")
+    assert "∞" in estimate_text(replace(TOLD, condition=float("inf")))
+    assert "1e+05" in estimate_text(replace(TOLD, condition=1.2e5))
+
+
+def test_the_panel_tells_how_well_and_greys_what_is_refused(panel, prepared):
+    session = Session(prepared, reading=ReadingSettings("tikhonov"))
+    session.submit(PokePressed(1, prepared.skin.taxel_point(30)))
+    for _ in range(100):
+        session.tick()
+    frame, told = session.frame, panel.findChild(QLabel, "contacts-estimate")
+    (number,) = (region.id for region in frame.regions)
+    panel.show_frame(frame)
+    assert not told.isVisible(), "the area sum has nothing to tell"
+    panel.show_reading(session.runtime_settings.reading)
+    panel.show_frame(frame)
+    assert told.isVisible()
+    assert told.isEnabled()
+    assert told.text() == estimate_text(frame.estimates[number])
+    assert "ffective rank" in panel.findChild(type(panel._rows[0].button), "contact-1").toolTip()
+    height = told.height()
+    panel.show_frame(replace(frame, estimates={number: REFUSED}))
+    assert not told.isEnabled()
+    assert "too deep" in told.text()
+    panel.clear()
+    QApplication.processEvents()
+    assert told.height() == height, "what lies below does not jump"
+    assert told.text() == ""
+
+
+def test_what_cannot_be_observed_is_said_quietly(panel):
+    line = panel.findChild(QLabel, "contacts-shear")
+    assert line.text() == "Net shear is unobservable"
+    assert line.property("role") == "caption"
+    assert line.toolTip() == SHEAR_TIP
+
+
+def test_a_replay_cannot_be_read_otherwise(panel):
+    panel.set_editable(editable=False)
+    assert not panel.reading.isEnabled()
+    assert panel._rows[0].button.isVisible()
+    panel.set_editable(editable=True)
+    assert panel.reading.isEnabled()
+
+
+def test_in_the_window_a_choice_reaches_the_session_and_a_paused_one_after_a_reset(window, qtbot):
+    live, reading = window.live, window.column["contacts"].reading
+    live.set_paused(paused=True)
+    choose(reading.estimator, 2)
+    live.step()
+    assert live.runner.session.runtime_settings.reading.estimator == "tikhonov"
+    choose(reading.threshold, 3)
+    live.reset()
+    live.step()
+    assert live.runner.session.runtime_settings.reading == ReadingSettings("tikhonov", 2000.0)
+    assert reading.threshold.words == "Contact threshold 2\u2009kPa"

@@ -1,0 +1,140 @@
+"""The log of contact events: what it lists, and that it follows frames in any order."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from PySide6.QtCore import Qt
+
+from app.contacts.events import ContactEvent
+from app.geometry.mesh import SurfacePoint
+from tests.widgets.support.samples import leaf_map, touched
+from widgets.panels.touch.events_panel import EventsPanel, event_lines
+
+AT = SurfacePoint(0, 0, (1.0, 0.0, 0.0))
+
+
+def event(tick, kind, phase, *contacts):
+    links = ("left_hand", "right_forearm") if kind == "self-touch" else ("forearm",)
+    return ContactEvent(tick, 0.01 * tick, kind, phase, contacts or (1,), links, AT, force=4.2, duration=0.8)
+
+
+PRESSING = (event(28, "press", "began"), event(3, "touch", "began"))
+RELEASED = (event(90, "release", "ended"), event(90, "press", "ended"), *PRESSING)
+
+
+@pytest.fixture
+def panel(qtbot):
+    made = EventsPanel()
+    qtbot.addWidget(made)
+    made.resize(300, 300)
+    made.show()
+    return made
+
+
+def frame(recent):
+    return replace(touched(leaf_map()), recent=recent)
+
+
+def words(panel):
+    rows = panel.events.rowCount()
+    return [panel.events.index(row).data().replace("\u2009", " ") for row in range(rows)]
+
+
+def test_what_goes_on_is_told_and_marked():
+    first, second = event_lines(PRESSING)
+    assert first.ongoing
+    assert not second.ongoing
+    assert (first.time, first.text) == ("0.3\u2009s", "Press on forearm, 4.2\u2009N")
+
+
+def test_what_has_ended_is_told_once():
+    assert [line.text.replace("\u2009", " ") for line in event_lines(RELEASED)] == [
+        "Release on forearm, 4.2 N, 0.8 s",
+        "Press on forearm, 4.2 N, 0.8 s",
+        "Touch on forearm",
+    ]
+
+
+def test_the_next_press_of_the_same_contact_is_another_one():
+    again = (event(120, "press", "began"), *RELEASED)
+    assert [line.ongoing for line in event_lines(again)] == [True, False, False, False]
+
+
+def test_an_end_whose_beginning_is_forgotten_is_told():
+    assert len(event_lines((event(90, "stroke", "ended"),))) == 1
+
+
+def test_the_panel_says_what_would_fill_it(panel):
+    assert panel._note.isVisible()
+    assert not panel.list.isVisible()
+    panel.show_frame(frame(PRESSING))
+    assert not panel._note.isVisible()
+    assert panel.list.isVisible()
+
+
+def test_it_follows_frames_forth_and_back_and_is_cleared(panel):
+    panel.show_frame(frame(RELEASED))
+    assert len(words(panel)) == 3
+    panel.show_frame(frame(PRESSING))
+    assert words(panel) == ["Press on forearm, 4.2 N", "Touch on forearm"], "a replay may go back"
+    panel.show_frame(frame(()))
+    assert words(panel) == [], "a session that was reset has no past"
+    panel.show_frame(frame(PRESSING))
+    panel.clear()
+    assert words(panel) == []
+
+
+def test_nothing_new_changes_nothing(qtbot, panel):
+    panel.show_frame(frame(PRESSING))
+    with qtbot.assertNotEmitted(panel.events.modelReset):
+        panel.show_frame(frame(tuple(PRESSING)))
+
+
+def test_a_hand_that_reads_old_lines_is_left_alone(qtbot, panel):
+    many = tuple(event(tick, "touch", "began", tick) for tick in range(60, 0, -1))
+    panel.show_frame(frame(many))
+    bar = panel.list.verticalScrollBar()
+    qtbot.waitUntil(lambda: bar.maximum() > 0)
+    assert bar.value() == 0
+    panel.show_frame(frame((event(61, "touch", "began", 61), *many)))
+    assert bar.value() == 0, "the newest is in sight"
+    bar.setValue(20)
+    panel.show_frame(frame((event(62, "touch", "began", 62), *many)))
+    assert bar.value() > 0
+
+
+def test_lines_are_drawn_and_read_aloud(panel):
+    panel.show_frame(frame(PRESSING))
+    blank = panel.list.grab().toImage()
+    panel.show_frame(frame(RELEASED))
+    drawn = panel.list.grab().toImage()
+    assert blank != drawn
+    index = panel.events.index(0)
+    assert index.data(Qt.ItemDataRole.AccessibleTextRole).replace("\u2009", " ").endswith("at 0.9 s")
+    assert panel.events.data(panel.events.index(-1)) is None
+    assert panel.events.rowCount(index) == 0, "lines have no lines of their own"
+
+
+def test_the_window_logs_every_event_however_few_frames_it_shows_and_again_in_replay(window, tmp_path):
+    """A tap between two pictures is not missed; the same lines come back from a file; a reset clears them."""
+    live, log = window.live, window.column["events"]
+    live.start_recording(tmp_path / "tap.mcap")
+    live.press(live.prepared.skin.taxel_point(70))
+    live.runner.run_for(0.2)
+    live.release()
+    live.runner.run_for(0.2)
+    live.pump()
+    told = words(log)
+    assert [line.split(" ")[0] for line in told] == ["Release", "Tap", "Touch"]
+    live.stop_recording()
+    live.open_recording(tmp_path / "tap.mcap")
+    live.show_time(0.195)
+    assert words(log) == told[2:]
+    live.show_time(0.4)
+    assert words(log) == told
+    live.back_to_live()
+    window.action("reset").trigger()
+    live.pump()
+    assert words(log) == []

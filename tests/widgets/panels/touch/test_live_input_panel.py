@@ -1,0 +1,66 @@
+"""The live input panel: how readings arrive, in words; tare, values shown, disconnect."""
+
+from __future__ import annotations
+
+from PySide6.QtWidgets import QComboBox, QLabel, QPushButton
+
+from app.live.sources.open import SourceOptions
+from tests.widgets.support.window_driver import run
+from widgets.panels.touch.live_input_panel import LiveInputPanel
+from widgets.session.live_input import LiveInputSettings
+
+TABLE = "time,sequence,{}\n" + "".join(f"{0.01 * i},{i}{{}}\n" for i in (0, 1, 3, 4, 5))
+
+
+def connected(window, tmp_path, **settings):
+    taxels = len(window.live.prepared.skin)
+    path = tmp_path / "readings.csv"
+    path.write_text(TABLE.format(",".join(map(str, range(taxels + 1))), *[",20" * (taxels + 1)] * 5))
+    window.live.connect_source(LiveInputSettings(str(path), SourceOptions(speed=None), **settings))
+    panel = window.column.get(LiveInputPanel)
+    for _ in range(60):
+        run(window, 0.2)
+    panel.refresh()
+    return panel
+
+
+def text(panel, name):
+    return panel.findChild(QLabel, f"live-{name}").text()
+
+
+def test_it_is_there_while_something_is_connected(window, tmp_path):
+    panel = window.column.get(LiveInputPanel)
+    assert panel.isHidden()
+    assert not window.action("disconnect").isEnabled()
+    connected(window, tmp_path)
+    assert panel.isVisible()
+    assert window.action("disconnect").isEnabled()
+    panel.findChild(QPushButton, "live-disconnect").click()
+    assert panel.isHidden()
+    assert window.live.live_input is None
+
+
+def test_it_tells_how_readings_arrive(window, tmp_path):
+    panel = connected(window, tmp_path)
+    assert text(panel, "counts") == "5"
+    assert text(panel, "loss") == "17\u2009%"
+    assert text(panel, "taxels") == "150 of 150"
+    notes = text(panel, "notes")
+    assert "does not have: 150" in notes
+    assert "forces mean nothing" in notes
+    window.live.disconnect_source()
+
+
+def test_pressure_without_a_calibration_is_refused_in_place_and_tare_is_asked_for(window, tmp_path):
+    panel = connected(window, tmp_path)
+    modes = panel.findChild(QComboBox, "live-mode")
+    modes.activated.emit(2)
+    assert "cannot be shown as pressure" in text(panel, "notes")
+    assert modes.currentText() == "Above the baseline"
+    modes.activated.emit(0)
+    assert modes.currentText() == "Raw"
+    tare = panel.findChild(QPushButton, "live-tare")
+    tare.click()
+    assert tare.text() == "Taring…"
+    assert not tare.isEnabled()
+    window.live.disconnect_source()

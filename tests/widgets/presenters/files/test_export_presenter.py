@@ -1,0 +1,86 @@
+"""Data out of the window: an export that is shown and can be cancelled, and a session that viewers can watch."""
+
+from __future__ import annotations
+
+import socket
+
+import pytest
+
+from app.export.export import FORMATS
+from tests.widgets.support.window_driver import run
+from widgets.presenters.files.export_presenter import EXPORT_JOB
+
+
+@pytest.fixture
+def path(window, tmp_path):
+    path = tmp_path / "demo.mcap"
+    window.live.start_recording(path)
+    run(window, 0.3)
+    window.live.stop_recording()
+    return path
+
+
+def finished(window, qtbot):
+    qtbot.waitUntil(lambda: window.presenters.export._thread is None, timeout=20_000)
+
+
+def test_a_recording_is_exported_beside_the_window_and_said_so(window, qtbot, path, tmp_path):
+    window.presenters.export.export(str(path), FORMATS["npz"], str(tmp_path / "out"))
+    finished(window, qtbot)
+    assert (tmp_path / "out.npz").is_file()
+    assert "Exported" in window.notification_bar.text
+
+
+def test_a_cancelled_export_leaves_nothing(window, qtbot, path, tmp_path):
+    presenter = window.presenters.export
+    presenter.export(str(path), FORMATS["csv"], str(tmp_path / "out"))
+    presenter._on_cancelled(EXPORT_JOB)
+    finished(window, qtbot)
+    assert sorted(one.name for one in tmp_path.iterdir() if "out" in one.name or "part" in one.name) in ([], ["out"])
+    assert not [one for one in tmp_path.iterdir() if one.name.endswith(".part")]
+
+
+def listens(port: int) -> bool:
+    """Whether anything on this computer does."""
+    try:
+        socket.create_connection(("127.0.0.1", port), timeout=5).close()
+    except ConnectionError:
+        return False
+    return True
+
+
+def test_what_cannot_be_exported_is_told(window, qtbot, tmp_path):
+    (tmp_path / "no.mcap").write_text("nothing")
+    window.presenters.export.export(str(tmp_path / "no.mcap"), FORMATS["npz"], str(tmp_path / "out"))
+    finished(window, qtbot)
+    assert "not a recording" in window.notification_bar.text
+
+
+def test_sharing_says_where_is_for_this_computer_and_ends(window, qtbot):
+    action = window.action("share_live")
+    assert action.isEnabled()
+    action.trigger()
+    address = window.live.shared_at
+    assert address.startswith("ws://127.0.0.1:")
+    assert address in window.notification_bar.text
+    assert action.isChecked()
+    port = int(address.rpartition(":")[2])
+    assert listens(port)
+    run(window, 0.1)
+    action.trigger()
+    assert window.live.shared_at is None
+    assert not action.isChecked()
+    qtbot.waitUntil(lambda: not listens(port), timeout=10_000)
+
+
+def test_recordings_without_messages_for_viewers_are_smaller_and_the_choice_is_kept(window, tmp_path):
+    sizes = []
+    for name in ("with.mcap", "without.mcap"):
+        window.live.start_recording(tmp_path / name)
+        run(window, 0.3)
+        window.live.stop_recording()
+        sizes.append((tmp_path / name).stat().st_size)
+        window.action("record_for_viewers").trigger()
+    assert sizes[1] < sizes[0]
+    assert window.action("record_for_viewers").isChecked()
+    assert b"foxglove" not in (tmp_path / "without.mcap").read_bytes()

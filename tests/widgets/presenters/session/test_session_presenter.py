@@ -1,0 +1,59 @@
+"""Recordings in the window: what a damaged one says."""
+
+from __future__ import annotations
+
+from datetime import datetime
+
+from mcap.reader import make_reader
+
+from app.recording.damage import DamageKind
+from tests.widgets.support.window_driver import run
+from widgets.session.recording_writer import DiskSpace
+from widgets.timeline.timeline import ScrubBar
+
+
+def test_a_damaged_recording_says_what_it_has_lost_and_marks_where(window, tmp_path):
+    path = tmp_path / "damaged.mcap"
+    window.live.start_recording(path)
+    run(window, 0.6)
+    window.live.stop_recording()
+    data = bytearray(path.read_bytes())
+    with path.open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+    (frames,) = [channel.id for channel in summary.channels.values() if channel.topic == "/frame"]
+    index = [one for one in summary.chunk_indexes if frames in one.message_index_offsets][-2]
+    data[index.chunk_start_offset + index.chunk_length // 2] ^= 1
+    path.write_bytes(data)
+    window.presenters.files.open_path(str(path))
+    assert window.live.mode == "replaying"
+    assert "damaged.mcap is damaged" in window.notification_bar.text
+    assert "frames missing" in window.notification_bar.text
+    (span,) = [span for span in window.live.player.damaged_spans() if span[2].kind == DamageKind.FRAMES_MISSING]
+    assert 0 < span[0] < span[1] <= window.live.player.duration
+    assert window.timeline.findChild(ScrubBar)._damage
+
+
+def test_two_recordings_of_one_second_have_two_names(window, tmp_path, monkeypatch):
+    monkeypatch.setattr("widgets.presenters.session.session_presenter.datetime", SameSecond)
+    for _ in range(3):
+        window.action("record").trigger()
+        run(window, 0.1)
+        window.action("record").trigger()
+    names = sorted(path.name for path in (tmp_path / "recordings").iterdir())
+    assert names == ["arm 2026-01-02 03.04.05 2.mcap", "arm 2026-01-02 03.04.05 3.mcap", "arm 2026-01-02 03.04.05.mcap"]
+
+
+class SameSecond(datetime):
+    """Time that stands still."""
+
+    @classmethod
+    def now(cls, tz=None):
+        """Always the same."""
+        return cls(2026, 1, 2, 3, 4, 5, tzinfo=tz)
+
+
+def test_a_disk_that_fills_is_told_in_words(window, tmp_path):
+    window.live.disk_filling.emit(DiskSpace(tmp_path, 42_000_000, 3540.0))
+    assert "full in about 59 minutes of recording (42 MB left)" in window.notification_bar.text
+    window.live.disk_filling.emit(DiskSpace(tmp_path, 1_000_000, 50.0))
+    assert "about 50 seconds" in window.notification_bar.text

@@ -1,0 +1,283 @@
+"""The path tool under a real mouse: drawing in all ways, and editing a path in force by drags and keys, with undo."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QColor
+from PySide6.QtTest import QTest
+
+from tests.widgets.support.map_view_driver import (
+    LEFT,
+    NONE,
+    PIXEL,
+    SHEET,
+    SHIFT,
+    middle,
+    path_in_force,
+    set_path_kind,
+    wheel,
+)
+from widgets.common.colours import DARK
+from widgets.tools.control.control_tool import FINE_STEP, STEP
+
+
+@pytest.mark.parametrize("kind", ["polyline", "spline"])
+def test_clicks_and_enter_draw_a_path_that_the_arm_is_to_follow(hand, lead, corners, kind):
+    set_path_kind(lead, kind)
+    for corner in corners:
+        hand.click(corner)
+    assert lead.asked == []
+    hand.key(Qt.Key.Key_Return)
+    (settings,) = lead.asked
+    assert (settings.controller, settings.task, settings.path_kind) == ("hybrid", "follow_path", kind)
+    np.testing.assert_allclose(settings.path, corners, atol=PIXEL)
+
+
+def test_a_law_that_has_tasks_stays(hand, lead, corners):
+    lead.show_settings(replace(lead.settings, controller="qp", path_kind="polyline"))
+    hand.drag(corners[0], corners[1])
+    assert lead.settings.controller == "qp"
+
+
+def test_a_double_click_ends(hand, lead, corners):
+    set_path_kind(lead, "polyline")
+    for corner in corners:
+        hand.click(corner)
+    QTest.mouseDClick(hand.view.viewport(), LEFT, NONE, hand.pixel(corners[-1]))
+    assert len(lead.settings.path) == 3
+
+
+def test_the_first_corner_closes_it(hand, lead, corners):
+    set_path_kind(lead, "polyline")
+    for corner in [*corners, corners[0]]:
+        hand.click(corner)
+    (settings,) = lead.asked
+    assert len(settings.path) == 4
+    assert settings.path[0] == settings.path[-1]
+
+
+def test_one_stroke_is_a_path_with_few_corners(hand, lead, corners):
+    set_path_kind(lead, "polyline")
+    hand.press(corners[0])
+    for start, end in ((0, 1), (1, 2)):
+        for share in np.linspace(0, 1, 12)[1:]:
+            hand.move(corners[start] + share * (corners[end] - corners[start]))
+    hand.release(corners[2])
+    assert len(lead.asked) == 1
+    assert len(path_in_force(lead)) <= 5
+    assert all(np.linalg.norm(path_in_force(lead) - corner, axis=1).min() < 2 * PIXEL for corner in corners)
+
+
+@pytest.mark.parametrize("kind", ["lemniscate", "raster"])
+def test_a_figure_of_eight_and_a_box_are_dragged(hand, lead, corners, kind):
+    set_path_kind(lead, kind)
+    hand.drag(corners[0], corners[1])
+    (settings,) = lead.asked
+    assert settings.path_kind == kind
+    np.testing.assert_allclose(settings.path, corners[:2], atol=PIXEL)
+
+
+def test_backspace_takes_corners_back_and_gives_up_with_the_first(hand, lead, tool, corners):
+    set_path_kind(lead, "polyline")
+    hand.click(corners[0])
+    hand.click(corners[1])
+    hand.key(Qt.Key.Key_Backspace)
+    hand.click(corners[2])
+    hand.key(Qt.Key.Key_Return)
+    np.testing.assert_allclose(path_in_force(lead), corners[[0, 2]], atol=PIXEL)
+    hand.click(corners[1])
+    hand.key(Qt.Key.Key_Backspace)
+    assert not tool.drawing
+    assert len(lead.asked) == 1
+
+
+def test_backspace_is_the_window_s_when_nothing_is_drawn(hand, lead, tool, corners):
+    assert not tool.wants(Qt.Key.Key_Backspace)
+    set_path_kind(lead, "polyline")
+    hand.click(corners[0])
+    assert tool.wants(Qt.Key.Key_Backspace)
+
+
+def test_escape_gives_up_what_is_drawn_and_leaves_what_is_in_force(drawn, lead, tool, corners):
+    before = lead.settings
+    drawn.click(corners[0] + [0.0, 0.05])
+    assert tool.drawing
+    drawn.key(Qt.Key.Key_Escape)
+    assert not tool.drawing
+    assert lead.settings is before
+
+
+def test_enter_after_one_corner_waits_for_more(hand, lead, tool, corners):
+    set_path_kind(lead, "polyline")
+    hand.click(corners[0])
+    hand.key(Qt.Key.Key_Return)
+    assert tool.drawing
+    assert lead.asked == []
+
+
+def test_beside_the_skin_nothing_begins_and_the_map_is_moved(hand, lead, tool):
+    centre = hand.view.camera.centre
+    hand.drag(hand.point(QPoint(3, 3)), hand.point(QPoint(40, 30)))
+    assert not tool.drawing
+    assert hand.view.camera.centre != centre
+
+
+def test_a_figure_of_eight_whose_middle_is_beside_the_skin_is_refused(hand, lead, document):
+    set_path_kind(lead, "lemniscate")
+    low, high = document.map.boxes[SHEET]
+    hand.drag(middle(document, SHEET), middle(document, SHEET) + [0.0, 3 * (high[1] - low[1])])
+    assert lead.asked == []
+    assert lead.heard == ["A path must start on the skin"]
+
+
+@pytest.mark.parametrize("kind", ["polyline", "raster"])
+def test_cursors_say_what_a_press_would_do(hand, lead, corners, kind):
+    set_path_kind(lead, kind)
+    hand.drag(corners[0], corners[1])
+    for place, shown in (
+        (corners[0], Qt.CursorShape.OpenHandCursor),
+        (corners[2] + [0.0, 0.05], Qt.CursorShape.CrossCursor),
+        (QPoint(3, 3), Qt.CursorShape.ArrowCursor),
+    ):
+        hand.move(place)
+        assert hand.view.viewport().cursor().shape() == shown
+    line = corners[0] + (0.2 * (corners[1] - corners[0]) if kind == "polyline" else [0.012, 0.0])
+    hand.move(line)
+    assert hand.view.viewport().cursor().shape() == Qt.CursorShape.SizeAllCursor
+
+
+def test_handles_are_seen_larger_under_the_pointer_and_filled_when_chosen(drawn, corners):
+    intent = QColor(DARK.intent)
+
+    def violet(at):
+        image, pixel = drawn.picture(), drawn.pixel(at)
+        area = [image.pixelColor(pixel.x() + dx, pixel.y() + dy) for dx in range(-7, 8) for dy in range(-7, 8)]
+        return sum(abs(c.red() - intent.red()) + abs(c.blue() - intent.blue()) < 30 for c in area)
+
+    drawn.move(QPoint(3, 3))
+    small = violet(corners[1])
+    drawn.move(corners[1])
+    large = violet(corners[1])
+    drawn.click(corners[1])
+    drawn.move(QPoint(3, 3))
+    assert 10 < small < large
+    assert violet(corners[1]) > 2 * small
+
+
+def test_the_line_being_drawn_is_seen_on_the_map_and_on_the_body(hand, lead, tool, corners):
+    set_path_kind(lead, "polyline")
+    before = hand.picture()
+    hand.click(corners[0])
+    hand.move(corners[1])
+    assert hand.picture() != before
+    marks = tool.body_marks()
+    assert len(marks.spots) == 2
+    (stroke,) = marks.strokes
+    assert stroke.line.patch == SHEET
+    np.testing.assert_allclose(stroke.line.on_map[[0, -1]], corners[:2], atol=PIXEL)
+
+
+def test_nothing_is_drawn_while_no_arm_can_be_led(hand, lead, tool, corners):
+    lead.set_enabled(enabled=False)
+    hand.click(corners[0])
+    hand.drag(corners[0], corners[1])
+    assert not tool.drawing
+    assert lead.asked == []
+
+
+def test_the_wheel_and_a_drag_turn_the_force_beside_the_path(drawn, lead, tool):
+    drawn.view.viewport().repaint()
+    plate = tool._plate._box.center()
+    wheel(drawn.view, plate, 240)
+    assert lead.settings.force_goal == 4.0
+    pixel = plate.toPoint()
+    QTest.mouseMove(drawn.view.viewport(), pixel)
+    assert drawn.view.viewport().cursor().shape() == Qt.CursorShape.SizeVerCursor
+    QTest.mousePress(drawn.view.viewport(), LEFT, NONE, pixel)
+    QTest.mouseMove(drawn.view.viewport(), pixel + QPoint(0, 16))
+    QTest.mouseRelease(drawn.view.viewport(), LEFT, NONE, pixel + QPoint(0, 16))
+    assert lead.settings.force_goal == 3.0
+    assert len(path_in_force(lead)) == 3
+
+
+def test_a_corner_is_dragged_and_asked_for_when_let_go(drawn, lead, corners):
+    drawn.press(corners[1])
+    drawn.move(corners[1] + [0.0, 0.01])
+    drawn.move(corners[1] + [0.0, 0.02])
+    assert len(lead.asked) == 1
+    drawn.release(corners[1] + [0.0, 0.02])
+    assert len(lead.asked) == 2
+    np.testing.assert_allclose(path_in_force(lead), corners + [[0, 0], [0, 0.02], [0, 0]], atol=2 * PIXEL)
+    assert lead.undo_name == "move a corner"
+
+
+def test_a_corner_is_pulled_from_the_middle_of_a_side(drawn, lead, corners):
+    start = corners[:2].mean(axis=0)
+    drawn.drag(start, start + [-0.02, 0.01])
+    assert lead.undo_name == "add a corner"
+    np.testing.assert_allclose(np.delete(path_in_force(lead), 1, axis=0), corners, atol=PIXEL)
+    np.testing.assert_allclose(path_in_force(lead)[1], start + [-0.02, 0.01], atol=2 * PIXEL)
+
+
+def test_the_line_is_dragged_with_all_of_the_path(drawn, lead, corners):
+    start = corners[0] + 0.25 * (corners[1] - corners[0])
+    drawn.drag(start, start + [0.01, 0.01])
+    assert lead.undo_name == "move the path"
+    np.testing.assert_allclose(path_in_force(lead), corners + 0.01, atol=2 * PIXEL)
+
+
+def test_escape_in_a_drag_leaves_the_path(drawn, lead, corners):
+    before = lead.settings
+    drawn.press(corners[1])
+    drawn.move(corners[1] + [0.0, 0.02])
+    drawn.key(Qt.Key.Key_Escape)
+    drawn.release(corners[1] + [0.0, 0.02])
+    assert lead.settings is before
+
+
+def test_a_chosen_corner_is_taken_out(drawn, lead, corners):
+    drawn.click(corners[1])
+    drawn.key(Qt.Key.Key_Delete)
+    np.testing.assert_allclose(path_in_force(lead), corners[[0, 2]], atol=PIXEL)
+    drawn.click(corners[0])
+    drawn.key(Qt.Key.Key_Delete)
+    assert len(path_in_force(lead)) == 2
+    assert lead.heard == ["This path has the fewest corners already"]
+
+
+def test_without_a_corner_nothing_is_lost_by_delete(drawn, lead, corners):
+    drawn.move(corners[0] + [0.0, 0.05])
+    drawn.key(Qt.Key.Key_Delete)
+    assert len(path_in_force(lead)) == 3
+    assert lead.heard == ["Click a corner to choose it, then Delete removes it"]
+
+
+def test_arrows_move_the_chosen_corner_or_all_and_are_one_step(drawn, lead, corners):
+    before = path_in_force(lead)
+    drawn.click(corners[2])
+    for _ in range(3):
+        drawn.key(Qt.Key.Key_Right)
+    drawn.key(Qt.Key.Key_Up, SHIFT)
+    np.testing.assert_allclose(path_in_force(lead) - before, [[0, 0], [0, 0], [3 * STEP, FINE_STEP]], atol=1e-12)
+    lead.undo()
+    np.testing.assert_allclose(path_in_force(lead), before)
+    drawn.click(corners[0] + 0.25 * (corners[1] - corners[0]))  # the line: no corner is chosen
+    drawn.key(Qt.Key.Key_Down)
+    np.testing.assert_allclose(path_in_force(lead) - before, np.tile([0, -STEP], (3, 1)), atol=1e-12)
+
+
+def test_undo_goes_through_all_steps(drawn, lead, corners):
+    first = lead.settings
+    drawn.drag(corners[1], corners[1] + [0.0, 0.02])
+    assert lead.settings != first
+    lead.undo()
+    assert lead.settings == first
+    lead.undo()
+    assert lead.settings.controller == "impedance"
+    assert lead.settings.path == ()
+    lead.redo()
+    assert lead.settings == first

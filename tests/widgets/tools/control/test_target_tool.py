@@ -1,0 +1,157 @@
+"""The target tool under a real hand: a click holds, a drag leads live, keys move finely, the force is a handle."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+
+from tests.widgets.support.map_view_driver import CAP, LEFT, NONE, SHEET, SHIFT, middle, wheel
+from widgets.tools.control.control_tool import FINE_STEP, STEP
+from widgets.tools.control.target_tool import TargetTool
+
+PIXEL = 1.5e-3
+
+
+@pytest.fixture
+def tool(lead):
+    return TargetTool(lead)
+
+
+@pytest.fixture
+def centre(document):
+    return middle(document, SHEET)
+
+
+@pytest.fixture
+def held(hand, lead, centre):
+    """A target in the middle of the sheet."""
+    hand.click(centre)
+    assert lead.settings.task == "hold_point"
+    return hand
+
+
+def target(lead):
+    return np.array(lead.settings.path[0])
+
+
+def plate(hand, tool):
+    """The middle of the force's plate [px]."""
+    hand.view.viewport().repaint()
+    return tool._plate._box.center()
+
+
+def test_a_click_holds_the_contact_there(hand, lead, centre):
+    hand.click(centre)
+    (settings,) = lead.asked
+    assert (settings.controller, settings.task) == ("hybrid", "hold_point")
+    np.testing.assert_allclose(settings.path, [centre], atol=PIXEL)
+    assert lead.undo_name == "set the target"
+
+
+def test_a_drag_leads_it_live_and_is_one_step(held, lead, centre):
+    asked = len(lead.asked)
+    held.drag(centre, centre + [0.02, 0.01], steps=5)
+    assert len(lead.asked) >= asked + 5
+    np.testing.assert_allclose(target(lead), centre + [0.02, 0.01], atol=PIXEL)
+    lead.undo()
+    np.testing.assert_allclose(target(lead), centre, atol=PIXEL)
+
+
+def test_beside_the_skin_the_target_stays_at_the_last_place_on_it(held, lead, document, centre):
+    held.press(centre)
+    held.move(centre + [0.02, 0.0])
+    held.move(QPoint(3, 3))
+    assert document.map.to_body(target(lead)) is not None
+    np.testing.assert_allclose(target(lead), centre + [0.02, 0.0], atol=PIXEL)
+    held.release(QPoint(3, 3))
+
+
+def test_it_may_be_led_to_another_patch(held, lead, document, centre):
+    held.drag(centre, middle(document, CAP), steps=9)
+    assert document.map.to_body(target(lead)).patch == CAP
+
+
+def test_escape_in_a_drag_brings_back_what_was_held(held, lead, centre):
+    before = lead.settings
+    held.press(centre)
+    held.move(centre + [0.02, 0.0])
+    assert lead.settings != before
+    held.key(Qt.Key.Key_Escape)
+    assert lead.settings == before
+    held.move(centre + [0.03, 0.0])
+    held.release(centre)
+    assert lead.settings == before
+
+
+def test_arrows_move_it_as_far_as_the_skin_goes(held, lead, document, centre):
+    held.key(Qt.Key.Key_Left)
+    held.key(Qt.Key.Key_Up, SHIFT)
+    np.testing.assert_allclose(target(lead), centre + [-STEP, FINE_STEP], atol=PIXEL)
+    for _ in range(200):
+        held.key(Qt.Key.Key_Left)
+    assert document.map.to_body(target(lead)) is not None
+    assert "The target cannot leave the skin" in lead.heard
+    lead.undo()
+    np.testing.assert_allclose(target(lead), centre, atol=PIXEL)
+
+
+def test_delete_forgets_it(held, lead):
+    held.key(Qt.Key.Key_Delete)
+    assert lead.settings.path == ()
+    held.key(Qt.Key.Key_Delete)
+    assert lead.heard == ["There is no path to clear"]
+
+
+def test_the_wheel_on_the_plate_turns_the_force_and_elsewhere_zooms(held, lead, tool, centre):
+    at = plate(held, tool)
+    wheel(held.view, at, 120)
+    assert lead.settings.force_goal == 3.5
+    assert held.view.camera.zoom == 1.0
+    for _ in range(4):
+        wheel(held.view, at, -60)  # a fine wheel
+    assert lead.settings.force_goal == 2.5
+    lead.undo()
+    assert lead.settings.force_goal == 3.0
+    wheel(held.view, held.pixel(centre - [0.03, 0.0]).toPointF(), 120)
+    assert held.view.camera.zoom > 1.0
+
+
+def test_the_plate_is_dragged_up_for_more_within_what_may_be_set(held, lead, tool):
+    pixel = plate(held, tool).toPoint()
+    viewport = held.view.viewport()
+    QTest.mouseMove(viewport, pixel)
+    assert viewport.cursor().shape() == Qt.CursorShape.SizeVerCursor
+    QTest.mousePress(viewport, LEFT, NONE, pixel)
+    QTest.mouseMove(viewport, pixel - QPoint(0, 24))
+    assert lead.settings.force_goal == 4.5
+    QTest.mouseMove(viewport, pixel + QPoint(0, 300))
+    assert lead.settings.force_goal == 0.0
+    held.key(Qt.Key.Key_Escape)
+    assert lead.settings.force_goal == 3.0
+    QTest.mouseRelease(viewport, LEFT, NONE, pixel)
+    assert lead.settings.force_goal == 3.0
+
+
+def test_page_keys_turn_the_force(held, lead):
+    held.key(Qt.Key.Key_PageUp)
+    held.key(Qt.Key.Key_PageUp)
+    held.key(Qt.Key.Key_PageDown)
+    assert lead.settings.force_goal == 3.5
+
+
+def test_the_force_stands_on_whole_steps(held, lead):
+    lead.show_settings(replace(lead.settings, force_goal=3.3))
+    held.key(Qt.Key.Key_PageUp)
+    assert lead.settings.force_goal == 4.0
+
+
+def test_nothing_is_held_while_no_arm_can_be_led(hand, lead, centre):
+    lead.set_enabled(enabled=False)
+    hand.click(centre)
+    hand.key(Qt.Key.Key_PageUp)
+    assert lead.asked == []
+    assert hand.view.viewport().cursor().shape() == Qt.CursorShape.ArrowCursor

@@ -1,0 +1,132 @@
+"""The grid tool: two clicks, keys that change rows and columns, a preview on both views, and grids as steps."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QEvent, QPointF, Qt
+from PySide6.QtGui import QKeyEvent, QMouseEvent
+
+from app.geometry.mesh import SurfacePoint
+from app.scene.scene_file import scene_for
+from app.skin.fit import is_grid_patch
+from tests.widgets.support.window_driver import run
+from widgets.interaction.view_tool import PointerHit
+from widgets.overlays.body_overlays import MarkRole
+from widgets.tools.map_editing.grid_tool import GridSteps, GridTool
+from widgets.tools.registry import GRID
+
+
+def press(tool, at):
+    left, here = Qt.MouseButton.LeftButton, QPointF(0, 0)
+    event = QMouseEvent(QEvent.Type.MouseButtonPress, here, here, left, left, Qt.KeyboardModifier.NoModifier)
+    return tool.press(PointerHit(at, None, 1e-3), event)
+
+
+def key(tool, *keys):
+    for one in keys:
+        assert tool.key(QKeyEvent(QEvent.Type.KeyPress, one, Qt.KeyboardModifier.NoModifier)), one
+
+
+def corners(skin, name="patch 0"):
+    """Two places of the patch, 25 to 60 mm apart, on one side of it."""
+    number = [patch.name for patch in skin.patches].index(name)
+    surface = skin.patches[number].surface
+    middles = surface.vertices[surface.faces].mean(axis=1)
+    start = int(np.linalg.norm(middles - middles.mean(axis=0), axis=1).argmin())
+    away = np.linalg.norm(middles - middles[start], axis=1)
+    facing = surface.face_normals @ surface.face_normals[start]
+    end = int(np.argmax(np.where((away < 0.06) & (facing > 0.5), away, 0)))
+    assert away[end] > 0.02
+    return [SurfacePoint(number, face, (1 / 3, 1 / 3, 1 / 3)) for face in (start, end)]
+
+
+@pytest.fixture
+def tool(editor):
+    return GridTool(editor)
+
+
+def test_two_clicks_are_opposite_corners_of_a_preview(tool, editor):
+    skin = editor.document.skin
+    first, last = corners(skin)
+    assert not press(tool, None)
+    assert press(tool, first)
+    assert (tool.spec, tool.words) == (None, "Click the opposite corner")
+    assert press(tool, last)
+    spec = tool.spec
+    assert (spec.link, spec.rows, spec.columns) == ("link 0", 8, 8)
+    np.testing.assert_allclose([spec.first, spec.last], [skin.position(first), skin.position(last)])
+    assert tool.words.startswith("8 rows × 8 columns, ")
+    marks = tool.body_marks()
+    offered = np.array([skin.position(spot.at) for spot in marks.spots if spot.role is MarkRole.OFFERED])
+    assert 0 < len(offered) <= 64
+    near = np.linalg.norm(offered[:, None] - [spec.first, spec.last], axis=2).min(axis=0)
+    assert near.max() < 1e-4
+    assert tool.body_marks() is marks
+
+
+def test_keys_change_the_grid(tool, editor):
+    for at in corners(editor.document.skin):
+        assert not tool.wants(Qt.Key.Key_Up)
+        press(tool, at)
+    assert tool.wants(Qt.Key.Key_Up)
+    key(tool, Qt.Key.Key_Up, Qt.Key.Key_Left, Qt.Key.Key_Left, Qt.Key.Key_M)
+    assert (tool.spec.rows, tool.spec.columns, tool.spec.mirrored) == (9, 6, True)
+    key(tool, *[Qt.Key.Key_Down] * 12, *[Qt.Key.Key_Left] * 9)
+    assert (tool.spec.rows, tool.spec.columns) == (1, 2)
+    key(tool, Qt.Key.Key_Backspace)
+    assert tool.spec is None
+    assert tool.cancel()
+    assert not tool.cancel()
+    assert tool.words == ""
+
+
+def test_corners_on_two_patches_are_refused(tool, editor):
+    told = []
+    editor.failed.connect(told.append)
+    skin = editor.document.skin
+    press(tool, corners(skin)[0])
+    press(tool, skin.taxel_point(len(skin) - 1))
+    assert "one patch" in told[0]
+    assert tool.spec is None
+
+
+def test_steps_are_scenes():
+    steps, shown = GridSteps(), []
+    steps.scene_wanted.connect(shown.append)
+    one, two, three = (scene_for(f"{name}.urdf") for name in ("a", "b", "c"))
+    steps.push(one, two)
+    steps.push(two, three)
+    assert (steps.can_undo, steps.can_redo, steps.undo_name) == (True, False, "grid")
+    steps.undo()
+    steps.undo()
+    steps.redo()
+    assert shown == [two, three, two, one, two]
+    steps.show_scene(one)  # the one asked for last did not open
+    assert (steps.can_undo, steps.redo_name) == (False, "grid")
+    steps.show_scene(scene_for("d.urdf"))
+    assert (steps.can_undo, steps.can_redo) == (False, False)
+
+
+def test_a_grid_is_placed_and_taken_back_in_the_window(window):
+    before = window.live.prepared
+    window.action("grid").trigger()
+    assert window.presenters.tools.active == GRID
+    tool = window.presenters.tools.get(GridTool)
+    for at in corners(before.skin, "hand"):
+        press(tool, at)
+    key(tool, *[Qt.Key.Key_Down] * 4, *[Qt.Key.Key_Left] * 3)
+    window.robot_view.grab()
+    window.map_view.grab()
+    key(tool, Qt.Key.Key_Return)
+    skin = window.live.prepared.skin
+    (patch,) = [patch for patch in skin.patches if is_grid_patch(patch)]
+    assert (patch.link, len(patch.taxels)) == ("hand", 20)
+    assert {patch.link for patch in skin.patches} == {patch.link for patch in before.skin.patches}
+    assert window.live.prepared.scene.grids[0].rows == 4
+    run(window, 0.1)
+    assert window.action("undo").isEnabled()
+    window.action("undo").trigger()
+    assert window.live.prepared.scene == before.scene
+    window.action("redo").trigger()
+    assert len(window.live.prepared.scene.grids) == 1

@@ -1,0 +1,1 @@
+"""Panels of what is simulated and what it costs: effects, accuracy against time, timing."""

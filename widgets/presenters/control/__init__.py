@@ -1,0 +1,1 @@
+"""Control: laws, tasks and settings from the menu and the panel; laws compared side by side."""

@@ -1,0 +1,241 @@
+"""What is opened and saved: robots, scenes, recordings and taxel files, by a dialog, a menu or a drop.
+
+Scenes are listed as the File menu has them: those that ship by title, a person's own, and the one that runs kept in a
+file with every effect as it was chosen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QMenu
+
+from app.core.errors import SceneError, SkinError, TactileMapsError
+from app.core.files import write_atomically
+from app.robots.library import list_robots
+from app.robots.robot import Robot
+from app.scene.scene import Scene, with_package_roots
+from app.scene.scene_file import (
+    load_scene,
+    scene_for,
+    scene_for_taxels,
+    scene_names,
+    scene_to_toml,
+    with_grid,
+    with_taxels,
+)
+from app.session.prepare import PreparedScene
+from app.skin.fit import GridSpec, is_grid_patch
+from app.skin.formats.import_skin import NO_ROBOT, check_links, is_robot_with_taxels, named_links
+from widgets.actions.mnemonics import with_mnemonic
+from widgets.common.file_types import (
+    RECORDING_FILTER,
+    ROBOT_FILTER,
+    SCENE_FILTER,
+    is_map,
+    is_recording,
+    is_scene,
+    is_taxel_file,
+    scene_to_open,
+    taxel_filter,
+)
+from widgets.context.app_context import AppContext
+from widgets.presenters.files.map_file_presenter import MapFilePresenter
+from widgets.presenters.session.effects_presenter import EffectsPresenter
+from widgets.tools.map_editing.grid_tool import GridTool
+
+_READ_AT_ONCE_BYTES = 2_000_000
+"""A file of taxels up to this size is read in 0.2 s."""
+
+
+class FilePresenter(QObject):
+    """Opens files, and keeps the scene that runs in one.
+
+    Args:
+        context: What it works on.
+        effects: Knows the scene as it was chosen.
+        map_files: Asks about edits that are not saved before another scene is opened.
+        grid: Places grids of taxels, each a scene more.
+        parent: Qt parent.
+    """
+
+    def __init__(
+        self,
+        context: AppContext,
+        effects: EffectsPresenter,
+        map_files: MapFilePresenter,
+        grid: GridTool,
+        parent: QObject,
+    ) -> None:
+        super().__init__(parent)
+        self._context, self._effects, self._map_files, self._grid_steps = context, effects, map_files, grid.steps
+        grid.placed.connect(self._on_grid_placed)
+        grid.steps.scene_wanted.connect(self.open_scene)
+        context.session.prepared_changed.connect(self._on_prepared_changed)
+        self._asked: Callable[[], None] | None = None
+        for name, handler in (
+            ("open_robot", partial(self._choose, "Open robot", ROBOT_FILTER)),
+            ("open_recording", partial(self._choose, "Open recording", RECORDING_FILTER)),
+            ("import_taxels", self.choose_taxels),
+            ("open_scene", partial(self._choose, "Open scene", SCENE_FILTER)),
+            ("save_scene", self.choose_save_scene),
+            ("package_root", self.choose_package_root),
+        ):
+            context.actions.bind(name, handler)
+
+    # Opening.
+
+    def open_path(self, path: str) -> None:
+        """Open whatever the file is; say so when nothing can be done with it."""
+        try:
+            if is_recording(path):
+                self._context.session.open_recording(path)
+            elif is_map(path):
+                self._map_files.open(path)
+            elif is_taxel_file(path):
+                self.import_taxels(path)
+            else:
+                self.open_scene(scene_to_open(path), file=Path(path) if is_scene(path) else None)
+        except TactileMapsError as error:
+            self._context.notifier.fault(str(error))
+            return
+        self._context.settings.add_recent(path)
+
+    def choose_taxels(self) -> None:
+        """Ask for a file of taxels; of a robot that states its own, these are meant."""
+        path = self._context.dialogs.open_file("Import taxels", taxel_filter())
+        if path and is_robot_with_taxels(path):
+            self.open_scene(scene_for_taxels(path))
+            self._context.settings.add_recent(path)
+        elif path:
+            self.open_path(path)
+
+    def open_robot(self, name: str) -> None:
+        """Open a robot by name."""
+        self.open_scene(scene_for(name))
+
+    def import_taxels(self, path: str) -> None:
+        """Put the taxels of a file on the robot that is open; ask where, if the file's links are not the robot's.
+
+        Raises:
+            SkinError: The file cannot be read.
+        """
+        prepared = self._context.session.prepared
+        if prepared is None or prepared.scene.robot == NO_ROBOT:
+            self.open_scene(scene_for_taxels(path))
+            return
+        scene, robot = prepared.scene, prepared.robot
+        try:
+            if Path(path).stat().st_size <= _READ_AT_ONCE_BYTES:  # a larger file is read in the worker alone
+                check_links(path, robot)
+        except OSError as error:
+            raise SkinError("the file cannot be read", file=path, value=error.strerror) from error
+        except SkinError:
+            self._ask_link(path, scene, robot, named_links(path))
+        else:
+            self.open_scene(with_taxels(scene, path))
+
+    def _ask_link(self, path: str, scene: Scene, robot: Robot, named: Sequence[str | None]) -> None:
+        """Ask which link carries the taxels, where the robot has none of the file's name."""
+        alone = "No robot: the skin alone"
+        choices = [link.name for link in robot.links if link.mesh is not None and len(link.mesh.faces)]
+        stated = ", ".join(name or "none" for name in named)
+        text = f"{Path(path).name} names no link of {robot.name} (link: {stated}). What carries its taxels?"
+
+        def chosen(answer: str) -> None:
+            if answer == alone:
+                self.open_scene(with_taxels(replace(scene_for(NO_ROBOT), title=""), path))
+            else:
+                self.open_scene(with_taxels(scene, path, links=(answer,)))
+
+        # A link can carry one set only; several must find theirs on a robot.
+        items = [*choices, alone] if len(named) == 1 else [alone]
+        self._context.dialogs.ask_choice("taxel-link", "Which link?", text, items, chosen)
+
+    def open_scene(self, scene: Scene, *, file: Path | None = None) -> None:
+        """Open a scene, read from ``file`` or made here, once what was not saved of the map has been asked about."""
+        self._asked = partial(self.open_scene, scene, file=file)
+        rooted = with_package_roots(scene, self._context.settings.package_roots)
+        self._map_files.leave(partial(self._context.session.open_scene, rooted, file=file))
+
+    def choose_package_root(self) -> None:
+        """Ask for a folder in which robot files may find packages and meshes; what was opened last is opened again."""
+        folder = self._context.dialogs.open_folder("Choose package root")
+        if folder:
+            self._context.settings.add_package_root(folder)
+            self._context.notifier.say(f"Robot files may use the packages and meshes in {folder}")
+            if self._asked is not None:
+                self._asked()
+
+    def _on_grid_placed(self, grid: GridSpec) -> None:
+        prepared = self._context.session.prepared
+        if prepared is not None:
+            covered = [patch.link for patch in prepared.skin.patches if not is_grid_patch(patch)]
+            self._grid_steps.push(prepared.scene, with_grid(prepared.scene, grid, covered))
+
+    def _on_prepared_changed(self, prepared: PreparedScene) -> None:
+        self._grid_steps.show_scene(prepared.scene)
+
+    def _choose(self, title: str, kinds: str) -> None:
+        path = self._context.dialogs.open_file(title, kinds)
+        if path:
+            self.open_path(path)
+
+    # Saving.
+
+    def choose_save_scene(self) -> None:
+        """Ask where to keep the scene that runs."""
+        scene = self._effects.scene
+        if scene is None:
+            return
+        path = self._context.dialogs.save_file("Save scene", f"{scene.name}.toml", SCENE_FILTER)
+        if path:
+            self.save_scene(path if Path(path).suffix else f"{path}.toml")
+
+    def save_scene(self, path: str) -> None:
+        """Keep the scene that runs in a file, with every effect as it was chosen."""
+        scene = self._effects.scene
+        if scene is None:
+            return
+        try:
+            write_atomically(Path(path), scene_to_toml(scene).encode("utf8"), error=SceneError)
+        except TactileMapsError as error:
+            self._context.notifier.fault(str(error))
+        else:
+            self._context.notifier.say(f"Saved {path}")
+            self._context.settings.add_recent(path)
+
+    # Menus that list what there is.
+
+    def list_robots(self, menu: QMenu) -> None:
+        """List the robots that ship or were found; those that are not there say how to get them."""
+        if menu.isEmpty():
+            for entry in list_robots():
+                item = menu.addAction(entry.title)
+                item.setObjectName(f"robot-{entry.name}")
+                item.setEnabled(entry.available)
+                item.setToolTip(entry.remedy)
+                item.triggered.connect(lambda _checked=False, name=entry.name: self.open_robot(name))
+
+    def list_scenes(self, menu: QMenu) -> None:
+        """List the scenes that ship; reading them takes 0.1 s, so once the menu is opened."""
+        if menu.isEmpty():
+            for name in scene_names():
+                item = menu.addAction(load_scene(name).title or name)
+                item.setObjectName(f"scene-{name}")
+                item.setToolTip(name)
+                item.triggered.connect(lambda _checked=False, name=name: self.open_scene(load_scene(name)))
+
+    def list_recent(self, menu: QMenu) -> None:
+        """List the files opened lately."""
+        menu.clear()
+        for path in self._context.settings.recent:
+            menu.addAction(with_mnemonic(path, "")).triggered.connect(
+                lambda _checked=False, path=path: self.open_path(path)
+            )
+        if menu.isEmpty():
+            menu.addAction("Nothing opened yet").setEnabled(False)

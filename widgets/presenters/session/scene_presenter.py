@@ -1,0 +1,109 @@
+"""Shows what the session prepared and computes: the one receiver of scenes and frames, so that their order is written
+down.
+"""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QObject, Signal
+
+from app.core.plugins import Plugin, broken_plugins
+from app.session.frame import Frame
+from app.session.prepare import PreparedScene
+from app.skin.formats.import_skin import NO_ROBOT
+from widgets.context.app_context import AppContext
+from widgets.panels.simulation.timing_panel import TimingPanel
+from widgets.presenters.map_edit_presenter import MapEditPresenter
+from widgets.presenters.session.effects_presenter import EffectsPresenter
+
+SCENE_JOB = "scene"
+"""Key of the progress of a scene that is being prepared."""
+_FINDINGS_MS = 10_000
+
+
+class ScenePresenter(QObject):
+    """Hands scenes and frames to everything that shows them.
+
+    Args:
+        context: What it works on.
+        effects: What is simulated.
+        map_edit: The scene's map as a document.
+        parent: Qt parent.
+    """
+
+    title_changed = Signal(str)
+    """Another scene is shown: its name for people."""
+    factor_changed = Signal(object)
+    """Simulated seconds per second reached; None in a replay."""
+
+    def __init__(
+        self, context: AppContext, effects: EffectsPresenter, map_edit: MapEditPresenter, parent: QObject
+    ) -> None:
+        super().__init__(parent)
+        self._context, self._session = context, context.session
+        self._effects, self._map_edit = effects, map_edit
+        self._plugins_told: set[Plugin] = set()
+        session, views = context.session, context.views
+        session.prepared_changed.connect(self._on_prepared_changed)
+        session.frame_ready.connect(self._on_frame_ready)
+        session.loading.connect(self._on_loading)
+        session.loading_ended.connect(self._on_loading_ended)
+        session.mode_changed.connect(views.show_mode)
+        session.settings_changed.connect(context.plots.show_settings)
+        session.settings_changed.connect(views.show_settings)
+        views.poke_pressed.connect(session.press)
+        views.poke_moved.connect(session.move)
+        views.poke_released.connect(session.release)
+        views.open_requested.connect(context.actions["open_robot"].trigger)
+        views.cancel_requested.connect(session.cancel_loading)
+        context.notifier.cancelled.connect(self._on_cancelled)
+
+    def _on_prepared_changed(self, prepared: PreparedScene) -> None:
+        """Another scene: first what it is, then the views, then the panels, then its map, which the views then edit."""
+        context = self._context
+        self._effects.show_prepared(prepared)
+        context.views.show_prepared(prepared)
+        context.panels.show_prepared(prepared)
+        context.plots.clear()
+        self._map_edit.show_prepared(prepared)
+        self.title_changed.emit(prepared.scene.title or prepared.robot.name)
+        if prepared.robot.findings or prepared.skin.findings:
+            count = len(prepared.robot.findings) + len(prepared.skin.findings)
+            scene = prepared.scene
+            opened = scene.taxel_file if scene.robot == NO_ROBOT else scene.robot
+            context.notifier.status(f"{count} import warnings; see tactile-maps inspect {opened}", _FINDINGS_MS)
+        self._tell_of_plugins()
+
+    def _tell_of_plugins(self) -> None:
+        """Plug-ins that were left out, each once."""
+        new = [plugin for plugin in broken_plugins() if plugin not in self._plugins_told]
+        self._plugins_told.update(new)
+        if new:
+            found = new[0].finding
+            more = f" {len(new) - 1} more: see tactile-maps inspect --plugins." if len(new) > 1 else ""
+            self._context.notifier.fault(f"Plug-in {found.where}: {found.action}.{more}")
+
+    def _on_frame_ready(self, frame: Frame) -> None:
+        context, runner = self._context, self._session.runner
+        context.views.show_frame(frame)
+        factor = None if self._session.player or not runner else runner.real_time_factor
+        self.factor_changed.emit(factor)
+        context.panels.get(TimingPanel).show_factor(factor)
+        context.panels.show_frame(frame)
+        context.plots.show_frame(frame)
+        if (recorder := self._session.recorder) is not None:
+            context.timeline.set_live(recorder.frames * recorder.tick)
+
+    def _on_loading(self, text: str, fraction: float) -> None:
+        """The first robot's progress fills the views; another's stays beside the one that lives."""
+        if self._session.prepared is None:
+            self._context.views.show_loading(text, fraction)
+        else:
+            self._context.notifier.progress(SCENE_JOB, text, fraction)
+
+    def _on_loading_ended(self) -> None:
+        self._context.notifier.done(SCENE_JOB)
+        self._context.views.show_last()
+
+    def _on_cancelled(self, job: str) -> None:
+        if job == SCENE_JOB:
+            self._session.cancel_loading()
