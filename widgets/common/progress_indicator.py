@@ -5,9 +5,16 @@ from __future__ import annotations
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QSizePolicy, QToolButton, QWidget
 
+_TEXT_PX = 240
+"""Room that a stage's words are given [px]: as long as any of ours is."""
+
 
 class ProgressIndicator(QWidget):
-    """Stage, progress and a way out, in the middle of the toolbar: it covers nothing and moves nothing."""
+    """Stage, progress and a way out, in the status line: it covers nothing and moves nothing.
+
+    Attributes:
+        text_label: Names the stage; long words are cut before the line is.
+    """
 
     cancelled = Signal()
     """The user does not want it any more."""
@@ -15,12 +22,11 @@ class ProgressIndicator(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setObjectName("loading-bar")
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Ignored)
         self._parts = QWidget(self)
-        self._text, self._progress, cancel = QLabel(), QProgressBar(), QToolButton()
-        self._text.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-        self._text.setTextFormat(Qt.TextFormat.PlainText)
-        self._text.setMinimumWidth(1)  # long words are cut before the toolbar is
+        self.text_label, self._progress, cancel = QLabel(), QProgressBar(), QToolButton()
+        self.text_label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        self.text_label.setTextFormat(Qt.TextFormat.PlainText)
         self._progress.setRange(0, 1000)
         self._progress.setTextVisible(False)
         self._progress.setFixedSize(120, 6)
@@ -32,7 +38,7 @@ class ProgressIndicator(QWidget):
         row = QHBoxLayout(self._parts)
         row.setContentsMargins(16, 0, 16, 0)
         row.setSpacing(8)
-        row.addWidget(self._text, 1)
+        row.addWidget(self.text_label, 1)
         row.addWidget(self._progress)
         row.addWidget(cancel)
         whole = QHBoxLayout(self)
@@ -47,8 +53,9 @@ class ProgressIndicator(QWidget):
 
     def show_progress(self, text: str, fraction: float | None) -> None:
         """The stage, and how far the whole is, 0 to 1; None where nobody knows."""
-        self._text.setText(text)
-        self._text.setToolTip(text)
+        self.text_label.setText(text)
+        self.text_label.setToolTip(text)
+        self.text_label.setMinimumWidth(min(self.text_label.sizeHint().width(), _TEXT_PX))
         self._progress.setVisible(fraction is not None)
         self._progress.setValue(round(1000 * (fraction or 0.0)))
         self.setAccessibleName(text)

@@ -26,7 +26,8 @@ from widgets.map_view.map_view import MapView
 from widgets.overlays.task_overlay_builder import TaskOverlayBuilder
 from widgets.robot_view.robot_view import RobotView
 
-_NARROWEST = 400
+_NARROWEST = 250
+"""Of a view [px]: with the panels beside both, a window of 900 px shows all."""
 
 
 class LinkedViews(QWidget):

@@ -148,6 +148,8 @@ REDRAW_MS = 50
 STAGE_COLOURS = ("#4c6a92", "#6f8fb5", "#93b1cf", "#b9cfe2", "#8d99a6", "#6b7683", "#505a66", "#adb8c4")
 """From the bottom of the stack upwards: quiet, ordered by lightness, and never mistaken for touch."""
 SIDE_BY_SIDE_ASPECT = 1.6
+LOWEST, USUAL_HEIGHT = 84, 140
+"""Of the plots side by side [px]."""
 MIN_PLOT_WIDTH = 190
 """What a plot beside others needs [px]."""
 _STRETCH_FACTORS = {"force": 3, "pressure": 3, "error": 3, "speed": 3, "limits": 3, "ms": 4}
@@ -175,7 +177,7 @@ class LivePlots(QWidget):
         self._layout.setSpacing(16)
         for name, cell in self._cells.items():
             self._layout.addWidget(cell, _STRETCH_FACTORS[name])
-        self.setMinimumSize(200, 120)
+        self.setMinimumSize(200, LOWEST)
         self.set_theme(theme)
         self._arrange()
 

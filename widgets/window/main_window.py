@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import partial
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
-from PySide6.QtWidgets import QDockWidget, QLabel, QMainWindow, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent, QResizeEvent
+from PySide6.QtWidgets import QDockWidget, QMainWindow, QVBoxLayout, QWidget
 
 from widgets.actions.focused_keys import FocusedKeys
 from widgets.actions.menus import build_menus
@@ -15,7 +15,6 @@ from widgets.actions.table import REMEDIES, menu_bar
 from widgets.common.colour_bar import ColourBar
 from widgets.common.colours import PressureScale, Theme
 from widgets.common.notification_bar import HintBar, NotificationBar
-from widgets.common.progress_indicator import ProgressIndicator
 from widgets.common.settings import Settings
 from widgets.context.app_context import AppContext, ThemeHolder
 from widgets.context.dialogs import Dialogs
@@ -24,14 +23,19 @@ from widgets.context.notifier import Notifier
 from widgets.document.map_editor import MapEditor
 from widgets.panels.panel_column import PanelColumn
 from widgets.panels.simulation.timing_panel import TimingPanel
-from widgets.plots.live_plots import LivePlots
+from widgets.plots.live_plots import LOWEST, USUAL_HEIGHT, LivePlots
 from widgets.presenters.composition import build
 from widgets.session.backends import BACKGROUND, Backends
 from widgets.session.live_session import LiveSession
 from widgets.timeline.timeline import ScrubBar, Timeline
+from widgets.window.first_size import fit_screen
+from widgets.window.status_line import StatusLine
 from widgets.window.toolbar import SessionToolbar
 from widgets.window.window_commands import WindowCommands
 from widgets.workers.map_quality_worker import InlineMapQualityWorker
+
+_LOW_WINDOW = 700
+"""A window is low under this height [px]."""
 
 
 class MainWindow(QMainWindow):
@@ -81,7 +85,7 @@ class MainWindow(QMainWindow):
         self._leaving = False
         self.setAcceptDrops(True)
         self.setAnimated(False)
-        self.resize(1400, 900)
+        fit_screen(self)
         if settings.geometry is not None:
             self.restoreGeometry(settings.geometry)
         self.views.show_mode(self.live.mode)
@@ -98,19 +102,12 @@ class MainWindow(QMainWindow):
         self._actions = ActionRegistry(self, self.views, self.theme, menus=menu_bar(), remedies=REMEDIES)
 
     def _build_bars(self) -> None:
-        """The status bar is made at once and keeps its height: made, or grown, by words it would move the views."""
-        self.statusBar().setSizeGripEnabled(False)
-        self._count, self.readout = QLabel(), QLabel()
-        for label, name in ((self._count, "selection-count"), (self.readout, "readout")):
-            label.setObjectName(name)
-            label.setContentsMargins(12, 0, 12, 0)
-            label.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Ignored)
-        self.statusBar().addWidget(self._count)
-        self.statusBar().addPermanentWidget(self.readout)
-        self.loading_bar = ProgressIndicator()
-        self.session_bar = SessionToolbar(self._actions, self.loading_bar, self)
+        self.status_line = StatusLine(self)
+        self.setStatusBar(self.status_line)
+        self.readout, self.loading_bar = self.status_line.readout, self.status_line.loading
+        self.session_bar = SessionToolbar(self._actions, self)
         self.addToolBar(self.session_bar)
-        self.notifier = Notifier(self.notification_bar, self.hint_bar, self.statusBar(), self.loading_bar, self)
+        self.notifier = Notifier(self.notification_bar, self.hint_bar, self.status_line, self.loading_bar, self)
 
     def _build_panels(self) -> None:
         self.column = PanelColumn(self.editor)
@@ -128,7 +125,6 @@ class MainWindow(QMainWindow):
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
         column.addWidget(self.timeline)
-        self.plots.setFixedHeight(140)
         column.addWidget(self.plots)
         self.bottom = self._dock("Timeline and plots", content, Qt.DockWidgetArea.BottomDockWidgetArea)
         self.setCorner(Qt.Corner.BottomRightCorner, Qt.DockWidgetArea.RightDockWidgetArea)
@@ -143,14 +139,14 @@ class MainWindow(QMainWindow):
         return dock
 
     def _connect(self) -> None:
-        views, bar, scene = self.views, self.session_bar, self.presenters.scene
+        views, line, scene = self.views, self.status_line, self.presenters.scene
         views.read_out.connect(self.readout.setText)
-        views.selection_told.connect(self._count.setText)
+        views.selection_told.connect(line.selection.setText)
         views.robot.display.drawn.connect(partial(self.column.get(TimingPanel).add, "3-D view"))
-        scene.title_changed.connect(bar.show_title)
-        scene.factor_changed.connect(bar.show_factor)
-        bar.speed_chosen.connect(self.live.set_speed)
-        self.presenters.state.changed.connect(bar.show_state)
+        scene.title_changed.connect(line.show_title)
+        scene.factor_changed.connect(line.show_factor)
+        self.session_bar.speed_chosen.connect(self.live.set_speed)
+        self.presenters.state.changed.connect(self.session_bar.show_state)
         self.column.folded_changed.connect(self._on_folded_changed)
         self.presenters.map_files.changed.connect(self._update_title)
         self.presenters.view.panels_wanted.connect(self._commands.show_panels)
@@ -206,6 +202,11 @@ class MainWindow(QMainWindow):
         paths = [url.toLocalFile() for url in event.mimeData().urls() if url.isLocalFile()]
         if paths:
             self.presenters.files.open_path(paths[0])
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Qt: in a low window the plots give room to the views."""
+        super().resizeEvent(event)
+        self.plots.setFixedHeight(USUAL_HEIGHT if self.height() >= _LOW_WINDOW else LOWEST)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Qt: what no widget wanted; Right steps, where it neither pans the map nor turns a gain."""

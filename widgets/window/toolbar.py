@@ -1,82 +1,42 @@
-"""The toolbar: play, step, reset, record, speed, the tools, what is being prepared, and the real-time
-factor.
+"""The toolbar: play, step, reset, record, speed and the tools.
 
-A label that is elided where there is little room comes first.
+Where the window is too narrow for words the buttons show their icons alone; what still finds no room is in the menu at
+its end, as Qt has it.
 """
 
 from __future__ import annotations
 
 from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtGui import QAction, QPainter, QPaintEvent, QResizeEvent
-from PySide6.QtWidgets import (
-    QComboBox,
-    QLabel,
-    QMenu,
-    QSizePolicy,
-    QToolBar,
-    QToolButton,
-    QWidget,
-)
+from PySide6.QtGui import QAction, QResizeEvent, QShowEvent
+from PySide6.QtWidgets import QComboBox, QMenu, QToolBar, QToolButton, QWidget
 
 from widgets.actions.registry import ActionRegistry
 from widgets.actions.state import WindowState
-from widgets.common.progress_indicator import ProgressIndicator
 from widgets.timeline.playhead import SPEEDS
 
-_LEAST = 24
-
-
-class ElidedLabel(QLabel):
-    """As wide as its words, and down to a few letters."""
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.setProperty("role", "heading")
-        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Preferred)
-
-    @property
-    def shown(self) -> str:
-        """The words as they are drawn."""
-        return self.fontMetrics().elidedText(self.text(), Qt.TextElideMode.ElideRight, self.width())
-
-    def minimumSizeHint(self) -> QSize:
-        """Qt: a few letters."""
-        return QSize(min(_LEAST, super().sizeHint().width()), super().sizeHint().height())
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        """Qt: what is cut is in the tool tip."""
-        super().resizeEvent(event)
-        self.setToolTip("" if self.shown == self.text() else self.text())
-
-    def paintEvent(self, event: QPaintEvent) -> None:
-        """Qt: draw what has room."""
-        painter = QPainter(self)
-        painter.setPen(self.palette().windowText().color())
-        painter.drawText(self.rect(), Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, self.shown)
-        painter.end()
-
-
-_WIDTHS = {"pause": 88, "step": 78, "reset": 85, "record": 144}
+_WIDTHS = {"pause": 88, "step": 78, "reset": 85, "record": 144, "poke": 92}
 _SELECT_WIDTH = 150
-"""Widths of the buttons [px]: enough for the longest word each may show."""
+"""Widths of the buttons with words [px]: enough for the longest word each may show."""
+_ICON_WIDTH = 34
+_MENU_WIDTH = 16
+"""Of a button without words, and of the arrow beside it that opens a menu [px]."""
 
 
 class SessionToolbar(QToolBar):
-    """Holds the buttons of the actions that have one, the speed, and what is being prepared.
+    """Holds the buttons of the actions that have one, and the speed.
 
     Args:
         actions: The window's actions.
-        loading: Shows what is being prepared, in the middle.
         parent: Qt parent.
     """
 
     speed_chosen = Signal(float)
     """Simulated seconds per second requested."""
 
-    def __init__(self, actions: ActionRegistry, loading: ProgressIndicator, parent: QWidget | None = None) -> None:
+    def __init__(self, actions: ActionRegistry, parent: QWidget | None = None) -> None:
         super().__init__("Session", parent)
         self.setObjectName("toolbar")
-        self._actions = actions
+        self._actions, self._worded = actions, dict[QToolButton, tuple[int, int]]()
         self.setMovable(False)
         self.setIconSize(QSize(16, 16))
         self.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
@@ -92,14 +52,7 @@ class SessionToolbar(QToolBar):
         self.addSeparator()
         self._add_buttons("edit", words=False)
         self._add_buttons("undo", words=False)
-        self.addWidget(loading)
-        self._title, self.factor = ElidedLabel(), QLabel()
-        self.factor.setObjectName("real-time-factor")
-        self.factor.setToolTip("Simulated seconds per second reached: 1.00× is real time")
-        self.factor.setMinimumWidth(108)
-        self.factor.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-        self.addWidget(self._title)
-        self.addWidget(self.factor)
+        self._full = 0
         self.show_state(WindowState())
 
     def _add_buttons(self, group: str, *, words: bool = True) -> None:
@@ -108,12 +61,13 @@ class SessionToolbar(QToolBar):
             self.addAction(action)
             button = self.widgetForAction(action)
             assert isinstance(button, QToolButton)
-            if spec.name in _WIDTHS:
+            if words:
                 # Fixed widths: a button that changes its word must not move its neighbours.
                 button.setFixedWidth(_WIDTHS[spec.name])
-            if not words:
+                self._worded[button] = _WIDTHS[spec.name], _ICON_WIDTH
+            else:
                 button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
-                button.setAccessibleName(spec.text)
+            button.setAccessibleName(spec.text)
 
     def _make_speed(self) -> QComboBox:
         self.speed = QComboBox()
@@ -142,6 +96,7 @@ class SessionToolbar(QToolBar):
         self.select.setMenu(menu)
         self.select.setDefaultAction(self._actions[specs[0].name])
         self.select.setFixedWidth(_SELECT_WIDTH)
+        self._worded[self.select] = _SELECT_WIDTH, _ICON_WIDTH + _MENU_WIDTH
         return self.select
 
     def _on_select_toggled(self, down: bool) -> None:
@@ -149,15 +104,29 @@ class SessionToolbar(QToolBar):
         if down and isinstance(action, QAction):
             self.select.setDefaultAction(action)
 
-    def show_title(self, text: str) -> None:
-        """Name the scene."""
-        self._title.setText(text)
+    @property
+    def worded(self) -> bool:
+        """Whether there is room for the buttons' words."""
+        return self.width() >= self._full
 
-    def show_factor(self, factor: float | None) -> None:
-        """The real-time factor reached; None in a replay."""
-        text = "Replay" if factor is None else f"{factor:.2f}× real time"
-        if text != self.factor.text():
-            self.factor.setText(text)
+    def showEvent(self, event: QShowEvent) -> None:
+        """Qt: only dressed as they will be seen do the buttons know how much room they take."""
+        self._full = self._full or self.sizeHint().width()
+        super().showEvent(event)
+        self._use_room()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Qt: words where they have room."""
+        super().resizeEvent(event)
+        self._use_room()
+
+    def _use_room(self) -> None:
+        styles = Qt.ToolButtonStyle
+        style = styles.ToolButtonTextBesideIcon if self.worded else styles.ToolButtonIconOnly
+        for button, (wide, narrow) in self._worded.items():
+            if button.toolButtonStyle() is not style:
+                button.setToolButtonStyle(style)
+                button.setFixedWidth(wide if self.worded else narrow)
 
     def show_state(self, state: WindowState) -> None:
         """What is replayed has a speed of its own."""

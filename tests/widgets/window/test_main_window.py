@@ -34,7 +34,7 @@ def test_it_opens_alive(window):
     assert window.live.runner.session.scripted
     assert frame.regions, "the scripted stroke must keep the map alive"
     assert "1 contact" in window.column["contacts"].findChild(object, "contacts-summary").text()
-    assert "× real time" in window.session_bar.factor.text()
+    assert "× real time" in window.status_line.factor.text()
 
 
 def test_a_press_on_the_body_and_on_the_map_are_the_same_act(window):
@@ -167,7 +167,7 @@ def test_the_picture_of_the_whole_window(new_window):
     run(new_window, 1.0)
     new_window.robot_view.display.draw_now()
     QApplication.processEvents()
-    new_window.session_bar.show_factor(1.0)
+    new_window.status_line.show_factor(1.0)
     new_window.column["timing"].hide()
     new_window.plots.hide()
     QApplication.processEvents()
@@ -185,7 +185,7 @@ def test_the_picture_of_the_window_in_which_the_map_is_edited(new_window, qtbot)
     new_window.presenters.view.set_ground(BaseLayer.AREA)
     new_window.hint_bar.hide()
     run(new_window, 0.1)
-    new_window.session_bar.show_factor(1.0)
+    new_window.status_line.show_factor(1.0)
     new_window.column["timing"].hide()
     new_window.plots.hide()
     qtbot.waitUntil(
@@ -212,7 +212,7 @@ def test_another_robot_loads_beside_the_one_that_lives(new_window, qtbot):
 def test_loading_moves_nothing_however_long_its_words(window):
     window.resize(1280, 800)
     QApplication.processEvents()
-    places = {part: part.geometry() for part in (window.session_bar, window.views, window.session_bar.factor)}
+    places = {part: part.geometry() for part in (window.session_bar, window.views, window.status_line.factor)}
     window.loading_bar.show_progress("Flattening a patch with a name that nobody would want to read " * 3, 0.4)
     QApplication.processEvents()
     assert {part: part.geometry() for part in places} == places
@@ -370,7 +370,7 @@ def test_the_eye_sees_a_replay_is_no_live_session(window, tmp_path):
     run(window, 0.2)
     window.live.stop_recording()
     window.live.open_recording(tmp_path / "one.mcap")
-    assert window.session_bar.factor.text() == "Replay"
+    assert window.status_line.factor.text() == "Replay"
     assert not window.column["controller"].isEnabled()
     for name in ("step", "reset", "record"):
         assert not window.action(name).isEnabled()

@@ -1,41 +1,29 @@
-"""A heading gives way: cut short where there is little room, whole where there is enough."""
+"""The toolbar shows words where there is room, and icons where there is little; no button is lost."""
 
 from __future__ import annotations
 
 import pytest
-
-from widgets.window.toolbar import ElidedLabel
-
-WORDS = "Follow a path drawn on the map"
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication
 
 
 @pytest.fixture
-def label(qtbot):
-    made = ElidedLabel()
-    qtbot.addWidget(made)
-    made.setText(WORDS)
-    made.show()
-    return made
+def window(window_again):
+    """The module's window, of the usual size again."""
+    yield window_again
+    window_again.resize(1400, 900)
 
 
-def test_it_is_whole_where_there_is_room(label):
-    label.resize(label.sizeHint())
-    assert label.shown == WORDS
-    assert label.toolTip() == ""
-
-
-def test_it_is_cut_and_the_tool_tip_says_all_of_it(label):
-    label.resize(80, 20)
-    assert label.shown.endswith("…")
-    assert WORDS.startswith(label.shown[:-1])
-    assert label.toolTip() == WORDS
-    assert label.minimumSizeHint().width() < 40
-
-
-@pytest.mark.parametrize("width", [1280, 1400])
-def test_the_real_time_factor_is_seen_beside_a_long_title(window, qtbot, width):
-    window.session_bar.show_title(WORDS)
-    window.resize(width, 800)
-    qtbot.waitUntil(lambda: window.session_bar.width() == width)
-    assert window.session_bar.factor.isVisible()
-    assert window.session_bar.factor.geometry().right() <= width
+@pytest.mark.parametrize(("width", "worded"), [(900, False), (1366, True)])
+def test_every_button_is_seen_with_its_words_where_they_have_room(window, width, worded):
+    window.resize(width, 700)
+    QApplication.processEvents()
+    bar = window.session_bar
+    assert bar.worded == worded
+    beside = Qt.ToolButtonStyle.ToolButtonTextBesideIcon
+    assert (bar.select.toolButtonStyle() is beside) == worded
+    for name in ("pause", "step", "reset", "record", "poke", "undo", "redo"):
+        button = bar.widgetForAction(window.action(name))
+        assert button.isVisible(), name
+        assert button.geometry().right() <= width
+        assert button.accessibleName()

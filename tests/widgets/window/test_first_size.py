@@ -1,0 +1,31 @@
+"""The first window fits its screen with its frame, at any scale."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import QMargins, QRect, QSize
+
+from widgets.window.first_size import WANTED, first_rectangle
+
+
+@pytest.mark.parametrize(
+    "room",
+    [QRect(0, 0, 1366, 728), QRect(0, 27, 910, 485), QRect(1920, 0, 1280, 800), QRect(0, 0, 1400, 900)],
+    ids=["laptop", "laptop at scale 1.5", "second screen", "as wanted, but for the frame"],
+)
+def test_it_fits_with_its_frame(room):
+    place = first_rectangle(room)
+    assert room.contains(place.marginsAdded(QMargins(8, 40, 8, 8)))
+    assert place.width() >= room.width() - 16 or place.width() == WANTED.width()
+
+
+def test_where_there_is_room_it_is_as_wanted_and_in_the_middle():
+    place = first_rectangle(QRect(0, 0, 2560, 1440))
+    assert place.size() == WANTED
+    assert (place.center() - QRect(0, 0, 2560, 1440).center()).manhattanLength() <= 2
+
+
+def test_a_window_of_900_by_600_shows_everything(window):
+    window.resize(QSize(900, 600))
+    assert window.size() == QSize(900, 600)
+    assert window.minimumSizeHint().height() <= 480, "a laptop of 768 px at scale 1.5"

@@ -1,0 +1,100 @@
+"""The window's lower edge: selection, readout, what is being prepared, the scene and the real-time factor.
+
+What a person must never lose stands here and not in the toolbar, whose last buttons go into a menu where there is
+little room: the lower edge elides words instead. What varies least is nearest the right, so that *Cancel* does not move
+under the pointer when the readout changes.
+"""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtGui import QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtWidgets import QLabel, QSizePolicy, QStatusBar, QWidget
+
+from widgets.common.progress_indicator import ProgressIndicator
+
+_LEAST_PX = 24
+_MARGINS_PX = 14
+"""Above and below the words, so that a button has room among them."""
+_FACTOR = "100.00× real time"
+"""The longest words of the real-time factor: the room that is kept."""
+
+
+class ElidedLabel(QLabel):
+    """As wide as its words, and down to a few letters; what is cut is in the tool tip."""
+
+    def __init__(self, name: str, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName(name)
+        self.setTextFormat(Qt.TextFormat.PlainText)
+        self.setContentsMargins(8, 0, 8, 0)
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Ignored)
+
+    @property
+    def shown(self) -> str:
+        """The words as they are drawn."""
+        return self.fontMetrics().elidedText(self.text(), Qt.TextElideMode.ElideRight, self.contentsRect().width())
+
+    def minimumSizeHint(self) -> QSize:
+        """Qt: a few letters."""
+        return QSize(min(_LEAST_PX, super().sizeHint().width()), super().sizeHint().height())
+
+    def setText(self, text: str) -> None:
+        """Qt: other words."""
+        super().setText(text)
+        self._tell_what_is_cut()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Qt: more or fewer of them can be seen."""
+        super().resizeEvent(event)
+        self._tell_what_is_cut()
+
+    def _tell_what_is_cut(self) -> None:
+        self.setToolTip("" if self.shown == self.text() else self.text())
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Qt: draw what has room."""
+        painter = QPainter(self)
+        painter.setPen(self.palette().windowText().color())
+        painter.drawText(self.contentsRect(), Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, self.shown)
+        painter.end()
+
+
+class StatusLine(QStatusBar):
+    """Shows them; messages that pass appear at its left end.
+
+    It keeps its height from the first: made, or grown, by words it would move the views.
+
+    Attributes:
+        selection: How many taxels are selected, or which.
+        readout: What is under the pointer.
+        loading: What is being prepared, with a way out.
+        factor: The real-time factor.
+    """
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("status-line")
+        self.setSizeGripEnabled(False)
+        self.selection, self.readout = ElidedLabel("selection-count"), ElidedLabel("readout")
+        self.loading, self._scene, self.factor = ProgressIndicator(), ElidedLabel("scene-title"), QLabel()
+        self._scene.setAccessibleName("Scene")
+        self.factor.setObjectName("real-time-factor")
+        self.factor.setToolTip("Simulated seconds per second reached: 1.00× is real time")
+        self.factor.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        self.factor.setContentsMargins(0, 0, 12, 0)
+        self.factor.setMinimumWidth(self.factor.fontMetrics().horizontalAdvance(_FACTOR) + 12)
+        self.addWidget(self.selection)
+        for part in (self.readout, self.loading, self._scene, self.factor):
+            self.addPermanentWidget(part)
+        self.setFixedHeight(self.fontMetrics().height() + _MARGINS_PX)
+
+    def show_title(self, text: str) -> None:
+        """Name the scene."""
+        self._scene.setText(text)
+
+    def show_factor(self, factor: float | None) -> None:
+        """The real-time factor reached; None in a replay."""
+        text = "Replay" if factor is None else f"{factor:.2f}× real time"
+        if text != self.factor.text():
+            self.factor.setText(text)
