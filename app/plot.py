@@ -14,6 +14,7 @@ import numpy as np
 from app.contacts.regions import ContactRegion
 from app.core.arrays import FloatArray
 from app.core.errors import MapError
+from app.core.reading_units import ReadingUnits
 from app.maps.tactile_image import TactileImage
 from app.maps.tactile_map import TactileMap
 from app.session.frame import Frame
@@ -31,6 +32,7 @@ def draw_map(
     contacts: Sequence[ContactRegion] = (),
     full_scale: float | None = None,
     width: int = 512,
+    units: ReadingUnits = ReadingUnits.CALIBRATED,
     ax: Axes | None = None,
 ) -> Axes:
     """Draw a map: borders, seams (dashed), taxels, and what is felt on it.
@@ -41,6 +43,7 @@ def draw_map(
         contacts: To mark, as ``draw_contacts``.
         full_scale: Pressure of the brightest colour [kPa]; by default the highest there is.
         width: Pixels of the image along its longer side.
+        units: What pressures and forces may be called: ``frame.units``.
         ax: Where to draw; by default a new figure.
 
     Returns:
@@ -59,7 +62,7 @@ def draw_map(
     """
     ax = _axes(ax)
     if pressures is not None:
-        _draw_pressures(map_, np.asarray(pressures, dtype=np.float64), full_scale, width, ax)
+        _draw_pressures(map_, np.asarray(pressures, dtype=np.float64), full_scale, width, units, ax)
     for patch, outline, seams in zip(map_.skin.patches, map_.outlines, map_.seams, strict=True):
         closed = 1e3 * np.concatenate([outline, outline[:1]])
         ax.plot(closed[:, 0], closed[:, 1], color=_BORDER, linewidth=0.8)
@@ -69,18 +72,24 @@ def draw_map(
         ax.annotate(patch.name, (middle, top), (0, 3), textcoords="offset points", ha="center", fontsize="small")
     taxels = 1e3 * map_.taxel_points
     ax.plot(taxels[:, 0], taxels[:, 1], ".", color=_TAXEL, markersize=1.5)
-    draw_contacts(contacts, ax=ax)
+    draw_contacts(contacts, units=units, ax=ax)
     ax.set_aspect("equal")
     ax.set_xlabel("map x [mm]")
     ax.set_ylabel("map y [mm]")
     return ax
 
 
-def draw_contacts(contacts: Sequence[ContactRegion], *, ax: Axes | None = None) -> Axes:
+def draw_contacts(
+    contacts: Sequence[ContactRegion],
+    *,
+    units: ReadingUnits = ReadingUnits.CALIBRATED,
+    ax: Axes | None = None,
+) -> Axes:
     """Mark contacts on a map: centre of pressure, the ellipse with the region's second moments, and the force.
 
     Args:
         contacts: Of one reading.
+        units: What their forces may be called: ``frame.units``.
         ax: Where to draw, usually that of ``draw_map``; by default a new figure.
 
     Example:
@@ -94,13 +103,13 @@ def draw_contacts(contacts: Sequence[ContactRegion], *, ax: Axes | None = None) 
         ellipse = np.outer(np.cos(turn), contact.map_axes[0]) + np.outer(np.sin(turn), contact.map_axes[1])
         ax.plot(x + 1e3 * ellipse[:, 0], y + 1e3 * ellipse[:, 1], color=_CONTACT, linewidth=1.2)
         ax.plot([x], [y], "+", color=_CONTACT)
-        label = f"{contact.force:.2f} N"
+        label = units.contact_words(contact.force, contact.peak, 2, space=" ")
         ax.annotate(label, (x, y), (6, 6), textcoords="offset points", color=_CONTACT, fontsize="small")
     return ax
 
 
 def draw_forces(frames: Iterable[Frame], *, ax: Axes | None = None) -> Axes:
-    """Draw the force of every contact over time, one line a contact.
+    """Draw the force of every contact over time, one line a contact; without a unit where no force may be claimed.
 
     Args:
         frames: Of a session or a recording (``open_recording`` gives them in order).
@@ -113,7 +122,9 @@ def draw_forces(frames: Iterable[Frame], *, ax: Axes | None = None) -> Axes:
     """
     ax = _axes(ax)
     lines: dict[int, tuple[str, list[float], list[float]]] = {}
+    known = True
     for frame in frames:
+        known &= frame.units.force is not None
         for contact in frame.regions:
             _, times, forces = lines.setdefault(contact.id, (contact.link, [], []))
             times.append(frame.time)
@@ -123,11 +134,13 @@ def draw_forces(frames: Iterable[Frame], *, ax: Axes | None = None) -> Axes:
     if lines:
         ax.legend(fontsize="small")
     ax.set_xlabel("time [s]")
-    ax.set_ylabel("force [N]")
+    ax.set_ylabel("force [N]" if known else "strength (relative)")
     return ax
 
 
-def _draw_pressures(map_: TactileMap, pressures: FloatArray, full_scale: float | None, width: int, ax: Axes) -> None:
+def _draw_pressures(
+    map_: TactileMap, pressures: FloatArray, full_scale: float | None, width: int, units: ReadingUnits, ax: Axes
+) -> None:
     if pressures.shape != (len(map_.skin),):
         remedy = f"Give one number for each of the {len(map_.skin)} taxels"
         raise MapError("the pressures do not fit this skin", value=f"shape {pressures.shape}", remedy=remedy)
@@ -136,7 +149,7 @@ def _draw_pressures(map_: TactileMap, pressures: FloatArray, full_scale: float |
     values = np.ma.masked_where(~image.shown, image.render(pressures))
     brightest = max(1e-3 * float(pressures.max(initial=0.0)), 1e-9) if full_scale is None else full_scale
     shown = ax.imshow(values, extent=(left, right, bottom, top), vmin=0.0, vmax=brightest, cmap="YlOrRd")
-    ax.figure.colorbar(shown, ax=ax, label="pressure [kPa]", shrink=0.8)
+    ax.figure.colorbar(shown, ax=ax, label=units.axis_label, shrink=0.8)
 
 
 def _axes(ax: Axes | None) -> Axes:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple, get_args
 
 import numpy as np
@@ -38,7 +38,8 @@ class ContactEvent:
         links: Names of the links, one for each place.
         at: Where; of a stroke, where it began.
         to: Where a stroke is now, or the other place of a grasp or self-touch; None for others.
-        force: The greatest so far [N]; of a grasp that of the weaker side.
+        force: The greatest so far [N]; of a grasp that of the weaker side. None where no force may be claimed because
+            the skin is not calibrated.
         duration: From its beginning until now [s], or until it was gone.
         travelled: Of a stroke [m].
     """
@@ -51,7 +52,7 @@ class ContactEvent:
     links: tuple[str, ...]
     at: SurfacePoint
     to: SurfacePoint | None = None
-    force: float = 0.0
+    force: float | None = 0.0
     duration: float = 0.0
     travelled: float = 0.0
 
@@ -68,7 +69,8 @@ class ContactEvent:
                 facts = [f"stroke on {names[0]}", f"{1e3 * self.travelled:.0f}\u2009mm"]
             case kind:
                 facts = [f"{kind} {'of' if kind == 'grasp' else 'on'} {names[0]}"]
-        facts.append(f"{self.force:.1f}\u2009N")
+        if self.force is not None:
+            facts.append(f"{self.force:.1f}\u2009N")
         if self.phase == "ended":
             facts.append(f"{self.duration:.1f}\u2009s")
         return ", ".join(facts)
@@ -297,12 +299,13 @@ class EventDetector:
 
     Attributes:
         recent: The newest events, newest first, at most ``RECENT_EVENTS``; the same tuple while nothing new happens.
+        claims_force: Whether events may tell forces; not while the readings are not calibrated.
 
     Cost: 1 µs, and 3 µs a contact.
     """
 
     def __init__(self, *, rule: EventThresholds = _RULE) -> None:
-        self._rule = rule
+        self._rule, self.claims_force = rule, True
         self.reset()
 
     def reset(self) -> None:
@@ -344,6 +347,8 @@ class EventDetector:
                 self._courses[number] = ContactState(tick, time, now[number], self._rule)
                 told.append(self._courses[number].opening)
         told += self._pairs.read(tick, time, now, awaited=awaited)
+        if not self.claims_force:
+            told = [replace(event, force=None) for event in told]
         if told:
             self.recent = (*reversed(told), *self.recent)[:RECENT_EVENTS]
         return tuple(told)

@@ -24,6 +24,7 @@ from app.contacts.regions import ContactRegion
 from app.contacts.self_touch import SelfTouchMatcher
 from app.core.arrays import FloatArray, set_fields
 from app.core.errors import MapError, SceneError
+from app.core.reading_units import ReadingUnits
 from app.core.toml import check_keys
 from app.maps.tactile_map import TactileMap
 from app.robots.kinematics import Configuration
@@ -174,6 +175,10 @@ class ContactPipeline:
         self._reader.threshold = self._settings.threshold_for(self._reader.errors)
         gaps = sensor.area_averaging is not None or sensor.dead_taxels is not None
         self._reader.wait(period=1 / sensor.sampling.rate if sensor.sampling else 0.0, gaps=gaps)
+
+    def use_units(self, units: ReadingUnits) -> None:
+        """What readings may be called from now on: events tell forces only where they may."""
+        self._events.claims_force = units.force is not None
 
     def reset(self) -> None:
         """Forget all contacts and events; ids start at 1 again."""

@@ -183,7 +183,7 @@ class BehaviourTrigger:
 
     def _happened(self, number: int, behaviour: Behaviour, event: ContactEvent) -> bool:
         told = "ended" if event.kind in ENDING_EVENTS else "began"
-        if event.kind != behaviour.on or event.phase != told or event.force < behaviour.above:
+        if event.kind != behaviour.on or event.phase != told or (event.force or 0.0) < behaviour.above:
             return False
         if behaviour.where and behaviour.where not in (*self._names[event.at.patch], *event.links):
             return False

@@ -8,6 +8,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from app.contacts.regions import ContactRegion
 from app.core.arrays import FloatArray
+from app.core.reading_units import ReadingUnits
 from app.maps.pressure_colours import COLOURS, colour_image
 from app.maps.tactile_image import TactileImage
 from app.maps.tactile_map import TactileMap
@@ -55,11 +56,11 @@ class FilmFrame:
         pen = ImageDraw.Draw(shown)
         self._draw_outlines(pen)
         for region in frame.regions:
-            self._draw_contact(pen, region)
-        force = sum(region.force for region in frame.regions)
-        pen.text(
-            (_MARGIN, 10), f"{frame.time:.2f} s    contacts: {len(frame.regions)}, {force:.2f} N", _INK, self._font
-        )
+            self._draw_contact(pen, region, frame.units)
+        force = frame.units.force_words(sum(region.force for region in frame.regions), 2, space=" ")
+        told = "not calibrated" if force is None else force
+        pen.text((_MARGIN, 10), f"{frame.time:.2f} s    contacts: {len(frame.regions)}, {told}", _INK, self._font)
+        pen.text((self.size[0] - _BAR_SPACE, 10), frame.units.unit, _INK, self._font)
         return np.asarray(shown)
 
     def _draw_ground(self) -> Image.Image:
@@ -73,20 +74,20 @@ class FilmFrame:
             y = bottom - 1 - share * (height - 1)
             pen.line([(left + _BAR, y), (left + _BAR + 4, y)], _INK)
             pen.text((left + _BAR + 8, y), f"{share * self._scale:g}", _INK, self._font, anchor="lm")
-        pen.text((left, 10), "kPa", _INK, self._font)
         return ground
 
     def _draw_outlines(self, pen: ImageDraw.ImageDraw) -> None:
         for outline in self._map.outlines:
             pen.line(self._pixels(np.concatenate([outline, outline[:1]])), _OUTLINE)
 
-    def _draw_contact(self, pen: ImageDraw.ImageDraw, region: ContactRegion) -> None:
+    def _draw_contact(self, pen: ImageDraw.ImageDraw, region: ContactRegion, units: ReadingUnits) -> None:
         ring = np.outer(np.cos(_TURN), region.map_axes[0]) + np.outer(np.sin(_TURN), region.map_axes[1])
         pen.line(self._pixels(region.map_point + ring), _CONTACT, width=2)
         ((x, y),) = self._pixels(region.map_point[None])
         pen.line([(x - 5, y), (x + 5, y)], _CONTACT)
         pen.line([(x, y - 5), (x, y + 5)], _CONTACT)
-        pen.text((x + 8, y - 8), f"{region.force:.2f} N", _CONTACT, self._font, anchor="ls")
+        words = units.contact_words(region.force, region.peak, 2, space=" ")
+        pen.text((x + 8, y - 8), words, _CONTACT, self._font, anchor="ls")
 
     def _pixels(self, points: FloatArray) -> list[tuple[float, float]]:
         """Places on the picture of map points (k, 2) [m]."""

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from app.core.progress import Progress
+from app.core.reading_units import ReadingUnits
 from app.export.optional import packages_of
 from app.export.tables import batches
 from app.maps.pressure_colours import COLOURS, colour_image, rounded_scale
@@ -39,12 +40,13 @@ def write_rerun(player: RecordingPlayer, path: Path, *, rate: float, progress: P
         log = _Log(player, rerun, stream)
         log.open()
         every = max(round(1.0 / (rate * player.prepared.scene.tick)), 1)
-        told = 0
+        told, due = 0, -(-player.frame(0).tick // every) * every
         for frames in batches(player, progress):
             for frame in frames:
                 stream.set_time("time", duration=frame.time)
-                if frame.tick % every == 0:
+                if frame.tick >= due:  # readings of a real skin come at any ticks
                     log.add(frame)
+                    due = (frame.tick // every + 1) * every
                 now = bisect_right(player.events, frame.tick, key=lambda event: event.tick)
                 for event in player.events[told:now]:
                     stream.log("events", rerun.TextLog(event.words, level="INFO"))
@@ -62,6 +64,7 @@ class _Log:
         self._image = TactileImage(player.prepared.map, width=256)
         highest = max(float(np.nanmax(frame.pressures, initial=0.0)) for frame in player)
         self._scale = rounded_scale(1e-3 * highest)
+        self._units: ReadingUnits | None = None  # told with the first tick, and when they change
 
     def open(self) -> None:
         """The surfaces, once."""
@@ -75,11 +78,10 @@ class _Log:
                 albedo_factor=(190, 194, 199, 255),
             )
             self._stream.log(f"world/{name}/surface", surface, static=True)
-        words = f"Colours: 0 to {self._scale:g} kPa"
-        self._stream.log("tactile_image/scale", self._rr.TextDocument(words), static=True)
 
     def add(self, frame: Frame) -> None:
         """One tick."""
+        self._tell_units(frame.units)
         rr, prepared = self._rr, self._prepared
         self._configuration.update(frame.posture)
         names = [link.name for link in prepared.robot.links]
@@ -108,8 +110,15 @@ class _Log:
                 origins=[one.link_position + _METRES_A_NEWTON * one.force * one.link_normal for one in own],
                 vectors=[-_METRES_A_NEWTON * one.force * one.link_normal for one in own],
                 colors=[(31, 119, 180)] * len(own),
-                labels=[f"{one.force:.2f} N" for one in own],
+                labels=[frame.units.contact_words(one.force, one.peak, 2, space=" ") for one in own],
             )
             self._stream.log(f"world/{link}/contacts", arrows)
-        force = sum(region.force for region in frame.regions)
-        self._stream.log("contacts/force", self._rr.Scalars(force))
+        if frame.units.force is not None:
+            force = sum(region.force for region in frame.regions)
+            self._stream.log("contacts/force", self._rr.Scalars(force))
+
+    def _tell_units(self, units: ReadingUnits) -> None:
+        if units is not self._units:
+            self._units = units
+            words = f"Colours: 0 to {self._scale:g} {units.unit}"
+            self._stream.log("tactile_image/scale", self._rr.TextDocument(words))

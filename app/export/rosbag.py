@@ -4,10 +4,11 @@
 |---|---|---|
 | ``/joint_states`` | sensor_msgs/JointState | each tick; effort is the commanded torque |
 | ``/skin/pressures`` | std_msgs/Float32MultiArray [Pa] | each tick, by taxel; the labels say which |
+| ``/skin/readings`` | the same, in counts | instead, where a real skin is not calibrated |
 | ``/skin/taxels`` | std_msgs/String | once: the labels of the taxels as JSON |
 | ``/tf`` | tf2_msgs/TFMessage | at the rate of pictures |
 | ``/taxels/LINK`` | sensor_msgs/PointCloud2 | likewise, in the link's frame |
-| ``/tactile_image`` | sensor_msgs/Image, 32FC1 [kPa] | likewise |
+| ``/tactile_image`` | sensor_msgs/Image, 32FC1 [kPa, or counts] | likewise |
 | ``/contacts`` | visualization_msgs/MarkerArray | likewise: an arrow of 20 mm a newton for each contact |
 | ``/events`` | std_msgs/String | each contact event at its tick, in words |
 """
@@ -23,6 +24,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from app.core.progress import Progress
+from app.core.reading_units import ReadingUnits
 from app.export.optional import packages_of
 from app.export.tables import batches, taxel_labels
 from app.maps.tactile_image import TactileImage
@@ -47,12 +49,13 @@ def write_rosbag(player: RecordingPlayer, folder: Path, *, rate: float, progress
         bag = _Bag(player, writer)
         bag.open()
         every = max(round(1.0 / (rate * player.prepared.scene.tick)), 1)
-        told = 0
+        told, due = 0, -(-player.frame(0).tick // every) * every
         for frames in batches(player, progress):
             for frame in frames:
                 bag.add_state(frame)
-                if frame.tick % every == 0:
+                if frame.tick >= due:  # readings of a real skin come at any ticks
                     bag.add_pictures(frame)
+                    due = (frame.tick // every + 1) * every
                 now = bisect_right(player.events, frame.tick, key=lambda event: event.tick)
                 for event in player.events[told:now]:
                     bag.add_words("/events", frame.tick, event.words)
@@ -96,10 +99,10 @@ class _Bag:
         size = len(frame.pressures)
         dimension = self._make("std_msgs/msg/MultiArrayDimension", label="taxel", size=size, stride=size)
         layout = self._make("std_msgs/msg/MultiArrayLayout", dim=[dimension], data_offset=0)
-        data = frame.pressures.astype(np.float32)
-        self._write(
-            "/skin/pressures", frame.tick, self._make("std_msgs/msg/Float32MultiArray", layout=layout, data=data)
-        )
+        calibrated = frame.units is not ReadingUnits.COUNTS
+        data = (frame.pressures if calibrated else 1e-3 * frame.pressures).astype(np.float32)
+        topic = "/skin/pressures" if calibrated else "/skin/readings"
+        self._write(topic, frame.tick, self._make("std_msgs/msg/Float32MultiArray", layout=layout, data=data))
 
     def add_pictures(self, frame: Frame) -> None:
         """What is there to look at."""
@@ -168,7 +171,7 @@ class _Bag:
         points = np.column_stack([positions, 1e-3 * frame.pressures[taxels]]).astype(np.float32)
         fields = [
             self._make("sensor_msgs/msg/PointField", name=name, offset=4 * place, datatype=_FLOAT32, count=1)
-            for place, name in enumerate(("x", "y", "z", "pressure"))
+            for place, name in enumerate(("x", "y", "z", frame.units.noun))
         ]
         return self._make(
             "sensor_msgs/msg/PointCloud2",
@@ -187,7 +190,8 @@ class _Bag:
         markers = [self._marker(frame.tick, _WORLD, 0, _DELETE_ALL, [], "")]
         for region in frame.regions:
             ends = [region.link_position + _METRES_A_NEWTON * region.force * region.link_normal, region.link_position]
-            markers.append(self._marker(frame.tick, region.link, region.id, _ADD, ends, f"{region.force:.2f} N"))
+            words = frame.units.contact_words(region.force, region.peak, 2, space=" ")
+            markers.append(self._marker(frame.tick, region.link, region.id, _ADD, ends, words))
         return self._make("visualization_msgs/msg/MarkerArray", markers=markers)
 
     def _marker(self, tick: int, link: str, number: int, action: int, ends: list[Any], text: str) -> Any:

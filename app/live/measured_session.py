@@ -16,6 +16,7 @@ from app.contacts.pipeline import ContactPipeline
 from app.control.command import JointCommand
 from app.core.arrays import FloatArray
 from app.core.errors import LiveError, SimulationError
+from app.core.reading_units import ReadingUnits
 from app.core.timing import Stopwatch
 from app.live.arrival import Arrived
 from app.live.calibration import Calibration, Tare, ValueMode
@@ -24,6 +25,7 @@ from app.live.matching import TaxelMatcher
 from app.live.readings import MalformedReadingError, Unit
 from app.session.frame import Frame
 from app.session.inputs import MapEdited, PokeMoved, PokeReleased, ReadingChanged, SessionInput
+from app.session.measured_values import MeasuredValues
 from app.session.prepare import PreparedScene
 from app.session.runtime_settings import RuntimeSettings
 from app.tactile.sensor_effects import Noise, SensorEffects
@@ -134,6 +136,8 @@ class MeasuredSession:
         self._contacts.reset()
         self._health.reset()
         self._values = self._baseline + self._calibration.offset
+        self._raw = np.full(len(self._values), np.nan)
+        self._sequence: int | None = None
         self._posture = self.prepared.robot.home.copy()
         self._velocity = np.zeros(len(self._posture))
         self._times: tuple[float, float] | None = None  # of the newest reading: the sender's and ours
@@ -167,6 +171,14 @@ class MeasuredSession:
             remedy = "Give a calibration file, or calibrate with a known weight"
             raise LiveError("counts cannot be shown as pressure", value="no calibration", remedy=remedy)
         self._wanted = mode
+
+    @property
+    def units(self) -> ReadingUnits:
+        """What the values that are shown may be called."""
+        if self._calibration.known and self.mode is ValueMode.PRESSURE:
+            return ReadingUnits.CALIBRATED
+        known = self._unit is not None and self._unit.pascals is not None
+        return ReadingUnits.PRESSURE if known else ReadingUnits.COUNTS
 
     @property
     def mean_rate(self) -> float:
@@ -213,7 +225,7 @@ class MeasuredSession:
             silent=self._health.silent,
             unit=self._unit,
             mode=self.mode,
-            calibrated=self._calibration.known and self.mode is ValueMode.PRESSURE,
+            calibrated=self.units.force is not None,
             taring=self._tare is not None,
             tared=self.tared,
         )
@@ -262,7 +274,8 @@ class MeasuredSession:
                 self._refused, self._problem = self._refused + 1, str(error)
                 return self.frame
             step = self._advance(reading.time, item.at)
-            self._values[taxels] = values
+            self._values[taxels] = self._raw[taxels] = values
+            self._sequence = reading.sequence
             self._move(reading.joints, step)
             self._health.add(taxels, values, self._time)
             self._take_tare()
@@ -342,7 +355,8 @@ class MeasuredSession:
         return self._scale * calibration.values(self._values, self._baseline + calibration.offset, mode)
 
     def _frame(self) -> Frame:
-        pressures = self._pressures()
+        pressures, units = self._pressures(), self.units
+        self._contacts.use_units(units)
         with self._watch.stage("contacts"):
             regions = self._contacts.read(self._ticks, self._time, self._posture, pressures)
         zero = self._no_torque
@@ -358,6 +372,13 @@ class MeasuredSession:
             timings=self._watch.take(),
             recent=self._contacts.recent,
             estimates=self._contacts.estimates,
+            measured=MeasuredValues(
+                self._raw.copy(),
+                self._unit or Unit.COUNTS,
+                None if self._times is None else self._times[0],
+                self._sequence,
+                units,
+            ),
         )
 
 

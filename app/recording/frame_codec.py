@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from operator import attrgetter
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple, cast
 
 import numpy as np
 
@@ -25,10 +25,12 @@ from app.control.limits import Limit
 from app.core.arrays import FloatArray, IntArray
 from app.core.codec import dump_json, json_schema, load_json
 from app.core.errors import RecordingError
+from app.core.reading_units import ReadingUnits
 from app.core.timing import Timings
 from app.geometry.mesh import SurfacePoint
 from app.recording.bundle import DAMAGED
 from app.session.frame import Frame
+from app.session.measured_values import MeasuredValues
 from app.session.prepare import PreparedScene
 from app.skin.skin import Skin
 from app.tactile.contact_notes import ContactNote
@@ -41,6 +43,7 @@ HEADER: Mapping[str, str] = MappingProxyType(
         "joints": "i",
         "taxels": "i",
         "objects": "i",
+        "raw": "i",
         "pokes": "i",
         "regions": "i",
         "region taxels": "i",
@@ -58,9 +61,11 @@ ARRAYS: Mapping[str, str] = MappingProxyType(
         "command.damping": "joints",
         "command.torque": "joints",
         "objects": "objects",
+        "measured.raw": "raw",
     }
 )
-"""By attribute of the frame, how many float64 it has; ``objects`` are 16 each, poses row by row. SI units."""
+"""By attribute of the frame, how many float64 it has; ``objects`` are 16 each, poses row by row. SI units;
+``measured.raw`` as it was sent, none where the skin is simulated."""
 _PLACE: list[tuple[Any, ...]] = [("at.patch", "<i4"), ("at.face", "<i4"), ("at.weights", "<f8", (3,))]
 POKE = np.dtype(
     [
@@ -100,6 +105,16 @@ _OPTIONAL_IDS = ("partner", "split_from")
 
 
 @dataclass(frozen=True)
+class MeasuredText:
+    """Of ``MeasuredValues`` all but the values."""
+
+    unit: Literal["counts", "Pa", "kPa"]
+    sent: float | None
+    sequence: int | None
+    units: ReadingUnits
+
+
+@dataclass(frozen=True)
 class FrameText:
     """What a frame has in words or in varying number, as JSON.
 
@@ -110,6 +125,7 @@ class FrameText:
         merged: By region, the ids that became part of it at this tick; only of those that have any.
         task: As in ``Frame``.
         estimates: The same.
+        measured: Its facts but the values, which are among the arrays; None where the skin is simulated.
     """
 
     why_limited: tuple[Limit, ...]
@@ -118,6 +134,7 @@ class FrameText:
     merged: Mapping[int, tuple[int, ...]]
     task: TaskReport | None
     estimates: Mapping[int, ForceEstimate]
+    measured: MeasuredText | None
 
 
 def _columns(record: np.dtype[Any]) -> list[str]:
@@ -142,7 +159,10 @@ _HEADER = struct.Struct("<" + "".join(HEADER.values()))
 _POSE = 16
 _FINITE = ("force", "area", "peak", "mean", "map_point", "link_position", "link_normal", "link_axes", "map_axes")
 """Of a region; its error bars may be infinite."""
-_arrays_of, _poke_row, _region_row = attrgetter(*ARRAYS), attrgetter(*POKE.names or ()), attrgetter(*REGION.names or ())
+_COMMAND = ("posture", "stiffness", "damping", "torque")
+_NO_RAW = np.zeros(0)
+_arrays_of = attrgetter(*[name for name in ARRAYS if name != "measured.raw"])
+_poke_row, _region_row = attrgetter(*POKE.names or ()), attrgetter(*REGION.names or ())
 
 
 def encode_frame(frame: Frame) -> bytes:
@@ -155,7 +175,9 @@ def encode_frame(frame: Frame) -> bytes:
         {region.id: region.merged for region in regions if region.merged},
         frame.task,
         frame.estimates,
+        _measured_text(frame.measured),
     )
+    raw = _NO_RAW if frame.measured is None else frame.measured.raw
     words = dump_json(text)
     taxels = [region.taxels.astype("<i4").tobytes() for region in regions]
     head = _HEADER.pack(
@@ -164,16 +186,24 @@ def encode_frame(frame: Frame) -> bytes:
         len(frame.posture),
         len(frame.pressures),
         len(frame.objects),
+        len(raw),
         len(frame.pokes),
         len(regions),
         sum(map(len, taxels)) // 4,
         len(words),
     )
-    arrays = [np.asarray(values, dtype="<f8").tobytes() for values in _arrays_of(frame)]
+    arrays = [np.asarray(values, dtype="<f8").tobytes() for values in (*_arrays_of(frame), raw)]
     pokes = np.array([_poke_row(poke) for poke in frame.pokes], dtype=POKE).tobytes() if frame.pokes else b""
     rows = [tuple(0 if value is None else value for value in _region_row(region)) for region in regions]
     records = np.array(rows, dtype=REGION).tobytes() if rows else b""
     return b"".join([head, *arrays, pokes, records, *taxels, words])
+
+
+def _measured_text(measured: MeasuredValues | None) -> MeasuredText | None:
+    if measured is None:
+        return None
+    unit = cast("Literal['counts', 'Pa', 'kPa']", measured.unit)
+    return MeasuredText(unit, measured.sent, measured.sequence, measured.units)
 
 
 def decode_frame(data: bytes, prepared: PreparedScene, *, file: str | None = None) -> Frame:
@@ -208,6 +238,7 @@ class _Sizes(NamedTuple):
     joints: int
     taxels: int
     objects: int
+    raw: int
     pokes: int
     regions: int
     members: int
@@ -234,6 +265,8 @@ class _FrameReader:
         known = (len(prepared.robot.joints), len(prepared.skin), len(prepared.objects))
         if (sizes.joints, sizes.taxels, sizes.objects) != known:
             raise self._refusal("the frame is of another robot, skin or scene", "header", tuple(sizes))
+        if sizes.raw not in (0, sizes.taxels):
+            raise self._refusal("there is not one raw value for each taxel", "header", sizes.raw)
         floats = sum(self._length(of) for of in ARRAYS.values())
         records = sizes.pokes * POKE.itemsize + sizes.regions * REGION.itemsize
         if self._at + 8 * floats + records + 4 * sizes.members + sizes.text != len(self._data):
@@ -256,13 +289,14 @@ class _FrameReader:
             pressures=arrays["pressures"],
             regions=self._regions(regions, members, text),
             pokes=self._pokes(pokes),
-            command=JointCommand(**{name.partition(".")[2]: arrays[name] for name in ARRAYS if "." in name}),
+            command=JointCommand(*(arrays[f"command.{name}"] for name in _COMMAND)),
             why_limited=text.why_limited,
             timings=Timings(dict(text.ms)),
             objects=arrays["objects"].reshape(-1, 4, 4),
             notes=text.notes,
             task=self._task(text.task),
             estimates=self._estimates(text.estimates),
+            measured=self._measured(text.measured, arrays["measured.raw"]),
         )
 
     def _length(self, of: str) -> int:
@@ -323,6 +357,15 @@ class _FrameReader:
             if estimate.at is not None:
                 check_place(estimate.at, self._skin, place=f"/frame: estimates.{number}.at", file=self._file)
         return estimates
+
+    def _measured(self, text: MeasuredText | None, raw: FloatArray) -> MeasuredValues | None:
+        if text is None:
+            if len(raw):
+                raise self._refusal("raw values have no unit", "measured", None)
+            return None
+        if len(raw) != self._sizes.taxels or np.isinf(raw).any():
+            raise self._refusal("there is not one raw value for each taxel", "measured.raw", len(raw))
+        return MeasuredValues(raw, text.unit, text.sent, text.sequence, text.units)
 
     def _check_finite(self, values: FloatArray, name: str) -> None:
         if not np.isfinite(values).all():

@@ -25,7 +25,7 @@ from app.recording.bundle import MEDIA_TYPES
 from app.recording.message_codecs import TOPICS
 from app.recording.viewer_messages import ENCODING, Schema
 
-FORMAT = "9"
+FORMAT = "10"
 """Of the messages; another one is not read."""
 _METADATA = "tactile-maps"
 MEASURED = "measured"

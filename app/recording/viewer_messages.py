@@ -28,6 +28,7 @@ from scipy.spatial.transform import Rotation
 
 from app.contacts.regions import ContactRegion
 from app.core.arrays import FloatArray, IntArray
+from app.core.reading_units import ReadingUnits
 from app.geometry.mesh import Mesh
 from app.maps.pressure_colours import colour_image, rounded_scale
 from app.maps.tactile_image import TactileImage
@@ -84,6 +85,7 @@ class ViewerMessages:
         self._prepared, self._started, self._tick_s = prepared, started, prepared.scene.tick
         self._every = max(round(1.0 / (rate * self._tick_s)), 1)
         self._due, self._told, self._scale = -1, -1, 0.0
+        self._units = ReadingUnits.CALIBRATED
         self._configuration = Configuration(prepared.robot)
         self._clouds = _clouds(prepared.skin)
         self.use_map(prepared.map)
@@ -128,7 +130,7 @@ class ViewerMessages:
             )
         ]
         messages.append((_JOINTS, fox.JointStates(timestamp=time, joints=joints).encode()))
-        messages.append((_CONTACTS, _contacts(frame.regions, time)))
+        messages.append((_CONTACTS, _contacts(frame.regions, time, frame.units)))
         return messages
 
     def of_failure(self, failure: Failure) -> list[Message]:
@@ -147,9 +149,9 @@ class ViewerMessages:
         """The image and the clouds of taxels; before them in words what the colours mean, where that changes."""
         messages = []
         scale = rounded_scale(1e-3 * float(np.nanmax(frame.pressures, initial=0.0)))
-        if scale > self._scale:
-            self._scale = scale
-            words = f"colours of the tactile image: 0 to {scale:g} kPa"
+        if scale > self._scale or frame.units is not self._units:
+            self._scale, self._units = scale, frame.units
+            words = f"colours of the tactile image: 0 to {scale:g} {frame.units.unit}"
             messages.append(self._log(frame.tick, fox.LogLevel.Info, words))
         picture = colour_image(self._image, frame.pressures, self._scale)
         rows, columns = self._image.shape
@@ -271,13 +273,13 @@ def _surface(frame: str, mesh: Mesh, time: fox.Timestamp, colour: fox.Color) -> 
     return fox.SceneEntity(timestamp=time, frame_id=frame, id=frame, frame_locked=True, triangles=[triangles])
 
 
-def _contacts(regions: Sequence[ContactRegion], time: fox.Timestamp) -> bytes:
+def _contacts(regions: Sequence[ContactRegion], time: fox.Timestamp, units: ReadingUnits) -> bytes:
     """All contacts of now, instead of those that were shown before."""
     gone = fox.SceneEntityDeletion(timestamp=time, type=fox.SceneEntityDeletionType.All)
-    return fox.SceneUpdate(deletions=[gone], entities=[_contact(region, time) for region in regions]).encode()
+    return fox.SceneUpdate(deletions=[gone], entities=[_contact(region, time, units) for region in regions]).encode()
 
 
-def _contact(region: ContactRegion, time: fox.Timestamp) -> fox.SceneEntity:
+def _contact(region: ContactRegion, time: fox.Timestamp, units: ReadingUnits) -> fox.SceneEntity:
     """An arrow that ends on the skin, the ellipse of the region's second moments, and its force in words."""
     centre, normal = region.link_position, region.link_normal
     length = max(_METRES_A_NEWTON * region.force, 0.002)
@@ -304,7 +306,7 @@ def _contact(region: ContactRegion, time: fox.Timestamp) -> fox.SceneEntity:
         font_size=14.0,
         scale_invariant=True,
         color=_CONTACT_COLOUR,
-        text=f"{region.force:.2f} N",
+        text=units.contact_words(region.force, region.peak, 2, space=" "),
     )
     return fox.SceneEntity(
         timestamp=time,

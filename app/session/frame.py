@@ -18,8 +18,10 @@ from app.control.command import JointCommand, TaskReport
 from app.control.limits import Limit
 from app.core.arrays import FloatArray, freeze_arrays
 from app.core.errors import SimulationError
+from app.core.reading_units import ReadingUnits
 from app.core.timing import Timings
 from app.session.inputs import SessionInput
+from app.session.measured_values import MeasuredValues
 from app.tactile.contact_notes import ContactNote
 from app.tactile.poke import PokeState
 
@@ -33,7 +35,7 @@ class Frame:
         time: Simulated time [s].
         posture: (n,) joint positions.
         velocity: (n,) joint velocities.
-        pressures: (taxels,) [Pa].
+        pressures: (taxels,) [Pa]; of a real skin what ``units`` says.
         regions: Contact regions read from the map.
         pokes: Fingers on the skin.
         command: What the controller asked for at this tick.
@@ -46,6 +48,7 @@ class Frame:
         task: How the controller's task goes; None under a controller without one.
         estimates: What the force estimator in force answered, by region; empty with the area sum. A region whose
             estimate refused has the area sum.
+        measured: What a real skin sent; None where it is simulated.
 
     Example:
         >>> frame = session.tick()
@@ -68,9 +71,15 @@ class Frame:
     recent: tuple[ContactEvent, ...] = ()
     task: TaskReport | None = None
     estimates: Mapping[int, ForceEstimate] = field(default_factory=dict)
+    measured: MeasuredValues | None = None
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "posture", "velocity", "pressures", "objects")
+
+    @property
+    def units(self) -> ReadingUnits:
+        """What its pressures and forces may be called."""
+        return ReadingUnits.CALIBRATED if self.measured is None else self.measured.units
 
     @property
     def events(self) -> tuple[ContactEvent, ...]:

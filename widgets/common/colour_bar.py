@@ -1,4 +1,4 @@
-"""The pressure scale between the two views: what a colour means in kPa, how hard is felt now, and where it ends."""
+"""The scale between the two views: what a colour means in kPa (or counts), how hard is felt now, and where it ends."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QDoubleSpinBox, QMenu, QWidget
 
+from app.core.reading_units import ReadingUnits
 from widgets.common.colours import PressureScale, Theme
 
 MAXIMA = (2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0)
@@ -38,6 +39,7 @@ class ColourBar(QWidget):
     def __init__(self, theme: Theme, scale: PressureScale, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._theme, self._scale, self._peak = theme, scale, 0.0
+        self._units = ReadingUnits.CALIBRATED
         self.setObjectName("colour-bar")
         self.setAccessibleName("Pressure scale")
         self.setToolTip("Colour scale of pressure in both views. Double-click to set its maximum.")
@@ -68,7 +70,21 @@ class ColourBar(QWidget):
         """Show another scale."""
         self._scale = scale
         self._gradient = np.ascontiguousarray(scale.lut[::-1, None])
-        self.setAccessibleDescription(f"From 0 to {scale.maximum:g} kilopascals")
+        self._describe()
+
+    def set_units(self, units: ReadingUnits) -> None:
+        """What the readings that are shown may be called from now on."""
+        if units is not self._units:
+            self._units = units
+            self._describe()
+
+    @property
+    def title(self) -> str:
+        """What it says beside itself, like "Pressure (kPa)"."""
+        return self._units.title
+
+    def _describe(self) -> None:
+        self.setAccessibleDescription(f"From 0 to {self._scale.maximum:g} {self._units.unit}")
         self.update()
 
     def set_peak(self, kilopascals: float) -> None:
@@ -90,7 +106,7 @@ class ColourBar(QWidget):
         menu = QMenu(self)
         group = QActionGroup(menu)
         for maximum in MAXIMA:
-            action = QAction(f"0 to {maximum:g}\u2009kPa", group)
+            action = QAction(f"0 to {maximum:g}\u2009{self._units.unit}", group)
             action.setCheckable(True)
             action.setChecked(maximum == self._scale.maximum)
             action.setData(maximum)
@@ -182,7 +198,7 @@ class ColourBar(QWidget):
         painter.translate(BAR_LEFT - 9, TOP + self._length / 2)
         painter.rotate(-90)
         painter.setPen(QColor(self._theme.quiet))
-        painter.drawText(QRectF(-80, -14, 160, 16), Qt.AlignmentFlag.AlignCenter, "Pressure (kPa)")
+        painter.drawText(QRectF(-80, -14, 160, 16), Qt.AlignmentFlag.AlignCenter, self.title)
         painter.restore()
 
     def _paint_peak(self, painter: QPainter) -> None:

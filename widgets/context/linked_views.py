@@ -127,6 +127,7 @@ class LinkedViews(QWidget):
         self.map.viewport().repaint()
         self.robot.display.show_frame(frame)
         self.robot.display.show_task(self._task.shown)
+        self.bar.set_units(frame.units)
         self.bar.set_peak(1e-3 * float(frame.pressures.max(initial=0.0)))
         self._read_out()
 

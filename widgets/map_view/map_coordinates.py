@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from app.core.arrays import FloatArray
+from app.core.reading_units import ReadingUnits
 from app.geometry.mesh import SurfacePoint
 from app.maps.layout import MapLayout, Placement
 from app.maps.tactile_map import TactileMap
@@ -102,7 +103,13 @@ class VisiblePatches:
 
 
 def readout_text(
-    tactile_map: TactileMap, at: SurfacePoint, pressures: FloatArray | None, *, name: str = "", fault: str = ""
+    tactile_map: TactileMap,
+    at: SurfacePoint,
+    pressures: FloatArray | None,
+    *,
+    units: ReadingUnits = ReadingUnits.CALIBRATED,
+    name: str = "",
+    fault: str = "",
 ) -> str:
     """Patch, taxel with its id, module and channel, its pressure and the place on the map, for the hover readout.
 
@@ -110,6 +117,7 @@ def readout_text(
         tactile_map: The map.
         at: The place.
         pressures: (taxels,) [Pa].
+        units: What they may be called.
         name: Of the patch, where a person gave it another than the skin's.
         fault: What is wrong with the taxel, in a word.
     """
@@ -118,7 +126,7 @@ def readout_text(
     if taxel is not None:
         facts.append(taxel_words(tactile_map.skin, taxel) + (f", {fault}" if fault else ""))
         if pressures is not None:
-            facts.append(f"{format_three_digits(float(pressures[taxel]) / 1e3)}\u2009kPa")
+            facts.append(f"{format_three_digits(float(pressures[taxel]) / 1e3)}\u2009{units.unit}")
     x, y = 1e3 * tactile_map.to_map(at)
     facts.append(f"x {x:.1f}, y {y:.1f}\u2009mm")
     return "  ·  ".join(facts)

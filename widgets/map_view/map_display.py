@@ -10,6 +10,7 @@ from PySide6.QtGui import QFont, QPainter, QTransform
 from PySide6.QtWidgets import QGraphicsScene
 
 from app.core.arrays import FloatArray, IntArray
+from app.core.reading_units import ReadingUnits
 from app.editing.document import MapDocument
 from app.geometry.mesh import SurfacePoint
 from app.session.frame import Frame
@@ -177,7 +178,15 @@ class MapDisplay(QObject):
         name = picture.shapes.patches[at.patch].name
         taxel = nearest_taxel(picture.map, at)
         fault = None if taxel is None else picture.fault_of(taxel)
-        told = readout_text(picture.map, at, self._pressures, name=name, fault="" if fault is None else fault.value)
+        frame = self._frame
+        told = readout_text(
+            picture.map,
+            at,
+            None if frame is None else frame.pressures,
+            units=ReadingUnits.CALIBRATED if frame is None else frame.units,
+            name=name,
+            fault="" if fault is None else fault.value,
+        )
         return "  ·  ".join(filter(None, (told, stretched)))
 
     def set_theme(self, theme: Theme) -> None:
@@ -229,10 +238,6 @@ class MapDisplay(QObject):
         marks = replace(self.marks, legend=picture.legend, faults=picture.fault_legend, hover=hover)
         marks = replace(marks, task=self._task, target=picture.mark_of(self._task.target))
         self._mark(marks if self._frame is None else marks.of_frame(self._frame, picture))
-
-    @property
-    def _pressures(self) -> FloatArray | None:
-        return None if self._frame is None else self._frame.pressures
 
     def paint(self, painter: QPainter, view: QTransform, room: QRectF) -> None:
         """Draw the marks over the scene; ``view`` takes scene units to pixels of the viewport ``room``."""

@@ -82,7 +82,7 @@ class MapMarks:
         contacts = []
         for region in frame.regions:
             if (at := picture.mark_of(region.at)) is not None:
-                words = self.task.force_words(region.id, region.force)
+                words = self.task.force_words(region, frame.units)
                 contacts.append(ContactMark(at, words))
         tips = ((picture.mark_of(poke.at), poke.radius * picture.shapes.frame.scale) for poke in frame.pokes)
         return replace(

@@ -7,7 +7,9 @@ from itertools import pairwise
 
 import numpy as np
 
+from app.contacts.regions import ContactRegion
 from app.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
+from app.core.reading_units import ReadingUnits
 from app.geometry.mesh import SurfacePoint
 from app.maps.tactile_map import TactileMap
 from app.skin.skin import Skin
@@ -120,12 +122,12 @@ class TaskOverlay:
         alike = self.target == other.target and self.goal == other.goal and self.contact == other.contact
         return alike and self.path is other.path and self.tail is other.tail
 
-    def force_words(self, region: int, force: float) -> str:
-        """A region's force, beside the goal where it has one."""
-        thin = "\u2009"
-        if self.goal is None or region != self.contact:
-            return f"{force:.1f}{thin}N"
-        return f"{force:.1f} of {self.goal:.1f}{thin}N"
+    def force_words(self, region: ContactRegion, units: ReadingUnits) -> str:
+        """A region's force, beside the goal where it has one; its highest reading where no force may be claimed."""
+        words = units.contact_words(region.force, region.peak)
+        if self.goal is None or region.id != self.contact:
+            return words
+        return f"{region.force:.1f} of {units.contact_words(self.goal, region.peak)}"
 
 
 NO_TASK = TaskOverlay()

@@ -19,6 +19,7 @@ from app.control.command import ControlSettings
 from app.control.controllers import CONTROL_SCHEMES, TASKS_AT_A_PLACE, effective_settings
 from app.control.limit_texts import limit_name
 from app.control.limits import LimitKind
+from app.core.reading_units import ReadingUnits
 from app.session.frame import Frame
 from widgets.common.colours import Theme, mixed
 from widgets.document.taxel_selection import TaxelSelection
@@ -35,6 +36,7 @@ from widgets.plots.trace_plots import (
     error_trace,
     legend_entry,
     max_or_zero,
+    peak_title,
     speed_of,
     speed_trace,
 )
@@ -169,6 +171,7 @@ class LivePlots(QWidget):
         self._stages = SampleHistory(seconds=PLOT_SECONDS)
         self._limits, self._changes = LimitHistory(seconds=PLOT_SECONDS), SettingChanges(seconds=PLOT_SECONDS)
         self._since_drawn, self._dirty = QElapsedTimer(), False
+        self._units = ReadingUnits.CALIBRATED
         self._make_plots(theme)
         self._stage_areas: dict[str, pg.PlotDataItem] = {}
         self._selection: TaxelSelection | None = None
@@ -183,8 +186,8 @@ class LivePlots(QWidget):
 
     def _make_plots(self, theme: Theme) -> None:
         plots = {
-            "force": TracePlot("Contact force (N)", 5.0, self),
-            "pressure": TracePlot("Peak pressure (kPa)", 5.0, self),
+            "force": TracePlot(ReadingUnits.CALIBRATED.strength_title, 5.0, self),
+            "pressure": TracePlot(peak_title(ReadingUnits.CALIBRATED), 5.0, self),
             "ms": TracePlot("Time per tick (ms)", 1.0, self),
             "error": TracePlot("Error on the map (mm)", 10.0, self),
             "speed": TracePlot("Max joint speed (rad/s)", 2.0, self),
@@ -266,6 +269,10 @@ class LivePlots(QWidget):
     def show_frame(self, frame: Frame) -> None:
         """Keep the numbers of ``frame``, and draw them if it is time and someone can see it."""
         time = frame.time
+        if frame.units is not self._units:
+            self._units = frame.units
+            self._force.set_units(frame.units)
+            self._pressure.set_units(frame.units)
         gone = self._force.add(time, frame.regions, frame.task.force_goal if frame.task else None)
         self._pressure.add(time, frame.pressures)
         self._error.add(time, error_of(frame))

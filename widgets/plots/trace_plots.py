@@ -19,6 +19,7 @@ from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 from app.contacts.regions import ContactRegion
 from app.control.joint_impedance import MAX_JOINT_SPEED
 from app.core.arrays import FloatArray, IntArray
+from app.core.reading_units import ReadingUnits
 from app.session.frame import Frame
 from widgets.common.colours import Theme, mixed
 from widgets.document.taxel_selection import TAXEL_COLOURS, region_colour
@@ -83,6 +84,11 @@ class TracePlot(QWidget):
     def heading(self) -> str:
         """Title and legend as rich text."""
         return self._heading.text()
+
+    def set_title(self, title: str) -> None:
+        """Another quantity or unit from now on; the style is to be updated after it."""
+        self._title = title
+        self.setAccessibleName(title)
 
     def update_style(self, theme: Theme, *, after_title: str = "", title: str = "") -> None:
         """Take a theme; ``after_title`` is rich text that follows the title, or another ``title`` for now."""
@@ -172,6 +178,12 @@ class ForceTraces:
         self._goal_force = newtons
         self._update_legend()
 
+    def set_units(self, units: ReadingUnits) -> None:
+        """What forces may be called from now on; what was drawn in another unit is forgotten."""
+        self._plot.set_title(units.strength_title)
+        self.clear()
+        self._update_legend()
+
     def select(self, region: int | None) -> None:
         """Highlight this region's trace; None for none."""
         self._selected = region
@@ -234,7 +246,9 @@ class ForceTraces:
         self._plot.update_style(self._theme, after_title=legend)
 
 
-SELECTED_TITLE = "Pressure (kPa)"
+def peak_title(units: ReadingUnits) -> str:
+    """Like "Peak pressure (kPa)"."""
+    return f"Peak {units.title[0].lower()}{units.title[1:]}"
 
 
 class PressureTraces:
@@ -258,6 +272,14 @@ class PressureTraces:
         plot.plot.addItem(self._band)
         self._selected: IntArray = np.zeros(0, int)
         self._inks: tuple[str, ...] = ()
+        self._units = ReadingUnits.CALIBRATED
+
+    def set_units(self, units: ReadingUnits) -> None:
+        """What readings may be called from now on; what was drawn in another unit is forgotten."""
+        self._units = units
+        self._plot.set_title(peak_title(units))
+        self.clear()
+        self._update_legend()
 
     def set_theme(self, theme: Theme) -> None:
         """Take another theme."""
@@ -328,7 +350,7 @@ class PressureTraces:
             pairs = zip(self._selected.tolist(), self._inks, strict=True)
             legend = "".join(legend_entry("○", ink, str(taxel)) for taxel, ink in pairs)
         self._plot.update_style(
-            theme, title=SELECTED_TITLE, after_title=legend + legend_entry("—", quiet, "max of all")
+            theme, title=self._units.title, after_title=legend + legend_entry("—", quiet, "max of all")
         )
 
 

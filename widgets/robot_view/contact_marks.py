@@ -9,6 +9,7 @@ import pyvista as pv
 
 from app.contacts.regions import ContactRegion
 from app.core.arrays import FloatArray
+from app.core.reading_units import ReadingUnits
 from app.session.frame import Frame
 from app.session.prepare import PreparedScene
 from widgets.common.colours import Theme
@@ -18,6 +19,13 @@ ARROW_LENGTH = 0.012
 """Metres of arrow per newton."""
 MAX_ARROW = 0.25
 MAX_CONTACTS = 8
+
+
+def arrow_legend(units: ReadingUnits) -> str:
+    """What an arrow's length means."""
+    if units.force is None:
+        return "Arrow: relative, readings are not calibrated"
+    return f"Arrow: {1e3 * ARROW_LENGTH:g}\u2009mm per newton"
 
 
 class ContactMarks:

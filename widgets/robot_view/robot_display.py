@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QWidget
 
 from app.core.arrays import FloatArray, IntArray
 from app.core.errors import RobotError
+from app.core.reading_units import ReadingUnits
 from app.geometry.mesh import SurfacePoint
 from app.maps.tactile_map import TactileMap
 from app.session.frame import Frame
@@ -21,7 +22,7 @@ from widgets.overlays.body_overlays import NO_MARKS, SkinTexture, ToolMarks
 from widgets.overlays.task_overlay import NO_TASK, TaskOverlay
 from widgets.robot_view.camera import Viewpoint, look_from
 from widgets.robot_view.caption_overlay import CaptionOverlay, Captions, ForceCaption
-from widgets.robot_view.contact_marks import ARROW_LENGTH
+from widgets.robot_view.contact_marks import arrow_legend
 from widgets.robot_view.plotter_widget import RenderScheduler, make_canvas
 from widgets.robot_view.robot_scene import BodyLayerFactory, RobotScene
 
@@ -73,8 +74,7 @@ class RobotDisplay(QObject):
         self.scene.set_marks(self._marks)
         self.prepared, self._frame, self._mark = prepared, None, None
         self._task, self._task_is_new = NO_TASK, False
-        legend = f"Arrow: {1e3 * ARROW_LENGTH:g}\u2009mm per newton"
-        self._captions = replace(self._captions, forces=(), legend=legend)
+        self._captions = replace(self._captions, forces=(), legend=arrow_legend(ReadingUnits.CALIBRATED))
         self.frame_all()
 
     def show_frame(self, frame: Frame) -> None:
@@ -239,16 +239,17 @@ class RobotDisplay(QObject):
         self.scene.set_hover(self._mark)
         self.scene.fit_depth()
         view, size = self.scene.viewpoint, self.size
+        units = ReadingUnits.CALIBRATED if self._frame is None else self._frame.units
         forces = tuple(
             ForceCaption(
                 view.pixels(arrow, size),
-                self._task.force_words(region.id, region.force),
+                self._task.force_words(region, units),
                 bool((arrow[0] - arrow[1]) @ (view.eye - arrow[1]) < 0),
             )
             for arrow, region in self.scene.forces
             if view.in_front(arrow).all()
         )
-        self._say(replace(self._captions, forces=forces, axes=view.axes))
+        self._say(replace(self._captions, forces=forces, axes=view.axes, legend=arrow_legend(units)))
 
     def _say(self, captions: Captions) -> None:
         self._captions = captions

@@ -160,7 +160,8 @@ class RobotScene:
         return shown is not None and (
             shown is frame
             or (
-                bool(np.abs(frame.posture - shown.posture).max(initial=0.0) < _STILL)
+                frame.units is shown.units
+                and bool(np.abs(frame.posture - shown.posture).max(initial=0.0) < _STILL)
                 and bool(np.abs(frame.pressures - shown.pressures).max(initial=0.0) < 1e3 * self._scale.maximum / 256)
                 and bool(np.abs(frame.objects - shown.objects).max(initial=0.0) < _STILL)
                 and len(frame.pokes) == len(shown.pokes)

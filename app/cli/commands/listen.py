@@ -117,7 +117,8 @@ def _listen(
     listened = time.monotonic() - start
     connection.close()
     drain()
-    return {"listened_s": listened, "readings": taken, "contacts": len(contacts), "max_force_N": strongest}
+    force = None if session.units.force is None else strongest
+    return {"listened_s": listened, "readings": taken, "contacts": len(contacts), "max_force_N": force}
 
 
 def _tell(status: ConnectionStatus, touched: int) -> None:
@@ -159,7 +160,8 @@ def _figures(status: ConnectionStatus, facts: MeasuredFacts, session: MeasuredSe
 
 
 def _rows(result: dict[str, Any], status: ConnectionStatus) -> dict[str, object]:
-    delay, force = status.delay, "up to {max_force_N:.2f} N".format(**result)
+    delay, strongest = status.delay, result["max_force_N"]
+    force = "forces unknown: not calibrated" if strongest is None else f"up to {strongest:.2f} N"
     return {
         "Source": status.address,
         "Readings": f"{result['shown']} in {result['listened_s']:.2f} s, {result['mean_rate_hz']:.1f} a second",
@@ -169,7 +171,7 @@ def _rows(result: dict[str, Any], status: ConnectionStatus) -> dict[str, object]
         else f"median {1e3 * delay.median:.1f} ms, 95 % within {1e3 * delay.p95:.1f} ms, beyond the quickest",
         "Taxels": f"{result['taxels'] - result['unheard']} of {result['taxels']} heard",
         "Values": f"{result['unit']}, shown as {result['mode']}{', tared' if result['tared'] else ''}",
-        "Contacts": f"{result['contacts']}, {force if result['calibrated'] else 'forces unknown: not calibrated'}",
+        "Contacts": f"{result['contacts']}, {force}",
         "Recorded to": result["file"] or "nothing",
     }
 

@@ -86,11 +86,13 @@ def _verify(player: RecordingPlayer, result: dict[str, object], rows: dict[str, 
 
 
 def _read(player: RecordingPlayer, result: dict[str, object], rows: dict[str, object]) -> None:
-    report, strongest = progress_line(), 0.0
+    report, strongest, known = progress_line(), 0.0, True
     for number in range(len(player)):
-        strongest = max([strongest, *(region.force for region in player.frame(number).regions)])
+        frame = player.frame(number)
+        known &= frame.units.force is not None
+        strongest = max([strongest, *(region.force for region in frame.regions)])
         if number % 200 == 0:
             report("Reading", number / len(player))
     report("", 1.0)
-    result["max_force_N"] = strongest
-    rows["Strongest contact"] = f"{strongest:.2f} N"
+    result["max_force_N"] = strongest if known else None
+    rows["Strongest contact"] = f"{strongest:.2f} N" if known else "force unknown: readings not calibrated"

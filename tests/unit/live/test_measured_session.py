@@ -7,6 +7,7 @@ import pytest
 
 from app.contacts.pipeline import ReadingSettings
 from app.core.errors import LiveError, RecordingError, SimulationError
+from app.core.reading_units import ReadingUnits
 from app.live.arrival import Arrived
 from app.live.calibration import Calibration, ValueMode
 from app.live.measured_session import MeasuredSession, silent_text
@@ -75,6 +76,7 @@ def test_counts_are_shown_above_their_baseline_and_pressure_needs_a_calibration(
     frame = measured.show(at(0.03, np.full(60, 25.0), unit=Unit.COUNTS))
     assert np.allclose(frame.pressures, 4000.0)
     assert not measured.facts.calibrated
+    assert frame.units is ReadingUnits.COUNTS
     with pytest.raises(LiveError, match="cannot be shown as pressure"):
         measured.request_mode(ValueMode.PRESSURE)
     measured.request_mode(ValueMode.RAW)
@@ -93,6 +95,21 @@ def test_a_known_weight_makes_forces_mean_newtons():
     frame = measured.show(at(0.2, 20 + 0.01 * touched(3.0), unit=Unit.COUNTS))
     assert abs(frame.regions[0].force - 3.0) < 0.1
     assert measured.facts.calibrated
+    assert frame.units is ReadingUnits.CALIBRATED
+
+
+def test_events_of_a_skin_that_is_not_calibrated_claim_no_force():
+    measured = session()
+    for number in range(5):
+        frame = measured.show(at(0.1 * number, 0.01 * touched(), unit=Unit.COUNTS))
+    assert [event.force for event in frame.recent] == [None, None]
+    assert frame.recent[0].words.startswith("press on")
+    assert " N" not in frame.recent[0].words.replace("\u2009", " ")
+
+
+def test_pressures_with_the_untouched_value_in_them_are_no_forces():
+    measured = session(mode=ValueMode.RAW)
+    assert measured.show(at(0.0, touched())).units is ReadingUnits.PRESSURE
 
 
 def test_a_calibration_has_its_own_offsets_and_must_fit():

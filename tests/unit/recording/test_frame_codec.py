@@ -158,7 +158,7 @@ def test_numbers_of_taxels_that_do_not_add_up_are_refused(count, touched, prepar
     known = len(touched.regions[0].taxels)
     assert count != known
     floats = 6 * len(touched.posture) + len(touched.pressures) + 16 * len(touched.objects)
-    row = 8 + 8 + 7 * 4 + 8 * floats + POKE.itemsize * len(touched.pokes)
+    row = 8 + 8 + 8 * 4 + 8 * floats + POKE.itemsize * len(touched.pokes)
     at = row + REGION.fields["taxels.size"][1]
     assert int.from_bytes(whole[at : at + 4], "little") == known, "this must be where the number stands"
     whole[at : at + 4] = count.to_bytes(4, "little", signed=True)

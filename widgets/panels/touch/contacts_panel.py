@@ -19,6 +19,7 @@ from app.contacts.force_estimation.estimate import EstimateRefusal, EstimatorNam
 from app.contacts.force_estimation.estimation import FORCE_ESTIMATORS
 from app.contacts.pipeline import ReadingSettings
 from app.contacts.regions import ContactRegion
+from app.core.reading_units import ReadingUnits
 from app.scene.effects import Effects
 from app.session.frame import Frame
 from app.session.prepare import PreparedScene
@@ -34,7 +35,7 @@ _REFUSALS = {
 }
 
 
-def estimate_text(estimate: ForceEstimate) -> str:
+def estimate_text(estimate: ForceEstimate, units: ReadingUnits = ReadingUnits.CALIBRATED) -> str:
     """Like "Effective rank 12/14, residual 1.1 × noise", with condition, peak and mean below; or why it was refused."""
     told, condition = (
         f"Effective rank {estimate.effective_rank}/{estimate.unknowns}",
@@ -44,14 +45,15 @@ def estimate_text(estimate: ForceEstimate) -> str:
         return f"{told}, condition {condition}\nRefused: {_REFUSALS[estimate.refused]}"
     if not len(estimate.forces):  # there is no distribution to explain readings with
         return f"Wrench: {told[0].lower()}{told[1:]}\nResultant wrench only, no pressure distribution"
-    peak, mean = 1e-3 * estimate.peak, 1e-3 * estimate.mean
-    return f"{told}, {_residual_text(estimate)}\nCondition {condition}, peak {peak:.1f} and mean {mean:.1f}\u2009kPa"
+    mean = units.reading(estimate.mean)
+    residual = _residual_text(estimate, units)
+    return f"{told}, {residual}\nCondition {condition}, peak {1e-3 * estimate.peak:.1f} and mean {mean}"
 
 
-def _residual_text(estimate: ForceEstimate) -> str:
+def _residual_text(estimate: ForceEstimate, units: ReadingUnits) -> str:
     if estimate.noise > 0:
         return f"residual {_format_number(estimate.misfit)}\u2009×\u2009noise"
-    return f"residual {1e-3 * estimate.residual:.2g}\u2009kPa"
+    return f"residual {1e-3 * estimate.residual:.2g}\u2009{units.unit}"
 
 
 def _format_number(value: float) -> str:
@@ -86,7 +88,8 @@ ESTIMATORS: dict[EstimatorName, tuple[str, str]] = {
 ESTIMATOR_TIP = "Force estimator: how contact forces follow from the readings; controllers use the result"
 THRESHOLD_TIP = (
     "Contact threshold: a taxel is in contact from this pressure on, and stays so down to half of it.\n"
-    "Automatic is 1\u2009kPa, or three standard deviations of the noise if that is more."
+    "Automatic is 1\u2009kPa (1 count of a skin that is not calibrated), or three standard deviations of the noise if\n"
+    "that is more."
 )
 THRESHOLDS = (None, 500.0, 1000.0, 2000.0, 3000.0, 5000.0, 10000.0)
 """[Pa]; None is automatic."""
@@ -99,11 +102,10 @@ SHEAR_TIP = (
 )
 
 
-def threshold_text(threshold: float | None, usual: float) -> str:
+def threshold_text(threshold: float | None, usual: float, units: ReadingUnits = ReadingUnits.CALIBRATED) -> str:
     """Like "Contact threshold 2 kPa"; ``usual`` is what automatic means now [Pa]."""
-    if threshold is None:
-        return f"Contact threshold {1e-3 * usual:.3g}\u2009kPa, automatic"
-    return f"Contact threshold {1e-3 * threshold:.3g}\u2009kPa"
+    level, automatic = (usual, ", automatic") if threshold is None else (threshold, "")
+    return f"Contact threshold {1e-3 * level:.3g}\u2009{units.unit}{automatic}"
 
 
 def estimator_words(name: EstimatorName) -> tuple[str, str]:
@@ -123,6 +125,7 @@ class EstimationControls(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._settings, self._usual = ReadingSettings(), ReadingSettings().threshold_for(SensorUncertainty())
+        self._units = ReadingUnits.CALIBRATED
         self.estimator = self._choice("choice-estimator", ESTIMATOR_TIP)
         for name in FORCE_ESTIMATORS:
             words, tip = estimator_words(name)
@@ -149,14 +152,20 @@ class EstimationControls(QWidget):
         self.estimator.say(words)
         self.estimator.setToolTip(f"{ESTIMATOR_TIP}.\n\n{tip}")
         for row, threshold in enumerate(THRESHOLDS):
-            self.threshold.setItemText(row, threshold_text(threshold, self._usual))
+            self.threshold.setItemText(row, threshold_text(threshold, self._usual, self._units))
         known = settings.threshold in THRESHOLDS  # a scene may name any
         self.threshold.setCurrentIndex(THRESHOLDS.index(settings.threshold) if known else -1)
-        self.threshold.say(threshold_text(settings.threshold, self._usual))
+        self.threshold.say(threshold_text(settings.threshold, self._usual, self._units))
 
     def show_effects(self, effects: Effects) -> None:
         """The noise in force says what automatic means."""
         self._usual = ReadingSettings().threshold_for(SensorUncertainty.of_sensor(effects.sensor))
+        self.show_reading(self._settings)
+
+    def set_units(self, units: ReadingUnits) -> None:
+        """What readings may be called; without a force there is no choice of its estimator."""
+        self._units = units
+        self.estimator.setVisible(units.force is not None)
         self.show_reading(self._settings)
 
     def _choice(self, name: str, tip: str) -> FlatComboBox:
@@ -233,31 +242,42 @@ class ContactRow:
         for cell in self._cells:
             cell.setMinimumWidth(48)
 
-    def show(self, region: ContactRegion | None, *, selected: bool, estimate: ForceEstimate | None = None) -> None:
+    def show(
+        self,
+        region: ContactRegion | None,
+        *,
+        selected: bool,
+        units: ReadingUnits,
+        estimate: ForceEstimate | None = None,
+    ) -> None:
         """Say what is known of a region; None empties the row. Where its force was estimated, the tip says how well."""
         texts, ink = ["", "", "", ""], ""
         if region is not None:
             metrics = self._cells[0].fontMetrics()
             name = metrics.elidedText(region.link, Qt.TextElideMode.ElideMiddle, _NAME_PX)
-            texts = [name, f"{region.force:.2f}", f"{1e-3 * region.peak:.1f}", f"{1e6 * region.area:.0f}"]
+            force = "" if units.force is None else f"{region.force:.2f}"
+            texts = [name, force, f"{1e-3 * region.peak:.1f}", f"{1e6 * region.area:.0f}"]
             ink = f'<span style="color:{region_colour(region.id)}">●</span>'
         self.region = None if region is None else region.id
         self.button.setEnabled(region is not None)
         self.button.setChecked(selected)
-        self.button.setToolTip(f"{estimate_text(estimate)}\n\n{_ROW_TIP}" if estimate else _ROW_TIP)
-        self.button.setAccessibleName("" if region is None else f"Contact on {region.link}, {texts[1]} N")
+        self.button.setToolTip(f"{estimate_text(estimate, units)}\n\n{_ROW_TIP}" if estimate else _ROW_TIP)
+        told = "" if region is None else units.contact_words(region.force, region.peak, 2, space=" ")
+        self.button.setAccessibleName("" if region is None else f"Contact on {region.link}, {told}")
         for cell, text in zip((self._mark, *self._cells), (ink, *texts), strict=True):
             if cell.text() != text:
                 cell.setText(text)
 
 
-def region_summary(region: ContactRegion, among: Sequence[ContactRegion]) -> str:
+def region_summary(region: ContactRegion, among: Sequence[ContactRegion], units: ReadingUnits) -> str:
     """What is known of a region, in two lines; a third names the one among ``among`` that it touches."""
     long, short = 2e3 * np.linalg.norm(region.link_axes, axis=1)
     size = f"{long:.0f} × {short:.0f}\u2009mm" if long > 0 else "shape not resolved"
+    error = units.force_words(region.force_error, 2)
+    force = "Force unknown" if error is None else f"{region.force:.2f} ± {error}"
     lines = [
-        f"{region.force:.2f} ± {region.force_error:.2f}\u2009N, centre ± {1e3 * region.place_error:.1f}\u2009mm",
-        f"Mean {1e-3 * region.mean:.1f}\u2009kPa, {size}",
+        f"{force}, centre ± {1e3 * region.place_error:.1f}\u2009mm",
+        f"Mean {units.reading(region.mean)}, {size}",
     ]
     lines += [f"Touches {other.link.replace('_', ' ')}" for other in among if other.id == region.partner]
     return "\n".join(lines)
@@ -276,14 +296,15 @@ class ContactsPanel(Panel):
         self._summary: QLabel = self.caption()
         self._summary.setObjectName("contacts-summary")
         self._selected: int | None = None
+        self._estimated = False
         self._regions: tuple[ContactRegion, ...] = ()
         self._estimates: Mapping[int, ForceEstimate] = {}
         grid = self.grid()
         grid.setHorizontalSpacing(8)
-        for column, text in enumerate(("On", "N", "kPa", "mm²"), start=1):
-            head = value_label(text, self, right=column > 1)
+        self._units = ReadingUnits.CALIBRATED
+        self._heads = [value_label("", self, right=column > 0) for column in range(4)]
+        for column, head in enumerate(self._heads, start=1):
             head.setProperty("role", "caption")
-            head.setToolTip(_FORCE_TIP if text == "N" else "")
             grid.addWidget(head, 0, column)
         self._rows = [ContactRow(row + 1, grid, self) for row in range(_ROWS)]
         for row in self._rows:
@@ -303,12 +324,14 @@ class ContactsPanel(Panel):
         shear.setObjectName("contacts-shear")
         shear.setToolTip(SHEAR_TIP)
         self.show_reading(ReadingSettings())
+        self._use_units(self._units)
         self.clear()
 
     def show_reading(self, settings: ReadingSettings) -> None:
         """Show how contacts are read; what that says of its own answers has its place, or takes none."""
         self.reading.show_reading(settings)
-        self._told.setVisible(settings.estimator != "area-sum")
+        self._estimated = settings.estimator != "area-sum"
+        self._show_told()
         self._told.setFixedHeight(_ESTIMATE_LINES * self._told.fontMetrics().lineSpacing())
 
     def show_effects(self, effects: Effects) -> None:
@@ -338,13 +361,29 @@ class ContactsPanel(Panel):
     def show_frame(self, frame: Frame) -> None:
         """The strongest regions of a frame, and the selected one."""
         self._regions, self._estimates = frame.regions, frame.estimates
+        if frame.units is not self._units:
+            self._use_units(frame.units)
         if not frame.regions:
             self.clear()
             return
         noun = "contact" if len(frame.regions) == 1 else "contacts"
         force = sum(region.force for region in frame.regions)
-        self._summary.setText(f"{len(frame.regions)} {noun}, {force:.1f}\u2009N in all")
+        told = self._units.force_words(force)
+        words = "force unknown: not calibrated" if told is None else f"{told} in all"
+        self._summary.setText(f"{len(frame.regions)} {noun}, {words}")
         self._fill()
+
+    def _use_units(self, units: ReadingUnits) -> None:
+        self._units = units
+        for head, text in zip(self._heads, ("On", units.force or "", units.unit, "mm²"), strict=True):
+            head.setText(text)
+        self._heads[1].setToolTip("" if units.force is None else _FORCE_TIP)
+        self.reading.set_units(units)
+        self._show_told()
+
+    def _show_told(self) -> None:
+        """What the force estimator says of its own answers, where it has any and a force may be claimed."""
+        self._told.setVisible(self._estimated and self._units.force is not None)
 
     def select_region(self, region: int | None) -> None:
         """Highlight the row of the region with this id; None for none."""
@@ -357,11 +396,13 @@ class ContactsPanel(Panel):
         for number, row in enumerate(self._rows):
             region = shown[number] if number < len(shown) else None
             known = None if region is None else self._estimates.get(region.id)
-            row.show(region, selected=region is not None and region.id == self._selected, estimate=known)
-        self._facts.setText(region_summary(first[0], self._regions) if first else _NO_FACTS)
+            row.show(
+                region, selected=region is not None and region.id == self._selected, units=self._units, estimate=known
+            )
+        self._facts.setText(region_summary(first[0], self._regions, self._units) if first else _NO_FACTS)
         told = self._estimates.get(first[0].id) if first else None
         self._told.setEnabled(told is not None and told.refused is None)
-        self._told.setText(estimate_text(told) if told is not None else "")
+        self._told.setText(estimate_text(told, self._units) if told is not None else "")
 
     def _on_reading_edited(self, settings: ReadingSettings) -> None:
         self.show_reading(settings)

@@ -138,7 +138,7 @@ def _notes(status: ConnectionStatus, facts: MeasuredFacts, silent: tuple[str, ..
     """What a person should know or do."""
     notes = [text for text in (status.problem, facts.problem, status.malformed) if text]
     if facts.readings and not facts.calibrated:
-        notes.append("Not calibrated as pressure: forces mean nothing.")
+        notes.append("Not calibrated: readings are shown in counts, and no forces are shown.")
     if facts.unknown:
         notes.append(f"Taxels that the skin does not have: {_named(facts.unknown)}")
     if facts.unknown_joints:

@@ -11,6 +11,7 @@ import pytest
 
 from app.contacts.regions import ContactRegion
 from app.control.command import ControlSettings, TaskReport
+from app.core.reading_units import ReadingUnits
 from tests.widgets.support.samples import leaf_map, shifted, touched
 from widgets.overlays.task_overlay import NO_TASK, TRAIL_SECONDS, lines_on_skin
 from widgets.overlays.task_overlay_builder import TaskOverlayBuilder, TrailRecorder
@@ -202,8 +203,10 @@ def test_the_target_and_the_goal_are_the_report_s(sight, tactile_map):
     sight.show_frame(frame(tactile_map, task=TaskReport(target=target, force_goal=2.5)))
     assert sight.shown.target == target
     assert (sight.shown.goal, sight.shown.contact) == (2.5, 7)
-    assert sight.shown.force_words(7, 1.84) == "1.8 of 2.5\u2009N"
-    assert sight.shown.force_words(8, 1.84) == "1.8\u2009N"
+    own, other = (region_at(tactile_map, middle(tactile_map), number=number, force=1.84) for number in (7, 8))
+    assert sight.shown.force_words(own, ReadingUnits.CALIBRATED) == "1.8 of 2.5\u2009N"
+    assert sight.shown.force_words(other, ReadingUnits.CALIBRATED) == "1.8\u2009N"
+    assert sight.shown.force_words(other, ReadingUnits.COUNTS) == "10\u2009counts"
 
 
 def test_a_held_point_moves_with_the_settings_though_time_stands_still(sight, tactile_map):

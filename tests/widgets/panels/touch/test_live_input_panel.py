@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import re
+
 from PySide6.QtWidgets import QComboBox, QLabel, QPushButton
 
 from app.live.sources.open import SourceOptions
+from app.recording.player import open_recording
 from tests.widgets.support.window_driver import run
+from widgets.panels.touch.contacts_panel import ContactsPanel
 from widgets.panels.touch.live_input_panel import LiveInputPanel
 from widgets.session.live_input import LiveInputSettings
 
@@ -47,8 +51,36 @@ def test_it_tells_how_readings_arrive(window, tmp_path):
     assert text(panel, "taxels") == "150 of 150"
     notes = text(panel, "notes")
     assert "does not have: 150" in notes
-    assert "forces mean nothing" in notes
+    assert "no forces are shown" in notes
     window.live.disconnect_source()
+
+
+def _told(window):
+    """All that is said of how hard the skin is touched."""
+    contacts = window.column.get(ContactsPanel)
+    texts = [window.views.bar.title, *(label.text() for label in contacts.findChildren(QLabel))]
+    texts += [mark.text for mark in window.views.map.display.marks.contacts]
+    texts += [window.plots._force._plot.heading, window.plots._pressure._plot.heading]
+    texts.append(window.views.map.display.words_for(window.live.prepared.skin.taxel_point(3)))
+    return [text.replace("\u2009", " ") for text in texts]
+
+
+def test_counts_are_never_called_pressure_or_force(window, tmp_path):
+    connected(window, tmp_path)
+    window.live.start_recording(tmp_path / "felt.mcap")
+    window.live.stop_recording()
+    told = _told(window)
+    assert "Reading (counts)" in told
+    assert any("force unknown" in text for text in told)
+    assert any(re.search(r"\d counts", text) for text in told)
+    window.live.show_player(open_recording(tmp_path / "felt.mcap"))
+    run(window, 0.1)
+    for text in [*told, *_told(window)]:
+        assert not re.search(r"\bkPa\b|\bN\b", text), text
+    window.live.back_to_live()
+    window.live.disconnect_source()
+    run(window, 0.3)
+    assert "Pressure (kPa)" in _told(window)
 
 
 def test_pressure_without_a_calibration_is_refused_in_place_and_tare_is_asked_for(window, tmp_path):
