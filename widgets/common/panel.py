@@ -111,6 +111,8 @@ class Panel(QWidget):
 
     folded_changed = Signal(bool)
     """The user folded or unfolded it."""
+    simulates = False
+    """Whether what it changes belongs to a simulation: there is nothing to change while a real skin is shown."""
 
     def __init__(self, heading: str, name: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -127,6 +129,7 @@ class Panel(QWidget):
         whole.setContentsMargins(12, 12, 12, 4)
         whole.setSpacing(8)
         whole.addWidget(self._heading)
+        self._reason: QLabel | None = None
         whole.addWidget(self._body)
 
     @property
@@ -148,6 +151,17 @@ class Panel(QWidget):
 
     def set_editable(self, *, editable: bool) -> None:
         """Let a person change what is simulated, or not, as in a replay."""
+
+    def show_reason(self, text: str) -> None:
+        """Say below the heading why nothing can be changed; empty for nothing to say."""
+        if self._reason is None:
+            if not text:
+                return
+            self._reason = self.caption()
+            self._reason.setObjectName(f"{self.objectName()}-reason")
+            self.column.insertWidget(0, self._reason)
+        self._reason.setText(text)
+        self._reason.setHidden(not text)
 
     def set_theme(self, theme: Theme) -> None:
         """Take another theme, where the palette alone does not say it."""

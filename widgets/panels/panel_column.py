@@ -19,6 +19,8 @@ from widgets.panels.registry import PANELS, PanelSpec
 from widgets.session.live_session import LiveSession
 
 COLUMN_WIDTH = 300
+_NOT_SIMULATED = "A real skin is shown, and nothing is simulated: disconnect it to change this."
+_WAS_NOT_SIMULATED = "A real skin was recorded: nothing was simulated."
 
 P = TypeVar("P", bound=Panel)
 
@@ -91,12 +93,20 @@ class PanelColumn(QScrollArea):
         for spec, panel in zip(self._specs, self._panels, strict=True):
             if spec.follow is not None:
                 spec.follow(panel, session, selection)
+        self._session = session
         session.mode_changed.connect(self._on_mode_changed)
 
     def _on_mode_changed(self, mode: str) -> None:
-        """What is replayed cannot be changed."""
+        """What is replayed cannot be changed, and of a real skin nothing but how it is read and mapped."""
+        running, reason = Mode(mode).running, ""
+        if running and self._session.live_input is not None:
+            reason = _NOT_SIMULATED
+        elif (player := self._session.player) is not None and player.measured is not None:
+            reason = _WAS_NOT_SIMULATED
         for panel in self._panels:
-            panel.set_editable(editable=Mode(mode).running)
+            panel.set_editable(editable=running and not (panel.simulates and reason))
+            if panel.simulates:
+                panel.show_reason(reason)
 
     def show_prepared(self, prepared: PreparedScene) -> None:
         """Another scene."""

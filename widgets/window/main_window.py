@@ -145,6 +145,7 @@ class MainWindow(QMainWindow):
         views.robot.display.drawn.connect(partial(self.column.get(TimingPanel).add, "3-D view"))
         scene.title_changed.connect(line.show_title)
         scene.factor_changed.connect(line.show_factor)
+        scene.rate_changed.connect(line.show_rate)
         self.session_bar.speed_chosen.connect(self.live.set_speed)
         self.presenters.state.changed.connect(self.session_bar.show_state)
         self.column.folded_changed.connect(self._on_folded_changed)

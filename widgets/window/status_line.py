@@ -69,7 +69,7 @@ class StatusLine(QStatusBar):
         selection: How many taxels are selected, or which.
         readout: What is under the pointer.
         loading: What is being prepared, with a way out.
-        factor: The real-time factor.
+        factor: The real-time factor, or how often a real skin is read.
     """
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -80,7 +80,7 @@ class StatusLine(QStatusBar):
         self.loading, self._scene, self.factor = ProgressIndicator(), ElidedLabel("scene-title"), QLabel()
         self._scene.setAccessibleName("Scene")
         self.factor.setObjectName("real-time-factor")
-        self.factor.setToolTip("Simulated seconds per second reached: 1.00× is real time")
+        self.factor.setToolTip("Simulated seconds per second reached (1.00× is real time), or readings of a real skin")
         self.factor.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self.factor.setContentsMargins(0, 0, 12, 0)
         self.factor.setMinimumWidth(self.factor.fontMetrics().horizontalAdvance(_FACTOR) + 12)
@@ -95,6 +95,12 @@ class StatusLine(QStatusBar):
 
     def show_factor(self, factor: float | None) -> None:
         """The real-time factor reached; None in a replay."""
-        text = "Replay" if factor is None else f"{factor:.2f}× real time"
+        self._show_pace("Replay" if factor is None else f"{factor:.2f}× real time")
+
+    def show_rate(self, rate: float) -> None:
+        """Readings of a real skin a second [Hz]."""
+        self._show_pace(f"{rate:.0f}\u2009Hz")
+
+    def _show_pace(self, text: str) -> None:
         if text != self.factor.text():
             self.factor.setText(text)

@@ -33,12 +33,12 @@ def check_listening(host: str, *, remote: bool, token: str | None) -> None:
         local = False
     if local:
         return
-    if not remote:
-        remedy = "Listen on 127.0.0.1, or ask for packets of other machines (--remote) with a token"
-        raise UsageError("this address is open to other machines", value=host, remedy=remedy)
     if token is None:
-        remedy = "Set a token (--token), and let every packet carry it"
-        raise UsageError("listening to other machines needs a token", value=host, remedy=remedy)
+        remedy = "Listen on 127.0.0.1, or set a token, and let every packet carry it"
+        raise UsageError("this address is open to other machines", value=host, remedy=remedy)
+    if not remote:
+        remedy = "Listen on 127.0.0.1, or add --remote"
+        raise UsageError("packets of other machines are not asked for", value=host, remedy=remedy)
 
 
 class UdpSource:

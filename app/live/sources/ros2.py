@@ -69,7 +69,7 @@ def load_topics(path: Path | None) -> RosTopics:
         LiveError: It cannot be read, or says what it cannot.
     """
     if path is None:
-        remedy = "Name a TOML file with [readings] topic and values (--mapping)"
+        remedy = "Name a TOML file with [readings] topic and values as the mapping"
         raise UsageError("messages of ROS need a mapping", remedy=remedy)
     try:
         table = tomllib.loads(read_bounded_text(path, error=LiveError))

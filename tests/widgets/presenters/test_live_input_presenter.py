@@ -25,7 +25,7 @@ def test_a_mistake_is_said_in_place(window, tmp_path):
     for kind, address, said in (
         ("File", str(tmp_path / "none.csv"), "none.csv"),
         ("File", " ", "no source is named"),
-        ("UDP", "udp://0.0.0.0:9870", "open to other machines"),
+        ("UDP", "udp://0.0.0.0:9870", "or set a token, and let every packet carry it"),
         ("ROS 2", "ros2:", "need a mapping"),
     ):
         dialog.kind.setCurrentText(kind)

@@ -186,6 +186,8 @@ class BehavioursPanel(Panel):
     behaviours_edited = Signal(object)
     """The tuple of Behaviour wanted."""
 
+    simulates = True
+
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Behaviours", "behaviours-panel", parent)
         self._places: tuple[str, ...] = ()

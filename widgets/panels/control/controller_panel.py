@@ -277,6 +277,8 @@ class ControllerPanel(Panel):
     comparison_requested = Signal()
     """Controllers are to be compared."""
 
+    simulates = True
+
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Controller", "controller-panel", parent)
         self._settings, self._gains = ControlSettings(), GainsByController()

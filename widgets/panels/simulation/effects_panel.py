@@ -286,6 +286,9 @@ _REFRESH_EVERY = 15
 _WARNING = "⚠"
 
 
+_IN_RECORDING = "Effects used in the recording."
+
+
 class EffectsPanel(Panel):
     """A row an effect: its state, its milliseconds a tick, a box that overrides it. Decides nothing.
 
@@ -296,6 +299,8 @@ class EffectsPanel(Panel):
     """Key and wish: a person wants an effect otherwise; ``auto`` for as the scene needs it."""
     auto_all_requested = Signal()
     """All of them as the scene needs them."""
+
+    simulates = True
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Effects", "effects-panel", parent)
@@ -311,7 +316,7 @@ class EffectsPanel(Panel):
         self._rows.setSpacing(2)
         self._warnings = self._note("effects-warnings")
         self._closed = self._note("effects-closed")
-        self._closed.setText("Effects used in the recording.")
+        self._closed.setText(_IN_RECORDING)
         self._rows.addLayout(self._header())
         self._body, self._sensor = QWidget(self._content), QWidget(self._content)
         self._columns = {group: _group_layout(group) for group in (self._body, self._sensor)}
@@ -399,6 +404,10 @@ class EffectsPanel(Panel):
             line.box.setEnabled(editable)
         rows = () if self._decision is None else self._decision.rows
         self._auto.setEnabled(editable and any(row.overridden for row in rows))
+
+    def show_reason(self, text: str) -> None:
+        """Say why nothing can be changed: in a replay, because it is one."""
+        self._closed.setText(text or _IN_RECORDING)
 
     def refresh(self) -> None:
         """Show costs now."""

@@ -31,6 +31,8 @@ class LiveInputPanel(Panel):
 
     disconnect_wanted = Signal()
     """Go back to simulating."""
+    rate_changed = Signal(float)
+    """Readings a second [Hz], a few times a second."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Live input", "live-input-panel", parent)
@@ -92,6 +94,7 @@ class LiveInputPanel(Panel):
         status = self._input.status
         facts, silent = self._input.facts()
         self._address.setText(status.address)
+        self.rate_changed.emit(status.rate)
         for key, text in _texts(status, facts, len(self._input.origin.skin)).items():
             self._values[key].setText(text)
         self._mode.setCurrentIndex(list(_MODES).index(facts.mode))

@@ -12,6 +12,7 @@ from app.session.prepare import PreparedScene
 from app.skin.formats.import_skin import NO_ROBOT
 from widgets.context.app_context import AppContext
 from widgets.panels.simulation.timing_panel import TimingPanel
+from widgets.panels.touch.live_input_panel import LiveInputPanel
 from widgets.presenters.map_edit_presenter import MapEditPresenter
 from widgets.presenters.session.effects_presenter import EffectsPresenter
 
@@ -34,6 +35,8 @@ class ScenePresenter(QObject):
     """Another scene is shown: its name for people."""
     factor_changed = Signal(object)
     """Simulated seconds per second reached; None in a replay."""
+    rate_changed = Signal(float)
+    """Readings of a real skin a second, while it is shown [Hz]."""
 
     def __init__(
         self, context: AppContext, effects: EffectsPresenter, map_edit: MapEditPresenter, parent: QObject
@@ -45,6 +48,7 @@ class ScenePresenter(QObject):
         session, views = context.session, context.views
         session.prepared_changed.connect(self._on_prepared_changed)
         session.frame_ready.connect(self._on_frame_ready)
+        context.panels.get(LiveInputPanel).rate_changed.connect(self._on_rate_changed)
         session.loading.connect(self._on_loading)
         session.loading_ended.connect(self._on_loading_ended)
         session.mode_changed.connect(views.show_mode)
@@ -85,13 +89,19 @@ class ScenePresenter(QObject):
     def _on_frame_ready(self, frame: Frame) -> None:
         context, runner = self._context, self._session.runner
         context.views.show_frame(frame)
-        factor = None if self._session.player or not runner else runner.real_time_factor
-        self.factor_changed.emit(factor)
+        simulated = self._session.live_input is None
+        factor = None if self._session.player or not runner or not simulated else runner.real_time_factor
+        if simulated or self._session.player:
+            self.factor_changed.emit(factor)
         context.panels.get(TimingPanel).show_factor(factor)
         context.panels.show_frame(frame)
         context.plots.show_frame(frame)
         if (recorder := self._session.recorder) is not None:
             context.timeline.set_live(recorder.frames * recorder.tick)
+
+    def _on_rate_changed(self, rate: float) -> None:
+        if self._session.player is None:
+            self.rate_changed.emit(rate)
 
     def _on_loading(self, text: str, fraction: float) -> None:
         """The first robot's progress fills the views; another's stays beside the one that lives."""

@@ -94,7 +94,8 @@ def test_packets_of_a_port_are_received_for_so_long(skin, capsys):
     ("words", "code", "said"),
     [
         (["nothing://here"], 2, "no such kind of source"),
-        (["udp://0.0.0.0:9870"], 2, "--remote"),
+        (["udp://0.0.0.0:9870"], 2, "set a token"),
+        (["udp://0.0.0.0:9870", "--token", "long enough"], 2, "--remote"),
         (["none.csv"], 1, "none.csv"),
         (["udp://127.0.0.1:0", "--for", "0.05"], 1, "no reading came"),
         (["udp:", "--save-calibration", "x.csv"], 2, "--weight"),

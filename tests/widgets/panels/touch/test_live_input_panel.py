@@ -9,6 +9,9 @@ from PySide6.QtWidgets import QComboBox, QLabel, QPushButton
 from app.live.sources.open import SourceOptions
 from app.recording.player import open_recording
 from tests.widgets.support.window_driver import run
+from widgets.panels.control.behaviours_panel import BehavioursPanel
+from widgets.panels.control.controller_panel import ControllerPanel
+from widgets.panels.simulation.effects_panel import EffectsPanel
 from widgets.panels.touch.contacts_panel import ContactsPanel
 from widgets.panels.touch.live_input_panel import LiveInputPanel
 from widgets.session.live_input import LiveInputSettings
@@ -71,6 +74,12 @@ def test_counts_are_never_called_pressure_or_force(window, tmp_path):
     window.live.stop_recording()
     told = _told(window)
     assert "Reading (counts)" in told
+    assert window.status_line.factor.text().endswith("\u2009Hz")
+    assert not any(line.box.isEnabled() for line in window.column.get(EffectsPanel).lines.values())
+    for kind in (ControllerPanel, BehavioursPanel, EffectsPanel):
+        panel = window.column.get(kind)
+        assert panel.isEnabled() == (kind is EffectsPanel)
+        assert any("disconnect it" in label.text() for label in panel.findChildren(QLabel))
     assert any("force unknown" in text for text in told)
     assert any(re.search(r"\d counts", text) for text in told)
     window.live.show_player(open_recording(tmp_path / "felt.mcap"))
@@ -81,6 +90,9 @@ def test_counts_are_never_called_pressure_or_force(window, tmp_path):
     window.live.disconnect_source()
     run(window, 0.3)
     assert "Pressure (kPa)" in _told(window)
+    assert "real time" in window.status_line.factor.text()
+    assert window.column.get(ControllerPanel).isEnabled()
+    assert not any("disconnect it" in label.text() for label in window.column.findChildren(QLabel) if label.isVisible())
 
 
 def test_pressure_without_a_calibration_is_refused_in_place_and_tare_is_asked_for(window, tmp_path):
