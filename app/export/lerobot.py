@@ -3,14 +3,17 @@
 An episode is a run of ticks without a gap, its task the scene's name. Features: joint positions and velocities
 (``observation.state``, ``observation.velocity``), pressures by taxel (``observation.tactile`` [Pa], named by hardware
 id), the commanded positions (``action``), and a film of the tactile image (``observation.images.tactile``) at the rate
-of ticks. All in single precision, as LeRobot has it.
+of ticks. All in single precision, as LeRobot has it. A real skin is read at any times: of it there are rows at equal
+steps, as many a second as it usually sent, each with the newest reading; in counts where it was not calibrated, which
+``meta/info.json`` says (``tactile_unit``).
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -20,9 +23,10 @@ from numpy.typing import NDArray
 
 from app.core.errors import ExportError
 from app.core.progress import Progress
+from app.core.reading_units import ReadingUnits
 from app.export.film import open_film
 from app.export.optional import packages_of
-from app.export.tables import Episode, batches, episodes, taxel_labels
+from app.export.tables import BATCH, Episode, episodes, taxel_labels, units_of
 from app.maps.pressure_colours import colour_image, rounded_scale
 from app.maps.tactile_image import TactileImage
 from app.recording.player import RecordingPlayer
@@ -46,27 +50,27 @@ def write_lerobot(player: RecordingPlayer, folder: Path, *, progress: Progress) 
     Raises:
         ExportError: A package is not installed, or ticks do not come a whole number of times a second.
     """
-    rate = 1.0 / player.prepared.scene.tick
-    if abs(rate - round(rate)) > 1e-6 * rate:
-        remedy = "Record with a tick of 0.005 s, 0.004 s, ... or export to parquet"
-        raise ExportError("LeRobot needs a whole number of ticks a second", value=f"{rate:.6g}", remedy=remedy)
     with packages_of("export"):
         import pyarrow.parquet as parquet
-    found = episodes(player)
+    rows_of = _rows_of(player)
+    found, counts = rows_of.episodes, _in_counts(player)
     statistics = [_Statistics() for _ in found]
     image = TactileImage(player.prepared.map, width=_WIDTH)
     rows, columns = image.shape
     size = (rows + rows % 2, columns + columns % 2)
     scale = rounded_scale(1e-3 * max(float(np.nanmax(frame.pressures, initial=0.0)) for frame in player))
+    rate = rows_of.rate
     _folder_of(folder / "data" / f"{_FILE}.parquet")
     video = folder / "videos" / _VIDEO / f"{_FILE}.mp4"
     _folder_of(video)
     with ExitStack() as files:
-        film = files.enter_context(open_film(video, size[::-1], Fraction(round(rate)), quality=18))
+        film = files.enter_context(open_film(video, size[::-1], Fraction(rate), quality=18))
         writer = None
         done = 0
-        for frames in batches(player, progress):
-            table = _rows(frames, done, found, round(rate), statistics)
+        for start in range(0, len(rows_of.frames), BATCH):
+            progress("Exporting", start / len(rows_of.frames))
+            frames = [player.frame(number) for number in rows_of.frames[start : start + BATCH]]
+            table = _rows(frames, done, found, rate, statistics, counts=counts)
             if writer is None:
                 path = folder / "data" / f"{_FILE}.parquet"
                 writer = files.enter_context(parquet.ParquetWriter(path, table.schema, compression="snappy"))
@@ -77,7 +81,52 @@ def write_lerobot(player: RecordingPlayer, folder: Path, *, progress: Progress) 
                 film.add(picture)
                 statistics[_episode_of(number, found)].add(_VIDEO, picture.reshape(-1, 3) / 255.0)
             done += len(frames)
-    _write_meta(player, folder, found, statistics, round(rate), size)
+    progress("Exporting", 1.0)
+    _write_meta(player, folder, rows_of, statistics, size, counts=counts)
+
+
+@dataclass(frozen=True)
+class _RowsOf:
+    """The rows of the data set, ``rate`` a second within each episode: the number of the frame that each shows."""
+
+    rate: int
+    frames: Sequence[int]
+    episodes: list[Episode]
+
+
+def _rows_of(player: RecordingPlayer) -> _RowsOf:
+    """Each tick; of a real skin, whose readings come at any time, the newest at each of equal steps."""
+    found = episodes(player)
+    if player.measured is None:
+        rate = 1.0 / player.prepared.scene.tick
+        if abs(rate - round(rate)) > 1e-6 * rate:
+            remedy = "Record with a tick of 0.005 s, 0.004 s, ... or export to parquet"
+            raise ExportError("LeRobot needs a whole number of ticks a second", value=f"{rate:.6g}", remedy=remedy)
+        return _RowsOf(round(rate), range(len(player)), found)
+    steps = np.diff(player.times)
+    usual = max(round(1 / float(np.median(steps))), 1) if len(steps) else 1
+    frames: list[int] = []
+    sampled = []
+    for one in found:
+        times = player.times[one.first : one.first + one.frames]
+        count = int((times[-1] - times[0]) * usual + 1e-6) + 1
+        wanted = times[0] + np.arange(count) / usual + 1e-9
+        sampled.append(replace(one, first=len(frames), frames=count))
+        frames += (one.first + np.searchsorted(times, wanted, side="right") - 1).tolist()
+    return _RowsOf(usual, frames, sampled)
+
+
+def _in_counts(player: RecordingPlayer) -> bool:
+    """Whether the readings are no pressures.
+
+    Raises:
+        ExportError: Some are and some are not: a data set has one unit.
+    """
+    found = {units is ReadingUnits.COUNTS for units in units_of(player)}
+    if len(found) > 1:
+        remedy = "Record it again in one mode: tactile-maps listen RECORDING --mode kPa -o OTHER.mcap"
+        raise ExportError("the readings are counts at first and pressures later", file=player.path, remedy=remedy)
+    return found == {True}
 
 
 def _folder_of(path: Path) -> None:
@@ -88,7 +137,9 @@ def _episode_of(number: int, found: list[Episode]) -> int:
     return sum(one.first <= number for one in found) - 1
 
 
-def _rows(frames: list[Frame], first: int, found: list[Episode], rate: int, statistics: list[_Statistics]) -> Any:
+def _rows(
+    frames: list[Frame], first: int, found: list[Episode], rate: int, statistics: list[_Statistics], *, counts: bool
+) -> Any:
     import pyarrow as arrow
 
     index = np.arange(first, first + len(frames))
@@ -96,6 +147,8 @@ def _rows(frames: list[Frame], first: int, found: list[Episode], rate: int, stat
     within = index - np.array([found[number].first for number in episode])
     columns: dict[str, Any] = {}
     values = {key: np.stack([part(frame) for frame in frames]).astype(np.float32) for key, part in _KEYS.items()}
+    if counts:
+        values["observation.tactile"] *= np.float32(1e-3)  # one count stands for 1 kPa
     plain = {
         "timestamp": (within / rate).astype(np.float32),
         "frame_index": within,
@@ -161,10 +214,11 @@ class _Statistics:
 def _write_meta(
     player: RecordingPlayer,
     folder: Path,
-    found: list[Episode],
+    rows_of: _RowsOf,
     statistics: list[_Statistics],
-    rate: int,
     size: tuple[int, ...],
+    *,
+    counts: bool,
 ) -> None:
     import pyarrow as arrow
     import pyarrow.parquet as parquet
@@ -175,11 +229,11 @@ def _write_meta(
     whole = _Statistics()
     for one in statistics:
         whole.merge(one)
-    (meta / "info.json").write_text(json.dumps(_info(player, found, rate, size), indent=4), encoding="utf8")
+    (meta / "info.json").write_text(json.dumps(_info(player, rows_of, size, counts=counts), indent=4), encoding="utf8")
     (meta / "stats.json").write_text(json.dumps(whole.result(), indent=4), encoding="utf8")
     tasks = arrow.table({"task_index": arrow.array([0]), "task": arrow.array([player.prepared.scene.name])})
     parquet.write_table(tasks.replace_schema_metadata(_PANDAS_INDEX), meta / "tasks.parquet")
-    rows = [_episode_row(number, one, results[number], rate) for number, one in enumerate(found)]
+    rows = [_episode_row(number, one, results[number], rows_of.rate) for number, one in enumerate(rows_of.episodes)]
     parquet.write_table(arrow.Table.from_pylist(rows), meta / "episodes" / f"{_FILE}.parquet")
 
 
@@ -221,8 +275,8 @@ def _episode_row(number: int, one: Episode, stats: Mapping[str, Mapping[str, Any
     return row | {f"stats/{key}/{name}": value for key, of in stats.items() for name, value in of.items()}
 
 
-def _info(player: RecordingPlayer, found: list[Episode], rate: int, size: tuple[int, ...]) -> dict[str, Any]:
-    prepared = player.prepared
+def _info(player: RecordingPlayer, rows_of: _RowsOf, size: tuple[int, ...], *, counts: bool) -> dict[str, Any]:
+    prepared, rate, found = player.prepared, rows_of.rate, rows_of.episodes
     joints = [joint.name for joint in prepared.robot.joints]
     names = {"observation.tactile": taxel_labels(prepared.skin)}
     features: dict[str, Any] = {
@@ -250,7 +304,7 @@ def _info(player: RecordingPlayer, found: list[Episode], rate: int, size: tuple[
         "codebase_version": "v3.0",
         "robot_type": prepared.robot.name,
         "total_episodes": len(found),
-        "total_frames": len(player),
+        "total_frames": len(rows_of.frames),
         "total_tasks": 1,
         "chunks_size": 1000,
         "data_files_size_in_mb": 100,
@@ -260,5 +314,10 @@ def _info(player: RecordingPlayer, found: list[Episode], rate: int, size: tuple[
         "data_path": "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet",
         "video_path": "videos/{video_key}/chunk-{chunk_index:03d}/file-{file_index:03d}.mp4",
         "features": features,
-        "tactile_maps": {"complete": player.complete, "damage": [one.kind.value for one in player.damage]},
+        "tactile_maps": {
+            "complete": player.complete,
+            "damage": [one.kind.value for one in player.damage],
+            "tactile_unit": "counts" if counts else "Pa",
+            "measured": player.measured,
+        },
     }

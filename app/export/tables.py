@@ -13,7 +13,10 @@
 | ``events`` | each contact event |
 | ``episodes`` | each run of ticks without a gap, with the scene's name as label |
 
-Units stand in the columns' names; places are in the frame of the link.
+Units stand in the columns' names; places are in the frame of the link. Of a real skin ``pressures`` has the sender's
+time and numbers too, and the values as they were sent (``raw_counts``, ``raw_Pa`` or ``raw_kPa``; NaN before any).
+Where it was not calibrated, the columns in kPa or Pa give way to such in counts, and forces are NaN; where that changed
+within the recording there are both, each NaN where it does not apply.
 """
 
 from __future__ import annotations
@@ -27,6 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.progress import Progress
+from app.core.reading_units import ReadingUnits
 from app.maps.tactile_image import TactileImage
 from app.recording.damage import damage_text
 from app.recording.player import RecordingPlayer
@@ -34,6 +38,8 @@ from app.session.frame import Frame
 from app.session.prepare import PreparedScene
 from app.skin.skin import Skin
 
+_LONGEST_GAP = 1.0
+"""Seconds without a reading of a real skin that do not end an episode."""
 BATCH = 64
 """Frames in memory at a time."""
 Columns = Mapping[str, NDArray[Any]]
@@ -67,9 +73,21 @@ def write_tables(player: RecordingPlayer, sink: Sink, *, image_width: int, progr
     ):
         sink.append(table, columns)
     image = TactileImage(prepared.map, width=image_width) if image_width else None
+    units = units_of(player)
     for frames in batches(player, progress):
-        for table, columns in _of_frames(frames, image).items():
+        for table, columns in _of_frames(frames, image, units).items():
             sink.append(table, columns)
+
+
+def units_of(player: RecordingPlayer) -> tuple[ReadingUnits, ...]:
+    """All that the readings of a recording may be called, in the order of the enum; of a simulated one that is known.
+
+    Cost: as to read all frames of a real skin.
+    """
+    if player.measured is None:
+        return (ReadingUnits.CALIBRATED,)
+    found = {frame.units for frame in player if frame.measured is None or frame.measured.sent is not None}
+    return tuple(units for units in ReadingUnits if units in found) or (ReadingUnits.COUNTS,)
 
 
 def batches(player: RecordingPlayer, progress: Progress, *, size: int = BATCH) -> Iterator[list[Frame]]:
@@ -98,12 +116,17 @@ class Episode:
 
 
 def episodes(player: RecordingPlayer) -> list[Episode]:
-    """The runs of ticks of a recording: one, or more where frames are missing."""
-    ticks = np.rint(player.times / player.prepared.scene.tick).astype(np.int64)
-    starts = [0, *(np.flatnonzero(np.diff(ticks) != 1) + 1).tolist()]
+    """The runs of ticks of a recording: one, or more where frames are missing; of a real skin, where it fell silent."""
+    if player.measured is None:
+        ticks = np.rint(player.times / player.prepared.scene.tick).astype(np.int64)
+        apart = np.diff(ticks) != 1
+    else:  # readings come at any ticks
+        steps = np.diff(player.times)
+        apart = steps > max(_LONGEST_GAP, 10 * float(np.median(steps))) if len(steps) else np.zeros(0, dtype=bool)
+    starts = [0, *(np.flatnonzero(apart) + 1).tolist()]
     return [
         Episode(start, end - start, player.prepared.scene.name)
-        for start, end in zip(starts, [*starts[1:], len(ticks)], strict=True)
+        for start, end in zip(starts, [*starts[1:], len(player)], strict=True)
     ]
 
 
@@ -124,7 +147,8 @@ def taxel_labels(skin: Skin) -> list[str]:
 def column_labels(prepared: PreparedScene) -> dict[str, Sequence[str]]:
     """What the numbers of a column with several in a row are of: of a taxel, of a joint."""
     joints = [joint.name for joint in prepared.robot.joints]
-    return {"pressure_Pa": taxel_labels(prepared.skin), **dict.fromkeys(JOINT_COLUMNS, joints)}
+    columns = ("pressure_Pa", "reading_counts", "raw_counts", "raw_Pa", "raw_kPa")
+    return {**dict.fromkeys(columns, taxel_labels(prepared.skin)), **dict.fromkeys(JOINT_COLUMNS, joints)}
 
 
 JOINT_COLUMNS: Mapping[str, Callable[[Frame], NDArray[np.float64]]] = {
@@ -223,14 +247,48 @@ def _events(player: RecordingPlayer) -> Columns:
         "phase": _words([event.phase for event in events]),
         "contacts": _words([" ".join(map(str, event.contacts)) for event in events]),
         "links": _words([" ".join(event.links) for event in events]),
-        "force_N": np.array([event.force for event in events], dtype=np.float64),
+        "force_N": np.array([np.nan if event.force is None else event.force for event in events], dtype=np.float64),
         "duration_s": np.array([event.duration for event in events], dtype=np.float64),
         "travelled_m": np.array([event.travelled for event in events], dtype=np.float64),
         "words": _words([event.words for event in events]),
     }
 
 
-def _of_frames(frames: Sequence[Frame], image: TactileImage | None) -> dict[str, Columns]:
+def _by_unit(
+    name: str,
+    values: NDArray[Any],
+    of: Sequence[ReadingUnits],
+    units: Sequence[ReadingUnits],
+    *,
+    counts: str = "",
+) -> Columns:
+    """Values in pascals, a row for each of ``of``: ``NAME_Pa``, or in counts where they are no pressures."""
+    counted = np.array([one is ReadingUnits.COUNTS for one in of], dtype=bool)
+    rows = counted.reshape(-1, *[1] * (values.ndim - 1))
+    columns: dict[str, NDArray[Any]] = {}
+    if set(units) != {ReadingUnits.COUNTS}:
+        columns[f"{name}_Pa"] = np.where(rows, np.nan, values) if counted.any() else values
+    if ReadingUnits.COUNTS in units:
+        columns[f"{counts or name}_counts"] = np.where(rows, 1e-3 * values, np.nan)
+    return columns
+
+
+def _sent(frames: Sequence[Frame]) -> Columns:
+    """What a real skin sent; nothing of a simulated one."""
+    sent = [frame.measured for frame in frames]
+    known = [one for one in sent if one is not None]
+    if len(known) < len(sent):
+        return {}
+    return {
+        "sent_s": np.array([np.nan if one.sent is None else one.sent for one in known]),
+        "sequence": _numbers([one.sequence for one in known]),
+        f"raw_{known[-1].unit}": np.stack([one.raw for one in known]),
+    }
+
+
+def _of_frames(
+    frames: Sequence[Frame], image: TactileImage | None, units: Sequence[ReadingUnits]
+) -> dict[str, Columns]:
     """The tables of ticks, for some of them."""
     when = {"tick": np.array([frame.tick for frame in frames]), "time_s": np.array([frame.time for frame in frames])}
     rows = {name: np.stack([part(frame) for frame in frames]) for name, part in JOINT_COLUMNS.items()}
@@ -239,15 +297,35 @@ def _of_frames(frames: Sequence[Frame], image: TactileImage | None) -> dict[str,
         rows["objects_pose"] = objects.reshape(len(frames), -1)
     tables: dict[str, Columns] = {
         "frames": {**when, **rows},
-        "pressures": {**when, "pressure_Pa": np.stack([frame.pressures for frame in frames])},
-        "contacts": _contacts(frames),
+        "pressures": {
+            **when,
+            **_by_unit(
+                "pressure",
+                np.stack([frame.pressures for frame in frames]),
+                [frame.units for frame in frames],
+                units,
+                counts="reading",
+            ),
+            **_sent(frames),
+        },
+        "contacts": _contacts(frames, units),
     }
     if image is not None:
-        tables["images"] = {**when, "image_kPa": np.stack([image.render(frame.pressures) for frame in frames])}
+        tables["images"] = {**when, **_images(frames, image, units)}
     return tables
 
 
-def _contacts(frames: Sequence[Frame]) -> Columns:
+def _images(frames: Sequence[Frame], image: TactileImage, units: Sequence[ReadingUnits]) -> Columns:
+    """Pixels in kPa, or in counts."""
+    pixels = np.stack([image.render(frame.pressures) for frame in frames])
+    found = _by_unit("image", pixels, [frame.units for frame in frames], units)
+    return {
+        "image_kPa" if name == "image_Pa" else name: values if name == "image_Pa" else 1e3 * values
+        for name, values in found.items()
+    }
+
+
+def _contacts(frames: Sequence[Frame], units: Sequence[ReadingUnits]) -> Columns:
     rows = [(frame, region) for frame in frames for region in frame.regions]
 
     def vector(name: str, length: int) -> NDArray[np.float64]:
@@ -256,18 +334,20 @@ def _contacts(frames: Sequence[Frame]) -> Columns:
     def number(name: str) -> NDArray[np.float64]:
         return np.array([getattr(region, name) for _, region in rows], dtype=np.float64)
 
+    of = [frame.units for frame, _ in rows]
+    claimed = np.array([one.force is not None for one in of], dtype=bool)
     columns: dict[str, NDArray[Any]] = {
         "tick": _numbers([frame.tick for frame, _ in rows]),
         "time_s": np.array([frame.time for frame, _ in rows], dtype=np.float64),
         "contact": _numbers([region.id for _, region in rows]),
         "link": _words([region.link for _, region in rows]),
         "taxels": _numbers([len(region.taxels) for _, region in rows]),
-        "force_N": number("force"),
-        "force_error_N": number("force_error"),
+        "force_N": np.where(claimed, number("force"), np.nan),
+        "force_error_N": np.where(claimed, number("force_error"), np.nan),
         "place_error_m": number("place_error"),
         "area_m2": number("area"),
-        "peak_Pa": number("peak"),
-        "mean_Pa": number("mean"),
+        **_by_unit("peak", number("peak"), of, units),
+        **_by_unit("mean", number("mean"), of, units),
     }
     for name, part, axes in (
         ("", "link_position", "xyz"),

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -24,7 +25,7 @@ from app.live.channel_health import QUIET_SECONDS, ChannelHealth, SilentChannel
 from app.live.matching import TaxelMatcher
 from app.live.readings import MalformedReadingError, Unit
 from app.session.frame import Frame
-from app.session.inputs import MapEdited, PokeMoved, PokeReleased, ReadingChanged, SessionInput
+from app.session.inputs import CalibrationUsed, MapEdited, PokeMoved, PokeReleased, ReadingChanged, SessionInput
 from app.session.measured_values import MeasuredValues
 from app.session.prepare import PreparedScene
 from app.session.runtime_settings import RuntimeSettings
@@ -127,6 +128,7 @@ class MeasuredSession:
         self._unit: Unit | None = None
         self._calibration = calibration or Calibration.plain(len(skin), Unit.COUNTS)
         self._baseline = np.zeros(len(skin))
+        self._spread: FloatArray | None = None
         self._tare: Tare | None = None
         self.tared = False
         self.reset()
@@ -145,6 +147,7 @@ class MeasuredSession:
         self.inputs: list[tuple[int, SessionInput]] = [
             (0, session_input) for session_input in self.runtime_settings.since(self._start)
         ]
+        self._told: CalibrationUsed | None = None
         self.frame = self._frame()
 
     @property
@@ -171,6 +174,7 @@ class MeasuredSession:
             remedy = "Give a calibration file, or calibrate with a known weight"
             raise LiveError("counts cannot be shown as pressure", value="no calibration", remedy=remedy)
         self._wanted = mode
+        self._use_noise()
 
     @property
     def units(self) -> ReadingUnits:
@@ -208,7 +212,24 @@ class MeasuredSession:
         change = self._values - self._baseline - self._calibration.offset
         self._calibration = self._calibration.with_weight(change, self.prepared.skin.areas, mass)
         self._given = self._calibration
+        self._use_noise()
         return self._calibration
+
+    def adopt(self, used: CalibrationUsed) -> None:
+        """Take over gains, offsets and baseline of a recording, where nothing else was given.
+
+        Raises:
+            LiveError: It is of another skin.
+        """
+        if len(used.gain) != len(self._values):
+            found = f"{len(used.gain)} taxels for {len(self._values)}"
+            remedy = "Show it on the skin that it was recorded with, or give a calibration of this one"
+            raise LiveError("the recorded calibration is of another skin", value=found, remedy=remedy)
+        if used.known:
+            self._given = self._calibration = Calibration(used.gain, used.offset)
+        self._baseline, self._spread = used.baseline, used.spread
+        self.tared = used.spread is not None
+        self._use_noise()
 
     @property
     def facts(self) -> MeasuredFacts:
@@ -270,7 +291,9 @@ class MeasuredSession:
             try:
                 taxels, values = self._matcher.match(reading)
                 self._use_unit(reading.unit)
-            except MalformedReadingError as error:
+                if reading.recorded is not None and self._given is None and self._tare is None and not self.tared:
+                    self.adopt(reading.recorded)
+            except LiveError as error:
                 self._refused, self._problem = self._refused + 1, str(error)
                 return self.frame
             step = self._advance(reading.time, item.at)
@@ -333,11 +356,17 @@ class MeasuredSession:
     def _take_tare(self) -> None:
         if self._tare is None or not self._tare.add(self._values):
             return
-        mean, spread = self._tare.result()
+        mean, self._spread = self._tare.result()
         self._tare, self.tared = None, True
         self._baseline = mean - self._calibration.offset
+        self._use_noise()
+
+    def _use_noise(self) -> None:
+        """Contacts are read above the noise of the untouched skin, in what is shown."""
+        if self._spread is None:
+            return
         scale = np.abs(self._calibration.gain) if self.mode is ValueMode.PRESSURE else self._scale
-        noise = float(np.median(spread * scale))
+        noise = float(np.median(self._spread * scale))
         self._contacts.set_sensor_model(SensorEffects(noise=Noise(noise) if noise > 0 else None))
 
     @property
@@ -354,8 +383,18 @@ class MeasuredSession:
             return calibration.values(self._values, self._baseline, mode)
         return self._scale * calibration.values(self._values, self._baseline + calibration.offset, mode)
 
+    def _tell_calibration(self) -> None:
+        """By what readings are shown is an input, so that a recording of them can be shown otherwise."""
+        now, told, mode = self._calibration, self._told, _recorded_mode(self.mode)
+        same = told is not None and told.gain is now.gain and told.baseline is self._baseline and told.mode == mode
+        if not same:
+            used = CalibrationUsed(now.gain, now.offset, self._baseline, self._spread, now.known, mode)
+            self._baseline, self._told = used.baseline, used
+            self.inputs.append((self._ticks, used))
+
     def _frame(self) -> Frame:
         pressures, units = self._pressures(), self.units
+        self._tell_calibration()
         self._contacts.use_units(units)
         with self._watch.stage("contacts"):
             regions = self._contacts.read(self._ticks, self._time, self._posture, pressures)
@@ -380,6 +419,16 @@ class MeasuredSession:
                 units,
             ),
         )
+
+
+def _recorded_mode(mode: ValueMode) -> Literal["raw", "baseline", "kPa"]:
+    match mode:
+        case ValueMode.RAW:
+            return "raw"
+        case ValueMode.BASELINE:
+            return "baseline"
+        case ValueMode.PRESSURE:
+            return "kPa"
 
 
 def silent_text(session: MeasuredSession, silent: SilentChannel) -> str:

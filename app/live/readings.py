@@ -13,6 +13,7 @@ import numpy as np
 
 from app.core.arrays import FloatArray, IntArray, freeze_arrays
 from app.core.errors import LiveError
+from app.session.inputs import CalibrationUsed
 
 MOST_VALUES = 200_000
 """In one reading: far above any skin, far below what would exhaust the memory."""
@@ -64,6 +65,7 @@ class Reading:
             values are those of all taxels in their order.
         joints: Positions of joints by name [rad, or m for a slide], as far as the sender knows them.
         sequence: Running number of the packet, modulo 2³²; None where the sender counts none.
+        recorded: Of the first reading of a recording: by what its readings were shown in the end; None for others.
 
     Raises:
         MalformedReadingError: Lengths differ, or a number is not finite.
@@ -76,6 +78,7 @@ class Reading:
     channels: IntArray | None = None
     joints: Mapping[str, float] = field(default_factory=lambda: _NO_JOINTS)
     sequence: int | None = None
+    recorded: CalibrationUsed | None = None
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "values")

@@ -22,6 +22,7 @@ from app.recording.bundle import DAMAGED
 from app.recording.frame_codec import FRAME_SCHEMA, check_place
 from app.session.inputs import (
     BehavioursChanged,
+    CalibrationUsed,
     ControlChanged,
     EffectsChanged,
     MapEdited,
@@ -47,7 +48,14 @@ class MapEdit:
 
 
 RecordedInput: TypeAlias = (
-    PokeInput | ControlChanged | BehavioursChanged | EffectsChanged | ReadingChanged | RestChanged | MapEdit
+    PokeInput
+    | ControlChanged
+    | BehavioursChanged
+    | EffectsChanged
+    | ReadingChanged
+    | RestChanged
+    | CalibrationUsed
+    | MapEdit
 )
 
 
@@ -99,6 +107,14 @@ def _same_places(one: Skin, other: Skin) -> bool:
     return one is other or all(np.array_equal(a.taxels.positions, b.taxels.positions) for a, b in pairs)
 
 
+def _check_calibration(found: CalibrationUsed, taxels: int, file: str | None) -> None:
+    for name in ("gain", "offset", "baseline", "spread"):
+        values = getattr(found, name)
+        if values is not None and values.shape != (taxels,):
+            problem = "a calibration is not of this skin"
+            raise RecordingError(problem, file=file, place=f"/input: input.{name}", value=values.shape, remedy=DAMAGED)
+
+
 def decode_input(data: bytes, base: TactileMap, *, file: str | None = None) -> tuple[int, SessionInput]:
     """Tick and input of a message.
 
@@ -114,6 +130,8 @@ def decode_input(data: bytes, base: TactileMap, *, file: str | None = None) -> t
     found = message.input
     if isinstance(found, PokePressed | PokeMoved):
         check_place(found.at, base.skin, place="/input: input.at", file=file)
+    if isinstance(found, CalibrationUsed):
+        _check_calibration(found, len(base.skin), file)
     if not isinstance(found, MapEdit):
         return message.tick, found
     try:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 from app.contacts.pipeline import ReadingSettings
 from app.control.behaviours import Behaviour, ControlTrigger
 from app.control.command import ControlSettings
+from app.core.arrays import FloatArray, freeze_arrays
 from app.maps.tactile_map import TactileMap
 from app.scene.effects import Effects
 from app.tactile.poke import PokeInput, PokeMoved, PokePressed, PokeReleased
@@ -71,12 +73,44 @@ class RestChanged:
     posture: tuple[float, ...]
 
 
+@dataclass(frozen=True, eq=False)
+class CalibrationUsed:
+    """What a real skin's values mean from the next tick on: pressure = gain (value - offset - baseline).
+
+    Attributes:
+        gain: (taxels,) pascals for each unit of the values.
+        offset: (taxels,) value of the untouched taxel, in that unit.
+        baseline: (taxels,) what a tare found above the offset, in that unit.
+        spread: (taxels,) standard deviation in the tare, in that unit; None without one.
+        known: Whether the gains were measured.
+        mode: What is shown: ``raw``, above the ``baseline``, or ``kPa``.
+    """
+
+    gain: FloatArray
+    offset: FloatArray
+    baseline: FloatArray
+    spread: FloatArray | None
+    known: bool
+    mode: Literal["raw", "baseline", "kPa"]
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "gain", "offset", "baseline", "spread")
+
+
 SessionInput = (
-    PokeInput | ControlChanged | MapEdited | EffectsChanged | BehavioursChanged | ReadingChanged | RestChanged
+    PokeInput
+    | ControlChanged
+    | MapEdited
+    | EffectsChanged
+    | BehavioursChanged
+    | ReadingChanged
+    | RestChanged
+    | CalibrationUsed
 )
 
 __all__ = [
     "BehavioursChanged",
+    "CalibrationUsed",
     "ControlChanged",
     "EffectsChanged",
     "MapEdited",

@@ -31,6 +31,7 @@ from app.scene.scene import Scene
 from app.session.frame import Failure, Frame
 from app.session.inputs import (
     BehavioursChanged,
+    CalibrationUsed,
     ControlChanged,
     EffectsChanged,
     MapEdited,
@@ -237,7 +238,8 @@ class Session:
 
         Raises:
             MapError: The map of an edit is of another skin; the session is as if it had not come.
-            SimulationError: A rest posture is none of the robot's, or the scene moves the robot itself; likewise.
+            SimulationError: A rest posture is none of the robot's, the scene moves the robot itself, or it is the
+                calibration of a real skin; likewise.
         """
         if isinstance(session_input, MapEdited):
             _checked_map(session_input.map, self.prepared.skin)
@@ -245,6 +247,9 @@ class Session:
             self._check_rest(session_input.posture)
         if isinstance(session_input, ControlChanged) and session_input.by is not None:
             return
+        if isinstance(session_input, CalibrationUsed):
+            remedy = "Show its readings with: tactile-maps listen"
+            raise SimulationError("a simulated skin has no calibration: a real one was recorded", remedy=remedy)
         if isinstance(session_input, PokePressed) and self.scripted:
             self._end_script()
         self._waiting.append(session_input)
@@ -389,7 +394,7 @@ class Session:
                 self._contacts.settings = session_input.settings
             elif isinstance(session_input, RestChanged):
                 self._controller.rest = np.array(session_input.posture)
-            else:
+            elif not isinstance(session_input, CalibrationUsed):  # which is refused
                 self._simulation.apply(session_input)
             self.inputs.append((self._ticks + 1, session_input))
 

@@ -17,11 +17,13 @@ from pathlib import Path
 
 import numpy as np
 
-from app.core.arrays import FloatArray
+from app.core.arrays import FloatArray, IntArray
 from app.core.errors import LiveError, RecordingError
 from app.live.readings import MalformedReadingError, Reading, SourceEndedError, Unit, unit_of
 from app.recording.mcap_file import read_recording as read_mcap
 from app.recording.player import RecordingPlayer
+from app.session.inputs import CalibrationUsed
+from app.session.measured_values import MeasuredValues
 
 Item = Reading | MalformedReadingError
 """A row: what it says, or why it cannot be used."""
@@ -100,7 +102,9 @@ class FileSource:
 
 
 def read_recording(path: Path) -> Iterator[Item]:
-    """Pressures and posture of a recording of this program.
+    """Values and posture of a recording of this program: of a real skin as they were sent, else simulated pressures.
+
+    The first reading of a real skin carries the calibration and baseline that were in force in the end.
 
     Raises:
         RecordingError: It cannot be read.
@@ -109,9 +113,33 @@ def read_recording(path: Path) -> Iterator[Item]:
     names = [joint.name for joint in player.prepared.robot.joints]
     ids = player.prepared.skin.identity.ids
     ids = ids if ids is not None and len(np.unique(ids)) == len(ids) else None
+    used = [found for _, found in player.inputs if isinstance(found, CalibrationUsed)]
+    recorded = used[-1] if used else None
     for number, frame in enumerate(player):
         joints = dict(zip(names, frame.posture.tolist(), strict=True))
-        yield Reading(frame.time, frame.pressures, Unit.PASCAL, ids, joints=joints, sequence=number)
+        if frame.measured is None:
+            yield Reading(frame.time, frame.pressures, Unit.PASCAL, ids, joints=joints, sequence=number)
+        elif frame.measured.sent is not None:
+            yield _as_sent(frame.measured, ids, joints, recorded)
+            recorded = None
+
+
+def _as_sent(
+    measured: MeasuredValues, ids: IntArray | None, joints: dict[str, float], recorded: CalibrationUsed | None
+) -> Item:
+    """A frame's values of the taxels that had any, under the sender's time and number."""
+    there = ~np.isnan(measured.raw)
+    labels = np.arange(len(there)) if ids is None else ids
+    assert measured.sent is not None
+    return Reading(
+        measured.sent,
+        measured.raw[there],
+        Unit(measured.unit),
+        None if there.all() and ids is None else labels[there],
+        joints=joints,
+        sequence=measured.sequence,
+        recorded=recorded,
+    )
 
 
 def is_own_recording(path: Path) -> bool:

@@ -13,10 +13,11 @@ from app.live.calibration import Calibration, ValueMode
 from app.live.measured_session import MeasuredSession, silent_text
 from app.live.prepare import as_measured
 from app.live.readings import Reading, Unit
+from app.live.sources.files import read_recording
 from app.recording.player import open_recording
 from app.recording.recorder import Recorder
 from app.recording.verify import verify
-from app.session.inputs import MapEdited, PokePressed, PokeReleased, ReadingChanged
+from app.session.inputs import CalibrationUsed, MapEdited, PokePressed, PokeReleased, ReadingChanged
 from app.tactile.press import press_skin
 from tests.support.touch import bar_skin, prepared_bar
 
@@ -144,7 +145,8 @@ def test_the_map_and_the_reading_may_change_and_pokes_are_refused():
     with pytest.raises(SimulationError, match="watched, not poked"):
         measured.submit(PokePressed(1, bar_skin().taxel_point(3)))
     measured.submit(PokeReleased(1))
-    assert len(measured.inputs) == 2
+    kinds = [type(one) for _, one in measured.inputs if not isinstance(one, CalibrationUsed)]
+    assert kinds == [MapEdited, ReadingChanged]
 
 
 def test_silent_channels_are_named():
@@ -180,3 +182,42 @@ def test_a_recording_holds_every_reading_and_is_not_simulated_again(tmp_path):
     assert np.isclose(player.duration, 0.52, atol=2e-4)
     with pytest.raises(RecordingError, match="nothing to simulate again"):
         verify(player)
+
+
+def test_a_recording_is_read_again_as_it_was_sent_and_shown_otherwise(tmp_path):
+    """Recorded in counts before the weight was laid on, it is read again calibrated, or raw: nothing is lost."""
+    path, sent = tmp_path / "felt.mcap", [np.full(60, 20.0), *(20 + 0.01 * touched(force) for force in (1.5, 3.0))]
+    sent[2][5] = 21.0
+    measured = session()
+    measured.tare(1)
+    with Recorder(measured.prepared, path, measured="udp://127.0.0.1:9870") as recorder:
+        recorder.write(measured.frame, measured.inputs)
+        for number, values in enumerate(sent):
+            frame = measured.show(at(70 + 0.1 * number, values, unit=Unit.COUNTS, sequence=4 + number))
+            recorder.write(frame, measured.inputs)
+        measured.weigh(3.0 / 9.80665)
+        recorder.write(measured.show(at(70.5, sent[2], unit=Unit.COUNTS, sequence=8)), measured.inputs)
+    readings = list(read_recording(path))
+    assert [(one.time, one.sequence, one.unit) for one in readings] == [
+        (70.0, 4, Unit.COUNTS), (70.1, 5, Unit.COUNTS), (70.2, 6, Unit.COUNTS), (70.5, 8, Unit.COUNTS)
+    ]  # fmt: skip
+    assert all(np.array_equal(one.values, values) for one, values in zip(readings, sent, strict=False))
+    again = session()
+    frames = [again.show(Arrived(one, one.time)) for one in readings]
+    assert again.tared
+    assert [frame.units for frame in frames] == [ReadingUnits.CALIBRATED] * 4
+    assert abs(frames[2].regions[0].force - 3.0) < 0.1
+    raw = session(mode=ValueMode.RAW)
+    assert np.allclose(raw.show(Arrived(readings[1], 0.0)).pressures, 1e3 * sent[1])
+    given = session(calibration=Calibration(np.full(60, 7.0), np.zeros(60)))
+    given.show(Arrived(readings[0], 0.0))
+    assert given.calibration.gain[0] == 7.0
+
+
+def test_taxels_that_were_never_heard_are_not_made_up(tmp_path):
+    path, measured = tmp_path / "felt.mcap", session()
+    with Recorder(measured.prepared, path, measured="a file") as recorder:
+        recorder.write(measured.show(at(0.0, [500.0], ids=[7])), measured.inputs)
+    (reading,) = read_recording(path)
+    assert reading.values.tolist() == [500.0]
+    assert reading.ids.tolist() == [7]

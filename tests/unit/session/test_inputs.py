@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import get_args
 
+import numpy as np
+
 from app.contacts.pipeline import ReadingSettings
 from app.control.behaviours import Behaviour
 from app.control.command import ControlSettings
@@ -11,6 +13,7 @@ from app.recording.message_codecs import decode_input, encode_input
 from app.scene.effects import Effects
 from app.session.inputs import (
     BehavioursChanged,
+    CalibrationUsed,
     ControlChanged,
     EffectsChanged,
     MapEdited,
@@ -31,7 +34,13 @@ def test_every_input_can_be_recorded():
     behaviour = Behaviour("tap", "bar", 2, 1 / 3, then=then)
     acts += [BehavioursChanged((behaviour,)), EffectsChanged(Effects(gravity="on"))]
     acts += [ReadingChanged(ReadingSettings("tikhonov", threshold=2e3)), RestChanged((0.1, 1 / 3)), edit]
+    level = np.full(len(map_.skin), 1 / 3)
+    acts.append(CalibrationUsed(level, 2 * level, 0 * level, None, True, "baseline"))
     assert {type(act) for act in acts} == set(get_args(SessionInput))
     back = [decode_input(encode_input(5, act, map_), map_) for act in acts]
-    assert back[:-1] == [(5, act) for act in acts[:-1]]
-    assert (back[-1][0], back[-1][1].name, back[-1][1].map.layout) == (5, "Move", map_.layout)
+    assert back[:-2] == [(5, act) for act in acts[:-2]]
+    (tick, moved), (_, used) = back[-2:]
+    assert (tick, moved.name, moved.map.layout) == (5, "Move", map_.layout)
+    assert (used.known, used.mode, used.spread) == (True, "baseline", None)
+    for name in ("gain", "offset", "baseline"):
+        np.testing.assert_array_equal(getattr(used, name), getattr(acts[-1], name))
