@@ -117,8 +117,8 @@ class MapLayout:
                 raise MapError("a patch would be drawn too small or too large", value=f"{scale:g}", remedy=most)
 
 
-PACKING_ASPECT = 1.15
-"""Wanted width over height of the whole map."""
+PACKING_ASPECT = 0.85
+"""Wanted width over height of the whole map: that of the window's map pane, which stands beside the body's."""
 PACKING_MARGIN = 0.09
 """Free space around a chart, as a share of the median chart size."""
 _TRIED = 12

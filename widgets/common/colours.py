@@ -29,6 +29,7 @@ class Theme:
         warning: Amber.
         fault: Red.
         body: Links without skin.
+        thing: Objects of a scene: green, which neither the robot nor touch nor a mark is.
     """
 
     name: str
@@ -42,10 +43,11 @@ class Theme:
     warning: str = "#f59f00"
     fault: str = "#e03131"
     body: str = "#5a636d"
+    thing: str = "#6c9672"
 
 
 DARK = Theme("dark", "#1d2126", "#252a31", "#e6e8eb", "#9aa3ad", "#343b44")
-LIGHT = Theme("light", "#f4f5f7", "#ffffff", "#1d2126", "#5b6570", "#d8dce1", body="#8b949e")
+LIGHT = Theme("light", "#f4f5f7", "#ffffff", "#1d2126", "#5b6570", "#d8dce1", body="#8b949e", thing="#7fae86")
 THEMES = {theme.name: theme for theme in (DARK, LIGHT)}
 
 DEFAULT_MAXIMUM = 30.0

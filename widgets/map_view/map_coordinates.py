@@ -145,7 +145,7 @@ def nice_floor(most: float) -> float:
     return float(power * next(step for step in (5, 2, 1) if step * power <= most * (1 + 1e-9)))
 
 
-MARGIN_PX = 36.0
+MARGIN_PX = 24.0
 LOWEST_ZOOM, HIGHEST_ZOOM = 0.5, 60.0
 _CLOSE_SHARE = 0.6
 """Of the room a box that is closed in on takes at least this share."""

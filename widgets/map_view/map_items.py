@@ -163,14 +163,18 @@ class PatchItem(QGraphicsItem):
 
 
 TAXELS_FROM_PITCH_PX = 20.0
-"""Taxels are drawn once their distance on the screen reaches this: below, dots would hide the image."""
+"""Taxels are dots in their colour once their distance on the screen reaches this; below, such dots would hide the
+image, and a faint point says where each is."""
+_FAINTEST_PITCH_PX = 2.5
+"""Points nearer to each other than this are a grey veil that says nothing: none are drawn."""
+_FAINT = QColor(29, 33, 38, 70)
 COLOUR_BUCKETS = 32
 """Colours in which taxels are drawn; one call of Qt for each."""
 _DARK = QColor(29, 33, 38, 120)
 
 
 class TaxelsItem(QGraphicsItem):
-    """The taxels as dots, ringed to stand out of the image; only when zoomed in enough. Mutable.
+    """The taxels: faint points over the image, from near dots in the pressure's colour with a rim. Mutable.
 
     Attributes:
         replaced: Whether a layer draws all of them in place of the image, so that only the selected are drawn here.
@@ -191,6 +195,7 @@ class TaxelsItem(QGraphicsItem):
         self._kilopascals: FloatArray = np.zeros(0)
         self._scale: PressureScale | None = None
         self._colours: list[tuple[QColor, QPolygonF]] = []
+        self._points: QPolygonF | None = None
         self.selected: IntArray = np.zeros(0, int)
         self._inks: tuple[str, ...] = ()
         self._rings: list[tuple[QColor, QPolygonF]] = []
@@ -205,7 +210,7 @@ class TaxelsItem(QGraphicsItem):
         first = np.cumsum([0, *(len(patch.chart.taxels) for patch in shapes.patches)])
         held = [k for k in held if shapes.patches[k].shown]
         self._held = np.concatenate([np.zeros(0, int), *(np.arange(first[k], first[k + 1]) for k in held)])
-        self._colours = []
+        self._colours, self._points = [], None
         self.select(self.selected, self._inks)
 
     def colour(self, kilopascals: FloatArray, scale: PressureScale) -> None:
@@ -244,16 +249,25 @@ class TaxelsItem(QGraphicsItem):
             self._paint_dots(painter, min(2.0 + 0.1 * pitch, 9.0))
         elif not self.replaced and len(self._held):
             self._paint_held(painter, min(max(0.36 * pitch, 2.5), 9.0), self._scale)
+        elif not self.replaced and pitch >= _FAINTEST_PITCH_PX:
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)  # or some would be two pixels wide and some one
+            painter.setPen(cosmetic_pen(painter, _FAINT, min(max(0.16 * pitch, 1.0), 2.2)))
+            painter.drawPoints(self._all_drawn())
         if self._rings:
             least = 2.0 if len(self.selected) > len(TAXEL_COLOURS) else 6.0
             self._paint_selected(painter, min(max(0.36 * pitch, least), 9.0), self._scale)
 
     def _paint_dots(self, painter: QPainter, size: float) -> None:
         painter.setPen(cosmetic_pen(painter, _DARK, size + 1.6))  # a rim, over the picture
-        painter.drawPoints(to_polygon(self.places[self.drawn]))
+        painter.drawPoints(self._all_drawn())
         for colour, dots in self.by_colour():
             painter.setPen(cosmetic_pen(painter, colour, size))
             painter.drawPoints(dots)
+
+    def _all_drawn(self) -> QPolygonF:
+        if self._points is None:
+            self._points = to_polygon(self.places[self.drawn])
+        return self._points
 
     def _paint_held(self, painter: QPainter, size: float, scale: PressureScale) -> None:
         for colour, dots in self._sorted(self._held, scale):

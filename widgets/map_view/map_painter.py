@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from PySide6.QtCore import QPointF, QRectF, Qt
+import numpy as np
+from PySide6.QtCore import QPointF, QRectF, QSizeF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QTransform
 
+from app.contacts.regions import ContactRegion
 from app.session.frame import Frame
 from widgets.common.colours import Theme
 from widgets.map_view.background import Legend, paint_legend
 from widgets.map_view.map_coordinates import nice_floor
 from widgets.map_view.map_items import ZOrder
-from widgets.map_view.map_scene import MapScene
+from widgets.map_view.map_scene import CONTACT_KPA, MapScene
 from widgets.map_view.map_shapes import PatchShape
 from widgets.map_view.task_layer import TaskLegend, TaskPainter, task_legend_entries
 from widgets.map_view.taxel_faults import FaultLegend, paint_fault_legend
+from widgets.overlays.callouts import Callout, Spot, place_callouts
 from widgets.overlays.task_overlay import NO_TASK, TaskOverlay
 
 EDGE = 12.0
@@ -23,6 +26,10 @@ EDGE = 12.0
 THIN = "\u2009"
 _LONGEST_SCALE = 100.0
 """Of the scale bar [px]."""
+_RING_GAP, _SMALLEST_RING = 4.0, 8.0
+"""Between a touch and the ring around it, and the ring's smallest radius [px]: nothing is drawn over the touch."""
+_CENTRE_FROM = 26.0
+"""The centre of pressure is a dot only in rings at least as large [px]: in smaller ones it would be the picture."""
 
 
 @dataclass(frozen=True)
@@ -32,10 +39,16 @@ class ContactMark:
     Attributes:
         at: Its centre of pressure [scene units].
         text: Its force in words.
+        reach: How far from there the skin is touched [scene units].
     """
 
     at: QPointF
     text: str
+    reach: float = 0.0
+
+    def ring(self, view: QTransform) -> float:
+        """Radius [px] of the ring that leaves the touch free."""
+        return max(self.reach * view.m11() + _RING_GAP, _SMALLEST_RING)
 
 
 @dataclass(frozen=True)
@@ -83,13 +96,23 @@ class MapMarks:
         for region in frame.regions:
             if (at := picture.mark_of(region.at)) is not None:
                 words = self.task.force_words(region, frame.units)
-                contacts.append(ContactMark(at, words))
+                contacts.append(ContactMark(at, words, _reach(region, at, frame, picture)))
         tips = ((picture.mark_of(poke.at), poke.radius * picture.shapes.frame.scale) for poke in frame.pokes)
         return replace(
             self,
             contacts=tuple(contacts),
             fingers=tuple(FingerMark(at, radius) for at, radius in tips if at is not None),
         )
+
+
+def _reach(region: ContactRegion, at: QPointF, frame: Frame, picture: MapScene) -> float:
+    """How far the touched skin goes from a region's centre [scene units]; what a seam took away is not counted."""
+    taxels, shapes = region.taxels, picture.shapes
+    own = picture.document.skin.patch_of[taxels] == region.at.patch if len(taxels) else np.zeros(0, bool)
+    touched = taxels[own & (frame.pressures[taxels] >= 1e3 * CONTACT_KPA)]
+    apart = np.linalg.norm(shapes.taxels[touched] - [at.x(), at.y()], axis=1)
+    widest = 2 * float(np.sqrt(region.area / np.pi)) * shapes.frame.scale
+    return min(float(apart.max(initial=0.0)) + 0.5 * shapes.pitch, max(widest, shapes.pitch))
 
 
 class MapPainter:
@@ -152,19 +175,35 @@ class MapPainter:
         self, painter: QPainter, marks: MapMarks, _picture: MapScene, view: QTransform, _room: QRectF
     ) -> None:
         for finger in marks.fingers:
-            self._paint_finger(painter, view.map(finger.at), finger.radius * view.m11())
+            at = view.map(finger.at)
+            around = (contact.ring(view) for contact in marks.contacts if _near(view.map(contact.at), at))
+            self._paint_ring(painter, at, max(finger.radius * view.m11(), *around, _SMALLEST_RING))
 
     def _paint_contacts(
         self, painter: QPainter, marks: MapMarks, _picture: MapScene, view: QTransform, room: QRectF
     ) -> None:
+        """The dot of each large one, and the forces beside them: over none of the touches."""
+        metrics, spots = QFontMetricsF(self._figure), []
         for contact in marks.contacts:
-            self._paint_contact(painter, contact, view, room)
+            at, ring = view.map(contact.at), contact.ring(view)
+            size = QSizeF(metrics.horizontalAdvance(contact.text) + 16, metrics.height() + 6)
+            spots.append(Spot(at, ring, size))
+            if ring >= _CENTRE_FROM:
+                painter.setPen(QPen(QColor(29, 33, 38), 1.0))
+                painter.setBrush(QColor(255, 255, 255))
+                painter.drawEllipse(at, 2.0, 2.0)
+                painter.setBrush(Qt.BrushStyle.NoBrush)
+        inner = room.adjusted(EDGE, EDGE, -EDGE, -EDGE)
+        seen = [number for number, spot in enumerate(spots) if room.contains(spot.at)]
+        callouts = place_callouts([spots[number] for number in seen], inner)
+        for number, callout in zip(seen, callouts, strict=True):
+            self._paint_force(painter, marks.contacts[number].text, callout)
 
     def _paint_captions(
         self, painter: QPainter, marks: MapMarks, picture: MapScene, view: QTransform, room: QRectF
     ) -> None:
         """The hover mark, and words along the edges."""
-        if marks.hover is not None:
+        if marks.hover is not None and not self._in_touch(view.map(marks.hover), marks, view):
             self._paint_hover(painter, view.map(marks.hover))
         taken = self._paint_scale_bar(painter, picture.shapes.frame.scale * view.m11(), room)
         if marks.readout:
@@ -200,23 +239,22 @@ class MapPainter:
         corner = QPointF(left, max(box.top() - height - 2, EDGE))
         self._paint_chip(painter, corner, text, self._caption, QColor(self.theme.quiet), QColor(self.theme.window))
 
-    def _paint_finger(self, painter: QPainter, at: QPointF, radius: float) -> None:
-        for colour, width in self._halo_and_accent():
-            painter.setPen(QPen(colour, width))
-            # Around the touch, never over it: the pressure is the picture.
-            painter.drawEllipse(at, max(radius, 11.0), max(radius, 11.0))
+    def _in_touch(self, at: QPointF, marks: MapMarks, view: QTransform) -> bool:
+        """Whether a pixel is where the skin is touched: the pointer's cross would hide it."""
+        return any(_near(view.map(contact.at), at, contact.ring(view) + 10.0) for contact in marks.contacts)
 
-    def _paint_contact(self, painter: QPainter, contact: ContactMark, view: QTransform, room: QRectF) -> None:
-        at, text = view.map(contact.at), contact.text
-        painter.setPen(QPen(QColor(29, 33, 38), 1.0))
-        painter.setBrush(QColor(255, 255, 255))
-        painter.drawEllipse(at, 2.5, 2.5)
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        metrics = QFontMetricsF(self._figure)
-        width, height = metrics.horizontalAdvance(text) + 16, metrics.height() + 6
-        left = at.x() + 14 if at.x() + 14 + width < room.right() - EDGE else at.x() - 14 - width
-        top = at.y() - 14 - height if at.y() - 14 - height > EDGE else at.y() + 14
-        self._paint_chip(painter, QPointF(left, top), text, self._figure, QColor(self.theme.text))
+    def _paint_ring(self, painter: QPainter, at: QPointF, radius: float) -> None:
+        """Around the touch, never over it: the pressure is the picture."""
+        for colour, width in ((QColor(29, 33, 38, 110), 2.8), (QColor(self.theme.accent), 1.4)):
+            painter.setPen(QPen(colour, width))
+            painter.drawEllipse(at, radius, radius)
+
+    def _paint_force(self, painter: QPainter, text: str, callout: Callout) -> None:
+        if callout.leader is not None:
+            for colour, width in ((QColor(29, 33, 38, 110), 2.8), (QColor(self.theme.text), 1.0)):
+                painter.setPen(QPen(colour, width))
+                painter.drawLine(*callout.leader)
+        self._paint_chip(painter, callout.box.topLeft(), text, self._figure, QColor(self.theme.text))
 
     def _paint_hover(self, painter: QPainter, at: QPointF) -> None:
         for colour, width in self._halo_and_accent():
@@ -274,3 +312,8 @@ class MapPainter:
         painter.setBrush(ground)
         painter.drawRoundedRect(box, 4, 4)
         painter.setBrush(Qt.BrushStyle.NoBrush)
+
+
+def _near(one: QPointF, other: QPointF, distance: float = 20.0) -> bool:
+    away = one - other
+    return bool(np.hypot(away.x(), away.y()) <= distance)

@@ -2,7 +2,8 @@
 
 ``task_overlay`` is a controller's task: path, target, force goal and the contact's trail; ``task_overlay_builder`` puts
 it together. ``body_overlays`` is what the robot view draws on the body for others: the map as a texture and the marks
-of a tool. ``painting`` draws pins, lines, handles and labels with a QPainter.
+of a tool. ``callouts`` finds room for the words about contacts. ``painting`` draws pins, lines, handles and labels with
+a QPainter.
 """
 
 import lazy_loader

@@ -1,7 +1,6 @@
 """The camera of the robot view: pixels to rays, points to pixels, framing, and its moves by hand (orbit, pan, zoom).
 
-Pure arithmetic of a perspective camera; knows neither Qt nor VTK. Pixels count from the upper left corner. Last, from
-which side a scene is first looked at: the usual one, unless the robot hides there what it is about.
+Pure arithmetic of a perspective camera; knows neither Qt nor VTK. Pixels count from the upper left corner.
 """
 
 from __future__ import annotations
@@ -13,8 +12,6 @@ from typing import Any
 import numpy as np
 
 from app.core.arrays import BoolArray, FloatArray, freeze_arrays, readonly
-from app.geometry.raycast import RayCaster
-from app.session.prepare import PreparedScene
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +87,15 @@ class Viewpoint:
         return np.stack([size[0] / 2 + scale * across, size[1] / 2 - scale * above], axis=1)
 
 
-def framing(points: FloatArray, away: FloatArray, aspect: float, *, view_angle: float, fill: float) -> Viewpoint:
+def framing(
+    points: FloatArray,
+    away: FloatArray,
+    aspect: float,
+    *,
+    view_angle: float,
+    fill: float,
+    central: FloatArray | None = None,
+) -> Viewpoint:
     """The nearest viewpoint in a direction from which all points are in the picture, z up.
 
     Each point must lie inside four planes through the eye; the tightest pair of planes decides how far away it is, and
@@ -102,20 +107,49 @@ def framing(points: FloatArray, away: FloatArray, aspect: float, *, view_angle: 
         aspect: Width by height of the picture.
         view_angle: Vertical, full [degrees].
         fill: Share of the picture's width or height that the points may take.
+        central: (j, 3) [m] those of which the middle is to be in the middle third of the picture; None for none.
     """
     away = np.asarray(away, dtype=np.float64) / np.linalg.norm(away)
     middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
     axes = Viewpoint(middle + away, middle, np.array([0.0, 0.0, 1.0]), view_angle).axes
-    x, y, z = ((points - middle) @ axes.T).T
-    slope = fill * np.tan(np.radians(view_angle) / 2) * np.array([aspect, 1.0])
-    ahead = [np.max(side - tan * z) for tan, axis in zip(slope, (x, y), strict=True) for side in (axis, -axis)]
-    right, left, top, bottom = ahead
-    depth = min(-(right + left) / (2 * slope[0]), -(top + bottom) / (2 * slope[1]), float(z.min()) - 1e-3)
-    eye = np.array([(right - left) / 2, (top - bottom) / 2, depth]) @ axes + middle
-    ahead_of_eye = max(float(z.mean()) - depth, 1e-3)
-    return Viewpoint(eye, eye + ahead_of_eye * axes[2], np.array([0.0, 0.0, 1.0]), view_angle)
+    slope = np.tan(np.radians(view_angle) / 2) * np.array([aspect, 1.0])
+    seen = (points - middle) @ axes.T
+    planes = [_planes(seen, fill * slope)]
+    nearest = float(seen[:, 2].min()) - 1e-3
+    if central is not None and len(central):
+        core = (0.5 * (central.min(axis=0) + central.max(axis=0)) - middle) @ axes.T
+        planes.append(_planes(core[None], _CENTRAL * slope))
+        nearest = min(nearest, float(core[2]) - 1e-3)
+    # From an eye at (x, y, depth) each side of the picture holds if low(depth) <= x <= high(depth), both linear.
+    low, high = (np.concatenate([one[k] for one in planes]) for k in (0, 1))
+    depth = nearest
+    for k in (0, 1):
+        mine, other = low[low[:, 0] == k, 1:], high[high[:, 0] == k, 1:]
+        slack = (other[None, :, 1] - mine[:, None, 1]) / (mine[:, None, 0] + other[None, :, 0])
+        depth = min(depth, float(slack.min()))
+    eye = np.array([0.0, 0.0, depth])
+    for k in (0, 1):
+        mine, other = low[low[:, 0] == k, 1:], high[high[:, 0] == k, 1:]
+        eye[k] = 0.5 * ((mine[:, 1] + mine[:, 0] * depth).max() + (other[:, 1] - other[:, 0] * depth).min())
+    ahead_of_eye = max(float(seen[:, 2].mean()) - depth, 1e-3)
+    place = eye @ axes + middle
+    return Viewpoint(place, place + ahead_of_eye * axes[2], np.array([0.0, 0.0, 1.0]), view_angle)
 
 
+def _planes(seen: FloatArray, slope: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Lower and upper bounds of the eye by points (k, 3) in the picture's axes: rows axis, slope, offset.
+
+    The eye at depth d has ``offset + slope d`` of the lower ones below it, and ``offset - slope d`` of the upper above.
+    """
+    low, high = [], []
+    for k in (0, 1):
+        low.append([k, slope[k], float((seen[:, k] - slope[k] * seen[:, 2]).max())])
+        high.append([k, slope[k], float((seen[:, k] + slope[k] * seen[:, 2]).min())])
+    return np.array(low), np.array(high)
+
+
+_CENTRAL = 1 / 3 - 0.05
+"""Share of the picture in which the middle of what matters is brought; some room is left for what moves."""
 _LOWEST, _HIGHEST = np.radians(-85), np.radians(88)
 _TURN_PER_HEIGHT = 2 * np.pi / 1.5
 
@@ -156,48 +190,3 @@ def zoom(view: Viewpoint, factor: float, *, nearest: float = 0.02, farthest: flo
     """Go closer to the focus by ``factor`` (> 1) or away (< 1), within these distances [m]."""
     distance = float(np.clip(view.distance / factor, nearest, farthest))
     return replace(view, eye=view.focus + (view.eye - view.focus) * (distance / view.distance))
-
-
-DEFAULT_DIRECTION = np.array([0.45, 0.95, 0.42])
-"""From the robot to the eye: its front is +x, z is up, and the side is that of a left arm."""
-_SIDES = np.array([[1, 1, 1], [-1, 1, 1], [1, -1, 1], [-1, -1, 1]])
-_POINTS, _LIFT = 24, 1e-3
-_LEAST_GAIN = 0.2
-"""A share of all objects, on the mean, that another side must show more of: people know the usual one."""
-
-
-def initial_direction(prepared: PreparedScene, poses: FloatArray) -> FloatArray:
-    """(3,) from the robot to the eye.
-
-    Args:
-        prepared: The scene.
-        poses: (links, 4, 4) of the robot at home, world.
-
-    Cost: 10 ms a link where there are objects, else none.
-    """
-    if not prepared.objects:
-        return DEFAULT_DIRECTION
-    links = [(number, link.mesh) for number, link in enumerate(prepared.robot.links) if link.mesh is not None]
-    casters = [(poses[number], RayCaster(mesh)) for number, mesh in links if len(mesh.faces)]
-    points = np.concatenate([_object_points(prepared, number) for number in range(len(prepared.objects))])
-    seen = [np.mean([not _hidden(point, side, casters) for point in points]) for side in _SIDES * DEFAULT_DIRECTION]
-    best = int(np.argmax(seen))
-    return (_SIDES[best] if seen[best] > seen[0] + _LEAST_GAIN else _SIDES[0]) * DEFAULT_DIRECTION
-
-
-def _object_points(prepared: PreparedScene, number: int) -> FloatArray:
-    """(k, 3) corners of an object, spread over it, world [m]."""
-    body = prepared.objects[number]
-    corners = body.mesh.vertices[np.linspace(0, len(body.mesh.vertices) - 1, _POINTS).astype(int)]
-    return body.spec.pose.points(corners)
-
-
-def _hidden(point: FloatArray, away: FloatArray, casters: list[tuple[FloatArray, RayCaster]]) -> bool:
-    """Whether the robot stands between a point and an eye far away in that direction."""
-    along = away / np.linalg.norm(away)
-    start = point + _LIFT * along
-    for pose, caster in casters:
-        turn = pose[:3, :3].T
-        if caster.first_hit(turn @ (start - pose[:3, 3]), turn @ along) is not None:
-            return True
-    return False

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtCore import QPointF, QRectF, QSizeF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QWidget
 
@@ -17,6 +17,7 @@ from app.geometry.plane import cross
 from widgets.common.colours import Theme, mixed
 from widgets.interaction.select_gesture import RubberBand, paint_rubber_band
 from widgets.interaction.view_tool import ViewTool
+from widgets.overlays.callouts import Callout, Spot, place_callouts
 
 _NAMES = (("X", "\u2212X"), ("Y", "\u2212Y"), ("Z", "\u2212Z"))
 _RING = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
@@ -77,11 +78,13 @@ class ForceCaption:
         arrow: (2, 2) tail and tip of its arrow [px].
         text: The words.
         away: Whether it presses on the side that looks away from the eye; said more quietly.
+        radius: Around the arrow's tip, that no words may hide [px].
     """
 
     arrow: FloatArray
     text: str
     away: bool = False
+    radius: float = 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,12 +113,14 @@ class CaptionOverlay(QWidget):
 
     Attributes:
         tool: May draw over everything; None for none.
+        control: Where a control floats over the view; no words are written there.
     """
 
     def __init__(self, theme: Theme, parent: QWidget) -> None:
         super().__init__(parent)
         self._theme, self._captions = theme, Captions()
         self.tool: ViewTool | None = None
+        self.control = QRectF()
         self.setObjectName("robot-overlay")
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         self._caption, self._figure = QFont(self.font()), QFont(self.font())
@@ -137,13 +142,12 @@ class CaptionOverlay(QWidget):
         """Qt: captions, cube, edge."""
         painter, said, room = QPainter(self), self._captions, QRectF(self.rect())
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        for force in said.forces:
-            self._paint_force(painter, force, room)
+        inner = room.adjusted(EDGE, EDGE, -EDGE, -EDGE)
+        seen = [force for force in said.forces if room.contains(QPointF(*force.arrow[1].tolist()))]
+        for force, callout in zip(seen, place_callouts([self._spot(force) for force in seen], inner), strict=True):
+            self._paint_force(painter, force, callout)
         if said.legend:
-            height = QFontMetricsF(self._caption).height() + 4
-            self._paint_chip(
-                painter, QPointF(EDGE, room.bottom() - EDGE - height), said.legend, self._caption, quiet=True
-            )
+            self._paint_chip(painter, self.legend_box(said.legend).topLeft(), said.legend, self._caption, quiet=True)
         if said.axes is not None:
             self._paint_cube(painter, said.axes, self._cube_middle())
         paint_rubber_band(painter, said.rubber_band, self._theme)
@@ -161,6 +165,13 @@ class CaptionOverlay(QWidget):
             self._paint_chip(painter, QPointF(EDGE, EDGE), word, self._figure)
         painter.end()
 
+    def legend_box(self, text: str) -> QRectF:
+        """Where the legend is written: in the lower left corner, above what floats there."""
+        metrics = QFontMetricsF(self._caption)
+        size = QSizeF(metrics.horizontalAdvance(text) + 12, metrics.height() + 4)
+        box = QRectF(QPointF(EDGE, self.height() - EDGE - size.height()), size)
+        return box.translated(0, self.control.top() - 4 - box.bottom()) if box.intersects(self.control) else box
+
     def cube_face_at(self, pixel: QPointF) -> CubeFace | None:
         """The face of the orientation cube under a pixel; None beside it."""
         if self._captions.axes is None:
@@ -176,17 +187,23 @@ class CaptionOverlay(QWidget):
     def _cube_middle(self) -> QPointF:
         return QPointF(self.width() - 3 * CUBE, self.height() - 3 * CUBE)
 
-    def _paint_force(self, painter: QPainter, force: ForceCaption, room: QRectF) -> None:
-        """Write beyond the arrow's tail, so that neither the arrow nor the touch is covered."""
+    def _spot(self, force: ForceCaption) -> Spot:
+        """Its words go beyond the arrow's tail if that is free, so that neither arrow nor touch is covered."""
         metrics, arrow = QFontMetricsF(self._figure), force.arrow
         half = 0.5 * np.array([metrics.horizontalAdvance(force.text) + 16, metrics.height() + 6])
         along = arrow[0] - arrow[1]
         length = float(np.linalg.norm(along))
         along = along / length if length > 4 else np.array([0.0, -1.0])
         clear = 6 + max(20.0 - length, 0.0) + float(np.min(half / np.maximum(np.abs(along), 1e-6)))
-        low, high = half + EDGE, np.array([room.width(), room.height()]) - half - EDGE
-        corner = np.clip(arrow[0] + clear * along, low, np.maximum(low, high)) - half
-        self._paint_chip(painter, QPointF(*corner.tolist()), force.text, self._figure, quiet=force.away)
+        clear = max(clear, force.radius + 6 - length)
+        corner, size = QPointF(*(arrow[0] + clear * along - half).tolist()), QSizeF(*(2 * half).tolist())
+        return Spot(QPointF(*arrow[1].tolist()), force.radius, size, QRectF(corner, size))
+
+    def _paint_force(self, painter: QPainter, force: ForceCaption, callout: Callout) -> None:
+        if callout.leader is not None:
+            painter.setPen(QPen(QColor(self._theme.quiet), 1))
+            painter.drawLine(*callout.leader)
+        self._paint_chip(painter, callout.box.topLeft(), force.text, self._figure, quiet=force.away)
 
     def _paint_chip(self, painter: QPainter, corner: QPointF, text: str, font: QFont, *, quiet: bool = False) -> None:
         metrics, pad = QFontMetricsF(font), 8.0 if font.pixelSize() > 11 else 6.0

@@ -19,6 +19,14 @@ ARROW_LENGTH = 0.012
 """Metres of arrow per newton."""
 MAX_ARROW = 0.25
 MAX_CONTACTS = 8
+_SMALLEST_RING, _RING_GAP = 0.008, 0.003
+_FINGER_OPACITY = 0.12
+"""The touch is under the finger: the ball only says where that is."""
+
+
+def ring_radius(region: ContactRegion) -> float:
+    """Of the ring that leaves a region's touched skin free [m]."""
+    return max(1.15 * float(np.sqrt(region.area / np.pi)) + _RING_GAP, _SMALLEST_RING)
 
 
 def arrow_legend(units: ReadingUnits) -> str:
@@ -39,14 +47,14 @@ class ContactMarks:
 
     def __init__(self, plotter: Any, theme: Theme, prepared: PreparedScene) -> None:
         self._index = prepared.robot.link_index
-        self._size = 0.015
-        disc = pv.Disc(inner=0.86, outer=1.0, c_res=48)  # a ring, so that the touch within stays in sight
+        disc = pv.Disc(inner=0.93, outer=1.0, c_res=64)  # a ring, so that the touch within stays in sight
         hover = pv.Disc(inner=0.62, outer=1.0, c_res=48)
         ball = pv.Sphere(theta_resolution=24, phi_resolution=16)
-        arrow = pv.Arrow(start=(0, 0, 1), direction=(0, 0, -1), tip_length=0.3, tip_radius=0.07, shaft_radius=0.022)
+        arrow = pv.Arrow(start=(0, 0, 1), direction=(0, 0, -1), tip_length=0.2, tip_radius=0.04, shaft_radius=0.013)
         self._discs = [add_mark(plotter, disc, theme.accent) for _ in range(MAX_CONTACTS)]
         self._arrows = [add_mark(plotter, arrow, theme.accent) for _ in range(MAX_CONTACTS)]
-        self._balls = [add_mark(plotter, ball, theme.text, lit=True, opacity=0.25) for _ in range(MAX_CONTACTS)]
+        faint: dict[str, Any] = {"lit": True, "opacity": _FINGER_OPACITY}
+        self._balls = [add_mark(plotter, ball, theme.text, **faint) for _ in range(MAX_CONTACTS)]
         self._hover = add_mark(plotter, hover, theme.accent)
         self.forces: list[tuple[FloatArray, ContactRegion]] = []
         """Each arrow's tail and tip (2, 3) [m], world, and the region whose force it stands for."""
@@ -61,7 +69,8 @@ class ContactMarks:
         for region, disc, arrow in zip(regions, self._discs, self._arrows, strict=False):
             pose = poses[self._index[region.link]]
             point, normal = pose[:3, :3] @ region.link_position + pose[:3, 3], pose[:3, :3] @ region.link_normal
-            _place(disc, point + 0.001 * normal, normal, self._size, self._size)
+            ring = ring_radius(region)
+            _place(disc, point + 0.001 * normal, normal, ring, ring)
             length = min(ARROW_LENGTH * region.force, MAX_ARROW)
             _place(arrow, point + 0.002 * normal, normal, 0.08, max(length, 1e-3))
             self.forces.append((point + np.outer([0.002 + length, 0.002], normal), region))

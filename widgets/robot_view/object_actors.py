@@ -1,4 +1,4 @@
-"""The scene's objects as actors: calm and matte, built once a scene, moved in place from frame to frame.
+"""The scene's objects as actors in a colour and a gloss of their own, built once a scene, moved in place by frames.
 
 With the grids of planes, and of the floor under the robot: as large as what stands on it needs.
 """
@@ -21,14 +21,15 @@ _PROBE_OPACITY = 0.55
 _PLANE_OPACITY = 0.5
 _LEVEL = 0.9
 """Cosine of the tilt up to which a plane is a floor."""
-_LIGHTER = 0.18
-"""How far the objects' grey is from the links' towards that of the ground: the robot stands out of all around it."""
+_GLOSSY = MATTE | {"specular": 0.25, "specular_power": 24}
+"""Objects shine a little, as neither links nor skin do."""
 
 
 class ObjectActors:
     """What is in the scene beside the robot. Without objects it keeps and draws nothing.
 
-    A probe is tinted as the finger is, a plane is a thin plate with a grid, everything else is a grey body.
+    A probe is tinted as the finger is, a plane is a thin plate with a grid, everything else is a body that cannot be
+    taken for the robot.
 
     Args:
         plotter: Where to draw.
@@ -100,7 +101,7 @@ def _add_solid(plotter: Any, body: SceneObject) -> Any:
     if body.spec.kind == "plane":
         look: dict[str, Any] = {"lighting": False, "show_scalar_bar": False, "reset_camera": False}
     else:
-        look = MATTE if body.spec.kind in ("probe", "sphere", "mesh") else MATTE | {"smooth_shading": False}
+        look = _GLOSSY | {"smooth_shading": body.spec.kind in ("probe", "sphere", "mesh")}
     surface = polydata(mesh.vertices, mesh.vertex_normals, mesh.faces)
     return plotter.add_mesh(surface, opacity=_opacity(body), pickable=False, **look)
 
@@ -114,7 +115,7 @@ def _colour(body: SceneObject, theme: Theme) -> str:
         return theme.text
     if body.spec.kind == "plane":
         return mixed(theme.window, theme.quiet, 0.16)
-    return mixed(theme.body, theme.window, _LIGHTER)
+    return theme.thing
 
 
 _MAX_WIDTH = 20.0

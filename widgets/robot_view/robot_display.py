@@ -22,7 +22,7 @@ from widgets.overlays.body_overlays import NO_MARKS, SkinTexture, ToolMarks
 from widgets.overlays.task_overlay import NO_TASK, TaskOverlay
 from widgets.robot_view.camera import Viewpoint, look_from
 from widgets.robot_view.caption_overlay import CaptionOverlay, Captions, ForceCaption
-from widgets.robot_view.contact_marks import arrow_legend
+from widgets.robot_view.contact_marks import arrow_legend, ring_radius
 from widgets.robot_view.plotter_widget import RenderScheduler, make_canvas
 from widgets.robot_view.robot_scene import BodyLayerFactory, RobotScene
 
@@ -178,8 +178,12 @@ class RobotDisplay(QObject):
         Raises:
             RobotError: A place is given, and no robot is shown.
         """
+        return self._pixel_at(self.scene.viewpoint.focus if at is None else self._world(at))
+
+    def _pixel_at(self, point: FloatArray) -> float:
+        """How large a pixel is at a point (3,) of the world [m]."""
         view = self.scene.viewpoint
-        depth = view.distance if at is None else float((self._world(at) - view.eye) @ view.axes[2])
+        depth = float((point - view.eye) @ view.axes[2])
         return 2 * depth * float(np.tan(np.radians(view.view_angle) / 2)) / max(self.size[1], 1)
 
     def _world(self, at: SurfacePoint) -> FloatArray:
@@ -245,6 +249,7 @@ class RobotDisplay(QObject):
                 view.pixels(arrow, size),
                 self._task.force_words(region, units),
                 bool((arrow[0] - arrow[1]) @ (view.eye - arrow[1]) < 0),
+                ring_radius(region) / self._pixel_at(arrow[1]),
             )
             for arrow, region in self.scene.forces
             if view.in_front(arrow).all()

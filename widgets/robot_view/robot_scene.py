@@ -22,9 +22,10 @@ from app.session.prepare import PreparedScene
 from widgets.common.colours import PressureScale, Theme, mixed
 from widgets.overlays.body_overlays import SkinTexture, ToolMarks
 from widgets.overlays.task_overlay import TaskOverlay
-from widgets.robot_view.camera import CameraRay, Viewpoint, framing, initial_direction
+from widgets.robot_view.camera import CameraRay, Viewpoint, framing
 from widgets.robot_view.contact_marks import ContactMarks
 from widgets.robot_view.object_actors import ObjectActors, floor_grid
+from widgets.robot_view.opening_view import initial_direction, places_of_interest
 from widgets.robot_view.skin_actors import SkinActors
 from widgets.robot_view.surface_marks import MATTE, polydata, set_matrix
 from widgets.robot_view.tool_and_task_marks import EditToolMarks, TaskMarks
@@ -126,7 +127,8 @@ class RobotScene:
         self._task_marks = TaskMarks(self.plotter, self.theme, prepared)
         self.show_layers(self._shown)
         self._ground()
-        self._away = initial_direction(prepared, self.poses)
+        self._places = places_of_interest(prepared, self.poses)
+        self._away = initial_direction(prepared, self.poses, self._places)
         self.frame_all()
         self.fit_depth()
 
@@ -314,7 +316,7 @@ class RobotScene:
         self.plotter.camera.is_set = True  # or PyVista would look from its own default place at the first render
 
     def frame_all(self, *, aspect: float | None = None) -> None:
-        """Look at everything, three quarters from the front and slightly from above.
+        """Look at everything, three quarters from the front and slightly from above, the first contact in the middle.
 
         Args:
             aspect: Width by height of the picture; by default the plotter's.
@@ -323,7 +325,9 @@ class RobotScene:
             width, height = self.plotter.window_size
             robot = self._corners()
             points = np.concatenate([robot, self._objects.near(robot)])
-            self.look(framing(points, self._away, aspect or width / height, view_angle=30.0, fill=0.86))
+            shape = aspect or width / height
+            central = self._places.points
+            self.look(framing(points, self._away, shape, view_angle=30.0, fill=0.92, central=central))
 
     def fit_depth(self) -> None:
         """Let the camera's depth hold all that is drawn; before each picture, since the robot moves."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from PySide6.QtCore import QEvent, QObject, QPointF, QPropertyAnimation, Qt, Signal
+from PySide6.QtCore import QEvent, QObject, QPointF, QPropertyAnimation, QRectF, Qt, Signal
 from PySide6.QtGui import QFocusEvent, QHideEvent, QKeyEvent, QMouseEvent, QResizeEvent, QShowEvent, QWheelEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSlider, QVBoxLayout, QWidget
 
@@ -329,3 +329,4 @@ class RobotView(QWidget):
         self.display.resize()
         self.card.setGeometry(self.rect())
         self.morph.move(self.width() - self.morph.width() - _CUBE_ROOM, self.height() - self.morph.height() - 11)
+        self.display.overlay.control = QRectF(self.morph.geometry())

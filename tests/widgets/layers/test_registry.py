@@ -144,7 +144,8 @@ def touch(prepared):
 @pytest.mark.parametrize("spec", LAYERS, ids=lambda spec: spec.name)
 def test_each_layer_is_drawn_by_its_entry_and_by_nothing_else(make_views, prepared, touch, spec):
     """Seen where its entry has something to draw it, and nowhere when it is taken out of the registry."""
-    document = add_pin(MapDocument.of(prepared.map), prepared.skin.taxel_point(40))
+    beside = middle_taxel(prepared.map, 0)
+    document = add_pin(MapDocument.of(prepared.map), prepared.skin.taxel_point(beside))
 
     def shown_with(layers):
         views = make_views(layers)

@@ -14,6 +14,7 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton
 
 from tests.widgets.support.layered_map_view import layered_map_view
 from tests.widgets.support.samples import touched
+from tests.widgets.support.snapshots import pixels
 from widgets.common.colours import DARK, LIGHT, PressureScale
 from widgets.map_view.live_image import ImageAtlas
 
@@ -294,3 +295,40 @@ def test_themes_and_maps_change_while_it_is_open(view, prepared, qtbot):
     view.set_theme(DARK)
     view.show_prepared(prepared, atlas=atlas_of(prepared.map))
     assert view.grab().toImage() == dark
+
+
+def seen(view):
+    return pixels(view.grab().toImage())
+
+
+def test_nothing_is_drawn_over_a_touch(view, prepared):
+    """At the zoom that frames the map: ring, number and pointer leave the pressed skin as it is."""
+    taxel = 40
+    view.display.show_frame(touched(prepared.map, [taxel], radius=0.03))
+    view.set_hover(prepared.skin.taxel_point(taxel))
+    marked = seen(view)
+    marks = view.display.marks
+    view.display.marks = replace(marks, contacts=(), fingers=(), hover=None)
+    bare = seen(view)
+    view.display.marks = marks
+    at = view.pixel_of(prepared.skin.taxel_point(taxel))
+    rows, columns = np.indices(bare.shape[:2])
+    away = np.hypot(columns - at.x(), rows - at.y())
+    changed = np.abs(marked - bare).max(axis=2) > 8
+    assert changed.any(), "there are marks"
+    assert not changed[away < 10].any()
+    assert np.ptp(bare[away < 10], axis=0).max() > 60, "the pressure is seen there"
+
+
+def test_taxels_are_faint_points_at_the_zoom_that_frames_the_map(view, prepared):
+    view.resize(420, 380)
+    picture = view.display.picture
+    assert picture.taxels.pitch * view.viewportTransform().m11() < 20, "too small for dots"
+    image = seen(view)
+    at = view.taxel_pixels().round().astype(int)
+    at = at[(at > 2).all(axis=1)]
+    darkest = [image[y - 1 : y + 2, x - 1 : x + 2].min() for x, y in at.tolist()]
+    around = [np.median(image[y - 4 : y + 5, x - 4 : x + 5]) for x, y in at.tolist()]
+    fainter = np.array(around) - np.array(darkest)
+    assert (fainter > 10).mean() > 0.8
+    assert np.median(fainter) < 90, "and no more than that"

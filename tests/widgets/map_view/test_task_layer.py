@@ -138,7 +138,7 @@ def test_the_same_picture_comes_from_what_is_kept_and_moves_with_the_map(view, t
     assert near(colour(view, led(tactile_map).path.lines[0].on_map[10]), DARK.intent)
     view.pan(-17, 9)
     np.testing.assert_array_equal(pixels(view.grab().toImage()), first)
-    view.zoom(2.0, view.viewport().rect().center().toPointF())
+    view.zoom(1.7, view.viewport().rect().center().toPointF())
     assert near(colour(view, led(tactile_map).path.lines[0].on_map[18]), DARK.intent)
 
 

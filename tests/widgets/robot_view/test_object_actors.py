@@ -106,14 +106,15 @@ def test_a_floor_of_the_scene_takes_the_place_of_ours(scene, plotter, prepared):
 
 
 @pytest.mark.parametrize("theme", [DARK, LIGHT])
-def test_objects_are_quiet_and_a_probe_looks_like_a_finger(scene, prepared, theme):
+def test_objects_are_not_taken_for_the_robot_and_a_probe_looks_like_a_finger(scene, prepared, theme):
     scene.show_prepared(among(prepared, CRATE, PROBE))
     scene.set_theme(theme)
     crate, probe = scene._objects._solids
     assert probe.prop.color.hex_rgb == theme.text
     assert probe.prop.opacity < 1
-    red, green, blue = crate.prop.color.float_rgb
-    assert max(red, green, blue) - min(red, green, blue) < 0.15, "a grey"
+    link = scene._bodies[0]
+    assert np.abs(np.subtract(crate.prop.color.float_rgb, link.prop.color.float_rgb)).max() > 0.1
+    assert crate.prop.specular > 0 == link.prop.specular
 
 
 def test_objects_fade_while_the_skin_lies_flat_and_come_back(scene, prepared):

@@ -10,8 +10,10 @@ import pytest
 from app.robots.kinematics import Configuration
 from app.scene.object_meshes import make_objects
 from app.scene.objects import ObjectSpec
+from app.scene.scene_file import load_scene
 from tests.support.touch import arm
-from widgets.robot_view.camera import DEFAULT_DIRECTION, Viewpoint, framing, initial_direction, orbit, pan, zoom
+from widgets.robot_view.camera import Viewpoint, framing, orbit, pan, zoom
+from widgets.robot_view.opening_view import DEFAULT_DIRECTION, initial_direction, places_of_interest
 
 SIZE = (900, 700)
 
@@ -115,7 +117,8 @@ def side_with(*things: ObjectSpec) -> np.ndarray:
     prepared = arm()
     scene = replace(prepared.scene, objects=things, task="slide", outputs=("force",))
     made = replace(prepared, scene=scene, objects=make_objects(scene))
-    return initial_direction(made, Configuration(prepared.robot).poses())
+    poses = Configuration(prepared.robot).poses()
+    return initial_direction(made, poses, places_of_interest(made, poses))
 
 
 def ball(name: str, *at: float) -> ObjectSpec:
@@ -142,3 +145,24 @@ def test_most_things_decide():
     hidden = ball("hidden", 0.2142, -0.0008, 0.5822)
     free = [ball(f"free {k}", 0.5, 0.3 + 0.1 * k, 0.4) for k in range(9)]
     assert side_with(hidden, *free) == pytest.approx(DEFAULT_DIRECTION)
+
+
+@pytest.mark.parametrize("name", ["arm", "follow_path", "poke"])
+def test_a_scene_opens_with_its_first_contact_in_the_middle_third(name):
+    """Wherever on the robot that is; and all of the robot is in the picture."""
+    prepared = arm()
+    scene = load_scene(name)
+    made = replace(prepared, scene=scene, objects=make_objects(scene))
+    poses = Configuration(prepared.robot).poses()
+    places = places_of_interest(made, poses)
+    assert len(places)
+    robot = np.concatenate(
+        [link.mesh.vertices[::50] @ poses[k][:3, :3].T + poses[k][:3, 3]
+         for k, link in enumerate(prepared.robot.links) if link.mesh is not None]
+    )  # fmt: skip
+    away = initial_direction(made, poses, places)
+    size = (536, 600)
+    view = framing(robot, away, size[0] / size[1], view_angle=30.0, fill=0.92, central=places.points)
+    middle = view.pixels(0.5 * (places.points.min(axis=0) + places.points.max(axis=0)), size)[0] / size
+    assert (np.abs(middle - 0.5) < 1 / 6).all()
+    assert ((view.pixels(robot, size) > 0) & (view.pixels(robot, size) < size)).all()

@@ -1,0 +1,44 @@
+"""The words about a touch are beside it: over no touch, over no other words, and led to it where they are far."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPointF, QRectF, QSizeF
+
+from widgets.overlays.callouts import Spot, place_callouts
+
+ROOM = QRectF(0, 0, 500, 400)
+WORDS = QSizeF(52, 22)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_words_are_over_no_place_and_no_other_words(seed):
+    rng = np.random.default_rng(seed)
+    spots = [Spot(QPointF(*at), 16.0, WORDS) for at in rng.uniform((60, 60), (440, 340), (7, 2)).tolist()]
+    boxes = [callout.box for callout in place_callouts(spots, ROOM)]
+    assert all(ROOM.contains(box) for box in boxes)
+    assert not any(box.intersects(spot.box) for box in boxes for spot in spots)
+    assert not any(one.intersects(other) for k, one in enumerate(boxes) for other in boxes[:k])
+
+
+def test_words_that_find_room_only_far_away_are_led_to_their_place():
+    crowd = [Spot(QPointF(250 + 34 * dx, 200 + 34 * dy), 16.0, WORDS) for dx in (0, -1, 1) for dy in (0, -1, 1)]
+    middle = place_callouts(crowd, ROOM)[0]
+    assert middle.leader is not None
+    start, end = middle.leader
+    assert np.hypot(start.x() - 250, start.y() - 200) == pytest.approx(16.0), "from its rim"
+    assert middle.box.adjusted(-0.1, -0.1, 0.1, 0.1).contains(end)
+
+
+def test_beside_its_place_nothing_is_led():
+    (alone,) = place_callouts([Spot(QPointF(250, 200), 10.0, WORDS)], ROOM)
+    assert alone.leader is None
+
+
+def test_what_is_preferred_is_taken_unless_it_hides_a_place():
+    wish = QRectF(300, 180, 52, 22)
+    spot = Spot(QPointF(250, 200), 10.0, WORDS, wish)
+    assert place_callouts([spot], ROOM)[0].box == wish
+    other = Spot(QPointF(320, 190), 10.0, WORDS)
+    assert not place_callouts([spot, other], ROOM)[0].box.intersects(other.box)
