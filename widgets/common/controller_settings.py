@@ -20,22 +20,45 @@ from app.control.controllers import effective_settings
 from widgets.common.panel import LabelledSlider
 
 CONTROLLERS = {
-    "impedance": ("Impedance", "Joint impedance: a spring to the home posture, which yields to a touch and returns"),
+    "impedance": ("Impedance", "Joint impedance: a spring to the rest posture, which yields to a touch and returns"),
     "hold_force": ("Hold force", "The arm retreats from or follows a touch so that its force stays at the goal"),
     "admittance": (
         "Admittance",
-        "The force error drives a virtual mass with damping, and the arm follows it; no integral",
+        "The force error drives a virtual mass with damping, and the arm follows it; no integral, so an error may stay",
     ),
-    "hybrid": ("Hybrid", "Force along the contact's normal, position across it"),
+    "hybrid": (
+        "Hybrid",
+        "Force along the contact's normal, position across it: neither disturbs the other where the normal is right",
+    ),
     "parallel": (
         "Parallel",
-        "Position and force act in all directions; the force integral dominates the position error",
+        "Position and force act in all directions, and the force integral wins: the force comes true, the place gives",
     ),
-    "projection": ("Projection", "Task-space projection of contact errors; assumes an isometric map"),
-    "priority": ("Priority", "Strict task priority: force, then position on the map, then rest posture"),
-    "qp": ("Quadratic program", "Force and place within bounds on speed, acceleration, joints and forces"),
+    "projection": (
+        "Projection",
+        "Errors are taken on the map as if it were isometric: cheapest, and wrong by as much as the map is stretched",
+    ),
+    "priority": (
+        "Priority",
+        "Strict order: force, then position on the map, then rest posture; what is later never disturbs what is first",
+    ),
+    "qp": (
+        "Quadratic program",
+        "Force and place within bounds on speed, acceleration, joints and forces: it slows down before a bound is met",
+    ),
 }
 """Words and tool tip by controller."""
+CONTROLLER_SCENES = {
+    "impedance": "arm",
+    "hold_force": "poke",
+    "admittance": "poke",
+    "hybrid": "follow_path",
+    "parallel": "follow_path",
+    "projection": "follow_path",
+    "priority": "crowded",
+    "qp": "crowded",
+}
+"""The scene that shows best what a controller does differently."""
 SETTING_CHOICES = {
     "task": (
         "Task",
@@ -158,6 +181,11 @@ class GainsByController:
         return replace(settings, **began)
 
 
+def settings_by_controller(settings: ControlSettings) -> dict[str, frozenset[str]]:
+    """The names of the settings that make a difference to each controller, with the task and path of ``settings``."""
+    return {c: effective_settings(replace(settings, controller=cast("ControllerName", c))) for c in CONTROLLERS}
+
+
 class ControllerSliders(QWidget):
     """Emits settings as a user turns them; a double-click on a name puts that one back to where it began.
 
@@ -184,6 +212,8 @@ class ControllerSliders(QWidget):
             slider.default_wanted.connect(partial(self._on_default_wanted, name))
             self.by_name[name] = slider
             column.addWidget(slider)
+        column.addStretch(1)
+        self._heights = max(slider.sizeHint().height() for slider in self.by_name.values()) + column.spacing()
         self.set_defaults(self._defaults)
 
     def set_defaults(self, defaults: ControlSettings) -> None:
@@ -199,6 +229,12 @@ class ControllerSliders(QWidget):
         for name, slider in self.by_name.items():
             slider.set_value(getattr(settings, name) * SLIDERS[name].scale)
             slider.setVisible(name in names)
+        self.setMinimumHeight(self._most(settings) * self._heights)
+
+    def _most(self, settings: ControlSettings) -> int:
+        """How many any controller has for this task: so much room is kept that choosing another moves nothing."""
+        of_each = (effective_settings(replace(settings, controller=cast("ControllerName", c))) for c in CONTROLLERS)
+        return max(len(names & self.by_name.keys()) for names in of_each)
 
     def _on_value_changed(self, name: str, value: float) -> None:
         self._edit(name, value / SLIDERS[name].scale)

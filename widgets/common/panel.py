@@ -132,6 +132,11 @@ class Panel(QWidget):
         self._reason: QLabel | None = None
         whole.addWidget(self._body)
 
+    def set_heading(self, text: str) -> None:
+        """Other words, such as a count."""
+        self._heading.setText(text)
+        self._heading.update()
+
     @property
     def folded(self) -> bool:
         """Whether only the heading is shown."""

@@ -30,6 +30,8 @@ class Notifier(QObject):
 
     cancelled = Signal(str)
     """The job whose progress was shown is not wanted any more: its key."""
+    told = Signal(str, bool)
+    """What was said, and whether something failed."""
     hints_dismissed = Signal()
     """The first hints are not wanted any more."""
 
@@ -53,6 +55,7 @@ class Notifier(QObject):
     ) -> None:
         """Show a message over the views; see ``NotificationBar.say``."""
         self._bar.say(text, fault=fault, remedies=remedies, dismiss=dismiss)
+        self.told.emit(text, fault)
 
     def fault(self, text: str) -> None:
         """Say what could not be done."""

@@ -1,6 +1,7 @@
 """The panels, one line each, in the order of the column: what makes a panel, and what of the session it follows.
 
-What the arm does is at the top, then the map, from what is edited to how good that is, then what it all costs.
+What is touched and what the arm does are at the top, then the map, from what is edited to how good that is, then what
+it all costs, and what was noticed and said.
 """
 
 from __future__ import annotations
@@ -14,10 +15,12 @@ from widgets.document.map_editor import MapEditor
 from widgets.document.taxel_selection import TaxelSelection
 from widgets.panels.control.behaviours_panel import BehavioursPanel
 from widgets.panels.control.controller_panel import ControllerPanel
+from widgets.panels.findings_panel import FindingsPanel
 from widgets.panels.history_panel import HistoryPanel
 from widgets.panels.maps.compare_panel import ComparePanel
 from widgets.panels.maps.patches_panel import PatchesPanel
 from widgets.panels.maps.quality_panel import QualityPanel
+from widgets.panels.messages_panel import MessagesPanel
 from widgets.panels.simulation.accuracy_panel import AccuracyPanel
 from widgets.panels.simulation.effects_panel import EffectsPanel
 from widgets.panels.simulation.timing_panel import TimingPanel
@@ -92,8 +95,8 @@ def _make_compare(editor: MapEditor, panels: Panels) -> ComparePanel:
 
 PANELS = (
     PanelSpec(lambda _editor, _panels: LiveInputPanel(), _follow_live_input),
-    PanelSpec(lambda _editor, _panels: ControllerPanel(), _follow_controller),
     PanelSpec(lambda _editor, _panels: ContactsPanel(), _follow_contacts),
+    PanelSpec(lambda _editor, _panels: ControllerPanel(), _follow_controller),
     PanelSpec(lambda _editor, _panels: EventsPanel()),
     PanelSpec(lambda _editor, _panels: BehavioursPanel(), _follow_behaviours, folded_at_first=True),
     PanelSpec(lambda editor, _panels: PatchesPanel(editor)),
@@ -103,5 +106,7 @@ PANELS = (
     PanelSpec(lambda _editor, _panels: AccuracyPanel(), folded_at_first=True),
     PanelSpec(lambda _editor, _panels: TimingPanel()),
     PanelSpec(lambda _editor, _panels: EffectsPanel()),
+    PanelSpec(lambda _editor, _panels: FindingsPanel()),
+    PanelSpec(lambda _editor, _panels: MessagesPanel(), folded_at_first=True),
 )
 """One line a panel: its place in the column, and all that reaches it, come from here."""

@@ -7,6 +7,7 @@ from PySide6.QtCore import QObject
 from app.robots.files.model_files import PACKAGE_ROOT_OPTION
 from app.session.prepare import PreparedScene
 from widgets.context.app_context import AppContext
+from widgets.panels.messages_panel import MessagesPanel
 from widgets.session.recording_writer import DiskSpace
 
 _SAVED_MS = 10_000
@@ -30,6 +31,7 @@ class NotificationPresenter(QObject):
         self._session.prepared_changed.connect(self._on_prepared_changed)
         self._session.touched.connect(self._on_hints_read)
         self._notifier.hints_dismissed.connect(self._on_hints_read)
+        self._notifier.told.connect(context.panels.get(MessagesPanel).add)
 
     def _on_halted(self, text: str) -> None:
         """What the physics could not do can be kept and repeated; what nobody foresaw cannot."""

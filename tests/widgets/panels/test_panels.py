@@ -139,7 +139,7 @@ def column(qtbot, prepared):
 
 
 def test_the_column_tells_which_panels_are_folded(column):
-    at_first = ("behaviours-panel", "compare-panel", "history-panel", "accuracy-panel")
+    at_first = ("behaviours-panel", "compare-panel", "history-panel", "accuracy-panel", "messages-panel")
     assert column.folded == at_first
     told = []
     column.folded_changed.connect(told.append)
@@ -210,7 +210,7 @@ def test_a_panel_needs_one_line(qtbot, editor, prepared, touched):
     assert panel.got == [prepared, touched, LIGHT, False]
     column.show()
     QApplication.processEvents()
-    assert column["controller"].y() < panel.y() < column["events"].y()
+    assert column["contacts"].y() < panel.y() < column["events"].y()
     session.close()
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 from PySide6.QtCore import QMargins, QRect, QSize
+from PySide6.QtWidgets import QApplication
 
 from widgets.window.first_size import WANTED, first_rectangle
 
@@ -27,5 +28,6 @@ def test_where_there_is_room_it_is_as_wanted_and_in_the_middle():
 
 def test_a_window_of_900_by_600_shows_everything(window):
     window.resize(QSize(900, 600))
+    QApplication.processEvents()  # the plots give room
     assert window.size() == QSize(900, 600)
     assert window.minimumSizeHint().height() <= 480, "a laptop of 768 px at scale 1.5"

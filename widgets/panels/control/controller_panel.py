@@ -27,13 +27,15 @@ from app.session.frame import Frame
 from app.session.prepare import PreparedScene
 from widgets.common.colours import DARK
 from widgets.common.controller_settings import (
+    CONTROLLER_SCENES,
     CONTROLLERS,
     RESTART_LABELS,
     SETTING_CHOICES,
     ControllerSliders,
     GainsByController,
+    settings_by_controller,
 )
-from widgets.common.panel import FlatComboBox, Panel, value_label
+from widgets.common.panel import MIXED_VALUES, FlatComboBox, Panel, value_label
 from widgets.plots.history import LimitHistory, ShownLimit
 
 STEP_DURATION = 10.0
@@ -97,6 +99,11 @@ def step_response_text(response: StepResponse) -> str:
     return f"Goal {response.before:.1f} → {response.goal:.1f}\u2009N: {', '.join(parts)}"
 
 
+_STILL = 0.02
+"""A joint slower than this [rad/s] stands still for the eye."""
+_KEPT_N, _KEPT = 0.3, 0.1
+"""A force within so many newtons of its goal, or such a share of it, is kept."""
+
 _WAITING_TEXTS = {
     "keep_force": "Waiting for a contact",
     "hold_point": "Waiting for a contact to hold",
@@ -136,9 +143,19 @@ def task_status_text(settings: ControlSettings, frame: Frame) -> str:
 
 
 def _status_without_task(settings: ControlSettings, frame: Frame) -> str:
-    if settings.controller != "hold_force":
-        return "Holding the rest posture"
-    return f"Keeping {settings.force_goal:.1f}\u202fN" if frame.regions else "Waiting for a contact"
+    if settings.controller == "hold_force":
+        return _force_text(settings, frame) if frame.regions else "Waiting for a contact"
+    if float(np.abs(frame.velocity).max(initial=0.0)) < _STILL:
+        return "Holding its posture"
+    return "Yielding to the touch" if frame.regions else "Moving to its posture"
+
+
+def _force_text(settings: ControlSettings, frame: Frame) -> str:
+    """The goal is kept only where the strongest contact has it; else what is read is said beside."""
+    goal, read = settings.force_goal, max((region.force for region in frame.regions), default=0.0)
+    if abs(read - goal) <= max(_KEPT_N, _KEPT * goal):
+        return f"Keeping {goal:.1f}\u202fN"
+    return f"Approaching {goal:.1f}\u202fN, now {read:.1f}\u202fN"
 
 
 def _status_of_task(settings: ControlSettings, frame: Frame) -> str:
@@ -155,12 +172,13 @@ def _status_of_task(settings: ControlSettings, frame: Frame) -> str:
         "hold_point": f"Holding the point{off}",
         "guide": f"Hand guiding{off}",
         "retreat": f"Retreating from {count} contact{'s' * (count > 1)}",
-    }.get(settings.task, f"Keeping {settings.force_goal:.1f}\u202fN")
+    }.get(settings.task) or _force_text(settings, frame)
 
 
 _SIZE = 14
-_LINES = 2
-"""Room that is kept, so that nothing below moves when limits come and go."""
+_LINES, _LAW_LINES, _LIMIT_LINES = 2, 3, 3
+"""Room that is kept, so that nothing below moves when limits come and go, or another controller is chosen."""
+_NO_STEP = "Step response: none yet"
 
 
 class LimitState(Enum):
@@ -187,7 +205,7 @@ class LimitStatusLine(QWidget):
         row.setSpacing(8)
         row.addWidget(self._sign, 0, Qt.AlignmentFlag.AlignTop)
         row.addWidget(self._words, 1)
-        self._words.setMinimumHeight(_LINES * (self._words.fontMetrics().lineSpacing() + 1))
+        self._words.setFixedHeight(_LIMIT_LINES * (self._words.fontMetrics().lineSpacing() + 1))
         self.show_limits(())
 
     @property
@@ -220,6 +238,7 @@ class LimitStatusLine(QWidget):
         if rich != self._words.text():
             self._words.setText(rich)
             self.setAccessibleName(f"{head}{'; '.join([*now, *ended])}")
+            self.setToolTip(self.words)  # what has no room
         self._sign.set_state(state)
 
 
@@ -276,6 +295,8 @@ class ControllerPanel(Panel):
     """ControlSettings wanted."""
     comparison_requested = Signal()
     """Controllers are to be compared."""
+    scene_requested = Signal(str)
+    """The scene is wanted in which the controller shows what is different about it: its name."""
 
     simulates = True
 
@@ -286,12 +307,12 @@ class ControllerPanel(Panel):
         self._buttons: dict[str, QPushButton] = {}
         self._group = QButtonGroup(self)
         self.column.addLayout(self._law_buttons())
+        self._add_state()
         self._boxes = {name: self._choice_box(name) for name in SETTING_CHOICES}
         self.sliders = ControllerSliders(parent=self)
         self.sliders.settings_edited.connect(self._edit)
-        self.column.addWidget(self.sliders)
         self.column.addLayout(self._act_buttons())
-        self._add_state()
+        self.column.addWidget(self.sliders)
         self.show_settings(self._settings)
 
     @property
@@ -321,17 +342,22 @@ class ControllerPanel(Panel):
             self._step.hold()
         self._settings, names = settings, effective_settings(settings)
         self._buttons[settings.controller].setChecked(True)
+        self._tell_law(settings.controller)
         self.sliders.show_settings(settings)
+        of_any_controller = frozenset[str]().union(*settings_by_controller(settings).values())
         for name, box in self._boxes.items():
             value = getattr(settings, name)
             box.setCurrentIndex(box.findData(value))
             box.say(SETTING_CHOICES[name][1][value])
-            box.setVisible(name in names)
+            # What only other controllers use keeps its place: no row moves when one is chosen.
+            box.setVisible(name in of_any_controller)
+            box.setEnabled(name in names)
         has_task = settings.controller in CONTROL_SCHEMES
         for label in (self._energy_name, self._energy):
-            label.setVisible(has_task)
-        self._again.setVisible(self.can_start_again)
-        self._again.setText(RESTART_LABELS.get(settings.task, ""))
+            label.setEnabled(has_task)
+        self._energy.setText(self._energy.text() if has_task else MIXED_VALUES)
+        self._again.setEnabled(self.can_start_again)
+        self._again.setText(RESTART_LABELS.get(settings.task, "Restart task"))
         self._reset.setEnabled(self._gains.reset(settings) != settings)
 
     def show_frame(self, frame: Frame) -> None:
@@ -376,9 +402,16 @@ class ControllerPanel(Panel):
     # Inside.
 
     def _add_state(self) -> None:
+        self._law = self.caption()
+        self._law.setObjectName("controller-difference")
+        self._law.setFixedHeight(_LAW_LINES * self._law.fontMetrics().lineSpacing() + 2)
+        self._law.setAlignment(Qt.AlignmentFlag.AlignTop)
+        self._law.linkActivated.connect(self.scene_requested)
         self._state = QLabel(self)
         self._state.setObjectName("task-state")
         self._state.setWordWrap(True)
+        self._state.setAlignment(Qt.AlignmentFlag.AlignTop)
+        self._state.setFixedHeight(_LINES * self._state.fontMetrics().lineSpacing() + 2)
         self.column.addWidget(self._state)
         self._why = LimitStatusLine(self)
         self.column.addWidget(self._why)
@@ -392,14 +425,20 @@ class ControllerPanel(Panel):
         grid.addWidget(self._energy, 0, 1)
         self._response = self.caption()
         self._response.setObjectName("step-response")
-        self._response.setToolTip("Step response of the force; settling band 5 %")
-        self._response.hide()
+        self._response.setToolTip("Step response of the force, once its goal is changed in contact; settling band 5 %")
+        self._response.setFixedHeight(_LINES * self._response.fontMetrics().lineSpacing() + 2)
+        self._response.setAlignment(Qt.AlignmentFlag.AlignTop)
 
     def _show_step(self) -> None:
         response = self._step.response
-        self._response.setVisible(response is not None)
-        if response is not None:
-            _set_text(self._response, step_response_text(response))
+        _set_text(self._response, _NO_STEP if response is None else step_response_text(response))
+
+    def _tell_law(self, controller: str) -> None:
+        """What is different about it, and where that shows."""
+        difference, scene = CONTROLLERS[controller][1], CONTROLLER_SCENES.get(controller)
+        where = "" if scene is None else f' <a href="{scene}">Show in its scene</a>'
+        colour = self.palette().color(QPalette.ColorRole.Link).name()
+        _set_text(self._law, f"{escape(difference)}.{where}".replace("<a ", f'<a style="color:{colour}" '))
 
     def _law_buttons(self) -> QGridLayout:
         grid = QGridLayout()

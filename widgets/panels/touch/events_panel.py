@@ -123,6 +123,8 @@ class EventsPanel(Panel):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Contact events", "events-panel", parent)
         self._note = self.caption(_EMPTY)
+        self._note.setFixedHeight(ROW * _MAX_ROWS)  # as the list: what is below stands still
+        self._note.setAlignment(Qt.AlignmentFlag.AlignTop)
         self.list, self.events = QListView(self), EventListModel(self)
         self.list.setObjectName("events-list")
         self.list.setAccessibleName("Contact events, the newest first")

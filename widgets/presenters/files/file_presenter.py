@@ -44,6 +44,7 @@ from widgets.common.file_types import (
     taxel_filter,
 )
 from widgets.context.app_context import AppContext
+from widgets.panels.control.controller_panel import ControllerPanel
 from widgets.presenters.files.map_file_presenter import MapFilePresenter
 from widgets.presenters.session.effects_presenter import EffectsPresenter
 from widgets.tools.map_editing.grid_tool import GridTool
@@ -76,6 +77,7 @@ class FilePresenter(QObject):
         grid.placed.connect(self._on_grid_placed)
         grid.steps.scene_wanted.connect(self.open_scene)
         context.session.prepared_changed.connect(self._on_prepared_changed)
+        context.panels.get(ControllerPanel).scene_requested.connect(self.open_shipped)
         self._asked: Callable[[], None] | None = None
         for name, handler in (
             ("open_robot", partial(self._choose, "Open robot", ROBOT_FILTER)),
@@ -117,6 +119,10 @@ class FilePresenter(QObject):
     def open_robot(self, name: str) -> None:
         """Open a robot by name."""
         self.open_scene(scene_for(name))
+
+    def open_shipped(self, name: str) -> None:
+        """Open a scene that ships, by name."""
+        self.open_scene(load_scene(name))
 
     def import_taxels(self, path: str) -> None:
         """Put the taxels of a file on the robot that is open; ask where, if the file's links are not the robot's.
@@ -228,7 +234,7 @@ class FilePresenter(QObject):
                 item = menu.addAction(load_scene(name).title or name)
                 item.setObjectName(f"scene-{name}")
                 item.setToolTip(name)
-                item.triggered.connect(lambda _checked=False, name=name: self.open_scene(load_scene(name)))
+                item.triggered.connect(lambda _checked=False, name=name: self.open_shipped(name))
 
     def list_recent(self, menu: QMenu) -> None:
         """List the files opened lately."""

@@ -9,8 +9,8 @@ from PySide6.QtCore import QObject, Signal
 from app.core.plugins import Plugin, broken_plugins
 from app.session.frame import Frame
 from app.session.prepare import PreparedScene
-from app.skin.formats.import_skin import NO_ROBOT
 from widgets.context.app_context import AppContext
+from widgets.panels.findings_panel import findings_of
 from widgets.panels.simulation.timing_panel import TimingPanel
 from widgets.panels.touch.live_input_panel import LiveInputPanel
 from widgets.presenters.map_edit_presenter import MapEditPresenter
@@ -71,10 +71,8 @@ class ScenePresenter(QObject):
         self._map_edit.show_prepared(prepared)
         self.title_changed.emit(prepared.scene.title or prepared.robot.name)
         if prepared.robot.findings or prepared.skin.findings:
-            count = len(prepared.robot.findings) + len(prepared.skin.findings)
-            scene = prepared.scene
-            opened = scene.taxel_file if scene.robot == NO_ROBOT else scene.robot
-            context.notifier.status(f"{count} import warnings; see tactile-maps inspect {opened}", _FINDINGS_MS)
+            count = len(findings_of(prepared))
+            context.notifier.status(f"{count} finding{'s' * (count > 1)}; see the panel Findings", _FINDINGS_MS)
         self._tell_of_plugins()
 
     def _tell_of_plugins(self) -> None:

@@ -113,8 +113,8 @@ def test_every_task_waits_and_works_in_its_own_words(task):
 @pytest.mark.parametrize(
     ("task", "frame", "words"),
     [
-        ("keep_force", ONE, "Keeping 3.0\u202fN"),
-        ("balance", ONE, "Keeping 3.0\u202fN"),
+        ("keep_force", ONE, "Approaching 3.0\u202fN, now 8.6\u202fN"),
+        ("balance", ONE, "Approaching 3.0\u202fN, now 8.6\u202fN"),
         ("balance", TWO, "Balancing 2 contacts"),
         ("retreat", ONE, "Retreating from 1 contact"),
         ("retreat", TWO, "Retreating from 2 contacts"),
@@ -151,7 +151,21 @@ def test_a_contact_that_is_carried_over_a_crossing_is_told(state, word):
     assert word in said("follow_path", NOBODY, regrasp=state)
 
 
-def test_laws_without_a_task_say_what_they_do():
-    assert said("guide", ONE, controller="impedance", report=False) == "Holding the rest posture"
+def test_controllers_without_a_task_say_what_they_do():
+    assert said("guide", NOBODY, controller="impedance", report=False) == "Holding its posture"
     assert said("guide", NOBODY, controller="hold_force", report=False) == "Waiting for a contact"
-    assert said("guide", ONE, controller="hold_force", report=False, force_goal=4.0) == "Keeping 4.0\u202fN"
+
+
+@pytest.mark.parametrize(("frame", "words"), [(NOBODY, "Moving to its posture"), (ONE, "Yielding to the touch")])
+def test_an_arm_that_moves_is_not_said_to_hold(frame, words):
+    moving = replace(frame, posture=np.zeros(2), velocity=np.array([0.0, 0.1]))
+    assert said("guide", moving, controller="impedance", report=False) == words
+
+
+@pytest.mark.parametrize(("controller", "report"), [("hold_force", False), ("hybrid", True)])
+def test_a_force_is_kept_only_where_it_is_read(controller, report):
+    goal = ONE.regions[0].force
+    kept = said("keep_force", ONE, controller=controller, report=report, force_goal=goal)
+    assert kept == f"Keeping {goal:.1f}\u202fN"
+    missed = said("keep_force", ONE, controller=controller, report=report, force_goal=0.5 * goal)
+    assert missed == f"Approaching {0.5 * goal:.1f}\u202fN, now {goal:.1f}\u202fN"

@@ -272,7 +272,8 @@ def test_a_flat_map_of_genoa_s_is_shown_and_touched(window, tmp_path):
     assert len(window.live.prepared.skin) == 30, window.notification_bar.text
     kinds = {finding.kind for finding in window.live.prepared.skin.findings}
     assert {"map-only", "guessed-unit"} <= kinds
-    assert f"inspect {path}" in window.statusBar().currentMessage()
+    assert "see the panel Findings" in window.statusBar().currentMessage()
+    assert window.column["findings"].list.notes
     press_map(window, 14)
     run(window, 0.3)
     QTest.mouseRelease(window.map_view.viewport(), Qt.MouseButton.LeftButton)

@@ -1,0 +1,58 @@
+"""A list of notes: what is listed, what is copied, and that a fault is told by more than words."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtTest import QTest
+
+from widgets.common.note_list import Note, NoteList
+
+NOTES = (Note("Missing mesh, a.stl", "A small box stands in", fault=True), Note("Units, b.csv", "Read as millimetres"))
+
+
+@pytest.fixture
+def made(qtbot):
+    made = NoteList("notes", "Nothing yet.", 120)
+    qtbot.addWidget(made)
+    made.resize(260, 120)
+    made.show()
+    made.show_notes(NOTES)
+    return made
+
+
+def test_all_are_copied_where_none_is_selected_and_else_those(made):
+    QTest.keyClick(made, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
+    everything = "Missing mesh, a.stl: A small box stands in\nUnits, b.csv: Read as millimetres"
+    assert QGuiApplication.clipboard().text() == everything
+    QTest.mouseClick(made.viewport(), Qt.MouseButton.LeftButton, pos=made.visualItemRect(made.item(1)).center())
+    QTest.keyClick(made, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
+    assert QGuiApplication.clipboard().text() == "Units, b.csv: Read as millimetres"
+
+
+def test_a_long_text_wraps_and_is_given_the_lines_it_needs(made):
+    made.put_first(Note("Torn", "modules whose places do not fit together " * 6), most=9)
+    assert made.visualItemRect(made.item(0)).height() > 2 * made.visualItemRect(made.item(1)).height()
+
+
+def test_the_newest_is_on_top_and_the_oldest_goes(made):
+    made.put_first(Note("New", "one"), most=2)
+    assert [note.head for note in made.notes] == ["New", "Missing mesh, a.stl"]
+
+
+def test_a_fault_has_a_mark_and_an_empty_list_says_what_would_fill_it(made):
+    palette = made.palette()
+    palette.setColor(palette.ColorRole.BrightText, "#e03131")
+    made.setPalette(palette)
+
+    def fault_pixels():
+        image, colour = made.viewport().grab().toImage(), made.palette().color(made.palette().ColorRole.BrightText)
+        return sum(image.pixelColor(1, y) == colour for y in range(image.height()))
+
+    assert fault_pixels() > 10
+    made.show_notes(NOTES[1:])
+    assert not fault_pixels()
+    said = made.viewport().grab().toImage()
+    made.show_notes(())
+    assert made.viewport().grab().toImage() != said

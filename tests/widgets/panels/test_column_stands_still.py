@@ -1,0 +1,66 @@
+"""No row of the column moves because a controller is chosen, something is touched, or a text changes."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QPushButton, QWidget
+
+from tests.widgets.support.window_driver import press_map, run
+from widgets.common.controller_settings import CONTROLLERS, SETTING_CHOICES
+from widgets.common.panel import Panel
+from widgets.panels.control.controller_panel import ControllerPanel
+
+
+@pytest.fixture
+def window(window_again):
+    """The module's window."""
+    return window_again
+
+
+def rows(window):
+    """Where each panel and each button of the column begins."""
+    for _ in range(3):  # layouts settle in their own time
+        QApplication.processEvents()
+    content = window.column.widget()
+    found = [*window.column.findChildren(Panel), *window.column.findChildren(QPushButton)]
+    return {
+        part.objectName(): part.mapTo(content, QPoint(0, 0)).y() for part in found if part.isVisible() and named(part)
+    }
+
+
+def named(part: QWidget) -> bool:
+    return bool(part.objectName())
+
+
+@pytest.mark.parametrize("task", ["keep_force", "follow_path"])
+def test_no_row_moves_when_a_controller_is_chosen(window, task):
+    panel = window.column.get(ControllerPanel)
+    panel.choose_controller("hybrid")
+    panel.choose_task(task)
+    before = rows(window)
+    assert task in SETTING_CHOICES["task"][1]
+    for controller in CONTROLLERS:
+        window.findChild(QPushButton, f"controller-{controller}").click()
+        run(window, 0.05)
+        assert rows(window) == before, controller
+
+
+def test_no_row_moves_when_the_skin_is_touched_and_let_go(window):
+    before = rows(window)
+    pixel = press_map(window, 70)
+    run(window, 0.4)
+    assert window.live.runner.session.frame.regions
+    assert rows(window) == before
+    QTest.mouseRelease(window.map_view.viewport(), Qt.MouseButton.LeftButton, pos=pixel)
+    run(window, 0.3)
+    assert rows(window) == before
+
+
+def test_no_row_moves_under_the_pointer(window):
+    before = rows(window)
+    for button in window.column.findChildren(QPushButton):
+        if button.isVisible():
+            QTest.mouseMove(button)
+    assert rows(window) == before

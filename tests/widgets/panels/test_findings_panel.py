@@ -1,0 +1,49 @@
+"""Findings: everything that opening noticed is listed with what to do, and counted in the heading."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from app.core.errors import Finding
+from widgets.common.note_list import Note
+from widgets.panels.findings_panel import FindingsPanel, note_of
+from widgets.panels.messages_panel import MessagesPanel
+
+MISSING = Finding("missing-mesh", "link_3.stl", "a small box stands in; choose the package root", 2)
+
+
+@pytest.fixture
+def panel(qtbot):
+    made = FindingsPanel()
+    qtbot.addWidget(made)
+    return made
+
+
+def test_a_finding_is_said_in_words():
+    text = "A small box stands in; choose the package root"
+    assert note_of(MISSING) == Note("2 × missing mesh, link_3.stl", text, fault=True)
+    assert not note_of(Finding("guessed-units", "", "read as millimetres")).fault
+
+
+def test_those_of_robot_skin_and_map_are_listed(panel, prepared):
+    of_map = Finding("seam-added", "hand", "cut once more")
+    charts = (replace(prepared.map.charts[0], findings=(of_map,)), *prepared.map.charts[1:])
+    robot = replace(prepared.robot, findings=(MISSING,))
+    panel.show_prepared(replace(prepared, robot=robot, map=replace(prepared.map, charts=charts)))
+    assert note_of(MISSING) in panel.list.notes
+    assert note_of(of_map) in panel.list.notes
+    assert panel._heading.text() == f"Findings, {len(panel.list.notes)}"
+    panel.show_prepared(replace(prepared, robot=replace(robot, findings=())))
+    assert note_of(MISSING) not in panel.list.notes
+
+
+def test_what_the_window_says_is_kept(window_again):
+    kept = window_again.column.get(MessagesPanel).list
+    window_again.notifier.say("Saved a.mcap")
+    window_again.notifier.fault("The file cannot be read")
+    fault, message = kept.notes[:2]
+    assert (fault.text, fault.fault) == ("The file cannot be read", True)
+    assert (message.text, message.fault) == ("Saved a.mcap", False)
+    window_again.notification_bar.hide()

@@ -1,0 +1,54 @@
+"""What opening noticed or repaired, each with what was done about it or what a person can do."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from PySide6.QtWidgets import QWidget
+
+from app.core.errors import Finding
+from app.session.prepare import PreparedScene
+from widgets.common.note_list import Note, NoteList
+from widgets.common.panel import Panel
+
+_HEIGHT = 120
+_EMPTY = "What opening a robot, skin or scene noticed or repaired is listed here."
+_FAULTS = ("missing-mesh", "scene-warning")
+"""Kinds after which what is shown is not what was meant."""
+
+
+def findings_of(prepared: PreparedScene) -> tuple[Finding, ...]:
+    """Of its robot, skin, objects, map and effects, in this order."""
+    parts: tuple[Iterable[Finding], ...] = (
+        prepared.robot.findings,
+        prepared.skin.findings,
+        *(body.findings for body in prepared.objects),
+        *(chart.findings for chart in prepared.map.charts),
+        prepared.scene.decision.warnings,
+    )
+    return tuple(finding for part in parts for finding in part)
+
+
+def note_of(finding: Finding) -> Note:
+    """``Missing mesh, link_3.stl: a small box stands in``."""
+    kind = finding.kind.replace("-", " ").replace("_", " ")
+    times = f"{finding.count} × " if finding.count > 1 else ""
+    head = f"{times}{kind}, {finding.where}" if finding.where else f"{times}{kind}"
+    action = f"{finding.action[:1].upper()}{finding.action[1:]}"
+    return Note(f"{head[:1].upper()}{head[1:]}", action, fault=finding.kind in _FAULTS)
+
+
+class FindingsPanel(Panel):
+    """Lists them; its heading says how many there are."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__("Findings", "findings-panel", parent)
+        self.list = NoteList("findings-list", _EMPTY, _HEIGHT, self)
+        self.list.setAccessibleName("Findings")
+        self.column.addWidget(self.list)
+
+    def show_prepared(self, prepared: PreparedScene) -> None:
+        """Another scene."""
+        found = findings_of(prepared)
+        self.list.show_notes([note_of(finding) for finding in found])
+        self.set_heading(f"Findings, {len(found)}" if found else "Findings")
