@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from app.core.arrays import FloatArray, freeze_arrays
+from app.core.arrays import FloatArray, IntArray, freeze_arrays
 from app.core.errors import LiveError
 from app.core.files import read_bounded_text, write_atomically
 from app.live.matching import read_rows, whole
@@ -81,24 +81,38 @@ class Calibration:
             return self.gain * (readings - self.offset - baseline)
         return readings - baseline if mode is ValueMode.BASELINE else readings
 
-    def with_weight(self, change: FloatArray, areas: FloatArray, mass: float) -> Calibration:
-        """The same, all gains scaled so that what lies on the skin weighs ``mass``.
+    def with_weight(
+        self, change: FloatArray, areas: FloatArray, mass: float, *, taxels: IntArray | None = None
+    ) -> Calibration:
+        """The same, gains scaled so that what lies on the skin weighs ``mass``.
+
+        Of a weight on some taxels only their readings count and only their gains change, unless no gain was measured
+        yet: then all of them do.
 
         Args:
             change: (n,) values above the untouched skin's, in the readings' unit.
             areas: (n,) of the taxels [m²].
             mass: [kg].
+            taxels: (k,) on which it lies; None for any.
 
         Raises:
             LiveError: There is no such weight, or it is not felt.
         """
-        if not (math.isfinite(mass) and 0 < mass < 1000):
-            raise LiveError("the weight is out of range", value=f"{mass} kg", remedy="Choose above 0 and below 1000 kg")
-        force = float((self.gain * change * areas).sum())
+        check_mass(mass)
+        under: IntArray | slice = slice(None) if taxels is None else taxels
+        force = float((self.gain * change * areas)[under].sum())
         if not force > 0:
             remedy = "Tare the skin while nothing touches it, then lay the weight on it"
             raise LiveError("the weight is not felt", value=f"{force:.3g} N", remedy=remedy)
-        return replace(self, gain=self.gain * (mass * GRAVITY / force), known=True)
+        gain = self.gain.copy()
+        gain[under if self.known else slice(None)] *= mass * GRAVITY / force
+        return replace(self, gain=gain, known=True)
+
+
+def check_mass(mass: float) -> None:
+    """Refuse what is no weight [kg]; raises LiveError."""
+    if not (math.isfinite(mass) and 0 < mass < 1000):
+        raise LiveError("the weight is out of range", value=f"{mass} kg", remedy="Choose above 0 and below 1000 kg")
 
 
 def load_calibration(path: str | Path, skin: Skin) -> Calibration:

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
 from app.contacts.pipeline import ContactPipeline
 from app.control.command import JointCommand
-from app.core.arrays import FloatArray
+from app.core.arrays import FloatArray, IntArray
 from app.core.errors import LiveError, SimulationError
 from app.core.reading_units import ReadingUnits
 from app.core.timing import Stopwatch
@@ -24,6 +24,7 @@ from app.live.calibration import Calibration, Tare, ValueMode
 from app.live.channel_health import QUIET_SECONDS, ChannelHealth, SilentChannel
 from app.live.matching import TaxelMatcher
 from app.live.readings import MalformedReadingError, Unit
+from app.live.weighing import Weighing, WeighingState
 from app.session.frame import Frame
 from app.session.inputs import CalibrationUsed, MapEdited, PokeMoved, PokeReleased, ReadingChanged, SessionInput
 from app.session.measured_values import MeasuredValues
@@ -54,6 +55,7 @@ class MeasuredFacts:
         calibrated: Whether pressures and forces mean what they say.
         taring: Whether the baseline is being measured.
         tared: Whether there is one.
+        weighing: How calibrating by a known weight goes.
     """
 
     readings: int
@@ -69,6 +71,7 @@ class MeasuredFacts:
     calibrated: bool
     taring: bool
     tared: bool
+    weighing: WeighingState
 
 
 class MeasuredSession:
@@ -130,6 +133,9 @@ class MeasuredSession:
         self._baseline = np.zeros(len(skin))
         self._spread: FloatArray | None = None
         self._tare: Tare | None = None
+        self._weighing: Weighing | None = None
+        self._weighed = WeighingState()
+        self._before_weights: list[tuple[Calibration, Calibration | None]] = []
         self.tared = False
         self.reset()
 
@@ -199,7 +205,7 @@ class MeasuredSession:
 
         Until then nothing is felt.
         """
-        self._tare = Tare(len(self._values), frames)
+        self._tare, self._weighing = Tare(len(self._values), frames), None
 
     def weigh(self, mass: float) -> Calibration:
         """Calibrate by a known weight [kg] that lies on the skin now; the calibration, in force from now on.
@@ -207,13 +213,59 @@ class MeasuredSession:
         Raises:
             LiveError: It is not felt, or the skin was not tared.
         """
+        self._check_tared()
+        self._calibrate(self._calibration.with_weight(self._change, self.prepared.skin.areas, mass))
+        return self._calibration
+
+    def begin_weighing(self, mass: float, seconds: float, *, taxels: IntArray | None = None) -> None:
+        """Calibrate by a known weight that lies on the skin from now on, by the mean of the next readings.
+
+        How it goes is among the ``facts``; ``undo_weighing`` takes it back.
+
+        Args:
+            mass: [kg].
+            seconds: Over which readings are averaged, at most 60.
+            taxels: (k,) on which it lies: only their readings count, see ``Calibration.with_weight``; None for any.
+
+        Raises:
+            LiveError: The skin was not tared, or there is no such weight, time or taxel.
+        """
+        self._check_tared()
+        self._weighing = Weighing(mass, seconds, taxels, self._time)
+        self._weighed = WeighingState()
+
+    def undo_weighing(self) -> None:
+        """Go back to the calibration from before the newest weight, and end one that goes on."""
+        self._weighing, self._weighed = None, WeighingState()
+        if self._before_weights:
+            self._calibration, self._given = self._before_weights.pop()
+            self._use_noise()
+
+    def _check_tared(self) -> None:
         if not self.tared:
             raise LiveError("the skin was not tared", remedy="Tare it while nothing touches it, then lay the weight on")
-        change = self._values - self._baseline - self._calibration.offset
-        self._calibration = self._calibration.with_weight(change, self.prepared.skin.areas, mass)
-        self._given = self._calibration
+
+    @property
+    def _change(self) -> FloatArray:
+        """(taxels,) values above the untouched skin's, as they are sent."""
+        return self._values - self._baseline - self._calibration.offset
+
+    def _calibrate(self, calibration: Calibration) -> None:
+        self._before_weights.append((self._calibration, self._given))
+        self._calibration = self._given = calibration
         self._use_noise()
-        return self._calibration
+
+    def _take_weighing(self) -> None:
+        if self._weighing is None or not self._weighing.add(self._change, self._time):
+            return
+        weighing, self._weighing = self._weighing, None
+        try:
+            calibration, factor = weighing.calibrated(self._calibration, self.prepared.skin.areas)
+        except LiveError as error:
+            self._weighed = WeighingState(problem=str(error))
+        else:
+            self._calibrate(calibration)
+            self._weighed = WeighingState(factor=factor)
 
     def adopt(self, used: CalibrationUsed) -> None:
         """Take over gains, offsets and baseline of a recording, where nothing else was given.
@@ -249,7 +301,13 @@ class MeasuredSession:
             calibrated=self.units.force is not None,
             taring=self._tare is not None,
             tared=self.tared,
+            weighing=self._weighing_state,
         )
+
+    @property
+    def _weighing_state(self) -> WeighingState:
+        left = None if self._weighing is None else self._weighing.left(self._time)
+        return replace(self._weighed, left=left, undoable=bool(self._before_weights))
 
     def submit(self, session_input: SessionInput) -> None:
         """Change the map or the way contacts are read, from the next reading on.
@@ -302,6 +360,7 @@ class MeasuredSession:
             self._move(reading.joints, step)
             self._health.add(taxels, values, self._time)
             self._take_tare()
+            self._take_weighing()
         self._readings += 1
         self.frame = self._frame()
         for each in tuple(self._watchers):

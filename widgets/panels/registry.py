@@ -77,8 +77,9 @@ def _follow_behaviours(panel: BehavioursPanel, session: LiveSession, _selection:
     panel.behaviours_edited.connect(session.set_behaviours)
 
 
-def _follow_live_input(panel: LiveInputPanel, session: LiveSession, _selection: TaxelSelection) -> None:
+def _follow_live_input(panel: LiveInputPanel, session: LiveSession, selection: TaxelSelection) -> None:
     session.live_input_changed.connect(panel.show_input)
+    panel.follow(selection)
 
 
 def _follow_quality(panel: QualityPanel, session: LiveSession, _selection: TaxelSelection) -> None:

@@ -7,8 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from app.core.arrays import IntArray
 from app.core.errors import SimulationError, describe_unexpected_error
-from app.live.calibration import ValueMode, load_calibration
+from app.live.calibration import ValueMode, load_calibration, save_calibration
 from app.live.connection import Connection, ConnectionStatus
 from app.live.matching import load_matching
 from app.live.measured_session import MeasuredFacts, MeasuredSession, silent_text
@@ -99,6 +100,25 @@ class LiveInput:
         assert self._runner is not None
         with self._runner.lock:
             self.session.tare(frames)
+
+    def begin_weighing(self, mass: float, seconds: float, taxels: IntArray | None) -> None:
+        """Calibrate by a weight [kg] that lies on the skin, see ``MeasuredSession``; raises LiveError."""
+        assert self._runner is not None
+        with self._runner.lock:
+            self.session.begin_weighing(mass, seconds, taxels=taxels)
+
+    def undo_weighing(self) -> None:
+        """Go back to the calibration before the newest weight."""
+        assert self._runner is not None
+        with self._runner.lock:
+            self.session.undo_weighing()
+
+    def save_calibration(self, path: str) -> None:
+        """Write gains and offsets as CSV; raises LiveError."""
+        assert self._runner is not None
+        with self._runner.lock:
+            calibration = self.session.calibration
+        save_calibration(calibration, path)
 
     def request_mode(self, mode: ValueMode) -> None:
         """Show something else of the readings; raises LiveError where it is not known."""

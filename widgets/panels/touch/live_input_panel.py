@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QPushButton, QWidget
 
@@ -10,6 +12,8 @@ from app.live.calibration import ValueMode
 from app.live.connection import ConnectionState, ConnectionStatus
 from app.live.measured_session import MeasuredFacts
 from widgets.common.panel import Panel, value_label
+from widgets.document.taxel_selection import TaxelSelection
+from widgets.panels.touch.known_weight_dialog import KnownWeightDialog
 from widgets.session.live_input import LiveInput
 
 _REFRESH_MS = 250
@@ -27,7 +31,11 @@ _ROWS = {
 
 
 class LiveInputPanel(Panel):
-    """Hidden while nothing is connected."""
+    """Hidden while nothing is connected.
+
+    Attributes:
+        weight: Asks for a known weight; None until it is first wanted.
+    """
 
     disconnect_wanted = Signal()
     """Go back to simulating."""
@@ -37,6 +45,9 @@ class LiveInputPanel(Panel):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Live input", "live-input-panel", parent)
         self._input: LiveInput | None = None
+        self._selection: TaxelSelection | None = None
+        self._error, self._weight_error = "", ""
+        self.weight: KnownWeightDialog | None = None
         self._address = self.caption()
         grid = self.grid()
         grid.setColumnStretch(0, 1)
@@ -73,13 +84,28 @@ class LiveInputPanel(Panel):
         leave.setObjectName("live-disconnect")
         leave.setToolTip("Close the source and simulate again")
         leave.clicked.connect(self.disconnect_wanted)
-        row.addWidget(self._tare)
-        row.addWidget(leave)
+        self._weight = QPushButton("Weight…", self)
+        self._weight.setObjectName("live-weight")
+        self._weight.setToolTip("Calibrate by a known weight that lies on the skin")
+        self._weight.clicked.connect(self._on_weight_clicked)
+        for button in (self._tare, self._weight, leave):
+            row.addWidget(button)
         return row
+
+    def follow(self, selection: TaxelSelection) -> None:
+        """A weight lies on what is selected there, if anything is."""
+        self._selection = selection
+        selection.changed.connect(self._on_selection_changed)
+
+    def _on_selection_changed(self) -> None:
+        if self.weight is not None:
+            self.weight.show_selected(0 if self._selection is None else len(self._selection.taxels))
 
     def show_input(self, live: LiveInput | None) -> None:
         """Show another live input; None for none."""
         self._input, self._error = live, ""
+        if live is None and self.weight is not None:
+            self.weight.reject()
         self.setVisible(live is not None)
         if live is None:
             self._timer.stop()
@@ -97,6 +123,8 @@ class LiveInputPanel(Panel):
         self.rate_changed.emit(status.rate)
         for key, text in _texts(status, facts, len(self._input.origin.skin)).items():
             self._values[key].setText(text)
+        if self.weight is not None:
+            self.weight.show_facts(facts, error=self._weight_error)
         self._mode.setCurrentIndex(list(_MODES).index(facts.mode))
         self._tare.setEnabled(not facts.taring)
         self._tare.setText("Taring…" if facts.taring else "Tare")
@@ -107,6 +135,37 @@ class LiveInputPanel(Panel):
         if self._input is not None:
             self._input.tare()
             self.refresh()
+
+    def _on_weight_clicked(self) -> None:
+        if self.weight is None:
+            self.weight = KnownWeightDialog(self)
+            self.weight.measure_wanted.connect(self._on_measure_wanted)
+            self.weight.undo_wanted.connect(self._on_undo_wanted)
+            self.weight.save_wanted.connect(self._on_save_wanted)
+        self._weight_error = ""
+        self._on_selection_changed()
+        self.refresh()
+        self.weight.show()
+
+    def _on_measure_wanted(self, mass: float, seconds: float) -> None:
+        chosen = None if self._selection is None or not len(self._selection.taxels) else self._selection.taxels
+        self._ask(lambda live: live.begin_weighing(mass, seconds, chosen))
+
+    def _on_undo_wanted(self) -> None:
+        self._ask(lambda live: live.undo_weighing())
+
+    def _on_save_wanted(self, path: str) -> None:
+        self._ask(lambda live: live.save_calibration(path))
+
+    def _ask(self, act: Callable[[LiveInput], None]) -> None:
+        """What the weight's dialog wants; why it is refused is said there."""
+        self._weight_error = ""
+        if self._input is not None:
+            try:
+                act(self._input)
+            except TactileMapsError as error:
+                self._weight_error = str(error)
+        self.refresh()
 
     def _on_mode_activated(self, index: int) -> None:
         if self._input is None:

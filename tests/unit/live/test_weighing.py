@@ -1,0 +1,84 @@
+"""A known weight calibrates by the mean of what is read under it, on some taxels or all, and can be taken back."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.core.errors import LiveError
+from app.core.reading_units import ReadingUnits
+from app.live.arrival import Arrived
+from app.live.calibration import GRAVITY, Calibration
+from app.live.measured_session import MeasuredSession
+from app.live.prepare import as_measured
+from app.live.readings import Reading, Unit
+from app.live.weighing import Weighing
+from app.tactile.press import press_skin
+from tests.support.touch import bar_skin, prepared_bar
+
+SKIN = bar_skin()
+COUNTS = 0.01 * press_skin(SKIN, SKIN.taxel_point(30), force=2.0)
+UNDER = np.flatnonzero(COUNTS > 0.5)
+MASS = 2.0 / GRAVITY
+
+
+def tared(**options):
+    session = MeasuredSession(as_measured(prepared_bar()), **options)
+    session.tare(1)
+    session.show(at(0.0, np.zeros(60)))
+    return session
+
+
+def at(time, above):
+    return Arrived(Reading(time, 20 + above, Unit.COUNTS), time)
+
+
+def test_the_mean_counts_and_not_one_noisy_reading():
+    session, random = tared(), np.random.default_rng(1)
+    session.begin_weighing(MASS, 1.0)
+    for number in range(1, 102):
+        assert (session.facts.weighing.left is None) == (number > 100)
+        session.show(at(0.01 * number, COUNTS * (1 + 0.3 * random.normal())))
+    state = session.facts.weighing
+    assert state.undoable
+    assert state.problem is None
+    np.testing.assert_allclose(session.calibration.gain, 100.0, rtol=0.1)
+    frame = session.show(at(2.0, COUNTS))
+    assert frame.units is ReadingUnits.CALIBRATED
+    assert abs(frame.regions[0].force - 2.0) < 0.2
+
+
+def test_on_some_taxels_only_they_are_summed_and_changed():
+    known = Calibration(np.full(60, 50.0), np.full(60, 20.0))
+    session, drifted = tared(calibration=known), COUNTS + np.where(np.isin(np.arange(60), UNDER), 0.0, 40.0)
+    session.begin_weighing(MASS, 0.5, taxels=UNDER)
+    session.show(at(1.0, drifted))
+    gain = session.calibration.gain
+    share = COUNTS[UNDER] @ SKIN.areas[UNDER] / (COUNTS @ SKIN.areas)
+    np.testing.assert_allclose(gain[UNDER], 100.0 / share, rtol=0.02)
+    assert (np.delete(gain, UNDER) == 50.0).all()
+    assert np.isclose(session.facts.weighing.factor, gain[UNDER[0]] / 50.0)
+    session.undo_weighing()
+    assert (session.calibration.gain == 50.0).all()
+    assert not session.facts.weighing.undoable
+
+
+def test_what_cannot_be_weighed_changes_nothing_and_is_told():
+    session = MeasuredSession(as_measured(prepared_bar()))
+    with pytest.raises(LiveError, match="not tared"):
+        session.begin_weighing(MASS, 1.0)
+    session = tared()
+    session.begin_weighing(MASS, 0.1)
+    frame = session.show(at(1.0, -COUNTS))
+    assert "not felt" in session.facts.weighing.problem
+    assert frame.units is ReadingUnits.COUNTS
+    session.begin_weighing(MASS, 10.0)
+    session.undo_weighing()
+    assert session.facts.weighing.left is None
+
+
+@pytest.mark.parametrize(("mass", "seconds", "taxels"), [(0, 1, None), (1, 0, None), (1, 61, None), (1, 1, [])])
+def test_there_must_be_a_weight_a_time_and_a_place(mass, seconds, taxels):
+    with pytest.raises(LiveError) as refused:
+        Weighing(mass, seconds, taxels, 0.0)
+    assert refused.value.remedy

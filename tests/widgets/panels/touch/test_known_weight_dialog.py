@@ -1,0 +1,47 @@
+"""A known weight in the window: measured, taken back, saved; what cannot be is said in the dialog."""
+
+from __future__ import annotations
+
+import numpy as np
+from PySide6.QtWidgets import QFileDialog, QLabel, QPushButton
+
+from app.live.arrival import Arrived
+from app.live.readings import Reading, Unit
+from widgets.panels.touch.live_input_panel import LiveInputPanel
+from widgets.session.live_input import LiveInputSettings
+
+
+def test_a_weight_calibrates_and_is_taken_back(window, tmp_path, monkeypatch):
+    window.live.connect_source(LiveInputSettings("udp://127.0.0.1:0"))
+    session, panel = window.live.live_input.session, window.column.get(LiveInputPanel)
+    taxels = len(window.live.prepared.skin)
+
+    def send(time, level):
+        session.show(Arrived(Reading(time, np.full(taxels, level), Unit.COUNTS), time))
+        panel.refresh()
+
+    panel.findChild(QPushButton, "live-weight").click()
+    dialog = panel.weight
+    state = dialog.findChild(QLabel, "weight-state")
+    assert dialog.isVisible()
+    assert not dialog.measure.isEnabled()
+    assert "Not tared yet" in state.text()
+    session.tare(1)
+    send(0.0, 20.0)
+    dialog.measure.click()
+    assert "2.0\u2009s left" in state.text()
+    send(2.5, 10.0)
+    assert "not felt" in state.text()
+    dialog.measure.click()
+    send(5.0, 30.0)
+    assert "gains ×" in state.text()
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(tmp_path / "gains.csv"), ""))
+    dialog.save.click()
+    assert len((tmp_path / "gains.csv").read_text().splitlines()) == taxels + 1
+    dialog.undo.click()
+    assert "Not calibrated" in state.text()
+    assert not dialog.save.isEnabled()
+    window.views.selection.select_all()
+    assert dialog.scope.text() == f"{taxels} selected taxels"
+    window.live.disconnect_source()
+    assert not dialog.isVisible()
