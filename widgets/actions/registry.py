@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QActionGroup, QKeySequence
 from PySide6.QtWidgets import QWidget
 
@@ -32,7 +31,6 @@ class ActionSpec:
         keys: Shortcuts, the first is shown.
         tip: What it does; the key is added.
         enabled: Whether it can be asked for.
-        in_views: Whether its keys act only while one of the views has the focus; so must all keys that are letters.
         yields: Whether its keys first belong to a control that has the focus: Space presses a button.
         checked: Whether it is down; None for one that is not checkable.
         checkable: Whether it stays down by itself, where no state says so.
@@ -48,7 +46,6 @@ class ActionSpec:
     keys: tuple[str, ...] = ()
     tip: str = ""
     enabled: StateRule = always
-    in_views: bool = False
     yields: bool = False
     checked: StateRule | None = None
     checkable: bool = False
@@ -124,7 +121,6 @@ class ActionRegistry:
 
     Args:
         parent: The window: owns them, and their keys act in it.
-        views: The keys of the actions ``in_views`` act while it has the focus.
         theme: Colours of the icons.
         menus: All actions but the remedies, where the menu bar has them.
         remedies: Actions that are only offered by a message.
@@ -133,7 +129,6 @@ class ActionRegistry:
     def __init__(
         self,
         parent: QWidget,
-        views: QWidget,
         theme: Theme,
         *,
         menus: Sequence[Menu],
@@ -147,7 +142,7 @@ class ActionRegistry:
         self._letters = dict(_action_letters(menus))
         self._actions = {spec.name: self._make_action(spec, parent, groups) for spec in self.specs}
         for spec in self.specs:
-            (views if spec.in_views else parent).addAction(self._actions[spec.name])
+            parent.addAction(self._actions[spec.name])
         self.show(self._state)
 
     def __getitem__(self, name: str) -> QAction:
@@ -203,8 +198,6 @@ class ActionRegistry:
         action.setCheckable(spec.checked is not None or spec.checkable)
         if spec.group:
             groups.setdefault(spec.group, QActionGroup(parent)).addAction(action)
-        if spec.in_views:
-            action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
         return action
 
     def _text(self, spec: ActionSpec, text: str) -> str:

@@ -65,7 +65,6 @@ def tool_action(spec: ToolSpec) -> ActionSpec:
         spec.text,
         (spec.key,) if spec.key else (),
         spec.tip,
-        in_views=True,
         enabled=_TOOL_ENABLED.get(spec.kind.role, lambda _state: True),
         checked=lambda state: state.tool.name == name,
         group="tool",
@@ -279,7 +278,6 @@ def _edit_menu(tools: tuple[ToolSpec, ...]) -> Menu:
                 ("P",),
                 "Pin the place under the pointer, or the selected taxels",
                 editable,
-                in_views=True,
             ),
             ActionSpec(
                 "remove_pin",
@@ -287,7 +285,6 @@ def _edit_menu(tools: tuple[ToolSpec, ...]) -> Menu:
                 ("Alt+P",),
                 "Remove the selected pins, or the nearest",
                 editable,
-                in_views=True,
             ),
             ActionSpec(
                 "select_pins",
@@ -295,7 +292,6 @@ def _edit_menu(tools: tuple[ToolSpec, ...]) -> Menu:
                 ("Shift+P",),
                 "Select all pins of the selected patches",
                 editable,
-                in_views=True,
             ),
             LINE,
             ActionSpec(
@@ -316,9 +312,8 @@ def _edit_menu(tools: tuple[ToolSpec, ...]) -> Menu:
                 ("H",),
                 "Hide the selected patches; hidden patches keep sensing",
                 patches_selected,
-                in_views=True,
             ),
-            ActionSpec("show_patches", "Show all patches", ("Alt+H",), "Show every patch", editable, in_views=True),
+            ActionSpec("show_patches", "Show all patches", ("Alt+H",), "Show every patch", editable),
             LINE,
             ActionSpec(
                 "cancel_edit",
@@ -459,11 +454,11 @@ def _select_menu(tools: tuple[ToolSpec, ...]) -> Menu:
             *_tools(ToolRole.POKE, tools),
             LINE,
             *_tools(ToolRole.SELECT, tools),
-            ActionSpec("smaller_brush", "Smaller brush", ("[",), "Make the selection brush smaller", in_views=True),
-            ActionSpec("larger_brush", "Larger brush", ("]",), "Make the selection brush larger", in_views=True),
+            ActionSpec("smaller_brush", "Smaller brush", ("[",), "Make the selection brush smaller"),
+            ActionSpec("larger_brush", "Larger brush", ("]",), "Make the selection brush larger"),
             LINE,
-            ActionSpec("select_all", "Select all", ("A",), "Select every taxel", in_views=True),
-            ActionSpec("select_none", "Select none", ("Alt+A",), "Select no taxel, also by Escape", in_views=True),
+            ActionSpec("select_all", "Select all", ("A",), "Select every taxel"),
+            ActionSpec("select_none", "Select none", ("Alt+A",), "Select no taxel, also by Escape"),
             ActionSpec("select_inverse", "Invert selection", ("Ctrl+I",), "Select the taxels that are not selected"),
             LINE,
             ActionSpec(
@@ -487,7 +482,6 @@ def _view_menu(layers: tuple[LayerSpec, ...]) -> Menu:
                 "Body or map",
                 ("M",),
                 "Flatten the skin in the robot view, or put it back on the body",
-                in_views=True,
             ),
             ActionSpec("compare", "Other layout", ("Ctrl+D",), "Show the compared layout, or this map again"),
             Menu("Overlay", (*_base_layers(), LINE, *map(layer_action, layers))),
@@ -547,6 +541,12 @@ REMEDIES = (
 """Offered by a message, where they help."""
 
 MOUSE_GESTURES = (
+    ("Drag beside the robot", "turn the view; with Shift, move it"),
+    ("Right-drag, or Ctrl-drag, anywhere", "turn the view over the skin too; on the map, move it"),
+    ("Middle-drag, Shift-drag or Space-drag, anywhere", "move the view"),
+    ("Wheel", "zoom; on a control only once it was clicked"),
+    ("Click a side of the cube", "look from there"),
+    ("Double-click beside robot or map", "frame all"),
     ("Press the skin or the map", "poke; force grows while held"),
     ("Drag along it", "stroke"),
     ("Escape", "release the poke, cancel a selection being drawn, or select none"),
@@ -560,9 +560,4 @@ MOUSE_GESTURES = (
     ("Click or drag with Target", "hold the contact there, move it along"),
     ("Wheel or drag on the force, Page Up and Down", "0.5 N more or less, with Path and Target"),
     ("→", "one control tick while paused, or one frame of a replay"),
-    ("Drag beside the robot", "turn the view; with Shift, move it"),
-    ("Drag beside the map, or Space-drag", "move the map"),
-    ("Wheel", "zoom"),
-    ("Click a side of the cube", "look from there"),
-    ("Double-click beside robot or map", "frame all"),
 )

@@ -16,7 +16,11 @@ from widgets.common.colours import Theme, mixed
 _EDGE = 12
 _CAPTIONS = 26
 """Height of the line of captions along the views' lower edge [px]: scale, readout, legend of the arrows."""
-HINTS = ("Press the skin or the map to poke it", "Drag along it to stroke", "Ctrl+R records the session")
+HINTS = (
+    "Right-drag, or drag beside the robot: turn the view",
+    "Press the skin or the map: poke; drag: stroke",
+    "Alt+1 to Alt+8: controllers, in the panel at the right",
+)
 
 
 class FloatingBar(QWidget):
@@ -140,7 +144,7 @@ class NotificationBar(FloatingBar):
 
 
 class HintBar(FloatingBar):
-    """Three hints for the first minutes; gone once the skin has been touched, or when dismissed."""
+    """Hints for the first minutes; gone once the skin has been touched, or when dismissed."""
 
     dismissed = Signal()
 

@@ -19,7 +19,6 @@ from PySide6.QtGui import (
     QPen,
     QPolygonF,
     QShortcut,
-    QWheelEvent,
 )
 from PySide6.QtWidgets import (
     QAbstractButton,
@@ -36,6 +35,7 @@ from PySide6.QtWidgets import (
 from app.session.frame import Frame
 from app.session.prepare import PreparedScene
 from widgets.common.colours import Theme
+from widgets.common.wheel_guard import guard_wheel
 
 _HEADING_CHEVRON = 4.0
 """Half its width [px]."""
@@ -315,6 +315,7 @@ class FlatComboBox(QComboBox):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._words, self._quiet = "", False
+        guard_wheel(self)
         self.setAttribute(Qt.WidgetAttribute.WA_Hover)
         # Its own text is elided; the list is as wide as it has to be.
         self.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
@@ -357,7 +358,3 @@ class FlatComboBox(QComboBox):
             painter.translate(box.right() - _PAD - _CHEVRON, box.center().y() - _CHEVRON / 4)
             corners = [QPointF(x, _CHEVRON / 2 if x == 0 else -_CHEVRON / 2) for x in (-_CHEVRON, 0.0, _CHEVRON)]
             painter.drawPolyline(QPolygonF(corners))
-
-    def wheelEvent(self, event: QWheelEvent) -> None:
-        """Qt: the wheel scrolls the panel; it never changes what is simulated."""
-        event.ignore()

@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.live.sources.open import DEFAULT_PORT, SourceOptions
+from widgets.common.wheel_guard import guard_wheel
 from widgets.session.live_input import LiveInputSettings
 
 KINDS = {
@@ -80,6 +81,7 @@ class ConnectDialog(QDialog):
         buttons.accepted.connect(self._on_accepted)
         buttons.rejected.connect(self.reject)
         form.addRow(buttons)
+        guard_wheel(self)
         self._on_kind_changed(self.kind.currentText())
         self.say("")
 

@@ -25,6 +25,7 @@ from widgets.common.colours import Theme
 from widgets.common.controller_settings import CONTROLLERS, GAIN_SETTINGS, SLIDERS, ControllerSliders
 from widgets.common.file_types import RECORDING_FILTER
 from widgets.common.panel import FlatComboBox
+from widgets.common.wheel_guard import guard_wheel
 from widgets.controller_comparison.comparison_plots import LineSample
 from widgets.workers.comparison_worker import ComparisonStimulus
 
@@ -154,6 +155,7 @@ class StimulusChoice(QWidget):
         self._note.setProperty("role", "caption")
         self._note.setWordWrap(True)
         self._note.setObjectName("stimulus-note")
+        guard_wheel(self.seconds)
         self.seconds.setRange(0.1, MOST_SECONDS)
         self.seconds.setDecimals(1)
         self.seconds.setSuffix("\u2009s")

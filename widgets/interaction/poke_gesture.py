@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable
 from dataclasses import dataclass
 from enum import Enum
@@ -36,7 +37,15 @@ class Panned:
     dy: float
 
 
-PokeEvent = Pressed | Moved | Released | Panned
+@dataclass(frozen=True)
+class Clicked:
+    """The button came up where it went down, at this pixel over ``at``: no drag, and no poke."""
+
+    pixel: tuple[float, float]
+    at: SurfacePoint | None
+
+
+PokeEvent = Pressed | Moved | Released | Panned | Clicked
 
 
 class PokeState(Enum):
@@ -58,14 +67,25 @@ class PokeGesture:
         self._at: SurfacePoint | None = None
         self._pixel = (0.0, 0.0)
         self._button: Hashable = None
+        self._slack = 0.0
 
     def press(
-        self, pixel: tuple[float, float], at: SurfacePoint | None, *, button: Hashable = None, pan: bool = False
+        self,
+        pixel: tuple[float, float],
+        at: SurfacePoint | None,
+        *,
+        button: Hashable = None,
+        pan: bool = False,
+        slack: float = 0.0,
     ) -> PokeEvent | None:
-        """``button`` went down over ``at``; ``pan`` when the button or a key asks for panning."""
+        """``button`` went down over ``at``; ``pan`` when the button or a key asks for panning.
+
+        With ``slack`` [px] the view stays until the pointer has left so much room around the press; a button that
+        comes up before has clicked.
+        """
         if self.mode is not PokeState.IDLE:
             return None
-        self._pixel, self._at, self._button = pixel, at, button
+        self._pixel, self._at, self._button, self._slack = pixel, at, button, slack
         if at is None or pan:
             self.mode = PokeState.PANNING
             return None
@@ -74,7 +94,10 @@ class PokeGesture:
 
     def move(self, pixel: tuple[float, float], at: SurfacePoint | None) -> PokeEvent | None:
         """The pointer moved to ``pixel`` over ``at``."""
-        previous, self._pixel = self._pixel, pixel
+        previous = self._pixel
+        if self.mode is PokeState.PANNING and math.dist(previous, pixel) <= self._slack:
+            return None
+        self._pixel, self._slack = pixel, 0.0
         if self.mode is PokeState.PANNING:
             return Panned(pixel[0] - previous[0], pixel[1] - previous[1])
         if self.mode is PokeState.IDLE or at is None or at == self._at:
@@ -84,7 +107,11 @@ class PokeGesture:
 
     def release(self, button: Hashable = None) -> PokeEvent | None:
         """``button`` came up; only the one that began the hold ends it."""
-        return self.cancel() if button == self._button else None
+        if button != self._button:
+            return None
+        clicked = self.mode is PokeState.PANNING and self._slack > 0
+        click = Clicked(self._pixel, self._at) if clicked else None
+        return self.cancel() or click
 
     def cancel(self) -> PokeEvent | None:
         """Escape was pressed or the focus went: whatever was going on ends."""

@@ -14,8 +14,17 @@ from PySide6.QtWidgets import QWidget
 
 from app.geometry.mesh import SurfacePoint
 from widgets.common.tool_kinds import POKE, ToolKind
-from widgets.interaction.poke_gesture import Moved, Panned, PokeEvent, PokeGesture, PokeState, Pressed, Released
-from widgets.interaction.select_gesture import TaxelLocator, TaxelSelector
+from widgets.interaction.poke_gesture import (
+    Clicked,
+    Moved,
+    Panned,
+    PokeEvent,
+    PokeGesture,
+    PokeState,
+    Pressed,
+    Released,
+)
+from widgets.interaction.select_gesture import CLICK_PX, TaxelLocator, TaxelSelector
 from widgets.interaction.view_tool import PointerHit, ShortcutOverrideFilter, ViewTool
 
 
@@ -86,6 +95,10 @@ class ViewInteraction(QObject):
     """The SurfacePoint under the pointer, or None."""
     cleared = Signal()
     """Escape, while nothing else was going on."""
+    menu_requested = Signal(object)
+    """The right button was clicked, and nothing dragged: the QPointF under it, in the view."""
+    latch_requested = Signal(object)
+    """A click with Shift on the skin: the SurfacePoint a finger is to stay at."""
     space_tapped = Signal()
     """Space, with which a drag pans, went down and up, and nothing was dragged."""
 
@@ -153,15 +166,14 @@ class ViewInteraction(QObject):
         if left and self._port.over_control(pixel):
             self._port.click_control(pixel)
             return
+        at = self._port.point_at(pixel)
         if left and not self._space:
-            at = self._port.point_at(pixel)
             self._hover_at(at)
             if not self._press_tool(event, at):
-                turn = self._port.turns and not event.modifiers() & Qt.KeyboardModifier.ShiftModifier
-                moves_view = self._kind.draws or (self._port.turns and not turn)
-                self._press_skin(event, None if moves_view else at, turn=turn)
+                self._press_skin(event, at)
         else:
-            self._press_skin(event, None, turn=False)
+            right = event.button() == Qt.MouseButton.RightButton
+            self._move_view(event, at, turn=right and self._port.turns, clicks=right)
 
     def _press_tool(self, event: QMouseEvent, at: SurfacePoint | None) -> bool:
         """Whether the active tool, or the selection, has taken the press."""
@@ -179,10 +191,25 @@ class ViewInteraction(QObject):
         self._show_pointer()
         return True
 
-    def _press_skin(self, event: QMouseEvent, at: SurfacePoint | None, *, turn: bool) -> None:
-        """Poke at a place of the skin; without one, move the view."""
-        self._turning = turn
-        self._do(self._poke.press(event.position().toTuple(), at, button=event.button(), pan=at is None))
+    def _press_skin(self, event: QMouseEvent, at: SurfacePoint | None) -> None:
+        """Poke at a place of the skin. Beside it, and with Shift or Control on it, move the view."""
+        keys = event.modifiers()
+        shift, control = (
+            bool(keys & Qt.KeyboardModifier.ShiftModifier),
+            bool(keys & Qt.KeyboardModifier.ControlModifier),
+        )
+        if at is None or self._kind.draws or shift or control:
+            latches = shift and at is not None and not self._kind.draws
+            self._move_view(event, at, turn=self._port.turns and not shift, clicks=latches)
+        else:
+            self._turning = False
+            self._do(self._poke.press(event.position().toTuple(), at, button=event.button()))
+
+    def _move_view(self, event: QMouseEvent, at: SurfacePoint | None, *, turn: bool, clicks: bool) -> None:
+        """Turn or pan by the drag that begins; where it ``clicks``, only once it has become one."""
+        self._turning, slack = turn, CLICK_PX if clicks else 0.0
+        pixel = event.position().toTuple()
+        self._do(self._poke.press(pixel, at, button=event.button(), pan=True, slack=slack))
 
     def move(self, event: QMouseEvent) -> None:
         """The pointer moved: stroke, select, edit, move the view, or hover."""
@@ -212,7 +239,7 @@ class ViewInteraction(QObject):
                 self._hover_at(at)
                 self._show_pointer()
             return
-        self._do(self._poke.release(event.button()))
+        self._do(self._poke.release(event.button()), right=event.button() == Qt.MouseButton.RightButton)
         if self._kind.selects:
             self.taxel_selector.release(event)
 
@@ -273,7 +300,7 @@ class ViewInteraction(QObject):
 
     # Inside.
 
-    def _do(self, event: PokeEvent | None) -> None:
+    def _do(self, event: PokeEvent | None, *, right: bool = False) -> None:
         if isinstance(event, Pressed):
             self._port.set_hover(None)
             self.poke_pressed.emit(event.at)
@@ -284,6 +311,11 @@ class ViewInteraction(QObject):
             self.poke_released.emit()
         elif isinstance(event, Panned):
             self._port.navigate(event, turn=self._turning)
+        elif isinstance(event, Clicked):
+            if right:
+                self.menu_requested.emit(QPointF(*event.pixel))
+            elif event.at is not None:
+                self.latch_requested.emit(event.at)
         self._show_pointer()
 
     def _hover_at(self, at: SurfacePoint | None) -> None:

@@ -40,7 +40,7 @@ from widgets.map_view.map_scene import MapLayerFactory, MapScene
 
 _AROUND = 3.0
 """Pitches that are seen around a taxel that is looked at."""
-_POKES = "Press a patch to poke the robot there. Drag beside the patches to pan."
+_POKES = "Press a patch to poke the robot there. Drag beside the patches, or with the right button, to pan."
 _SELECTS = "Click taxels or draw around them to select them. Escape selects none."
 _EDITS = "Edit the map with the active tool. Drag with the middle button, or with Space, to pan."
 _LEADS = "Draw the reference path or target. Drag with the middle button, or with Space, to pan."
@@ -50,6 +50,7 @@ _TEXTS = CardTexts(
     "Computing the tactile map",
     "There is no tactile map",
 )
+_BUTTONS = (Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton, Qt.MouseButton.RightButton)
 WHEEL_STEP = 1.2
 """Zoom of one notch of the wheel, or one press of plus."""
 KEY_PAN_PX = 40.0
@@ -314,8 +315,8 @@ class MapView(QGraphicsView):
     # Qt's events.
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Qt: left and middle buttons make gestures."""
-        if event.button() in (Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton):
+        """Qt: left, middle and right button make gestures."""
+        if event.button() in _BUTTONS:
             self.interaction.press(event)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
@@ -327,8 +328,8 @@ class MapView(QGraphicsView):
         self.interaction.release(event)
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """Qt: left and middle buttons make gestures."""
-        if event.button() in (Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton):
+        """Qt: left, middle and right button make gestures."""
+        if event.button() in _BUTTONS:
             self.interaction.double_click(event)
 
     def wheelEvent(self, event: QWheelEvent) -> None:

@@ -36,6 +36,7 @@ _TEXTS = CardTexts(
     "Preparing the robot",
     "The robot could not be opened",
 )
+_DOES = "Press the skin to poke it. Drag beside it, or with the right button, to turn the view."
 STEPS = 100
 EASE_MS = 150
 _WIDTH, _HEIGHT = 190, 24
@@ -97,9 +98,9 @@ class RobotView(QWidget):
 
     Decides nothing.
 
-    Left presses poke the skin, select taxels or go to the active tool, and turn the view beside the skin; middle or
-    with Shift they pan; the wheel zooms; a click on the orientation cube looks from that side, a double click beside
-    the skin frames the robot.
+    Left presses poke the skin, select taxels or go to the active tool, and turn the view beside the skin; the right
+    button turns it everywhere, and so does the left one with Control; middle or with Shift they pan; the wheel zooms;
+    a click on the orientation cube looks from that side, a double click beside the skin frames the robot.
 
     Args:
         theme: Colours of everything that is not skin.
@@ -146,7 +147,7 @@ class RobotView(QWidget):
         self.display.canvas.widget.installEventFilter(self)
         self.setObjectName("robot-view")
         self.setAccessibleName("Robot")
-        self.setAccessibleDescription("Press the skin to poke it. Drag beside it to turn the view.")
+        self.setAccessibleDescription(_DOES)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMinimumSize(200, 200)
         self.card.show_empty()

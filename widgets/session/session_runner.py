@@ -12,6 +12,8 @@ from app.live.measured_session import MeasuredSession
 from app.session.frame import Frame
 from app.session.inputs import SessionInput
 from app.session.session import MAX_TICKS, Session
+from app.tactile.poke import PokeInput
+from widgets.session.stroke import StrokePlan
 
 BATCH_SECONDS = 0.010
 """Seconds between two batches of ticks: longer than Python's thread switch, shorter than a drawn frame."""
@@ -71,6 +73,7 @@ class SessionRunner:
         real_time_factor: And reached, smoothed over about a second.
         failure: Why the session stopped, or refused an input; None again once somebody has asked.
         halted: Whether it stopped by itself, and stands still until its reset.
+        strokes: What fingers are still to do.
     """
 
     def __init__(
@@ -81,12 +84,18 @@ class SessionRunner:
         self.paused, self.speed, self.real_time_factor = False, speed, 0.0
         self.failure: TactileMapsError | None = None
         self.halted = False
+        self.strokes = StrokePlan(session.prepared.skin, session.prepared.scene.tick)
 
     def submit(self, act: SessionInput) -> None:
-        """Let a person act at the next tick. What the session refuses at once is told as a refused input is."""
+        """Let a person act at the next tick. What the session refuses at once is told as a refused input is.
+
+        A finger that moves far is led there over the next ticks (``StrokePlan``).
+        """
         with self.lock:
+            tick = self.session.frame.tick
             try:
-                self.session.submit(act)
+                for now in self.strokes.take(act, tick) if isinstance(act, PokeInput) else (act,):
+                    self.session.submit(now)
             except TactileMapsError as error:
                 self.failure = error
 
@@ -98,6 +107,7 @@ class SessionRunner:
     def reset(self) -> None:
         """Start the session again."""
         with self.lock:
+            self.strokes.clear()
             self.session.reset()
             self.failure, self.halted = None, False
 
@@ -107,6 +117,8 @@ class SessionRunner:
     def _tick(self) -> None:
         """One tick. Why there was none is kept for whoever asks; a refused input does not stop the session."""
         try:
+            for act in self.strokes.due(self.session.frame.tick):
+                self.session.submit(act)
             self._each(self.session.tick())
         except TactileMapsError as error:
             self.failure = error

@@ -122,7 +122,7 @@ TOOLS = (
         PATH,
         "Path",
         "D",
-        "Draw on map or body the path for the contact to follow; drag its corners",
+        "Click the corners of a path on map or body, or draw it in one stroke; Enter ends it, drag its corners",
         lambda context: PathTool(context.control, context.parent),
     ),
     ToolSpec(

@@ -16,6 +16,7 @@ from widgets.common.colour_bar import ColourBar
 from widgets.common.colours import PressureScale, Theme
 from widgets.common.notification_bar import HintBar, NotificationBar
 from widgets.common.settings import Settings
+from widgets.common.wheel_guard import guard_wheel
 from widgets.context.app_context import AppContext, ThemeHolder
 from widgets.context.dialogs import Dialogs
 from widgets.context.linked_views import LinkedViews
@@ -79,7 +80,8 @@ class MainWindow(QMainWindow):
         files = self.presenters.files
         lists = {"robots": files.list_robots, "scenes": files.list_scenes, "recent": files.list_recent}
         yielding = [key for spec in self._actions.specs if spec.yields for key in spec.keys]
-        FocusedKeys(self, yielding, (ScrubBar, ColourBar))
+        FocusedKeys(self, yielding, (ScrubBar, ColourBar), (self.robot_view, self.map_view))
+        guard_wheel(self)
         build_menus(self.menuBar(), self._actions, lists)
         self._connect()
         self._leaving = False
@@ -99,7 +101,7 @@ class MainWindow(QMainWindow):
         self.setCentralWidget(self.views)
         self.hint_bar, self.notification_bar = HintBar(self.theme, self.views), NotificationBar(self.theme, self.views)
         self.hint_bar.hide()
-        self._actions = ActionRegistry(self, self.views, self.theme, menus=menu_bar(), remedies=REMEDIES)
+        self._actions = ActionRegistry(self, self.theme, menus=menu_bar(), remedies=REMEDIES)
 
     def _build_bars(self) -> None:
         self.status_line = StatusLine(self)

@@ -93,7 +93,7 @@ def test_an_action_needs_one_place(plain):
     )  # fmt: skip
     inner = Menu("Inner", (ActionSpec("deep", "Deep"),))
     menus = (Menu("Tools", (spec, LINE, inner, MenuList("things", "Things"))),)
-    registry = ActionRegistry(plain, plain.centralWidget(), DARK, menus=menus)
+    registry = ActionRegistry(plain, DARK, menus=menus)
     asked, filled = [], []
     registry.bind("measure", lambda: asked.append(1))
     build_menus(plain.menuBar(), registry, {"things": filled.append})

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QPushButton
+from PySide6.QtWidgets import QAbstractSpinBox, QApplication, QComboBox, QPushButton, QSlider
 
 from tests.widgets.support.window_driver import run
 
@@ -110,3 +111,88 @@ def test_space_and_a_drag_move_the_map_and_pause_nothing(window):
     assert view.camera.centre != before
     assert window.live.mode == "live"
     assert not touched
+
+
+def has_keyboard(view):
+    QApplication.processEvents()  # it is given back once the event is over
+    return view.window().focusWidget() is view
+
+
+def wheel(widget, notches=-3):
+    """What the wheel over a control sends, and its parents after it where it does not want that."""
+    middle = QPointF(widget.rect().center())
+    turned = QPoint(0, 120 * notches)
+    none = Qt.MouseButton.NoButton, Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase, False
+    event = QWheelEvent(middle, QPointF(widget.mapToGlobal(middle.toPoint())), QPoint(), turned, *none)
+    QApplication.sendEvent(widget, event)
+
+
+def value_of(control):
+    return control.currentIndex() if isinstance(control, QComboBox) else control.value()
+
+
+def test_tool_keys_work_after_a_controller_was_clicked(window):
+    """Wherever the keyboard is, but where text is typed."""
+    button = window.column["controller"]._buttons["hold_force"]
+    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+    assert has_keyboard(window.robot_view), "the click gave the keyboard back"
+    focus(button)
+    for key, name in ((KEY.Key_G, "set_target"), (KEY.Key_D, "draw_path"), (KEY.Key_B, "select_box")):
+        QTest.keyClick(QApplication.focusWidget(), key)
+        assert window.action(name).isChecked(), name
+    box = focus(window.session_bar.speed)
+    speed = box.currentIndex()
+    QTest.keyClick(box, KEY.Key_T)
+    assert window.action("poke").isChecked()
+    assert box.currentIndex() == speed
+
+
+def test_letters_are_text_where_text_is_typed(window):
+    editor = window.colour_bar._editor
+    window.colour_bar.edit()
+    focus(editor)
+    QTest.keyClick(editor, KEY.Key_B)
+    assert window.action("poke").isChecked()
+    QTest.keyClick(editor, KEY.Key_Return)
+    assert has_keyboard(window.robot_view) or has_keyboard(window.map_view)
+
+
+def test_no_control_takes_a_passing_wheel_and_a_focused_one_does(window):
+    window.column.set_folded(())
+    kinds = (QComboBox, QSlider, QAbstractSpinBox)
+    controls = [found for kind in kinds for found in window.findChildren(kind)]
+    assert len(controls) > 20
+    changed = []
+    for control in controls:
+        before = value_of(control)
+        wheel(control)
+        wheel(control, 3)
+        wheel(control, -1)
+        if value_of(control) != before or control.hasFocus():
+            changed.append(control.objectName() or control.accessibleName() or type(control).__name__)
+    assert not changed
+    slider = focus(window.column["controller"].sliders.by_name["stiffness"]._slider)
+    before = slider.value()
+    wheel(slider)
+    assert slider.value() != before
+
+
+@pytest.mark.qt_log_ignore("This plugin does not support (raise|grabbing the keyboard)")
+def test_a_drop_down_gives_the_keyboard_back_when_it_closes(window, qtbot):
+    box = window.session_bar.speed
+    focus(window.map_view)
+    QTest.mousePress(box, Qt.MouseButton.LeftButton)
+    QTest.mouseRelease(box, Qt.MouseButton.LeftButton)
+    assert box.view().isVisible()
+    QTest.keyClick(box.view(), KEY.Key_T)
+    assert box.view().isVisible(), "a letter is for the list while it is open"
+    QTest.keyClick(box.view(), KEY.Key_Escape)
+    assert not box.view().isVisible()
+    qtbot.waitUntil(lambda: has_keyboard(window.map_view))
+
+
+def test_return_and_escape_on_a_slider_give_the_keyboard_back(window):
+    for key in (KEY.Key_Return, KEY.Key_Escape):
+        slider = focus(window.column["controller"].sliders.by_name["stiffness"]._slider)
+        QTest.keyClick(slider, key)
+        assert has_keyboard(window.robot_view)

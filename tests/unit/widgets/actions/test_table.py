@@ -41,13 +41,6 @@ def test_no_key_means_two_things():
     assert len(keys) == len(set(keys))
 
 
-def test_a_letter_acts_only_in_the_views():
-    for spec in SPECS.values():
-        for key in spec.keys:
-            if len(key) == 1 and key.isalnum():
-                assert spec.in_views, f"{key} would be taken from whoever types it"
-
-
 def test_every_rule_answers_in_every_state():
     count = 0
     for state in states():

@@ -14,7 +14,8 @@ from widgets.interaction.view_interaction import ViewInteraction
 from widgets.interaction.view_tool import PointerHit, ViewTool
 
 LEFT, MIDDLE, SHIFT = Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton, Qt.KeyboardModifier.ShiftModifier
-NO_KEYS = Qt.KeyboardModifier.NoModifier
+NO_KEYS, CONTROL_KEY = Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.ControlModifier
+RIGHT = Qt.MouseButton.RightButton
 SKIN, OTHER_SKIN, BESIDE, CONTROL = (10.0, 10.0), (20.0, 10.0), (300.0, 300.0), (500.0, 500.0)
 
 
@@ -155,9 +156,31 @@ def test_space_alone_is_a_tap_and_with_a_drag_is_none(board):
     assert board.did == ["tapped", "panned"]
 
 
-def test_shift_pans_where_a_drag_turns_and_pokes_elsewhere(board):
+@pytest.mark.parametrize(("button", "keys"), [(RIGHT, NO_KEYS), (LEFT, CONTROL_KEY)])
+def test_the_right_button_and_control_turn_over_the_skin_too(board, button, keys):
+    """Zoomed in there is no place beside it."""
+    board.drag(SKIN, OTHER_SKIN, button, keys)
+    assert board.did == ["turned" if board.turns else "panned"]
+
+
+def test_shift_pans_over_the_skin_and_a_click_with_it_leaves_a_finger_there(board):
+    board.hand.latch_requested.connect(lambda at: board.did.append(("latched", at.face)))
     board.drag(SKIN, OTHER_SKIN, LEFT, SHIFT)
-    assert board.did == (["panned"] if board.turns else [("pressed", 10), ("moved", 20), "released"])
+    assert board.did == ["panned"]
+    board.drag(SKIN, (12.0, 11.0), LEFT, SHIFT)
+    assert board.did == ["panned", ("latched", 10)]
+    board.drag(BESIDE, BESIDE, LEFT, SHIFT)
+    assert len(board.did) == 2, "beside the skin there is nothing to press"
+
+
+def test_a_right_click_asks_for_the_menu_and_a_right_drag_does_not(board):
+    board.hand.menu_requested.connect(lambda pixel: board.did.append(pixel.toTuple()))
+    board.drag(SKIN, (12.0, 11.0), RIGHT)
+    assert board.did == [SKIN], "a hand that trembles turns nothing"
+    board.drag(SKIN, OTHER_SKIN, RIGHT)
+    assert board.did[1:] == ["turned" if board.turns else "panned"]
+    board.drag(BESIDE, BESIDE, RIGHT)
+    assert board.did[2:] == [BESIDE]
 
 
 def test_a_control_takes_its_clicks(board):

@@ -99,7 +99,6 @@ def test_a_wish_that_is_not_in_the_list_can_be_taken_back(panel, overrides, prep
 
 def test_the_wheel_scrolls_past(panel, overrides):
     box = panel.lines["friction"].box
-    box.setFocus()
     place = QPointF(box.rect().center())
     event = QWheelEvent(place, box.mapToGlobal(place), QPoint(), QPoint(0, -120),
                         Qt.MouseButton.NoButton, NONE, Qt.ScrollPhase.NoScrollPhase, False)  # fmt: skip
