@@ -34,7 +34,7 @@ import numpy as np
 
 from app.core.arrays import FloatArray, dot
 from app.core.errors import MapError
-from app.geometry.closest_point import ClosestPoint
+from app.geometry.closest_point import closest_point
 from app.geometry.mesh import SurfacePoint
 from app.geometry.triangle_walk import TriangleWalk
 from app.maps.tactile_map import TactileMap
@@ -136,7 +136,6 @@ class BackProjector:
         self._skin, self._body = map_.skin, body
         self._faces = np.concatenate([patch.taxels.faces for patch in map_.skin.patches]) if len(body) else body
         self._walks: dict[int, TriangleWalk] = {}
-        self._closest: dict[int, ClosestPoint] = {}
         self._map = map_
 
     def use(self, map_: TactileMap) -> None:
@@ -170,10 +169,7 @@ class BackProjector:
 
     def put_back(self, patch: int, point: FloatArray) -> ContactLocation:
         """The place on ``patch`` closest to ``point`` (3,) [m], link frame. Cost: 60 µs."""
-        closest = self._closest.get(patch)
-        if closest is None:
-            closest = self._closest[patch] = ClosestPoint(self._skin.patches[patch].surface)
-        faces, weights, _ = closest.query(point[None])
+        faces, weights, _ = closest_point(self._skin.patches[patch].surface).query(point[None])
         corners = self._map.uv[patch][self._map.charts[patch].faces[faces[0]]]
         return self._at(patch, int(faces[0]), weights[0], map_point=weights[0] @ corners, torn=True)
 

@@ -4,6 +4,7 @@
 ``errors``      the errors a user may meet, findings, remedies for unknown words, the crash report
 ``progress``    how long work says how far it is
 ``timing``      stage times by the wall clock
+``weak_cache``  what is computed from a value once, for as long as it lives
 ``files``       bounded reads, atomic writes, text by lines, named arrays as npz
 ``codec``       frozen dataclasses as JSON and strictly back, by their type hints; schemas of them
 ``toml``        TOML that people write, with located mistakes

@@ -7,6 +7,7 @@ import numpy as np
 
 from app.core.arrays import FloatArray, IntArray
 from app.core.errors import MeshError
+from app.core.weak_cache import weak_cache
 from app.geometry.mesh import Mesh
 
 _FLAT = 1e-13  # squared sine of the angle below which a triangle is a line
@@ -25,7 +26,7 @@ class ClosestPoint:
     def __init__(self, mesh: Mesh) -> None:
         if not len(mesh.faces):
             raise MeshError("the mesh has no faces to be close to")
-        self._mesh = mesh
+        self._vertices, self._faces = mesh.vertices, mesh.faces
         self._tree = igl.AABB()
         self._tree.init(mesh.vertices, mesh.faces)
 
@@ -40,10 +41,16 @@ class ClosestPoint:
             raise MeshError("a point is not finite", value=points[~np.isfinite(points).all(axis=1)][0].tolist())
         if not len(points):
             return np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0)
-        squared, faces, nearest = self._tree.squared_distance(self._mesh.vertices, self._mesh.faces, points)
+        squared, faces, nearest = self._tree.squared_distance(self._vertices, self._faces, points)
         faces = np.asarray(faces, dtype=np.int64).reshape(-1)
-        weights = barycentric(self._mesh.vertices[self._mesh.faces[faces]], np.asarray(nearest))
+        weights = barycentric(self._vertices[self._faces[faces]], np.asarray(nearest))
         return faces, weights, np.sqrt(np.asarray(squared).reshape(-1))
+
+
+@weak_cache
+def closest_point(mesh: Mesh) -> ClosestPoint:
+    """The search tree of a mesh that is asked again and again, kept while the mesh lives."""
+    return ClosestPoint(mesh)
 
 
 def barycentric(corners: FloatArray, points: FloatArray) -> FloatArray:

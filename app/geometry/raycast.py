@@ -16,6 +16,7 @@ from igl.embree import EmbreeIntersector, line_mesh_intersection
 
 from app.core.arrays import BoolArray, FloatArray, IntArray
 from app.core.errors import MeshError
+from app.core.weak_cache import weak_cache
 from app.geometry.closest_point import barycentric
 from app.geometry.connectivity import Connectivity
 from app.geometry.mesh import Mesh
@@ -47,7 +48,8 @@ class RayCaster:
         if not len(mesh.faces):
             raise MeshError("the mesh has no faces to hit")
         # Embree works in single precision: centre and scale first, so that far or tiny meshes keep their digits.
-        self._mesh, self._centre, self._size = mesh, mesh.bounds.mean(axis=0), mesh.size or 1.0
+        self._vertices, self._faces, self._normals = mesh.vertices, mesh.faces, mesh.face_normals
+        self._centre, self._size = mesh.bounds.mean(axis=0), mesh.size or 1.0
         local = np.ascontiguousarray((mesh.vertices - self._centre) / self._size, dtype=np.float32)
         self._tree = EmbreeIntersector()
         self._tree.init(local, np.ascontiguousarray(mesh.faces, dtype=np.int32))
@@ -73,13 +75,19 @@ class RayCaster:
 
     def _exact(self, face: int, origin: FloatArray, unit: FloatArray, along: float) -> RayHit:
         """Meet the face's plane again in double precision; grazing rays keep the single-precision distance."""
-        corners = self._mesh.vertices[self._mesh.faces[face]]
-        normal = self._mesh.face_normals[face]
+        corners = self._vertices[self._faces[face]]
+        normal = self._normals[face]
         slope = float(normal @ unit)
         if abs(slope) > 1e-6:
             along = float(normal @ (corners[0] - origin)) / slope
         a, b, c = barycentric(corners[None], (origin + along * unit)[None])[0]
         return RayHit(face, (float(a), float(b), float(c)), along)
+
+
+@weak_cache
+def ray_caster(mesh: Mesh) -> RayCaster:
+    """The search tree of a mesh that is looked at again and again, kept while the mesh lives."""
+    return RayCaster(mesh)
 
 
 def raise_if_bad(origin: FloatArray, direction: FloatArray) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from app.core.arrays import FloatArray
 from app.core.errors import SceneError
-from app.geometry.closest_point import ClosestPoint
+from app.geometry.closest_point import ClosestPoint, closest_point
 from app.geometry.geodesics import edge_graph, path_in_tree, shortest_path_tree
 from app.geometry.mesh import SurfacePoint, edge_lengths
 from app.skin.skin import Patch, Skin
@@ -23,7 +23,7 @@ _LEAP = 3 * STEP
 
 
 class SkinLocator:
-    """A skin to touch: finds the places that scripts name. Search trees are built once, for the patches asked for.
+    """A skin to touch: finds the places that scripts name. The first question to a patch builds its search tree.
 
     Args:
         skin: With at least one patch.
@@ -31,7 +31,6 @@ class SkinLocator:
 
     def __init__(self, skin: Skin) -> None:
         self.skin = skin
-        self._closest: dict[int, ClosestPoint] = {}
 
     def patch(self, name: str) -> int:
         """Index of the patch called ``name``; the first for an empty name.
@@ -101,9 +100,7 @@ class SkinLocator:
         return self.project(patch, np.linspace(first, last, max(count, 1)))
 
     def _tree(self, patch: int) -> ClosestPoint:
-        if patch not in self._closest:
-            self._closest[patch] = ClosestPoint(self.skin.patches[patch].surface)
-        return self._closest[patch]
+        return closest_point(self.skin.patches[patch].surface)
 
 
 def principal_axes(patch: Patch) -> FloatArray:

@@ -12,12 +12,14 @@ until the body has moved by half a point's spacing. What is remembered never cha
 from __future__ import annotations
 
 import math
+from copy import copy
 from typing import NamedTuple
 
 import numpy as np
 
 from app.core.arrays import FloatArray, IntArray
 from app.core.errors import SimulationError
+from app.core.weak_cache import weak_cache
 from app.skin.skin import Skin
 from app.tactile.loads import Load, Sphere
 from app.tactile.receptive_field import quadrature_points
@@ -224,6 +226,11 @@ class LinkBroadphase:
         found = self.near(load, facing=-FACING)
         return None if found is None else int(found.points[found.distances.argmin()])
 
+    def forget(self) -> LinkBroadphase:
+        """Remember nothing of earlier questions, like a new one; returns itself."""
+        self._near = []
+        return self
+
     def _remembered(self, load: Load, facing: float) -> CachedNeighbourhood | None:
         for near in reversed(self._near):
             if near.holds(load, facing):
@@ -269,6 +276,11 @@ class LinkBroadphase:
 
 
 def link_broadphases(skin: Skin) -> dict[str, LinkBroadphase]:
-    """A bed for each link that has points."""
+    """A bed for each link that has points, with nothing to remember yet. The sorted points are kept with the skin."""
+    return {link: copy(bed).forget() for link, bed in _sorted_points(skin).items()}
+
+
+@weak_cache
+def _sorted_points(skin: Skin) -> dict[str, LinkBroadphase]:
     links = [patch.link for patch in skin.patches if len(patch.taxels.quadrature.areas)]
     return {link: LinkBroadphase(skin, link) for link in dict.fromkeys(links)}

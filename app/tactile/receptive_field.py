@@ -15,9 +15,11 @@ from scipy.spatial import cKDTree
 
 from app.core.arrays import FloatArray, IntArray, freeze_arrays
 from app.core.errors import SimulationError
+from app.core.weak_cache import weak_cache
 from app.skin.skin import Quadrature, Skin, Taxels
 
 
+@weak_cache
 def quadrature_points(skin: Skin) -> Quadrature:
     """The quadrature points of all patches, patch after patch; their number here is what models call a point.
 

@@ -169,6 +169,7 @@ CASES: dict[str, HardCase] = {
         seconds=5.0,
         force=10.0,
         controllers=SOME,
+        between=True,
     ),
     "the map's frame turned by 75 degrees, gain for it": HardCase(
         "with a quarter of the gain it comes, slowly",
@@ -186,7 +187,7 @@ CASES: dict[str, HardCase] = {
             {**PATH, "jacobian": kind},
             seconds=5.0,
             force=force,
-            between=(sd, kind) == (0.002, "raw"),
+            between=(sd, kind) in ((0.0005, "raw"), (0.002, "raw"), (0.007, "smoothed")),
         )
         for sd, kind, stated, check, force in (
             (0.0005, "raw", "triangles say little else than the truth: the path is followed", led(0.004, 0.010), 10.0),

@@ -27,12 +27,14 @@ def read_at(rate: float, delay: int):
     return sensed(min(0.005, 1 / rate), sampling=sampling)
 
 
-def _scaled(rate: float, delay: int, seconds: float, controllers: tuple[str, ...] = SOME) -> HardCase:
+def _scaled(
+    rate: float, delay: int, seconds: float, controllers: tuple[str, ...] = SOME, *, between: bool = False
+) -> HardCase:
     readings = SensorTiming(1 / rate, delay / rate)
     settings = scaled(readings)
     stated = f"with gains for {rate:g} Hz and {delay} samples the goal is kept; it takes 4 (d + 1/2) samples and more"
     return HardCase(stated, read_at(rate, delay), kept(within=0.3, ripple=0.3), settings, seconds=seconds, force=8.0,
-                    controllers=controllers)  # fmt: skip
+                    controllers=controllers, between=between)  # fmt: skip
 
 
 def _unscaled(rate: float, delay: int, seconds: float, controllers: tuple[str, ...] = OTHERS) -> HardCase:
@@ -108,13 +110,13 @@ def stays_slow(course: Course) -> None:
 
 SLOW = SensorTiming(0.05, 0.05)
 CASES: dict[str, HardCase] = {
-    "5 Hz": _scaled(5.0, 0, 7.0, OTHERS),
+    "5 Hz": _scaled(5.0, 0, 7.0, OTHERS, between=True),
     "5 Hz, 5 samples late": _scaled(5.0, 5, 14.0),
     "20 Hz": _scaled(20.0, 0, 3.0, OTHERS),
-    "20 Hz, 1 sample late": _scaled(20.0, 1, 4.0),
-    "20 Hz, 2 samples late": _scaled(20.0, 2, 4.0, OTHERS),
+    "20 Hz, 1 sample late": _scaled(20.0, 1, 4.0, between=True),
+    "20 Hz, 2 samples late": _scaled(20.0, 2, 4.0, OTHERS, between=True),
     "20 Hz, 5 samples late": _scaled(20.0, 5, 5.0),
-    "100 Hz, 3 samples late": _scaled(100.0, 3, 3.0, OTHERS),
+    "100 Hz, 3 samples late": _scaled(100.0, 3, 3.0, OTHERS, between=True),
     "1000 Hz, 5 samples late": _scaled(1000.0, 5, 2.0),
     "5 Hz, high gain": _unscaled(5.0, 0, 4.0),
     "20 Hz, 1 sample late, high gain": _unscaled(20.0, 1, 4.0, SOME),

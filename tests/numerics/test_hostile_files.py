@@ -84,6 +84,7 @@ def test_hostile_robots_in_recordings_are_refused_quickly(call_all):
         assert "hostile.mcap" in outcome
 
 
+@pytest.mark.long
 def test_a_spike_of_a_hundred_radii_is_mapped_or_refused_quickly(tmp_path, call_all):
     path = spiked_sphere(tmp_path / "spike.stl", 100.0)
     (outcome,) = call_all(hostile_files.mapped, [(str(path),)])

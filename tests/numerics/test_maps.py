@@ -124,6 +124,7 @@ def test_even_pressure_makes_an_even_image(name):
     assert (sums[~image.shown] == 0).all()
 
 
+@pytest.mark.sampled(8)
 @pytest.mark.parametrize("name", SMALL)
 def test_every_map_can_be_judged(name):
     quality = measure(_map(name), sources=2)

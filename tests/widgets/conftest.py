@@ -15,12 +15,15 @@ from PySide6.QtWidgets import QApplication
 from vtkmodules.vtkRenderingCore import vtkRenderWindow
 
 from app.editing.document import MapDocument
+from app.maps.tactile_image import vertex_weights
 from app.scene.scene_file import load_scene
 from app.session.prepare import PreparedScene, prepare
 from tests.widgets.support.samples import coarse
 from tests.widgets.support.window_driver import begin_again, close_window, open_window, window_facts
 from widgets.document.map_editor import MapEditor
-from widgets.map_view.live_image import AtlasTile
+from widgets.map_view import map_display
+from widgets.map_view.live_image import AtlasTile, ImageAtlas
+from widgets.robot_view import skin_actors
 from widgets.session.backends import INLINE
 from widgets.workers.scene_worker import InlineSceneWorker
 
@@ -43,11 +46,13 @@ def coarse_prepared() -> PreparedScene:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def tiles_made_once():
-    """A live image depends on nothing but charts and how it is made: 0.15 s of each window otherwise."""
-    of = lru_cache(maxsize=32)(AtlasTile.of)  # patches and charts are what they are, not what is in them
+def weights_made_once():
+    """How touch is painted depends on nothing but the map and how it is done: 0.2 s of each window otherwise."""
     with pytest.MonkeyPatch.context() as patching:
-        patching.setattr(AtlasTile, "of", of)
+        # Patches, charts and maps are what they are, not what is in them.
+        patching.setattr(AtlasTile, "of", lru_cache(maxsize=32)(AtlasTile.of))
+        patching.setattr(map_display, "ImageAtlas", lru_cache(maxsize=8)(ImageAtlas))
+        patching.setattr(skin_actors, "vertex_weights", lru_cache(maxsize=8)(vertex_weights))
         yield
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from app.core.arrays import FloatArray, IntArray
 from app.core.errors import SceneError
-from app.geometry.raycast import RayCaster
+from app.geometry.raycast import RayCaster, ray_caster
 from app.session.prepare import PreparedScene
 from app.stimuli.skin_locations import SkinLocator
 from app.stimuli.stimulus import Stimulus
@@ -125,7 +125,7 @@ def initial_direction(prepared: PreparedScene, poses: FloatArray, places: Places
     if not len(places):
         return DEFAULT_DIRECTION
     links = [(number, link.mesh) for number, link in enumerate(prepared.robot.links) if link.mesh is not None]
-    casters = [(poses[number], RayCaster(mesh)) for number, mesh in links if len(mesh.faces)]
+    casters = [(poses[number], ray_caster(mesh)) for number, mesh in links if len(mesh.faces)]
     seen = [_share_seen(places, side, casters) for side in _SIDES * DEFAULT_DIRECTION]
     best = int(np.argmax(seen))
     return (_SIDES[best] if seen[best] > seen[0] + _LEAST_GAIN else _SIDES[0]) * DEFAULT_DIRECTION

@@ -9,7 +9,7 @@ import numpy as np
 
 from app.core.arrays import BoolArray, FloatArray, IntArray
 from app.geometry.mesh import SurfacePoint
-from app.geometry.raycast import RayCaster
+from app.geometry.raycast import ray_caster
 from app.session.prepare import PreparedScene
 from widgets.robot_view.camera import CameraRay, Viewpoint
 
@@ -24,14 +24,14 @@ class SkinPicker:
 
     def __init__(self, prepared: PreparedScene) -> None:
         index = prepared.robot.link_index
-        self._skin = [(index[patch.link], RayCaster(patch.surface)) for patch in prepared.skin.patches]
+        self._skin = [(index[patch.link], ray_caster(patch.surface)) for patch in prepared.skin.patches]
         self._bare = [
-            (index[link.name], RayCaster(link.mesh))
+            (index[link.name], ray_caster(link.mesh))
             for link in prepared.robot.links
             if link.mesh is not None and len(link.mesh.faces)
         ]
         first = len(prepared.robot.links)
-        self._bare += [(first + k, RayCaster(body.mesh)) for k, body in enumerate(prepared.objects)]
+        self._bare += [(first + k, ray_caster(body.mesh)) for k, body in enumerate(prepared.objects)]
 
     def pick(self, ray: CameraRay, poses: FloatArray) -> SurfacePoint | None:
         """The nearest skin along the ray, or None where there is none or a bare link is in front.

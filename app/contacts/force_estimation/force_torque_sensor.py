@@ -11,7 +11,7 @@ from app.contacts.force_estimation.estimate import ContactReading, EstimateRefus
 from app.core.arrays import FloatArray
 from app.core.errors import MapError
 from app.geometry.mesh import Mesh, SurfacePoint
-from app.geometry.raycast import RayCaster
+from app.geometry.raycast import RayCaster, ray_caster
 from app.skin.skin import Skin
 
 _LEAST, _UNKNOWNS = 1e-9, 6
@@ -30,7 +30,7 @@ class _Target(NamedTuple):
     @classmethod
     def of(cls, patch: int, surface: Mesh) -> _Target:
         reach = 2 * float(np.abs(surface.bounds).max())
-        return cls(patch, RayCaster(surface), surface.face_normals, reach, 1e-5 * surface.size)
+        return cls(patch, ray_caster(surface), surface.face_normals, reach, 1e-5 * surface.size)
 
 
 class ForceTorqueSensor:

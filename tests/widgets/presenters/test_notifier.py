@@ -14,6 +14,12 @@ LEFT = Qt.MouseButton.LeftButton
 
 
 @pytest.fixture
+def window(window_again):
+    """What was said is gone where a scene is shown."""
+    return window_again
+
+
+@pytest.fixture
 def crash_files(tmp_path, monkeypatch):
     """Where unexpected problems leave their details."""
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))

@@ -46,9 +46,11 @@ def begin_again(window, prepared, *, folded):
         window.set_theme("dark")
     window.resize(*SIZE)
     window.column.set_folded(folded)
-    window.editor.open(MapDocument.of(prepared.map))  # of the same skin the window would go on with what was edited
+    if window.live.prepared.skin is prepared.skin:  # the window would go on with what was edited
+        window.editor.open(MapDocument.of(prepared.map))
     window.live.show_prepared(prepared)
     window.presenters.map_files.begin(prepared)
+    window.activateWindow()  # a test may have made a window of its own, which took the keys
     window.notification_bar.hide()  # a recording that the scene ended was said to be saved
     QApplication.processEvents()
 

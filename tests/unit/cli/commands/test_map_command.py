@@ -28,7 +28,7 @@ FEW = ("--taxels", "60")
 def cap(tmp_path_factory) -> Path:
     """A shallow bowl, in millimetres as mesh files often are."""
     path = tmp_path_factory.mktemp("mesh") / "cap.obj"
-    ball = trimesh.creation.icosphere(subdivisions=3, radius=100.0)
+    ball = trimesh.creation.icosphere(subdivisions=2, radius=100.0)
     ball.update_faces(ball.triangles_center[:, 2] > 40.0)
     ball.export(path)
     return path

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+import pytest
 from PySide6.QtWidgets import QComboBox, QLabel, QPushButton
 
 from app.live.sources.open import SourceOptions
@@ -17,6 +18,12 @@ from widgets.panels.touch.live_input_panel import LiveInputPanel
 from widgets.session.live_input import LiveInputSettings
 
 TABLE = "time,sequence,{}\n" + "".join(f"{0.01 * i},{i}{{}}\n" for i in (0, 1, 3, 4, 5))
+
+
+@pytest.fixture
+def window(window_again):
+    """What was connected is disconnected again by each test."""
+    return window_again
 
 
 def connected(window, tmp_path, **settings):

@@ -18,6 +18,12 @@ from tests.widgets.support.window_driver import press_map, run
 from widgets.tools.registry import PATH
 
 
+@pytest.fixture
+def window(window_again):
+    """What a controller is told begins again with the scene; what was drawn before can be undone still."""
+    return window_again
+
+
 def pixels(window, patch=0, *, away=((-0.03, 0.0), (0.0, 0.03), (0.03, 0.0))):
     """Map points around the middle of a patch, and their pixels of the map view."""
     points = window.live.prepared.map.boxes[patch].mean(axis=0) + np.array(away)
@@ -123,7 +129,8 @@ def test_undo_is_of_the_path_with_its_tool_and_of_the_map_with_others(window):
     assert len(settings(window).path) == 3
 
 
-def test_undo_while_drawing_takes_the_last_corner_back(window):
+def test_undo_while_drawing_takes_the_last_corner_back(new_window):
+    window = new_window
     window.action("draw_path").trigger()
     _, where = pixels(window)
     click(window.map_view.viewport(), where[0])

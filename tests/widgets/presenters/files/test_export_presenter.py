@@ -12,6 +12,12 @@ from widgets.presenters.files.export_presenter import EXPORT_JOB
 
 
 @pytest.fixture
+def window(window_again):
+    """What is exported ends with the test."""
+    return window_again
+
+
+@pytest.fixture
 def path(window, tmp_path):
     path = tmp_path / "demo.mcap"
     window.live.start_recording(path)

@@ -34,12 +34,19 @@ def prepared(coarse_prepared):
 
 
 @pytest.fixture
+def window(window_again):
+    """Scenes are prepared at once; a window that closes, or needs the process, is a ``new_window``."""
+    return window_again
+
+
+@pytest.fixture
 def backends():
-    """Scenes are prepared in a process, as they are for a person."""
+    """In a ``new_window`` scenes are prepared in a process, as they are for a person."""
     return replace(INLINE, worker=SceneWorker)
 
 
-def test_record_stop_replay_scrub_and_back(window, qtbot, tmp_path):
+def test_record_stop_replay_scrub_and_back(new_window, qtbot, tmp_path):
+    window = new_window
     window.action("record").trigger()
     assert window.live.recorder is not None
     press_map(window, 70)
@@ -69,7 +76,8 @@ def test_record_stop_replay_scrub_and_back(window, qtbot, tmp_path):
     assert window.live._shown.tick == window.live.runner.session.frame.tick
 
 
-def test_closing_while_recording_completes_the_file(window, tmp_path):
+def test_closing_while_recording_completes_the_file(new_window, tmp_path):
+    window = new_window
     window.action("record").trigger()
     run(window, 0.3)
     window.close()
@@ -77,7 +85,6 @@ def test_closing_while_recording_completes_the_file(window, tmp_path):
     assert RecordingPlayer(file).complete
 
 
-@pytest.mark.parametrize("backends", [INLINE])  # what the worker's process tells is what it tells here
 @pytest.mark.parametrize("name", ["nothing.urdf", "picture.docx", "broken.mcap"])
 def test_a_bad_file_gives_one_message_and_keeps_the_scene(window, qtbot, tmp_path, name):
     path = tmp_path / name
@@ -105,7 +112,8 @@ def test_a_file_can_be_dropped(window, tmp_path):
     assert "cannot be opened" in window.notification_bar.text
 
 
-def test_another_robot_is_prepared_beside_the_running_one(window, qtbot, tmp_path):
+def test_another_robot_is_prepared_beside_the_running_one(new_window, qtbot, tmp_path):
+    window = new_window
     path = tmp_path / "ball.obj"
     steps = np.linspace(0, 2 * np.pi, 24, endpoint=False)
     ring = [(0.1 * np.cos(a), 0.1 * np.sin(a), z) for z in (0.0, 0.2) for a in steps]
@@ -121,7 +129,8 @@ def test_another_robot_is_prepared_beside_the_running_one(window, qtbot, tmp_pat
     assert window.settings.recent[0] == str(path)
 
 
-def test_loading_can_be_cancelled_and_the_old_scene_stays(window, qtbot):
+def test_loading_can_be_cancelled_and_the_old_scene_stays(new_window, qtbot):
+    window = new_window
     before = window.live.prepared
     with qtbot.waitSignal(window.live.loading_ended, timeout=10_000):
         window.presenters.files.open_robot("arm")
@@ -130,7 +139,8 @@ def test_loading_can_be_cancelled_and_the_old_scene_stays(window, qtbot):
     run(window, 0.1)
 
 
-def test_closing_during_loading_leaves_no_process(window):
+def test_closing_during_loading_leaves_no_process(new_window):
+    window = new_window
     window.presenters.files.open_robot("arm")
     assert window.live.worker.process.pid in {process.pid for process in mp.active_children()}
     window.close()
@@ -224,7 +234,6 @@ def drop(window, path):
     window.dropEvent(QDropEvent(QPointF(400, 400), Qt.DropAction.CopyAction, data, buttons, keys))
 
 
-@pytest.mark.parametrize("backends", [INLINE])
 def test_every_taxel_format_can_be_opened_and_dropped(window, monkeypatch, skin_files):
     robot = load_robot_file(skin_files["robot.urdf"])
     scene = scene_for(str(skin_files["robot.urdf"]))
@@ -242,7 +251,6 @@ def test_every_taxel_format_can_be_opened_and_dropped(window, monkeypatch, skin_
             assert len(load_robot_and_skin(found)[1]) == 30, name
 
 
-@pytest.mark.parametrize("backends", [INLINE])
 def test_taxels_of_no_link_of_the_robot_s_ask_what_carries_them(window, monkeypatch, tmp_path):
     opened = []
     monkeypatch.setattr(window.live, "open_scene", lambda scene, file=None: opened.append(scene))
@@ -263,7 +271,6 @@ def test_taxels_of_no_link_of_the_robot_s_ask_what_carries_them(window, monkeypa
     assert len(load_robot_and_skin(opened[1])[1]) == 30
 
 
-@pytest.mark.parametrize("backends", [INLINE])
 def test_a_flat_map_of_genoa_s_is_shown_and_touched(window, tmp_path):
     places = [{"id": k, "x": [8.0 * (k % 6), 8.0 * (k // 6)], "type": "pressure", "cut": 0} for k in range(30)]
     path = tmp_path / "map.json"
@@ -281,8 +288,9 @@ def test_a_flat_map_of_genoa_s_is_shown_and_touched(window, tmp_path):
 
 
 @pytest.mark.parametrize("backends", [INLINE])
-def test_files_elsewhere_are_found_once_a_package_root_is_chosen(window, qtbot, tmp_path, monkeypatch):
+def test_files_elsewhere_are_found_once_a_package_root_is_chosen(new_window, qtbot, tmp_path, monkeypatch):
     """The refusal offers to choose a folder; once chosen it is remembered and the robot opens."""
+    window = new_window
     ball = '<mesh name="ball" file="../shared/ball.stl"/>'
     model = tmp_path / "robot" / "ball.xml"
     model.parent.mkdir()
@@ -305,7 +313,6 @@ def test_files_elsewhere_are_found_once_a_package_root_is_chosen(window, qtbot, 
     assert window.settings.package_roots == (str(tmp_path),)
 
 
-@pytest.mark.parametrize("backends", [INLINE])
 def test_a_missing_mesh_is_said_aloud(window, tmp_path):
     model = tmp_path / "lost.xml"
     model.write_text(

@@ -21,11 +21,22 @@ from widgets.window.main_window import MainWindow
 
 
 @pytest.fixture
+def window(window_again):
+    """The file begins again with the scene; a window that closes, or saves otherwise, is a ``new_window``."""
+    return window_again
+
+
+@pytest.fixture
 def files(window):
     """Of a window with one edit that is not saved."""
+    return edited(window).presenters.map_files
+
+
+def edited(window):
+    """The window after one edit that is not saved."""
     assert not window.presenters.map_files.unsaved
     window.editor.do("Rotate", lambda document: rotate(document, [1], 0.5))
-    return window.presenters.map_files
+    return window
 
 
 def message(window):
@@ -125,7 +136,8 @@ def test_closing_with_unsaved_edits_asks_and_cancel_stays(window, files):
     assert files.unsaved
 
 
-def test_closing_may_save(window, files, tmp_path, monkeypatch):
+def test_closing_may_save(new_window, tmp_path, monkeypatch):
+    window = edited(new_window)
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(tmp_path / "a.npz"), ""))
     layout = window.editor.document.layout
     window.close()
@@ -141,7 +153,8 @@ def test_a_save_that_is_not_made_does_not_close(window, files, monkeypatch):
     assert window.isVisible()
 
 
-def test_closing_may_give_the_edits_up(window, files):
+def test_closing_may_give_the_edits_up(new_window):
+    window = edited(new_window)
     window.close()
     answer(window, QMessageBox.StandardButton.Discard)
     assert not window.isVisible()
@@ -255,7 +268,9 @@ def test_nothing_is_offered_after_a_good_end(window, files, prepared):
     assert message(window) == ""
 
 
-def test_a_copy_that_cannot_be_written_is_said_once(window, files, qtbot, tmp_path):
+def test_a_copy_that_cannot_be_written_is_said_once(new_window, qtbot, tmp_path):
+    window = edited(new_window)
+    files = window.presenters.map_files
     files._file._folder = tmp_path / "blocked"
     files._timer.setInterval(1)
     qtbot.waitUntil(lambda: "cannot be written" in message(window), timeout=10_000)

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 from datetime import datetime
 
+import pytest
 from mcap.reader import make_reader
 
 from app.recording.damage import DamageKind
 from tests.widgets.support.window_driver import run
 from widgets.session.recording_writer import DiskSpace
 from widgets.timeline.timeline import ScrubBar
+
+
+@pytest.fixture
+def window(window_again):
+    """Recordings end with the scene."""
+    return window_again
 
 
 def test_a_damaged_recording_says_what_it_has_lost_and_marks_where(window, tmp_path):

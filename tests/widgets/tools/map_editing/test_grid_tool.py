@@ -108,6 +108,12 @@ def test_steps_are_scenes():
     assert (steps.can_undo, steps.can_redo) == (False, False)
 
 
+@pytest.fixture(scope="module")
+def prepared(coarse_prepared):
+    """It is prepared again with each grid."""
+    return coarse_prepared
+
+
 def test_a_grid_is_placed_and_taken_back_in_the_window(window):
     before = window.live.prepared
     window.action("grid").trigger()

@@ -1,0 +1,36 @@
+"""Computed once for each value, and forgotten with it."""
+
+from __future__ import annotations
+
+import gc
+import weakref
+from dataclasses import dataclass
+
+from app.core.weak_cache import weak_cache
+
+
+@dataclass(frozen=True, eq=False)
+class Value:
+    number: int
+
+
+class Made:
+    """A thing that can be waited for to go."""
+
+
+def test_it_is_made_once_for_each_value_and_goes_with_it():
+    asked = []
+
+    @weak_cache
+    def made_of(value: Value) -> Made:
+        asked.append(value.number)
+        return Made()
+
+    first, twin = Value(1), Value(1)
+    assert made_of(first) is made_of(first)
+    assert made_of(twin) is not made_of(first)
+    assert asked == [1, 1]
+    made = weakref.ref(made_of(first))
+    del first
+    gc.collect()
+    assert made() is None
