@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from PySide6.QtCore import Qt, Signal
+import numpy as np
+from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtWidgets import QHBoxLayout, QSplitter, QVBoxLayout, QWidget
 
 from app.control.command import ControlSettings
@@ -71,6 +72,10 @@ class LinkedViews(QWidget):
         self.selection.changed.connect(self._on_selection_changed)
         self.brush, self.overlays, self._task = BRUSH, at_first(layers), TaskOverlayBuilder()
         self._hover: SurfacePoint | None = None
+        self._waiting: Frame | None = None
+        self._paced, self._pace = False, QTimer(self)
+        self._pace.setSingleShot(True)
+        self._pace.timeout.connect(self._show_waiting)
         self._words = ""
         self._lay_out()
         self.bar.maximum_changed.connect(self._on_maximum_changed)
@@ -113,6 +118,7 @@ class LinkedViews(QWidget):
 
     def show_prepared(self, prepared: PreparedScene) -> None:
         """Another robot and map."""
+        self._waiting = None
         self.robot.show_prepared(prepared)
         self.map.show_prepared(prepared)
         self.selection.reset(len(prepared.skin))
@@ -120,8 +126,34 @@ class LinkedViews(QWidget):
         self._task.show_map(prepared.map)
         self._on_hovered(None)
 
+    def set_paced(self, *, on: bool) -> None:
+        """Whether frames wait until both views can show them; what comes meanwhile is dropped for both."""
+        self._paced = on
+
     def show_frame(self, frame: Frame) -> None:
-        """Another instant; the map first, it is what the finger waits for."""
+        """Another instant, of which both views make a picture; the newest wins while one of them is busy.
+
+        The map would be sooner, and then show another instant than the body does.
+        """
+        self._waiting = frame
+        self._show_waiting()
+
+    def _show_waiting(self) -> None:
+        frame = self._waiting
+        if frame is None:
+            return
+        rest = self.robot.display.rest_ms(frame) if self._paced else 0.0
+        if rest > 0:
+            self._pace.start(int(np.ceil(rest)))
+            return
+        self._waiting = None
+        self._pace.stop()
+        self._show(frame)
+        if self._paced:
+            self.robot.display.draw_soon()
+
+    def _show(self, frame: Frame) -> None:
+        """The map first, it is what the finger waits for."""
         self._task.show_frame(frame)
         self.map.display.show_frame(frame, task=self._task.shown)
         self.map.viewport().repaint()

@@ -22,11 +22,12 @@ from app.scene.effects import SENSOR_KEYS
 class SampleHistory:
     """Samples of named series over time. Mutable: ``add`` and ``clear``.
 
-    A series is NaN at samples that said nothing of it, which the plots draw as gaps.
+    A series is NaN at samples that said nothing of it, which the plots draw as gaps. Of more samples than are kept,
+    each span of time keeps the lowest and the highest: no peak is lost, however short.
 
     Args:
         seconds: How far back to keep [s]; also the width of the window shown.
-        capacity: Most samples kept.
+        capacity: Most samples kept, two for each span of time.
     """
 
     def __init__(self, *, seconds: float = 10.0, capacity: int = 2048) -> None:
@@ -34,6 +35,7 @@ class SampleHistory:
         self._times = np.full(capacity, np.nan)
         self._values: dict[str, FloatArray] = {}
         self._count = 0
+        self._span, self._span_start, self._in_span = 2 * seconds / capacity, -np.inf, 0
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -49,20 +51,36 @@ class SampleHistory:
         """Forget all samples and series."""
         self._values, self._count = {}, 0
         self._times.fill(np.nan)
+        self._span_start = -np.inf
 
     def add(self, time: float, values: dict[str, float]) -> None:
         """Keep ``values`` at ``time`` [s]; time running backwards or jumping ahead starts a new history."""
         latest = self.latest
         if latest is not None and not 0 <= time - latest <= self.seconds:
             self.clear()
-        place = self._count % len(self._times)
         for name in values:
             if name not in self._values:
                 self._values[name] = np.full(len(self._times), np.nan)
+        if time >= self._span_start + self._span:
+            self._span_start, self._in_span = time, 0
+        self._in_span += 1
+        if self._in_span > 2:
+            self._merge(time, values)
+            return
+        place = self._count % len(self._times)
         for name, series in self._values.items():
             series[place] = values.get(name, np.nan)
         self._times[place] = time
         self._count += 1
+
+    def _merge(self, time: float, values: dict[str, float]) -> None:
+        """The last two samples become the lowest and the highest of them and these, in the order they are in."""
+        last, before = (self._count - 1) % len(self._times), (self._count - 2) % len(self._times)
+        for name, series in self._values.items():
+            three = series[before], series[last], values.get(name, np.nan)
+            low, high = np.fmin.reduce(three), np.fmax.reduce(three)
+            series[before], series[last] = (low, high) if series[before] <= series[last] else (high, low)
+        self._times[last] = time
 
     def series(self, name: str) -> tuple[FloatArray, FloatArray]:
         """Ages (k,) [s], rising to 0 at the newest sample, and the values (k,) of the last ``seconds``; maybe none."""
@@ -94,7 +112,8 @@ class TaxelHistory:
 
     Args:
         seconds: How far back to keep [s].
-        capacity: Most frames kept; ten seconds at 100 a second. They take 4 bytes a taxel each.
+        capacity: Most frames kept; ten seconds at 100 a second. They take 4 bytes a taxel each. Of more, each taxel's
+            highest pressure in a span of time is kept.
     """
 
     def __init__(self, *, seconds: float = 10.0, capacity: int = 1000) -> None:
@@ -102,11 +121,13 @@ class TaxelHistory:
         self._times = np.full(capacity, np.nan)
         self._pressures = np.zeros((capacity, 0), np.float32)
         self._count = 0
+        self._span, self._span_start = seconds / capacity, -np.inf
 
     def clear(self) -> None:
         """Forget everything."""
         self._count = 0
         self._times.fill(np.nan)
+        self._span_start = -np.inf
 
     def add(self, time: float, pressures: FloatArray) -> None:
         """Keep pressures (taxels,) [Pa] at ``time`` [s]; another skin, or time that jumps, starts a new history."""
@@ -116,7 +137,11 @@ class TaxelHistory:
             self.clear()
         elif self._count and not 0 <= time - latest <= self.seconds:
             self.clear()
-        place = self._count % len(self._times)
+        if time < self._span_start + self._span:
+            last = (self._count - 1) % len(self._times)
+            np.maximum(self._pressures[last], pressures, out=self._pressures[last], casting="unsafe")
+            return
+        self._span_start, place = time, self._count % len(self._times)
         self._times[place], self._pressures[place] = time, pressures
         self._count += 1
 

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QElapsedTimer, QPointF, QRectF, Qt, Signal
+from PySide6.QtCore import QElapsedTimer, QPointF, QRectF, Qt, QTimer, Signal
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPaintEvent, QPen, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QBoxLayout, QLabel, QVBoxLayout, QWidget
 
@@ -170,7 +170,10 @@ class LivePlots(QWidget):
         self._theme, self._settings = theme, ControlSettings()
         self._stages = SampleHistory(seconds=PLOT_SECONDS)
         self._limits, self._changes = LimitHistory(seconds=PLOT_SECONDS), SettingChanges(seconds=PLOT_SECONDS)
-        self._since_drawn, self._dirty = QElapsedTimer(), False
+        self._since_drawn, self._dirty, self._late = QElapsedTimer(), False, QTimer(self)
+        self._late.setSingleShot(True)
+        self._late.setInterval(REDRAW_MS)
+        self._late.timeout.connect(self._on_late)
         self._units = ReadingUnits.CALIBRATED
         self._make_plots(theme)
         self._stage_areas: dict[str, pg.PlotDataItem] = {}
@@ -268,6 +271,28 @@ class LivePlots(QWidget):
 
     def show_frame(self, frame: Frame) -> None:
         """Keep the numbers of ``frame``, and draw them if it is time and someone can see it."""
+        gone = self._keep(frame)
+        if not self._since_drawn.isValid() or self._since_drawn.elapsed() >= REDRAW_MS:
+            self._redraw_if_seen()
+        elif not self._late.isActive():
+            self._late.start()
+        for region in gone:
+            self.region_forgotten.emit(region)
+
+    def keep(self, frames: Sequence[Frame]) -> None:
+        """Keep the numbers of frames that no view shows; drawn with the next one that is. Cost: 0.1 ms each."""
+        for frame in frames:
+            for region in self._keep(frame):
+                self.region_forgotten.emit(region)
+
+    def show_past(self, frames: Sequence[Frame]) -> None:
+        """Show these frames and nothing of before."""
+        self.clear()
+        self.keep(frames)
+        self._redraw_if_seen()
+
+    def _keep(self, frame: Frame) -> tuple[int, ...]:
+        """Ids of the regions whose last sample went."""
         time = frame.time
         if frame.units is not self._units:
             self._units = frame.units
@@ -281,10 +306,12 @@ class LivePlots(QWidget):
         self._changes.at(time)
         self._stages.add(time, stage_times(frame.timings))
         self._dirty = True
-        if not self._since_drawn.isValid() or self._since_drawn.elapsed() >= REDRAW_MS:
+        return gone
+
+    def _on_late(self) -> None:
+        """No frame came that would have shown the last one: time stands still."""
+        if self._dirty:
             self._redraw_if_seen()
-        for region in gone:
-            self.region_forgotten.emit(region)
 
     def _redraw_if_seen(self) -> None:
         if self.isVisible():

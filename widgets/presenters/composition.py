@@ -16,6 +16,7 @@ from widgets.presenters.map_edit_presenter import MapEditPresenter
 from widgets.presenters.notification_presenter import NotificationPresenter
 from widgets.presenters.session.accuracy_presenter import AccuracyPresenter
 from widgets.presenters.session.effects_presenter import EffectsPresenter
+from widgets.presenters.session.replay_past import ReplayPast
 from widgets.presenters.session.scene_presenter import ScenePresenter
 from widgets.presenters.session.session_presenter import LiveInputPresenter, SessionPresenter
 from widgets.presenters.session.touch_script_presenter import TouchScriptPresenter
@@ -38,6 +39,7 @@ class Presenters:
     live_input: LiveInputPresenter
     view: ViewPresenter
     session: SessionPresenter
+    replay_past: ReplayPast
     notification: NotificationPresenter
     touch_script: TouchScriptPresenter
     control_tools: ControlToolsPresenter
@@ -49,7 +51,7 @@ class Presenters:
 
     def close(self) -> None:
         """Finish writing, end what runs beside."""
-        for presenter in (self.export, self.map_files, self.accuracy, self.comparison, self.session):
+        for presenter in (self.export, self.map_files, self.accuracy, self.comparison, self.session, self.replay_past):
             presenter.close()
 
 
@@ -69,6 +71,7 @@ def build(context: AppContext, parent: QWidget) -> Presenters:
         live_input=LiveInputPresenter(context, parent),
         view=ViewPresenter(context, tools, parent),
         session=SessionPresenter(context, parent),
+        replay_past=ReplayPast(context, parent),
         notification=NotificationPresenter(context, parent),
         touch_script=TouchScriptPresenter(context, effects, parent),
         control_tools=ControlToolsPresenter(context, tools, parent),

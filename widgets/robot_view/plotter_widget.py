@@ -176,7 +176,7 @@ class RenderScheduler(QObject):
     def __init__(self, canvas: Canvas, parent: QObject, *, clock: Callable[[], float] = time.perf_counter) -> None:
         super().__init__(parent)
         self._canvas, self._clock = canvas, clock
-        self._last_ms, self._moving = 0.0, False
+        self._last_ms, self._moving, self._ended = 0.0, False, -1e9
         self._soon, self._rest = QTimer(self), QTimer(self)
         for timer, slot in ((self._soon, self._on_soon), (self._rest, self._on_rest)):
             timer.setSingleShot(True)
@@ -187,12 +187,24 @@ class RenderScheduler(QObject):
         """Whether a picture is still to come."""
         return self._soon.isActive() or self._rest.isActive()
 
+    @property
+    def rest_ms(self) -> float:
+        """For how long nothing is to be drawn, so that at most half the time goes into it; 0 for no longer."""
+        if self._soon.isActive():
+            return SHORTEST_WAIT_MS
+        return max(self._ended + max(SHORTEST_WAIT_MS, self._last_ms) - 1e3 * self._clock(), 0.0)
+
     def request(self, *, moving: bool = False) -> None:
         """Draw soon; ``moving`` while the user turns the view, where speed matters more than sharpness."""
         self._moving = moving
         self._rest.stop()
         if not self._soon.isActive():
             self._soon.start(round(max(SHORTEST_WAIT_MS, self._last_ms)))
+
+    def hurry(self) -> None:
+        """What was requested is drawn without a rest before it."""
+        if self._soon.isActive():
+            self._soon.start(0)
 
     def now(self, *, quality: float = 1.0) -> None:
         """Draw without waiting."""
@@ -218,7 +230,8 @@ class RenderScheduler(QObject):
         start = self._clock()
         self.due.emit()
         self._canvas.draw(quality=quality)
-        elapsed = 1e3 * (self._clock() - start)
+        self._ended = 1e3 * self._clock()
+        elapsed = self._ended - 1e3 * start
         if quality <= 1.0:
             # A hasty picture says what a whole one would take, or speed would switch quality back and forth.
             self._last_ms = elapsed / quality**2

@@ -84,6 +84,12 @@ class RobotDisplay(QObject):
             if not self.scene.shows(frame):
                 self.request()
 
+    def rest_ms(self, frame: Frame) -> float:
+        """For how long ``frame`` cannot be drawn yet; 0 where it can, looks as what is shown, or nobody sees it."""
+        if not self._seen or self.scene.shows(frame):
+            return 0.0
+        return self._drawing.rest_ms
+
     def show_task(self, task: TaskOverlay) -> None:
         """Show what a controller with a task wants, and what came of it; nothing for the same again."""
         if task is not self._task:
@@ -206,8 +212,16 @@ class RobotDisplay(QObject):
 
     def request(self, *, moving: bool = False) -> None:
         """Draw soon, if seen; ``moving`` while the user moves the eye."""
-        if self._view.isVisible() and not self._covered and self.prepared is not None:
+        if self._seen:
             self._drawing.request(moving=moving)
+
+    @property
+    def _seen(self) -> bool:
+        return self._view.isVisible() and not self._covered and self.prepared is not None
+
+    def draw_soon(self) -> None:
+        """Draw what was requested as soon as Qt has done what waits: the map shows that instant already."""
+        self._drawing.hurry()
 
     def draw_now(self, *, quality: float = 1.0) -> None:
         """Draw without waiting, at ``quality`` times the resolution where possible; for pictures and tests."""

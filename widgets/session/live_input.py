@@ -136,7 +136,7 @@ class _TakesReadings(SessionRunner):
         before = self.session.frame
         frame = self.session.tick()
         if frame is not before:
-            self._each(frame)
+            self._keep(frame)
 
 
 class InlineReadingsRunner(_TakesReadings, InlineRunner):

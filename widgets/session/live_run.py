@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Protocol
 
-from app.core.errors import TactileMapsError
+from app.core.errors import RecordingError, TactileMapsError
 from app.maps.tactile_map import TactileMap
 from app.recording.player import RecordingPlayer
 from app.session.frame import Frame
@@ -17,6 +19,8 @@ from widgets.workers.comparison_worker import ComparisonStimulus
 
 _LONGEST_WAIT = 0.05
 """Wall seconds for which the window stands still for a tick."""
+_MOST_PLAYED = 100
+"""Frames that are passed in one step while a recording is played; a longer step is a jump."""
 
 
 class Source(Protocol):
@@ -46,11 +50,13 @@ class RunUpdate:
         frame: The newest.
         failure: Why it stopped or refused an input; None if it did not.
         behaved: What a behaviour has made of the controller, if that is still in force.
+        passed: Every frame since the last look, the oldest first.
     """
 
     frame: Frame
     failure: TactileMapsError | None
     behaved: ControlChanged | None
+    passed: tuple[Frame, ...] = ()
 
 
 class LiveRun:
@@ -122,7 +128,7 @@ class LiveRun:
             if behaved is not None:
                 self.settings = self.settings.after(behaved)
             self._frame = runner.session.frame
-            return RunUpdate(self._frame, failure, behaved)
+            return RunUpdate(self._frame, failure, behaved, runner.take_recent())
 
     def record(self) -> ComparisonStimulus:
         """All that was done since the last reset."""
@@ -149,6 +155,8 @@ class Replay:
         player: As above.
         frame: That is shown; None before the first ``seek``.
         settings: In force at that frame.
+        number: Of that frame in the recording.
+        passed: The frames between the one shown before and this; None where it was not played on, but a jump.
         mode: ``replaying``.
     """
 
@@ -157,6 +165,8 @@ class Replay:
     def __init__(self, player: RecordingPlayer) -> None:
         self.player = player
         self.frame: Frame | None = None
+        self.passed: tuple[Frame, ...] | None = None
+        self.number = 0
         self.settings = RuntimeSettings.of_scene(player.prepared)
 
     @property
@@ -170,11 +180,29 @@ class Replay:
         Raises:
             RecordingError: That frame is damaged; the one before stays.
         """
-        frame = self.player.frame(self.player.number_at(seconds))
+        number = self.player.number_at(seconds)
+        frame = self.player.frame(number)
         if self.frame is not None and frame.tick == self.frame.tick:
             return False
-        self.frame, self.settings = frame, self.player.runtime_settings_at(frame.tick)
+        played = self.frame is not None and 0 < number - self.number <= _MOST_PLAYED
+        self.passed = self.frames(range(self.number + 1, number)) if played else None
+        self.number, self.frame = number, frame
+        self.settings = self.player.runtime_settings_at(frame.tick)
         return True
+
+    def frames(self, numbers: Iterable[int]) -> tuple[Frame, ...]:
+        """Those of these numbers that are not damaged. Cost: 0.2 ms each."""
+        found = []
+        for number in numbers:
+            with suppress(RecordingError):  # the timeline marks what is damaged
+                found.append(self.player.frame(number))
+        return tuple(found)
+
+    def before(self, seconds: float) -> range:
+        """Numbers of the frames in the ``seconds`` before the one that is shown."""
+        player = self.player
+        start = float(player.times[self.number] - player.times[0]) - seconds
+        return range(player.number_at(max(start, 0.0)), self.number)
 
     def record(self) -> ComparisonStimulus:
         """All that was done in it."""

@@ -74,6 +74,10 @@ class LiveSession(QObject):
 
     frame_ready = Signal(object)
     """The newest Frame, at most once a drawn frame; live or replayed."""
+    frames_passed = Signal(object)
+    """The frames between the one shown before and the newest, which ``frame_ready`` hands on next: a tuple."""
+    jumped = Signal()
+    """Another place of a recording is shown next, to which it was not played."""
     prepared_changed = Signal(object)
     """Another PreparedScene is shown from now on."""
     map_changed = Signal(object)
@@ -173,6 +177,11 @@ class LiveSession(QObject):
         return None if self._run is None else self._run.runner
 
     @property
+    def replay(self) -> Replay | None:
+        """The recording that is shown, and where in it; None while the scene that runs is."""
+        return self._replay
+
+    @property
     def player(self) -> RecordingPlayer | None:
         """Of the recording that is shown; None while the scene that runs is."""
         return None if self._replay is None else self._replay.player
@@ -205,6 +214,7 @@ class LiveSession(QObject):
             self.triggered.emit(update.behaved.by)
         if update.frame is not self._shown:
             self._shown = update.frame
+            self.frames_passed.emit(tuple(frame for frame in update.passed if frame is not update.frame))
             self.frame_ready.emit(update.frame)
 
     def _tell_failure(self, run: LiveRun, failure: TactileMapsError) -> None:
@@ -339,6 +349,10 @@ class LiveSession(QObject):
             self._active_settings.show(replay.settings)
             if replay.settings.map is not before:
                 self.map_changed.emit(replay.settings.map)
+            if replay.passed is None:
+                self.jumped.emit()
+            else:
+                self.frames_passed.emit(replay.passed)
             self.frame_ready.emit(replay.frame)
 
     def back_to_live(self) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
@@ -20,6 +21,8 @@ BATCH_SECONDS = 0.010
 LONGEST_GAP = 0.1
 """Wall seconds that one batch makes up for at most; the rest of a longer gap is dropped."""
 _SMOOTH = 0.1
+_MOST_RECENT = 1000
+"""Frames kept for a window that is late; of more the oldest are dropped."""
 
 
 class FairLock:
@@ -85,6 +88,17 @@ class SessionRunner:
         self.failure: TactileMapsError | None = None
         self.halted = False
         self.strokes = StrokePlan(session.prepared.skin, session.prepared.scene.tick)
+        self._recent: deque[Frame] = deque(maxlen=_MOST_RECENT)
+
+    def take_recent(self) -> tuple[Frame, ...]:
+        """Every frame since this was last asked, the oldest first; under the lock."""
+        recent = tuple(self._recent)
+        self._recent.clear()
+        return recent
+
+    def _keep(self, frame: Frame) -> None:
+        self._recent.append(frame)
+        self._each(frame)
 
     def submit(self, act: SessionInput) -> None:
         """Let a person act at the next tick. What the session refuses at once is told as a refused input is.
@@ -109,6 +123,7 @@ class SessionRunner:
         with self.lock:
             self.strokes.clear()
             self.session.reset()
+            self._recent.clear()
             self.failure, self.halted = None, False
 
     def stop(self) -> None:
@@ -119,7 +134,7 @@ class SessionRunner:
         try:
             for act in self.strokes.due(self.session.frame.tick):
                 self.session.submit(act)
-            self._each(self.session.tick())
+            self._keep(self.session.tick())
         except TactileMapsError as error:
             self.failure = error
             if self.session.failure is not None:

@@ -26,7 +26,7 @@ from widgets.panels.panel_column import PanelColumn
 from widgets.panels.simulation.timing_panel import TimingPanel
 from widgets.plots.live_plots import LOWEST, USUAL_HEIGHT, LivePlots
 from widgets.presenters.composition import build
-from widgets.session.backends import BACKGROUND, Backends
+from widgets.session.backends import BACKGROUND, INLINE, Backends
 from widgets.session.live_session import LiveSession
 from widgets.timeline.timeline import ScrubBar, Timeline
 from widgets.window.first_size import fit_screen
@@ -53,7 +53,7 @@ class MainWindow(QMainWindow):
 
     def __init__(self, settings: Settings, *, backends: Backends = BACKGROUND) -> None:
         super().__init__()
-        self.settings = settings
+        self.settings, self._backends = settings, backends
         self._theme = ThemeHolder(settings, self)
         self.live = LiveSession(self, backends=backends)
         self.editor = MapEditor(self.live.worker, self)
@@ -97,6 +97,7 @@ class MainWindow(QMainWindow):
 
     def _build_views(self) -> None:
         self.views = LinkedViews(self.theme, PressureScale())
+        self.views.set_paced(on=self._backends is not INLINE)  # that one is told when to show what
         self.robot_view, self.map_view, self.colour_bar = self.views.robot, self.views.map, self.views.bar
         self.setCentralWidget(self.views)
         self.hint_bar, self.notification_bar = HintBar(self.theme, self.views), NotificationBar(self.theme, self.views)

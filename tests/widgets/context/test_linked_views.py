@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import pytest
 from PySide6.QtCore import QEvent, QObject
+from PySide6.QtWidgets import QApplication
 
 from app.editing.reflatten import set_method
 from app.editing.seams import propose_seam
+from app.session.inputs import PokePressed
 from app.session.session import Session
 from widgets.common.settings import BaseLayer
 
@@ -37,6 +39,28 @@ def test_the_map_is_painted_before_a_frame_is_done_with(window, prepared):
     window.views.show_frame(frame)
     viewport.removeEventFilter(paints)
     assert paints.count == 1
+
+
+def test_both_views_show_one_instant_however_slow_the_body_is(window_again, prepared, qtbot):
+    """What the body has no time for, the map drops too; at last both show the newest."""
+    views, session = window_again.views, Session(prepared, scripted=False)
+    views.set_paced(on=True)
+    session.submit(PokePressed(0, prepared.skin.taxel_point(20)))
+    body, shown = views.robot.display, views.map.display
+    with qtbot.waitSignal(body.drawn):
+        views.show_frame(session.tick())
+    QApplication.processEvents()
+    same = []
+    for _ in range(20):
+        body._drawing._last_ms = 250.0  # as if the picture had taken so long
+        views.show_frame(session.tick())
+        QApplication.processEvents()
+        same.append(body.scene.shows(shown._frame))
+    assert all(same)
+    assert not body.scene.shows(session.frame), "much has come meanwhile"
+    qtbot.waitUntil(lambda: body.scene._frame.tick == session.frame.tick)
+    assert shown._frame.tick == session.frame.tick
+    views.set_paced(on=False)
 
 
 @pytest.mark.parametrize(

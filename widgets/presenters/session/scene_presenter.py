@@ -47,6 +47,7 @@ class ScenePresenter(QObject):
         self._plugins_told: set[Plugin] = set()
         session, views = context.session, context.views
         session.prepared_changed.connect(self._on_prepared_changed)
+        session.frames_passed.connect(context.plots.keep)
         session.frame_ready.connect(self._on_frame_ready)
         context.panels.get(LiveInputPanel).rate_changed.connect(self._on_rate_changed)
         session.loading.connect(self._on_loading)

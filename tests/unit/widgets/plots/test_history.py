@@ -29,11 +29,18 @@ def test_it_keeps_the_last_seconds_in_order():
     assert force.tolist() == list(range(200 - len(force), 200))
 
 
-def test_a_full_ring_drops_the_oldest():
-    history = SampleHistory(seconds=100.0, capacity=8)
-    for k in range(11):
-        history.add(float(k), {"x": float(k)})
-    assert history.series("x")[1].tolist() == [3, 4, 5, 6, 7, 8, 9, 10]
+def test_of_more_samples_than_are_kept_the_lowest_and_the_highest_of_each_span_stay():
+    """A push of one tick among ten thousand is drawn as high as it was."""
+    history = SampleHistory(seconds=10.0, capacity=200)
+    for k in range(20_000):
+        history.add(1e-3 * k, {"force": {15_003: 6.4, 15_407: -1.5}.get(k, 2.4), "other": float(k)})
+    ages, force = history.series("force")
+    assert len(force) <= 200
+    assert (force.max(), force.min()) == (6.4, -1.5)
+    assert (np.diff(ages) > 0).all()
+    assert ages[force.argmax()] == pytest.approx(15.003 - 19.999, abs=0.1)
+    assert ages[0] == pytest.approx(-10.0, abs=0.2)
+    assert history.series("other")[1][-1] == 19_999
 
 
 @pytest.mark.parametrize("time", [1.0, 50.0])
@@ -85,7 +92,7 @@ def test_a_taxel_asked_for_later_shows_its_past():
 
 
 def test_a_full_ring_of_taxels_drops_the_oldest():
-    history = TaxelHistory(seconds=100.0, capacity=8)
+    history = TaxelHistory(seconds=8.0, capacity=8)
     for k in range(11):
         history.add(float(k), np.array([1e3 * k]))
     assert history.traces(np.array([0]))[1][:, 0].tolist() == [3, 4, 5, 6, 7, 8, 9, 10]
@@ -215,3 +222,10 @@ def test_the_sensors_effects_are_one_stage():
 
 def test_an_ideal_sensor_is_no_stage():
     assert "sensor" not in stage_times(Timings({"physics": 1.0, "touch": 0.5}))
+
+
+def test_a_press_too_short_to_be_kept_by_itself_is_kept_as_hard_as_it_was():
+    history = TaxelHistory(seconds=1.0, capacity=100)
+    for k in range(1000):
+        history.add(1e-3 * k, np.array([6400.0 if k == 503 else 10.0, 5.0]))
+    assert history.traces(np.array([0, 1]))[1].max(axis=0) == pytest.approx([6.4, 0.005])
