@@ -30,6 +30,8 @@ class Scene:
     Attributes:
         name: Short, as on the command line.
         title: For people.
+        description: What it shows, in a sentence.
+        suggestion: What a person may try in it, in a sentence.
         robot: A robot's name or file; ``none`` for the skin of ``taxel_file`` alone, fixed in the world.
         task: What is done, one of ``TASKS``.
         outputs: What is wanted, some of ``OUTPUTS``; empty for what the task usually wants.
@@ -61,6 +63,8 @@ class Scene:
     name: str
     robot: str
     title: str = ""
+    description: str = ""
+    suggestion: str = ""
     task: str = "touch"
     outputs: tuple[str, ...] = ()
     cover: CoverSpec = field(default_factory=CoverSpec)

@@ -27,7 +27,8 @@ from assets import asset
 
 _POINTS = ("path",)
 """Settings of the controller that are lists of points."""
-_PLAIN = ("name", "title", "robot", "task", "outputs", "package_roots", "taxel_file", "tick", "seed")
+_WORDS = ("name", "title", "description", "suggestion")
+_PLAIN = (*_WORDS, "robot", "task", "outputs", "package_roots", "taxel_file", "tick", "seed")
 _TABLES = ("cover", "layer", "grids", "objects", "effects", "control", "contacts", "behaviours", "motion", "stimuli")
 
 

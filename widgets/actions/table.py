@@ -536,6 +536,9 @@ def menu_bar(tools: tuple[ToolSpec, ...] = TOOLS, layers: tuple[LayerSpec, ...] 
 REMEDIES = (
     ActionSpec("restore_map", "Restore", (), "Restore the unsaved edits of the last session"),
     ActionSpec("save_report", "Save report", (), "Save a recording that reproduces the failure"),
+    ActionSpec("open_path_scene", "Open Follow a path", (), "Open the scene in which a knob that stands still is led"),
+    ActionSpec("replay_saved", "Replay", (), "Replay the recording that was saved"),
+    ActionSpec("show_saved", "Show in folder", (), "Show the folder of the recording that was saved"),
     ActionSpec("use_anyway", "Use anyway", (), "Simulate in spite of the warning"),
 )
 """Offered by a message, where they help."""

@@ -123,6 +123,14 @@ class Settings:
         """Put a file on top of the recent ones."""
         self._store.setValue("recent", [path, *(item for item in self.recent if item != path)][:_RECENT])
 
+    def folder(self, kind: str) -> str:
+        """Where a file of this kind was last chosen; empty if never."""
+        return str(self._store.value(f"folders/{kind}", ""))
+
+    def set_folder(self, kind: str, folder: str) -> None:
+        """Remember it."""
+        self._store.setValue(f"folders/{kind}", folder)
+
     @property
     def package_roots(self) -> tuple[str, ...]:
         """Folders in which robot files may find packages and meshes, newest first."""

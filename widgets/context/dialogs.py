@@ -3,35 +3,53 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog, QInputDialog, QMessageBox, QWidget
+
+from widgets.common.settings import Settings
 
 Button = QMessageBox.StandardButton
 
 
 class Dialogs:
-    """Asks over ``parent``.
+    """Asks over ``parent``. A file dialog opens in the folder that was last chosen in it.
 
     Args:
         parent: The window.
+        settings: Remembers the folders, by the dialog's title.
     """
 
-    def __init__(self, parent: QWidget) -> None:
-        self._parent = parent
+    def __init__(self, parent: QWidget, settings: Settings) -> None:
+        self._parent, self._settings = parent, settings
         self._shown: dict[str, QMessageBox] = {}
 
     def open_file(self, title: str, kinds: str) -> str:
         """Ask for a file to read; empty when none is chosen."""
-        return QFileDialog.getOpenFileName(self._parent, title, "", f"{kinds};;All files (*)")[0]
+        kinds = f"{kinds};;All files (*)"
+        return self._chosen(title, QFileDialog.getOpenFileName(self._parent, title, self._folder(title), kinds)[0])
 
     def open_folder(self, title: str) -> str:
         """Ask for a folder; empty when none is chosen."""
-        return QFileDialog.getExistingDirectory(self._parent, title)
+        chosen = QFileDialog.getExistingDirectory(self._parent, title, self._folder(title))
+        if chosen:
+            self._settings.set_folder(title, chosen)
+        return chosen
 
     def save_file(self, title: str, name: str, kinds: str) -> str:
         """Ask for a file to write, by default called ``name``; empty when none is chosen."""
-        return QFileDialog.getSaveFileName(self._parent, title, name, kinds)[0]
+        start = str(Path(self._folder(title)) / name)
+        return self._chosen(title, QFileDialog.getSaveFileName(self._parent, title, start, kinds)[0])
+
+    def _folder(self, title: str) -> str:
+        folder = self._settings.folder(title)
+        return folder if folder and Path(folder).is_dir() else ""
+
+    def _chosen(self, title: str, path: str) -> str:
+        if path:
+            self._settings.set_folder(title, str(Path(path).parent))
+        return path
 
     def ask(
         self, name: str, title: str, text: str, buttons: Button, then: Callable[[Button], None], *, default: Button

@@ -14,7 +14,7 @@ from app.core.errors import describe_unexpected_error
 from widgets.common.notification_bar import HintBar, NotificationBar
 from widgets.common.progress_indicator import ProgressIndicator
 
-STATUS_MS = 5_000
+STATUS_MS, INTRODUCTION_MS = 5_000, 20_000
 
 
 class Notifier(QObject):
@@ -76,6 +76,12 @@ class Notifier(QObject):
     def status(self, text: str, milliseconds: int = STATUS_MS) -> None:
         """Show a line at the window's lower edge for a while; an empty one clears it."""
         self._status.showMessage(text, milliseconds)
+
+    def introduce(self, text: str, suggestion: str) -> None:
+        """Say what a scene shows and what to try in it: for a while at the lower edge, and among the messages."""
+        words = f"{text} Try: {suggestion}" if suggestion else text
+        self._status.showMessage(words, INTRODUCTION_MS)
+        self.told.emit(words, False)
 
     # Jobs.
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QObject
+from pathlib import Path
+
+from PySide6.QtCore import QObject, QUrl
+from PySide6.QtGui import QDesktopServices
 
 from app.robots.files.model_files import PACKAGE_ROOT_OPTION
 from app.session.prepare import PreparedScene
@@ -24,6 +27,9 @@ class NotificationPresenter(QObject):
     def __init__(self, context: AppContext, parent: QObject) -> None:
         super().__init__(parent)
         self._context, self._session, self._notifier = context, context.session, context.notifier
+        self._saved: str | None = None
+        context.actions.bind("replay_saved", self._replay_saved)
+        context.actions.bind("show_saved", self._show_saved)
         self._session.failed.connect(self._on_failed)
         self._session.halted.connect(self._on_halted)
         self._session.saved.connect(self._on_saved)
@@ -44,9 +50,19 @@ class NotificationPresenter(QObject):
         self._notifier.say(text.replace(f" ({PACKAGE_ROOT_OPTION})", ""), fault=True, remedies=remedies)
 
     def _on_saved(self, path: str) -> None:
-        self._notifier.say(f"Saved {path}")
+        self._saved = path
+        remedies = [self._context.actions[name] for name in ("replay_saved", "show_saved")]
+        self._notifier.say(f"Saved {path}", remedies=remedies)
         self._notifier.status(f"Saved {path}", _SAVED_MS)  # a second message may replace the first
         self._context.settings.add_recent(path)
+
+    def _replay_saved(self) -> None:
+        if self._saved is not None:
+            self._session.open_recording(self._saved)
+
+    def _show_saved(self) -> None:
+        if self._saved is not None:
+            QDesktopServices.openUrl(QUrl.fromLocalFile(str(Path(self._saved).parent)))
 
     def _on_disk_filling(self, space: DiskSpace) -> None:
         minutes = space.seconds / 60

@@ -70,7 +70,7 @@ class MainWindow(QMainWindow):
             timeline=self.timeline,
             actions=self._actions,
             notifier=self.notifier,
-            dialogs=Dialogs(self),
+            dialogs=Dialogs(self, settings),
             settings=settings,
             backends=backends,
             theme=self._theme,

@@ -37,6 +37,8 @@ FULL = Scene(
     outputs=("readings", "joint_torque"),
     cover=CoverSpec(links=("a", "b"), taxels=50, thickness=0.002, seed=3),
     layer=ElasticLayer(stiffness=1e5 / 3, modulus=2e5, poisson=0.1, thickness=0.005, depth=0.001, friction=1.0),
+    description='What it "shows".',
+    suggestion="What to try.",
     taxel_file="t.txt",
     grids=(GridSpec("arm", 3, 4, (0.0, 1 / 3, -1.0), (0.1, 0.2, 0.3), aspect=0.5, mirrored=True),),
     objects=(

@@ -11,6 +11,7 @@ from typing import get_args
 
 from PySide6.QtCore import QObject
 
+from app.control.command import ControlSettings
 from app.editing.document import MapDocument
 from app.maps.paths import PathKind
 from widgets.common.controller_settings import CONTROLLERS, SETTING_CHOICES
@@ -33,12 +34,15 @@ class ControlToolsPresenter(QObject):
     def __init__(self, context: AppContext, tools: Tools, parent: QObject) -> None:
         super().__init__(parent)
         self._context, self.settings_editor, self._tools = context, tools.control, tools
+        self._offered = False
         self._force = ForceHandle(tools.control)
         live, lead = context.session, self.settings_editor
         lead.wished.connect(live.set_settings)
+        lead.wished.connect(self._offer_fixed_object)
         lead.told.connect(context.notifier.status)
         live.settings_changed.connect(lead.show_settings)
         live.mode_changed.connect(self._on_mode_changed)
+        live.prepared_changed.connect(self._on_prepared_changed)
         context.editor.shown.connect(self._on_shown)
         for name, handler in (
             ("clear_path", lead.clear_path),
@@ -48,6 +52,20 @@ class ControlToolsPresenter(QObject):
             context.actions.bind(name, handler)
         for kind in get_args(PathKind):
             context.actions.bind(f"path_{kind}", partial(self._choose_shape, kind))
+
+    def _offer_fixed_object(self, settings: ControlSettings) -> None:
+        """A path wants something that stands still on the skin; where only a mouse can press, say so, once a scene."""
+        prepared = self._context.session.prepared
+        if prepared is None or not settings.path or settings.task != "follow_path" or self._offered:
+            return
+        self._offered = True
+        if not prepared.scene.objects:
+            text = "The path is followed while something presses the skin. A finger of the mouse moves with the skin."
+            remedy = self._context.actions["open_path_scene"]
+            self._context.notifier.say(f"{text} In another scene a knob stands still:", remedies=[remedy])
+
+    def _on_prepared_changed(self) -> None:
+        self._offered = False
 
     def _choose_shape(self, kind: PathKind) -> None:
         """The next path is drawn so, and the one in force is taken so."""

@@ -79,6 +79,9 @@ class FilePresenter(QObject):
         context.session.prepared_changed.connect(self._on_prepared_changed)
         context.panels.get(ControllerPanel).scene_requested.connect(self.open_shipped)
         self._asked: Callable[[], None] | None = None
+        self._opening: str | None = None
+        for given_up in (context.session.failed, context.notifier.cancelled, context.views.cancel_requested):
+            given_up.connect(self._give_up_opening)
         for name, handler in (
             ("open_robot", partial(self._choose, "Open robot", ROBOT_FILTER)),
             ("open_recording", partial(self._choose, "Open recording", RECORDING_FILTER)),
@@ -86,6 +89,7 @@ class FilePresenter(QObject):
             ("open_scene", partial(self._choose, "Open scene", SCENE_FILTER)),
             ("save_scene", self.choose_save_scene),
             ("package_root", self.choose_package_root),
+            ("open_path_scene", partial(self.open_shipped, "follow_path")),
         ):
             context.actions.bind(name, handler)
 
@@ -95,24 +99,22 @@ class FilePresenter(QObject):
         """Open whatever the file is; say so when nothing can be done with it."""
         try:
             if is_recording(path):
+                self._opening = path
                 self._context.session.open_recording(path)
             elif is_map(path):
                 self._map_files.open(path)
             elif is_taxel_file(path):
                 self.import_taxels(path)
             else:
-                self.open_scene(scene_to_open(path), file=Path(path) if is_scene(path) else None)
+                self.open_scene(scene_to_open(path), file=Path(path) if is_scene(path) else None, recent=path)
         except TactileMapsError as error:
             self._context.notifier.fault(str(error))
-            return
-        self._context.settings.add_recent(path)
 
     def choose_taxels(self) -> None:
         """Ask for a file of taxels; of a robot that states its own, these are meant."""
         path = self._context.dialogs.open_file("Import taxels", taxel_filter())
         if path and is_robot_with_taxels(path):
-            self.open_scene(scene_for_taxels(path))
-            self._context.settings.add_recent(path)
+            self.open_scene(scene_for_taxels(path), recent=path)
         elif path:
             self.open_path(path)
 
@@ -132,7 +134,7 @@ class FilePresenter(QObject):
         """
         prepared = self._context.session.prepared
         if prepared is None or prepared.scene.robot == NO_ROBOT:
-            self.open_scene(scene_for_taxels(path))
+            self.open_scene(scene_for_taxels(path), recent=path)
             return
         scene, robot = prepared.scene, prepared.robot
         try:
@@ -143,7 +145,7 @@ class FilePresenter(QObject):
         except SkinError:
             self._ask_link(path, scene, robot, named_links(path))
         else:
-            self.open_scene(with_taxels(scene, path))
+            self.open_scene(with_taxels(scene, path), recent=path)
 
     def _ask_link(self, path: str, scene: Scene, robot: Robot, named: Sequence[str | None]) -> None:
         """Ask which link carries the taxels, where the robot has none of the file's name."""
@@ -154,17 +156,23 @@ class FilePresenter(QObject):
 
         def chosen(answer: str) -> None:
             if answer == alone:
-                self.open_scene(with_taxels(replace(scene_for(NO_ROBOT), title=""), path))
+                self.open_scene(with_taxels(replace(scene_for(NO_ROBOT), title=""), path), recent=path)
             else:
-                self.open_scene(with_taxels(scene, path, links=(answer,)))
+                self.open_scene(with_taxels(scene, path, links=(answer,)), recent=path)
 
         # A link can carry one set only; several must find theirs on a robot.
         items = [*choices, alone] if len(named) == 1 else [alone]
         self._context.dialogs.ask_choice("taxel-link", "Which link?", text, items, chosen)
 
-    def open_scene(self, scene: Scene, *, file: Path | None = None) -> None:
-        """Open a scene, read from ``file`` or made here, once what was not saved of the map has been asked about."""
-        self._asked = partial(self.open_scene, scene, file=file)
+    def open_scene(self, scene: Scene, *, file: Path | None = None, recent: str | None = None) -> None:
+        """Open a scene, read from ``file`` or made here, once what was not saved of the map has been asked about.
+
+        Args:
+            scene: What to open.
+            file: Where it was read.
+            recent: The file that a person chose; among the recent ones once it is open.
+        """
+        self._opening, self._asked = recent, partial(self.open_scene, scene, file=file, recent=recent)
         rooted = with_package_roots(scene, self._context.settings.package_roots)
         self._map_files.leave(partial(self._context.session.open_scene, rooted, file=file))
 
@@ -184,7 +192,14 @@ class FilePresenter(QObject):
             self._grid_steps.push(prepared.scene, with_grid(prepared.scene, grid, covered))
 
     def _on_prepared_changed(self, prepared: PreparedScene) -> None:
+        """What is open now is a recent file; one that failed or was given up is none."""
         self._grid_steps.show_scene(prepared.scene)
+        if self._opening is not None:
+            self._context.settings.add_recent(self._opening)
+        self._give_up_opening()
+
+    def _give_up_opening(self) -> None:
+        self._opening = None
 
     def _choose(self, title: str, kinds: str) -> None:
         path = self._context.dialogs.open_file(title, kinds)
@@ -230,10 +245,12 @@ class FilePresenter(QObject):
     def list_scenes(self, menu: QMenu) -> None:
         """List the scenes that ship; reading them takes 0.1 s, so once the menu is opened."""
         if menu.isEmpty():
+            menu.setToolTipsVisible(True)
             for name in scene_names():
-                item = menu.addAction(load_scene(name).title or name)
+                scene = load_scene(name)
+                item = menu.addAction(scene.title or name)
                 item.setObjectName(f"scene-{name}")
-                item.setToolTip(name)
+                item.setToolTip(f"{scene.description}\nTry: {scene.suggestion}")
                 item.triggered.connect(lambda _checked=False, name=name: self.open_shipped(name))
 
     def list_recent(self, menu: QMenu) -> None:

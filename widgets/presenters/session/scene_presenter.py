@@ -74,6 +74,8 @@ class ScenePresenter(QObject):
         if prepared.robot.findings or prepared.skin.findings:
             count = len(findings_of(prepared))
             context.notifier.status(f"{count} finding{'s' * (count > 1)}; see the panel Findings", _FINDINGS_MS)
+        elif prepared.scene.description:
+            context.notifier.introduce(prepared.scene.description, prepared.scene.suggestion)
         self._tell_of_plugins()
 
     def _tell_of_plugins(self) -> None:

@@ -67,6 +67,18 @@ def test_a_path_drawn_on_the_map_is_what_the_session_follows(window):
     assert [bool(ribbon.actor.visibility) for ribbon in ribbons] == [True, False, False]
 
 
+def test_where_only_the_mouse_presses_a_path_is_offered_a_fixed_object_once(window, monkeypatch):
+    opened = []
+    monkeypatch.setattr(window.presenters.files, "open_scene", lambda scene: opened.append(scene.name))
+    draw(window)
+    assert "a knob stands still" in window.notification_bar.text
+    window.action("open_path_scene").trigger()
+    assert opened == ["follow_path"]
+    window.notification_bar.hide()
+    window.action("path_spline").trigger()
+    assert not window.notification_bar.text
+
+
 def test_the_target_held_on_the_body_is_that_of_the_map(window, prepared):
     window.action("set_target").trigger()
     view, pixel = window.robot_view, skin_pixel(window.robot_view, prepared)

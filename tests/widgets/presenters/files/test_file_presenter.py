@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import trimesh
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
-from PySide6.QtGui import QAction, QDropEvent
+from PySide6.QtGui import QAction, QDesktopServices, QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QInputDialog, QMenu
 
@@ -159,6 +159,59 @@ def test_reset_starts_again_and_ends_the_recording(window, tmp_path):
     assert verify(RecordingPlayer(file)).identical
 
 
+def test_what_could_not_be_opened_or_was_given_up_is_not_among_the_recent(window, tmp_path):
+    broken, unwanted = tmp_path / "broken.mcap", tmp_path / "robot.xml"
+    broken.write_bytes(b"?" * 100)
+    unwanted.write_text("<mujoco><worldbody/></mujoco>")
+    window.presenters.files.open_path(str(broken))
+    assert window.notification_bar.text
+    window.presenters.files._opening = str(unwanted)
+    window.context.notifier.cancelled.emit("scene")
+    window.live.show_prepared(window.live.prepared)
+    assert {str(broken), str(unwanted)}.isdisjoint(window.settings.recent)
+
+
+def test_a_saved_recording_can_be_replayed_and_found(window, monkeypatch, tmp_path):
+    shown = []
+    monkeypatch.setattr(QDesktopServices, "openUrl", lambda url: shown.append(url.toLocalFile()))
+    window.action("record").trigger()
+    run(window, 0.1)
+    window.action("record").trigger()
+    (file,) = (tmp_path / "recordings").glob("*.mcap")
+    window.action("show_saved").trigger()
+    assert shown == [str(file.parent)]
+    window.action("replay_saved").trigger()
+    assert window.live.player is not None
+    assert window.live.player.path == file
+    window.live.back_to_live()
+
+
+def test_a_dialog_opens_where_it_was_last_used(window, monkeypatch, tmp_path):
+    folders = []
+
+    def chosen(_parent, _title, folder, _kinds):
+        folders.append(folder)
+        return str(tmp_path / "none.toml"), ""
+
+    monkeypatch.setattr(QFileDialog, "getOpenFileName", chosen)
+    window.action("open_scene").trigger()
+    window.action("open_recording").trigger()
+    window.action("open_scene").trigger()
+    assert folders[2] == str(tmp_path)
+    assert folders[1] != str(tmp_path), "each kind has its own"
+
+
+def test_every_shipped_scene_says_what_it_shows_and_what_to_try(window):
+    for name in scene_names():
+        scene = load_scene(name)
+        assert scene.description.endswith("."), name
+        assert scene.suggestion.endswith("."), name
+    window.findChild(QMenu, "scenes").aboutToShow.emit()
+    tip = window.findChild(QAction, "scene-poke").toolTip()
+    assert load_scene("poke").description in tip
+    assert load_scene("poke").suggestion in tip
+
+
 def test_every_shipped_scene_is_offered_by_its_title(window, monkeypatch):
     opened = []
     monkeypatch.setattr(window.live, "open_scene", lambda scene, file=None: opened.append(scene))
@@ -205,7 +258,6 @@ def test_of_a_robot_with_touch_sensors_a_person_imports_its_taxels(window, monke
     window.action("import_taxels").trigger()
     window.presenters.files.open_path(str(path))
     assert [(scene.robot, scene.taxel_file) for scene in opened] == [(str(path), str(path)), (str(path), "")]
-    assert str(path) in window.settings.recent
 
 
 def test_a_scene_of_ones_own_is_opened_from_its_file(window, monkeypatch, tmp_path):
