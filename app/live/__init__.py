@@ -6,7 +6,7 @@
 - ``arrival``: puts them in order and counts what is malformed, late, repeated or lost.
 - ``connection``: a source that is opened again when it breaks, by hand or on a thread.
 - ``matching``: which taxel each value is of. ``calibration``: what pressure it means; ``weighing``: by a known weight.
-- ``channel_health``: which channels never change, or are swapped.
+- ``channel_health``: which channels never change. ``channel_swaps``: which stand in each other's place.
 - ``measured_session``: what a ``Session`` is for a simulation: frames with contacts, events and forces.
 - ``prepare``: the robot, skin and map that readings are shown on.
 """

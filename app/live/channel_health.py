@@ -1,7 +1,6 @@
 """Channels that do not follow the skin: their values stay exactly the same while those of their neighbours change.
 
-Swapped channels are not looked for: pressed by one finger, a taxel and its neighbour are alike whichever is which, and
-what would tell them apart (where the finger was) is not in the readings.
+Channels that are swapped do change; ``channel_swaps`` looks for them.
 """
 
 from __future__ import annotations

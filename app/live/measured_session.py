@@ -22,6 +22,7 @@ from app.core.timing import Stopwatch
 from app.live.arrival import Arrived
 from app.live.calibration import Calibration, Tare, ValueMode
 from app.live.channel_health import QUIET_SECONDS, ChannelHealth, SilentChannel
+from app.live.channel_swaps import SwapDetector, SwappedChannels
 from app.live.matching import TaxelMatcher
 from app.live.readings import MalformedReadingError, Unit
 from app.live.weighing import Weighing, WeighingState
@@ -50,6 +51,7 @@ class MeasuredFacts:
         unheard: Taxels that no value came for yet.
         unknown_joints: Joints that the robot does not have, sorted.
         silent: Channels that do not follow the skin.
+        swapped: Channels that stand in each other's place.
         unit: Of the newest reading.
         mode: What is shown.
         calibrated: Whether pressures and forces mean what they say.
@@ -66,6 +68,7 @@ class MeasuredFacts:
     unheard: int
     unknown_joints: tuple[str, ...]
     silent: tuple[SilentChannel, ...]
+    swapped: tuple[SwappedChannels, ...]
     unit: Unit | None
     mode: ValueMode
     calibrated: bool
@@ -119,6 +122,7 @@ class MeasuredSession:
             robot, self.map, SensorEffects(), settings=self._reading, depth=prepared.scene.layer.depth
         )
         self._matcher, self._health = TaxelMatcher(skin, table), ChannelHealth(skin, seconds=quiet_seconds)
+        self._swaps = SwapDetector(skin)
         self._joints = {joint.name: number for number, joint in enumerate(robot.joints)}
         zero = np.zeros(len(robot.joints))
         self._no_torque = zero
@@ -143,6 +147,7 @@ class MeasuredSession:
         """Forget contacts, values and time; calibration, baseline, map and settings stay."""
         self._contacts.reset()
         self._health.reset()
+        self._swaps.reset()
         self._values = self._baseline + self._calibration.offset
         self._raw = np.full(len(self._values), np.nan)
         self._sequence: int | None = None
@@ -296,6 +301,7 @@ class MeasuredSession:
             unheard=int((~matcher.heard).sum()),
             unknown_joints=tuple(sorted(self._unknown_joints)),
             silent=self._health.silent,
+            swapped=self._swaps.swapped,
             unit=self._unit,
             mode=self.mode,
             calibrated=self.units.force is not None,
@@ -359,6 +365,7 @@ class MeasuredSession:
             self._sequence = reading.sequence
             self._move(reading.joints, step)
             self._health.add(taxels, values, self._time)
+            self._swaps.add(self._raw, self._time)
             self._take_tare()
             self._take_weighing()
         self._readings += 1
@@ -488,6 +495,18 @@ def _recorded_mode(mode: ValueMode) -> Literal["raw", "baseline", "kPa"]:
             return "baseline"
         case ValueMode.PRESSURE:
             return "kPa"
+
+
+def swapped_texts(session: MeasuredSession, swapped: tuple[SwappedChannels, ...]) -> tuple[str, ...]:
+    """Swapped channels in words, module by module, like "module 14: 87012 with 87015"."""
+    by_module: dict[int | None, list[str]] = {}
+    skin = session.prepared.skin
+    for one in swapped:
+        names = [str(skin.taxel_name(taxel)) or f"taxel {taxel}" for taxel in (one.first, one.second)]
+        by_module.setdefault(one.module, []).append(" with ".join(names))
+    return tuple(
+        ("" if module is None else f"module {module}: ") + ", ".join(pairs) for module, pairs in by_module.items()
+    )
 
 
 def silent_text(session: MeasuredSession, silent: SilentChannel) -> str:

@@ -12,7 +12,7 @@ from app.core.errors import SimulationError, describe_unexpected_error
 from app.live.calibration import ValueMode, load_calibration, save_calibration
 from app.live.connection import Connection, ConnectionStatus
 from app.live.matching import load_matching
-from app.live.measured_session import MeasuredFacts, MeasuredSession, silent_text
+from app.live.measured_session import MeasuredFacts, MeasuredSession, silent_text, swapped_texts
 from app.live.prepare import as_measured
 from app.live.sources.open import SourceOptions, open_source
 from app.maps.tactile_map import TactileMap
@@ -87,6 +87,10 @@ class LiveInput:
     def status(self) -> ConnectionStatus:
         """Of the connection."""
         return self.connection.status
+
+    def swapped(self, facts: MeasuredFacts) -> tuple[str, ...]:
+        """The swapped channels among ``facts`` in words, module by module."""
+        return swapped_texts(self.session, facts.swapped)
 
     def facts(self) -> tuple[MeasuredFacts, tuple[str, ...]]:
         """What is known of the readings, and the silent channels in words."""

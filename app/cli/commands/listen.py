@@ -16,7 +16,7 @@ from app.core.errors import LiveError, UsageError
 from app.live.calibration import ValueMode, load_calibration, save_calibration
 from app.live.connection import Connection, ConnectionStatus
 from app.live.matching import load_matching
-from app.live.measured_session import MeasuredFacts, MeasuredSession, silent_text
+from app.live.measured_session import MeasuredFacts, MeasuredSession, silent_text, swapped_texts
 from app.live.prepare import prepare_measured
 from app.live.sources.open import SourceOptions, is_live, open_source
 from app.recording.recorder import Recorder
@@ -156,6 +156,7 @@ def _figures(status: ConnectionStatus, facts: MeasuredFacts, session: MeasuredSe
         "unknown_values": facts.unknown_values,
         "unknown_joints": list(facts.unknown_joints),
         "silent": [vars(one) for one in facts.silent],
+        "swapped": [vars(one) for one in facts.swapped],
     }
 
 
@@ -189,6 +190,9 @@ def _warnings(session: MeasuredSession, facts: MeasuredFacts, status: Connection
     if facts.silent:
         names = [silent_text(session, one) for one in facts.silent]
         yield f"{len(names)} channels do not change while their neighbours do: {_named(names)}"
+    if facts.swapped:
+        words = _named(list(swapped_texts(session, facts.swapped)))
+        yield f"{len(facts.swapped)} pairs of channels seem swapped: {words}"
     if facts.taring:
         yield "the readings ended before the skin was tared"
 

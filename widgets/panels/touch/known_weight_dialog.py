@@ -80,7 +80,7 @@ class KnownWeightDialog(QDialog):
         self.undo.setEnabled(weighing.undoable or weighing.left is not None)
         self.save.setEnabled(facts.calibrated)
         if weighing.left is not None:
-            text = f"Measuring, {weighing.left:.1f}\u2009s left"
+            text = f"Measuring, {weighing.left:.1f}\u2009s left" if weighing.left > 0 else "Waiting for a reading"
         elif error or weighing.problem:
             text = error or str(weighing.problem)
         elif facts.taring or not facts.tared:

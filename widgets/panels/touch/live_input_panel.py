@@ -128,7 +128,9 @@ class LiveInputPanel(Panel):
         self._mode.setCurrentIndex(list(_MODES).index(facts.mode))
         self._tare.setEnabled(not facts.taring)
         self._tare.setText("Taring…" if facts.taring else "Tare")
-        self._notes.setText("\n".join(filter(None, (self._error, *_notes(status, facts, silent)))))
+        self._notes.setText(
+            "\n".join(filter(None, (self._error, *_notes(status, facts, silent, self._input.swapped(facts)))))
+        )
         self._notes.setHidden(not self._notes.text())
 
     def _on_tare_clicked(self) -> None:
@@ -196,7 +198,9 @@ def _texts(status: ConnectionStatus, facts: MeasuredFacts, taxels: int) -> dict[
     }
 
 
-def _notes(status: ConnectionStatus, facts: MeasuredFacts, silent: tuple[str, ...]) -> list[str]:
+def _notes(
+    status: ConnectionStatus, facts: MeasuredFacts, silent: tuple[str, ...], swapped: tuple[str, ...]
+) -> list[str]:
     """What a person should know or do."""
     notes = [text for text in (status.problem, facts.problem, status.malformed) if text]
     if facts.readings and not facts.calibrated:
@@ -207,6 +211,8 @@ def _notes(status: ConnectionStatus, facts: MeasuredFacts, silent: tuple[str, ..
         notes.append(f"Joints that the robot does not have: {_named(facts.unknown_joints)}")
     if silent:
         notes.append(f"Channels that say nothing ({len(silent)}): {_named(silent)}")
+    if swapped:
+        notes.append(f"Channels that seem swapped ({len(facts.swapped)}): {_named(swapped)}")
     return notes
 
 

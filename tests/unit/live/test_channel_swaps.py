@@ -1,0 +1,74 @@
+"""Swapped channels of a module are found by their neighbours, and none where nothing is swapped or felt."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from app.live.channel_swaps import SwapDetector
+from app.skin.skin import Skin, TaxelIdentity
+from app.studies.testbeds.reference_bodies import flat_map
+
+SIDE, COUNT = 12, 144
+PLACES = np.stack(np.divmod(np.arange(COUNT), SIDE), axis=1)
+MODULES = (PLACES[:, 0] // 3) * 3 + PLACES[:, 1] // 4
+
+
+@cache
+def skin(*, modules=True):
+    (patch,) = flat_map(COUNT).skin.patches
+    identity = TaxelIdentity(modules=MODULES, channels=np.arange(COUNT)) if modules else TaxelIdentity()
+    return Skin((replace(patch, taxels=replace(patch.taxels, identity=identity)),))
+
+
+def found(order, *, touches=500, seed=0, modules=True):
+    """What is told of readings whose channels come in this order: round touches, gains off, noise."""
+    random, detector = np.random.default_rng(seed), SwapDetector(skin(modules=modules))
+    gains = 40 * (1 + 0.15 * random.normal(size=COUNT))
+    for number in range(touches):
+        away = ((PLACES - random.uniform(0, SIDE - 1, 2)) ** 2).sum(axis=1)
+        pressed = gains * np.clip(1 - away / 4, 0, None)
+        for step, share in enumerate((0.0, 0.6, 1.0, 0.4, 0.0)):
+            values = np.rint(20 + share * pressed + 0.7 * random.normal(size=COUNT))
+            detector.add(values[order], 0.5 * number + 0.1 * step)
+    return detector.swapped
+
+
+def swapped(*pairs):
+    order = np.arange(COUNT)
+    for one, other in pairs:
+        order[[one, other]] = order[[other, one]]
+    return order
+
+
+PAIRS = ((13, 27), (41, 64))
+
+
+def test_pairs_of_a_module_are_found_and_no_others():
+    told = found(swapped(*PAIRS))
+    assert [(one.first, one.second, one.module) for one in told] == [(13, 27, 0), (41, 64, MODULES[41])]
+    assert all(one.strength > 0.2 for one in told)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_where_nothing_is_swapped_nothing_is_told(seed):
+    assert found(np.arange(COUNT), seed=seed) == ()
+
+
+def test_few_touches_are_not_enough():
+    assert found(swapped(*PAIRS), touches=15) == ()
+
+
+def test_without_modules_near_taxels_are_compared():
+    (one,) = found(swapped((64, 66)), modules=False)
+    assert (one.first, one.second, one.module) == (64, 66, None)
+
+
+def test_a_finger_that_rests_and_a_drift_say_nothing():
+    detector, random = SwapDetector(skin()), np.random.default_rng(0)
+    for number in range(600):
+        detector.add(20 + 0.01 * number + 30 * (MODULES == 4) + random.normal(size=COUNT), 0.1 * number)
+    assert detector.swapped == ()
