@@ -26,7 +26,7 @@ from widgets.robot_view.camera import CameraRay, Viewpoint, framing
 from widgets.robot_view.contact_marks import ContactMarks
 from widgets.robot_view.object_actors import ObjectActors, floor_grid
 from widgets.robot_view.opening_view import initial_direction, places_of_interest
-from widgets.robot_view.skin_actors import SkinActors
+from widgets.robot_view.skin_actors import PEELED, SkinActors
 from widgets.robot_view.surface_marks import MATTE, polydata, set_matrix
 from widgets.robot_view.tool_and_task_marks import EditToolMarks, TaskMarks
 
@@ -230,10 +230,11 @@ class RobotScene:
         self.skin.morph(share)
         for marks in (self._edit_marks, self._task_marks):
             marks.hide(hidden=share > 0)
+        gone = _FADE * min(share / PEELED, 1.0)  # before the skin is laid flat, which would lead through the links
         for actor in self._bodies:
-            actor.prop.opacity = 1.0 - _FADE * share
+            actor.prop.opacity = 1.0 - gone
             actor.prop.culling = "back" if share > 0 else "none"  # a shadow has no inside
-        self._objects.fade(_FADE * share)
+        self._objects.fade(gone)
         self._move()
         self._colour()
         self._mark()

@@ -1,8 +1,9 @@
 """The skin on the body: coloured by touch, bare, or textured with the map's picture; on the way to flat too.
 
 ``TexturedSkin`` has the same pixels on the body as on the map, and all places in between: ``share`` runs from 0, on the
-body, to 1, where every patch lies flat in a plane of the world; on the way each point goes straight from the one to the
-other. The touch is in the picture, so it goes with it.
+body, to 1, where every patch lies flat in a plane of the world. First each point comes off the body along its normal,
+so that nothing sinks into the link; then it goes straight to its place on the map. The touch is in the picture, so it
+goes with it.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 import pyvista as pv
 
 from app.core.arrays import FloatArray, IntArray
-from app.geometry.mesh import SurfacePoint
+from app.geometry.mesh import Mesh, SurfacePoint
 from app.maps.tactile_image import vertex_weights
 from app.maps.tactile_map import TactileMap
 from app.session.prepare import PreparedScene
@@ -23,6 +24,16 @@ from widgets.document.taxel_selection import TAXEL_COLOURS
 from widgets.overlays.body_overlays import SkinTexture
 from widgets.robot_view.camera import CameraRay
 from widgets.robot_view.surface_marks import MATTE, TaxelMarkers, polydata, set_matrix
+
+PEELED = 0.1
+"""The share at which the skin has come off the body and begins to be laid flat."""
+_PEEL = 0.08
+"""How far it comes off, as a share of its patch's size."""
+
+
+def peel_height(surface: Mesh) -> float:
+    """How far a patch comes off its body before it is laid flat [m]."""
+    return _PEEL * float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
 
 
 class TexturedSkin:
@@ -38,6 +49,7 @@ class TexturedSkin:
         self._plotter, self._picture, self._flat = plotter, picture, prepared.map.uv
         self._faces = [chart.faces for chart in prepared.map.charts]
         self._links = [prepared.robot.link_index[patch.link] for patch in prepared.skin.patches]
+        self._heights = [peel_height(patch.surface) for patch in prepared.skin.patches]
         height, width = picture.pixels.shape
         self._image = pv.ImageData(dimensions=(width, height, 1))
         self._image.point_data["picture"] = np.zeros((height * width, 3), np.uint8)
@@ -81,7 +93,7 @@ class TexturedSkin:
             points, normals = self._body_surfaces[number]
             places = self._flat[number]
             mesh.points[:], mesh.point_data["Normals"][:] = morphed(
-                points, normals, places, poses[self._links[number]], plane, share
+                points, normals, places, poses[self._links[number]], plane, share, self._heights[number]
             )
             mesh.GetPoints().Modified()
             mesh.GetPointData().GetNormals().Modified()
@@ -103,9 +115,15 @@ class TexturedSkin:
 
 
 def morphed(
-    points: FloatArray, normals: FloatArray, places: FloatArray, pose: FloatArray, plane: FloatArray, share: float
+    points: FloatArray,
+    normals: FloatArray,
+    places: FloatArray,
+    pose: FloatArray,
+    plane: FloatArray,
+    share: float,
+    height: float,
 ) -> tuple[FloatArray, FloatArray]:
-    """Where places of the skin are on their straight way from the body to the flat map, and their normals.
+    """Where places of the skin are on their way from the body, outwards and then straight to the flat map; normals.
 
     Args:
         points: (k, 3) on the body [m], link frame.
@@ -114,15 +132,17 @@ def morphed(
         pose: (4, 4) ``T_world_link``.
         plane: (4, 4) ``T_world_map``.
         share: 0 on the body, 1 on the map.
+        height: How far they come off the body first [m].
 
     Returns:
         Positions (k, 3) [m] and unit normals (k, 3), world frame.
     """
     flat = places @ plane[:3, :2].T + plane[:3, 3]
-    here = points @ pose[:3, :3].T + pose[:3, 3]
-    turned = (1 - share) * (normals @ pose[:3, :3].T) + share * plane[:3, 2]
+    outward, way = normals @ pose[:3, :3].T, max(share - PEELED, 0.0) / (1 - PEELED)
+    here = points @ pose[:3, :3].T + pose[:3, 3] + min(share / PEELED, 1.0) * height * outward
+    turned = (1 - way) * outward + way * plane[:3, 2]
     length = np.linalg.norm(turned, axis=1, keepdims=True)
-    return here + share * (flat - here), turned / np.maximum(length, 1e-9)
+    return here + way * (flat - here), turned / np.maximum(length, 1e-9)
 
 
 def ray_mesh_intersection(
@@ -285,11 +305,14 @@ class SkinActors:
         skin = self._prepared.skin
         flat = self._prepared.map.to_map(at)
         position, normal = skin.position(at)[None], skin.normal(at)[None]
-        where, normals = morphed(position, normal, flat[None], poses[self._links[at.patch]], plane, self.share)
+        height = peel_height(skin.patches[at.patch].surface)
+        pose = poses[self._links[at.patch]]
+        where, normals = morphed(position, normal, flat[None], pose, plane, self.share, height)
         return where[0], normals[0]
 
     def _taxels_at(self, number: int, poses: FloatArray, plane: FloatArray) -> tuple[FloatArray, FloatArray]:
         skin = self._prepared.skin
         felt, own = skin.patches[number].taxels, slice(*skin.first[number : number + 2])
         flat = self._prepared.map.taxel_points[own]
-        return morphed(felt.positions, felt.normals, flat, poses[self._links[number]], plane, self.share)
+        height = peel_height(skin.patches[number].surface)
+        return morphed(felt.positions, felt.normals, flat, poses[self._links[number]], plane, self.share, height)

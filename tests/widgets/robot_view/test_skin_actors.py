@@ -19,7 +19,7 @@ from tests.widgets.support.window_driver import run, visible_skin
 from widgets.common.tool_kinds import SELECT_BOX, SelectionMode
 from widgets.document.taxel_selection import SelectionUpdate
 from widgets.robot_view.camera import CameraRay
-from widgets.robot_view.skin_actors import morphed, ray_mesh_intersection
+from widgets.robot_view.skin_actors import PEELED, morphed, ray_mesh_intersection
 
 LEFT = Qt.MouseButton.LeftButton
 
@@ -90,12 +90,26 @@ def test_at_the_end_the_skin_lies_as_on_the_map_facing_the_eye(still):
     np.testing.assert_allclose(plane[:3, :2].T, [right, up], atol=1e-9)
 
 
-def test_half_way_each_corner_is_half_way_between_body_and_map(still):
-    bodies = on_body(still)
+def test_the_skin_comes_off_the_body_before_it_goes_straight_to_the_map(still):
+    """At no share is it in the link while that can be seen: outwards by its normals, the links fading, then flat."""
+    scene, bodies = still.robot_view.display.scene, on_body(still)
+    outward = []
+    prepared = still.live.prepared
+    for patch, chart in zip(prepared.skin.patches, prepared.map.charts, strict=True):
+        pose = scene.poses[prepared.robot.link_index[patch.link]]
+        outward.append(patch.surface.vertex_normals[chart.vertex_of] @ pose[:3, :3].T)
+    for share in (0.01, 0.03, PEELED):
+        lay(still, share)
+        for near, there, normal in zip(points(still), bodies, outward, strict=True):
+            height = np.einsum("kd,kd->k", near - there, normal)
+            assert height.min() > 0.0005
+            np.testing.assert_allclose(near, there + height[:, None] * normal, atol=1e-6)
+    assert all(actor.prop.opacity < 0.1 for actor in scene._bodies), "from here on it may go through them"
+    peeled = points(still)
     lay(still, 1.0)
     flats = points(still)
-    lay(still, 0.5)
-    for half, flat, there in zip(points(still), flats, bodies, strict=True):
+    lay(still, 0.55)
+    for half, flat, there in zip(points(still), flats, peeled, strict=True):
         np.testing.assert_allclose(half, 0.5 * (flat + there), atol=1e-6)
 
 
@@ -116,7 +130,7 @@ def test_normals_stay_of_length_one_all_the_way(still):
     patch, chart = prepared.skin.patches[0], prepared.map.charts[0]
     places, normals = patch.surface.vertices[chart.vertex_of], patch.surface.vertex_normals[chart.vertex_of]
     for share in (0.0, 0.3, 1.0):
-        _, turned = morphed(places, normals, prepared.map.uv[0], np.eye(4), np.eye(4), share)
+        _, turned = morphed(places, normals, prepared.map.uv[0], np.eye(4), np.eye(4), share, 0.01)
         np.testing.assert_allclose(np.linalg.norm(turned, axis=1), 1, atol=1e-9)
     assert np.allclose(turned, [0, 0, 1])
 
@@ -144,14 +158,17 @@ def test_live_touch_goes_with_the_skin(still, qtbot, share):
 
 def test_the_robot_that_moves_takes_the_half_laid_skin_along(window, qtbot):
     run(window, 0.1)
-    lay(window, 0.5)
-    frame = window.live.runner.session.frame
-    bodies, halves = on_body(window), points(window)
+    lay(window, PEELED)
+    peeled = points(window)
+    lay(window, 0.55)
+    frame, halves = window.live.runner.session.frame, points(window)
     with qtbot.waitSignal(window.robot_view.display.drawn, timeout=5000):
         window.views.show_frame(replace(frame, posture=frame.posture + 0.2))
-    moved = [now - then for now, then in zip(on_body(window), bodies, strict=True)]
+    after = points(window)
+    lay(window, PEELED)
+    moved = [now - then for now, then in zip(points(window), peeled, strict=True)]
     assert max(np.abs(step).max() for step in moved) > 0.01
-    for now, then, step in zip(points(window), halves, moved, strict=True):
+    for now, then, step in zip(after, halves, moved, strict=True):
         np.testing.assert_allclose(now - then, 0.5 * step, atol=1e-6)
 
 
