@@ -28,8 +28,9 @@ class Fingers:
     the spring gives back what it took: a tip pinned sideways as well would act from afar once the arm has turned away
     and feed it energy (measured: 0.6 J became 50 J within 6 s).
 
-    Pressing an id that is down presses there afresh; moving or releasing one that is not down does nothing, since a
-    release may cross a reset.
+    Pressing an id that is down presses there afresh; pressing it where it is with another finger changes how it
+    presses, from the depth it has. Moving or releasing one that is not down does nothing, since a release may cross a
+    reset.
 
     Args:
         model: The compiled model.
@@ -81,7 +82,7 @@ class Fingers:
         if isinstance(poke, PokeReleased):
             self._down.pop(poke.id, None)
         elif isinstance(poke, PokePressed):
-            self._down[poke.id] = self._touch(data, poke.at, poke.finger)
+            self._down[poke.id] = self._pressed(data, poke)
         elif poke.id in self._down:
             old = self._down[poke.id]
             touch = self._touch(data, poke.at, old.finger)
@@ -126,6 +127,15 @@ class Fingers:
         """Everything about the fingers that the future depends on, as one vector, for comparing runs."""
         rows = [[number, *touch.numbers()] for number, touch in self._down.items()]
         return np.array(rows, dtype=np.float64).ravel()
+
+    def _pressed(self, data: mujoco.MjData, poke: PokePressed) -> _Touch:
+        touch, old = self._touch(data, poke.at, poke.finger), self._down.get(poke.id)
+        if old is not None and old.at == poke.at and old.finger != poke.finger:
+            old.follow(data)
+            limit = poke.finger.max_force
+            touch.depth = min(old.depth, limit / poke.finger.stiffness)
+            touch.force = min(old.force, limit)
+        return touch
 
     def _touch(self, data: mujoco.MjData, at: SurfacePoint, finger: Finger) -> _Touch:
         check_place(self._skin, at)

@@ -552,6 +552,8 @@ MOUSE_GESTURES = (
     ("Double-click beside robot or map", "frame all"),
     ("Press the skin or the map", "poke; force grows while held"),
     ("Drag along it", "stroke"),
+    ("Shift-click the skin or the map", "leave a finger there; the Contacts panel types its force and takes it away"),
+    ("Right-click", "what can be done with what is there: poke, target, path, plot, frame, hide, copy"),
     ("Escape", "release the poke, cancel a selection being drawn, or select none"),
     ("Click, or drag around, with Select", "select taxels, on the map or on the body"),
     ("Drag a patch with Arrange", "move it; its corners scale, its handle rotates; Ctrl does not snap"),

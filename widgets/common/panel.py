@@ -6,8 +6,6 @@ a combo box for a column of many: words and a chevron, with a frame only under t
 
 from __future__ import annotations
 
-import math
-
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import (
     QFont,
@@ -35,6 +33,7 @@ from PySide6.QtWidgets import (
 from app.session.frame import Frame
 from app.session.prepare import PreparedScene
 from widgets.common.colours import Theme
+from widgets.common.number_field import NumberField
 from widgets.common.wheel_guard import guard_wheel
 
 _HEADING_CHEVRON = 4.0
@@ -209,7 +208,7 @@ class _ClickableLabel(QLabel):
 
 
 class LabelledSlider(QWidget):
-    """A name, a slider over a range, and the value with its unit."""
+    """A name, a slider over a range, and the value with its unit, which can be typed."""
 
     value_changed = Signal(float)
     rested = Signal(float)
@@ -221,10 +220,11 @@ class LabelledSlider(QWidget):
         self, text: str, unit: str, low: float, high: float, step: float, tip: str, parent: QWidget | None = None
     ) -> None:
         super().__init__(parent)
-        self._unit, self._low, self._high, self._step = unit, low, high, step
+        self._low, self._high, self._step = low, high, step
         self._number = low
         self._rest: float | None = low  # last told; None for mixed values
-        self._name, self._value = _ClickableLabel(text, self), value_label("", self, right=True)
+        self._name, self._value = _ClickableLabel(text, self), NumberField(text, unit, low, high, step, tip, self)
+        self._value.valueChanged.connect(self._on_typed)
         self._slider = QSlider(Qt.Orientation.Horizontal, self)
         self._slider.setRange(0, round((high - low) / step))
         self._slider.setAccessibleName(text)
@@ -240,7 +240,7 @@ class LabelledSlider(QWidget):
         self._quiet.setInterval(_SETTLE_MS)
         self._quiet.timeout.connect(self._on_rested)
         top = QHBoxLayout()
-        top.addWidget(self._name)
+        top.addWidget(self._name, 1)
         top.addWidget(self._value)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
@@ -273,7 +273,7 @@ class LabelledSlider(QWidget):
         """Show that there is no one value; the handle waits in the middle."""
         self.set_value(0.5 * (self._low + self._high))
         self._rest = None
-        self._value.setText(MIXED_VALUES)
+        self._value.show_words(MIXED_VALUES)
         self._slider.setAccessibleDescription("several values")
 
     def set_default_tip(self, words: str) -> None:
@@ -292,6 +292,12 @@ class LabelledSlider(QWidget):
         if not self._slider.isSliderDown():
             self._quiet.start()
 
+    def _on_typed(self, number: float) -> None:
+        self.set_value(number)
+        self._rest = None
+        self.value_changed.emit(number)
+        self._on_rested()
+
     def _on_rested(self) -> None:
         self._quiet.stop()
         if self._number != self._rest:
@@ -299,9 +305,7 @@ class LabelledSlider(QWidget):
             self.rested.emit(self._number)
 
     def _show(self) -> None:
-        decimals = max(0, len(f"{self._step:.3f}".rstrip("0").split(".")[1]))
-        number = f"{self._number:.{decimals}f}" if math.isfinite(self._number) else "∞"
-        self._value.setText(f"{number}\u2009{self._unit}" if self._unit else number)
+        self._value.show_number(self._number)
         self._slider.setAccessibleDescription(self._value.text())
 
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
-from PySide6.QtCore import Qt, QTimer, Signal
+from PySide6.QtCore import QPoint, QPointF, Qt, QTimer, Signal
 from PySide6.QtWidgets import QHBoxLayout, QSplitter, QVBoxLayout, QWidget
 
 from app.control.command import ControlSettings
@@ -51,6 +52,10 @@ class LinkedViews(QWidget):
     read_out = Signal(str)
     """What is under the pointer: patch, taxel, pressure and place; empty for nothing."""
 
+    menu_requested = Signal(object, QPoint)
+    """The right button was clicked in either view: the PointedAt there, and the place on the screen."""
+    latch_requested = Signal(object)
+    """A finger is to stay at a SurfacePoint."""
     overlays_changed = Signal(object)
     """Other OverlayOptions are shown."""
     selection_told = Signal(str)
@@ -92,6 +97,8 @@ class LinkedViews(QWidget):
             view.cleared.connect(self.selection.clear)
             view.hovered.connect(other.set_hover)
             view.interaction.space_tapped.connect(self.space_tapped)
+            view.interaction.latch_requested.connect(self.latch_requested)
+            view.interaction.menu_requested.connect(partial(self._on_menu_requested, view))
             view.hovered.connect(self._on_hovered)
 
     def _lay_out(self) -> None:
@@ -246,10 +253,26 @@ class LinkedViews(QWidget):
             self.map.frame_taxels(taxels)
             self.robot.display.look_at(prepared.skin.taxel_point(int(taxels[0])))
 
+    def select_taxel(self, taxel: int) -> None:
+        """Select this taxel and no other."""
+        self.selection.take(SelectionUpdate(np.array([taxel]), SelectionMode.REPLACE))
+
+    def frame_patch(self, at: SurfacePoint) -> None:
+        """Both look at the patch of a place of the skin, from above that place."""
+        prepared = self.robot.display.prepared
+        if prepared is not None:
+            first, last = prepared.skin.first[at.patch : at.patch + 2]
+            if last > first:
+                self.map.frame_taxels(np.arange(first, last))
+            self.robot.display.look_at(at)
+
     def set_theme(self, theme: Theme) -> None:
         """Take another theme."""
         for part in (self.robot.display, self.map, self.bar):
             part.set_theme(theme)
+
+    def _on_menu_requested(self, view: RobotView | MapView, pixel: QPointF) -> None:
+        self.menu_requested.emit(view.pointed_at(pixel), view.mapToGlobal(pixel.toPoint()))
 
     def _on_maximum_changed(self, kilopascals: float) -> None:
         self.scale = PressureScale(kilopascals)

@@ -29,6 +29,7 @@ from app.session.prepare import PreparedScene
 from widgets.common.colours import PressureScale, Theme
 from widgets.common.placeholder_card import CardTexts, PlaceholderCard
 from widgets.common.tool_kinds import ToolKind
+from widgets.interaction.pointed_at import PointedAt
 from widgets.interaction.poke_gesture import Panned
 from widgets.interaction.select_gesture import Pixel, paint_rubber_band
 from widgets.interaction.view_interaction import ViewInteraction
@@ -244,6 +245,10 @@ class MapView(QGraphicsView):
             return None
         place = self.scene_point(pixel)
         return self._picture.hit(place.x(), place.y())
+
+    def pointed_at(self, pixel: QPointF) -> PointedAt:
+        """What is under a pixel."""
+        return PointedAt(self.point_at(pixel))
 
     def hit_at(self, pixel: QPointF, at: SurfacePoint | None) -> PointerHit | None:
         """What a tool is told of a pixel over ``at``; None without a map, and under a message."""

@@ -14,6 +14,7 @@ from widgets.presenters.files.file_presenter import FilePresenter
 from widgets.presenters.files.map_file_presenter import MapFilePresenter
 from widgets.presenters.map_edit_presenter import MapEditPresenter
 from widgets.presenters.notification_presenter import NotificationPresenter
+from widgets.presenters.pointing_presenter import PointingPresenter
 from widgets.presenters.session.accuracy_presenter import AccuracyPresenter
 from widgets.presenters.session.effects_presenter import EffectsPresenter
 from widgets.presenters.session.replay_past import ReplayPast
@@ -41,6 +42,7 @@ class Presenters:
     session: SessionPresenter
     replay_past: ReplayPast
     notification: NotificationPresenter
+    pointing: PointingPresenter
     touch_script: TouchScriptPresenter
     control_tools: ControlToolsPresenter
     control: ControlPresenter
@@ -73,6 +75,7 @@ def build(context: AppContext, parent: QWidget) -> Presenters:
         session=SessionPresenter(context, parent),
         replay_past=ReplayPast(context, parent),
         notification=NotificationPresenter(context, parent),
+        pointing=PointingPresenter(context, tools, parent),
         touch_script=TouchScriptPresenter(context, effects, parent),
         control_tools=ControlToolsPresenter(context, tools, parent),
         control=ControlPresenter(context, parent),

@@ -51,6 +51,11 @@ class SkinPicker:
                 return None
         return found
 
+    def bare_body(self, ray: CameraRay, poses: FloatArray) -> int | None:
+        """The link, or the object behind the links, that the ray meets first; None where it meets nothing."""
+        hits = [(caster.first_hit(*_local(ray, poses[body])), body) for body, caster in self._bare]
+        return min(((hit.distance, body) for hit, body in hits if hit is not None), default=(0.0, None))[1]
+
     def distance(self, ray: CameraRay, poses: FloatArray) -> float:
         """How far along the ray [m] it first meets anything; infinite where it meets nothing."""
         hits = (caster.first_hit(*_local(ray, poses[link])) for link, caster in (*self._skin, *self._bare))

@@ -20,7 +20,7 @@ from widgets.common.colours import PressureScale, Theme
 from widgets.interaction.select_gesture import RubberBand
 from widgets.overlays.body_overlays import NO_MARKS, SkinTexture, ToolMarks
 from widgets.overlays.task_overlay import NO_TASK, TaskOverlay
-from widgets.robot_view.camera import Viewpoint, look_from
+from widgets.robot_view.camera import Viewpoint, framing, look_from
 from widgets.robot_view.caption_overlay import CaptionOverlay, Captions, ForceCaption
 from widgets.robot_view.contact_marks import arrow_legend, ring_radius
 from widgets.robot_view.plotter_widget import RenderScheduler, make_canvas
@@ -169,6 +169,17 @@ class RobotDisplay(QObject):
             point, normal = shown
             view = self.scene.viewpoint
             self.look(look_from(replace(view, eye=view.eye + point - view.focus, focus=point), normal))
+
+    def frame_body(self, number: int) -> None:
+        """Look at a link, or at an object behind the links, from the side it is seen from now."""
+        if self.prepared is None:
+            return
+        links, pose = self.prepared.robot.links, self.scene.body_poses[number]
+        mesh = links[number].mesh if number < len(links) else self.prepared.objects[number - len(links)].mesh
+        if mesh is not None and len(mesh.vertices):
+            points = mesh.vertices @ pose[:3, :3].T + pose[:3, 3]
+            view, aspect = self.scene.viewpoint, self.size[0] / max(self.size[1], 1)
+            self.look(framing(points, view.eye - view.focus, aspect, view_angle=view.view_angle, fill=0.5))
 
     def pixel_of(self, at: SurfacePoint) -> QPointF:
         """Where a place on the skin is in this view now [px]; it may be hidden behind something.

@@ -18,6 +18,7 @@ from app.session.prepare import PreparedScene
 from widgets.common.colours import PressureScale, Theme
 from widgets.common.placeholder_card import CardTexts, PlaceholderCard
 from widgets.common.tool_kinds import ToolKind
+from widgets.interaction.pointed_at import PointedAt
 from widgets.interaction.poke_gesture import Panned
 from widgets.interaction.select_gesture import Pixel
 from widgets.interaction.view_interaction import ViewInteraction
@@ -200,6 +201,15 @@ class RobotView(QWidget):
         scene = self.display.scene
         ray = scene.viewpoint.ray((pixel.x(), pixel.y()), self.display.size)
         return scene.pick_flat(ray) if scene.morphed else self._picker.pick(ray, scene.body_poses)
+
+    def pointed_at(self, pixel: QPointF) -> PointedAt:
+        """What is under a pixel: skin, or else the link or object there."""
+        at = self.point_at(pixel)
+        scene = self.display.scene
+        if at is not None or self._picker is None or self.card.isVisible() or scene.morphed:
+            return PointedAt(at)
+        ray = scene.viewpoint.ray((pixel.x(), pixel.y()), self.display.size)
+        return PointedAt(None, self._picker.bare_body(ray, scene.body_poses))
 
     def hit_at(self, pixel: QPointF, at: SurfacePoint | None) -> PointerHit | None:
         """What a tool is told of a pixel over ``at``; None without a robot, and under a message."""

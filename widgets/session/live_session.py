@@ -127,6 +127,7 @@ class LiveSession(QObject):
         self._replay: Replay | None = None
         self._was_paused = False  # the run, before the recording that is replayed
         self._shown: Frame | None = None
+        self._held = HAND  # the id given last to a finger that stays
         self.live_input: LiveInput | None = None
         self._recording_writer = backends.recording_writer()
         self._server: LiveServer | None = None
@@ -170,6 +171,16 @@ class LiveSession(QObject):
     def prepared(self) -> PreparedScene | None:
         """The scene that is shown, live or replayed."""
         return None if self.source is None else self.source.prepared
+
+    @property
+    def shown(self) -> Frame | None:
+        """The frame that is shown; None before the first."""
+        return self._shown
+
+    @property
+    def simulating(self) -> bool:
+        """Whether what is shown is a simulation that runs: it can be touched."""
+        return self._shown_run is not None and self.live_input is None
 
     @property
     def runner(self) -> SessionRunner | None:
@@ -386,6 +397,28 @@ class LiveSession(QObject):
     def release(self) -> None:
         """It lifts."""
         self._submit(PokeReleased(HAND))
+
+    def hold_finger(self, at: SurfacePoint, force: float) -> None:
+        """A finger presses with ``force`` [N] and stays until it is taken away, or the scene starts again."""
+        used = [poke.id for poke in self._shown.pokes] if self._shown is not None else []
+        self._held = max([self._held, HAND, *used]) + 1
+        if self._submit(PokePressed(self._held, at, replace(self.finger, max_force=force))):
+            self.touched.emit()
+
+    def set_held_force(self, number: int, force: float) -> None:
+        """The finger of this id presses with ``force`` [N] from the next tick on, where it is."""
+        pokes = () if self._shown is None else self._shown.pokes
+        for poke in pokes:
+            if poke.id == number:
+                self._submit(PokePressed(number, poke.at, replace(self.finger, max_force=force)))
+
+    def take_finger_away(self, number: int) -> None:
+        """The finger of this id lifts."""
+        self._submit(PokeReleased(number))
+
+    def set_finger(self, finger: Finger) -> None:
+        """The mouse presses with this finger from the next press on."""
+        self.finger = finger
 
     def set_settings(self, settings: ControlSettings) -> None:
         """Change the controller, at the next tick."""

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QLabel
+from PySide6.QtWidgets import QApplication, QDoubleSpinBox, QLabel
 
 from app.control.command import ControlSettings
 from app.control.limits import Limit, LimitKind
@@ -41,9 +41,10 @@ def shown(qtbot, panel):
 
 
 def texts(panel):
-    """All words of a panel that can be seen."""
+    """All words and numbers of a panel that can be seen."""
     QApplication.processEvents()  # what was laid out just now is shown with the next events
-    return [label.text() for label in panel.findChildren(QLabel) if label.isVisible() and label.text()]
+    parts = [part for kind in (QLabel, QDoubleSpinBox) for part in panel.findChildren(kind)]
+    return [part.text() for part in parts if part.isVisible() and part.text()]
 
 
 @pytest.fixture
@@ -303,3 +304,23 @@ def test_times_follow_the_work_and_say_real_time(qtbot, touched):
     assert panel.findChild(QLabel, "timing-factor").text() == "0.97×"
     panel.clear()
     assert panel.findChild(QLabel, f"timing-{VIEW_STAGE}").text() == "–"
+
+
+def test_a_number_beside_a_slider_can_be_typed_within_its_limits(qtbot):
+    slider = shown(qtbot, LabelledSlider("Gain", "N", 0.0, 10.0, 0.5, "tip"))
+    got, rested = [], []
+    slider.value_changed.connect(got.append)
+    slider.rested.connect(rested.append)
+    field = slider._value
+    field.setFocus()
+    field.selectAll()
+    QTest.keyClicks(field, "7.2")
+    assert got == [], "not at every letter"
+    QTest.keyClick(field, Qt.Key.Key_Return)
+    assert (got, rested, slider.value) == ([7.2], [7.2], 7.2)
+    assert slider._slider.value() == 14
+    field.selectAll()
+    QTest.keyClicks(field, "99")
+    QTest.keyClick(field, Qt.Key.Key_Return)
+    assert slider.value <= 10.0
+    assert "0 to 10" in field.toolTip()

@@ -25,6 +25,7 @@ from app.session.frame import Frame
 from app.session.prepare import PreparedScene
 from widgets.common.panel import FlatComboBox, Panel, value_label
 from widgets.document.taxel_selection import TaxelSelection, region_colour
+from widgets.panels.touch.held_fingers import HeldFingers
 
 _REFUSALS = {
     EstimateRefusal.RANK: "the effective rank is too low, because the cover is too deep or the noise too high",
@@ -317,6 +318,8 @@ class ContactsPanel(Panel):
         self._told.setObjectName("contacts-estimate")
         self._told.setToolTip(_ESTIMATE_TIP)
         self._told.setAlignment(Qt.AlignmentFlag.AlignTop)
+        self.fingers = HeldFingers(self)
+        self.column.addWidget(self.fingers)
         self.reading = EstimationControls(self)
         self.reading.reading_edited.connect(self._on_reading_edited)
         self.column.addWidget(self.reading)
@@ -341,6 +344,7 @@ class ContactsPanel(Panel):
     def set_editable(self, *, editable: bool) -> None:
         """Let a person change how contacts are read, or not; they may be selected anyhow."""
         self.reading.setEnabled(editable)
+        self.fingers.setEnabled(editable)
 
     def follow(self, selection: TaxelSelection) -> None:
         """Select there, and highlight what is selected there, from now on."""
@@ -356,11 +360,13 @@ class ContactsPanel(Panel):
 
     def show_prepared(self, prepared: PreparedScene) -> None:
         """Another scene: what was shown is over."""
+        self.fingers.show_skin(prepared.skin)
         self.clear()
 
     def show_frame(self, frame: Frame) -> None:
         """The strongest regions of a frame, and the selected one."""
         self._regions, self._estimates = frame.regions, frame.estimates
+        self.fingers.show_frame(frame)
         if frame.units is not self._units:
             self._use_units(frame.units)
         if not frame.regions:

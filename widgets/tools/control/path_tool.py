@@ -109,6 +109,13 @@ class PathTool(ControlTool):
             self._point_at(self._meant(place))
             self._redraw()
 
+    def start_at(self, point: FloatArray) -> None:
+        """Begin another path at a map point (2,); clicks add its corners."""
+        self.cancel()
+        self._sketch = PathSketch(self._settings_editor.settings.path_kind, point)
+        self._sketch.release(1e-3, 0.0)
+        self._redraw()
+
     def finish(self) -> None:
         """What is drawn is the path from now on; with one corner there is none yet."""
         if self._sketch is not None and self._sketch.can_end:

@@ -242,6 +242,11 @@ class PinTool(MapEditTool):
         else:
             self._ask(partial(unpin, wanted=wanted))
 
+    def remove_at(self, pin: SurfacePoint) -> None:
+        """Take out the pin at a place of the body."""
+        self._choose([pin])
+        self.remove()
+
     def select_pinned(self) -> None:
         """Select all pins of the selected patches, or of all where none is selected."""
         document = self._document

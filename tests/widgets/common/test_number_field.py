@@ -1,0 +1,34 @@
+"""A number that is typed: what is shown of values beyond its limits, and when it is told."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+
+from widgets.common.number_field import NumberField, decimals_of
+
+
+@pytest.mark.parametrize(("step", "digits"), [(1.0, 0), (0.5, 1), (0.05, 2), (10.0, 0)])
+def test_the_step_gives_the_digits(step, digits):
+    assert decimals_of(step) == digits
+
+
+def test_what_is_in_force_is_shown_as_it_is_and_only_numbers_within_can_be_typed(qtbot):
+    field = NumberField("Force", "N", 1.0, 5.0, 0.5, "How hard")
+    qtbot.addWidget(field)
+    told = []
+    field.valueChanged.connect(told.append)
+    for number, text in ((3.0, "3.0\u2009N"), (25.0, "25.0\u2009N"), (math.inf, "∞"), (0.0, "0.0\u2009N")):
+        field.show_number(number)
+        assert field.text() == text
+    assert told == []
+    field.show_number(3.0)
+    field.selectAll()
+    QTest.keyClicks(field, "4.5")
+    QTest.keyClick(field, Qt.Key.Key_Return)
+    assert told == [4.5]
+    field.show_words("—")
+    assert field.text() == "—"

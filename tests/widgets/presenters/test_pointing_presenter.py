@@ -1,0 +1,168 @@
+"""Right clicks in the real window: what is offered, the same in both views, and fingers that stay."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QMenu
+
+from app.recording.player import RecordingPlayer
+from app.recording.verify import verify
+from tests.widgets.support.window_driver import run, visible_skin
+from widgets.presenters.pointing_presenter import POINTED_ACTIONS
+
+RIGHT, LEFT, SHIFT = Qt.MouseButton.RightButton, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.ShiftModifier
+
+
+@pytest.fixture
+def window(window_again):
+    """With nobody touching it."""
+    return window_again
+
+
+def right_click(window, view, pixel):
+    """The menu there as names by text; nothing where none opens."""
+    target = window.robot_view.display.canvas.widget if view == "robot" else window.map_view.viewport()
+    window.presenters.pointing.menu = None
+    QTest.mouseClick(target, RIGHT, Qt.KeyboardModifier.NoModifier, pixel)
+    return window.presenters.pointing.menu
+
+
+def names(menu):
+    return [] if menu is None else [entry.objectName().removeprefix("pointed-") for entry in menu.actions()]
+
+
+def choose(menu, name):
+    entry = menu.findChild(object, f"pointed-{name}")
+    menu.close()
+    entry.trigger()
+    QApplication.processEvents()
+
+
+def pixels(window):
+    """The same place of the skin in both views."""
+    at, pixel = visible_skin(window)
+    return at, {"robot": pixel, "map": window.map_view.pixel_of(at).toPoint()}
+
+
+def held(window):
+    return {poke.id: poke for poke in window.live.shown.pokes if poke.id > 1}
+
+
+pytestmark = pytest.mark.qt_log_ignore("This plugin does not support")
+
+
+def test_both_views_offer_the_same_of_the_same_place(window):
+    _, places = pixels(window)
+    offered = {view: names(right_click(window, view, pixel)) for view, pixel in places.items()}
+    window.findChild(QMenu, "pointed-menu").close()
+    assert offered["robot"] == offered["map"] == ["poke", "target", "path", "plot", "frame", "hide", "copy"]
+    assert names(right_click(window, "robot", QPoint(4, 4))) == [], "there is nothing in the corner"
+
+
+def test_a_finger_stays_while_gains_move_and_is_changed_typed_and_taken_away(window, tmp_path):
+    _at, places = pixels(window)
+    window.live.start_recording(tmp_path / "held.mcap")
+    window.presenters.pointing.fingers.held.setValue(2.0)
+    choose(right_click(window, "robot", places["robot"]), "poke")
+    run(window, 0.6)
+    (number,) = held(window)
+    assert held(window)[number].force == pytest.approx(2.0, abs=0.3)
+    window.column["controller"].sliders.by_name["stiffness"]._value.setValue(20.0)
+    run(window, 0.2)
+    assert window.live.runner.session.settings.stiffness == 20.0
+    assert number in held(window), "nobody has to hold the button"
+    field = window.column["contacts"].fingers.findChild(object, f"held-{number}")
+    field.setValue(4.0)
+    window.live.runner.run_for(0.01)
+    window.live.pump()
+    assert held(window)[number].force > 1.5, "it presses on from where it is"
+    run(window, 0.6)
+    assert held(window)[number].force == pytest.approx(4.0, abs=0.4)
+    menu = right_click(window, "map", window.map_view.pixel_of(held(window)[number].at).toPoint())
+    assert names(menu)[:2] == ["away", "force"]
+    choose(menu, "away")
+    run(window, 0.1)
+    assert not held(window)
+    window.live.stop_recording()
+    again = verify(RecordingPlayer(tmp_path / "held.mcap"))
+    assert again.identical
+    assert again.frames > 200
+
+
+def test_clicks_with_shift_leave_several_and_drags_with_it_none(window):
+    _at, places = pixels(window)
+    canvas, viewport = window.robot_view.display.canvas.widget, window.map_view.viewport()
+    QTest.mouseClick(canvas, LEFT, SHIFT, places["robot"])
+    other = window.live.prepared.skin.taxel_point(140)
+    QTest.mouseClick(viewport, LEFT, SHIFT, window.map_view.pixel_of(other).toPoint())
+    run(window, 0.2)
+    assert len(held(window)) == 2
+    QTest.mousePress(viewport, LEFT, SHIFT, places["map"])
+    QTest.mouseMove(viewport, places["map"] + QPoint(30, 10))
+    QTest.mouseRelease(viewport, LEFT, SHIFT, places["map"] + QPoint(30, 10))
+    run(window, 0.1)
+    assert len(held(window)) == 2
+    for number in tuple(held(window)):
+        QTest.mouseClick(window.column["contacts"].fingers.findChild(object, f"held-{number}-away"), LEFT)
+    run(window, 0.1)
+    assert not held(window)
+
+
+def test_target_path_plot_frame_and_copy(window):
+    at, places = pixels(window)
+    session = window.live.runner.session
+    choose(right_click(window, "robot", places["robot"]), "target")
+    run(window, 0.05)
+    assert session.settings.task == "hold_point"
+    np.testing.assert_allclose(session.settings.path[0], session.map.to_map(at), atol=0.004)
+    choose(right_click(window, "robot", places["robot"]), "path")
+    assert window.presenters.control_tools._tools.active.name == "draw_path"
+    viewport = window.map_view.viewport()
+    QTest.mouseClick(viewport, LEFT, Qt.KeyboardModifier.NoModifier, places["map"] + QPoint(20, 0))
+    QTest.keyClick(window.map_view, Qt.Key.Key_Return)
+    run(window, 0.05)
+    assert session.settings.task == "follow_path"
+    assert len(session.settings.path) == 2
+    choose(right_click(window, "map", places["map"]), "plot")
+    assert len(window.views.selection.taxels) == 1
+    zoom = window.map_view.camera.zoom
+    choose(right_click(window, "map", places["map"]), "frame")
+    assert window.map_view.camera.zoom != zoom
+    menu = right_click(window, "map", window.map_view.pixel_of(at).toPoint())
+    choose(menu, "copy")
+    assert "taxel" in QApplication.clipboard().text().lower()
+    window.views.frame_all()
+    window.presenters.control_tools.settings_editor.clear_path()
+    window.views.selection.clear()
+    window.action("controller_impedance").trigger()
+
+
+def test_a_link_without_skin_is_framed(window):
+    view = window.robot_view
+    for x in range(20, view.width(), 25):
+        for y in range(20, view.height() - 60, 25):
+            hit = view.pointed_at(QPoint(x, y).toPointF())
+            if hit.at is None and hit.body is not None and not view.over_control(QPoint(x, y).toPointF()):
+                before = view.display.scene.viewpoint.distance
+                menu = right_click(window, "robot", QPoint(x, y))
+                assert names(menu) == ["frame", "copy"]
+                choose(menu, "frame")
+                assert view.display.scene.viewpoint.distance < before
+                window.views.frame_all()
+                return
+    raise AssertionError("no bare link in sight")
+
+
+def test_hiding_a_patch_is_an_edit_that_can_be_undone(window):
+    at, places = pixels(window)
+    choose(right_click(window, "map", places["map"]), "hide")
+    assert not window.editor.document.patches[at.patch].visible
+    window.editor.undo()
+    assert window.editor.document.patches[at.patch].visible
+
+
+def test_every_action_has_its_own_name():
+    assert len({action.name for action in POINTED_ACTIONS}) == len(POINTED_ACTIONS)
