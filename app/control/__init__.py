@@ -1,8 +1,9 @@
 """What the joints do about a contact. Knows no simulation: the same controllers could drive hardware.
 
 ``command`` holds the values that go in and come out, ``limits`` why the arm is limited; ``limit_texts`` words that for
-a person. ``controller_manager`` is what a session asks: it runs the chosen one of the eight ``controllers``, switches
-without a jump, and minds the skin's limits (``loop_stability``).
+a person. ``controller_manager`` is what a session asks: it runs the chosen one of the eight ``controllers`` or of a
+plug-in (``controller_registry``, ``settings_check``), switches without a jump, and minds the skin's limits
+(``loop_stability``).
 
 Two controllers stand alone, impedance and hold force; six do a task. ``tasks`` says what is wanted of each contact:
 ``path_following`` leads a target along a path on the skin; where it goes on at a far place or on another link, it

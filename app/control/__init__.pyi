@@ -5,20 +5,22 @@ from .command import (
     JointCommand,
     RegraspState,
     TaskReport,
-    check_settings,
-    settings_from,
 )
 from .controller_manager import ControllerManager
-from .controllers import Controller, build_controller, effective_settings
+from .controller_registry import CONTROLLERS, ControllerEntry, build_by_scheme, build_controller, effective_settings
+from .controllers import Controller
 from .limit_texts import limit_name, limit_text
 from .limits import Limit, LimitKind, RegraspFailure
 from .loop_stability import SensorTiming, StepResponse, step_response
+from .settings_check import check_settings, settings_from
 
 __all__ = [
+    "CONTROLLERS",
     "Behaviour",
     "BehaviourTrigger",
     "ControlSettings",
     "Controller",
+    "ControllerEntry",
     "ControllerManager",
     "ControllerName",
     "JointCommand",
@@ -29,6 +31,7 @@ __all__ = [
     "SensorTiming",
     "StepResponse",
     "TaskReport",
+    "build_by_scheme",
     "build_controller",
     "check_settings",
     "effective_settings",

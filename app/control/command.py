@@ -1,21 +1,18 @@
 """What goes into a controller and comes out of it: settings and their ranges, the joint command, the report of its
 task.
 
-Settings are checked where they come in: from a scene, a recording or a person.
+Settings are checked where they come in, from a scene, a recording or a person: see ``settings_check``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
-from math import isfinite
 from typing import Literal, TypeAlias, get_args
 
 from app.core.arrays import FloatArray, freeze_arrays, set_fields
 from app.core.codec import AnyFloat
 from app.core.errors import SceneError
-from app.core.toml import check_keys
 from app.geometry.mesh import SurfacePoint
 from app.maps.jacobian import JacobianKind
 from app.maps.paths import PathKind
@@ -56,9 +53,9 @@ class ControlSettings:
     """What the controller panel sets.
 
     Attributes:
-        controller: ``impedance`` holds the rest posture like a spring; ``hold_force`` retreats from or follows a touch
-            so that the contact force stays at ``force_goal``, and returns to rest when the touch ends. The others do a
-            task: see ``controllers``.
+        controller: A ``ControllerName`` or that of a plug-in. ``impedance`` holds the rest posture like a spring;
+            ``hold_force`` retreats from or follows a touch so that the contact force stays at ``force_goal``, and
+            returns to rest when the touch ends. The others do a task: see ``controllers``.
         stiffness: Of the joints in the impedance controller, as natural frequency [rad/s]: each joint's torque
             stiffness is its inertia at home times the square, so that one slider suits a shoulder and a wrist.
         damping_ratio: 1 is critical.
@@ -87,7 +84,7 @@ class ControlSettings:
         2.0
     """
 
-    controller: ControllerName = "impedance"
+    controller: str = "impedance"
     stiffness: float = 8.0
     damping_ratio: float = 1.0
     force_goal: float = 3.0
@@ -107,9 +104,9 @@ class ControlSettings:
 
     def __post_init__(self) -> None:
         for name in RANGES:
-            if not _is_number(getattr(self, name)):
+            if not is_number(getattr(self, name)):
                 problem, value = "that setting must be a number", getattr(self, name)
-                raise SceneError(problem, place=f"control.{name}", value=value, remedy=_range_remedy(name))
+                raise SceneError(problem, place=f"control.{name}", value=value, remedy=range_remedy(name))
         # From a file points come as lists; a value has to compare and hash.
         set_fields(self, path=tuple(tuple(point) for point in self.path))
 
@@ -134,81 +131,22 @@ CHOICES: dict[str, tuple[str, ...]] = {
     "gains": get_args(GainsMode),
     "path_kind": get_args(PathKind),
 }
-"""Values of the settings that are chosen from a list."""
+"""Values of the settings that are chosen from a list, without controllers of plug-ins."""
 MOST_POINTS = 2000
 """Of a path."""
 MOST_STARTS = 10**9
 """Of a task."""
 
 
-def _is_number(value: object) -> bool:
+def is_number(value: object) -> bool:
+    """Whether it is a number; truth values are none."""
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _range_remedy(name: str) -> str:
+def range_remedy(name: str) -> str:
+    """What to do about a number out of its range."""
     low, high = RANGES[name]
     return f"Choose {low:g} to {high:g}"
-
-
-def check_settings(settings: ControlSettings) -> ControlSettings:
-    """Return the settings, or refuse them.
-
-    Raises:
-        SceneError: Naming the setting, its value and its range.
-    """
-    for name, known in CHOICES.items():
-        if getattr(settings, name) not in known:
-            remedy = f"Choose {', '.join(known[:-1])} or {known[-1]}"
-            raise SceneError(
-                "the controller does not know that choice",
-                place=f"control.{name}",
-                value=getattr(settings, name),
-                remedy=remedy,
-            )
-    for name, (low, high) in RANGES.items():
-        value = getattr(settings, name)
-        if not low <= value <= high:  # NaN is in no range
-            raise SceneError(
-                "that setting is out of range", place=f"control.{name}", value=value, remedy=_range_remedy(name)
-            )
-    if type(settings.starts) is not int or not 0 <= settings.starts <= MOST_STARTS:
-        raise SceneError(
-            "the number of starts is out of range",
-            place="control.starts",
-            value=settings.starts,
-            remedy=f"Choose 0 to {MOST_STARTS}",
-        )
-    _check_path(settings)
-    return settings
-
-
-def _check_path(settings: ControlSettings) -> None:
-    path = settings.path
-    good = all(len(point) == 2 and all(_is_number(x) and isfinite(x) for x in point) for point in path)
-    if not good or len(path) > MOST_POINTS:
-        raise SceneError(
-            "this is not a path on the map",
-            place="control.path",
-            value=path[:3],
-            remedy=f"Give up to {MOST_POINTS} points of two finite numbers in metres",
-        )
-
-
-def settings_from(values: Mapping[str, object]) -> ControlSettings:
-    """Settings from a scene's table.
-
-    Raises:
-        SceneError: An unknown key, or a value out of range.
-    """
-    check_keys(values, ControlSettings, place="control")
-    try:
-        settings = ControlSettings(**values)  # type: ignore[arg-type]
-    except TypeError as error:
-        remedy = "Give a list of points of two numbers in metres"
-        raise SceneError(
-            "this is not a path on the map", place="control.path", value=values["path"], remedy=remedy
-        ) from error
-    return check_settings(settings)
 
 
 class RegraspState(Enum):

@@ -13,8 +13,9 @@ import numpy as np
 
 from app.contacts.force_estimation.wrench_consistency import WrenchMismatch
 from app.contacts.regions import ContactRegion
-from app.control.command import ControlSettings, JointCommand, TaskReport, check_settings
-from app.control.controllers import Controller, TaskController, build_controller
+from app.control.command import ControlSettings, JointCommand, TaskReport
+from app.control.controller_registry import build_controller
+from app.control.controllers import Controller
 from app.control.limits import Limit, LimitKind
 from app.control.loop_stability import (
     GainLimiter,
@@ -24,6 +25,7 @@ from app.control.loop_stability import (
 )
 from app.control.map_kinematics import MapKinematics
 from app.control.path_following.clearance import Surroundings, nothing_around
+from app.control.settings_check import check_settings
 from app.control.tasks import TaskManager
 from app.core.arrays import FloatArray
 from app.maps.tactile_map import TactileMap
@@ -106,14 +108,13 @@ class ControllerManager:
     @property
     def report(self) -> TaskReport | None:
         """How the task goes; None for a controller without one."""
-        return self._controller.report if isinstance(self._controller, TaskController) else None
+        return self._controller.report
 
     def use(self, map_: TactileMap) -> None:
         """Take another map of the same skin from now on; a path starts afresh."""
         self._sight = MapKinematics(map_)
         for controller in self._controllers.values():
-            if isinstance(controller, TaskController):
-                controller.sight = self._sight
+            controller.use(self._sight)
 
     def reset(self) -> None:
         """Forget the past; keep the settings."""

@@ -1,5 +1,5 @@
-"""The eight controllers by name: the one question they all answer, what each of them does, and which settings each
-uses.
+"""The eight controllers: the one question they all answer, and what each of them does. ``controller_registry`` has
+them by name.
 
 * impedance: the arm as a spring to its rest posture; it yields to a touch and comes back (Hogan 1985, in joint space).
 * hold force: the arm follows or retreats from a touch so that the contact force stays at a goal, and goes back to rest
@@ -60,10 +60,21 @@ class Controller(Protocol):
     Attributes:
         rest: (n,) the posture it keeps while nothing touches, and comes back to: home, until a scene moves it.
         why_limited: What bounds the answer now; empty when nothing does.
+        report: How its task goes; None for a controller without one.
     """
 
     rest: FloatArray
-    why_limited: tuple[Limit, ...]
+
+    @property
+    def why_limited(self) -> tuple[Limit, ...]:
+        """What bounds the answer now; empty when nothing does."""
+
+    @property
+    def report(self) -> TaskReport | None:
+        """How its task goes; None for a controller without one."""
+
+    def use(self, sight: MapKinematics) -> None:
+        """See the map so from now on: it was edited."""
 
     def reset(self) -> None:
         """Start without history; ``rest`` stays."""
@@ -106,9 +117,13 @@ class ImpedanceController:
     """Holds the rest posture with a stiffness and damping; contacts are not read, they are felt by yielding."""
 
     why_limited: tuple[Limit, ...] = ()
+    report: TaskReport | None = None
 
     def __init__(self, robot: Robot) -> None:
         self.rest, self._inertia = robot.home, Configuration(robot).inertia()
+
+    def use(self, sight: MapKinematics) -> None:
+        """It sees no map."""
 
     def reset(self) -> None:
         """Nothing is remembered."""
@@ -142,10 +157,15 @@ class HoldForceController:
     Cost: 50 µs a command in contact.
     """
 
+    report: TaskReport | None = None
+
     def __init__(self, robot: Robot) -> None:
         self.rest, self._configuration = robot.home, Configuration(robot)
         self._reference = PostureReference(robot, self._configuration.inertia())
         self.reset()
+
+    def use(self, sight: MapKinematics) -> None:
+        """It sees no map."""
 
     def reset(self) -> None:
         """No contact known; the posture found at the next command is where it starts from."""
@@ -294,6 +314,10 @@ class TaskController:
         self.why_limited = limits.found
         return command
 
+    def use(self, sight: MapKinematics) -> None:
+        """See the map so from now on; a path starts afresh."""
+        self.sight = sight
+
     @property
     def report(self) -> TaskReport:
         """How the task goes."""
@@ -405,48 +429,3 @@ CONTROL_SCHEMES: dict[str, Callable[[], ControlScheme]] = {
     "qp": QuadraticProgramScheme,
 }
 """Controllers with a task."""
-_GAINS: dict[str, tuple[str, ...]] = {
-    "impedance": ("stiffness", "damping_ratio"),
-    "hold_force": ("force_goal", "force_gain", "integral_time"),
-    "admittance": ("force_gain", "inertia_time"),
-    "hybrid": ("force_gain", "integral_time"),
-    "parallel": ("force_gain", "integral_time", "position_gain", "inertia_time"),
-    "projection": ("force_gain", "integral_time"),
-    "priority": ("force_gain", "integral_time"),
-    "qp": ("force_gain", "integral_time"),
-}
-TASKS_AT_A_PLACE = ("hold_point", "follow_path", "guide")
-"""Tasks that want the contact at a place of the map."""
-
-
-def effective_settings(settings: ControlSettings) -> frozenset[str]:
-    """Names of the settings that make a difference to the controller and task chosen, besides ``controller``."""
-    names = set(_GAINS[settings.controller]) | ({"gains"} if settings.controller != "impedance" else set())
-    if settings.controller not in CONTROL_SCHEMES:
-        return frozenset(names)
-    names |= {"task", "max_force", "jacobian"}  # the normal, too, is taken by the Jacobian's word
-    if settings.task != "retreat":
-        names.add("force_goal")
-    if settings.task in TASKS_AT_A_PLACE:
-        names.add("position_gain")
-    if settings.task in ("hold_point", "follow_path"):
-        names.add("path")
-    if settings.task == "follow_path":
-        names |= {"path_kind", "path_speed"} | ({"path_size"} if len(settings.path) < 2 else set())
-    return frozenset(names)
-
-
-def build_controller(name: str, robot: Robot, task_manager: TaskManager, sight: MapKinematics) -> Controller:
-    """A controller by its name, one of ``command.CHOICES``.
-
-    Args:
-        name: Which.
-        robot: Whose joints.
-        task_manager: Of the task, shared by all controllers.
-        sight: Of the map.
-    """
-    if name == "impedance":
-        return ImpedanceController(robot)
-    if name == "hold_force":
-        return HoldForceController(robot)
-    return TaskController(robot, CONTROL_SCHEMES[name](), task_manager, sight)

@@ -16,7 +16,7 @@ hint                                  in JSON
 ``Mapping`` with str or int keys      an object; a whole number is a key in decimal
 an array of one axis                  a list of numbers
 an array of several axes or none      {"shape": [lengths], "values": [numbers, the last axis fastest]}
-a dataclass                           an object that names exactly its fields
+a dataclass                           an object that names exactly its fields (one marked ``LATER`` may be missing)
 a union of dataclasses                the same, and a key "kind" with the class's name
 any other union                       whichever the kind of JSON value tells: a word, a number, a list, an object
 ====================================  ==============================================================================
@@ -37,7 +37,7 @@ from enum import Enum
 from functools import cache
 from operator import attrgetter
 from pathlib import Path
-from types import NoneType, UnionType
+from types import MappingProxyType, NoneType, UnionType
 from typing import Annotated, Any, Literal, TypeAlias, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -46,6 +46,8 @@ from app.core.errors import TactileMapsError, did_you_mean
 
 NON_FINITE = "infinity and NaN are allowed"
 """The mark of a hint ``Annotated[float, NON_FINITE]``, or of an array's, that takes more than finite numbers."""
+LATER: Mapping[str, bool] = MappingProxyType({"later": True})
+"""The ``metadata`` of a field that older files lack: what is missing reads as the default. It is always written."""
 AnyFloat: TypeAlias = Annotated[float, NON_FINITE]
 """A float that may be infinite or NaN."""
 JsonValue: TypeAlias = Any
@@ -455,6 +457,7 @@ def _object(kind: type) -> _Codec:
     hints = get_type_hints(kind, include_extras=True)
     names = tuple(field.name for field in fields(kind) if field.init)
     codecs = {name: _codec(hints[name]) for name in names}
+    later = frozenset(field.name for field in fields(kind) if field.metadata.get("later"))
     known, readers = frozenset(names), [(name, codec.read) for name, codec in codecs.items()]
     writers = [(name, codec.write) for name, codec in codecs.items() if codec.write is not None]
     taken = attrgetter(*names) if len(names) > 1 else lambda value: [getattr(value, name) for name in names]
@@ -462,13 +465,14 @@ def _object(kind: type) -> _Codec:
     def read(raw: JsonValue) -> Any:
         if type(raw) is not dict:
             raise _Mistake("this must be an object", raw)
-        if raw.keys() != known:
+        if raw.keys() != known and not known - later <= raw.keys() <= known:
             raise _key_mistake(raw, names)
         values: dict[str, Any] = {}
         name = ""
         try:
             for name, reader in readers:
-                values[name] = reader(raw[name])
+                if name in raw:
+                    values[name] = reader(raw[name])
         except _Mistake as mistake:
             mistake.path.append(f".{name}")
             raise
@@ -487,7 +491,7 @@ def _object(kind: type) -> _Codec:
 
     schema = {
         "type": "object",
-        "required": list(names),
+        "required": [name for name in names if name not in later],
         "properties": {name: codec.schema for name, codec in codecs.items()},
         "additionalProperties": False,
     }
@@ -498,7 +502,7 @@ def _key_mistake(raw: dict[str, JsonValue], names: tuple[str, ...]) -> _Mistake:
     for key in raw:
         if key not in names:
             return _Mistake("there is no such key", key[:80], did_you_mean(key[:80], names))
-    missing = next(name for name in names if name not in raw)
+    missing = next(name for name in names if name not in raw)  # one that must be there: the others come last
     return _Mistake("a key is missing", missing)
 
 
@@ -566,5 +570,5 @@ def _tagged(kinds: list[type]) -> _Codec:
     schemas = []
     for name, codec in codecs.items():
         properties = {_KIND: {"const": name}, **codec.schema["properties"]}
-        schemas.append({**codec.schema, "required": [*properties], "properties": properties})
+        schemas.append({**codec.schema, "required": [_KIND, *codec.schema["required"]], "properties": properties})
     return _Codec(read, {"oneOf": schemas}, (dict,), tuple(kinds), write)

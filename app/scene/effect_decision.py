@@ -19,10 +19,10 @@ from typing import Any, TypeAlias
 
 from app.core.errors import Finding
 from app.scene.effect_size import effect_size
-from app.scene.effects import EFFECTS, SENSOR_KEYS, EffectEntry, Effects, Override
+from app.scene.effects import EFFECTS, EffectEntry, Effects, Override
 from app.scene.stability import equivalent_stiffness, measured_stability, stability_warning
 from app.scene.tasks import TASKS, Needs
-from app.tactile.sensor_effects import SensorEffects
+from app.tactile.sensor_effects import SENSOR_KEYS, SensorEffects
 
 ValueAndReason: TypeAlias = tuple[Any, str]
 DecidedAbove: TypeAlias = Mapping[str, Any]
@@ -183,7 +183,12 @@ _RULES: Mapping[str, EffectRule] = {
     "integrator": _integrator,
     "dead_taxels": _dead_taxels,
 } | {key: _sensor(f"the output is sensor readings: {why}") for key, why in _REASONS.items()}
-EFFECT_RULES: Mapping[str, EffectRule] = MappingProxyType({key: _RULES[key] for key in EFFECTS})
+EFFECT_RULES: Mapping[str, EffectRule] = MappingProxyType({key: _RULES[key] for key in EFFECTS.built_in})
+"""Of the built-in effects; one of a plug-in is off until it is asked for."""
+
+
+def _plug_in(_needs: Needs, _above: DecidedAbove) -> ValueAndReason:
+    return False, "a plug-in adds it, and nobody asked for it"
 
 
 WarningCheck: TypeAlias = Callable[[Needs, Effects], tuple[str, str] | None]
@@ -314,14 +319,19 @@ def decide_effects(needs: Needs, overrides: Mapping[str, Override]) -> EffectDec
     asked = {key for key, override in overrides.items() if override != "auto"}
     for key, entry in EFFECTS.items():
         override = overrides.get(key, "auto")
-        value, why = EFFECT_RULES[key](needs, values) if override == "auto" else (entry.value(override), OVERRIDDEN)
-        if entry.sensor is not None and isinstance(value, bool):
-            value = entry.sensor() if value else None
+        value, why = (
+            EFFECT_RULES.get(key, _plug_in)(needs, values)
+            if override == "auto"
+            else (entry.value(override), OVERRIDDEN)
+        )
+        if entry.of_sensor and isinstance(value, bool):
+            value = entry.value("on" if value else "off")
         values[key], reasons[key] = value, why
+    plug_ins = (value for key, value in values.items() if EFFECTS[key].plug_in is not None and value is not None)
     rows = (_row(EFFECTS[key], values, why, overridden=key in asked) for key, why in reasons.items())
     effects = Effects(
-        **{key: value for key, value in values.items() if key not in SENSOR_KEYS},
-        sensor=SensorEffects(**{key: values[key] for key in SENSOR_KEYS}),
+        **{key: value for key, value in values.items() if not EFFECTS[key].of_sensor},
+        sensor=SensorEffects(**{key: values[key] for key in SENSOR_KEYS}, plug_ins=tuple(plug_ins)),
     )
     return EffectDecision(effects, tuple(rows), scene_warnings(needs, effects))
 
@@ -329,7 +339,9 @@ def decide_effects(needs: Needs, overrides: Mapping[str, Override]) -> EffectDec
 def _row(entry: EffectEntry, values: Mapping[str, Any], why: str, *, overridden: bool) -> EffectRow:
     value = values[entry.key]
     word = entry.word(value)
-    if entry.sensor is not None and value is not None:
-        options = (f"{key.replace('_', ' ')} {number:g}" for key, number in asdict(value).items())
-        why += f" ({', '.join(options)}), worth {effect_size(entry.key, values)}"
+    if entry.of_sensor and value is not None:
+        numbers = asdict(value) if entry.plug_in is None else dict(value.options)
+        options = ", ".join(f"{key.replace('_', ' ')} {number:g}" for key, number in numbers.items())
+        why += f" ({options})" if options else ""
+        why += f", worth {effect_size(entry.key, values)}" if entry.plug_in is None else ""
     return EffectRow(entry.key, entry.title, word != "off", word, why, overridden)

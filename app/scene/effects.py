@@ -8,15 +8,15 @@ that of deciding: an effect may depend on those above it.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields
-from types import MappingProxyType
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, field
 from typing import Any, Literal, TypeAlias, get_args, get_type_hints
 
 from app.core.errors import SceneError, SimulationError, did_you_mean
 from app.core.toml import as_float, number_remedy
 from app.tactile.models.contact_model import CONTACT_MODELS, IN_PHYSICS
-from app.tactile.sensor_effects import SensorEffects
+from app.tactile.sensor_chain import SENSOR_STAGES, SensorStageEntry
+from app.tactile.sensor_effects import SENSOR_KEYS, SensorEffects
 
 Gravity: TypeAlias = Literal["off", "on", "compensated"]
 ContactScope: TypeAlias = Literal["off", "probe", "environment", "self", "all"]
@@ -43,7 +43,7 @@ class Effects:
         sensor: What the sensor makes of the pressure.
 
     Raises:
-        SceneError: There is no such contact model.
+        SceneError: There is no such contact model or effect of the sensor.
     """
 
     gravity: Gravity = "compensated"
@@ -66,6 +66,10 @@ class Effects:
                 value=self.skin,
                 remedy=CONTACT_MODELS.remedy(self.skin),
             )
+        for effect in self.sensor.plug_ins:
+            if effect.name not in SENSOR_STAGES:
+                remedy = SENSOR_STAGES.remedy(effect.name)
+                raise SceneError("there is no such effect", place="effects", value=effect.name, remedy=remedy)
 
 
 Override: TypeAlias = str | float | Mapping[str, float]
@@ -75,6 +79,7 @@ _SWITCH = ("off", "on")
 _SENSORS: Mapping[str, type] = {
     name: next(kind for kind in get_args(hint) if kind is not type(None))
     for name, hint in get_type_hints(SensorEffects).items()
+    if name in SENSOR_KEYS
 }
 
 
@@ -90,6 +95,7 @@ class EffectEntry:
         when_on: The word that switches it on; empty for what cannot be off.
         range: Lowest and highest, of a number.
         unit: Of a number.
+        plug_in: Of an effect of the sensor that a plug-in adds.
     """
 
     key: str
@@ -99,6 +105,12 @@ class EffectEntry:
     when_on: str = "on"
     range: tuple[float, float] = (-math.inf, math.inf)
     unit: str = ""
+    plug_in: SensorStageEntry | None = None
+
+    @property
+    def of_sensor(self) -> bool:
+        """Whether it is an effect of the sensor, built in or of a plug-in."""
+        return self.sensor is not None or self.plug_in is not None
 
     @property
     def choices(self) -> tuple[str, ...]:
@@ -112,12 +124,14 @@ class EffectEntry:
 
     @property
     def sensor(self) -> type | None:
-        """The type of its options, of an effect of the sensor."""
+        """The type of its options, of a built-in effect of the sensor."""
         return _SENSORS.get(self.key)
 
     @property
     def options(self) -> dict[str, float]:
         """Names and usual values of what a table may set; empty but for effects of the sensor."""
+        if self.plug_in is not None:
+            return {option.name: option.usual for option in self.plug_in.options}
         return asdict(self.sensor()) if self.sensor is not None else {}
 
     def checked(self, override: Override | bool) -> Override:
@@ -130,7 +144,7 @@ class EffectEntry:
             override = "on" if override else "off"
         if override == "auto" or (isinstance(override, str) and self._knows(override)):
             return override
-        if isinstance(override, Mapping) and self.sensor is not None:
+        if isinstance(override, Mapping) and self.of_sensor:
             return self._checked_options(override)
         if isinstance(override, int | float) and not self.words and self.range[0] <= override <= self.range[1]:
             return float(override)
@@ -140,21 +154,29 @@ class EffectEntry:
 
     def value(self, override: Override) -> Any:
         """What stands in ``Effects`` or ``SensorEffects`` for a checked override other than ``auto``."""
-        if self.sensor is not None:
-            return (
-                self.sensor(**override)
-                if isinstance(override, Mapping)
-                else (self.sensor() if override == "on" else None)
-            )
+        if self.of_sensor:
+            numbers = override if isinstance(override, Mapping) else {}
+            return self._effect(numbers) if override == "on" or isinstance(override, Mapping) else None
         return override == "on" if self.words == _SWITCH else override
 
     def word(self, value: Any) -> str:
         """The choice that stands for a value of ``Effects``, or its number in words."""
-        if self.sensor is not None:
+        if self.of_sensor:
             return "off" if value is None else "on"
         if self.words == _SWITCH:
             return "on" if value else "off"
         return str(value) if self.words else f"{value:g} {self.unit}"
+
+    def value_in(self, effects: Effects) -> Any:
+        """What stands for it in ``effects``."""
+        return effects.sensor.of(self.key) if self.of_sensor else getattr(effects, self.key)
+
+    def _effect(self, numbers: Mapping[str, float]) -> Any:
+        """The effect of the sensor that is on with these numbers."""
+        if self.plug_in is not None:
+            return self.plug_in.effect(numbers)
+        assert self.sensor is not None
+        return self.sensor(**numbers)
 
     def _checked_options(self, override: Mapping[str, float]) -> Mapping[str, float]:
         for key, value in override.items():
@@ -190,9 +212,8 @@ def effect_entry(key: str) -> EffectEntry:
         SceneError: There is none; the nearest spelling is named.
     """
     if key not in EFFECTS:
-        raise SceneError(
-            "there is no such effect", place=f"effects.{key}", value=key, remedy=did_you_mean(key, tuple(EFFECTS))
-        )
+        remedy = _remedy(key)
+        raise SceneError("there is no such effect", place=f"effects.{key}", value=key, remedy=remedy)
     return EFFECTS[key]
 
 
@@ -221,5 +242,35 @@ _ENTRIES = (
     EffectEntry("dead_taxels", "Dead taxels", "Some taxels read zero or a constant value"),
     EffectEntry("sampling", "Sampling", "Readings have a lower rate than control, and a delay"),
 )  # fmt: skip
-EFFECTS: Mapping[str, EffectEntry] = MappingProxyType({entry.key: entry for entry in _ENTRIES})
-SENSOR_KEYS: tuple[str, ...] = tuple(field.name for field in fields(SensorEffects))
+
+
+class _EffectTable(Mapping[str, EffectEntry]):
+    """The built-in effects in their order, then those of plug-ins by name, imported as by a ``Registry``."""
+
+    def __init__(self, entries: tuple[EffectEntry, ...]) -> None:
+        self.built_in = {entry.key: entry for entry in entries}
+
+    def __getitem__(self, key: str) -> EffectEntry:
+        if key in self.built_in:
+            return self.built_in[key]
+        stage = SENSOR_STAGES[key]
+        return EffectEntry(key, stage.title, stage.tip, plug_in=stage)
+
+    def __iter__(self) -> Iterator[str]:
+        yield from self.built_in
+        yield from SENSOR_STAGES
+
+    def __len__(self) -> int:
+        return len(self.built_in) + len(SENSOR_STAGES)
+
+
+EFFECTS = _EffectTable(_ENTRIES)
+
+
+def _remedy(key: str) -> str:
+    """What to do about a key that is none."""
+    broken = next((one for one in SENSOR_STAGES.plugins() if one.name == key and one.problem is not None), None)
+    if broken is not None:
+        return SENSOR_STAGES.remedy(key)
+    near = did_you_mean(key, tuple(EFFECTS))
+    return f"{near}, or install the plug-in that adds it"

@@ -19,7 +19,7 @@ from typing import Any, get_args
 from app.control.command import JointCommand
 from app.core.errors import SimulationError
 from app.core.progress import Progress, no_progress
-from app.scene.effects import EFFECTS, SENSOR_KEYS, Effects
+from app.scene.effects import EFFECTS, Effects
 from app.session.prepare import PreparedScene
 from app.session.session import Session, substeps
 from app.simulation.simulation import Simulation
@@ -99,8 +99,8 @@ def without_effect(effects: Effects, key: str) -> Effects:
         effects: Any.
         key: Of ``EFFECTS``, but for the time step, which cannot be off.
     """
-    if key in SENSOR_KEYS:
-        return replace(effects, sensor=replace(effects.sensor, **{key: None}))
+    if EFFECTS[key].of_sensor:
+        return replace(effects, sensor=effects.sensor.without(key))
     off: dict[str, Any] = {key: _PLAINEST if key == "integrator" else EFFECTS[key].value("off")}
     return replace(effects, **off)
 
@@ -152,7 +152,7 @@ class _PairedRun:
 
     def __init__(self, prepared: PreparedScene, run: _RecordedRun, effects: Effects, key: str, clock: Clock) -> None:
         self._prepared, self._run, self._clock = prepared, run, clock
-        self._felt = key in SENSOR_KEYS
+        self._felt = EFFECTS[key].of_sensor
         if not self._felt:  # what is sensed does not change the physics, and would only add its noise
             skin = effects.skin if effects.skin in _PHYSICAL_MODELS else "off"
             effects = replace(effects, skin=skin, sensor=SensorEffects())

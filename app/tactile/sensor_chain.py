@@ -1,9 +1,9 @@
-"""The sensor: from the pressure that taxels feel to what arrives from them."""
+"""The sensor: from the pressure that taxels feel to what arrives from them; and the stages that plug-ins add."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import fields
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeAlias
 
@@ -12,21 +12,124 @@ from numpy.typing import NDArray
 
 from app.core.arrays import BoolArray, FloatArray, readonly
 from app.core.errors import SimulationError
+from app.core.plugins import Plugin, Registry, check_call, check_members
 from app.skin.skin import Skin
 from app.tactile.sensor_effects import (
+    SENSOR_KEYS,
     DeadTaxelsStage,
+    PluginEffect,
     Readout,
     SaturationStage,
     SensorEffect,
     SensorEffects,
     SensorStage,
+    check_range,
 )
 
 StageRead: TypeAlias = Callable[[FloatArray], FloatArray]
 
 _MOST = 1e100
 """[Pa] No stage overflows below."""
-_STAGES = tuple(field.name for field in fields(SensorEffects) if field.name != "area_averaging")
+_STAGES = tuple(key for key in SENSOR_KEYS if key != "area_averaging")
+EFFECTS_OF_BODIES = (
+    "dynamics", "fingers", "contact", "gravity", "friction", "joint_limits", "joint_friction", "skin", "timestep",
+    "integrator",
+)  # fmt: skip
+"""Keys of a scene's effects that are none of the sensor: no plug-in may have their names."""
+
+
+@dataclass(frozen=True)
+class StageOption:
+    """A number that a scene may set of a plug-in's stage.
+
+    Attributes:
+        name: In scenes.
+        usual: Where the scene sets none.
+        low: The least that makes sense.
+        high: The most.
+    """
+
+    name: str
+    usual: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class SensorStageEntry:
+    """A stage of the sensor that a plug-in adds; off until a scene or a person switches it on.
+
+    Attributes:
+        name: The key in a scene's effects.
+        title: For people.
+        tip: What it does, in a sentence without its full stop.
+        build: The stage at work for a readout and its numbers by name.
+        options: Of all numbers that ``build`` is given.
+        before: The built-in effect, one of ``SENSOR_KEYS`` but ``area_averaging``, in front of which it stands in the
+            signal.
+    """
+
+    name: str
+    title: str
+    tip: str
+    build: Callable[[Readout, Mapping[str, float]], SensorStage]
+    options: tuple[StageOption, ...] = ()
+    before: str = "saturation"
+
+    def effect(self, numbers: Mapping[str, float]) -> PluginEffect:
+        """It is on with these numbers, the others as usual.
+
+        Raises:
+            SimulationError: A number is out of its range.
+        """
+        options = {option.name: numbers.get(option.name, option.usual) for option in self.options}
+        for option in self.options:
+            check_range(f"{self.name}.{option.name}", options[option.name], option.low, option.high)
+        return PluginEffect(self.name, tuple(options.items()))
+
+
+class _GuardedStage(SensorStage):
+    """A plug-in's stage, whose readings are looked at before anybody takes them."""
+
+    def __init__(self, plugin: Plugin, stage: SensorStage, taxels: int) -> None:
+        check_members(plugin, stage, "read", "reset", "state")
+        self._plugin, self._stage, self._taxels = plugin, stage, taxels
+
+    def read(self, pressures: FloatArray) -> FloatArray:
+        with self._plugin.at_work():
+            found = np.array(self._stage.read(readonly(pressures)), dtype=np.float64)
+        if found.shape != (self._taxels,) or not np.abs(found).max(initial=0.0) <= _MOST:
+            raise self._plugin.error("it gave no finite reading for each taxel", f"shape {found.shape}")
+        return found
+
+    def reset(self) -> None:
+        with self._plugin.at_work():
+            self._stage.reset()
+
+    def state(self) -> FloatArray:
+        with self._plugin.at_work():
+            return np.array(self._stage.state(), dtype=np.float64).ravel()
+
+
+def _guarded(plugin: Plugin, entry: SensorStageEntry) -> SensorStageEntry:
+    check_call(plugin, entry.build, "readout", "options")
+    if entry.before not in _STAGES:
+        raise plugin.error(f"it stands before {entry.before}, which is none of {', '.join(_STAGES)}")
+    with plugin.at_work():
+        entry.effect({})
+
+    def build(readout: Readout, options: Mapping[str, float]) -> SensorStage:
+        with plugin.at_work():
+            stage = entry.build(readout, options)
+        return _GuardedStage(plugin, stage, len(readout.skin))
+
+    return replace(entry, build=build)
+
+
+SENSOR_STAGES: Registry[SensorStageEntry] = Registry(
+    "sensor_stages", SensorStageEntry, (), _guarded, reserved=(*SENSOR_KEYS, *EFFECTS_OF_BODIES, "auto")
+)
+"""Those of plug-ins, by name; the built-in effects are the fields of ``SensorEffects``."""
 
 
 class SensorChain:
@@ -58,12 +161,17 @@ class SensorChain:
     def use(self, effects: SensorEffects) -> None:
         """Change what is on; an effect that was on with the same numbers goes on from where it is."""
         stages: dict[str, SensorStage] = {}
-        for name in _STAGES:
-            wanted: SensorEffect | None = getattr(effects, name)
+        for name in _order(effects):
+            wanted = effects.of(name)
             if wanted is not None:
-                same = wanted == getattr(self._effects, name)
-                stages[name] = self._stages[name] if same else wanted.stage(self._readout)
+                same = wanted == self._effects.of(name)
+                stages[name] = self._stages[name] if same else self._built(wanted)
         self._effects, self._stages = effects, stages
+
+    def _built(self, wanted: SensorEffect | PluginEffect) -> SensorStage:
+        if isinstance(wanted, PluginEffect):
+            return SENSOR_STAGES[wanted.name].build(self._readout, dict(wanted.options))
+        return wanted.stage(self._readout)
 
     @property
     def stages(self) -> tuple[tuple[str, StageRead], ...]:
@@ -137,3 +245,11 @@ class SensorChain:
         patch = skin.patches[int(skin.patch_of[taxel])]
         raise SimulationError("the pressure is not finite", place=f"taxel {taxel} on {patch.name}",
                               value=f"{pressures[taxel]} Pa")  # fmt: skip
+
+
+def _order(effects: SensorEffects) -> tuple[str, ...]:
+    """Names of all stages in the order of the signal; those of plug-ins before the one their entry names."""
+    if not effects.plug_ins:
+        return _STAGES
+    before = {effect.name: SENSOR_STAGES[effect.name].before for effect in effects.plug_ins}
+    return tuple(name for key in _STAGES for name in (*(one for one in before if before[one] == key), key))

@@ -4,7 +4,7 @@ Each effect is a choice (a frozen value with its numbers, checked by ``check_ran
 (``SensorStage``) for a ``Readout``: the skin, the tick and the seed. They stand in the order of the signal, from the
 cover over transducer and amplifier to converter and bus: area averaging (a receptive field rather than a stage),
 crosstalk, hysteresis, gain spread, offset drift, noise, saturation, threshold, quantisation, dead taxels, sampling.
-``SensorEffects`` holds which are on; ``sensor_chain`` runs them.
+``SensorEffects`` holds which are on, with those of plug-ins; ``sensor_chain`` runs them.
 """
 
 from __future__ import annotations
@@ -12,15 +12,16 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields, replace
 from numbers import Real
-from typing import Protocol
+from typing import Any, Protocol
 from zlib import crc32
 
 import numpy as np
 from scipy.sparse import csr_array
 
 from app.core.arrays import BoolArray, FloatArray, readonly
+from app.core.codec import LATER
 from app.core.errors import SimulationError
 from app.skin.skin import Skin
 
@@ -607,8 +608,25 @@ class SamplingStage(SensorStage):
 
 
 @dataclass(frozen=True)
+class PluginEffect:
+    """An effect of a plug-in that is on, by name and numbers: so it is recorded, and built by ``sensor_chain``.
+
+    Attributes:
+        name: Of its entry.
+        options: (name, number) of every option, in the entry's order.
+    """
+
+    name: str
+    options: tuple[tuple[str, float], ...] = ()
+
+
+@dataclass(frozen=True)
 class SensorEffects:
-    """An option for each effect, or None where it is off. The fields stand in the order of the signal."""
+    """An option for each effect, or None where it is off. The fields stand in the order of the signal.
+
+    Attributes:
+        plug_ins: Effects of plug-ins that are on; where each stands in the signal its entry says.
+    """
 
     area_averaging: AreaAveraging | None = None
     crosstalk: Crosstalk | None = None
@@ -621,3 +639,21 @@ class SensorEffects:
     quantisation: Quantisation | None = None
     dead_taxels: DeadTaxels | None = None
     sampling: Sampling | None = None
+    plug_ins: tuple[PluginEffect, ...] = field(default=(), metadata=LATER)
+
+    def of(self, key: str) -> Any:
+        """The option of an effect, built in or of a plug-in; None where it is off."""
+        if key in SENSOR_KEYS:
+            return getattr(self, key)
+        return next((effect for effect in self.plug_ins if effect.name == key), None)
+
+    def without(self, key: str) -> SensorEffects:
+        """The same with that effect off."""
+        if key in SENSOR_KEYS:
+            off: dict[str, Any] = {key: None}
+            return replace(self, **off)
+        return replace(self, plug_ins=tuple(effect for effect in self.plug_ins if effect.name != key))
+
+
+SENSOR_KEYS: tuple[str, ...] = tuple(field.name for field in fields(SensorEffects) if field.name != "plug_ins")
+"""The built-in effects in the order of the signal."""

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
-
 import numpy as np
 import pytest
 
 from app.core.errors import SimulationError
 from app.skin.skin import Patch, Quadrature, Skin, Taxels
 from app.tactile.sensor_effects import (
+    SENSOR_KEYS,
     AreaAveraging,
     Crosstalk,
     DeadTaxels,
@@ -31,7 +30,7 @@ ALL_ON = SensorEffects(
     Quantisation(), DeadTaxels(dead=0.05, stuck=0.05), Sampling(),
 )  # fmt: skip
 """Every effect, as a ROBOSKIN-like skin has it, with a few stuck taxels."""
-STAGES = tuple(field.name for field in fields(SensorEffects) if field.name != "area_averaging")
+STAGES = tuple(key for key in SENSOR_KEYS if key != "area_averaging")
 """Field names of the effects that are stages."""
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from app.control.controllers import CONTROL_SCHEMES
+from app.control.controller_registry import has_task
 from widgets.common.mode import Mode
 from widgets.common.settings import OverlayOptions
 from widgets.common.tool_kinds import POKE, ToolKind
@@ -116,4 +116,4 @@ def can_control(state: WindowState) -> bool:
 
 def has_tasks(state: WindowState) -> bool:
     """The controller in force does tasks."""
-    return state.mode.running and state.controller in CONTROL_SCHEMES
+    return state.mode.running and has_task(state.controller)

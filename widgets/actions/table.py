@@ -10,6 +10,7 @@ from __future__ import annotations
 from functools import partial
 from typing import get_args
 
+from app.control.controller_registry import CONTROLLERS
 from app.editing.arrange import EDGES
 from app.maps.paths import PathKind
 from widgets.actions.registry import LINE, ActionSpec, Menu, MenuList
@@ -24,7 +25,7 @@ from widgets.actions.state import (
     paused,
     running,
 )
-from widgets.common.controller_settings import CONTROLLERS, SETTING_CHOICES
+from widgets.common.controller_settings import SETTING_CHOICES
 from widgets.common.settings import BaseLayer
 from widgets.common.tool_kinds import ToolRole
 from widgets.layers.registry import LAYERS, LayerSpec
@@ -106,15 +107,15 @@ def _align(edges: tuple[str, ...]) -> tuple[ActionSpec, ...]:
 def _controllers() -> tuple[ActionSpec, ...]:
     return tuple(
         ActionSpec(
-            f"controller_{controller}",
-            text,
-            (f"Alt+{number}",),
-            tip,
+            f"controller_{name}",
+            entry.title,
+            (f"Alt+{number}",) if number < 10 else (),
+            entry.tip,
             enabled=running,
-            checked=partial(_is, "controller", controller),
+            checked=partial(_is, "controller", name),
             group="controller",
         )
-        for number, (controller, (text, tip)) in enumerate(CONTROLLERS.items(), start=1)
+        for number, (name, entry) in enumerate(CONTROLLERS.items(), start=1)
     )
 
 

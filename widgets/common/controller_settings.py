@@ -1,4 +1,4 @@
-"""The controller's settings for a person: labels and tool tips of controllers, tasks and paths, ranges of all gains.
+"""The controller's settings for a person: labels and tool tips of tasks and paths, ranges of all gains.
 
 ``ControllerSliders`` shows those settings that the chosen controller and task use; ``GainsByController`` (no Qt)
 remembers each controller's own gains while another one is tried, and where they began. Used by the controller panel,
@@ -10,44 +10,15 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 from functools import partial
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
-from app.control.command import ControllerName, ControlSettings
-from app.control.controllers import effective_settings
+from app.control.command import ControlSettings
+from app.control.controller_registry import CONTROLLERS, effective_settings
 from widgets.common.panel import LabelledSlider
 
-CONTROLLERS = {
-    "impedance": ("Impedance", "Joint impedance: a spring to the rest posture, which yields to a touch and returns"),
-    "hold_force": ("Hold force", "The arm retreats from or follows a touch so that its force stays at the goal"),
-    "admittance": (
-        "Admittance",
-        "The force error drives a virtual mass with damping, and the arm follows it; no integral, so an error may stay",
-    ),
-    "hybrid": (
-        "Hybrid",
-        "Force along the contact's normal, position across it: neither disturbs the other where the normal is right",
-    ),
-    "parallel": (
-        "Parallel",
-        "Position and force act in all directions, and the force integral wins: the force comes true, the place gives",
-    ),
-    "projection": (
-        "Projection",
-        "Errors are taken on the map as if it were isometric: cheapest, and wrong by as much as the map is stretched",
-    ),
-    "priority": (
-        "Priority",
-        "Strict order: force, then position on the map, then rest posture; what is later never disturbs what is first",
-    ),
-    "qp": (
-        "Quadratic program",
-        "Force and place within bounds on speed, acceleration, joints and forces: it slows down before a bound is met",
-    ),
-}
-"""Words and tool tip by controller."""
 CONTROLLER_SCENES = {
     "impedance": "arm",
     "hold_force": "poke",
@@ -173,7 +144,7 @@ class GainsByController:
         now.
         """
         self._known[settings.controller] = {name: getattr(settings, name) for name in GAIN_SETTINGS}
-        return replace(settings, controller=cast("ControllerName", controller), **self._known.get(controller, {}))
+        return replace(settings, controller=controller, **self._known.get(controller, {}))
 
     def reset(self, settings: ControlSettings) -> ControlSettings:
         """The settings with all gains where they began."""
@@ -183,7 +154,7 @@ class GainsByController:
 
 def settings_by_controller(settings: ControlSettings) -> dict[str, frozenset[str]]:
     """The names of the settings that make a difference to each controller, with the task and path of ``settings``."""
-    return {c: effective_settings(replace(settings, controller=cast("ControllerName", c))) for c in CONTROLLERS}
+    return {c: effective_settings(replace(settings, controller=c)) for c in CONTROLLERS}
 
 
 class ControllerSliders(QWidget):
@@ -233,7 +204,7 @@ class ControllerSliders(QWidget):
 
     def _most(self, settings: ControlSettings) -> int:
         """How many any controller has for this task: so much room is kept that choosing another moves nothing."""
-        of_each = (effective_settings(replace(settings, controller=cast("ControllerName", c))) for c in CONTROLLERS)
+        of_each = (effective_settings(replace(settings, controller=c)) for c in CONTROLLERS)
         return max(len(names & self.by_name.keys()) for names in of_each)
 
     def _on_value_changed(self, name: str, value: float) -> None:

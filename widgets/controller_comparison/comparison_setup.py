@@ -19,10 +19,10 @@ from PySide6.QtWidgets import (
 )
 
 from app.control.command import ControlSettings
-from app.control.controllers import effective_settings
+from app.control.controller_registry import CONTROLLERS, effective_settings
 from app.studies.controller_comparison import MOST_SECONDS
 from widgets.common.colours import Theme
-from widgets.common.controller_settings import CONTROLLERS, GAIN_SETTINGS, SLIDERS, ControllerSliders
+from widgets.common.controller_settings import GAIN_SETTINGS, SLIDERS, ControllerSliders
 from widgets.common.file_types import RECORDING_FILTER
 from widgets.common.panel import FlatComboBox
 from widgets.common.wheel_guard import guard_wheel
@@ -65,7 +65,7 @@ class ContenderCard(QWidget):
     @property
     def title(self) -> str:
         """Letter and controller, for legends."""
-        return f"{self.letter}: {CONTROLLERS[self._settings.controller][0]}"
+        return f"{self.letter}: {CONTROLLERS[self._settings.controller].title}"
 
     def set_theme(self, theme: Theme) -> None:
         """Take another theme."""
@@ -79,16 +79,16 @@ class ContenderCard(QWidget):
         """Show a controller and its gains."""
         self._settings = settings
         self._controller.setCurrentIndex(self._controller.findData(settings.controller))
-        words, tip = CONTROLLERS[settings.controller]
-        self._controller.say(words)
-        self._controller.setToolTip(f"{words}: {tip}")
+        entry = CONTROLLERS[settings.controller]
+        self._controller.say(entry.title)
+        self._controller.setToolTip(f"{entry.title}: {entry.tip}")
         self.sliders.show_settings(settings)
         self._gains.setEnabled(any(name in effective_settings(settings) for name in self.sliders.by_name))
 
     def _lay_out(self) -> None:
-        for controller, (text, tip) in CONTROLLERS.items():
-            self._controller.addItem(text, controller)
-            self._controller.setItemData(self._controller.count() - 1, tip, Qt.ItemDataRole.ToolTipRole)
+        for controller, entry in CONTROLLERS.items():
+            self._controller.addItem(entry.title, controller)
+            self._controller.setItemData(self._controller.count() - 1, entry.tip, Qt.ItemDataRole.ToolTipRole)
         self._controller.setObjectName(f"contender-controller-{self.letter}")
         self._controller.setAccessibleName(f"Controller of {self.letter}")
         self._controller.setSizeAdjustPolicy(FlatComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)

@@ -12,7 +12,7 @@ import numpy as np
 
 from app.contacts.regions import ContactRegion
 from app.control.command import ControlSettings, TaskReport
-from app.control.controllers import CONTROL_SCHEMES
+from app.control.controller_registry import has_task
 from app.control.path_following.surface_path import active_path
 from app.core.arrays import BoolArray, FloatArray, IntArray
 from app.geometry.mesh import SurfacePoint
@@ -155,7 +155,7 @@ class TaskOverlayBuilder:
     def show_frame(self, frame: Frame) -> None:
         """Another instant. Cost: 50 µs while the contact moves."""
         self._report = frame.task or TaskReport()
-        if self._map is not None and self._settings.controller in CONTROL_SCHEMES:
+        if self._map is not None and has_task(self._settings.controller):
             self._trail.follow(frame.time, frame.regions, self._map)
         else:
             self._trail.reset()
@@ -163,7 +163,7 @@ class TaskOverlayBuilder:
 
     def _put_together(self) -> None:
         settings, report, map_ = self._settings, self._report, self._map
-        if map_ is None or settings.controller not in CONTROL_SCHEMES:
+        if map_ is None or not has_task(settings.controller):
             self._key, self._path, self.shown = None, NO_PATH, NO_TASK
             return
         key = (map_, self._led, _wanted(settings), report.laid_at)
@@ -198,4 +198,4 @@ class TaskOverlayBuilder:
 
 def _wanted(settings: ControlSettings) -> object:
     """What the place of path and target depends on."""
-    return settings.controller in CONTROL_SCHEMES, settings.task, settings.path_kind, settings.path, settings.path_size
+    return has_task(settings.controller), settings.task, settings.path_kind, settings.path, settings.path_size

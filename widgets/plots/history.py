@@ -16,7 +16,8 @@ import numpy as np
 from app.control.limits import Limit, LimitKind
 from app.core.arrays import FloatArray, IntArray
 from app.core.timing import Timings
-from app.scene.effects import SENSOR_KEYS
+from app.tactile.sensor_chain import SENSOR_STAGES
+from app.tactile.sensor_effects import SENSOR_KEYS
 
 
 class SampleHistory:
@@ -287,6 +288,6 @@ def stage_times(timings: Timings) -> dict[str, float]:
     """Milliseconds by stage; the sensor's effects, each of which is timed, stand together after touch."""
     times: dict[str, float] = {}
     for stage, milliseconds in timings.ms.items():
-        name = SENSOR_STAGE if stage in SENSOR_KEYS else stage
+        name = SENSOR_STAGE if stage in SENSOR_KEYS or stage in SENSOR_STAGES else stage
         times[name] = times.get(name, 0.0) + milliseconds
     return times

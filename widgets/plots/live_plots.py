@@ -16,7 +16,7 @@ from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPaintEvent, Q
 from PySide6.QtWidgets import QBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from app.control.command import ControlSettings
-from app.control.controllers import CONTROL_SCHEMES, TASKS_AT_A_PLACE, effective_settings
+from app.control.controller_registry import TASKS_AT_A_PLACE, effective_settings, has_task
 from app.control.limit_texts import limit_name
 from app.control.limits import LimitKind
 from app.core.reading_units import ReadingUnits
@@ -221,7 +221,7 @@ class LivePlots(QWidget):
             self._changes.change()
         self._settings = settings
         has_force_goal = settings.controller == "hold_force" or (
-            settings.controller in CONTROL_SCHEMES and "force_goal" in effective_settings(settings)
+            has_task(settings.controller) and "force_goal" in effective_settings(settings)
         )
         self._force.set_goal(settings.force_goal if has_force_goal else None)
         self._arrange()
@@ -231,7 +231,7 @@ class LivePlots(QWidget):
         """Show those that matter now, and no more than have room."""
         settings, selected = self._settings, self._selection is not None and bool(len(self._selection.taxels))
         wanted = ["force"]
-        if settings.controller in CONTROL_SCHEMES:
+        if has_task(settings.controller):
             at_a_place = settings.task in TASKS_AT_A_PLACE
             wanted += ["error", "speed", "limits"] if at_a_place else ["speed", "limits"]
             wanted += ["pressure"] if selected or not at_a_place else []

@@ -10,15 +10,10 @@ from typing import Any, cast
 
 from app.cli.output import print_fields, print_json, print_line, progress_line
 from app.cli.scenes import package_roots
-from app.control.command import (
-    CHOICES,
-    ControllerName,
-    ControlSettings,
-    TaskName,
-    check_settings,
-    settings_from,
-)
+from app.control.command import CHOICES, ControlSettings, TaskName
+from app.control.controller_registry import CONTROLLERS
 from app.control.limit_texts import limit_name
+from app.control.settings_check import check_settings, settings_from
 from app.core.errors import RecordingError, UsageError, did_you_mean
 from app.core.files import write_atomically
 from app.recording.player import RecordingPlayer
@@ -56,10 +51,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.task is not None:
         base = check_settings(replace(base, task=cast("TaskName", _checked_choice("task", arguments.task))))
     seconds = arguments.seconds or seconds
-    contenders = [
-        Contender(controller, replace(base, controller=cast("ControllerName", controller)))
-        for controller in controllers
-    ]
+    contenders = [Contender(controller, replace(base, controller=controller)) for controller in controllers]
     own_task, progress = arguments.task is not None, progress_line()
     traces = compare_controllers(
         prepared, contenders, inputs=inputs, seconds=seconds, own_task=own_task, progress=progress
@@ -89,8 +81,8 @@ def _controller_names(text: str) -> list[str]:
 
 
 def _checked_choice(choice: str, name: str) -> str:
-    if name not in CHOICES[choice]:
-        remedy = did_you_mean(name, CHOICES[choice])
+    if name not in CHOICES[choice] and not (choice == "controller" and name in CONTROLLERS):
+        remedy = CONTROLLERS.remedy(name) if choice == "controller" else did_you_mean(name, CHOICES[choice])
         raise UsageError(f"there is no such {choice}", place=f"--{choice}", value=name, remedy=remedy)
     return name
 

@@ -32,6 +32,8 @@ from app.studies.ablation import ablation_cost
 REGISTRIES: Mapping[str, tuple[str, str]] = {
     "contact_models": ("app.tactile.models.contact_model", "CONTACT_MODELS"),
     "map_methods": ("app.flattening.methods", "METHODS"),
+    "sensor_stages": ("app.tactile.sensor_chain", "SENSOR_STAGES"),
+    "controllers": ("app.control.controller_registry", "CONTROLLERS"),
     "estimators": ("app.contacts.force_estimation.estimation", "FORCE_ESTIMATORS"),
     "importers": ("app.skin.formats.taxel_files", "TAXEL_FORMATS"),
     "exporters": ("app.export.export", "FORMATS"),

@@ -2,9 +2,14 @@
 
 import numpy as np
 
+from app.control.command import JointCommand
+from app.control.controller_registry import ControllerEntry
+from app.control.controllers import ImpedanceController
 from app.flattening.methods import Method
 from app.skin.formats.taxel_files import TaxelFormat
 from app.tactile.models.contact_model import ContactModelEntry
+from app.tactile.sensor_chain import SensorStageEntry
+from app.tactile.sensor_effects import SensorStage
 
 
 def _fail(disk, lengths):
@@ -18,4 +23,21 @@ WRONG_KIND = {"name": "wrong-kind"}
 FAILING = Method("failing", "fails at work", _fail)
 SHORT = Method("short", "too few vertices", lambda disk, lengths: iter([np.zeros((2, 2))]))
 EMPTY_HANDED = ContactModelEntry("empty-handed", "Empty", "Builds no model.", lambda skin, layer, sensor: object())
+
+
+class _Deaf(SensorStage):
+    def read(self, pressures):
+        return pressures[:1]
+
+
+class _Runaway(ImpedanceController):
+    def command(self, settings, posture, *rest, **options):
+        return JointCommand(posture * np.nan, posture, posture, posture)
+
+
+NOWHERE = SensorStageEntry("nowhere", "Nowhere", "Before nothing", lambda readout, options: _Deaf(), before="bus")
+NOISE = SensorStageEntry("noise", "Noise", "A built-in one's name", lambda readout, options: _Deaf())
+DEAF = SensorStageEntry("deaf", "Deaf", "Too few readings", lambda readout, options: _Deaf())
+NO_SETTING = ControllerEntry("no-setting", "No setting", "", lambda *built_of: None, ("colour",))
+RUNAWAY = ControllerEntry("runaway", "Runaway", "No numbers", lambda robot, tasks, sight: _Runaway(robot))
 TAKEN = TaxelFormat("taken", "Tables", (".csv",), lambda path: ())

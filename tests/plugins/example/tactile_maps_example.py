@@ -1,7 +1,7 @@
 """One small plug-in of each kind."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,6 +10,13 @@ import numpy as np
 from app.contacts.centre_of_pressure import taxel_positions
 from app.contacts.force_estimation.estimate import AreaSum, ContactReading, ForceEstimate
 from app.contacts.force_estimation.estimation import EstimatorEntry
+from app.contacts.force_estimation.wrench_consistency import WrenchMismatch
+from app.contacts.regions import ContactRegion
+from app.control.command import ControlSettings, JointCommand
+from app.control.controller_registry import ControllerEntry, build_by_scheme
+from app.control.joint_impedance import joint_impedance
+from app.control.map_kinematics import MapKinematics
+from app.control.schemes import HybridScheme
 from app.core.errors import SkinError
 from app.core.progress import Progress
 from app.export.export import ExportFormat, ExportOptions
@@ -18,13 +25,16 @@ from app.flattening.methods import Method
 from app.live.readings import Reading, Unit
 from app.live.sources.open import SourceKind, SourceOptions
 from app.recording.player import RecordingPlayer
+from app.robots.kinematics import Configuration
+from app.robots.robot import Robot
 from app.skin.formats.taxel_files import TaxelFormat
 from app.skin.formats.taxel_set import TaxelSet
 from app.skin.skin import Skin
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.loads import Load
 from app.tactile.models.contact_model import ContactModelEntry
-from app.tactile.sensor_effects import SensorEffects
+from app.tactile.sensor_chain import SensorStageEntry, StageOption
+from app.tactile.sensor_effects import Readout, SensorEffects
 
 
 class TwoTaxels:
@@ -56,6 +66,73 @@ def oblong(disk: Disk, lengths: float) -> Iterator[np.ndarray]:
     """Tutte's map on an ellipse with the proportions of the patch, along its axes of the initial map."""
     size = np.linalg.svd(disk.positions - disk.positions.mean(axis=0), compute_uv=False)
     yield disk.start * np.array([1.0, max(size[1] / size[0], 0.2)])
+
+
+class Hum:
+    """Mains hum: the same sine on every taxel."""
+
+    def __init__(self, readout: Readout, pressure: float, hertz: float) -> None:
+        self._pressure, self._step, self._readings = pressure, math.tau * hertz * readout.tick, 0
+
+    def read(self, pressures: np.ndarray) -> np.ndarray:
+        """(taxels,) [Pa]."""
+        self._readings += 1
+        return pressures + self._pressure * math.sin(self._step * self._readings)
+
+    def reset(self) -> None:
+        """Back to before the first reading."""
+        self._readings = 0
+
+    def state(self) -> np.ndarray:
+        """(1,) how many readings there were."""
+        return np.array([float(self._readings)])
+
+
+def build_hum(readout: Readout, options: Mapping[str, float]) -> Hum:
+    """For a skin, with the scene's numbers."""
+    return Hum(readout, options["pressure"], options["hertz"])
+
+
+class Slack:
+    """Holds nothing: its joints are damped, as if each were led through honey."""
+
+    why_limited, report = (), None
+
+    def __init__(self, robot: Robot) -> None:
+        self.rest = robot.home
+        self._damping = joint_impedance(Configuration(robot).inertia(), robot.home, frequency=4.0, damping_ratio=1.0)
+
+    def use(self, sight: MapKinematics) -> None:
+        """It sees no map."""
+
+    def reset(self) -> None:
+        """Nothing is remembered."""
+
+    def start(self, posture: np.ndarray, torque: np.ndarray) -> None:
+        """Nor is what another controller did."""
+
+    def command(
+        self,
+        settings: ControlSettings,
+        posture: np.ndarray,
+        velocity: np.ndarray,
+        regions: Sequence[ContactRegion],
+        dt: float,
+        *,
+        readable: bool = True,
+        mismatch: WrenchMismatch | None = None,
+    ) -> JointCommand:
+        """Damping alone, scaled as the slider says."""
+        none = np.zeros_like(posture)
+        return JointCommand(posture, none, settings.damping_ratio * self._damping.damping, none)
+
+
+class Gentle(HybridScheme):
+    """Hybrid control with half of the force gain."""
+
+    def levels(self, settings, contacts, arm, limits):
+        """What is wanted of the contacts."""
+        return super().levels(replace(settings, force_gain=0.5 * settings.force_gain), contacts, arm, limits)
 
 
 class CalibratedSum:
@@ -122,6 +199,29 @@ def build_sine(address: str, options: SourceOptions) -> Sine:
 
 TWO_TAXELS = ContactModelEntry("two-taxels", "Two taxels", "Half of the force on each.", build_two_taxels)
 OBLONG = Method("oblong", "the proportions of the patch", oblong)
+HUM = SensorStageEntry(
+    "hum",
+    "Mains hum",
+    "The same sine on every taxel",
+    build_hum,
+    (StageOption("pressure", 50.0, 0.0, 1e4), StageOption("hertz", 50.0, 0.1, 1e3)),
+    before="noise",
+)
+SLACK = ControllerEntry(
+    "slack",
+    "Slack",
+    "Damps its joints and holds nothing",
+    lambda robot, task_manager, sight: Slack(robot),
+    ("damping_ratio",),
+)
+GENTLE = ControllerEntry(
+    "gentle",
+    "Gentle",
+    "Hybrid control with half of the force gain",
+    build_by_scheme(Gentle),
+    ("force_gain", "integral_time"),
+    has_task=True,
+)
 CALIBRATED_SUM = EstimatorEntry(
     "calibrated-sum", "Calibrated sum", "Pressure times area times 1.1.", lambda skin, depth: CalibratedSum(skin)
 )

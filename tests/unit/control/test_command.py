@@ -8,15 +8,8 @@ from dataclasses import asdict, replace
 import numpy as np
 import pytest
 
-from app.control.command import (
-    CHOICES,
-    MOST_POINTS,
-    RANGES,
-    ControlSettings,
-    JointCommand,
-    check_settings,
-    settings_from,
-)
+from app.control.command import CHOICES, MOST_POINTS, RANGES, ControlSettings, JointCommand
+from app.control.settings_check import check_settings, settings_from
 from app.core.errors import SceneError
 
 

@@ -10,6 +10,7 @@ import pytest
 
 from app.contacts.regions import ContactRegion
 from app.control.command import CHOICES, ControlSettings
+from app.control.controller_registry import build_controller, effective_settings
 from app.control.controllers import (
     CONTROL_SCHEMES,
     LOST_SPEED,
@@ -17,8 +18,6 @@ from app.control.controllers import (
     HoldForceController,
     ImpedanceController,
     TaskController,
-    build_controller,
-    effective_settings,
 )
 from app.control.joint_impedance import DAMPING, HOME_SPEED, MAX_JOINT_SPEED, MAX_LEAD, MAX_POINT_SPEED
 from app.control.limit_texts import limit_text

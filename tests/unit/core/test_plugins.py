@@ -13,24 +13,32 @@ import pytest
 from app.cli.commands.inspect import REGISTRIES
 from app.contacts.force_estimation.estimation import FORCE_ESTIMATORS
 from app.contacts.pipeline import ReadingSettings, read_contacts
-from app.core.errors import LiveError, PluginError, SceneError, SimulationError, UsageError
+from app.control.controller_registry import CONTROLLERS
+from app.control.settings_check import settings_from
+from app.core.errors import LiveError, PluginError, SceneError, SimulationError, TactileMapsError, UsageError
 from app.core.plugins import broken_plugins
 from app.export.export import FORMATS, export_recording
 from app.flattening.flatten import flatten
 from app.flattening.methods import METHODS, find_method
 from app.live.readings import SourceEndedError
 from app.live.sources.open import SOURCE_KINDS, open_source
+from app.recording.message_codecs import decode_input, encode_input
 from app.recording.player import RecordingPlayer
-from app.scene.effects import EFFECTS, Effects
+from app.scene.effects import EFFECTS, Effects, effect_entry
+from app.scene.scene_file import scene_from_toml, scene_to_toml
+from app.session.inputs import ControlChanged, EffectsChanged
 from app.session.session import Session
 from app.skin.formats.import_skin import holds_taxels, import_skin
 from app.skin.formats.taxel_files import TAXEL_FORMATS
 from app.tactile.models.contact_model import CONTACT_MODELS
+from app.tactile.poke import PokePressed
 from app.tactile.press import press_skin
+from app.tactile.sensor_chain import EFFECTS_OF_BODIES, SENSOR_STAGES
+from app.tactile.sensor_effects import SENSOR_KEYS
 from tests.support.recordings import record, small_arm
 
 PACKAGES = Path(__file__).parents[2] / "plugins"
-ALL = (CONTACT_MODELS, METHODS, FORCE_ESTIMATORS, TAXEL_FORMATS, FORMATS, SOURCE_KINDS)
+ALL = (CONTACT_MODELS, METHODS, SENSOR_STAGES, CONTROLLERS, FORCE_ESTIMATORS, TAXEL_FORMATS, FORMATS, SOURCE_KINDS)
 
 
 @pytest.fixture(scope="module")
@@ -105,6 +113,51 @@ def test_a_contact_model_is_a_choice_of_scenes(installed):
         EFFECTS["skin"].checked("two-taxel")
 
 
+def run(prepared, scene, ticks=60):
+    """Frames of a scene on the small arm, with a finger from the start."""
+    session = Session(replace(prepared, scene=scene), scripted=False)
+    session.submit(PokePressed(1, prepared.skin.taxel_point(3)))
+    return [session.tick() for _ in range(ticks)]
+
+
+def test_a_sensor_stage_is_an_effect_of_scenes(installed):
+    arm = small_arm()
+    scene = replace(arm.scene, overrides={**arm.scene.overrides, "hum": {"pressure": 200.0}})
+    assert scene_from_toml(scene_to_toml(scene), name="again").overrides["hum"] == {"pressure": 200.0}
+    assert [row.why for row in scene.decision.rows if row.name == "hum"] == [
+        "set by the scene (pressure 200, hertz 50)"
+    ]
+    input_ = EffectsChanged(scene.effects)
+    assert decode_input(encode_input(3, input_, arm.map), arm.map) == (3, input_)
+    quiet, humming = ([frame.pressures for frame in run(arm, one, 12)] for one in (arm.scene, scene))
+    heard = np.array([with_it - without for without, with_it in zip(quiet, humming, strict=True)])
+    assert np.ptp(heard, axis=1).max() < 1e-9, "all taxels alike"
+    assert np.abs(heard).max() == pytest.approx(200.0)
+    assert heard[2:] == pytest.approx(-heard[:-2], abs=1e-6), "50 Hz at 200 readings a second"
+    with pytest.raises(SceneError, match=r"effects\.hum\.pressure.*20000"):
+        EFFECTS["hum"].checked({"pressure": 2e4})
+    with pytest.raises(SceneError, match=r"Did you mean hum\?.*plug-in"):
+        effect_entry("hun")
+
+
+def test_no_stage_takes_the_name_of_another_effect():
+    assert set(EFFECTS_OF_BODIES) == set(EFFECTS) - set(SENSOR_KEYS)
+
+
+@pytest.mark.parametrize("controller", ["slack", "gentle"])
+def test_a_controller_is_a_choice_of_scenes(installed, controller):
+    arm = small_arm()
+    scene = replace(arm.scene, control={"controller": controller})
+    assert scene_from_toml(scene_to_toml(scene), name="again").control == {"controller": controller}
+    frames = run(arm, scene)
+    assert all(np.isfinite(frame.posture).all() for frame in frames)
+    assert (frames[-1].task is None) == (controller == "slack")
+    moved = ControlChanged(settings_from(scene.control))
+    assert decode_input(encode_input(3, moved, arm.map), arm.map) == (3, moved)
+    with pytest.raises(SceneError, match=r"Did you mean slack\?"):
+        settings_from({"controller": "slak"})
+
+
 def test_an_estimator_reads_contacts(installed):
     arm = small_arm()
     pressures = press_skin(arm.skin, arm.skin.taxel_point(3), force=9.0)
@@ -164,6 +217,12 @@ def test_what_is_wrong_is_told_and_left_out(installed):
         "wrong-kind": "tactile_maps_broken:WRONG_KIND is no Method but a dict",
     }
     assert of_broken(TAXEL_FORMATS) == {"taken": "its ending .csv is that of a built-in format"}
+    assert of_broken(SENSOR_STAGES) == {
+        "noise": "its name is that of a built-in one",
+        "nowhere": "it stands before bus, which is none of crosstalk, hysteresis, gain_spread, offset_drift, noise, "
+        "saturation, threshold, quantisation, dead_taxels, sampling",
+    }
+    assert of_broken(CONTROLLERS) == {"no-setting": "it uses settings that there are not: colour"}
     assert of_broken(FORCE_ESTIMATORS) == {"raises": "SystemExit: not today"}
     assert not {"no-module", "wrong-call", "wrong-kind"} & set(METHODS)
     assert METHODS["tutte"].title == "nothing but validity"
@@ -179,6 +238,12 @@ def test_one_that_fails_at_work_is_named(installed):
         flatten(surface, method="failing")
     with pytest.raises(PluginError, match="no finite place for each vertex"):
         flatten(surface, method="short")
+    for change, problem in (
+        ({"overrides": {"deaf": "on"}}, r"plug-in deaf.*no finite reading for each taxel"),
+        ({"control": {"controller": "runaway"}}, r"plug-in runaway.*no finite posture for each joint"),
+    ):
+        with pytest.raises(TactileMapsError, match=problem):
+            run(arm, replace(arm.scene, **change), 1)
     with pytest.raises(PluginError, match="its object has no notes, pressures"):
         press_skin(arm.skin, arm.skin.taxel_point(0), force=1.0, model="empty-handed")
 

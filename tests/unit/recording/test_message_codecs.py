@@ -33,9 +33,9 @@ from app.session.inputs import ControlChanged, EffectsChanged, MapEdited, Readin
 from app.session.session import Session
 from app.studies.testbeds.reference_bodies import flat_map
 from app.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
-from app.tactile.sensor_effects import Noise, SensorEffects
+from app.tactile.sensor_effects import SENSOR_KEYS, Noise, SensorEffects
 
-EVERY = {name: get_args(hint)[0]() for name, hint in get_type_hints(SensorEffects).items()}
+EVERY = {name: get_args(hint)[0]() for name, hint in get_type_hints(SensorEffects).items() if name in SENSOR_KEYS}
 FULL = Effects(gravity="on", contact="all", friction=True, timestep=1 / 3000, sensor=SensorEffects(**EVERY))
 
 
@@ -46,6 +46,9 @@ def test_effects_read_back_equal(effects, prepared):
     assert set(raw) == {field.name for field in fields(Effects)}
     assert set(raw["sensor"]) == {field.name for field in fields(SensorEffects)}
     assert decode_input(message, prepared.map) == (1, EffectsChanged(effects))
+    older = json.loads(message)
+    del older["input"]["effects"]["sensor"]["plug_ins"]
+    assert decode_input(json.dumps(older).encode(), prepared.map) == (1, EffectsChanged(effects)), "before plug-ins"
 
 
 @pytest.mark.parametrize(("changes", "place"), [

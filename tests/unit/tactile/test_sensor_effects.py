@@ -11,6 +11,7 @@ from app.core.errors import SimulationError
 from app.tactile.sensor_effects import (
     ALIVE,
     DEAD,
+    SENSOR_KEYS,
     STUCK,
     AreaAveraging,
     Crosstalk,
@@ -354,11 +355,12 @@ def test_sampling_out_of_range_is_refused():
 
 
 def test_all_is_off_unless_told():
-    assert set(asdict(SensorEffects()).values()) == {None}
+    assert set(asdict(SensorEffects()).values()) == {None, ()}
 
 
 def test_the_fields_stand_in_the_order_of_the_signal():
-    assert [field.name for field in fields(SensorEffects)] == [
+    assert [field.name for field in fields(SensorEffects)] == [*SENSOR_KEYS, "plug_ins"]
+    assert list(SENSOR_KEYS) == [
         "area_averaging", "crosstalk", "hysteresis", "gain_spread", "offset_drift", "noise", "saturation", "threshold",
         "quantisation", "dead_taxels", "sampling",
     ]  # fmt: skip

@@ -7,8 +7,9 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QPushButton, QWidget
 
+from app.control.controller_registry import CONTROLLERS
 from tests.widgets.support.window_driver import press_map, run
-from widgets.common.controller_settings import CONTROLLERS, SETTING_CHOICES
+from widgets.common.controller_settings import SETTING_CHOICES
 from widgets.common.panel import Panel
 from widgets.panels.control.controller_panel import ControllerPanel
 

@@ -18,17 +18,17 @@ from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPalette, QPen, QPolygonF
 from PySide6.QtWidgets import QButtonGroup, QGridLayout, QHBoxLayout, QLabel, QPushButton, QWidget
 
-from app.control.command import ControlSettings, RegraspState, settings_from
-from app.control.controllers import CONTROL_SCHEMES, effective_settings
+from app.control.command import ControlSettings, RegraspState
+from app.control.controller_registry import CONTROLLERS, effective_settings, has_task
 from app.control.limit_texts import limit_text
 from app.control.limits import LimitKind
 from app.control.loop_stability import StepResponse, step_response
+from app.control.settings_check import settings_from
 from app.session.frame import Frame
 from app.session.prepare import PreparedScene
 from widgets.common.colours import DARK
 from widgets.common.controller_settings import (
     CONTROLLER_SCENES,
-    CONTROLLERS,
     RESTART_LABELS,
     SETTING_CHOICES,
     ControllerSliders,
@@ -128,7 +128,7 @@ def task_status_text(settings: ControlSettings, frame: Frame) -> str:
         settings: In force.
         frame: Shown now.
     """
-    if settings.controller not in CONTROL_SCHEMES or frame.task is None:
+    if not has_task(settings.controller) or frame.task is None:
         return _status_without_task(settings, frame)
     limits = {limit.kind for limit in frame.why_limited}
     if any(kind.stops for kind in limits):
@@ -285,7 +285,7 @@ def _limit_state(limits: tuple[ShownLimit, ...]) -> LimitState:
 def can_restart_task(settings: ControlSettings) -> bool:
     """Whether there is a path to start again, or a place to choose again; one that was drawn stays."""
     drawn_point = settings.task == "hold_point" and bool(settings.path)
-    return settings.controller in CONTROL_SCHEMES and settings.task in RESTART_LABELS and not drawn_point
+    return has_task(settings.controller) and settings.task in RESTART_LABELS and not drawn_point
 
 
 class ControllerPanel(Panel):
@@ -352,10 +352,10 @@ class ControllerPanel(Panel):
             # What only other controllers use keeps its place: no row moves when one is chosen.
             box.setVisible(name in of_any_controller)
             box.setEnabled(name in names)
-        has_task = settings.controller in CONTROL_SCHEMES
+        does_task = has_task(settings.controller)
         for label in (self._energy_name, self._energy):
-            label.setEnabled(has_task)
-        self._energy.setText(self._energy.text() if has_task else MIXED_VALUES)
+            label.setEnabled(does_task)
+        self._energy.setText(self._energy.text() if does_task else MIXED_VALUES)
         self._again.setEnabled(self.can_start_again)
         self._again.setText(RESTART_LABELS.get(settings.task, "Restart task"))
         self._reset.setEnabled(self._gains.reset(settings) != settings)
@@ -435,7 +435,7 @@ class ControllerPanel(Panel):
 
     def _tell_law(self, controller: str) -> None:
         """What is different about it, and where that shows."""
-        difference, scene = CONTROLLERS[controller][1], CONTROLLER_SCENES.get(controller)
+        difference, scene = CONTROLLERS[controller].tip, CONTROLLER_SCENES.get(controller)
         where = "" if scene is None else f' <a href="{scene}">Show in its scene</a>'
         colour = self.palette().color(QPalette.ColorRole.Link).name()
         _set_text(self._law, f"{escape(difference)}.{where}".replace("<a ", f'<a style="color:{colour}" '))
@@ -445,11 +445,11 @@ class ControllerPanel(Panel):
         grid.setSpacing(4)
         for side in (0, 1):
             grid.setColumnStretch(side, 1)
-        for number, (controller, (text, tip)) in enumerate(CONTROLLERS.items()):
-            button = QPushButton(text, self)
+        for number, (controller, entry) in enumerate(CONTROLLERS.items()):
+            button = QPushButton(entry.title, self)
             button.setObjectName(f"controller-{controller}")
             button.setCheckable(True)
-            button.setToolTip(tip)
+            button.setToolTip(entry.tip)
             button.clicked.connect(partial(self.choose_controller, controller))
             self._group.addButton(button)
             self._buttons[controller] = button

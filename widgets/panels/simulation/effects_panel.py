@@ -18,7 +18,7 @@ from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QPushButton, QSi
 from app.core.errors import Finding
 from app.core.timing import Timings
 from app.scene.effect_decision import EffectDecision, EffectRow
-from app.scene.effects import EFFECTS, SENSOR_KEYS, EffectEntry, Effects, Override
+from app.scene.effects import EFFECTS, EffectEntry, Effects, Override
 from app.scene.scene import Scene, with_override
 from app.session.frame import Frame
 from app.session.prepare import PreparedScene
@@ -66,7 +66,7 @@ def recorded_decision(scene: Scene, effects: Effects) -> EffectDecision:
     rows = []
     for row in decision.rows:
         entry = EFFECTS[row.name]
-        old, new = (getattr(part.sensor if entry.sensor else part, row.name) for part in (decision.effects, effects))
+        old, new = (entry.value_in(part) for part in (decision.effects, effects))
         word = entry.word(new)
         changed = replace(row, on=word != "off", value=word, why="changed during the recording", overridden=True)
         rows.append(row if old == new else changed)
@@ -352,7 +352,7 @@ class EffectsPanel(Panel):
             line.deleteLater()
         self._lines = {}
         for key in EFFECTS:
-            group = self._sensor if key in SENSOR_KEYS else self._body
+            group = self._sensor if EFFECTS[key].of_sensor else self._body
             line = EffectRowWidget(key, effect_choices(key, tick=prepared.scene.tick), group)
             line.chosen.connect(self.wished)
             line.selected.connect(self._on_selected)
@@ -417,7 +417,7 @@ class EffectsPanel(Panel):
             cost = self._costs.of(row)
             self._lines[row.name].show_cost(cost.words, beside=cost.beside, tip=cost.tip)
         self._total.setText(self._costs.total)
-        on = sum(row.on for row in self._decision.rows if row.name in SENSOR_KEYS)
+        on = sum(row.on for row in self._decision.rows if EFFECTS[row.name].of_sensor)
         self._fold.setText(f"Sensor  ·  {on} on" if on else "Sensor  ·  ideal")
 
     @property

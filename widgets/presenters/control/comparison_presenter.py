@@ -9,7 +9,7 @@ from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QDialog, QVBoxLayout, QWidget
 
 from app.control.command import ControlSettings
-from app.control.controllers import CONTROL_SCHEMES
+from app.control.controller_registry import has_task
 from app.core.errors import RecordingError, TactileMapsError
 from app.core.files import write_atomically
 from app.studies.controller_comparison import ControllerTrace, trace_csv, with_fields
@@ -181,5 +181,5 @@ def with_controller(settings: ControlSettings, controller: ControlSettings) -> C
 
 def _first_two(settings: ControlSettings) -> tuple[ControlSettings, ControlSettings]:
     """What is in force, and another controller to compare it with."""
-    first = settings if settings.controller in CONTROL_SCHEMES else replace(settings, controller="hybrid")
+    first = settings if has_task(settings.controller) else replace(settings, controller="hybrid")
     return first, replace(first, controller="qp" if first.controller != "qp" else "hybrid")

@@ -12,9 +12,10 @@ from typing import get_args
 from PySide6.QtCore import QObject
 
 from app.control.command import ControlSettings
+from app.control.controller_registry import CONTROLLERS
 from app.editing.document import MapDocument
 from app.maps.paths import PathKind
-from widgets.common.controller_settings import CONTROLLERS, SETTING_CHOICES
+from widgets.common.controller_settings import SETTING_CHOICES
 from widgets.common.mode import Mode
 from widgets.context.app_context import AppContext
 from widgets.panels.control.controller_panel import ControllerPanel

@@ -13,7 +13,7 @@ from typing import Any
 from PySide6.QtCore import QObject, Signal
 
 from app.control.command import ControlSettings
-from app.control.controllers import CONTROL_SCHEMES
+from app.control.controller_registry import has_task
 from app.maps.tactile_map import TactileMap
 from widgets.tools.control.drawn_path import DrawnPath
 
@@ -127,7 +127,7 @@ class ControlSettingsEditor(QObject):
     def path(self) -> DrawnPath | None:
         """What was drawn; None where a path is in force that nobody drew, or none at all."""
         settings = self.settings
-        drawn = settings.controller in CONTROL_SCHEMES and settings.task == "follow_path" and len(settings.path) > 1
+        drawn = has_task(settings.controller) and settings.task == "follow_path" and len(settings.path) > 1
         return DrawnPath(settings.path_kind, settings.path) if drawn else None
 
     @property
@@ -180,7 +180,7 @@ class ControlSettingsEditor(QObject):
 
     def change(self, **changes: Any) -> None:
         """What the gesture wants so far."""
-        controller = self.settings.controller if self.settings.controller in CONTROL_SCHEMES else DEFAULT_CONTROLLER
+        controller = self.settings.controller if has_task(self.settings.controller) else DEFAULT_CONTROLLER
         self._wish(replace(self.settings, **{"controller": controller, **changes}))
 
     def end(self, *, goes_on: bool = False) -> None:

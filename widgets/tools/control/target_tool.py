@@ -6,7 +6,7 @@ import numpy as np
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter
 
-from app.control.controllers import CONTROL_SCHEMES
+from app.control.controller_registry import has_task
 from app.core.arrays import FloatArray
 from widgets.common.colours import Theme
 from widgets.interaction.view_tool import PointerHit, ToPixels
@@ -27,7 +27,7 @@ class TargetTool(ControlTool):
     def _target(self) -> FloatArray | None:
         """(2,) the point held [m]; None where none was set."""
         settings = self._settings_editor.settings
-        held = settings.controller in CONTROL_SCHEMES and settings.task == "hold_point" and settings.path
+        held = has_task(settings.controller) and settings.task == "hold_point" and settings.path
         return np.array(settings.path[0]) if held else None
 
     def press(self, place: PointerHit, event: QMouseEvent) -> bool:

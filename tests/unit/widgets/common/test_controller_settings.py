@@ -6,11 +6,12 @@ from dataclasses import asdict, replace
 
 import pytest
 
-from app.control.command import CHOICES, RANGES, ControlSettings, check_settings
+from app.control.command import CHOICES, RANGES, ControlSettings
 from app.control.command import CHOICES as TAKEN
-from app.control.controllers import effective_settings
+from app.control.controller_registry import CONTROLLERS, effective_settings
+from app.control.settings_check import check_settings
 from app.studies.controller_comparison import TASK_FIELDS
-from widgets.common.controller_settings import CONTROLLERS, GAIN_SETTINGS, SETTING_CHOICES, SLIDERS, GainsByController
+from widgets.common.controller_settings import GAIN_SETTINGS, SETTING_CHOICES, SLIDERS, GainsByController
 
 
 def test_every_law_and_choice_is_offered():

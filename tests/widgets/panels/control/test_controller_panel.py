@@ -11,13 +11,14 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QPushButton
 
 from app.control.command import CHOICES, ControlSettings, TaskReport
-from app.control.controllers import CONTROL_SCHEMES, effective_settings
+from app.control.controller_registry import CONTROLLERS, effective_settings
+from app.control.controllers import CONTROL_SCHEMES
 from app.control.limit_texts import limit_text
 from app.control.limits import Limit, LimitKind
 from tests.widgets.support.samples import touched
 from tests.widgets.support.snapshots import pixels
 from widgets.common.colours import DARK, LIGHT, apply_theme
-from widgets.common.controller_settings import CONTROLLERS, SLIDERS
+from widgets.common.controller_settings import SLIDERS
 from widgets.common.panel import MIXED_VALUES
 from widgets.panels.control.controller_panel import ControllerPanel, LimitState, LimitStatusLine
 from widgets.plots.history import ShownLimit

@@ -1,0 +1,256 @@
+"""The controllers by name, built in and of plug-ins: what people call each, which settings it uses, whether it does a
+task, and how it is built.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from app.contacts.force_estimation.wrench_consistency import WrenchMismatch
+from app.contacts.regions import ContactRegion
+from app.control.command import ControlSettings, JointCommand, TaskReport
+from app.control.controllers import (
+    CONTROL_SCHEMES,
+    Controller,
+    HoldForceController,
+    ImpedanceController,
+    TaskController,
+)
+from app.control.limits import Limit
+from app.control.map_kinematics import MapKinematics
+from app.control.task_priority import ControlScheme
+from app.control.tasks import TaskManager
+from app.core.arrays import FloatArray
+from app.core.plugins import Plugin, Registry, check_call, check_members
+from app.robots.robot import Robot
+
+BuildController = Callable[[Robot, TaskManager, MapKinematics], Controller]
+
+
+@dataclass(frozen=True)
+class ControllerEntry:
+    """One controller.
+
+    Attributes:
+        name: In settings.
+        title: For people.
+        tip: What it does, in a sentence without its full stop.
+        build: For a robot, the task's manager (shared by all controllers) and a view of the map; see
+            ``build_by_scheme``.
+        settings: Those of ``ControlSettings`` that it uses, besides its task's; shown as sliders.
+        has_task: Whether it does the task that the settings name: its contacts' goals come from the task's manager.
+    """
+
+    name: str
+    title: str
+    tip: str
+    build: BuildController
+    settings: tuple[str, ...] = ()
+    has_task: bool = False
+
+
+def build_by_scheme(scheme: Callable[[], ControlScheme]) -> BuildController:
+    """The ``build`` of a controller with a task: all but how errors become joint velocities is that of the built-in
+    ones.
+
+    Args:
+        scheme: Makes a fresh one.
+    """
+    return lambda robot, task_manager, sight: TaskController(robot, scheme(), task_manager, sight)
+
+
+class _GuardedController:
+    """A plug-in's controller, whose commands are looked at before anybody takes them."""
+
+    def __init__(self, plugin: Plugin, controller: Controller, robot: Robot) -> None:
+        check_members(plugin, controller, "rest", "why_limited", "report", "use", "reset", "start", "command")
+        self._plugin, self._controller, self._joints = plugin, controller, robot.home.shape
+
+    @property
+    def rest(self) -> FloatArray:
+        return self._controller.rest
+
+    @rest.setter
+    def rest(self, posture: FloatArray) -> None:
+        self._controller.rest = posture
+
+    @property
+    def why_limited(self) -> tuple[Limit, ...]:
+        with self._plugin.at_work():
+            return tuple(self._controller.why_limited)
+
+    @property
+    def report(self) -> TaskReport | None:
+        with self._plugin.at_work():
+            return self._controller.report
+
+    def use(self, sight: MapKinematics) -> None:
+        with self._plugin.at_work():
+            self._controller.use(sight)
+
+    def reset(self) -> None:
+        with self._plugin.at_work():
+            self._controller.reset()
+
+    def start(self, posture: FloatArray, torque: FloatArray) -> None:
+        with self._plugin.at_work():
+            self._controller.start(posture, torque)
+
+    def command(
+        self,
+        settings: ControlSettings,
+        posture: FloatArray,
+        velocity: FloatArray,
+        regions: Sequence[ContactRegion],
+        dt: float,
+        *,
+        readable: bool = True,
+        mismatch: WrenchMismatch | None = None,
+    ) -> JointCommand:
+        with self._plugin.at_work():
+            found = self._controller.command(
+                settings, posture, velocity, regions, dt, readable=readable, mismatch=mismatch
+            )
+        if not isinstance(found, JointCommand):
+            raise self._plugin.error("it gave no JointCommand", type(found).__name__)
+        for part in fields(found):
+            values = getattr(found, part.name)
+            if values.shape != self._joints or not np.isfinite(values).all():
+                raise self._plugin.error(f"it gave no finite {part.name} for each joint", f"shape {values.shape}")
+        if (found.stiffness < 0).any() or (found.damping < 0).any():
+            raise self._plugin.error("it gave a stiffness or damping below zero")
+        return found
+
+
+def _guarded(plugin: Plugin, entry: ControllerEntry) -> ControllerEntry:
+    check_call(plugin, entry.build, "robot", "task_manager", "sight")
+    unknown = sorted(set(entry.settings) - {field.name for field in fields(ControlSettings)})
+    if unknown:
+        raise plugin.error(f"it uses settings that there are not: {', '.join(unknown)}")
+
+    def build(robot: Robot, task_manager: TaskManager, sight: MapKinematics) -> Controller:
+        with plugin.at_work():
+            controller = entry.build(robot, task_manager, sight)
+        return _GuardedController(plugin, controller, robot)
+
+    return replace(entry, build=build)
+
+
+def _by_scheme(name: str, title: str, tip: str, *settings: str) -> ControllerEntry:
+    return ControllerEntry(name, title, tip, build_by_scheme(CONTROL_SCHEMES[name]), settings, has_task=True)
+
+
+CONTROLLERS: Registry[ControllerEntry] = Registry(
+    "controllers",
+    ControllerEntry,
+    (
+        ControllerEntry(
+            "impedance",
+            "Impedance",
+            "Joint impedance: a spring to the rest posture, which yields to a touch and returns",
+            lambda robot, task_manager, sight: ImpedanceController(robot),
+            ("stiffness", "damping_ratio"),
+        ),
+        ControllerEntry(
+            "hold_force",
+            "Hold force",
+            "The arm retreats from or follows a touch so that its force stays at the goal",
+            lambda robot, task_manager, sight: HoldForceController(robot),
+            ("force_goal", "force_gain", "integral_time"),
+        ),
+        _by_scheme(
+            "admittance",
+            "Admittance",
+            "The force error drives a virtual mass with damping, and the arm follows it; no integral, "
+            "so an error may stay",
+            "force_gain",
+            "inertia_time",
+        ),
+        _by_scheme(
+            "hybrid",
+            "Hybrid",
+            "Force along the contact's normal, position across it: neither disturbs the other where "
+            "the normal is right",
+            "force_gain",
+            "integral_time",
+        ),
+        _by_scheme(
+            "parallel",
+            "Parallel",
+            "Position and force act in all directions, and the force integral wins: the force comes "
+            "true, the place gives",
+            "force_gain",
+            "integral_time",
+            "position_gain",
+            "inertia_time",
+        ),
+        _by_scheme(
+            "projection",
+            "Projection",
+            "Errors are taken on the map as if it were isometric: cheapest, and wrong by as much as "
+            "the map is stretched",
+            "force_gain",
+            "integral_time",
+        ),
+        _by_scheme(
+            "priority",
+            "Priority",
+            "Strict order: force, then position on the map, then rest posture; what is later never "
+            "disturbs what is first",
+            "force_gain",
+            "integral_time",
+        ),
+        _by_scheme(
+            "qp",
+            "Quadratic program",
+            "Force and place within bounds on speed, acceleration, joints and forces: it slows down "
+            "before a bound is met",
+            "force_gain",
+            "integral_time",
+        ),
+    ),
+    _guarded,
+)
+"""By name; then those of plug-ins."""
+
+
+def has_task(controller: str) -> bool:
+    """Whether a controller of that name does tasks."""
+    return controller in CONTROLLERS and CONTROLLERS[controller].has_task
+
+
+TASKS_AT_A_PLACE = ("hold_point", "follow_path", "guide")
+"""Tasks that want the contact at a place of the map."""
+
+
+def effective_settings(settings: ControlSettings) -> frozenset[str]:
+    """Names of the settings that make a difference to the controller and task chosen, besides ``controller``."""
+    entry = CONTROLLERS[settings.controller]
+    names = set(entry.settings) | ({"gains"} if settings.controller != "impedance" else set())
+    if not entry.has_task:
+        return frozenset(names)
+    names |= {"task", "max_force", "jacobian"}  # the normal, too, is taken by the Jacobian's word
+    if settings.task != "retreat":
+        names.add("force_goal")
+    if settings.task in TASKS_AT_A_PLACE:
+        names.add("position_gain")
+    if settings.task in ("hold_point", "follow_path"):
+        names.add("path")
+    if settings.task == "follow_path":
+        names |= {"path_kind", "path_speed"} | ({"path_size"} if len(settings.path) < 2 else set())
+    return frozenset(names)
+
+
+def build_controller(name: str, robot: Robot, task_manager: TaskManager, sight: MapKinematics) -> Controller:
+    """A controller by its name, one of ``CONTROLLERS``.
+
+    Args:
+        name: Which.
+        robot: Whose joints.
+        task_manager: Of the task, shared by all controllers.
+        sight: Of the map.
+    """
+    return CONTROLLERS[name].build(robot, task_manager, sight)

@@ -1,0 +1,51 @@
+"""Plug-ins in the window: in its lists and menus, at a drop on it, and in the process that prepares a scene."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
+from PySide6.QtGui import QDropEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from tests.support.plugins import install_example
+from tests.widgets.support.window_driver import run
+from widgets.session.backends import INLINE
+from widgets.workers.scene_worker import SceneWorker
+
+
+@pytest.fixture
+def backends(tmp_path, monkeypatch):
+    """Plug-ins are installed before the window is there; scenes are prepared in a process."""
+    install_example(tmp_path / "site", monkeypatch)
+    return replace(INLINE, worker=SceneWorker)
+
+
+def drop(window, path):
+    data = QMimeData()
+    data.setUrls([QUrl.fromLocalFile(str(path))])
+    where = (QPointF(400, 400), Qt.DropAction.CopyAction, data)
+    QApplication.sendEvent(window, QDropEvent(*where, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier))
+
+
+def test_plugins_are_chosen_dropped_and_used_by_processes(window, qtbot, tmp_path):
+    panel = window.column["controller"]
+    QTest.mouseClick(panel._buttons["slack"], Qt.MouseButton.LeftButton)
+    run(window, 0.1)
+    assert window.live.runner.session.settings.controller == "slack"
+    assert window.action("controller_slack").isChecked()
+    window.action("controller_gentle").trigger()
+    assert panel._buttons["gentle"].isChecked()
+    line = window.column["effects"].lines["hum"]
+    line.box.activated.emit(line.box.findData("on"))
+    run(window, 0.2)
+    assert [effect.name for effect in window.live.runner.session.effects.sensor.plug_ins] == ["hum"]
+    path = tmp_path / "pad.xyz"
+    x, y = np.meshgrid(np.arange(8), np.arange(5))
+    np.savetxt(path, np.stack([4 * x.ravel(), 4 * y.ravel(), np.zeros(40)], axis=1))
+    with qtbot.waitSignal(window.live.prepared_changed, timeout=60_000):
+        drop(window, path)
+    assert len(window.live.prepared.skin) == 40
