@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
-from PySide6.QtGui import QDropEvent
+from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
+from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QInputDialog
 
 from tests.support.plugins import install_example
 from tests.widgets.support.window_driver import run
@@ -25,10 +25,14 @@ def backends(tmp_path, monkeypatch):
 
 
 def drop(window, path):
+    """As Qt delivers it: the file enters, the window accepts it, and it is let go."""
     data = QMimeData()
     data.setUrls([QUrl.fromLocalFile(str(path))])
-    where = (QPointF(400, 400), Qt.DropAction.CopyAction, data)
-    QApplication.sendEvent(window, QDropEvent(*where, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier))
+    how = (Qt.DropAction.CopyAction, data, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier)
+    enter = QDragEnterEvent(QPoint(400, 400), *how)
+    QApplication.sendEvent(window, enter)
+    assert enter.isAccepted()
+    QApplication.sendEvent(window, QDropEvent(QPointF(400, 400), *how))
 
 
 def test_plugins_are_chosen_dropped_and_used_by_processes(window, qtbot, tmp_path):
@@ -46,6 +50,10 @@ def test_plugins_are_chosen_dropped_and_used_by_processes(window, qtbot, tmp_pat
     path = tmp_path / "pad.xyz"
     x, y = np.meshgrid(np.arange(8), np.arange(5))
     np.savetxt(path, np.stack([4 * x.ravel(), 4 * y.ravel(), np.zeros(40)], axis=1))
+    drop(window, path)
+    box = window.findChild(QInputDialog, "taxel-link")
+    assert box is not None, window.notification_bar.text
+    box.setTextValue("No robot: the skin alone")
     with qtbot.waitSignal(window.live.prepared_changed, timeout=60_000):
-        drop(window, path)
+        box.accept()
     assert len(window.live.prepared.skin) == 40
