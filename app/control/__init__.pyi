@@ -7,12 +7,19 @@ from .command import (
     TaskReport,
 )
 from .controller_manager import ControllerManager
-from .controller_registry import CONTROLLERS, ControllerEntry, build_by_scheme, build_controller, effective_settings
+from .controller_registry import (
+    CONTROLLERS,
+    ControllerEntry,
+    build_by_scheme,
+    build_controller,
+    check_settings,
+    effective_settings,
+    settings_from,
+)
 from .controllers import Controller
 from .limit_texts import limit_name, limit_text
 from .limits import Limit, LimitKind, RegraspFailure
 from .loop_stability import SensorTiming, StepResponse, step_response
-from .settings_check import check_settings, settings_from
 
 __all__ = [
     "CONTROLLERS",

@@ -9,7 +9,7 @@ from typing import Any, Literal, TypeAlias
 
 from app.contacts.events import EVENT_KINDS, ContactEvent, EventKind
 from app.control.command import ControlSettings
-from app.control.settings_check import check_settings, settings_from
+from app.control.controller_registry import check_settings, settings_from
 from app.core.errors import SceneError, did_you_mean
 from app.core.toml import check_keys
 from app.skin.skin import Skin

@@ -1,7 +1,7 @@
 """What goes into a controller and comes out of it: settings and their ranges, the joint command, the report of its
 task.
 
-Settings are checked where they come in, from a scene, a recording or a person: see ``settings_check``.
+Settings are checked where they come in, from a scene, a recording or a person: see ``controller_registry``.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ import numpy as np
 from app.contacts.force_estimation.wrench_consistency import WrenchMismatch
 from app.contacts.regions import ContactRegion
 from app.control.command import ControlSettings, JointCommand, TaskReport
-from app.control.controller_registry import build_controller
+from app.control.controller_registry import build_controller, check_settings
 from app.control.controllers import Controller
 from app.control.limits import Limit, LimitKind
 from app.control.loop_stability import (
@@ -25,7 +25,6 @@ from app.control.loop_stability import (
 )
 from app.control.map_kinematics import MapKinematics
 from app.control.path_following.clearance import Surroundings, nothing_around
-from app.control.settings_check import check_settings
 from app.control.tasks import TaskManager
 from app.core.arrays import FloatArray
 from app.maps.tactile_map import TactileMap

@@ -14,7 +14,7 @@ import numpy as np
 
 from app.contacts.pipeline import reading_from
 from app.control.behaviours import behaviours_from
-from app.control.settings_check import settings_from
+from app.control.controller_registry import settings_from
 from app.core.errors import SceneError, SkinError, TactileMapsError
 from app.core.progress import Progress, no_progress, part_of_progress
 from app.geometry.mesh import Mesh

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from app.contacts.pipeline import ReadingSettings, reading_from
 from app.control.behaviours import Behaviour, behaviours_from
 from app.control.command import ControlSettings
-from app.control.settings_check import settings_from
+from app.control.controller_registry import settings_from
 from app.maps.tactile_map import TactileMap
 from app.scene.effects import Effects
 from app.session.inputs import (

@@ -11,9 +11,8 @@ from typing import Any, cast
 from app.cli.output import print_fields, print_json, print_line, progress_line
 from app.cli.scenes import package_roots
 from app.control.command import CHOICES, ControlSettings, TaskName
-from app.control.controller_registry import CONTROLLERS
+from app.control.controller_registry import CONTROLLERS, check_settings, settings_from
 from app.control.limit_texts import limit_name
-from app.control.settings_check import check_settings, settings_from
 from app.core.errors import RecordingError, UsageError, did_you_mean
 from app.core.files import write_atomically
 from app.recording.player import RecordingPlayer

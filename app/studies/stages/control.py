@@ -13,9 +13,9 @@ from functools import lru_cache
 from typing import cast, get_args
 
 from app.control.command import ControllerName, ControlSettings
+from app.control.controller_registry import settings_from
 from app.control.controllers import CONTROL_SCHEMES
 from app.control.limit_texts import limit_texts
-from app.control.settings_check import settings_from
 from app.core.errors import SimulationError
 from app.session.prepare import PreparedScene
 from app.studies.rows import scaled

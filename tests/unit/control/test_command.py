@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from app.control.command import CHOICES, MOST_POINTS, RANGES, ControlSettings, JointCommand
-from app.control.settings_check import check_settings, settings_from
+from app.control.controller_registry import check_settings, settings_from
 from app.core.errors import SceneError
 
 

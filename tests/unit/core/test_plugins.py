@@ -13,8 +13,7 @@ import pytest
 from app.cli.commands.inspect import REGISTRIES
 from app.contacts.force_estimation.estimation import FORCE_ESTIMATORS
 from app.contacts.pipeline import ReadingSettings, read_contacts
-from app.control.controller_registry import CONTROLLERS
-from app.control.settings_check import settings_from
+from app.control.controller_registry import CONTROLLERS, settings_from
 from app.core.errors import LiveError, PluginError, SceneError, SimulationError, TactileMapsError, UsageError
 from app.core.plugins import broken_plugins
 from app.export.export import FORMATS, export_recording

@@ -13,7 +13,7 @@ from app.contacts.force_estimation.estimate import ESTIMATORS
 from app.contacts.pipeline import ReadingSettings
 from app.control.behaviours import Behaviour
 from app.control.command import CHOICES, ControlSettings
-from app.control.settings_check import settings_from
+from app.control.controller_registry import settings_from
 from app.core.errors import SceneError
 from app.core.toml import toml_lines
 from app.scene import scene_file

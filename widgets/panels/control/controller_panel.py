@@ -19,11 +19,10 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPalette, QPen, QPolygo
 from PySide6.QtWidgets import QButtonGroup, QGridLayout, QHBoxLayout, QLabel, QPushButton, QWidget
 
 from app.control.command import ControlSettings, RegraspState
-from app.control.controller_registry import CONTROLLERS, effective_settings, has_task
+from app.control.controller_registry import CONTROLLERS, effective_settings, has_task, settings_from
 from app.control.limit_texts import limit_text
 from app.control.limits import LimitKind
 from app.control.loop_stability import StepResponse, step_response
-from app.control.settings_check import settings_from
 from app.session.frame import Frame
 from app.session.prepare import PreparedScene
 from widgets.common.colours import DARK

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from app.control.command import ControlSettings
+from app.control.controller_registry import check_settings
 from app.control.controllers import CONTROL_SCHEMES
-from app.control.settings_check import check_settings
 from app.core.errors import SimulationError
 from app.maps.build import build_map
 from app.studies.stages.control import SPEEDS_MM_S, STAGE, stage_setting_of, with_stage_setting

@@ -11,10 +11,10 @@ import pytest
 
 from app.contacts.pipeline import ReadingSettings
 from app.control.command import ControlSettings
+from app.control.controller_registry import check_settings
 from app.control.controllers import CONTROL_SCHEMES
 from app.control.limits import Limit, LimitKind
 from app.control.loop_stability import sampled_loop_limit
-from app.control.settings_check import check_settings
 from app.studies.figures import BarChart, Figure
 from app.studies.sweeps.control_cost import (
     BOUND,

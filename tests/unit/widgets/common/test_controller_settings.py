@@ -8,8 +8,7 @@ import pytest
 
 from app.control.command import CHOICES, RANGES, ControlSettings
 from app.control.command import CHOICES as TAKEN
-from app.control.controller_registry import CONTROLLERS, effective_settings
-from app.control.settings_check import check_settings
+from app.control.controller_registry import CONTROLLERS, check_settings, effective_settings
 from app.studies.controller_comparison import TASK_FIELDS
 from widgets.common.controller_settings import GAIN_SETTINGS, SETTING_CHOICES, SLIDERS, GainsByController
 
