@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.control.inverse_kinematics import CLOSE, TILT, LinkPoint, PointTarget
+from app.control.path_following.inverse_kinematics import CLOSE, TILT, LinkPoint, PointTarget
 from app.core.arrays import FloatArray
 from app.robots.kinematics import Configuration
 

@@ -16,9 +16,9 @@ import numpy as np
 
 from app.contacts.regions import ContactRegion
 from app.control.command import RegraspState
-from app.control.inverse_kinematics import LinkPoint
 from app.control.limits import Limit, LimitKind, RegraspFailure
 from app.control.path_following.clearance import Clearance, Surroundings, nothing_around
+from app.control.path_following.inverse_kinematics import LinkPoint
 from app.control.path_following.regrasp_plan import RegraspPlan
 from app.control.path_following.surface_path import PathCrossing
 from app.core.arrays import FloatArray

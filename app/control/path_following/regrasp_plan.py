@@ -14,10 +14,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from app.control.inverse_kinematics import TILT, LinkPoint, PointTarget, solve_inverse_kinematics
 from app.control.joint_impedance import joint_limits
 from app.control.limits import RegraspFailure
 from app.control.path_following.clearance import Clearance
+from app.control.path_following.inverse_kinematics import TILT, LinkPoint, PointTarget, solve_inverse_kinematics
 from app.control.path_following.motion_planning import Pair, RrtConnect, straight
 from app.control.path_following.reach import ReachSearch
 from app.core.arrays import FloatArray

@@ -5,8 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.control.inverse_kinematics import CLOSE, ROUNDS, TILT, LinkPoint, PointTarget, solve_inverse_kinematics
 from app.control.joint_impedance import joint_limits
+from app.control.path_following.inverse_kinematics import (
+    CLOSE,
+    ROUNDS,
+    TILT,
+    LinkPoint,
+    PointTarget,
+    solve_inverse_kinematics,
+)
 from app.robots.kinematics import Configuration
 from tests.support.touch import arm
 
