@@ -142,6 +142,8 @@ class StimulusChoice(QWidget):
     """Another stimulus, task or time is wanted."""
     recording_chosen = Signal(str)
     """The stimulus of this recording is wanted: ``take_recording`` answers."""
+    refresh_wanted = Signal()
+    """What the session has by now is wanted: ``show_live`` answers."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -216,9 +218,19 @@ class StimulusChoice(QWidget):
         name.setBuddy(self.seconds)
         row.addWidget(name)
         row.addWidget(self.seconds, 1)
+        self.refresh = QPushButton("Update", self)
+        self.refresh.setObjectName("stimulus-refresh")
+        self.refresh.setToolTip("Take what was done in the session until now, all of it")
+        self.refresh.clicked.connect(self._on_refresh)
+        row.addWidget(self.refresh)
         for part in (self._box, self._note, self._tasks):
             column.addWidget(part)
         column.addLayout(row)
+
+    def _on_refresh(self) -> None:
+        self._seconds_chosen = False
+        self.refresh_wanted.emit()
+        self.changed.emit()
 
     def _on_source_chosen(self, row: int) -> None:
         source = self._box.itemData(row)
@@ -259,6 +271,7 @@ class StimulusChoice(QWidget):
         self._tasks.setCurrentIndex(self._tasks.findData(self._task))
         self._tasks.say(_TASKS[self._task][0])
         self._tasks.setVisible(self._source != SCRIPT)
+        self.refresh.setEnabled(self._source == DONE)
         words = _sentence(occasion.words) if occasion else "Open a robot first."
         self._note.setText(words if self._source == SCRIPT or not occasion else f"{words} {_LEFT_OUT}")
 

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QGridLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QLabel, QPushButton, QScrollBar, QVBoxLayout, QWidget
 
 from app.contacts.centre_of_pressure import SensorUncertainty
 from app.contacts.force_estimation.estimate import EstimateRefusal, EstimatorName, ForceEstimate
@@ -285,7 +285,7 @@ def region_summary(region: ContactRegion, among: Sequence[ContactRegion], units:
 
 
 class ContactsPanel(Panel):
-    """A few rows that never jump: fixed in number, the older region above the younger, tabular in digits."""
+    """A few rows that never jump: fixed in number, a scroll bar beside them; the older region above the younger."""
 
     region_selected = Signal(object)
     """The row of a region was clicked: its id; None if it was selected already."""
@@ -311,6 +311,16 @@ class ContactsPanel(Panel):
         for row in self._rows:
             row.button.clicked.connect(self._on_row_clicked)
         grid.setColumnStretch(1, 1)
+        self.scroll_bar = QScrollBar(Qt.Orientation.Vertical, self)
+        self.scroll_bar.setObjectName("contacts-scroll")
+        self.scroll_bar.setAccessibleName("Contacts shown")
+        self.scroll_bar.setPageStep(_ROWS)
+        keeps = self.scroll_bar.sizePolicy()
+        keeps.setRetainSizeWhenHidden(True)  # or the columns would jump with the fourth contact
+        self.scroll_bar.setSizePolicy(keeps)
+        self.scroll_bar.valueChanged.connect(self._on_scrolled)
+        self.scroll_bar.hide()
+        grid.addWidget(self.scroll_bar, 1, 5, _ROWS, 1)
         self._facts: QLabel = self.caption()
         self._facts.setObjectName("contacts-facts")
         self._facts.setToolTip(_FACTS_TIP)
@@ -392,13 +402,31 @@ class ContactsPanel(Panel):
         self._told.setVisible(self._estimated and self._units.force is not None)
 
     def select_region(self, region: int | None) -> None:
-        """Highlight the row of the region with this id; None for none."""
+        """Highlight the row of the region with this id, and bring it into sight; None for none."""
         self._selected = region
+        place = next((k for k, one in enumerate(self._ordered) if one.id == region), None)
+        if place is not None:
+            first = self.scroll_bar.value()
+            self.scroll_bar.setRange(0, max(len(self._regions) - _ROWS, 0))
+            self.scroll_bar.setValue(min(max(first, place - _ROWS + 1), place))
+        self._fill()
+
+    @property
+    def _ordered(self) -> list[ContactRegion]:
+        """The older region above the younger."""
+        return sorted(self._regions, key=lambda region: region.id)
+
+    def _on_scrolled(self, _first: int) -> None:
         self._fill()
 
     def _fill(self) -> None:
-        first = sorted(self._regions, key=lambda region: region.id != self._selected)[:_ROWS]
-        shown = sorted(first, key=lambda region: region.id)
+        most = max(len(self._regions) - _ROWS, 0)
+        self.scroll_bar.blockSignals(True)  # what it would tell is done here
+        self.scroll_bar.setRange(0, most)
+        self.scroll_bar.blockSignals(False)
+        self.scroll_bar.setVisible(most > 0)
+        first = sorted(self._regions, key=lambda region: region.id != self._selected)
+        shown = self._ordered[self.scroll_bar.value() :]
         for number, row in enumerate(self._rows):
             region = shown[number] if number < len(shown) else None
             known = None if region is None else self._estimates.get(region.id)

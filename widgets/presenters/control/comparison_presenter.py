@@ -64,6 +64,7 @@ class ComparisonPresenter(QObject):
             board.asked.connect(self.run)
             board.cancelled.connect(self._on_cancelled)
             board.stimulus.recording_chosen.connect(self.read_stimulus)
+            board.stimulus.refresh_wanted.connect(self._refresh)
             board.used.connect(self.use)
             board.export_asked.connect(self.choose_export)
             board.begin(_first_two(self._panel.settings))

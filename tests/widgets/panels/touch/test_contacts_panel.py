@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QLabel
+from PySide6.QtWidgets import QApplication, QLabel, QScrollBar
 
 from app.contacts.force_estimation.estimate import ESTIMATORS, EstimateRefusal, ForceEstimate
 from app.contacts.pipeline import ReadingSettings
@@ -16,6 +16,7 @@ from app.scene.effects import Effects
 from app.session.session import Session
 from app.tactile.poke import PokePressed
 from app.tactile.sensor_effects import Noise, SensorEffects
+from tests.widgets.support.samples import touched
 from widgets.panels.touch.contacts_panel import ESTIMATORS as WORDS
 from widgets.panels.touch.contacts_panel import SHEAR_TIP, ContactsPanel, EstimationControls, estimate_text
 
@@ -161,3 +162,24 @@ def test_in_the_window_a_choice_reaches_the_session_and_a_paused_one_after_a_res
     live.step()
     assert live.runner.session.runtime_settings.reading == ReadingSettings("tikhonov", 2000.0)
     assert reading.threshold.words == "Contact threshold 2\u2009kPa"
+
+
+def test_of_seven_contacts_all_can_be_scrolled_to(panel, prepared, qtbot):
+    """Three rows at once; the bar beside them reaches the rest, a selected one comes into sight, and no row moves."""
+    tall = panel.sizeHint().height()
+    panel.show_frame(touched(prepared.map, [8 * k for k in range(1, 8)]))
+    links = [region.id for region in panel._regions]
+    assert len(links) == 7
+    bar = panel.findChild(QScrollBar, "contacts-scroll")
+    assert bar.isVisible()
+    assert panel.sizeHint().height() == tall
+    seen = set()
+    bar.setFocus()
+    for _ in range(5):
+        seen |= {row.region for row in panel._rows}
+        QTest.keyClick(bar, Qt.Key.Key_Down)
+    assert seen == set(links)
+    panel.select_region(links[0])
+    assert panel._rows[0].region == links[0]
+    panel.show_frame(touched(prepared.map, [8]))
+    assert not bar.isVisible()

@@ -314,3 +314,12 @@ def test_the_menu_has_laws_and_tasks_by_keys(window):
     assert window.column["controller"].settings.starts == 1
     window.action("controller_impedance").trigger()
     assert not window.action("task_retreat").isEnabled(), "that controller has no task"
+
+
+def test_what_was_done_since_the_window_opened_is_taken_when_asked_for(window, board):
+    run(window, 0.4)
+    note = board.findChild(QLabel, "stimulus-note")
+    before, seconds = note.text(), board.stimulus.seconds.value()
+    board.findChild(QPushButton, "stimulus-refresh").click()
+    assert board.stimulus.seconds.value() > seconds
+    assert note.text() != before
