@@ -8,9 +8,9 @@ from pathlib import Path
 
 from app.core.errors import SkinError, UsageError
 from app.scene.scene import Scene, with_package_roots
-from app.scene.scene_file import scene_for, scene_for_taxels, with_taxels
+from app.scene.scene_file import scene_for, scene_for_taxels, scene_names, with_taxels
 from app.session.prepare import open_scene
-from app.skin.formats.import_skin import NO_ROBOT
+from app.skin.formats.import_skin import NO_ROBOT, holds_taxels
 from app.stimuli.stimulus_file import load_stimuli
 
 
@@ -50,11 +50,27 @@ def _named_scene(arguments: argparse.Namespace) -> Scene:
     if first and second:
         raise UsageError("two scenes are named", value=f"{first}, {second}", remedy="Name one")
     name, robot = first or second, getattr(arguments, "robot", None)
+    if name and is_skin_folder(name):
+        return with_taxels(scene_for(robot), name) if robot else scene_for_taxels(name)
     if name and robot:
         scene = open_scene(name, package_roots=package_roots(arguments))
         cover = replace(scene.cover, links=())
         return replace(scene, robot=robot, cover=cover, stimuli=scene_for(robot).stimuli, motion=())
     return open_scene(name, package_roots=package_roots(arguments)) if name else scene_for(robot or "arm")
+
+
+def is_skin_folder(name: str) -> bool:
+    """Whether ``name`` is a folder of a skin's files, which stands for the scene of its usual carrier.
+
+    Raises:
+        UsageError: It is a folder with nothing of a skin in it.
+    """
+    if not Path(name).is_dir() or name in scene_names():
+        return False
+    if not holds_taxels(name):
+        remedy = "Give a scene, or a folder of a skin's positions files (*.txt)"
+        raise UsageError("a folder is no scene", file=name, remedy=remedy)
+    return True
 
 
 def package_roots(arguments: argparse.Namespace) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 
 import pytest
@@ -10,6 +11,7 @@ import trimesh
 from app.__main__ import main
 from app.cli.parser import build_parser
 from app.cli.scenes import scene_from_arguments
+from app.core.errors import UsageError
 
 
 @pytest.fixture
@@ -62,3 +64,11 @@ def test_roots_given_twice_are_named_once_and_are_absolute(elsewhere, monkeypatc
     monkeypatch.chdir(elsewhere)
     arguments = build_parser().parse_args(["run", "--package-root", ".", "--package-root", str(elsewhere)])
     assert scene_from_arguments(arguments).package_roots == (str(elsewhere),)
+
+
+def test_a_folder_of_a_skin_is_the_scene_of_its_carrier(tmp_path):
+    with pytest.raises(UsageError, match=r"folder is no scene.*positions files"):
+        scene_from_arguments(argparse.Namespace(scene_file=str(tmp_path)))
+    (tmp_path / "left_forearm.txt").write_text("")
+    scene = scene_from_arguments(argparse.Namespace(scene_file=str(tmp_path)))
+    assert (scene.robot, scene.taxel_file) == ("icub_whole", str(tmp_path))

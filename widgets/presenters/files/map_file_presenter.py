@@ -16,10 +16,13 @@ from app.editing.document_file import AUTOSAVE_ENDING, UNTITLED, DocumentFile, l
 from app.editing.layout_import import adopt_document
 from app.maps.formats.export import ENDINGS, write_map
 from app.session.prepare import PreparedScene
+from app.skin.formats.mujoco_touch import write_touch_sensors
 from widgets.context.app_context import AppContext
 from widgets.context.dialogs import Button
 
 AUTOSAVE_MS = 20_000
+SENSORS_ENDING = ".xml"
+"""The robot as MJCF with a touch sensor for each taxel."""
 _MAPS = "Tactile maps (*.npz)"
 
 
@@ -141,18 +144,21 @@ class MapFilePresenter(QObject):
 
     def choose_export(self) -> None:
         """Ask where to write the map for other programs."""
-        kinds = ";;".join(f"{ending[1:].upper()} (*{ending})" for ending in ENDINGS)
+        kinds = ";;".join(f"{ending[1:].upper()} (*{ending})" for ending in (*ENDINGS, SENSORS_ENDING))
         path = self._ask_path("Export map", kinds, "")
         if path:
             self.export(path)
 
     def export(self, path: str) -> None:
         """Write the map as the file's ending says."""
-        document = self._editor.document
-        if document is None:
+        document, prepared = self._editor.document, self._context.session.prepared
+        if document is None or prepared is None:
             return
         try:
-            write_map(document.map, path)
+            if Path(path).suffix.lower() == SENSORS_ENDING:
+                write_touch_sensors(document.map.skin, prepared.robot, path)
+            else:
+                write_map(document.map, path)
         except TactileMapsError as error:
             self._context.notifier.fault(str(error))
         else:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.unit.control.test_inverse_kinematics import reached, spot_of
 
 from app.control.joint_impedance import joint_limits
 from app.control.path_following.inverse_kinematics import TILT, PointTarget
 from app.control.path_following.reach import ReachSearch
 from app.robots.kinematics import Configuration
 from tests.support.touch import arm
+from tests.unit.control.path_following.test_inverse_kinematics import reached, spot_of
 
 UPPER_ARM, FOREARM, HAND = 40, 150, 280
 

@@ -114,7 +114,7 @@ def test_a_map_that_does_not_fit_is_refused_and_nothing_changes(window, files, t
     assert message(window)
 
 
-@pytest.mark.parametrize("ending", [".obj", ".svg", ".csv", ".npz", ".png"])
+@pytest.mark.parametrize("ending", [".obj", ".svg", ".csv", ".npz", ".png", ".xml"])
 def test_a_map_is_exported_for_other_programs(window, files, tmp_path, monkeypatch, ending):
     path = tmp_path / f"map{ending}"
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(path), ""))
