@@ -28,6 +28,16 @@ EASY_ENERGY = 1e6
 """Mean energy of a first map from which a good one is reached soon. Above it further seams are tried."""
 HARDEST_ENERGY = 1e10
 """Mean energy of a first map that is tried at last: 20,000 faces with 81 handles begin at 7e6 and take 30 CPU s."""
+TAUTEST_ENERGY = 1e12
+"""Mean energy up to which a patch pulled taut is tried. Needles of 10,000 radii in rungs for 1000 taxels begin at 7e10
+and reach 4.2; those of 100,000 begin at 1.7e12, fold, and end nowhere near in a minute."""
+MOST_FACE_ROUNDS = 60_000_000
+"""Faces times rounds that a patch's descents take together: about 30 CPU s. Counted, not timed: the map stays the same
+on a slower machine."""
+_LEAST_ROUNDS = 100
+"""Rounds that any patch may take, however many its faces."""
+_BARRIER_COST = 8
+"""Times as long as a round without the border's barrier."""
 _MOST_SEAMS = 3
 _SEAMS_TO_OPEN = (0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64)
 """Extra seams that are tried for an initial map: a body with limbs takes one into each."""
@@ -70,7 +80,7 @@ def flatten(
         else []
     )
     chart, reached = job.flatten(extra)
-    while job.seeks_seams and reached > WORTH_A_SEAM and extra < _MOST_SEAMS:
+    while job.seeks_seams and not job.spent and reached > WORTH_A_SEAM and extra < _MOST_SEAMS:
         extra += 1
         better, after = job.flatten(extra)
         if reached - after < _WORTH_KEEPING * (reached - 4):
@@ -89,6 +99,7 @@ class _FlatteningJob:
         self._surface, self._how, self._lengths = surface, how, lengths
         self._plan, self._name, self._on_round = plan, name, on_round
         self._further_cuts = planned_cuts(surface, plan)
+        self._rounds, self._most_rounds = 0, max(MOST_FACE_ROUNDS / len(surface.faces), _LEAST_ROUNDS)
         self._cuts: list[CutSurface] = []
         self._disks: dict[int, tuple[CutSurface, Disk]] = {}
 
@@ -97,7 +108,31 @@ class _FlatteningJob:
         """Whether seams that nobody asked for may be added; a method to be compared gets the topology's only."""
         return self._how.name == "symmetric-dirichlet" and self._plan.extra is None
 
+    @property
+    def spent(self) -> bool:
+        """Whether the descents have taken all rounds that they may."""
+        return self._rounds >= self._most_rounds
+
     def openable(self) -> int:
+        """How many extra seams it takes for a first map that a descent gets anywhere from.
+
+        Raises:
+            MapError: No number does.
+        """
+        extra = self._least_hopeless()
+        _, disk = self._cut(extra)
+        energy = disk.energy.energy(disk.taut)
+        if self._how.slides and energy > TAUTEST_ENERGY:
+            across = float(disk.rest.edge_lengths.min() * np.sqrt(self._surface.area))
+            raise MapError(
+                "the surface is too long and thin to be flattened",
+                place=self._name,
+                value=f"{self._surface.size:.3g} m long with edges of {across:.3g} m, {len(self._surface.faces)} faces",
+                remedy="Cut off or thicken its needles, or ask for fewer taxels",
+            )
+        return extra
+
+    def _least_hopeless(self) -> int:
         """How many extra seams it takes for a first map that is not hopeless.
 
         On a long, deep cup the initial map shrinks the bottom towards the smallest number; a seam into it lets it open.
@@ -151,7 +186,7 @@ class _FlatteningJob:
 
     def _valid(self, disk: Disk) -> tuple[list[Iterate], list[Finding]]:
         """Rounds that end in a map without flips and overlaps, and what it took."""
-        findings, clock = [], _Clock()
+        findings, clock = list[Finding](), _Clock()
         rounds: list[Iterate] = []
         try:
             rounds += self._told(disk, clock, self._how.run(disk, self._lengths))
@@ -169,19 +204,27 @@ class _FlatteningJob:
         apart = BoundaryBarrier(target, disk.loop, rounds[-1].plane)
         if apart.touches(rounds[-1].plane):
             # The first map does not overlap, and a barrier between the border's parts keeps it so.
-            rounds += self._told(disk, clock, (r.plane for r in minimise(apart, disk.taut)))
+            rounds += self._told(disk, clock, (r.plane for r in minimise(apart, disk.taut)), cost=_BARRIER_COST)
             note = f"boundary barrier, distortion {rounds[-1].energy:.2f}"
             findings.append(Finding("overlap-avoided", self._name, note))
+        if self.spent:
+            note = f"after {len(rounds)} rounds, distortion {rounds[-1].energy:.4g} (4 is isometric)"
+            findings.append(Finding("descent-stopped", self._name, note))
         return rounds, findings
 
-    def _told(self, disk: Disk, clock: Callable[[], float], planes: Iterable[FloatArray]) -> list[Iterate]:
-        """Each plane at unit area, with its energy and the time it came."""
-        rounds = []
+    def _told(
+        self, disk: Disk, clock: Callable[[], float], planes: Iterable[FloatArray], *, cost: int = 1
+    ) -> list[Iterate]:
+        """Each plane at unit area, with its energy and the time it came; at least one, then while rounds are left."""
+        rounds = list[Iterate]()
         for plane in planes:
+            self._rounds += cost
             scaled = disk.scaled(plane)
             rounds.append(Iterate(scaled, disk.energy.energy_at_best_scale(scaled), clock(), 1.0))
             if self._on_round is not None:
                 self._on_round(rounds[-1])
+            if self.spent:
+                break
         return rounds
 
 

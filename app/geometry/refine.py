@@ -52,9 +52,7 @@ def subdivide(mesh: Mesh, *, longest: float) -> SubdividedMesh:
 
     Cost: about 0.5 µs for each face made.
     """
-    table = mesh.connectivity
-    lengths = np.linalg.norm(mesh.vertices[table.edges[:, 1]] - mesh.vertices[table.edges[:, 0]], axis=1)
-    parts = np.maximum(np.ceil(lengths / longest - 1e-9), 1.0)
+    table, parts = mesh.connectivity, _parts(mesh, longest)
     sides = np.sort(parts[table.edge_of], axis=1)
     if (2 * sides[:, 0] * sides[:, 2]).sum() > 2 * MAX_FACES:
         raise MeshError(
@@ -65,6 +63,20 @@ def subdivide(mesh: Mesh, *, longest: float) -> SubdividedMesh:
     if (parts == 1).all():
         return SubdividedMesh(mesh, np.arange(len(mesh.faces)))
     return _RowSubdivision(mesh, table, parts.astype(np.int64)).filled()
+
+
+def subdivided_count(mesh: Mesh, *, longest: float) -> float:
+    """About how many faces ``subdivide`` would make, without making them: exact where an edge of each face stays whole.
+
+    Cost: 50 ns for each face of ``mesh``.
+    """
+    sides = np.sort(_parts(mesh, longest)[mesh.connectivity.edge_of], axis=1)
+    return float((sides[:, 0] * (sides[:, 1] + sides[:, 2] - sides[:, 0])).sum())
+
+
+def _parts(mesh: Mesh, longest: float) -> FloatArray:
+    """(e,) into how many parts each edge is cut."""
+    return np.maximum(np.ceil(mesh.edge_lengths / longest - 1e-9), 1.0)
 
 
 class _RowSubdivision:

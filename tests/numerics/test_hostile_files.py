@@ -98,10 +98,18 @@ def test_a_spike_of_a_thousand_radii_is_mapped_in_seconds(tmp_path, call_all):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("radii", "subdivisions", "cpu"), [(300, 4, 20), (1000, 4, 20), (1000, 5, 30)])
+@pytest.mark.parametrize(
+    ("radii", "subdivisions", "cpu"), [(300, 4, 20), (1000, 4, 20), (1000, 5, 30), (10_000, 3, 20), (10_000, 4, 40)]
+)
 def test_larger_spikes_are_mapped_in_half_a_minute(tmp_path, call_all, radii, subdivisions, cpu):
     path = spiked_sphere(tmp_path / "spike.stl", radii, subdivisions)
     assert call_all(hostile_files.mapped, [(str(path),)], cpu=cpu) == ["ok"]
+
+
+def test_a_spike_of_a_hundred_thousand_radii_is_refused_by_name(tmp_path, call_all):
+    path = spiked_sphere(tmp_path / "spike.stl", 100_000.0, 3)
+    (outcome,) = call_all(hostile_files.mapped, [(str(path),)], cpu=10.0)
+    assert refused(outcome, "too long and thin to be flattened.*needles"), outcome
 
 
 def test_a_mesh_of_a_billion_metres_is_refused_quickly(tmp_path, call_all):

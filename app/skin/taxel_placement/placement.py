@@ -26,7 +26,7 @@ from app.geometry.closest_point import barycentric
 from app.geometry.connectivity import averaging_matrix
 from app.geometry.geodesics import distances_from, edge_graph
 from app.geometry.mesh import Mesh
-from app.geometry.refine import SubdividedMesh, subdivide
+from app.geometry.refine import SubdividedMesh, subdivide, subdivided_count
 from app.skin.skin import Taxels
 from app.skin.taxel_placement.patterns import place_lattice, place_modules
 from app.skin.taxel_placement.sampling import place_evenly
@@ -172,6 +172,8 @@ def _positive(values: FloatArray) -> FloatArray:
 
 EDGES_PER_PITCH = 2.5
 """Faces are divided until a taxel is this many edges across, so that its cell has about a dozen."""
+MOST_FACES = 50
+"""Of a taxel on average, however thin the surface's needles are; four times as many as its cell has elsewhere."""
 HEXAGON_AREA = np.sqrt(3) / 2
 """Area of a taxel with six neighbours, in pitches squared."""
 
@@ -192,11 +194,12 @@ def place_taxels(surface: Mesh, spec: PlacementSpec) -> Taxels:
     allowed = allowed_faces(surface, spec.keep_out)
     room = float(surface.face_areas[allowed].sum())
     pitch = _pitch(spec, room)
-    if spec.taxels != 1:
+    count = spec.taxels or max(1, round(room / (HEXAGON_AREA * pitch**2)))
+    many = spec.pattern == "even" and int(allowed.sum()) > 0.5 * MOST_FACES * count  # needles, cut into long rungs
+    if spec.taxels != 1 and not many:
         _refuse_coarse(surface, pitch)
     if spec.pattern == "modules":
         return place_modules(surface, pitch, allowed=allowed, seed=spec.seed)
-    count = spec.taxels or max(1, round(room / (HEXAGON_AREA * pitch**2)))
     if spec.pattern == "hexagonal":
         return place_lattice(surface, count, pitch, allowed=allowed, seed=spec.seed)
     if spec.pattern == "even":
@@ -217,7 +220,7 @@ def refine_for_spec(surface: Mesh, spec: PlacementSpec) -> tuple[SubdividedMesh,
     if spec.density is not None:
         wanted = face_density(surface, spec, pitch=pitch)
         pitch /= np.sqrt(wanted.max() / np.average(wanted, weights=surface.face_areas))
-    fine = subdivide(surface, longest=pitch / EDGES_PER_PITCH)
+    fine = subdivide(surface, longest=_longest_edge(surface, spec, room, pitch / EDGES_PER_PITCH))
     corners, weights = _coarse_barycentric(surface, fine)
     density = spec.density
     if density is not None and not isinstance(density, str):
@@ -228,6 +231,21 @@ def refine_for_spec(surface: Mesh, spec: PlacementSpec) -> tuple[SubdividedMesh,
         for zone in spec.keep_out
     ]
     return fine, replace(spec, density=density, keep_out=tuple(zones))
+
+
+def _longest_edge(surface: Mesh, spec: PlacementSpec, room: float, wanted: float) -> float:
+    """``wanted`` [m], or what leaves a taxel ``MOST_FACES`` where the surface is mostly needles.
+
+    On a needle far thinner than the pitch a taxel's cell is long, and would hold the more rungs the thinner it is.
+    The lattices are drawn over faces and need short edges on needles as well.
+    """
+    if spec.pattern != "even":
+        return wanted
+    taxels = surface.area / (HEXAGON_AREA * _pitch(spec, room) ** 2)
+    most, longest = MOST_FACES * taxels + 4 * len(surface.faces), wanted
+    while subdivided_count(surface, longest=longest) > most:
+        longest *= 1.1
+    return longest
 
 
 def _pitch(spec: PlacementSpec, room: float) -> float:

@@ -176,3 +176,19 @@ def test_the_edges_of_the_surface_and_of_its_cut_are_worked_out_once(sorted_face
     surface = frustum(0.03, 0.02, length=0.2)
     chart = flatten(surface, method=method, seams=SeamPlan(extra=0))
     assert sorted_faces == {surface.faces.tobytes(): 1, chart.faces.tobytes(): 1}
+
+
+@pytest.mark.parametrize("name", ["hemisphere", "spiral"])
+def test_a_descent_cut_short_is_still_one_to_one_and_says_where_it_stopped(name, monkeypatch):
+    surface = named(name)
+    monkeypatch.setattr("app.flattening.flatten.MOST_FACE_ROUNDS", 0)
+    monkeypatch.setattr("app.flattening.flatten._LEAST_ROUNDS", 3)
+    short, again = flatten(surface), flatten(surface)
+    assert "descent-stopped" in _kinds(short)
+    assert not flipped(short.plane, short.faces).any()
+    assert not crossings(short.plane[Connectivity(short.faces).boundary_loops[0]])
+    np.testing.assert_array_equal(short.plane, again.plane)
+    monkeypatch.undo()
+    whole = flatten(surface)
+    assert "descent-stopped" not in _kinds(whole)
+    assert whole.energies[-1] < short.energies[-1]

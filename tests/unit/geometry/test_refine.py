@@ -7,7 +7,7 @@ import pytest
 
 from app.core.errors import MeshError
 from app.geometry.mesh import Mesh
-from app.geometry.refine import CORNER_SNAP, SIDE_INSET, insert_vertices, subdivide
+from app.geometry.refine import CORNER_SNAP, SIDE_INSET, insert_vertices, subdivide, subdivided_count
 from tests.hard_cases.meshes import HARD_MESHES, hard_mesh
 from tests.support.surfaces import cap, named, sheet, taxels_on
 
@@ -52,6 +52,7 @@ def test_the_faces_are_hardly_more_than_the_area_asks_for() -> None:
 def test_a_needle_becomes_a_ladder() -> None:
     needle = Mesh([[0, 0, 0], [1e-3, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     assert len(subdivide(needle, longest=0.01).mesh.faces) < 210
+    assert len(subdivide(needle, longest=0.01).mesh.faces) == subdivided_count(needle, longest=0.01)
 
 
 def test_a_fine_mesh_is_returned_as_it_is() -> None:

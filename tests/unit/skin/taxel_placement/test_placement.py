@@ -23,6 +23,7 @@ from app.skin.taxel_placement.placement import (
     place_taxels,
     refine_for_spec,
 )
+from tests.hard_cases.meshes import spiked
 from tests.support.surfaces import cup, frustum, sheet, sphere
 
 
@@ -292,3 +293,11 @@ def test_paint_is_averaged_over_faces_and_must_fit():
     assert face_density(surface, PlacementSpec(taxels=5), pitch=0.01).tolist() == [1.0] * len(surface.faces)
     with pytest.raises(SkinError, match="one value for each vertex"):
         face_density(surface, PlacementSpec(taxels=5, density=painted[1:]), pitch=0.01)
+
+
+def test_needles_are_cut_into_no_more_faces_than_taxels_need():
+    needle = spiked(1e5)
+    mesh, taxels = placed(needle, taxels=100)
+    assert len(taxels) == 100
+    assert len(mesh.faces) <= 50 * 100 * 1.01 + 4 * len(needle.faces)
+    assert mesh.area == pytest.approx(needle.area)
