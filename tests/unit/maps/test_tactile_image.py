@@ -25,7 +25,7 @@ from tests.support.surfaces import sheet, skin_of
 
 def test_the_areas_behind_the_pixels_are_those_of_their_faces(three_patches):
     """Many small pixels in one face add up to that face's area on the body."""
-    image = TactileImage(three_patches, resolution=4e-4)
+    image = TactileImage(three_patches, resolution=2.5e-4)
     patch, face, _ = three_patches.to_body_many(image.centres())
     areas = body_area_of_pixels(three_patches, patch, face, image.resolution)
     assert (areas[face < 0] == 0).all()
