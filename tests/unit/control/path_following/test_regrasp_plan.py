@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from tests.unit.control.test_inverse_kinematics import reached, spot_of
 
 from app.control.limits import RegraspFailure
 from app.control.path_following.clearance import Clearance, Obstacle
@@ -16,7 +17,6 @@ from app.robots.kinematics import Configuration
 from app.tactile.loads import Sphere
 from tests.support.touch import arm
 from tests.unit.control.path_following.test_regrasp import ends
-from tests.unit.control.test_inverse_kinematics import reached, spot_of
 
 MOST = 40_000
 
