@@ -218,10 +218,11 @@ def key_text(keys: str) -> str:
     return "+".join(_ARROWS.get(key, key) for key in keys.split("+")) if keys != "+" else keys
 
 
-def shortcuts_html(specs: Sequence[ActionSpec], gestures: Sequence[tuple[str, str]]) -> str:
-    """All keys and gestures as a small HTML table."""
-    rows = [(key_text(spec.keys[0]), spec.text.rstrip("…")) for spec in specs if spec.keys]
-    lines = "".join(
-        f"<tr><td><b>{keys}</b>&nbsp;&nbsp;&nbsp;</td><td>{text}</td></tr>" for keys, text in (*rows, *gestures)
-    )
-    return f"<table cellspacing='4'>{lines}</table>"
+def key_rows(menus: Sequence[Menu]) -> list[tuple[str, list[tuple[str, str]]]]:
+    """The keys of each menu that has any: all keys of an action, and what it does."""
+    groups = []
+    for menu in menus:
+        own = [spec for spec in specs_in([menu]) if spec.keys]
+        rows = [(", ".join(map(key_text, spec.keys)), spec.text.rstrip("…")) for spec in own]
+        groups += [(menu.title, rows)] if rows else []
+    return groups

@@ -239,7 +239,7 @@ def _file_menu() -> Menu:
                 checked=lambda state: state.sharing,
             ),
             LINE,
-            ActionSpec("save_picture", "Save picture…", ("Ctrl+Shift+P",), "Save the window as a picture"),
+            ActionSpec("save_picture", "Save picture…", ("Ctrl+Alt+P",), "Save the window as a picture"),
             LINE,
             ActionSpec("quit", "Quit", ("Ctrl+Q",), "Close the window"),
         ),
@@ -514,7 +514,13 @@ def _help_menu() -> Menu:
         "Help",
         (
             ActionSpec("guide", "Guide", ("Shift+F1",), "Open the user guide"),
-            ActionSpec("keys", "Keys", ("F1", "?"), "List all keys and mouse gestures"),
+            ActionSpec("keys", "Keys", ("F1", "?"), "List all mouse gestures and keys, to be left open and searched"),
+            ActionSpec(
+                "palette",
+                "Commands…",
+                ("Ctrl+Shift+P",),
+                "Find any action, setting, scene, robot or recent file by a few letters",
+            ),
             ActionSpec("about", "About Tactile Maps", (), "Show the versions of the program and its libraries"),
         ),
     )

@@ -83,6 +83,7 @@ class MainWindow(QMainWindow):
         FocusedKeys(self, yielding, (ScrubBar, ColourBar), (self.robot_view, self.map_view))
         guard_wheel(self)
         build_menus(self.menuBar(), self._actions, lists)
+        self._commands.offer_lists(lists)
         self._connect()
         self._leaving = False
         self.setAcceptDrops(True)

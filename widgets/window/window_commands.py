@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from importlib.metadata import version
 
 from PySide6.QtCore import QObject
-from PySide6.QtWidgets import QDockWidget, QMainWindow
+from PySide6.QtWidgets import QDockWidget, QMainWindow, QMenu
 
 from app.cli.commands.guide import find_page
 from app.core.errors import DisplayError
-from widgets.actions.registry import shortcuts_html
+from widgets.actions.keys_sheet import KeysSheet
+from widgets.actions.palette import CommandPalette
+from widgets.actions.registry import key_rows
 from widgets.actions.table import MOUSE_GESTURES
 from widgets.common.guide_window import GuideWindow
 from widgets.context.app_context import AppContext
+from widgets.window.palette_commands import ListFiller, action_commands, listed_commands, setting_commands
 from widgets.window.window_picture import save_window_picture
 
 _PACKAGES = ("tactile-maps", "mujoco", "libigl", "pyvista", "PySide6-Essentials", "numpy")
@@ -32,6 +36,10 @@ class WindowCommands(QObject):
         super().__init__(window)
         self._context, self._window, self._docks = context, window, {"panels": panels, "plots": bottom}
         self._guide: GuideWindow | None = None
+        self._sheet: KeysSheet | None = None
+        self.palette: CommandPalette | None = None
+        self._lists: Mapping[str, ListFiller] = {}
+        self._menus: dict[str, QMenu] = {}
         for name, handler in (
             ("save_picture", self.choose_picture_file),
             ("quit", window.close),
@@ -42,6 +50,7 @@ class WindowCommands(QObject):
             ("full_screen", self.toggle_full_screen),
             ("guide", self.show_guide),
             ("keys", self.tell_keys),
+            ("palette", self.ask_command),
             ("about", self.tell_about),
         ):
             context.actions.bind(name, handler)
@@ -93,9 +102,37 @@ class WindowCommands(QObject):
         self._guide.activateWindow()
 
     def tell_keys(self) -> None:
-        """List keys and gestures."""
-        keys = shortcuts_html(self._context.actions.specs, MOUSE_GESTURES)
-        self._context.dialogs.tell("keys", "Keys", keys)
+        """List gestures and keys beside the window; asked for again, the list comes to the front."""
+        if self._sheet is None:
+            groups = [("Mouse", MOUSE_GESTURES), *key_rows(self._context.actions.menus)]
+            self._sheet = KeysSheet(groups, self._window)
+            self._sheet.finished.connect(self._on_sheet_closed)
+        self._sheet.show()
+        self._sheet.activateWindow()
+        self._sheet.search.setFocus()
+
+    def _on_sheet_closed(self) -> None:
+        self._sheet = None
+
+    def _on_palette_closed(self) -> None:
+        self.palette = None
+
+    def offer_lists(self, lists: Mapping[str, ListFiller]) -> None:
+        """The palette offers what these list too: ``scenes``, ``robots`` and ``recent``."""
+        self._lists = lists
+        self._menus = {name: QMenu(self._window) for name in lists}
+
+    def ask_command(self) -> None:
+        """Offer everything that can be asked for."""
+        self.palette = CommandPalette(self._window)
+        self.palette.finished.connect(self._on_palette_closed)
+        self.palette.ask(
+            [
+                *action_commands(self._context.actions),
+                *setting_commands(self._context.panels, self.show_panels),
+                *listed_commands(self._menus, self._lists),
+            ]
+        )
 
     def tell_about(self) -> None:
         """Name versions."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QLabel, QMessageBox, QToolButton
+from PySide6.QtWidgets import QLabel, QToolButton
 
 from tests.widgets.support.window_driver import press_map, run
 from widgets.workers.worker_process import Result
@@ -61,20 +61,6 @@ def test_cancel_ends_the_job_that_is_shown_and_no_other(window, monkeypatch):
     cancel(window)
     assert ended == ["weighing", "scene"]
     assert not window.loading_bar.busy
-
-
-def test_keys_are_listed_in_one_window_that_goes_when_it_is_closed(window, qtbot):
-    def boxes():
-        return window.findChildren(QMessageBox, "keys")
-
-    for _ in range(2):
-        window.activateWindow()
-        qtbot.waitUntil(window.isActiveWindow)
-        QTest.keyClick(window, Qt.Key.Key_F1)
-        window.action("keys").trigger()
-        (box,) = boxes()
-        box.close()
-        qtbot.waitUntil(lambda: not boxes())
 
 
 def test_a_fault_of_every_frame_is_reported_once(window, crash_files):

@@ -7,7 +7,7 @@ from itertools import product
 
 from app.control.controllers import CONTROL_SCHEMES
 from app.editing.arrange import EDGES
-from widgets.actions.registry import key_text, shortcuts_html, specs_in
+from widgets.actions.registry import key_rows, key_text, specs_in
 from widgets.actions.state import UndoState, WindowState
 from widgets.actions.table import MOUSE_GESTURES, REMEDIES, menu_bar, tool_action
 from widgets.common.mode import Mode
@@ -134,6 +134,8 @@ def test_what_is_shown_at_first_is_said_by_each_layer():
 
 def test_keys_are_listed_with_arrows():
     assert key_text("Alt+Up") == "Alt+↑"
-    text = shortcuts_html(tuple(SPECS.values()), MOUSE_GESTURES)
-    assert "Alt+↑" in text
-    assert all(spec.text.rstrip("…") in text for spec in SPECS.values() if spec.keys)
+    told = {words: keys for _, rows in key_rows(menu_bar()) for keys, words in rows}
+    assert told["More force"] == "Alt+↑"
+    assert told.keys() == {spec.text.rstrip("…") for spec in specs_in(menu_bar()) if spec.keys}
+    assert "turn the view" in MOUSE_GESTURES[0][1], "what a person looks for first"
+    assert all(spec.tip for spec in SPECS.values()), "every action says what it does"

@@ -1,0 +1,108 @@
+"""The command palette and the sheet of keys in the real window, by real keys."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from widgets.actions.keys_sheet import KeysSheet
+from widgets.actions.palette import Command, matching
+
+KEY, CTRL, SHIFT = Qt.Key, Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
+
+
+@pytest.fixture
+def window(window_again, qtbot):
+    window = window_again
+    window.activateWindow()
+    window.robot_view.setFocus()
+    qtbot.waitUntil(lambda: QApplication.focusWidget() is window.robot_view)
+    return window
+
+
+@pytest.fixture
+def palette(window):
+    QTest.keyClick(window.robot_view, KEY.Key_P, CTRL | SHIFT)
+    palette = window._commands.palette
+    assert palette.isVisible()
+    yield palette
+    if window._commands.palette is not None:
+        palette.close()
+
+
+def texts(palette):
+    return [command.text for command in palette.found]
+
+
+def test_every_action_scene_robot_and_setting_is_found_with_its_key(window, palette):
+    all_of_them = {command.text: command for command in palette._commands}
+    for spec in window.context.actions.specs:
+        words = window.action(spec.name).iconText().rstrip("…")
+        (found,) = [
+            c
+            for t, c in all_of_them.items()
+            if t.split(" > ")[-1] == words and c.tip == window.action(spec.name).toolTip()
+        ]
+        assert bool(found.keys) == bool(spec.keys)
+        assert found.tip, spec.name
+    assert "Setting > Controller > Natural frequency" in all_of_them
+    assert sum(text.startswith("Open scene > ") for text in all_of_them) > 5
+    assert sum(text.startswith("Open robot > ") for text in all_of_them) > 3
+
+
+def test_a_few_letters_and_return_do_it(window, palette):
+    QTest.keyClicks(palette.field, "pause")
+    assert texts(palette)[0] == "Session > Pause"
+    QTest.keyClick(palette.field, KEY.Key_Return)
+    assert window._commands.palette is None
+    assert window.live.mode == "paused"
+    window.action("pause").trigger()
+
+
+def test_a_setting_gets_the_keyboard(window, palette):
+    QTest.keyClicks(palette.field, "natural freq")
+    QTest.keyClick(palette.field, KEY.Key_Return)
+    slider = window.column["controller"].sliders.by_name["stiffness"]
+    assert window.focusWidget() in (slider._slider, slider._value)
+
+
+def test_what_cannot_be_asked_for_now_is_listed_and_does_nothing(window, palette):
+    QTest.keyClicks(palette.field, "session step")
+    assert texts(palette)[0] == "Session > Step"
+    tick = window.live.runner.session.frame.tick
+    QTest.keyClick(palette.field, KEY.Key_Return)
+    assert palette.isVisible()
+    assert window.live.runner.session.frame.tick == tick
+
+
+def test_letters_match_in_order_words_and_beginnings_first():
+    commands = [
+        Command(text, lambda: None) for text in ("Edit > Undo", "View > Frame all", "Select > Find taxel", "Fold")
+    ]
+    assert matching("fa", commands)[0].text == "View > Frame all"
+    assert [c.text for c in matching("find", commands)] == ["Select > Find taxel"]
+    assert matching("zz", commands) == []
+    assert matching(" ", commands) == commands
+
+
+def test_the_sheet_of_keys_is_searched_fits_and_is_one(window, qtbot):
+    for _ in range(2):
+        window.activateWindow()
+        qtbot.waitUntil(window.isActiveWindow)
+        QTest.keyClick(window.robot_view, KEY.Key_F1)
+        (sheet,) = window.findChildren(KeysSheet)
+        assert sheet.isVisible()
+        assert not sheet.isModal(), "it is left open beside the window"
+        sheet.close()
+        qtbot.waitUntil(lambda: not window.findChildren(KeysSheet))
+    window.action("keys").trigger()
+    (sheet,) = window.findChildren(KeysSheet)
+    assert sheet.height() <= 700
+    assert "turn the view" in sheet.shown[0][1], "gestures come first"
+    assert len(sheet.shown) > 60
+    QTest.keyClicks(sheet.search, "undo")
+    assert sheet.shown == [("Ctrl+Z", "Undo")]
+    QTest.keyClick(sheet.search, KEY.Key_Escape)
+    qtbot.waitUntil(lambda: not window.findChildren(KeysSheet))
