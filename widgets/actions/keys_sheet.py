@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDialog, QHeaderView, QLineEdit, QTreeWidget, QTreeWidgetItem, QVBoxLayout, QWidget
 
-WIDTH, HEIGHT = 560, 640
+WIDTH, HEIGHT = 860, 640
 """It fits a screen of 768 rows with its frame and a bar of the desktop's [px]."""
 
 Row = tuple[str, str]
@@ -42,7 +42,7 @@ class KeysSheet(QDialog):
         self.list.setSelectionMode(QTreeWidget.SelectionMode.NoSelection)
         self.list.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.list.header().setSectionResizeMode(0, QHeaderView.ResizeMode.ResizeToContents)
-        self.list.header().setMaximumSectionSize(WIDTH // 2)
+        self.list.header().setMaximumSectionSize(WIDTH // 2 - 60)
         column = QVBoxLayout(self)
         column.addWidget(self.search)
         column.addWidget(self.list, 1)

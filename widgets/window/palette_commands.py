@@ -77,7 +77,8 @@ def setting_commands(column: PanelColumn, show: Callable[[], None]) -> list[Comm
                 seen.add((heading, name))
                 run = partial(_focus, column, panel, control, show)
                 text = f"Setting > {heading} > {name.split(':')[0]}"
-                commands.append(Command(text, run, tip=control.toolTip(), enabled=control.isEnabled()))
+                enabled = control.isEnabled() and not control.parentWidget().isHidden()
+                commands.append(Command(text, run, tip=control.toolTip(), enabled=enabled))
     return commands
 
 
