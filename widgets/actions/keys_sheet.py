@@ -52,6 +52,7 @@ class KeysSheet(QDialog):
     def show_groups(self, groups: Sequence[tuple[str, Sequence[Row]]]) -> None:
         """List these instead."""
         self.list.clear()
+        self._groups: list[tuple[QTreeWidgetItem, list[QTreeWidgetItem]]] = []
         for heading, rows in groups:
             group = QTreeWidgetItem([heading])
             font = group.font(0)
@@ -59,28 +60,24 @@ class KeysSheet(QDialog):
             group.setFont(0, font)
             self.list.addTopLevelItem(group)
             group.setFirstColumnSpanned(True)
-            for keys, does in rows:
-                row = QTreeWidgetItem([keys, does])
-                row.setToolTip(1, does)
-                group.addChild(row)
+            own = [QTreeWidgetItem([keys, does]) for keys, does in rows]
+            for row in own:
+                row.setToolTip(1, row.text(1))
+            group.addChildren(own)
             group.setExpanded(True)
+            self._groups.append((group, own))
         self._on_text_changed(self.search.text())
 
     @property
     def shown(self) -> list[Row]:
         """The rows that the search leaves, in order."""
-        groups = [self.list.topLevelItem(number) for number in range(self.list.topLevelItemCount())]
-        rows = [group.child(number) for group in groups for number in range(group.childCount())]
+        rows = (row for _, rows in self._groups for row in rows)
         return [(row.text(0), row.text(1)) for row in rows if not row.isHidden()]
 
     def _on_text_changed(self, text: str) -> None:
         words = text.lower().split()
-        for number in range(self.list.topLevelItemCount()):
-            group = self.list.topLevelItem(number)
-            left = 0
-            for place in range(group.childCount()):
-                row = group.child(place)
+        for group, rows in self._groups:
+            for row in rows:
                 told = f"{group.text(0)} {row.text(0)} {row.text(1)}".lower()
                 row.setHidden(not all(word in told for word in words))
-                left += not row.isHidden()
-            group.setHidden(not left)
+            group.setHidden(all(row.isHidden() for row in rows))

@@ -77,7 +77,8 @@ def setting_commands(column: PanelColumn, show: Callable[[], None]) -> list[Comm
                 seen.add((heading, name))
                 run = partial(_focus, column, panel, control, show)
                 text = f"Setting > {heading} > {name.split(':')[0]}"
-                enabled = control.isEnabled() and not control.parentWidget().isHidden()
+                around = control.parentWidget()  # a slider's stands in what is hidden with it
+                enabled = control.isEnabled() and not (around is not None and around.isHidden())
                 commands.append(Command(text, run, tip=control.toolTip(), enabled=enabled))
     return commands
 
