@@ -62,7 +62,7 @@ def verify(player: RecordingPlayer, *, progress: Progress = no_progress) -> Veri
     if player.measured is not None:
         raise RecordingError("the readings were measured: there is nothing to simulate again", file=player.path,
                              value=player.measured)  # fmt: skip
-    again = _Resimulation(player)
+    again = Resimulation(player)
     largest, first, compared, sure = 0.0, None, 0, _last_sure_tick(player)
     for number in range(len(player)):
         recorded = player.frame(number)
@@ -90,12 +90,19 @@ def _last_sure_tick(player: RecordingPlayer) -> int | None:
     return min(starts, default=None)
 
 
-class _Resimulation:
-    """A fresh session given the recorded inputs at their ticks. Mutable."""
+class Resimulation:
+    """A fresh session given the recorded inputs at their ticks. Mutable.
+
+    Args:
+        player: The recording; its readings were simulated.
+
+    Attributes:
+        session: As far as it was asked for.
+    """
 
     def __init__(self, player: RecordingPlayer) -> None:
         start = player.runtime_settings_at(0)
-        self._session = Session(
+        self.session = Session(
             player.prepared,
             scripted=False,
             settings=start.settings,
@@ -109,7 +116,7 @@ class _Resimulation:
 
     def frame(self, tick: int) -> Frame:
         """The frame of ``tick``; of an earlier one if the session stops before."""
-        session = self._session
+        session = self.session
         while session.frame.tick < tick and session.failure is None:
             while self._waiting and self._waiting[0][0] == session.frame.tick + 1:
                 session.submit(self._waiting.pop(0)[1])
@@ -124,7 +131,7 @@ class _Resimulation:
         """Why the session stopped, if it did as recorded; and the tick at which it ended otherwise than recorded."""
         if self._recorded is not None:
             self.frame(self._recorded[0])
-        failure = self._session.failure
+        failure = self.session.failure
         if self._recorded is None:
             return None, None if failure is None else failure.tick
         tick, error = self._recorded

@@ -26,6 +26,7 @@ from widgets.actions.state import (
     running,
 )
 from widgets.common.controller_settings import SETTING_CHOICES
+from widgets.common.mode import Mode
 from widgets.common.settings import BaseLayer
 from widgets.common.tool_kinds import ToolRole
 from widgets.layers.registry import LAYERS, LayerSpec
@@ -546,6 +547,14 @@ REMEDIES = (
     ActionSpec("open_path_scene", "Open Follow a path", (), "Open the scene in which a knob that stands still is led"),
     ActionSpec("replay_saved", "Replay", (), "Replay the recording that was saved"),
     ActionSpec("show_saved", "Show in folder", (), "Show the folder of the recording that was saved"),
+    ActionSpec("simulate_fingers", "Simulate fingers", (), "Simulate fingers, so that the skin can be pressed"),
+    ActionSpec(
+        "take_over",
+        "Take over from here",
+        (),
+        "Simulate on from the instant of the recording that is shown",
+        lambda state: state.mode is Mode.REPLAYING,
+    ),
     ActionSpec("use_anyway", "Use anyway", (), "Simulate in spite of the warning"),
 )
 """Offered by a message, where they help."""

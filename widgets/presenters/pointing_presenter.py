@@ -90,12 +90,42 @@ class PointingPresenter(QObject):
         self.menu: QMenu | None = None
         context.views.menu_requested.connect(self.open_menu)
         context.views.latch_requested.connect(self.hold)
+        context.views.poke_pressed.connect(self.press)
+        context.session.taken_over.connect(self._on_taken_over)
+        context.actions.bind("take_over", context.session.take_over)
 
-    # Fingers that stay.
+    # Fingers.
+
+    def press(self, at: SurfacePoint) -> None:
+        """The mouse presses the skin."""
+        if self._can_touch():
+            self.context.session.press(at)
+
+    def _can_touch(self) -> bool:
+        """Whether what is shown can be pressed; else say why not, and offer what helps."""
+        session, notifier, actions = self.context.session, self.context.notifier, self.context.actions
+        if session.player is not None:
+            notifier.say("This is a recording: it cannot be pressed.", remedies=[actions["take_over"]])
+            return False
+        if session.simulating and session.source is not None and not session.source.settings.effects.fingers:
+            notifier.say("No finger is simulated in this scene.", remedies=[actions["simulate_fingers"]])
+            return False
+        return True
+
+    def _on_taken_over(self, seconds: float, same: bool) -> None:
+        words = f"Taken over at {seconds:.2f}\u2009s"
+        if same:
+            self.context.notifier.status(f"{words}, in the recorded state bit for bit")
+        else:
+            self.context.notifier.say(
+                f"{words}. Posture and speed differ from the recorded ones: it was recorded by other versions of the "
+                "program or its libraries."
+            )
 
     def hold(self, at: SurfacePoint) -> None:
         """Leave a finger at a place of the skin."""
-        self.context.session.hold_finger(at, self.fingers.held.value())
+        if self._can_touch():
+            self.context.session.hold_finger(at, self.fingers.held.value())
 
     # The menu.
 

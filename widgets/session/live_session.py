@@ -43,6 +43,7 @@ from widgets.session.live_run import LiveRun, Replay, Source
 from widgets.session.measurements import Measurements
 from widgets.session.recording_writer import make_recording_folder
 from widgets.session.session_runner import SessionRunner
+from widgets.session.take_over import TakeOver
 from widgets.workers.comparison_worker import ComparisonStimulus
 from widgets.workers.scene_worker import OpenScene
 
@@ -116,6 +117,8 @@ class LiveSession(QObject):
     """A behaviour changed the controller: the ControlTrigger."""
     live_input_changed = Signal(object)
     """The LiveInput whose readings are shown instead of a simulation, or None."""
+    taken_over = Signal(float, bool)
+    """A recording is simulated on from this time [s]; whether the state there is the recorded one bit for bit."""
     touched = Signal()
     """A person touched the skin."""
 
@@ -127,6 +130,7 @@ class LiveSession(QObject):
         self._replay: Replay | None = None
         self._was_paused = False  # the run, before the recording that is replayed
         self._shown: Frame | None = None
+        self._taking_over: TakeOver | None = None
         self._held = HAND  # the id given last to a finger that stays
         self.live_input: LiveInput | None = None
         self._recording_writer = backends.recording_writer()
@@ -268,6 +272,7 @@ class LiveSession(QObject):
     def cancel_loading(self) -> None:
         """Stop opening; what is shown goes on."""
         self.worker.cancel()
+        self._give_up_taking_over()
         self.loading_ended.emit()
 
     def _on_worker_failed(self, text: str) -> None:
@@ -305,6 +310,47 @@ class LiveSession(QObject):
         self._active_settings.show(self._run.settings)
         self.mode_changed.emit(self.mode)
         self.pump()
+
+    # Going on from a recording.
+
+    def take_over(self) -> None:
+        """Simulate on from the frame of the recording that is shown; the scene that ran before ends then."""
+        replay = self._replay
+        if replay is None or replay.frame is None or self._taking_over is not None:
+            return
+        try:
+            over = TakeOver(replay.player, replay.frame, self)
+        except TactileMapsError as error:
+            self.failed.emit(str(error))
+            return
+        self._taking_over = over
+        over.progressed.connect(self._on_take_over_progressed)
+        over.done.connect(self._on_taken_over)
+        over.failed.connect(self._on_take_over_failed)
+
+    def _on_take_over_progressed(self, fraction: float) -> None:
+        self.loading.emit("Simulating up to here", fraction)
+
+    def _on_take_over_failed(self, text: str) -> None:
+        self._taking_over = None
+        self._on_worker_failed(text)
+
+    def _on_taken_over(self, session: Session, same: bool) -> None:
+        self._taking_over = None
+        self.loading_ended.emit()
+        self._end_run()
+        self._begin_run(
+            self._backends.runner(
+                session, lambda frame: self._recording_writer.write(frame, session.inputs), speed=self._speed
+            )
+        )
+        self.taken_over.emit(session.frame.time, same)
+
+    def _give_up_taking_over(self) -> None:
+        over, self._taking_over = self._taking_over, None
+        if over is not None:
+            over.close()
+            self.loading_ended.emit()
 
     # A real skin.
 
@@ -379,6 +425,7 @@ class LiveSession(QObject):
         self.pump()
 
     def _leave_replay(self) -> None:
+        self._give_up_taking_over()
         if self._replay is not None:
             self._replay = None
             self.player_changed.emit(None)
@@ -609,6 +656,7 @@ class LiveSession(QObject):
     def close(self) -> None:
         """Complete the recording, end thread and process."""
         self._timer.stop()
+        self._give_up_taking_over()
         self.stop_sharing()
         self.stop_recording()
         self._recording_writer.wait()

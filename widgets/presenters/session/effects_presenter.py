@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import reduce
+from functools import partial, reduce
 
 from PySide6.QtCore import QObject
 
@@ -56,6 +56,7 @@ class EffectsPresenter(QObject):
         panel.wished.connect(self.wish)
         panel.auto_all_requested.connect(self._on_all_auto_wished)
         context.actions.bind("use_anyway", self._on_use_anyway)
+        context.actions.bind("simulate_fingers", partial(self.wish, "fingers", "on"))
 
     def show_prepared(self, prepared: PreparedScene) -> None:
         """Another scene; what was chosen of its effects is known when it comes back from a replay."""

@@ -55,7 +55,6 @@ class ScenePresenter(QObject):
         session.mode_changed.connect(views.show_mode)
         session.settings_changed.connect(context.plots.show_settings)
         session.settings_changed.connect(views.show_settings)
-        views.poke_pressed.connect(session.press)
         views.poke_moved.connect(session.move)
         views.poke_released.connect(session.release)
         views.open_requested.connect(context.actions["open_robot"].trigger)
