@@ -7,14 +7,15 @@ import sys
 from collections.abc import Sequence
 
 from app.cli.main import run_command
-from app.cli.output import print_fields, print_json, progress_line
+from app.cli.output import print_fields, print_json, print_warning, progress_line
 from app.core.errors import DisplayError
+from app.recording.damage import damage_text
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line; the exit code is returned."""
     words = list(sys.argv[1:] if argv is None else argv)
-    return run_command(words, windows={"gui": _gui, "guide": _guide, "screenshot": _screenshot})
+    return run_command(words, windows={"gui": _gui, "guide": _guide, "screenshot": _screenshot, "film": _film})
 
 
 def main_gui() -> int:
@@ -68,6 +69,34 @@ def _screenshot(arguments: argparse.Namespace) -> int:
         print_json({"file": arguments.output, "width": width, "height": height, "at_s": arguments.at})
     else:
         print_fields({"Written to": arguments.output, "Size": f"{width} x {height}"})
+    return 0
+
+
+def _film(arguments: argparse.Namespace) -> int:
+    from widgets.window.view_film import film_recording
+
+    report = progress_line()
+    try:
+        player = film_recording(
+            arguments.input,
+            arguments.output,
+            size=arguments.size,
+            rate=arguments.rate,
+            theme=arguments.theme,
+            overwrite=arguments.overwrite,
+            progress=report,
+        )
+    finally:
+        report("", 1.0)
+    for one in player.damage:
+        print_warning(damage_text(one, player.prepared.scene.tick))
+    width, height = arguments.size
+    if arguments.json:
+        facts = {"file": arguments.output, "width": width, "height": height, "seconds": player.duration}
+        print_json(facts | {"rate": arguments.rate, "complete": player.complete})
+    else:
+        size = f"{width} x {height}, {arguments.rate:g} pictures a second"
+        print_fields({"Written to": arguments.output, "Size": size, "Duration": f"{player.duration:.2f} s"})
     return 0
 
 

@@ -29,6 +29,7 @@ COMMANDS = (
     "gui",
     "guide",
     "screenshot",
+    "film",
 )
 OpenWindow = Callable[[argparse.Namespace], int]
 

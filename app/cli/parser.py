@@ -69,6 +69,14 @@ def _add_window_commands(commands: argparse._SubParsersAction) -> None:  # type:
     shot.add_argument("--size", type=_size, default=(1400, 900), metavar="WxH", help="in pixels (default 1400x900)")
     shot.add_argument("-o", "--output", required=True, metavar="FILE.png")
     _json(shot)
+    film = commands.add_parser("film", help="body and map of a recording as a film, without a display")
+    film.add_argument("input", metavar="FILE.mcap")
+    film.add_argument("-o", "--output", required=True, metavar="FILE.mp4")
+    film.add_argument("--overwrite", action="store_true", help="replace an existing file")
+    film.add_argument("--size", type=_size, default=(1280, 640), metavar="WxH", help="in pixels (default 1280x640)")
+    film.add_argument("--rate", type=_positive, default=25.0, metavar="HZ", help="pictures a second (default 25)")
+    film.add_argument("--theme", choices=("dark", "light"), default="dark")
+    _json(film)
 
 
 def _add_listen(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]

@@ -28,7 +28,7 @@ _LONGEST_SCALE = 100.0
 """Of the scale bar [px]."""
 _RING_GAP, _SMALLEST_RING = 4.0, 8.0
 """Between a touch and the ring around it, and the ring's smallest radius [px]: nothing is drawn over the touch."""
-_CENTRE_FROM = 26.0
+_CENTRE_FROM = 36.0
 """The centre of pressure is a dot only in rings at least as large [px]: in smaller ones it would be the picture."""
 
 
@@ -112,7 +112,7 @@ def _reach(region: ContactRegion, at: QPointF, frame: Frame, picture: MapScene) 
     touched = taxels[own & (frame.pressures[taxels] >= 1e3 * CONTACT_KPA)]
     apart = np.linalg.norm(shapes.taxels[touched] - [at.x(), at.y()], axis=1)
     widest = 2 * float(np.sqrt(region.area / np.pi)) * shapes.frame.scale
-    return min(float(apart.max(initial=0.0)) + 0.5 * shapes.pitch, max(widest, shapes.pitch))
+    return min(float(apart.max(initial=0.0)), widest) + shapes.pitch  # the image carries a touch to the next taxels
 
 
 class MapPainter:

@@ -26,7 +26,7 @@ _FINGER_OPACITY = 0.12
 
 def ring_radius(region: ContactRegion) -> float:
     """Of the ring that leaves a region's touched skin free [m]."""
-    return max(1.15 * float(np.sqrt(region.area / np.pi)) + _RING_GAP, _SMALLEST_RING)
+    return max(1.35 * float(np.sqrt(region.area / np.pi)) + _RING_GAP, _SMALLEST_RING)
 
 
 def arrow_legend(units: ReadingUnits) -> str:

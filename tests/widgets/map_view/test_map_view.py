@@ -316,7 +316,7 @@ def test_nothing_is_drawn_over_a_touch(view, prepared):
     away = np.hypot(columns - at.x(), rows - at.y())
     changed = np.abs(marked - bare).max(axis=2) > 8
     assert changed.any(), "there are marks"
-    assert not changed[away < 10].any()
+    assert not changed[(away > 3.5) & (away < 10)].any(), "but for the dot at the centre of a large one"
     assert np.ptp(bare[away < 10], axis=0).max() > 60, "the pressure is seen there"
 
 

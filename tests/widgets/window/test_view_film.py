@@ -1,0 +1,56 @@
+"""A film of a recording: both views in every picture, as long as it is, and nothing of one that was cancelled."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.core.errors import ExportError
+from app.recording.recorder import Recorder
+from app.session.session import Session
+from app.tactile.poke import PokePressed
+from tests.widgets.support.samples import middle_taxel
+from widgets.window.view_film import film_recording
+
+av = pytest.importorskip("av", reason="films need PyAV, of the extra 'export'")
+
+
+@pytest.fixture(scope="module")
+def recording(coarse_prepared, tmp_path_factory):
+    """Half a second, pressed from the start."""
+    path, session = tmp_path_factory.mktemp("film") / "push.mcap", Session(coarse_prepared, scripted=False)
+    taxel = middle_taxel(coarse_prepared.map, 1)
+    with Recorder(coarse_prepared, path) as recorder:
+        session.submit(PokePressed(0, coarse_prepared.skin.taxel_point(taxel)))
+        for _ in range(100):
+            recorder.write(session.tick(), session.inputs)
+    return path
+
+
+def test_the_film_shows_the_touch_in_both_views(qapp, recording, tmp_path):
+    path = tmp_path / "push.mp4"
+    film_recording(recording, path, size=(901, 420), rate=10.0, theme="light")
+    with av.open(str(path)) as film:
+        pictures = [frame.to_ndarray(format="rgb24").astype(int) for frame in film.decode(video=0)]
+    assert len(pictures) == 5
+    assert pictures[0].shape == (420, 900, 3)
+    changed = np.abs(pictures[-1] - pictures[0]).max(axis=2) > 60
+    body, map_ = changed[:, :440], changed[:, 520:]
+    assert body.sum() > 20
+    assert map_.sum() > 20
+
+
+def test_a_film_that_is_cancelled_leaves_nothing_and_none_is_replaced_unasked(qapp, recording, tmp_path):
+    path = tmp_path / "push.mp4"
+
+    def cancel(_text, fraction):
+        if fraction > 0.1:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        film_recording(recording, path, size=(860, 300), rate=10.0, progress=cancel)
+    assert list(tmp_path.iterdir()) == []
+    path.write_bytes(b"mine")
+    with pytest.raises(ExportError):
+        film_recording(recording, path, size=(860, 300))
+    assert path.read_bytes() == b"mine"
