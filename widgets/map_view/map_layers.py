@@ -34,7 +34,7 @@ from app.maps.tactile_map import TactileMap
 from app.session.frame import Frame
 from app.skin.skin import Skin
 from widgets.common.colours import Theme
-from widgets.map_view.map_items import ZOrder, cosmetic_pen, padded_bounds, to_lines, to_polygon
+from widgets.map_view.map_items import LineBuffer, ZOrder, cosmetic_pen, padded_bounds, to_polygon
 from widgets.map_view.map_scene import CONTACT_KPA, MapLayer, MapScene
 from widgets.map_view.map_shapes import ChartShape
 from widgets.overlays.painting import draw_pin, polygon
@@ -295,6 +295,7 @@ class TouchContours(MapLayer):
         super().__init__(scene)
         self._touched = False
         self._lines: list[QLineF] | None = None
+        self._buffer = LineBuffer()
 
     def show_document(self) -> None:
         """Follow the patches."""
@@ -308,16 +309,17 @@ class TouchContours(MapLayer):
     def lines(self) -> list[QLineF]:
         """What is drawn [scene units]; none on a patch that is hidden or held."""
         if self._lines is None:
-            self._lines = self._found() if self._touched else []
+            self._lines = self._buffer.fill(self._found()) if self._touched else []
         return self._lines
 
-    def _found(self) -> list[QLineF]:
-        found: list[QLineF] = []
+    def _found(self) -> FloatArray:
+        """(s, 2, 2) [scene units]."""
+        found = [np.zeros((0, 2, 2))]
         for number, shape in enumerate(self.scene.shapes.patches):
             tile, values = self.scene.tile(number)
             if shape.shown and number not in self.scene.held and values.max() >= CONTACT_KPA:
-                found += to_lines(shape.to_scene(tile.chart_points(contour_segments(values, CONTACT_KPA))))
-        return found
+                found.append(shape.to_scene(tile.chart_points(contour_segments(values, CONTACT_KPA))))
+        return np.concatenate(found)
 
     def paint(self, painter: QPainter, view: QTransform) -> None:
         """Draw the lines."""
