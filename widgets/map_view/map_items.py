@@ -83,7 +83,8 @@ class LineBuffer:
         if len(segments) > len(self._lines):
             self._numbers = np.zeros((2 * len(segments), 2, 2))
             address, size = self._numbers.ctypes.data, self._numbers[0].nbytes  # a QLineF is four numbers
-            self._lines = [wrapInstance(address + size * k, QLineF) for k in range(len(self._numbers))]
+            wrap: Any = wrapInstance  # its stub does not tell that it returns the type asked for
+            self._lines = [wrap(address + size * k, QLineF) for k in range(len(self._numbers))]
         self._numbers[: len(segments)] = segments
         return self._lines[: len(segments)]
 
