@@ -504,7 +504,10 @@ def _view_menu(layers: tuple[LayerSpec, ...]) -> Menu:
                 "Show or hide the timeline and plots below the views",
                 checkable=True,
             ),
-            ActionSpec("reset_layout", "Reset layout", (), "Show both views equally wide and all panels"),
+            MenuList("layouts", "Layouts"),
+            ActionSpec("save_layout", "Save layout…", (), "Keep where panels and windows are under a name"),
+            ActionSpec("delete_layout", "Delete layout…", (), "Forget a layout that was saved"),
+            ActionSpec("reset_layout", "Reset layout", (), "Show both views equally wide, all panels in their column"),
             ActionSpec("full_screen", "Full screen", ("F11",), "Show the window on the whole screen", checkable=True),
         ),
     )

@@ -2,12 +2,27 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from PySide6.QtCore import Qt, QUrl
 from PySide6.QtGui import QImage, QKeySequence, QShortcut, QTextBlock, QTextCursor, QTextDocument, QTextFormat
 from PySide6.QtWidgets import QTextBrowser, QWidget
+
+
+@dataclass(frozen=True)
+class GuidePlace:
+    """Where in the guide something is told.
+
+    Attributes:
+        page: Its name, as ``tactile-maps guide`` takes it.
+        heading: Of the section; empty for the page's beginning.
+    """
+
+    page: str
+    heading: str = ""
+
 
 _SIZE = (980, 860)
 _MARGIN, _SPACE = 24, 10
@@ -33,9 +48,15 @@ class GuideWindow(QTextBrowser):
         QShortcut(QKeySequence("Escape"), self, self.close)
         self.show_page(page)
 
-    def show_page(self, page: Path) -> None:
-        """Turn to a page."""
+    def show_page(self, page: Path, heading: str = "") -> None:
+        """Turn to a page, and to the section of that heading; to its beginning where there is none."""
         self.setSource(QUrl.fromLocalFile(str(page)), QTextDocument.ResourceType.MarkdownResource)
+        block = self.document().begin()
+        while heading and block.isValid() and not (block.blockFormat().headingLevel() and block.text() == heading):
+            block = block.next()
+        if heading and block.isValid():
+            place = self.document().documentLayout().blockBoundingRect(block).top()
+            self.verticalScrollBar().setValue(round(place) - _SPACE)
 
     def loadResource(self, type: int, name: QUrl | str) -> Any:
         """Qt's own way to a page or picture; pictures are made no wider than the window."""

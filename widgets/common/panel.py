@@ -6,8 +6,9 @@ a combo box for a column of many: words and a chevron, with a frame only under t
 
 from __future__ import annotations
 
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt, QTimer, Signal
+from PySide6.QtCore import QPoint, QPointF, QRectF, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import (
+    QContextMenuEvent,
     QFont,
     QKeySequence,
     QMouseEvent,
@@ -24,8 +25,10 @@ from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
     QLabel,
+    QMenu,
     QSizePolicy,
     QSlider,
+    QToolButton,
     QVBoxLayout,
     QWidget,
 )
@@ -38,10 +41,15 @@ from widgets.common.wheel_guard import guard_wheel
 
 _HEADING_CHEVRON = 4.0
 """Half its width [px]."""
+_HELP_PX = 20
+"""Of the button that opens the guide [px]."""
 
 
 class CollapsibleHeading(QAbstractButton):
     """Bold words and a chevron at the end of the line: up and it is open; checked means folded."""
+
+    menu_requested = Signal(object)
+    """Its context menu is wanted at a QPoint of the screen."""
 
     def __init__(self, text: str, parent: QWidget) -> None:
         super().__init__(parent)
@@ -52,6 +60,10 @@ class CollapsibleHeading(QAbstractButton):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.toggled.connect(self._on_toggled)
         self._on_toggled(False)
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        """Qt: the right button, or the menu key."""
+        self.menu_requested.emit(event.globalPos())
 
     def sizeHint(self) -> QSize:
         """Qt: a line of words, and the chevron."""
@@ -106,10 +118,17 @@ class Panel(QWidget):
     Args:
         heading: In words.
         name: Of the object, in settings and tests.
+
+    Attributes:
+        undocked: Whether it stands in a window of its own.
     """
 
     folded_changed = Signal(bool)
     """The user folded or unfolded it."""
+    help_requested = Signal()
+    """The user asks what this is."""
+    undock_requested = Signal()
+    """The user wants it in a window of its own, or back in the column."""
     simulates = False
     """Whether what it changes belongs to a simulation: there is nothing to change while a real skin is shown."""
 
@@ -121,13 +140,19 @@ class Panel(QWidget):
         self._heading.setObjectName(f"{name}-heading")
         self._heading.toggled.connect(self._body.setHidden)
         self._heading.clicked.connect(self.folded_changed)
+        self._heading.menu_requested.connect(self._show_menu)
+        self.undocked = False
         self.column = QVBoxLayout(self._body)
         self.column.setContentsMargins(0, 0, 0, 0)
         self.column.setSpacing(8)
         whole = QVBoxLayout(self)
         whole.setContentsMargins(12, 12, 12, 4)
         whole.setSpacing(8)
-        whole.addWidget(self._heading)
+        top = QHBoxLayout()
+        top.setSpacing(8)
+        top.addWidget(self._heading, 1)
+        top.addWidget(self._help_button())
+        whole.addLayout(top)
         self._reason: QLabel | None = None
         whole.addWidget(self._body)
 
@@ -135,6 +160,28 @@ class Panel(QWidget):
         """Other words, such as a count."""
         self._heading.setText(text)
         self._heading.update()
+
+    def _help_button(self) -> QToolButton:
+        button = QToolButton(self)
+        button.setObjectName(f"{self.objectName()}-help")
+        button.setText("?")
+        button.setAutoRaise(True)
+        button.setFixedSize(_HELP_PX, _HELP_PX)
+        button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        button.setToolTip("What is this? Opens the guide")
+        button.setAccessibleName(f"What is {self.accessibleName()}?")
+        button.clicked.connect(self.help_requested)
+        return button
+
+    def _show_menu(self, place: QPoint) -> None:
+        menu = QMenu(self)
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        menu.addAction("Unfold" if self.folded else "Fold").triggered.connect(self._heading.click)
+        undock = menu.addAction("Back to the column" if self.undocked else "Undock")
+        undock.setObjectName("undock")
+        undock.triggered.connect(self.undock_requested)
+        menu.addAction("What is this?").triggered.connect(self.help_requested)
+        menu.popup(place)
 
     @property
     def folded(self) -> bool:

@@ -70,6 +70,23 @@ class OverlayOptions:
         return cls(BaseLayer(ground), frozenset(shown))
 
 
+@dataclass(frozen=True)
+class WindowLayout:
+    """How the window is arranged.
+
+    Attributes:
+        undocked: Names of the panels that stand in windows of their own.
+        folded: Names of the panels of which only the heading shows.
+        state: Of Qt's docks and bars.
+    """
+
+    undocked: tuple[str, ...]
+    folded: tuple[str, ...]
+    state: QByteArray
+
+
+_LAYOUT_NOW = "layout"
+_LAYOUTS = "layouts"
 _RECENT = 8
 _PACKAGE_ROOTS = 8
 
@@ -162,6 +179,46 @@ class Settings:
         self._store.setValue("folded", " ".join(names))
 
     @property
+    def layout(self) -> WindowLayout | None:
+        """The window's layout when it was last closed; None before."""
+        return self._read_layout(_LAYOUT_NOW)
+
+    @layout.setter
+    def layout(self, layout: WindowLayout) -> None:
+        self._write_layout(_LAYOUT_NOW, layout)
+
+    @property
+    def layouts(self) -> dict[str, WindowLayout]:
+        """Those that were saved, by name."""
+        value = self._store.value("layout_names", [])
+        names = [value] if isinstance(value, str) else [str(name) for name in value] if isinstance(value, list) else []
+        found = {name: self._read_layout(f"{_LAYOUTS}/{_key(name)}") for name in names}
+        return {name: layout for name, layout in found.items() if layout is not None}
+
+    def save_layout(self, name: str, layout: WindowLayout) -> None:
+        """Keep a layout under a name, in place of one that had it."""
+        names = [known for known in self.layouts if known != name]
+        self._write_layout(f"{_LAYOUTS}/{_key(name)}", layout)
+        self._store.setValue("layout_names", [*names, name])
+
+    def delete_layout(self, name: str) -> None:
+        """Forget it."""
+        self._store.setValue("layout_names", [known for known in self.layouts if known != name])
+        self._store.remove(f"{_LAYOUTS}/{_key(name)}")
+
+    def _read_layout(self, key: str) -> WindowLayout | None:
+        state = self._store.value(f"{key}/state")
+        if not isinstance(state, QByteArray):
+            return None
+        undocked, folded = (str(self._store.value(f"{key}/{part}", "")).split() for part in ("undocked", "folded"))
+        return WindowLayout(tuple(undocked), tuple(folded), state)
+
+    def _write_layout(self, key: str, layout: WindowLayout) -> None:
+        self._store.setValue(f"{key}/state", layout.state)
+        self._store.setValue(f"{key}/undocked", " ".join(layout.undocked))
+        self._store.setValue(f"{key}/folded", " ".join(layout.folded))
+
+    @property
     def geometry(self) -> QByteArray | None:
         """The window's shape when it was last closed."""
         value = self._store.value("geometry")
@@ -170,3 +227,8 @@ class Settings:
     @geometry.setter
     def geometry(self, shape: QByteArray) -> None:
         self._store.setValue("geometry", shape)
+
+
+def _key(name: str) -> str:
+    """A name as a key of the settings' file, in which a slash would divide it."""
+    return name.encode("utf8").hex()

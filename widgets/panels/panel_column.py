@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from functools import partial
 from typing import TypeVar
 
 from PySide6.QtCore import Qt, QTimer, Signal
@@ -34,6 +35,10 @@ class PanelColumn(QScrollArea):
         specs: Which panels there are, from top to bottom.
     """
 
+    help_requested = Signal(object)
+    """The user asks what a panel is: the GuidePlace that tells."""
+    undock_requested = Signal(object)
+    """The user wants a Panel in a window of its own, or back here."""
     folded_changed = Signal(object)
     """The names of the panels that are folded now, as a tuple: what the user left, for the settings."""
 
@@ -50,6 +55,8 @@ class PanelColumn(QScrollArea):
             panel = spec.make(editor, self)
             panel.set_folded(spec.folded_at_first)
             panel.folded_changed.connect(self._on_folded_changed)
+            panel.help_requested.connect(partial(self.help_requested.emit, spec.guide))
+            panel.undock_requested.connect(partial(self.undock_requested.emit, panel))
             self._panels.append(panel)
             self._rows.addWidget(panel)
         self._rows.addStretch(1)
@@ -67,6 +74,17 @@ class PanelColumn(QScrollArea):
         """The panel called ``name``: its object's name without ``-panel``."""
         return next(panel for panel in self._panels if panel.objectName() == f"{name}-panel")
 
+    def __iter__(self) -> Iterator[Panel]:
+        """All of them, from top to bottom, undocked ones among them."""
+        return iter(self._panels)
+
+    def put_back(self, panel: Panel) -> None:
+        """Take a panel that was undocked into its place in the column again."""
+        before = self._panels[: self._panels.index(panel)]
+        panel.undocked = False
+        self._rows.insertWidget(sum(not other.undocked for other in before), panel)
+        panel.show()
+
     @property
     def folded(self) -> tuple[str, ...]:
         """The names of the panels of which only the heading is shown."""
@@ -83,6 +101,9 @@ class PanelColumn(QScrollArea):
         if panel.folded:
             panel.set_folded(False)
             self._on_folded_changed()
+        if panel.undocked:
+            panel.window().raise_()
+            return
         self._rows.activate()  # they may have been hidden until now
         self.ensureWidgetVisible(panel, 0, 0)
         # Lines that wrap know their height only once they are shown.

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
+from widgets.common.guide_window import GuidePlace
 from widgets.common.panel import Panel
 from widgets.document.map_editor import MapEditor
 from widgets.document.taxel_selection import TaxelSelection
@@ -52,9 +53,11 @@ class PanelSpec:
         follow: Connects the panel, first argument, to session and selection; scenes and frames come by the hooks of
             ``Panel``. None where it follows neither.
         folded_at_first: Whether a person looks for it only when it is needed.
+        guide: Where the guide says what it is.
     """
 
     make: Make
+    guide: GuidePlace
     follow: Follow | None = None
     folded_at_first: bool = False
 
@@ -99,19 +102,24 @@ def _make_compare(editor: MapEditor, panels: Panels) -> ComparePanel:
 
 
 PANELS = (
-    PanelSpec(lambda _editor, _panels: LiveInputPanel(), _follow_live_input),
-    PanelSpec(lambda _editor, _panels: ContactsPanel(), _follow_contacts),
-    PanelSpec(lambda _editor, _panels: ControllerPanel(), _follow_controller),
-    PanelSpec(lambda _editor, _panels: EventsPanel()),
-    PanelSpec(lambda _editor, _panels: BehavioursPanel(), _follow_behaviours, folded_at_first=True),
-    PanelSpec(lambda editor, _panels: PatchesPanel(editor)),
-    PanelSpec(lambda _editor, _panels: QualityPanel(), _follow_quality),
-    PanelSpec(_make_compare, folded_at_first=True),
-    PanelSpec(lambda editor, _panels: HistoryPanel(editor), folded_at_first=True),
-    PanelSpec(lambda _editor, _panels: AccuracyPanel(), folded_at_first=True),
-    PanelSpec(lambda _editor, _panels: TimingPanel()),
-    PanelSpec(lambda _editor, _panels: EffectsPanel()),
-    PanelSpec(lambda _editor, _panels: FindingsPanel()),
-    PanelSpec(lambda _editor, _panels: MessagesPanel(), folded_at_first=True),
+    PanelSpec(lambda _editor, _panels: LiveInputPanel(), GuidePlace("live"), _follow_live_input),
+    PanelSpec(lambda _editor, _panels: ContactsPanel(), GuidePlace("control", "Contacts"), _follow_contacts),
+    PanelSpec(lambda _editor, _panels: ControllerPanel(), GuidePlace("control", "Controllers"), _follow_controller),
+    PanelSpec(lambda _editor, _panels: EventsPanel(), GuidePlace("control", "Contacts")),
+    PanelSpec(
+        lambda _editor, _panels: BehavioursPanel(),
+        GuidePlace("control", "Contacts"),
+        _follow_behaviours,
+        folded_at_first=True,
+    ),
+    PanelSpec(lambda editor, _panels: PatchesPanel(editor), GuidePlace("maps", "Edit it")),
+    PanelSpec(lambda _editor, _panels: QualityPanel(), GuidePlace("maps", "Its quality"), _follow_quality),
+    PanelSpec(_make_compare, GuidePlace("maps", "Its quality"), folded_at_first=True),
+    PanelSpec(lambda editor, _panels: HistoryPanel(editor), GuidePlace("maps", "Edit it"), folded_at_first=True),
+    PanelSpec(lambda _editor, _panels: AccuracyPanel(), GuidePlace("measurements"), folded_at_first=True),
+    PanelSpec(lambda _editor, _panels: TimingPanel(), GuidePlace("measurements", "Speed of the simulation")),
+    PanelSpec(lambda _editor, _panels: EffectsPanel(), GuidePlace("touch")),
+    PanelSpec(lambda _editor, _panels: FindingsPanel(), GuidePlace("sessions", "The window")),
+    PanelSpec(lambda _editor, _panels: MessagesPanel(), GuidePlace("sessions", "The window"), folded_at_first=True),
 )
 """One line a panel: its place in the column, and all that reaches it, come from here."""

@@ -30,6 +30,7 @@ from widgets.session.backends import BACKGROUND, INLINE, Backends
 from widgets.session.live_session import LiveSession
 from widgets.timeline.timeline import ScrubBar, Timeline
 from widgets.window.first_size import fit_screen
+from widgets.window.panel_docks import PanelDocks
 from widgets.window.status_line import StatusLine
 from widgets.window.toolbar import SessionToolbar
 from widgets.window.window_commands import WindowCommands
@@ -76,9 +77,11 @@ class MainWindow(QMainWindow):
             theme=self._theme,
         )
         self.presenters = build(self.context, self)
-        self._commands = WindowCommands(self.context, self, self.panels, self.bottom)
+        self.panel_docks = PanelDocks(self, self.column, self.context)
+        self._commands = WindowCommands(self.context, self, self.panels, self.bottom, self.panel_docks)
         files = self.presenters.files
         lists = {"robots": files.list_robots, "scenes": files.list_scenes, "recent": files.list_recent}
+        lists["layouts"] = self.panel_docks.list_layouts
         yielding = [key for spec in self._actions.specs if spec.yields for key in spec.keys]
         FocusedKeys(self, yielding, (ScrubBar, ColourBar), (self.robot_view, self.map_view))
         guard_wheel(self)
@@ -91,6 +94,8 @@ class MainWindow(QMainWindow):
         fit_screen(self)
         if settings.geometry is not None:
             self.restoreGeometry(settings.geometry)
+        if settings.layout is not None:
+            self.panel_docks.arrange(settings.layout)
         self.views.show_mode(self.live.mode)
         self._update_title()
 
@@ -144,6 +149,7 @@ class MainWindow(QMainWindow):
 
     def _connect(self) -> None:
         views, line, scene = self.views, self.status_line, self.presenters.scene
+        self.column.help_requested.connect(self._commands.tell_of_panel)
         views.read_out.connect(self.readout.setText)
         views.selection_told.connect(line.selection.setText)
         views.robot.display.drawn.connect(partial(self.column.get(TimingPanel).add, "3-D view"))
@@ -227,6 +233,7 @@ class MainWindow(QMainWindow):
             self.presenters.map_files.leave(self._close_for_good)
             return
         self.settings.geometry = self.saveGeometry()
+        self.settings.layout = self.panel_docks.layout
         self.presenters.close()
         self.live.close()
         self.robot_view.close_view()

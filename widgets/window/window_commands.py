@@ -14,9 +14,10 @@ from widgets.actions.keys_sheet import KeysSheet
 from widgets.actions.palette import CommandPalette
 from widgets.actions.registry import key_rows
 from widgets.actions.table import MOUSE_GESTURES
-from widgets.common.guide_window import GuideWindow
+from widgets.common.guide_window import GuidePlace, GuideWindow
 from widgets.context.app_context import AppContext
 from widgets.window.palette_commands import ListFiller, action_commands, listed_commands, setting_commands
+from widgets.window.panel_docks import PanelDocks
 from widgets.window.window_picture import save_window_picture
 
 _PACKAGES = ("tactile-maps", "mujoco", "libigl", "pyvista", "PySide6-Essentials", "numpy")
@@ -30,10 +31,14 @@ class WindowCommands(QObject):
         window: What is commanded.
         panels: Right of the views.
         bottom: Below the views.
+        docks: The panels in windows of their own.
     """
 
-    def __init__(self, context: AppContext, window: QMainWindow, panels: QDockWidget, bottom: QDockWidget) -> None:
+    def __init__(
+        self, context: AppContext, window: QMainWindow, panels: QDockWidget, bottom: QDockWidget, docks: PanelDocks
+    ) -> None:
         super().__init__(window)
+        self._panel_docks = docks
         self._context, self._window, self._docks = context, window, {"panels": panels, "plots": bottom}
         self._guide: GuideWindow | None = None
         self._sheet: KeysSheet | None = None
@@ -56,6 +61,7 @@ class WindowCommands(QObject):
             context.actions.bind(name, handler)
         for name in self._docks:
             context.actions[name].setChecked(True)
+        docks.arranged.connect(self._on_arranged)
 
     def choose_picture_file(self) -> None:
         """Ask where to save a picture of the window."""
@@ -77,6 +83,10 @@ class WindowCommands(QObject):
         for name, dock in self._docks.items():
             dock.setVisible(self._context.actions[name].isChecked())
 
+    def _on_arranged(self) -> None:
+        for name, dock in self._docks.items():
+            self._context.actions[name].setChecked(not dock.isHidden())
+
     def show_panels(self) -> None:
         """Show the panels."""
         self._context.actions["panels"].setChecked(True)
@@ -84,6 +94,7 @@ class WindowCommands(QObject):
 
     def reset_layout(self) -> None:
         """The window as it first was."""
+        self._panel_docks.gather()
         for name in self._docks:
             self._context.actions[name].setChecked(True)
         self._show_docks()
@@ -100,6 +111,12 @@ class WindowCommands(QObject):
             self._guide = GuideWindow(find_page("index"), self._window)
         self._guide.show()
         self._guide.activateWindow()
+
+    def tell_of_panel(self, place: GuidePlace) -> None:
+        """Open the guide where it says what a panel is."""
+        self.show_guide()
+        if self._guide is not None:
+            self._guide.show_page(find_page(place.page), place.heading)
 
     def tell_keys(self) -> None:
         """List gestures and keys beside the window; asked for again, the list comes to the front."""

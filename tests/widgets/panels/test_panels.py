@@ -17,6 +17,7 @@ from app.maps.quality import measure
 from app.session.session import Session
 from app.tactile.poke import PokePressed
 from widgets.common.colours import LIGHT
+from widgets.common.guide_window import GuidePlace
 from widgets.common.panel import LabelledSlider, Panel
 from widgets.document.map_editor import MapEditor
 from widgets.document.taxel_selection import TaxelSelection
@@ -194,7 +195,12 @@ def test_a_panel_needs_one_line(qtbot, editor, prepared, touched):
     session, selection, followed = LiveSession(backends=INLINE), TaxelSelection(), []
     specs = (
         PANELS[1],
-        PanelSpec(lambda _editor, _panels: Extra(), lambda *parts: followed.append(parts), folded_at_first=True),
+        PanelSpec(
+            lambda _editor, _panels: Extra(),
+            GuidePlace("index"),
+            lambda *parts: followed.append(parts),
+            folded_at_first=True,
+        ),
         PANELS[3],
     )
     column = PanelColumn(editor, specs=specs)

@@ -1,0 +1,107 @@
+"""Panels in windows of their own: they live on there, come back where they were, and layouts are kept."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QAction, QContextMenuEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QDockWidget, QLabel, QMenu, QToolButton
+
+from tests.widgets.support.window_driver import press_map, run
+from widgets.common.guide_window import GuidePlace
+from widgets.panels.registry import PANELS
+from widgets.panels.touch.contacts_panel import ContactsPanel
+
+
+@pytest.fixture
+def window(window_again):
+    """The module's window, with all panels in their column again."""
+    yield window_again
+    window_again.panel_docks.gather()
+    window_again.settings.delete_layout("poking")
+    QApplication.processEvents()
+
+
+def undock(panel):
+    """As a person does: by the menu of its heading."""
+    heading = panel._heading
+    QApplication.sendEvent(
+        heading, QContextMenuEvent(QContextMenuEvent.Reason.Mouse, QPoint(5, 5), heading.mapToGlobal(QPoint(5, 5)))
+    )
+    menu = panel.findChildren(QMenu)[-1]
+    menu.findChild(QAction, "undock").trigger()
+    menu.close()
+    QApplication.processEvents()
+
+
+def dock_of(window, panel):
+    return window.findChild(QDockWidget, f"dock-{panel.objectName()}")
+
+
+def order(window):
+    QApplication.processEvents()
+    return [panel.objectName() for panel in sorted(window.column, key=lambda panel: panel.y()) if panel.isVisible()]
+
+
+def test_a_panel_lives_on_in_its_own_window_and_comes_back_to_its_place(window):
+    panel, before = window.column.get(ContactsPanel), order(window)
+    undock(panel)
+    dock = dock_of(window, panel)
+    assert dock.isFloating()
+    assert panel.isVisible()
+    pixel = press_map(window, 70)
+    run(window, 0.3)
+    assert "1 contact" in panel.findChild(QLabel, "contacts-summary").text()
+    QTest.mouseRelease(window.map_view.viewport(), Qt.MouseButton.LeftButton, pos=pixel)
+    dock.close()
+    assert order(window) == before
+
+
+def test_a_layout_is_kept_by_name_and_taken_again(window):
+    panel = window.column.get(ContactsPanel)
+    undock(panel)
+    window.panel_docks._save("poking")
+    window.action("reset_layout").trigger()
+    assert not panel.undocked
+    menu = window.findChild(QMenu, "layouts")
+    menu.aboutToShow.emit()
+    (entry,) = menu.actions()
+    assert entry.text() == "poking"
+    entry.trigger()
+    assert panel.undocked
+    window.settings.delete_layout("poking")
+    menu.aboutToShow.emit()
+    assert [(item.text(), item.isEnabled()) for item in menu.actions()] == [("None saved yet", False)]
+
+
+def test_a_layout_hides_what_it_had_hidden_and_the_menu_says_so(window):
+    window.action("plots").trigger()
+    hidden = window.panel_docks.layout
+    window.action("plots").trigger()
+    assert window.action("plots").isChecked()
+    window.panel_docks.arrange(hidden)
+    assert not window.action("plots").isChecked()
+    window.action("plots").trigger()
+    assert not window.bottom.isHidden()
+
+
+def test_every_panel_says_what_it_is_in_the_guide(window):
+    asked = []
+    window.column.help_requested.connect(asked.append)
+    window.column["quality"].findChild(QToolButton, "quality-panel-help").click()
+    assert asked == [GuidePlace("maps", "Its quality")]
+    guide = window._commands._guide
+    for spec in PANELS:
+        window._commands.tell_of_panel(spec.guide)
+        assert guide.source().fileName() == f"{spec.guide.page}.md"
+        if spec.guide.heading:
+            block = guide.document().begin()
+            while block.isValid() and block.text() != spec.guide.heading:
+                block = block.next()
+            assert block.isValid(), spec.guide
+    window._commands.tell_of_panel(GuidePlace("maps", "Its quality"))
+    assert guide.verticalScrollBar().value() > 0
+    guide.close()
+    guide.deleteLater()
+    window._commands._guide = None
