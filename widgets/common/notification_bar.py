@@ -14,8 +14,6 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QToolButton, QVB
 from widgets.common.colours import Theme, mixed
 
 _EDGE = 12
-_CAPTIONS = 26
-"""Height of the line of captions along the views' lower edge [px]: scale, readout, legend of the arrows."""
 HINTS = (
     "Right-drag, or drag beside the robot: turn the view",
     "Press the skin or the map: poke; drag: stroke",
@@ -24,12 +22,12 @@ HINTS = (
 
 
 class FloatingBar(QWidget):
-    """A bar in the upper middle or the lower right of its parent.
+    """A bar in the upper middle or the upper left of its parent.
 
     Args:
         parent: What it floats over.
-        widest: It takes this width [px] where the parent has room; None for as much as it needs, in the lower
-            right, where a map seldom reaches, above the captions.
+        widest: It takes this width [px] where the parent has room; None for as much as it needs, in the upper left:
+            maps fill their pane, and a robot stands lower.
     """
 
     def __init__(self, parent: QWidget, *, widest: int | None = None) -> None:
@@ -42,8 +40,7 @@ class FloatingBar(QWidget):
         """Take the place that the parent's size gives, above what else is there."""
         width = min(self._parent.width() - 2 * _EDGE, self._widest or self.sizeHint().width())
         height = self.heightForWidth(width) if self.hasHeightForWidth() else self.sizeHint().height()
-        aside, below = self._parent.width() - width, self._parent.height() - height - _EDGE - _CAPTIONS
-        self.move(*((aside - _EDGE, below) if self._widest is None else (aside // 2, _EDGE)))
+        self.move(_EDGE if self._widest is None else (self._parent.width() - width) // 2, _EDGE)
         self.resize(width, height)
         self.raise_()
 

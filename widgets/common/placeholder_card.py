@@ -80,6 +80,11 @@ class PlaceholderCard(QWidget):
         """Say that it is being made: ``text`` names the stage, ``progress`` runs from 0 to 1."""
         self._say(self._texts.loading, text, progress)
 
+    def show_waiting(self) -> None:
+        """Say that it is being made, where another view tells how far that is."""
+        self._say(self._texts.loading, "")
+        self._button.hide()
+
     def show_failed(self, text: str) -> None:
         """Say why there is nothing."""
         self._say(self._texts.failed, text)
@@ -104,6 +109,7 @@ class PlaceholderCard(QWidget):
         self._text.setText(text)
         self._progress.setVisible(self._loading)
         self._progress.setValue(round(1000 * (progress or 0.0)))
+        self._button.show()
         self._button.setText("Cancel" if self._loading else "Open robot…")
         self.setAccessibleName(heading)
         self.setAccessibleDescription(text)

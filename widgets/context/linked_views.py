@@ -180,9 +180,9 @@ class LinkedViews(QWidget):
             view.display.show_task(self._task.shown)
 
     def show_loading(self, text: str, fraction: float) -> None:
-        """The first robot is being prepared."""
-        for view in (self.robot, self.map):
-            view.card.show_loading(text, fraction)
+        """The first robot is being prepared: one view says how far that is, the other waits."""
+        self.robot.card.show_loading(text, fraction)
+        self.map.card.show_waiting()
 
     def show_last(self) -> None:
         """Back to what was shown before, or to nothing."""

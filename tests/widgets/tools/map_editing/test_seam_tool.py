@@ -77,7 +77,7 @@ def test_beside_the_patch_the_border_is_snapped_to(hand, editor, tool, document)
     hand.move(beside)
     assert tool._tip == (SHEET, sheet_vertex(4, 0))
     hand.move(edge + 4 * (beside - edge))
-    assert tool._tip is None
+    assert tool._tip is None or tool._tip[0] != SHEET, "another patch may lie there"
 
 
 def test_clicks_draw_through_many_places_and_enter_cuts(hand, editor, document):
