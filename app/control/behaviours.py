@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, TypeAlias
 
@@ -106,6 +106,11 @@ def behaviours_from(tables: Sequence[Mapping[str, Any]]) -> tuple[Behaviour, ...
             where = (error.place or "").replace("behaviours", place, 1)
             raise error.at(place=where) from error
     return tuple(found)
+
+
+def tasks_of(behaviours: Iterable[Behaviour]) -> tuple[str, ...]:
+    """The tasks that behaviours may put in force."""
+    return tuple(str(behaviour.then["task"]) for behaviour in behaviours if "task" in behaviour.then)
 
 
 def _refusal(problem: str, key: str, value: object, remedy: str | None) -> SceneError:

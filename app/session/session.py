@@ -14,7 +14,7 @@ import numpy as np
 
 from app.contacts.pipeline import ContactPipeline, ReadingSettings
 from app.contacts.regions import ContactRegion
-from app.control.behaviours import Behaviour, BehaviourTrigger
+from app.control.behaviours import Behaviour, BehaviourTrigger, tasks_of
 from app.control.command import ControlSettings
 from app.control.controller_manager import ControllerManager
 from app.control.loop_stability import SensorTiming
@@ -162,6 +162,7 @@ class Session:
         )
         self._controller.readings = skin_readings(effects, scene.tick)
         self._behaviours = BehaviourTrigger(skin, self._start.behaviours if behaviours is None else behaviours)
+        self._controller.prepare((self.settings.task, *tasks_of(self._behaviours.behaviours)), self.map)
         self._motion = Motion(robot, scene.motion) if scene.motion else None
         self._stimulus = StimulusPlayer(skin, scene.stimuli, tick=scene.tick)
         self._watch = Stopwatch()
@@ -247,12 +248,23 @@ class Session:
             self._check_rest(session_input.posture)
         if isinstance(session_input, ControlChanged) and session_input.by is not None:
             return
+        self._prepare_control(session_input)
         if isinstance(session_input, CalibrationUsed):
             remedy = "Show its readings with: tactile-maps listen"
             raise SimulationError("a simulated skin has no calibration: a real one was recorded", remedy=remedy)
         if isinstance(session_input, PokePressed) and self.scripted:
             self._end_script()
         self._waiting.append(session_input)
+
+    def _prepare_control(self, session_input: SessionInput) -> None:
+        """What the controller will need from the next tick on is built now, not within a tick."""
+        match session_input:
+            case ControlChanged(settings=settings):
+                self._controller.prepare((settings.task,), self.map)
+            case BehavioursChanged(behaviours=behaviours):
+                self._controller.prepare(tasks_of(behaviours), self.map)
+            case MapEdited(map=map_):
+                self._controller.prepare((self.settings.task, *tasks_of(self._behaviours.behaviours)), map_)
 
     def _check_rest(self, posture: tuple[float, ...]) -> None:
         joints = self.prepared.robot.joints

