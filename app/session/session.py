@@ -239,6 +239,7 @@ class Session:
 
         Raises:
             MapError: The map of an edit is of another skin; the session is as if it had not come.
+            RobotError: MuJoCo refuses the shapes that collide, which a path task needs; likewise.
             SimulationError: A rest posture is none of the robot's, the scene moves the robot itself, or it is the
                 calibration of a real skin; likewise.
         """
