@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from tests.unit.control.path_following.test_inverse_kinematics import reached, spot_of
 
 from app.control.limits import RegraspFailure
 from app.control.path_following.clearance import Clearance, Obstacle
@@ -16,6 +15,7 @@ from app.geometry.pose import Pose
 from app.robots.kinematics import Configuration
 from app.tactile.loads import Sphere
 from tests.support.touch import arm
+from tests.unit.control.path_following.test_inverse_kinematics import reached, spot_of
 from tests.unit.control.path_following.test_regrasp import ends
 
 MOST = 40_000
