@@ -240,6 +240,13 @@ def _file_menu() -> Menu:
                 checked=lambda state: state.sharing,
             ),
             LINE,
+            ActionSpec(
+                "copy_command",
+                "Copy as command line",
+                ("Ctrl+Alt+C",),
+                "Copy the command line that opens what the window shows",
+                enabled=has_scene,
+            ),
             ActionSpec("save_picture", "Save picture…", ("Ctrl+Alt+P",), "Save the window as a picture"),
             LINE,
             ActionSpec("quit", "Quit", ("Ctrl+Q",), "Close the window"),

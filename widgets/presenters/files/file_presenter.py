@@ -6,12 +6,14 @@ file with every effect as it was chosen.
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject
+from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QMenu
 
 from app.core.errors import SceneError, SkinError, TactileMapsError
@@ -80,6 +82,8 @@ class FilePresenter(QObject):
         context.panels.get(ControllerPanel).scene_requested.connect(self.open_shipped)
         self._asked: Callable[[], None] | None = None
         self._opening: str | None = None
+        self._asked_file: tuple[()] | tuple[Path | None] = ()
+        self._scene_file: Path | None = None
         for given_up in (context.session.failed, context.notifier.cancelled, context.views.cancel_requested):
             given_up.connect(self._give_up_opening)
         for name, handler in (
@@ -89,6 +93,7 @@ class FilePresenter(QObject):
             ("open_scene", partial(self._choose, "Open scene", SCENE_FILTER)),
             ("save_scene", self.choose_save_scene),
             ("package_root", self.choose_package_root),
+            ("copy_command", self.copy_command),
             ("open_path_scene", partial(self.open_shipped, "follow_path")),
         ):
             context.actions.bind(name, handler)
@@ -173,6 +178,7 @@ class FilePresenter(QObject):
             recent: The file that a person chose; among the recent ones once it is open.
         """
         self._opening, self._asked = recent, partial(self.open_scene, scene, file=file, recent=recent)
+        self._asked_file = (file,)
         rooted = with_package_roots(scene, self._context.settings.package_roots)
         self._map_files.leave(partial(self._context.session.open_scene, rooted, file=file))
 
@@ -194,12 +200,14 @@ class FilePresenter(QObject):
     def _on_prepared_changed(self, prepared: PreparedScene) -> None:
         """What is open now is a recent file; one that failed or was given up is none."""
         self._grid_steps.show_scene(prepared.scene)
+        if self._asked_file:  # else the same scene was prepared again
+            (self._scene_file,) = self._asked_file
         if self._opening is not None:
             self._context.settings.add_recent(self._opening)
         self._give_up_opening()
 
     def _give_up_opening(self) -> None:
-        self._opening = None
+        self._opening, self._asked_file = None, ()
 
     def _choose(self, title: str, kinds: str) -> None:
         path = self._context.dialogs.open_file(title, kinds)
@@ -229,6 +237,21 @@ class FilePresenter(QObject):
         else:
             self._context.notifier.say(f"Saved {path}")
             self._context.settings.add_recent(path)
+
+    def copy_command(self) -> None:
+        """Put the command line on the clipboard that opens what the window shows."""
+        session = self._context.session
+        if session.player is not None:
+            words, left_out = ["replay", str(session.player.path)], False
+        elif session.prepared is None or session.live_input is not None:
+            self._context.notifier.status("Nothing is simulated or replayed that a command line could open")
+            return
+        else:
+            words, left_out = scene_words(session.prepared.scene, self._scene_file)
+        line = shlex.join(["tactile-maps", *words])
+        QGuiApplication.clipboard().setText(line)
+        more = "; what was changed since is left out, save the scene to keep it" if left_out else ""
+        self._context.notifier.status(f"Copied: {line}{more}")
 
     # Menus that list what there is.
 
@@ -262,3 +285,21 @@ class FilePresenter(QObject):
             )
         if menu.isEmpty():
             menu.addAction("Nothing opened yet").setEnabled(False)
+
+
+def scene_words(scene: Scene, file: Path | None) -> tuple[list[str], bool]:
+    """The words of a command line that opens a scene, and whether they leave out what was changed of it.
+
+    Args:
+        scene: What is shown.
+        file: Where it was read; None for one that ships, or of a robot or skin alone.
+    """
+    if file is not None:
+        return ["gui", "--scene", str(file)], False
+    if scene.name in scene_names():
+        return ["gui", "--scene", scene.name], scene != load_scene(scene.name)
+    words = ["gui", "--robot", scene.robot]
+    if scene.taxel_file:
+        words += ["--skin", scene.taxel_file]
+    known = scene_for_taxels(scene.taxel_file) if scene.robot == NO_ROBOT else scene_for(scene.robot)
+    return words, replace(scene, taxel_file=known.taxel_file, cover=known.cover, package_roots=()) != known

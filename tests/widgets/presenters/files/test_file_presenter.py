@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import json
 import multiprocessing as mp
+import shlex
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
-from PySide6.QtGui import QAction, QDesktopServices, QDropEvent
+from PySide6.QtGui import QAction, QDesktopServices, QDropEvent, QGuiApplication
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QInputDialog, QMenu
 
+from app.cli.parser import build_parser
 from app.recording.player import RecordingPlayer
 from app.recording.verify import verify
 from app.robots.load import load_robot_file
@@ -23,6 +26,7 @@ from app.skin.formats.import_skin import NO_ROBOT
 from app.skin.formats.taxel_files import write_taxels
 from tests.support.taxel_formats import FORMATS, cylinder_taxels, write_formats
 from tests.widgets.support.window_driver import press_map, run
+from widgets.presenters.files.file_presenter import scene_words
 from widgets.session.backends import INLINE
 from widgets.workers.scene_worker import SceneWorker
 
@@ -184,6 +188,34 @@ def test_a_saved_recording_can_be_replayed_and_found(window, monkeypatch, tmp_pa
     assert window.live.player is not None
     assert window.live.player.path == file
     window.live.back_to_live()
+
+
+def test_what_is_shown_is_copied_as_a_command_line(window, monkeypatch, tmp_path):
+    window.action("copy_command").trigger()
+    assert QGuiApplication.clipboard().text() == "tactile-maps gui --scene arm"
+    assert "left out" in window.statusBar().currentMessage(), "the tests' arm has fewer taxels"
+    window.action("record").trigger()
+    run(window, 0.1)
+    window.action("record").trigger()
+    window.action("replay_saved").trigger()
+    window.action("copy_command").trigger()
+    assert shlex.split(QGuiApplication.clipboard().text()) == ["tactile-maps", "replay", str(window.live.player.path)]
+    window.live.back_to_live()
+
+
+@pytest.mark.parametrize(
+    ("scene", "file", "words"),
+    [
+        (load_scene("push_box"), None, ["gui", "--scene", "push_box"]),
+        (load_scene("push_box"), Path("a b.toml"), ["gui", "--scene", "a b.toml"]),
+        (scene_for("two_arms"), None, ["gui", "--robot", "two_arms"]),
+        (scene_for_taxels("skin.csv"), None, ["gui", "--robot", NO_ROBOT, "--skin", "skin.csv"]),
+    ],
+)
+def test_a_scene_has_words_that_open_it(scene, file, words):
+    assert scene_words(scene, file) == (words, False)
+    parsed = build_parser().parse_args(words)
+    assert parsed.command == "gui"
 
 
 def test_a_dialog_opens_where_it_was_last_used(window, monkeypatch, tmp_path):

@@ -130,7 +130,7 @@ def test_a_figure_of_eight_whose_middle_is_beside_the_skin_is_refused(hand, lead
     set_path_kind(lead, "lemniscate")
     low, high = document.map.boxes[SHEET]
     ways = [3 * (high - low) * way for way in ((0.0, 1.0), (0.0, -1.0), (1.0, 0.0), (-1.0, 0.0))]
-    way = next(way for way in ways if document.map.to_body(middle(document, SHEET) + way) is None)
+    way = next(way for way in ways if document.map.to_body(middle(document, SHEET) + way / 2) is None)
     hand.drag(middle(document, SHEET), middle(document, SHEET) + way)
     assert lead.asked == []
     assert lead.heard == ["A path must start on the skin"]
