@@ -22,11 +22,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.errors import ExportError
-from app.core.progress import Progress
+from app.core.progress import Progress, part_of_progress
 from app.core.reading_units import ReadingUnits
 from app.export.film import open_film
 from app.export.optional import packages_of
-from app.export.tables import BATCH, Episode, episodes, taxel_labels, units_of
+from app.export.tables import BATCH, LOOKING, Episode, episodes, highest_reading, taxel_labels, units_of
 from app.maps.pressure_colours import colour_image, rounded_scale
 from app.maps.tactile_image import TactileImage
 from app.recording.player import RecordingPlayer
@@ -58,7 +58,8 @@ def write_lerobot(player: RecordingPlayer, folder: Path, *, progress: Progress) 
     image = TactileImage(player.prepared.map, width=_WIDTH)
     rows, columns = image.shape
     size = (rows + rows % 2, columns + columns % 2)
-    scale = rounded_scale(1e-3 * max(float(np.nanmax(frame.pressures, initial=0.0)) for frame in player))
+    scale = rounded_scale(1e-3 * highest_reading(player, part_of_progress(progress, 0.0, LOOKING)))
+    progress = part_of_progress(progress, LOOKING, 1.0)
     rate = rows_of.rate
     _folder_of(folder / "data" / f"{_FILE}.parquet")
     video = folder / "videos" / _VIDEO / f"{_FILE}.mp4"

@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from app.core.progress import Progress
+from app.core.progress import Progress, part_of_progress
 from app.core.reading_units import ReadingUnits
 from app.export.optional import packages_of
-from app.export.tables import batches
+from app.export.tables import LOOKING, batches, highest_reading
 from app.maps.pressure_colours import COLOURS, colour_image, rounded_scale
 from app.maps.tactile_image import TactileImage
 from app.recording.player import RecordingPlayer
@@ -37,11 +37,12 @@ def write_rerun(player: RecordingPlayer, path: Path, *, rate: float, progress: P
     stream = rerun.RecordingStream("tactile-maps", recording_id=player.path.stem)
     stream.save(path)
     try:
-        log = _Log(player, rerun, stream)
+        highest = highest_reading(player, part_of_progress(progress, 0.0, LOOKING))
+        log = _Log(player, rerun, stream, scale=rounded_scale(1e-3 * highest))
         log.open()
         every = max(round(1.0 / (rate * player.prepared.scene.tick)), 1)
         told, due = 0, -(-player.frame(0).tick // every) * every
-        for frames in batches(player, progress):
+        for frames in batches(player, part_of_progress(progress, LOOKING, 1.0)):
             for frame in frames:
                 stream.set_time("time", duration=frame.time)
                 if frame.tick >= due:  # readings of a real skin come at any ticks
@@ -58,12 +59,11 @@ def write_rerun(player: RecordingPlayer, path: Path, *, rate: float, progress: P
 class _Log:
     """Says what is there of a frame."""
 
-    def __init__(self, player: RecordingPlayer, rerun: Any, stream: Any) -> None:
+    def __init__(self, player: RecordingPlayer, rerun: Any, stream: Any, *, scale: float) -> None:
         self._rr, self._stream, self._prepared = rerun, stream, player.prepared
         self._configuration = Configuration(player.prepared.robot)
         self._image = TactileImage(player.prepared.map, width=256)
-        highest = max(float(np.nanmax(frame.pressures, initial=0.0)) for frame in player)
-        self._scale = rounded_scale(1e-3 * highest)
+        self._scale = scale  # kPa, of the colours
         self._units: ReadingUnits | None = None  # told with the first tick, and when they change
 
     def open(self) -> None:

@@ -42,6 +42,8 @@ _LONGEST_GAP = 1.0
 """Seconds without a reading of a real skin that do not end an episode."""
 BATCH = 64
 """Frames in memory at a time."""
+LOOKING = 0.2
+"""Share of an export that ``highest_reading`` takes before it, where one is needed."""
 Columns = Mapping[str, NDArray[Any]]
 """Rows by column; the first axis counts them. Words are arrays of ``str``."""
 
@@ -88,6 +90,16 @@ def units_of(player: RecordingPlayer) -> tuple[ReadingUnits, ...]:
         return (ReadingUnits.CALIBRATED,)
     found = {frame.units for frame in player if frame.measured is None or frame.measured.sent is not None}
     return tuple(units for units in ReadingUnits if units in found) or (ReadingUnits.COUNTS,)
+
+
+def highest_reading(player: RecordingPlayer, progress: Progress) -> float:
+    """The greatest of a recording's pressures [Pa], 0 at least. Cost: each frame is read."""
+    highest = 0.0
+    for number, frame in enumerate(player):
+        if number % BATCH == 0:
+            progress("Finding the highest reading", number / len(player))
+        highest = max(highest, float(np.nanmax(frame.pressures, initial=0.0)))
+    return highest
 
 
 def batches(player: RecordingPlayer, progress: Progress, *, size: int = BATCH) -> Iterator[list[Frame]]:

@@ -1,6 +1,6 @@
 """Environments of Gymnasium in which a policy learns from touch; importing this package registers them.
 
-- ``registration``: their names: ``gymnasium.make("TactileMaps-Follow-v0")``.
+- ``registration``: their names, as ``TactileMaps-Follow-v0``.
 - ``tasks``: what each wants: follow a path with the contact, retreat from touch, explore the map.
 - ``environment``: what they share: a session, actions, episodes.
 - ``observation``: what a policy sees.

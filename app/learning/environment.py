@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import replace
 from typing import Any, Literal, TypeAlias, get_args
 
@@ -34,7 +35,7 @@ FAULT_REWARD = -10.0
 """Of the step at which the physics gives up."""
 
 
-class SkinEnvironment(gymnasium.Env[Observation, NDArray[np.float32]]):
+class SkinEnvironment(gymnasium.Env[Observation, NDArray[np.float32]], ABC):
     """An arm in tactile skin that something touches. Kinds say what touches, what is wanted and when it ends.
 
     Actions are from -1 to 1. ``joint_velocity`` (joints,): each joint of the posture that the arm's impedance holds
@@ -84,13 +85,13 @@ class SkinEnvironment(gymnasium.Env[Observation, NDArray[np.float32]]):
         """What is wanted, as part of the observation."""
         return {}
 
+    @abstractmethod
     def begin(self, settings: ControlSettings, seed: int) -> Session:
         """The session of a new episode, by ``np_random``."""
-        raise NotImplementedError
 
+    @abstractmethod
     def judge(self) -> tuple[float, bool]:
         """Reward of the step just done, and whether it ends the episode."""
-        raise NotImplementedError
 
     @property
     def session(self) -> Session:

@@ -1,8 +1,8 @@
 """The touch sensors that an MJCF file states for its bodies, read from its text: no plug-in is loaded for it.
 
 A ``<touch>`` sensor sums the normal forces inside its site's volume: one taxel, at the site. The plug-in
-``mujoco.sensor.touch_grid`` looks from its site along -z, x right and y up, through a grid of equal angles: one taxel a
-cell, where its ray meets the link. ``<tactile>`` has a taxel at each vertex of a mesh, in the frame of a geom.
+``mujoco.sensor.touch_grid`` looks from its site along -z, x right and y up, through a grid of angles up to ``fov`` to
+either side, the finer in the middle the larger its ``gamma``: one taxel a cell, where its ray meets the link. ``<tactile>`` has a taxel at each vertex of a mesh, in the frame of a geom.
 """
 
 from __future__ import annotations
@@ -183,18 +183,26 @@ def _grid_directions(config: dict[str, str], name: str, path: Path) -> FloatArra
     try:
         columns, rows = (int(word) for word in config.get("size", "").split())
         across, up = (np.radians(float(word)) for word in config.get("fov", "").split())
+        gamma = float(config.get("gamma", "").strip() or 0.0)
     except ValueError as error:
-        problem = "a touch grid states no size and fov of two numbers each"
+        problem = "a touch grid states no size and fov of two numbers each, or a gamma that is none"
         raise RobotError(problem, file=path, place=f"sensor {name}", value=config) from error
-    if not (
-        1 <= columns * rows <= MAX_GRID and min(columns, rows) >= 1 and 0 < across <= 2 * np.pi and 0 < up <= np.pi
-    ):
-        problem = f"a touch grid must have 1 to {MAX_GRID} cells, within a full turn"
+    if not (1 <= columns * rows <= MAX_GRID and min(columns, rows) >= 1):
+        problem = f"a touch grid must have 1 to {MAX_GRID} cells"
         raise RobotError(problem, file=path, place=f"sensor {name}", value=config)
-    azimuth = across * ((np.arange(columns) + 0.5) / columns - 0.5)
-    elevation = up * ((np.arange(rows) + 0.5) / rows - 0.5)
+    if not (0 < across <= np.pi and 0 < up <= np.pi / 2 and 0 <= gamma <= 1):
+        problem = "a touch grid must reach up to 180 degrees across and 90 up to either side, with a gamma from 0 to 1"
+        raise RobotError(problem, file=path, place=f"sensor {name}", value=config)
+    azimuth, elevation = across * _cell_middles(columns, gamma), up * _cell_middles(rows, gamma)
     e, a = (angles.ravel() for angles in np.meshgrid(elevation, azimuth, indexing="ij"))
     return np.stack([np.cos(e) * np.sin(a), np.sin(e), -np.cos(e) * np.cos(a)], axis=1)
+
+
+def _cell_middles(count: int, gamma: float) -> FloatArray:
+    """(count,) from -1 to 1, half way between the edges as the plug-in lays them: g x^5 + (1 - g) x of equal steps."""
+    steps = np.linspace(-1.0, 1.0, count + 1)
+    edges = gamma * steps**5 + (1.0 - gamma) * steps
+    return 0.5 * (edges[1:] + edges[:-1])
 
 
 def _number(model: mujoco.MjModel, kind: mujoco.mjtObj, name: str | None) -> int | None:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
-from app.export.tables import BATCH, batches, episodes, taxel_labels, write_tables
+from app.export.tables import BATCH, batches, episodes, highest_reading, taxel_labels, write_tables
 from app.skin.skin import TaxelIdentity
 from tests.support.recordings import small_arm
 
@@ -53,3 +54,17 @@ def test_labels_differ_also_where_ids_repeat_or_are_not_stated():
 def test_a_recording_without_a_gap_is_one_episode(player):
     (one,) = episodes(player)
     assert (one.first, one.frames) == (0, len(player))
+
+
+def test_the_highest_reading_is_told_of_and_can_be_cancelled(player):
+    told = []
+    highest = highest_reading(player, lambda _, share: told.append(share))
+    assert highest == max(float(frame.pressures.max()) for frame in player)
+    assert told[0] == 0.0
+    assert told == sorted(told)
+
+    def cancel(_text, _share):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        highest_reading(player, cancel)

@@ -196,6 +196,8 @@ class FilePresenter(QObject):
         if prepared is not None:
             covered = [patch.link for patch in prepared.skin.patches if not is_grid_patch(patch)]
             self._grid_steps.push(prepared.scene, with_grid(prepared.scene, grid, covered))
+            if grid.link in covered and not prepared.scene.taxel_file:
+                self._context.notifier.say(f"The grid replaces the cover of {grid.link}; Undo brings it back")
 
     def _on_prepared_changed(self, prepared: PreparedScene) -> None:
         """What is open now is a recent file; one that failed or was given up is none."""

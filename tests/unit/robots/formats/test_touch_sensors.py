@@ -58,15 +58,26 @@ def test_a_site_is_placed_in_its_link_with_frames_and_classes(model: Path) -> No
     assert np.linalg.norm(tactile.origins - [0, 0, 0.1], axis=1) == pytest.approx(np.full(42, 0.02), rel=1e-5)
 
 
-def test_a_grid_looks_along_minus_z_of_its_site_through_equal_angles(model: Path) -> None:
+def test_a_grid_looks_along_minus_z_of_its_site_as_far_as_its_fov_to_either_side(model: Path) -> None:
     _, grid, second, _ = read_touch_sensors(model)[0]
     assert grid.directions is not None
     assert second.directions is not None
     turned = grid.directions * [1, -1, -1]  # the site is turned about x by half a turn
     azimuth, elevation = np.arctan2(turned[:, 0], -turned[:, 2]), np.arcsin(turned[:, 1])
-    assert np.degrees(azimuth) == pytest.approx([-22.5, 22.5, -22.5, 22.5])
-    assert np.degrees(elevation) == pytest.approx([-15, -15, 15, 15])
+    assert np.degrees(azimuth) == pytest.approx([-45, 45, -45, 45])
+    assert np.degrees(elevation) == pytest.approx([-30, -30, 30, 30])
     assert second.directions[1] == pytest.approx([0, 0, 1], abs=1e-9)
+
+
+def test_a_grid_with_gamma_is_finer_in_the_middle(model: Path) -> None:
+    size = '<config key="size" value="2 2"/>'
+    gamma = '<config key="size" value="4 1"/><config key="gamma" value="0.5"/>'
+    model.write_text(MODEL.replace(size, gamma))
+    directions = read_touch_sensors(model)[0][1].directions
+    assert directions is not None
+    azimuth = np.degrees(np.arctan2(directions[:, 0], directions[:, 2]))
+    outer, inner = 90 * (1 + 0.265625) / 2, 90 * 0.265625 / 2  # the edge at 0.5: 0.5 * 0.5**5 + 0.5 * 0.5
+    assert azimuth == pytest.approx([-outer, -inner, inner, outer])
 
 
 def test_a_ray_ends_where_it_leaves_the_link() -> None:
@@ -86,7 +97,7 @@ def test_whether_a_file_states_sensors_is_known_from_its_includes_too(model: Pat
 
 
 @pytest.mark.parametrize(("key", "value"), [("size", "2"), ("size", "0 2"), ("size", "9999 9999"), ("fov", "x y"),
-                                            ("fov", "90 400"), ("fov", "nan 60")])  # fmt: skip
+                                            ("fov", "90 91"), ("fov", "181 60"), ("fov", "nan 60")])  # fmt: skip
 def test_a_grid_without_sense_is_refused_by_name(model: Path, key: str, value: str) -> None:
     old = {"size": "2 2", "fov": "90 60"}[key]
     model.write_text(MODEL.replace(f'key="{key}" value="{old}"', f'key="{key}" value="{value}"'))

@@ -130,6 +130,7 @@ def test_a_grid_is_placed_and_taken_back_in_the_window(window):
     assert (patch.link, len(patch.taxels)) == ("hand", 20)
     assert {patch.link for patch in skin.patches} == {patch.link for patch in before.skin.patches}
     assert window.live.prepared.scene.grids[0].rows == 4
+    assert "replaces the cover of hand" in window.notification_bar.text
     run(window, 0.1)
     assert window.action("undo").isEnabled()
     window.action("undo").trigger()
