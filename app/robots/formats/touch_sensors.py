@@ -2,7 +2,8 @@
 
 A ``<touch>`` sensor sums the normal forces inside its site's volume: one taxel, at the site. The plug-in
 ``mujoco.sensor.touch_grid`` looks from its site along -z, x right and y up, through a grid of angles up to ``fov`` to
-either side, the finer in the middle the larger its ``gamma``: one taxel a cell, where its ray meets the link. ``<tactile>`` has a taxel at each vertex of a mesh, in the frame of a geom.
+either side, the finer in the middle the larger its ``gamma``: one taxel a cell, where its ray meets the link.
+``<tactile>`` has a taxel at each vertex of a mesh, in the frame of a geom.
 """
 
 from __future__ import annotations
