@@ -2,8 +2,7 @@
 
 ``command`` holds the values that go in and come out, ``limits`` why the arm is limited; ``limit_texts`` words that for
 a person. ``controller_manager`` is what a session asks: it runs the chosen one of the eight ``controllers`` or of a
-plug-in (``controller_registry``), switches without a jump, and minds the skin's limits
-(``loop_stability``).
+plug-in (``controller_registry``), switches without a jump, and minds the skin's limits (``force_loop``).
 
 Two controllers stand alone, impedance and hold force; six do a task. ``tasks`` says what is wanted of each contact:
 ``path_following`` leads a target along a path on the skin; where it goes on at a far place or on another link, it

@@ -17,9 +17,9 @@ from .controller_registry import (
     settings_from,
 )
 from .controllers import Controller
+from .force_loop.loop_stability import SensorTiming, StepResponse, step_response
 from .limit_texts import limit_name, limit_text
 from .limits import Limit, LimitKind, RegraspFailure
-from .loop_stability import SensorTiming, StepResponse, step_response
 
 __all__ = [
     "CONTROLLERS",

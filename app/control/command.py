@@ -64,7 +64,7 @@ class ControlSettings:
         integral_time: Time in which a constant error doubles the answer [s]; inf for none.
         task: What a controller with a task does, see ``tasks``.
         position_gain: Speed on the map per error on the map [1/s].
-        gains: Whether gains that the skin is read too seldom or too late for are held lower, see ``loop_stability``.
+        gains: Whether gains that the skin is read too seldom or too late for are held lower, see ``force_loop``.
         inertia_time: How slowly the admittance and the parallel controller take up a speed [s].
         jacobian: Whose word is taken for how the map lies on the body.
         path_kind: How ``path`` is meant, or what is laid about the place first touched when it is empty.

@@ -1,7 +1,7 @@
 """The controller manager a session asks: it runs the selected controller, with settings that may change at any time.
 
-Controllers change without a jump; gains are held to what the skin can hold, and what it cannot is said
-(``loop_stability``).
+Controllers change without a jump; gains are held to what skin, arm and contact can hold (``force_loop``),
+and what they cannot is said.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from app.contacts.regions import ContactRegion
 from app.control.command import ControlSettings, JointCommand, TaskReport
 from app.control.controller_registry import build_controller, check_settings
 from app.control.controllers import Controller
-from app.control.limits import Limit, LimitKind
-from app.control.loop_stability import (
-    GainLimiter,
+from app.control.force_loop.gain_limits import GainLimiter
+from app.control.force_loop.loop_stability import (
     OscillationDetector,
     SensorTiming,
     assume_goal_where_saturated,
 )
+from app.control.limits import Limit, LimitKind
 from app.control.map_kinematics import MapKinematics
 from app.control.path_following.clearance import Surroundings, nothing_around
 from app.control.tasks import TaskManager
@@ -185,7 +185,8 @@ class ControllerManager:
             if self.readings is not None:
                 read, plateau = assume_goal_where_saturated(regions, goal, self.readings.highest)
                 said += [Limit(LimitKind.SKIN_SATURATED)] if plateau else []
-            settings, limits = self._gain_limiter.effective_settings(settings, posture, regions)
+            wanted = None if self._last is None else self._last.posture
+            settings, limits = self._gain_limiter.effective_settings(settings, posture, regions, dt, wanted=wanted)
             said += limits
             swings = self._oscillation.look(goal, regions[0].force if regions else 0.0, dt)
             said += [Limit(LimitKind.OSCILLATION)] if swings else []

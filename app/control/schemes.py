@@ -38,9 +38,9 @@ import mujoco
 import numpy as np
 
 from app.control.command import ControlSettings
+from app.control.force_loop.loop_stability import CONTACT_STIFFNESS
 from app.control.joint_impedance import MAX_JOINT_SPEED, MAX_POINT_SPEED
 from app.control.limits import ActiveLimits, Limit, LimitKind
-from app.control.loop_stability import CONTACT_STIFFNESS
 from app.control.task_priority import (
     ArmState,
     ContactKey,

@@ -106,9 +106,18 @@ class Configuration:
 
     def inertia(self) -> FloatArray:
         """(joints,) the diagonal of the joint-space mass matrix with armature, at this posture [kg m², or kg]."""
+        return np.diagonal(self.mass_matrix()).copy()
+
+    def mass_matrix(self) -> FloatArray:
+        """(joints, joints) the joint-space mass matrix with armature, at this posture [kg m², kg m or kg]."""
         mujoco.mj_makeM(self._model, self._data)
         mujoco.mj_fullM(self._model, self._data, self._full)
-        return np.diagonal(self._full).copy()
+        return self._full.copy()
+
+    @property
+    def joint_damping(self) -> FloatArray:
+        """(joints,) the joints' own viscous friction [N m s/rad, or N s/m]."""
+        return self._model.dof_damping.copy()
 
     def _body(self, link: str) -> int:
         if link not in self._bodies:

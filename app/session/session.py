@@ -17,7 +17,7 @@ from app.contacts.regions import ContactRegion
 from app.control.behaviours import Behaviour, BehaviourTrigger, tasks_of
 from app.control.command import ControlSettings
 from app.control.controller_manager import ControllerManager
-from app.control.loop_stability import SensorTiming
+from app.control.force_loop.loop_stability import SensorTiming
 from app.control.path_following.clearance import Obstacle
 from app.core.arrays import FloatArray
 from app.core.errors import MapError, PluginError, SimulationError, TactileMapsError

@@ -17,12 +17,13 @@ import pytest
 
 from app.control.command import ControlSettings
 from app.control.controllers import CONTROL_SCHEMES
+from app.control.force_loop.loop_stability import SensorTiming
 from app.control.joint_impedance import MAX_JOINT_SPEED
 from app.control.limits import LimitKind
-from app.control.loop_stability import SensorTiming, max_stable_gain
 from app.session.inputs import ControlChanged
 from app.session.prepare import PreparedScene
 from app.session.session import Session
+from tests.numerics.control_theory.sampled_loop import max_stable_gain
 from tests.support.pressed_arm import Act, Course, forearm
 
 Check = Callable[[Course], None]

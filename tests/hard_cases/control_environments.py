@@ -141,9 +141,18 @@ CASES: dict[str, HardCase] = {
         "k_f k = 85/s is above 2 w = 80/s: the force swings, within bounds, and it is said",
         foam(1e6, 3e-4),
         bounded_only,
+        {"gains": "as_given"},
         force=40.0,
         seconds=4.0,
         says=(SWINGS,),
+        controllers=OTHERS,
+    ),
+    "foam of 1e6 Pa, high gain held": HardCase(
+        "the same gain, not meant as set, is held to what servo and foam can hold: the goal is kept, and it is said",
+        foam(1e6, 3e-4),
+        kept(),
+        force=15.0,
+        says=((LimitKind.FORCE_GAIN_HELD,),),
         controllers=OTHERS,
     ),
     "foam of 1e7 Pa, gain for it": HardCase(

@@ -6,8 +6,8 @@ import numpy as np
 
 from app.contacts.pipeline import ReadingSettings
 from app.control.command import ControlSettings
+from app.control.force_loop.loop_stability import SensorTiming
 from app.control.limits import LimitKind
-from app.control.loop_stability import SensorTiming
 from app.session.session import Session
 from tests.hard_cases.control import GOAL, OTHERS, SOME, HardCase, bounded_only, hammering, kept, scaled
 from tests.hard_cases.control_environments import led

@@ -98,11 +98,13 @@ def forearm_taxels():
     ("goal", "every"), [(3.0, 3), *(pytest.param(goal, 1, marks=pytest.mark.long) for goal in (1.0, 3.0, 8.0))]
 )
 def test_the_force_settles_at_the_goal_and_stays(goal, every):
-    """A finger that keeps advancing at 6 mm/s and would press with 20 N."""
+    """A finger that keeps advancing at 6 mm/s and would press with 20 N. How stiff it is the arm cannot measure, so
+    the gain stays a little lower.
+    """
     for taxel in forearm_taxels()[::every]:
         force, session = pressed(taxel, seconds=5.0, goal=goal)
         assert np.abs(force[400:] / goal - 1).max() < 0.05, f"taxel {taxel}"
-        assert session.frame.why_limited == (), f"taxel {taxel}"
+        assert {one.kind for one in session.frame.why_limited} <= {LimitKind.FORCE_GAIN_HELD}, f"taxel {taxel}"
 
 
 def test_a_faster_finger_is_held_too():

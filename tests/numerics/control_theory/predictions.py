@@ -15,7 +15,6 @@ import numpy as np
 
 from app.control.command import ControllerName, ControlSettings
 from app.control.joint_impedance import INNER_FREQUENCY
-from app.control.loop_stability import sampled_loop_limit
 from app.studies.testbeds.force_loop import (
     Filter,
     ForceLoop,
@@ -29,6 +28,7 @@ from tests.numerics.control_theory.closed_loop import IDEAL, Loop
 from tests.numerics.control_theory.sampled_loop import (
     LinearLoop,
     best_gain,
+    sampled_loop_limit,
     settling_on_stretched_map,
     settling_on_turned_map,
     settling_samples_of,

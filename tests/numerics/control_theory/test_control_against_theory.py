@@ -12,7 +12,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.control.loop_stability import sampled_loop_limit
 from app.studies.testbeds.force_loop import Filter, critical_gain, stability_limit
 from tests.numerics.control_theory.closed_loop import Loop
 from tests.numerics.control_theory.predictions import (
@@ -23,7 +22,7 @@ from tests.numerics.control_theory.predictions import (
     OUR_SERVO,
     PERIOD,
 )
-from tests.numerics.control_theory.sampled_loop import LinearLoop
+from tests.numerics.control_theory.sampled_loop import LinearLoop, sampled_loop_limit
 from tests.numerics.control_theory.step_tests import (
     LoopTest,
     force_ripple,

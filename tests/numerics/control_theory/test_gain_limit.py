@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from app.control.command import ControlSettings
+from app.control.force_loop.gain_limits import GAIN_SHARE
+from app.control.limits import LimitKind
+from app.session.inputs import ControlChanged
+from app.session.session import skin_readings
 from app.studies.testbeds.force_loop import force_loop_at_goal, predicted_gain_limit
-from app.studies.testbeds.path_following import PathSetup, beside_ball
+from app.studies.testbeds.path_following import PathSetup, beside_ball, forearm_skin_scene
+from app.tactile.sensor_effects import Sampling, SensorEffects
 from tests.numerics.control_theory.predictions import gain_of_whole_arm
 from tests.numerics.control_theory.step_tests import measured_gain_limit
 from tests.support.pressed_arm import forearm
@@ -28,3 +35,40 @@ def test_the_force_swings_from_the_gain_on_that_was_predicted(controller):
 def test_so_it_does_on_every_robot(robot, controller):
     measured, _, predicted = gain_of_whole_arm({"robot": robot, "controller": controller, "seed": 0})
     assert measured == pytest.approx(predicted, rel=0.1)
+
+
+READINGS = {"every 5 ms": None, "20 Hz": Sampling(20.0, 0.0), "20 Hz, one late": Sampling(20.0, 0.05)}
+
+
+def limit_at_run_time(setup: PathSetup, controller: str, *, ticks: int) -> tuple[ControlSettings, float]:
+    """As limited, after an approach from a light touch; and the limit that a session works out meanwhile [m/s/N]."""
+    asked = ControlSettings(controller=controller, task="hold_point", force_gain=0.05, force_goal=3.0)
+    session, held = setup.session(replace(asked, force_goal=1.5)), None
+    for tick in range(ticks):
+        if tick == ticks // 3:
+            session.submit(ControlChanged(asked))
+        frame = session.tick()
+        held = next((limit for limit in frame.why_limited if limit.kind is LimitKind.FORCE_GAIN_HELD), None)
+    assert held is not None
+    readings = skin_readings(setup.effects, setup.prepared.scene.tick)
+    wait = readings.period + readings.delay
+    as_limited = replace(asked, integral_time=max(0.3, 12 * wait), position_gain=min(4.0, 0.3 / wait), gains="as_given")
+    return as_limited, held.value / GAIN_SHARE
+
+
+def test_the_limit_worked_out_at_run_time_is_the_one_of_the_true_contact():
+    """The nominal contact is four times as stiff as this one: its limit would be 0.6 of the true one."""
+    setup = PathSetup(beside_ball(forearm()), sensor=SensorEffects(sampling=Sampling(20.0, 0.0)))
+    _, found = limit_at_run_time(setup, "hybrid", ticks=360)
+    assert found == pytest.approx(0.0081, rel=0.1), "measured, see the next test"
+
+
+@pytest.mark.long  # up to 60 s a case
+@pytest.mark.parametrize("readings", READINGS)
+@pytest.mark.parametrize("controller", ["hybrid", "parallel"])
+@pytest.mark.parametrize("robot", ["arm", "ur5e", "icub"])
+def test_at_run_time_it_is_within_a_tenth_of_the_gain_from_which_on_the_force_swings(robot, controller, readings):
+    sensor = SensorEffects(sampling=READINGS[readings])
+    setup = PathSetup(beside_ball(forearm_skin_scene(robot, 600)), sensor=sensor)
+    settings, found = limit_at_run_time(setup, controller, ticks=900)
+    assert found == pytest.approx(measured_gain_limit(setup, settings, found), rel=0.1)

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.control.loop_stability import sampled_loop_limit
 from app.core.errors import UsageError
 from app.studies.testbeds.force_loop import Filter, critical_gain, stability_limit
 from tests.numerics.control_theory.closed_loop import Loop
@@ -16,6 +15,7 @@ from tests.numerics.control_theory.sampled_loop import (
     MOST_SAMPLES,
     LinearLoop,
     best_gain,
+    sampled_loop_limit,
     samples_until_within,
     settling_on_stretched_map,
     settling_on_turned_map,

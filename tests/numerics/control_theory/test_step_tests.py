@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.control.loop_stability import sampled_loop_limit
 from tests.numerics.control_theory.closed_loop import Loop
+from tests.numerics.control_theory.sampled_loop import sampled_loop_limit
 from tests.numerics.control_theory.step_tests import (
     FORCE_STEP,
     PLACE_STEP,

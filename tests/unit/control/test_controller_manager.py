@@ -9,8 +9,8 @@ import pytest
 
 from app.control.command import CHOICES, ControlSettings
 from app.control.controller_manager import ControllerManager
+from app.control.force_loop.loop_stability import SensorTiming
 from app.control.limits import LimitKind
-from app.control.loop_stability import SensorTiming
 from app.core.errors import SceneError
 from app.editing.arrange import move
 from app.editing.document import MapDocument

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from app.control.command import ControlSettings
-from app.control.loop_stability import SensorTiming
+from app.control.force_loop.loop_stability import SensorTiming
 from app.core.errors import SceneError, SimulationError
 from app.geometry.mesh import SurfacePoint
 from app.scene.effects import Effects

@@ -20,9 +20,9 @@ from PySide6.QtWidgets import QButtonGroup, QGridLayout, QHBoxLayout, QLabel, QP
 
 from app.control.command import ControlSettings, RegraspState
 from app.control.controller_registry import CONTROLLERS, effective_settings, has_task, settings_from
+from app.control.force_loop.loop_stability import StepResponse, step_response
 from app.control.limit_texts import limit_text
 from app.control.limits import LimitKind
-from app.control.loop_stability import StepResponse, step_response
 from app.session.frame import Frame
 from app.session.prepare import PreparedScene
 from widgets.common.colours import DARK

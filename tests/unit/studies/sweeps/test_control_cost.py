@@ -14,7 +14,6 @@ from app.control.command import ControlSettings
 from app.control.controller_registry import check_settings
 from app.control.controllers import CONTROL_SCHEMES
 from app.control.limits import Limit, LimitKind
-from app.control.loop_stability import sampled_loop_limit
 from app.studies.figures import BarChart, Figure
 from app.studies.sweeps.control_cost import (
     BOUND,
@@ -39,6 +38,7 @@ from app.studies.sweeps.speed_search import CourseFault, SpeedSearchResult
 from app.studies.testbeds.force_loop import critical_gain
 from app.studies.testbeds.path_following import PathRun, beside_ball
 from app.tactile.sensor_effects import Noise, Sampling
+from tests.numerics.control_theory.sampled_loop import sampled_loop_limit
 from tests.support.pressed_arm import forearm
 
 

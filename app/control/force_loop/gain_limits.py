@@ -1,0 +1,200 @@
+"""Gains held to what the skin's times, the arm and what it presses on allow, or told to be more."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from app.contacts.regions import ContactRegion
+from app.control.command import ControlSettings
+from app.control.controller_registry import TASKS_AT_A_PLACE
+from app.control.force_loop.contact_stiffness import StiffnessEstimator
+from app.control.force_loop.loop_stability import CONTACT_STIFFNESS, SensorTiming
+from app.control.force_loop.pressed_arm import LoopFilter, pressed_arm
+from app.control.joint_impedance import INNER_FREQUENCY, JointImpedance
+from app.control.limits import Limit, LimitKind
+from app.core.arrays import FloatArray
+from app.robots.kinematics import Configuration
+from app.robots.robot import Robot
+
+GAIN_SHARE = 0.35
+"""Of the limit of stability at a measured contact, that limited gains take: a gain margin of 2.9. With joints that
+follow at once it leaves 60 degrees of phase and overshoots by at most 7 % however late the skin is (z**(d + 1) - z**d +
+g = 0; at 0.5 it is 25 % from one sample on)."""
+NOMINAL_SHARE, SAMPLED_SHARE = 0.9, 0.3
+"""While the contact counts as nominal: of the limit there, and no more than this of the limit were joints to follow at
+once. The reserve of the first is in the stiffness, four times that of a cover; one that is really so stiff swings, is
+measured by that, and gets ``GAIN_SHARE``. With a slow skin that takes seconds, so there the second holds from the
+start."""
+PLACE_SHARE = 0.3
+"""Of one over what passes from a touch to its reading, that the gain of place takes."""
+_PATIENCE = 12.0
+"""An integral is no faster than so many times what passes from a touch to its reading: it follows the answer."""
+_SAME, _MOVED = 1.03, 0.05
+"""By how much stiffness [as a factor] or a joint [rad, m] have to change for the limit to be worked out anew."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Answer:
+    """What was worked out last, and for what."""
+
+    contact: int
+    settings: ControlSettings
+    readings: SensorTiming
+    stiffness: float
+    measured: bool
+    posture: FloatArray
+    most: float
+    taken: ControlSettings
+    limits: tuple[Limit, ...]
+
+    def holds(self, contact: int, stiffness: float, posture: FloatArray, *, measured: bool) -> bool:
+        """Whether it does for the same contact, about as stiff, with the arm about there."""
+        same = measured == self.measured and self.stiffness / _SAME < stiffness < self.stiffness * _SAME
+        return contact == self.contact and same and float(np.abs(posture - self.posture).max(initial=0.0)) < _MOVED
+
+
+class GainLimiter:
+    """Compares gains with the most that the loop of skin, arm and contact can hold. Mutable.
+
+    Where settings are ``limited``, the force gain is held to a share of that, the integral is no faster than its
+    answer, and the place gets ``PLACE_SHARE`` of one over what passes from a touch to its reading. How stiff the
+    contact is comes from the arm's own approach (``contact_stiffness``); until that has been measured it is nominal,
+    and the shares are ``NOMINAL_SHARE`` and ``SAMPLED_SHARE``.
+    Where a robot touches itself nothing is measured: one side's way is not what brings them together.
+
+    Args:
+        robot: Whose joints hold the arm against the contact.
+
+    Attributes:
+        readings: Of the skin; None says nothing.
+        most: The force gain from which on the force would swing, as worked out last [m/s/N]; None until then.
+
+    Cost: 20 µs a tick in contact, 0.3 ms when another contact or other settings come, or the contact shows to be
+    stiffer or softer, or the arm has moved on.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self._configuration = Configuration(robot)
+        self._impedance = JointImpedance(self._configuration.inertia(), frequency=INNER_FREQUENCY, damping_ratio=1.0)
+        self._estimator = StiffnessEstimator(CONTACT_STIFFNESS)
+        self.readings: SensorTiming | None = None
+        self.reset()
+
+    def reset(self) -> None:
+        """Nothing has touched."""
+        self._answer: _Answer | None = None
+        self._contact: int | None = None
+        self._before: tuple[FloatArray, FloatArray] | None = None
+        self._estimator.reset()
+
+    @property
+    def most(self) -> float | None:
+        """See above."""
+        return None if self._answer is None else self._answer.most
+
+    def effective_settings(
+        self,
+        settings: ControlSettings,
+        posture: FloatArray,
+        regions: Sequence[ContactRegion],
+        dt: float,
+        *,
+        wanted: FloatArray | None = None,
+    ) -> tuple[ControlSettings, tuple[Limit, ...]]:
+        """The settings as a controller may take them, and the limits that this is while something touches.
+
+        Args:
+            settings: As they are set. What was made of them stays while nothing touches, since what was lost is sought
+                at their speed.
+            posture: (n,) found.
+            regions: All contacts, the strongest first.
+            dt: Since the last tick [s].
+            wanted: (n,) the posture commanded at the last tick; None for none yet.
+        """
+        if self.readings is None or settings.controller == "impedance":
+            return settings, ()
+        if regions:
+            region = next((one for one in regions if one.id == self._contact), regions[0])
+            self._measure(posture, region, dt, self.readings, wanted)
+            stiffness = self._estimator.stiffness(max(settings.force_goal, region.force))
+            known = self._known(settings, self.readings)
+            if known is None or not known.holds(region.id, stiffness, posture, measured=self._estimator.measured):
+                self._answer = self._worked_out(settings, posture, region, dt, self.readings, stiffness)
+        known = self._known(settings, self.readings)
+        if known is None:
+            return settings, ()
+        return known.taken, known.limits if regions else ()
+
+    def _known(self, settings: ControlSettings, readings: SensorTiming) -> _Answer | None:
+        known = self._answer
+        return known if known is not None and (known.settings, known.readings) == (settings, readings) else None
+
+    def _measure(
+        self, posture: FloatArray, region: ContactRegion, dt: float, readings: SensorTiming, wanted: FloatArray | None
+    ) -> None:
+        """Tell the estimator what the tick has brought; the configuration is at ``posture`` afterwards."""
+        self._configuration.update(posture)
+        wanted = posture if wanted is None else wanted
+        before, self._before = self._before, (posture, wanted)
+        if region.id != self._contact or before is None:
+            self._contact = region.id
+            self._estimator.reset()
+        elif region.partner is None:
+            normal = self._configuration.pose(region.link).rotation.dot(region.link_normal)
+            outward = normal.dot(self._configuration.jacobian(region.link, region.link_position))
+            way, asked = (float(outward.dot(now - then)) for now, then in zip((posture, wanted), before, strict=True))
+            self._estimator.look(region.force, way, asked, dt, readings.delay)
+
+    def _worked_out(
+        self,
+        settings: ControlSettings,
+        posture: FloatArray,
+        region: ContactRegion,
+        dt: float,
+        readings: SensorTiming,
+        stiffness: float,
+    ) -> _Answer:
+        slides = settings.controller == "hold_force" or settings.task not in TASKS_AT_A_PLACE
+        arm = pressed_arm(self._configuration, self._impedance, region, stiffness, slides=slides)
+        calm = _limited(settings, readings)
+        most = arm.gain_limit(LoopFilter.of(calm), readings, dt)
+        measured = self._estimator.measured
+        held = GAIN_SHARE * most if measured else min(NOMINAL_SHARE * most, SAMPLED_SHARE * arm.sampled_limit(readings))
+        calm = replace(calm, force_gain=min(settings.force_gain, held))
+        if settings.gains == "limited":
+            taken, limits = calm, _held_back(settings, calm, readings)
+        else:
+            taken, limits = settings, _unstable(settings, most, readings)
+        return _Answer(region.id, settings, readings, stiffness, measured, posture, most, taken, limits)
+
+
+def _limited(settings: ControlSettings, readings: SensorTiming) -> ControlSettings:
+    """Integral and place as slow as the readings ask for, where gains are limited."""
+    if settings.gains == "as_given":
+        return settings
+    wait = readings.period + readings.delay
+    place, integral = min(settings.position_gain, PLACE_SHARE / wait), max(settings.integral_time, _PATIENCE * wait)
+    return replace(settings, position_gain=place, integral_time=integral)
+
+
+def _unstable(settings: ControlSettings, most: float, readings: SensorTiming) -> tuple[Limit, ...]:
+    """That a gain that stays as it is set is more than the loop can hold, if it is."""
+    if settings.force_gain <= most:
+        return ()
+    kind, period, delay = LimitKind.FORCE_GAIN_UNSTABLE, readings.period, readings.delay
+    return (Limit(kind, value=settings.force_gain, bound=most, period=period, delay=delay),)
+
+
+def _held_back(settings: ControlSettings, calm: ControlSettings, readings: SensorTiming) -> tuple[Limit, ...]:
+    held = [
+        (LimitKind.FORCE_GAIN_HELD, calm.force_gain, settings.force_gain),
+        (LimitKind.POSITION_GAIN_HELD, calm.position_gain, settings.position_gain),
+    ]
+    return tuple(
+        Limit(kind, value=value, bound=asked, period=readings.period, delay=readings.delay)
+        for kind, value, asked in held
+        if value < asked
+    )

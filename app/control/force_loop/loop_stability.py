@@ -1,0 +1,151 @@
+"""What a controller knows of the skin's readings, and the signs of a force loop that asks more of them than they give.
+
+``SensorTiming`` says how often readings come, how late, and how high they go. ``OscillationDetector`` notices that the
+force swings about its goal: the sign of a loop with more gain than skin, arm and cover can hold; what they can hold is
+``force_loop``'s matter. ``step_response`` reads overshoot, settling time and the ripple that stays from a step of a
+goal.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from app.contacts.regions import ContactRegion
+from app.core.arrays import FloatArray
+
+_NEAR = 0.98
+"""Share of the highest reading from which a taxel may stand at it: noise and steps of the converter hide the rest."""
+
+
+@dataclass(frozen=True)
+class SensorTiming:
+    """Of a skin as its maker says.
+
+    Attributes:
+        period: From one sample to the next [s]; > 0.
+        delay: From a sample to its arrival [s].
+        highest: What a taxel reads at most [Pa].
+    """
+
+    period: float
+    delay: float = 0.0
+    highest: float = math.inf
+
+
+def assume_goal_where_saturated(
+    regions: Sequence[ContactRegion], goal: float, highest: float
+) -> tuple[tuple[ContactRegion, ...], bool]:
+    """The regions as a controller may take them, and whether a taxel stands at its ``highest`` reading [Pa] in any.
+
+    The force on such a region is at least what is read. It counts as no less than the ``goal`` [N], or the controller
+    would press on and on and read the same.
+    """
+    if not any(region.peak >= _NEAR * highest for region in regions):
+        return tuple(regions), False
+    taken = [
+        replace(region, force=max(region.force, goal)) if region.peak >= _NEAR * highest else region
+        for region in regions
+    ]
+    return tuple(sorted(taken, key=lambda region: (-region.force, region.id))), True
+
+
+CONTACT_STIFFNESS = 2e4
+"""Of what touches and the skin's cover [N/m], nominal: until it is measured (``force_loop``)."""
+
+
+SWING_SHARE = 0.5
+"""Of the goal, that an error has to pass on either side to count as a swing."""
+TURNS, MEMORY = 5, 4.0
+"""So many in so many seconds."""
+GONE = 0.6
+"""After so long without contact [s] all is forgotten: somebody tapped."""
+
+
+class OscillationDetector:
+    """Counts how often the error changes sides, each time by much. Mutable; ``reset`` forgets.
+
+    A moving hand does not do that: it comes and goes at its own pace, and the force is pulled to one side at a time.
+
+    Cost: 0.5 µs a tick.
+    """
+
+    def __init__(self) -> None:
+        self.reset()
+
+    def reset(self) -> None:
+        """All is calm."""
+        self._time, self._side, self._gone = 0.0, 0, 0.0
+        self._turns: deque[float] = deque(maxlen=TURNS)
+
+    def look(self, goal: float, force: float, dt: float) -> bool:
+        """Whether it swings.
+
+        Args:
+            goal: Wanted of the contact [N]; with none nothing swings.
+            force: On it [N]; 0 where it was lost.
+            dt: Since the last question [s].
+        """
+        self._gone = 0.0 if force > 0 else self._gone + dt
+        if self._gone > GONE:
+            self.reset()
+        self._time += dt
+        over = force - goal
+        side = 1 if over > SWING_SHARE * goal else -1 if over < -SWING_SHARE * goal else 0
+        if goal > 0 and side and side != self._side:
+            self._side = side
+            self._turns.append(self._time)
+        return len(self._turns) == TURNS and self._time - self._turns[0] < MEMORY
+
+
+BAND = 0.05
+"""Of the step; what stays within it has settled."""
+_LEAST_STEADY = 5
+
+
+@dataclass(frozen=True)
+class StepResponse:
+    """Of one step.
+
+    Attributes:
+        before: The goal before [N, or what it is the goal of].
+        goal: The goal after.
+        overshoot: Share of the step by which the answer went beyond its goal, >= 0.
+        settling: From the step until the answer stayed within ``BAND`` of the step about its goal [s]; None where it
+            has not yet, or left again.
+        ripple: Standard deviation about its own mean since then; None without samples enough.
+    """
+
+    before: float
+    goal: float
+    overshoot: float
+    settling: float | None
+    ripple: float | None
+
+
+def step_response(time: FloatArray, values: FloatArray, *, before: float, goal: float) -> StepResponse:
+    """Read a response.
+
+    Args:
+        time: (n,) since the step [s], rising.
+        values: (n,) of what follows the goal.
+        before: The goal before the step.
+        goal: Another one, since.
+    """
+    step = goal - before
+    shares = (values - before) / step  # 0 before, 1 at the goal, whichever way it goes
+    outside = np.flatnonzero(np.abs(shares - 1) > BAND)
+    first = int(outside[-1]) + 1 if outside.size else 0
+    steady = values[first:]
+    enough = len(steady) >= _LEAST_STEADY
+    return StepResponse(
+        before=before,
+        goal=goal,
+        overshoot=max(float(shares.max(initial=1.0)) - 1, 0.0),
+        settling=float(time[first]) if enough else None,
+        ripple=float(steady.std()) if enough else None,
+    )

@@ -1,0 +1,104 @@
+"""What of a contact's force is taken for its stiffness, and what is not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.control.force_loop.contact_stiffness import MeasuredStiffness, StiffnessEstimator
+
+NOMINAL, STIFFNESS, DT = 2e4, 5e3, 0.005
+TIME = DT * np.arange(120)
+APPROACH = 0.6e-3 * (1 - np.exp(-TIME / 0.15))
+"""Of the skin along its normal [m]: to 3 N."""
+
+
+def measured(force, way, *, wanted=None, delay=0.0):
+    """The estimator after a course of forces (k,) and ways (k,)."""
+    estimator = StiffnessEstimator(NOMINAL)
+    wanted = way if wanted is None else wanted
+    steps = zip(force, np.diff(way, prepend=0.0), np.diff(wanted, prepend=0.0), strict=True)
+    for at, moved, asked in steps:
+        estimator.look(float(at), float(moved), float(asked), DT, delay)
+    return estimator
+
+
+def noise(size, *, seed=0):
+    return np.random.default_rng(seed).normal(0, size, len(TIME))
+
+
+def test_nothing_measured_is_nominal():
+    assert StiffnessEstimator(NOMINAL).stiffness(3.0) == NOMINAL
+    assert measured(np.full(120, 3.0), np.zeros(120)).stiffness(3.0) == NOMINAL, "it rests at the goal"
+
+
+@pytest.mark.parametrize(("size", "most"), [(0.0, 1.1), (0.01, 1.3)])
+def test_an_approach_tells_how_stiff_it_is(size, most):
+    """At the goal it may be stiffer than on the way there."""
+    assert 0.97 < measured(STIFFNESS * APPROACH + noise(size), APPROACH).stiffness(3.0) / STIFFNESS < most
+
+
+def test_softness_is_believed_from_the_second_window_on():
+    """Of five readings each."""
+    once, twice = (measured(STIFFNESS * APPROACH[20:last], APPROACH[20:last]) for last in (29, 30))
+    assert (once.measured, once.stiffness(1.0)) == (False, NOMINAL)
+    assert twice.measured
+    assert twice.stiffness(1.0) == pytest.approx(STIFFNESS, rel=0.01)
+
+
+def test_what_noise_hides_stays_nominal():
+    assert measured(STIFFNESS * APPROACH + noise(0.1), APPROACH).stiffness(3.0) == NOMINAL
+
+
+def test_a_cover_that_stiffens_counts_as_stiff_as_it_is_at_the_goal():
+    """F = c d²: 2 F / d at 3 N."""
+    force = 3.0 * (APPROACH / 0.6e-3) ** 2
+    assert measured(force, APPROACH).stiffness(3.0) == pytest.approx(2 * 3.0 / 0.6e-3, rel=0.1)
+
+
+def test_readings_that_come_seldom_and_late_are_laid_beside_where_the_arm_was():
+    read = np.concatenate([np.zeros(4), np.repeat(STIFFNESS * APPROACH[::4], 4)])[:120]
+    assert 0.97 < measured(read, APPROACH, delay=4 * DT).stiffness(3.0) / STIFFNESS < 1.12
+    assert measured(read, APPROACH).stiffness(3.0) > 1.2 * STIFFNESS, "beside where it is now it would seem stiffer"
+
+
+HAND = 2e-3 * np.sin(2 * np.pi * 1.5 * TIME)
+COURSES = {
+    "a hand presses, and the arm yields": (3 + STIFFNESS * 0.4 * HAND, -0.1 * HAND, np.zeros(120)),
+    "a hand presses, and a controller retreats": (3 + STIFFNESS * 0.4 * HAND, np.cumsum(-0.01 * HAND), None),
+    "the skin is pushed, and nobody asked for it": (STIFFNESS * APPROACH, APPROACH, np.zeros(120)),
+    "an object is pushed along": (3.0 + noise(0.05), 0.01 * TIME, None),
+    "a hand comes as fast as the arm goes": (STIFFNESS * (APPROACH + 1.5e-3 * TIME), APPROACH, None),
+    "the hand leaves": (3 - STIFFNESS * 1e-3 * TIME + STIFFNESS * 0.1 * APPROACH, APPROACH, None),
+}
+
+
+@pytest.mark.parametrize("course", COURSES)
+def test_what_moves_by_itself_is_not_taken_for_softness(course):
+    force, way, wanted = COURSES[course]
+    assert measured(force, way, wanted=wanted).stiffness(3.0) >= 0.9 * STIFFNESS
+    if "hand comes" not in course:
+        assert measured(force, way, wanted=wanted).stiffness(3.0) == NOMINAL
+
+
+def test_a_softer_contact_needs_two_windows_and_a_stiffer_one():
+    estimator = measured(STIFFNESS * APPROACH[:5], APPROACH[:5])
+    assert estimator.stiffness(3.0) == NOMINAL, "one is none"
+    soft = measured(STIFFNESS * APPROACH, APPROACH)
+    way = 0.6e-3 + 2e-5 * np.arange(6)
+    for k, at in enumerate(way):
+        moved = 2e-5 if k else 0.6e-3 - APPROACH[-1]
+        soft.look(float(STIFFNESS * 0.6e-3 + 3 * STIFFNESS * (at - 0.6e-3)), moved, moved, DT, 0.0)
+    assert soft.stiffness(3.0) > 2 * STIFFNESS, "at once"
+
+
+def test_another_contact_begins_anew():
+    estimator = measured(STIFFNESS * APPROACH, APPROACH)
+    estimator.reset()
+    assert estimator.stiffness(3.0) == NOMINAL
+
+
+def test_more_force_may_be_stiffer_and_less_is_not_taken_for_softer():
+    one = MeasuredStiffness(STIFFNESS, 3.0)
+    assert one.at(12.0) == pytest.approx(2 * STIFFNESS)
+    assert one.at(1.0) == one.at(3.0) == STIFFNESS

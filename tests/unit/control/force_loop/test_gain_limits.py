@@ -1,0 +1,164 @@
+"""Gains for a slow skin: held or told, by what skin, arm and contact can hold."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.control.command import ControlSettings
+from app.control.force_loop.gain_limits import (
+    GAIN_SHARE,
+    NOMINAL_SHARE,
+    PLACE_SHARE,
+    SAMPLED_SHARE,
+    GainLimiter,
+)
+from app.control.force_loop.loop_stability import CONTACT_STIFFNESS, SensorTiming
+from app.control.force_loop.pressed_arm import LoopFilter, pressed_arm
+from app.control.joint_impedance import INNER_FREQUENCY, JointImpedance
+from app.control.limits import Limit, LimitKind
+from app.robots.kinematics import Configuration
+from tests.numerics.control_theory.sampled_loop import max_stable_gain
+from tests.support.touch import bar
+from tests.unit.control.contacts_by_hand import touch
+
+LEVEL, DT = np.zeros(1), 0.005
+
+
+def sampled_most(readings: SensorTiming) -> float:
+    """Were the bar to follow at once: its servo in series with a nominal contact."""
+    servo = Configuration(bar()).inertia()[0] * INNER_FREQUENCY**2 / 0.3**2
+    return max_stable_gain(1 / (1 / servo + 1 / CONTACT_STIFFNESS), readings)
+
+
+def most_at(readings: SensorTiming, stiffness: float = CONTACT_STIFFNESS, *, posture=LEVEL, integral=0.3) -> float:
+    """Of the bar, touched at 0.3 m."""
+    configuration = Configuration(bar())
+    impedance = JointImpedance(configuration.inertia(), frequency=INNER_FREQUENCY, damping_ratio=1.0)
+    configuration.update(posture)
+    arm = pressed_arm(configuration, impedance, touch(3.0)[0], stiffness, slides=True)
+    return arm.gain_limit(LoopFilter(integral), readings, DT)
+
+
+def watch_of(readings: SensorTiming | None) -> GainLimiter:
+    watch = GainLimiter(bar())
+    watch.readings = readings
+    return watch
+
+
+def asked(watch, settings, regions, posture=LEVEL):
+    return watch.effective_settings(settings, posture, regions, DT)
+
+
+def test_a_gain_that_stays_as_set_is_told_from_where_it_cannot_be_held():
+    slow = SensorTiming(0.05)
+    most, watch = most_at(slow), watch_of(slow)
+    high, low = (ControlSettings("hybrid", gains="as_given", force_gain=share * most) for share in (1.01, 0.99))
+    taken, [limit] = asked(watch, high, touch(3.0))
+    assert (taken, limit.kind) == (high, LimitKind.FORCE_GAIN_UNSTABLE)
+    assert (limit.value, limit.bound, limit.period) == pytest.approx((high.force_gain, most, 0.05))
+    assert asked(watch, low, touch(3.0)) == (low, ())
+
+
+def test_calm_gains_are_held_to_a_share_and_that_is_told():
+    slow = SensorTiming(0.2, 0.1)
+    settings = ControlSettings("hybrid", force_gain=0.015, position_gain=4.0, integral_time=0.3)
+    taken, said = asked(watch_of(slow), settings, touch(3.0))
+    assert taken.force_gain == pytest.approx(SAMPLED_SHARE * sampled_most(slow), rel=0.01)
+    assert taken.position_gain == pytest.approx(PLACE_SHARE / 0.3)
+    assert taken.integral_time == pytest.approx(12 * 0.3)
+    assert said == (
+        Limit(LimitKind.FORCE_GAIN_HELD, value=taken.force_gain, bound=0.015, period=0.2, delay=0.1),
+        Limit(LimitKind.POSITION_GAIN_HELD, value=taken.position_gain, bound=4.0, period=0.2, delay=0.1),
+    )
+    assert (taken.controller, taken.force_goal, taken.task) == (settings.controller, settings.force_goal, settings.task)
+
+
+def test_of_a_quick_skin_what_joints_can_hold_counts():
+    quick = SensorTiming(0.005)
+    taken, _ = asked(watch_of(quick), ControlSettings("hybrid", force_gain=1.0), touch(3.0))
+    assert taken.force_gain == pytest.approx(NOMINAL_SHARE * most_at(quick))
+    assert taken.force_gain < SAMPLED_SHARE * sampled_most(quick)
+
+
+def test_gains_that_a_skin_can_hold_stay_what_they_are():
+    settings = ControlSettings("hybrid", force_gain=0.002)
+    assert asked(watch_of(SensorTiming(0.005)), settings, touch(3.0)) == (settings, ())
+
+
+def test_what_was_lost_is_sought_with_the_gains_it_had_and_nothing_is_said():
+    watch, settings = watch_of(SensorTiming(0.2, 0.2)), ControlSettings("hybrid", force_gain=0.05)
+    assert asked(watch, settings, ()) == (settings, ()), "nothing has touched yet"
+    taken, said = asked(watch, settings, touch(3.0))
+    assert said
+    assert asked(watch, settings, ()) == (taken, ())
+    other = ControlSettings("hybrid", force_gain=0.04)
+    assert asked(watch, other, ()) == (other, ()), "other settings"
+    watch.reset()
+    assert asked(watch, settings, ()) == (settings, ())
+
+
+def test_it_is_for_controllers_that_read_and_for_skins_of_which_something_is_known():
+    high = ControlSettings("hybrid", force_gain=0.05)
+    assert asked(watch_of(None), high, touch(3.0)) == (high, ())
+    posture = ControlSettings("impedance", force_gain=0.05)
+    assert asked(watch_of(SensorTiming(0.2, 0.2)), posture, touch(3.0)) == (posture, ())
+
+
+def test_another_skin_asks_anew():
+    watch, high = watch_of(SensorTiming(0.2, 0.2)), ControlSettings("hybrid", force_gain=0.05)
+    slow = asked(watch, high, touch(3.0))[0].force_gain
+    watch.readings = SensorTiming(0.005)
+    assert asked(watch, high, touch(3.0))[0].force_gain > 5 * slow
+
+
+SLOW = SensorTiming(0.05)
+HIGH = ControlSettings("hybrid", force_gain=0.05, integral_time=0.6)
+
+
+def pressed(stiffness, *, id_=1, watch=None):
+    """A limiter after the bar has pressed its own way to 3 N on a spring [N/m]."""
+    watch = watch or watch_of(SLOW)
+    for depth in 3.0 / stiffness * (1 - np.exp(-np.arange(200) / 30)):
+        posture = np.array([-depth / 0.3])
+        force = stiffness * depth
+        taken, _ = watch.effective_settings(
+            HIGH, posture, touch(force, id_=id_) if force else (), DT, wanted=posture - force * 1e-5
+        )
+    return watch, taken
+
+
+@pytest.mark.parametrize("stiffness", [1e3, 5e3, 6e4])
+def test_a_measured_contact_gets_the_gains_it_can_hold(stiffness):
+    watch, taken = pressed(stiffness)
+    assert watch.most == pytest.approx(most_at(SLOW, stiffness, integral=0.6), rel=0.1)
+    assert taken.force_gain == pytest.approx(GAIN_SHARE * watch.most)
+
+
+def test_another_contact_counts_as_nominal_until_it_is_measured():
+    watch, _ = pressed(1e3)
+    soft = watch.most
+    asked(watch, HIGH, touch(3.0, id_=2), np.array([-0.01]))
+    assert watch.most < 0.7 * soft
+
+
+def test_what_one_robot_does_to_itself_is_not_measured():
+    both = watch_of(SLOW)
+    for depth in 3e-3 * (1 - np.exp(-np.arange(200) / 30)):
+        (one,), posture = touch(1e3 * depth), np.array([-depth / 0.3])
+        both.effective_settings(HIGH, posture, (replace(one, partner=7),), DT, wanted=posture)
+    assert both.most == pytest.approx(most_at(SLOW, integral=0.6), rel=1e-3)
+
+
+def test_the_limit_follows_the_arm():
+    """A bar that is touched from the side moves away from nothing; from above it does."""
+    watch = watch_of(SLOW)
+    tilted = touch(3.0, normal=(np.sin(1.2), 0, np.cos(1.2)))
+    asked(watch, HIGH, tilted)
+    before = watch.most
+    asked(watch, HIGH, tilted, np.array([0.04]))
+    assert watch.most == before, "about there it does"
+    asked(watch, HIGH, touch(3.0), np.array([0.5]))
+    assert watch.most != before

@@ -1,0 +1,69 @@
+"""The gain margin of a pressed arm against the closed forms of sampled loops, and against eigenvalues."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from app.control.command import ControlSettings
+from app.control.force_loop.loop_stability import SensorTiming
+from app.control.force_loop.pressed_arm import LoopFilter, PressedArm
+from app.studies.testbeds.force_loop import Filter, ForceLoop, stability_limit
+from tests.numerics.control_theory.sampled_loop import max_stable_gain
+
+
+def slide(servo: float, stiffness: float) -> PressedArm:
+    """A mass of 1 kg on one slide, held by a critically damped servo [rad/s]."""
+    one = np.ones(1)
+    return PressedArm(servo**2 * one, 2 * servo * one, one, servo**2 * one, stiffness)
+
+
+def test_what_no_joint_moves_has_no_limit():
+    rigid = PressedArm(np.ones(1), np.ones(1), np.zeros(1), np.zeros(1), 100.0)
+    readings = SensorTiming(0.05)
+    assert math.isinf(rigid.sampled_limit(readings))
+    assert math.isinf(rigid.gain_limit(LoopFilter(), readings, 0.005))
+
+
+@pytest.mark.parametrize("delay", range(4))
+def test_joints_that_follow_at_once_have_the_limit_of_a_sampled_loop(delay):
+    """k_f k T < 2 sin(pi / (2 (2 d + 1)))."""
+    readings = SensorTiming(0.25, 0.25 * delay)
+    assert slide(2e3, 100.0).sampled_limit(readings) == pytest.approx(max_stable_gain(100.0, readings), rel=1e-3)
+    found = slide(2e3, 100.0).gain_limit(LoopFilter(), readings, 0.0005)
+    assert found == pytest.approx(max_stable_gain(100.0, readings), rel=0.03)
+
+
+def test_a_servo_that_lags_bears_what_routh_allows():
+    """s (s² + 2 w s + w² + k / m) + g k w² of a skin that is read all the time: g k < 2 w (1 + k / (m w²))."""
+    found = slide(40.0, 4e3).gain_limit(LoopFilter(), SensorTiming(1e-4), 1e-4)
+    assert found == pytest.approx(2 * 40.0 * (1 + 4e3 / 40.0**2) / 4e3, rel=0.01)
+
+
+@pytest.mark.parametrize("controller", [LoopFilter(0.3), LoopFilter(inertia_time=0.05), LoopFilter(0.6, 4.0, 0.05)])
+def test_it_agrees_with_the_eigenvalues_of_the_loop(controller):
+    """Read at every tick."""
+    tick, servo, stiffness = 0.005, 40.0, 5e3
+    whole = np.array([[0, 1, 0], [-(servo**2) - stiffness, -2 * servo, servo**2], [0, 0, 0]])
+    loop = ForceLoop(tick, expm(whole * tick), stiffness, np.ones(1), np.ones(1))
+    filter_ = Filter(0.0, controller.integral_time, controller.position_gain, controller.inertia_time)
+    found = slide(servo, stiffness).gain_limit(controller, SensorTiming(tick), tick)
+    explained = stability_limit(lambda gain: loop.stable(replace(filter_, gain=gain)), found)
+    assert found == pytest.approx(explained, rel=0.02)
+
+
+def test_a_controller_is_a_filter():
+    calm = ControlSettings(controller="qp")
+    assert LoopFilter.of(calm) == LoopFilter(0.3)
+    assert LoopFilter.of(replace(calm, controller="admittance")) == LoopFilter(math.inf, inertia_time=0.05)
+    assert LoopFilter.of(replace(calm, controller="parallel")) == LoopFilter(0.3, 4.0, 0.05)
+
+
+def test_the_arm_gives_way_beside_the_contact():
+    """At rest servo and contact are in series."""
+    still = slide(40.0, 4800.0).response(np.array([1e-6j]))
+    assert still == pytest.approx(1 / (1 + 4800 / 1600), abs=1e-6)
