@@ -13,6 +13,8 @@ from app.control.command import RegraspState as State
 from app.control.controllers import CONTROL_SCHEMES
 from app.control.joint_impedance import MAX_JOINT_SPEED
 from app.control.limits import LimitKind, RegraspFailure
+from app.editing.arrange import move, rotate
+from app.editing.document import MapDocument
 from app.geometry.mesh import Mesh
 from app.maps.build import build_map
 from app.maps.layout import MapLayout
@@ -74,7 +76,9 @@ def halves() -> PreparedScene:
         used, faces = np.unique(whole.faces[keep], return_inverse=True)
         surface = Mesh(whole.vertices[used], faces.reshape(-1, 3))
         patches.append(Patch(name, "forearm", surface, place_evenly(surface, 200, seed=0)))
-    map_ = build_map(Skin(tuple(patches)))
+    document = rotate(MapDocument.of(build_map(Skin(tuple(patches)))), [1], -np.pi / 2)
+    (low, high), (left, _) = document.map.boxes
+    map_ = move(document, [1], (high[0] + 0.005 - left[0], low[1] - left[1])).map
     return replace(prepared, skin=map_.skin, map=map_)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import re
+import struct
 import tempfile
 import zipfile
 from collections.abc import Callable
@@ -23,6 +24,7 @@ from app.core.errors import RecordingError, SimulationError
 from app.editing.arrange import move
 from app.editing.document import MapDocument
 from app.recording import mcap_file
+from app.recording.frame_codec import HEADER
 from app.recording.message_codecs import TOPICS
 from app.recording.player import RecordingPlayer
 from app.recording.recorder import Recorder
@@ -90,6 +92,9 @@ def parts() -> tuple[dict[str, str], dict[str, bytes], list[tuple[str, bytes, in
         assert player.events
         assert any(player.frame(number).estimates for number in range(len(player)))
     return contents.metadata, contents.attachments, messages
+
+
+HEADER_BYTES = struct.calcsize("<" + "".join(HEADER.values()))
 
 
 def assembled(attachments: dict[str, bytes], messages: list[tuple[str, bytes, int]]) -> bytes:
@@ -172,8 +177,9 @@ def test_a_message_is_changed(data):
     else:
         at = message.index(b'{"why_limited"') if topic == "/frame" else 0
         text = changed_token(data, _VALUE, message[at:], NUMBERS)
-        grown = int.from_bytes(message[40:44], "little") + len(text) - len(message[at:])
-        head = message[:40] + grown.to_bytes(4, "little") + message[44:at] if at else b""
+        last = HEADER_BYTES - 4  # of the header: the number of bytes of text
+        grown = int.from_bytes(message[last:HEADER_BYTES], "little") + len(text) - len(message[at:])
+        head = message[:last] + grown.to_bytes(4, "little") + message[HEADER_BYTES:at] if at else b""
         message = head + text
     read_or_refused(assembled(attachments, [*messages[:number], (topic, message, tick), *messages[number + 1 :]]))
 

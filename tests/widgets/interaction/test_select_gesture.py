@@ -268,7 +268,7 @@ def _world(view, prepared, at):
     return pose[:3, :3] @ prepared.skin.position(at) + pose[:3, 3]
 
 
-def test_all_none_and_inverse_from_the_keys_of_the_views_only(window, side):
+def test_all_none_and_inverse_from_the_keys(window, side):
     count = len(window.live.prepared.skin)
     window.activateWindow()
     side.view.setFocus()
@@ -281,11 +281,8 @@ def test_all_none_and_inverse_from_the_keys_of_the_views_only(window, side):
     assert selected(window) == []
     window.column.setFocus()
     QApplication.processEvents()
-    for key in (Qt.Key.Key_A, Qt.Key.Key_L, Qt.Key.Key_M):
-        QTest.keyClick(window.column, key)
-    assert selected(window) == []
-    assert window.views.tool is SELECT_BOX
-    assert window.robot_view.morph.share == 0
+    QTest.keyClick(window.column, Qt.Key.Key_A)
+    assert len(selected(window)) == count, "the keys work wherever no text is typed"
 
 
 def test_one_hover_is_marked_in_both_views(window, side, qtbot):

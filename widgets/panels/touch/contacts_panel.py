@@ -297,6 +297,7 @@ class ContactsPanel(Panel):
         self._summary: QLabel = self.caption()
         self._summary.setObjectName("contacts-summary")
         self._selected: int | None = None
+        self._sought = False
         self._estimated = False
         self._regions: tuple[ContactRegion, ...] = ()
         self._estimates: Mapping[int, ForceEstimate] = {}
@@ -403,12 +404,7 @@ class ContactsPanel(Panel):
 
     def select_region(self, region: int | None) -> None:
         """Highlight the row of the region with this id, and bring it into sight; None for none."""
-        self._selected = region
-        place = next((k for k, one in enumerate(self._ordered) if one.id == region), None)
-        if place is not None:
-            first = self.scroll_bar.value()
-            self.scroll_bar.setRange(0, max(len(self._regions) - _ROWS, 0))
-            self.scroll_bar.setValue(min(max(first, place - _ROWS + 1), place))
+        self._selected, self._sought = region, region is not None
         self._fill()
 
     @property
@@ -423,6 +419,10 @@ class ContactsPanel(Panel):
         most = max(len(self._regions) - _ROWS, 0)
         self.scroll_bar.blockSignals(True)  # what it would tell is done here
         self.scroll_bar.setRange(0, most)
+        place = next((k for k, one in enumerate(self._ordered) if one.id == self._selected), None)
+        if self._sought and place is not None:  # once: afterwards a person may scroll it out of sight
+            self._sought = False
+            self.scroll_bar.setValue(min(max(self.scroll_bar.value(), place - _ROWS + 1), place))
         self.scroll_bar.blockSignals(False)
         self.scroll_bar.setVisible(most > 0)
         first = sorted(self._regions, key=lambda region: region.id != self._selected)
