@@ -78,8 +78,11 @@ def halves() -> PreparedScene:
         patches.append(Patch(name, "forearm", surface, place_evenly(surface, 200, seed=0)))
     document = rotate(MapDocument.of(build_map(Skin(tuple(patches)))), [1], -np.pi / 2)
     (low, high), (left, _) = document.map.boxes
-    map_ = move(document, [1], (high[0] + 0.005 - left[0], low[1] - left[1])).map
-    return replace(prepared, skin=map_.skin, map=map_)
+    document = move(document, [1], (high[0] + 0.005 - left[0], low[1] - left[1]))
+    beside = replace(prepared, skin=document.map.skin, map=document.map)
+    first, second = facing(beside)
+    map_ = move(document, [1], (0.0, first[0][1] - second[0][1])).map
+    return replace(beside, skin=map_.skin, map=map_)
 
 
 def near(prepared: PreparedScene, patch: int, point) -> int:
@@ -130,7 +133,10 @@ def test_over_a_seam_the_contact_goes_on_behind_it():
     assert trip.force[200:].mean() == pytest.approx(3.0, abs=0.1)
 
 
-def borders(prepared: PreparedScene, patch: int) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+Border = tuple[np.ndarray, np.ndarray, np.ndarray]
+
+
+def borders(prepared: PreparedScene, patch: int) -> list[Border]:
     """Middles of the sides of a patch's border, outward directions (2,) there [m], and the places on the body (3,)."""
     map_ = prepared.map
     outline, after = map_.outlines[patch], np.roll(map_.outlines[patch], -1, axis=0)
@@ -144,13 +150,19 @@ def borders(prepared: PreparedScene, patch: int) -> list[tuple[np.ndarray, np.nd
     return found
 
 
-def over_the_gap(prepared: PreparedScene) -> tuple[int, tuple[tuple[float, float], ...]]:
-    """A taxel of the first half beside the gap, and a path from it over the gap into the other half."""
+def facing(prepared: PreparedScene) -> tuple[Border, Border]:
+    """Two sides, of one patch and of the other, that lie beside each other on the body."""
     near_end = prepared.skin.patches[0].taxels.positions[:, 2].max()
     side = np.array([*forearm().skin.patches[0].taxels.positions[150, :2], near_end])
     first = min(borders(prepared, 0), key=lambda row: np.linalg.norm(row[2] - side))
     second = min(borders(prepared, 1), key=lambda row: np.linalg.norm(row[2] - first[2]))
     assert np.linalg.norm(second[2] - first[2]) < 0.01
+    return first, second
+
+
+def over_the_gap(prepared: PreparedScene) -> tuple[int, tuple[tuple[float, float], ...]]:
+    """A taxel of the first half beside the gap, and a path from it over the gap into the other half."""
+    first, second = facing(prepared)
     path = [
         first[0] - 0.02 * first[1],
         first[0] + 1e-3 * first[1],

@@ -45,7 +45,7 @@ class Side:
         return seen[np.argsort(away)]
 
     def picked(self, taxel):
-        return self.view.taxel_at(self.view.pixel_of(self.window.live.prepared.skin.taxel_point(taxel)).toTuple())
+        return self.view.taxel_at(QPointF(self.pixel(taxel)).toTuple())
 
     def click(self, taxel, keys=NONE):
         QTest.mouseClick(self.target, LEFT, keys, self.pixel(taxel))
