@@ -5,7 +5,7 @@ way of the skin and by time, F = a + k x + c t, and k is taken only where the ar
 
 * the posture that was commanded moved the skin the same way, at least half as far: the skin was not merely pushed,
 * the fit leaves k certain to a tenth: what else moved would be left over,
-* a steady motion of the other side, c t, explains at most a quarter as much.
+* a steady motion of the other side, c t, explains less than a sixth as much.
 
 What nobody has measured counts as stiff as nominal, and a softer contact is believed only when two windows without a
 common reading say so: one that moves by chance as the arm does would have to do so twice. A stiffer one is believed at

@@ -200,8 +200,8 @@ _FACTS_TIP = (
     "Of the selected contact, or else the strongest: force and place with their standard uncertainties\n"
     "(the sensor's noise, gains and the taxels' spacing), mean pressure, and the size of the ellipse it covers."
 )
-_NO_FACTS = "\n"
-"""As high as facts."""
+_FACT_LINES = 3
+"""As many as a region's facts may take; the rows below never jump."""
 _ESTIMATE_LINES = 4
 """As high as the longest estimate; the rows below never jump."""
 _ROW_STYLE = """
@@ -213,7 +213,7 @@ _ROW_STYLE = """
 
 
 _ROW_TIP = "Highlight this contact's trace; click again to clear"
-_NAME_PX = 96
+_NAME_PX = 84
 """What the column leaves for a link's name."""
 
 
@@ -241,7 +241,7 @@ class ContactRow:
             grid.addWidget(cell, row, column)
         self.button.setFixedHeight(self._mark.height())
         for cell in self._cells:
-            cell.setMinimumWidth(48)
+            cell.setMinimumWidth(44)
 
     def show(
         self,
@@ -325,6 +325,8 @@ class ContactsPanel(Panel):
         self._facts: QLabel = self.caption()
         self._facts.setObjectName("contacts-facts")
         self._facts.setToolTip(_FACTS_TIP)
+        self._facts.setFixedHeight(_FACT_LINES * self._facts.fontMetrics().lineSpacing() + 2)
+        self._facts.setAlignment(Qt.AlignmentFlag.AlignTop)
         self._told: QLabel = self.caption()
         self._told.setObjectName("contacts-estimate")
         self._told.setToolTip(_ESTIMATE_TIP)
@@ -433,7 +435,7 @@ class ContactsPanel(Panel):
             row.show(
                 region, selected=region is not None and region.id == self._selected, units=self._units, estimate=known
             )
-        self._facts.setText(region_summary(first[0], self._regions, self._units) if first else _NO_FACTS)
+        self._facts.setText(region_summary(first[0], self._regions, self._units) if first else "")
         told = self._estimates.get(first[0].id) if first else None
         self._told.setEnabled(told is not None and told.refused is None)
         self._told.setText(estimate_text(told, self._units) if told is not None else "")
