@@ -125,7 +125,7 @@ class RandomUser:
             "",
         )
         QFileDialog.getSaveFileName = lambda _parent, _title, name, _kinds="": (self._file_to_save(name), "")
-        QFileDialog.getExistingDirectory = lambda _parent, _title: str(self.folder)
+        QFileDialog.getExistingDirectory = lambda _parent, _title, _folder="": str(self.folder)
         self._checks.__enter__()
         self._answerer.start()
         return self
