@@ -63,7 +63,8 @@ class GainLimiter:
     answer, and the place gets ``PLACE_SHARE`` of one over what passes from a touch to its reading. How stiff the
     contact is comes from the arm's own approach (``contact_stiffness``); until that has been measured it is nominal,
     and the shares are ``NOMINAL_SHARE`` and ``SAMPLED_SHARE``.
-    Where a robot touches itself nothing is measured: one side's way is not what brings them together.
+    Where a robot touches itself nothing is measured: one side's way is not what brings them together. Controllers with
+    a virtual inertia (admittance, parallel) keep to ``SAMPLED_SHARE`` of the nominal limit, whatever is measured.
 
     Args:
         robot: Whose joints hold the arm against the contact.
@@ -157,12 +158,18 @@ class GainLimiter:
         readings: SensorTiming,
         stiffness: float,
     ) -> _Answer:
+        calm, loop, measured = _limited(settings, readings), LoopFilter.of(settings), self._estimator.measured
         slides = settings.controller == "hold_force" or settings.task not in TASKS_AT_A_PLACE
-        arm = pressed_arm(self._configuration, self._impedance, region, stiffness, slides=slides)
-        calm = _limited(settings, readings)
-        most = arm.gain_limit(LoopFilter.of(calm), readings, dt)
-        measured = self._estimator.measured
-        held = GAIN_SHARE * most if measured else min(NOMINAL_SHARE * most, SAMPLED_SHARE * arm.sampled_limit(readings))
+        stiffness_here = stiffness if loop.inertia_time == 0 else CONTACT_STIFFNESS
+        arm = pressed_arm(self._configuration, self._impedance, region, stiffness_here, slides=slides)
+        if loop.inertia_time > 0:
+            # A lower gain lets the place, or a wrong normal, win over the force before the loop swings.
+            most = arm.sampled_limit(readings)
+            held = SAMPLED_SHARE * most
+        else:
+            most = arm.gain_limit(LoopFilter.of(calm), readings, dt)
+            sampled = SAMPLED_SHARE * arm.sampled_limit(readings)
+            held = GAIN_SHARE * most if measured else min(NOMINAL_SHARE * most, sampled)
         calm = replace(calm, force_gain=min(settings.force_gain, held))
         if settings.gains == "limited":
             taken, limits = calm, _held_back(settings, calm, readings)

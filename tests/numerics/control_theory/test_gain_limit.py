@@ -65,7 +65,7 @@ def test_the_limit_worked_out_at_run_time_is_the_one_of_the_true_contact():
 
 @pytest.mark.long  # up to 60 s a case
 @pytest.mark.parametrize("readings", READINGS)
-@pytest.mark.parametrize("controller", ["hybrid", "parallel"])
+@pytest.mark.parametrize("controller", ["hybrid"])
 @pytest.mark.parametrize("robot", ["arm", "ur5e", "icub"])
 def test_at_run_time_it_is_within_a_tenth_of_the_gain_from_which_on_the_force_swings(robot, controller, readings):
     sensor = SensorEffects(sampling=READINGS[readings])
