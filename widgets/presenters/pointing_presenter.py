@@ -17,13 +17,13 @@ from PySide6.QtWidgets import QMenu, QWidget
 
 from app.contacts.regions import ContactRegion
 from app.core.arrays import FloatArray
-from app.editing.document import MapDocument
 from app.geometry.mesh import SurfacePoint
 from app.session.frame import Frame
 from app.session.prepare import PreparedScene
 from app.tactile.poke import PokeState
 from widgets.actions.mnemonics import with_mnemonic
 from widgets.context.app_context import AppContext
+from widgets.document.map_editor import MapEditor
 from widgets.interaction.pointed_at import PointedAt
 from widgets.map_view.map_coordinates import nearest_taxel
 from widgets.panels.touch.contacts_panel import ContactsPanel
@@ -160,7 +160,7 @@ class PointingPresenter(QObject):
             taxel,
             _region(frame, taxel),
             _finger(prepared, frame, at),
-            _pin(self.context.editor.document, at),
+            _pin(self.context.editor, at),
         )
 
     @property
@@ -197,8 +197,9 @@ def _finger(prepared: PreparedScene, frame: Frame | None, at: SurfacePoint) -> P
     return next((poke for poke in held if _near(prepared.skin.position, poke.at, at)), None)
 
 
-def _pin(document: MapDocument | None, at: SurfacePoint) -> SurfacePoint | None:
-    if document is None:
+def _pin(editor: MapEditor, at: SurfacePoint) -> SurfacePoint | None:
+    document = editor.document
+    if document is None or not editor.enabled:  # a recording that is shown may wear another skin
         return None
     return next((pin for pin in pins_by_point(document) if _near(document.skin.position, pin, at)), None)
 

@@ -11,7 +11,9 @@ from PySide6.QtWidgets import QApplication, QMenu
 from app.recording.player import RecordingPlayer
 from app.recording.verify import verify
 from tests.widgets.support.window_driver import run, visible_skin
+from widgets.interaction.pointed_at import PointedAt
 from widgets.presenters.pointing_presenter import POINTED_ACTIONS
+from widgets.tools.map_editing.pin_tool import with_pins
 
 RIGHT, LEFT, SHIFT = Qt.MouseButton.RightButton, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.ShiftModifier
 
@@ -162,6 +164,18 @@ def test_hiding_a_patch_is_an_edit_that_can_be_undone(window):
     assert not window.editor.document.patches[at.patch].visible
     window.editor.undo()
     assert window.editor.document.patches[at.patch].visible
+
+
+def test_pins_of_the_edited_map_are_meant_while_it_is_the_one_shown(window):
+    """A recording that is shown may wear another skin: its places are not of the document's."""
+    at, _ = pixels(window)
+    editor, resolve = window.context.editor, window.presenters.pointing.resolve
+    assert editor.do("Pin", lambda document: with_pins(document, [at]))
+    assert resolve(PointedAt(at)).pin == at
+    editor.set_enabled(enabled=False)
+    assert resolve(PointedAt(at)).pin is None
+    editor.set_enabled(enabled=True)
+    editor.undo()
 
 
 def test_every_action_has_its_own_name():

@@ -159,10 +159,13 @@ class ControlTool(ViewTool):
         return self._settings_editor.map if self._settings_editor.enabled else None
 
     def _point(self, place: PointerHit) -> FloatArray | None:
-        """(2,) the map point [m] that is meant in either view; None beside the skin of the body."""
-        if place.point is not None or place.at is None or self._settings_editor.map is None:
+        """(2,) the map point [m] that is meant in either view; None beside the skin of the body.
+
+        While no arm can be led, none of the body's: what is shown then, as a recording, may wear another skin.
+        """
+        if place.point is not None or place.at is None or self._map is None:
             return place.point
-        return self._settings_editor.map.to_map(place.at)
+        return self._map.to_map(place.at)
 
     def _at(self, place: PointerHit) -> SurfacePoint | None:
         return None if self._map is None else place.at
@@ -197,7 +200,7 @@ class ControlTool(ViewTool):
     def body_marks(self) -> ToolMarks:
         """The same object until something changes."""
         if self._marks is None:
-            self._marks = NO_MARKS if self._settings_editor.map is None else self._mark_body(self._settings_editor.map)
+            self._marks = NO_MARKS if self._map is None else self._mark_body(self._map)
         return self._marks
 
     def _mark_body(self, map_: TactileMap) -> ToolMarks:

@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, Qt
-from PySide6.QtGui import QColor
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtGui import QColor, QMouseEvent
 from PySide6.QtTest import QTest
 
+from app.geometry.mesh import SurfacePoint
 from tests.widgets.support.map_view_driver import (
     LEFT,
     NONE,
@@ -22,7 +23,23 @@ from tests.widgets.support.map_view_driver import (
     wheel,
 )
 from widgets.common.colours import DARK
+from widgets.interaction.view_tool import PointerHit
 from widgets.tools.control.control_tool import FINE_STEP, STEP
+from widgets.tools.control.path_tool import PathTool
+from widgets.tools.control.target_tool import TargetTool
+
+
+@pytest.mark.parametrize("made", [PathTool, TargetTool])
+def test_while_no_arm_can_be_led_the_body_may_wear_another_skin(made, lead):
+    """A recording of another robot is shown: the map that can be drawn on has no such place."""
+    tool = made(lead)
+    lead.set_enabled(enabled=False)
+    beyond, away = PointerHit(SurfacePoint(0, 1_000_000, (1.0, 0.0, 0.0)), None, 1e-3), QPointF(3, 3)
+    press = QMouseEvent(QEvent.Type.MouseButtonPress, away, away, LEFT, LEFT, NONE)
+    assert not tool.press(beyond, press)
+    tool.move(beyond, press)
+    assert tool.cursor(beyond) == Qt.CursorShape.ArrowCursor
+    assert lead.asked == []
 
 
 @pytest.mark.parametrize("kind", ["polyline", "spline"])
