@@ -5,9 +5,10 @@
 - ``player``: a recording opened for replay.
 - ``verify``: simulates it again and compares every state.
 - ``recover``: salvages a recording that was cut off.
+- ``annotations``: what a person says of a recording, beside it.
 - ``bundle``: a prepared scene as attachments.
 - ``frame_codec``: frames as bytes.
-- ``message_codecs``: inputs, events and failures as JSON; the list of topics.
+- ``message_codecs``: inputs, events, marks and failures as JSON; the list of topics.
 """
 
 import lazy_loader

@@ -30,6 +30,8 @@ FORMAT = "10"
 _METADATA = "tactile-maps"
 MEASURED = "measured"
 """Of the metadata: where the readings of a real skin came from. Such a recording has no frame for every tick."""
+_NUMBERED_TOPICS = tuple(topic for topic in TOPICS if topic != "/mark")
+"""Whose channels have the numbers 1, 2, ... in every file; that of marks is known by its record alone."""
 NO_SPACE = "Free space or choose another folder; what was written so far can be read with recover"
 """What to do when a file takes no more bytes."""
 MAX_CHUNK = 256_000_000
@@ -115,7 +117,7 @@ class RecordingContents:
 
     attachments: dict[str, bytes] = field(default_factory=dict)
     metadata: dict[str, str] = field(default_factory=dict)
-    channels: dict[int, str] = field(default_factory=lambda: dict(enumerate(TOPICS, start=1)))
+    channels: dict[int, str] = field(default_factory=lambda: dict(enumerate(_NUMBERED_TOPICS, start=1)))
     chunks: list[Chunk | None] = field(default_factory=list)
     written: dict[int, int] = field(default_factory=dict)
     complete: bool = False

@@ -1,4 +1,4 @@
-"""Inputs, contact events and failures as JSON messages, which any program that reads MCAP can read; the list of topics.
+"""Inputs, contact events, marks and failures as JSON messages, readable by all that reads MCAP; the list of topics.
 
 Each message is one of the dataclasses here, written and strictly read by ``app.core.codec``, which makes their schemas
 too. Frames have a codec of their own, ``frame_codec``.
@@ -18,6 +18,7 @@ from app.core.errors import RecordingError, SimulationError, TactileMapsError
 from app.geometry.mesh import SurfacePoint
 from app.maps.formats.map_file import edit_from_bytes, edit_to_bytes
 from app.maps.tactile_map import TactileMap
+from app.recording.annotations import Mark
 from app.recording.bundle import DAMAGED
 from app.recording.frame_codec import FRAME_SCHEMA, check_place
 from app.session.inputs import (
@@ -165,6 +166,20 @@ def decode_event(data: bytes, skin: Skin, *, file: str | None = None) -> Contact
     return message.event
 
 
+def encode_mark(mark: Mark) -> bytes:
+    """A mark as a message."""
+    return dump_json(mark)
+
+
+def decode_mark(data: bytes, *, file: str | None = None) -> Mark:
+    """The mark of a message.
+
+    Raises:
+        RecordingError: The message is no mark.
+    """
+    return load_json(Mark, data, error=RecordingError, place="/mark", file=file, remedy=DAMAGED)
+
+
 def encode_failure(tick: int, error: SimulationError) -> bytes:
     """Why a session stopped at ``tick``, as a message."""
     value = None if error.value is None else str(error.value)
@@ -201,5 +216,6 @@ TOPICS = {
     "/input": ("tactile_maps.Input", _schema(InputMessage, "tactile_maps.Input"), "json"),
     "/failure": ("tactile_maps.Failure", _schema(FailureMessage, "tactile_maps.Failure"), "json"),
     "/event": ("tactile_maps.ContactEvent", _schema(EventMessage, "tactile_maps.ContactEvent"), "json"),
+    "/mark": ("tactile_maps.Mark", _schema(Mark, "tactile_maps.Mark"), "json"),
 }
 """By topic: schema's name and text, and the encoding of a message."""

@@ -15,10 +15,11 @@ from app.core.codec import dump_json, load_json
 from app.core.errors import RecordingError, SimulationError
 from app.core.progress import Progress, no_progress
 from app.recording import mcap_file
+from app.recording.annotations import Mark
 from app.recording.bundle import DAMAGED
 from app.recording.damage import DamageKind, Hole, RecordingDamage, find_losses, find_lost_frames, lost_at_end
 from app.recording.frame_codec import tick_of
-from app.recording.message_codecs import decode_event, decode_failure, decode_input
+from app.recording.message_codecs import decode_event, decode_failure, decode_input, decode_mark
 from app.session.inputs import SessionInput
 from app.session.prepare import PreparedScene
 
@@ -46,6 +47,7 @@ class RecordedMessages:
         frames: By tick, none twice.
         inputs: (tick, input), in the order they were given.
         events: Oldest first.
+        marks: Set while it was recorded, in that order.
         failure: The tick at which the session stopped by itself, and why; None when it did not.
         damage: What is missing, repeated or out of order.
     """
@@ -53,6 +55,7 @@ class RecordedMessages:
     frames: list[FramePlace]
     inputs: list[tuple[int, SessionInput]]
     events: list[ContactEvent]
+    marks: tuple[Mark, ...]
     failure: tuple[int, SimulationError] | None
     damage: tuple[RecordingDamage, ...]
 
@@ -80,6 +83,7 @@ def read_messages(
     frames: list[FramePlace] = []
     inputs: list[_Numbered[tuple[int, SessionInput]]] = []
     events: list[_Numbered[ContactEvent]] = []
+    marks: list[Mark] = []
     failure, holes = None, []
     for number, chunk in enumerate(contents.chunks):
         if number % _CHUNKS_A_STEP == 0:
@@ -98,6 +102,8 @@ def read_messages(
             elif topic == "/event":
                 event = decode_event(message.data, prepared.skin, file=file)
                 events.append(_Numbered(message.sequence, event.tick, event))
+            elif topic == "/mark":
+                marks.append(decode_mark(message.data, file=file))
             elif topic == "/failure":
                 failure = decode_failure(message.data, file=file)
     written = {topic: contents.written.get(channel) for channel, topic in contents.channels.items()}
@@ -114,7 +120,7 @@ def read_messages(
     ordered = sorted(set(damage), key=lambda one: (-1 if one.first is None else one.first, one.kind))
     if contents.checksum_fails and not ordered:
         ordered = [RecordingDamage(DamageKind.CHECKSUM)]
-    return RecordedMessages(kept, acts, told, failure, tuple(ordered))
+    return RecordedMessages(kept, acts, told, tuple(marks), failure, tuple(ordered))
 
 
 def _damage_of_file(

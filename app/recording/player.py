@@ -16,6 +16,7 @@ from app.core.arrays import refreeze
 from app.core.errors import RecordingError
 from app.core.progress import Progress, no_progress
 from app.recording import bundle, mcap_file
+from app.recording.annotations import Annotations, annotations_in, load_annotations
 from app.recording.damage import RecordingDamage
 from app.recording.frame_codec import decode_frame
 from app.recording.messages import read_messages
@@ -36,6 +37,8 @@ class RecordingPlayer:
         prepared: The scene, robot, skin and map it was made with.
         times: (n,) simulated seconds of the frames.
         inputs: (tick, input) of everything that was done, from the session's start.
+        recorded_annotations: What the file says of itself: marks set while it was recorded, and of a part of another
+            recording what was said of that. See ``annotations`` for what was said since.
         events: What contacts began or ended to do, oldest first.
         versions: Programs' versions when it was made.
         damage: All that is missing, repeated or cannot be believed, in the order of ticks as far as it has any.
@@ -59,6 +62,7 @@ class RecordingPlayer:
             raise RecordingError("the recording holds no frame", file=path, remedy=bundle.DAMAGED)
         self.inputs, self.events = messages.inputs, messages.events
         self.failure, self.damage = messages.failure, messages.damage
+        self.recorded_annotations = annotations_in(contents.metadata, messages.marks, file=file)
         self._places = [(frame.chunk, frame.place) for frame in messages.frames]
         self.times = self.prepared.scene.tick * np.array([frame.tick for frame in messages.frames])
         self._unpacked = lru_cache(maxsize=8)(self._unpack)
@@ -111,9 +115,26 @@ class RecordingPlayer:
             np.clip(np.searchsorted(self.times, self.times[0] + seconds + 1e-9, side="right") - 1, 0, len(self) - 1)
         )
 
+    def tick_at(self, seconds: float) -> int:
+        """Of the frame shown ``seconds`` after the first."""
+        return round(float(self.times[self.number_at(seconds)]) / self.prepared.scene.tick)
+
+    def seconds_at(self, tick: int) -> float:
+        """When a tick is [s since the first frame], within the recording."""
+        return float(np.clip(tick * self.prepared.scene.tick - self.times[0], 0.0, self.duration))
+
     def runtime_settings_at(self, tick: int) -> RuntimeSettings:
         """By what the session ran at one of its ticks: as its scene says, and as it had been changed by then."""
         return runtime_settings_at(self._start, self.inputs, tick)
+
+    def annotations(self) -> Annotations:
+        """What is said of it: the file beside it, else what it holds itself.
+
+        Raises:
+            RecordingError: The file beside it is damaged, or none of ours.
+        """
+        beside = load_annotations(self.path)
+        return self.recorded_annotations if beside is None else beside
 
     def edits(self) -> list[tuple[float, str]]:
         """When the map was edited [s since the first frame] and the edits' names, for marks on a timeline."""

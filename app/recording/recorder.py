@@ -19,10 +19,11 @@ from types import TracebackType
 from mcap.writer import CompressionType, Writer
 
 from app.core.errors import RecordingError
+from app.recording.annotations import Mark
 from app.recording.bundle import pack_scene
 from app.recording.frame_codec import encode_frame
 from app.recording.mcap_file import MEASURED, NO_SPACE, add_viewer_channels, begin_recording, create_file
-from app.recording.message_codecs import encode_event, encode_failure, encode_input
+from app.recording.message_codecs import encode_event, encode_failure, encode_input, encode_mark
 from app.recording.viewer_messages import ViewerMessages
 from app.session.frame import Failure, Frame
 from app.session.inputs import MapEdited, SessionInput
@@ -122,6 +123,14 @@ class Recorder:
         self._told = frame.tick
         self.frames += 1
 
+    def mark(self, mark: Mark) -> None:
+        """Add a moment with a name; after the frame of its tick.
+
+        Raises:
+            RecordingError: As ``write``.
+        """
+        self._put([("/mark", mark.tick, encode_mark(mark))])
+
     def fail(self, failure: Failure) -> None:
         """Add why the session stopped, and the inputs of its last tick: whoever replays the file sees it stop again.
 
@@ -150,13 +159,18 @@ class Recorder:
 
     def _add(self, inputs: Sequence[tuple[int, SessionInput]], *more: tuple[str, int, bytes]) -> None:
         """The inputs that are not in the file yet, and more messages, each of a topic and tick."""
-        self._begin()
         news = [
             ("/input", tick, encode_input(tick, session_input, self._map))
             for tick, session_input in inputs[self._inputs :]
         ]
+        self._put([*news, *more])
+        self._inputs = len(inputs)
+
+    def _put(self, messages: Sequence[tuple[str, int, bytes]]) -> None:
+        """Messages, each of a topic and tick."""
+        self._begin()
         try:
-            for topic, tick, data in [*news, *more]:
+            for topic, tick, data in messages:
                 at = self._started + round(1e9 * tick * self.tick)
                 # A running number for each topic: whoever reads the file sees by it that a message is gone.
                 self._writer.add_message(self._channels[topic], at, data, at, self._numbers[topic])
@@ -166,7 +180,6 @@ class Recorder:
             raise RecordingError(
                 "the recording cannot be written further", file=self.path, value=error, remedy=NO_SPACE
             ) from error
-        self._inputs = len(inputs)
 
     @property
     def bytes_written(self) -> int:

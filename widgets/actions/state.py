@@ -51,6 +51,11 @@ class WindowState:
         overlays: What View > Overlay is set to.
         light: Whether the light theme is in force.
         measured: Whether readings of a real skin are shown instead of a simulation.
+        notable: Whether something can be said of the recording that is shown.
+        has_marks: Whether moments of the recording are marked.
+        has_episodes: Whether it has episodes.
+        has_range: Whether a part of the recording is chosen.
+        looping: Whether that part is played again and again.
     """
 
     mode: Mode = Mode.EMPTY
@@ -72,6 +77,11 @@ class WindowState:
     overlays: OverlayOptions = field(default_factory=OverlayOptions)
     light: bool = False
     measured: bool = False
+    notable: bool = False
+    has_marks: bool = False
+    has_episodes: bool = False
+    has_range: bool = False
+    looping: bool = False
 
 
 def always(_state: WindowState) -> bool:
@@ -92,6 +102,16 @@ def measured(state: WindowState) -> bool:
 def running(state: WindowState) -> bool:
     """A session is shown, running or paused."""
     return state.mode.running
+
+
+def replaying(state: WindowState) -> bool:
+    """A recording is shown."""
+    return state.mode is Mode.REPLAYING
+
+
+def can_mark(state: WindowState) -> bool:
+    """A moment can be marked: of what is recorded, or of what is replayed."""
+    return state.recording or state.notable
 
 
 def paused(state: WindowState) -> bool:

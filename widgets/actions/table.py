@@ -17,12 +17,14 @@ from widgets.actions.registry import LINE, ActionSpec, Menu, MenuList
 from widgets.actions.state import (
     WindowState,
     can_control,
+    can_mark,
     editable,
     has_scene,
     has_tasks,
     measured,
     patches_selected,
     paused,
+    replaying,
     running,
 )
 from widgets.common.controller_settings import SETTING_CHOICES
@@ -391,6 +393,61 @@ def _session_menu() -> Menu:
     )
 
 
+def _recording_menu() -> Menu:
+    return Menu(
+        "Recording",
+        (
+            ActionSpec("mark", "Mark this moment", ("Ctrl+B",), "Mark the moment that is recorded or shown", can_mark),
+            ActionSpec("name_mark", "Name mark…", ("Ctrl+Shift+B",), "Mark this moment with a name", can_mark),
+            ActionSpec(
+                "delete_mark",
+                "Delete mark",
+                (),
+                "Forget the mark at the moment that is shown",
+                lambda state: state.has_marks,
+            ),
+            ActionSpec(
+                "previous_mark", "Previous mark", ("Alt+Left",), "Go to the mark before", lambda state: state.has_marks
+            ),
+            ActionSpec("next_mark", "Next mark", ("Alt+Right",), "Go to the next mark", lambda state: state.has_marks),
+            LINE,
+            ActionSpec("range_start", "Begin range", ("Ctrl+[",), "The range of the recording begins here", replaying),
+            ActionSpec("range_end", "End range", ("Ctrl+]",), "The range of the recording ends here", replaying),
+            ActionSpec("clear_range", "Clear range", (), "Choose no range", lambda state: state.has_range),
+            ActionSpec(
+                "loop",
+                "Loop range",
+                ("Ctrl+Alt+L",),
+                "Play the range again and again",
+                enabled=lambda state: state.has_range,
+                checked=lambda state: state.looping,
+            ),
+            LINE,
+            ActionSpec(
+                "label_episode",
+                "Range as episode…",
+                ("Ctrl+Shift+E",),
+                "Keep the range as an episode with a label, an instruction and an outcome; exports use them",
+                lambda state: state.notable and state.has_range,
+            ),
+            ActionSpec(
+                "split_episodes",
+                "Split at marks",
+                (),
+                "Make the parts between the marks episodes",
+                lambda state: state.notable and state.has_marks,
+            ),
+            ActionSpec(
+                "delete_episode",
+                "Delete episode",
+                (),
+                "Forget the episode at the moment that is shown; the recording keeps its frames",
+                lambda state: state.has_episodes,
+            ),
+        ),
+    )
+
+
 def _touch_menu() -> Menu:
     return Menu(
         "Touch",
@@ -543,6 +600,7 @@ def menu_bar(tools: tuple[ToolSpec, ...] = TOOLS, layers: tuple[LayerSpec, ...] 
         _file_menu(),
         _edit_menu(tools),
         _session_menu(),
+        _recording_menu(),
         _touch_menu(),
         _control_menu(tools),
         _select_menu(tools),
@@ -590,5 +648,7 @@ MOUSE_GESTURES = (
     ("Drag a path's corner, side or line", "move it, add a corner, move all of it; Delete removes a corner"),
     ("Click or drag with Target", "hold the contact there, move it along"),
     ("Wheel or drag on the force, Page Up and Down", "0.5 N more or less, with Path and Target"),
+    ("Shift-drag along the timeline", "choose a range of the recording: loop it, cut it out, label it"),
+    ("Right-click on the timeline", "what can be done with that moment: mark it, begin or end the range there"),
     ("→", "one control tick while paused, or one frame of a replay"),
 )

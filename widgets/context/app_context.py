@@ -14,6 +14,7 @@ from widgets.context.dialogs import Dialogs
 from widgets.context.linked_views import LinkedViews
 from widgets.context.notifier import Notifier
 from widgets.document.map_editor import MapEditor
+from widgets.document.recording_notes import RecordingNotes
 from widgets.panels.panel_column import PanelColumn
 from widgets.plots.live_plots import LivePlots
 from widgets.session.backends import Backends
@@ -55,6 +56,7 @@ class AppContext:
     Attributes:
         session: The only caller that changes the running session.
         editor: The only caller that changes the map document.
+        notes: The only caller that changes what is said of a recording.
         views: Robot and map.
         panels: The column beside them.
         plots: The curves below them.
@@ -69,6 +71,7 @@ class AppContext:
 
     session: LiveSession
     editor: MapEditor
+    notes: RecordingNotes
     views: LinkedViews
     panels: PanelColumn
     plots: LivePlots

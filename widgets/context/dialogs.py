@@ -59,12 +59,13 @@ class Dialogs:
         box.setDefaultButton(default)
         box.finished.connect(lambda answer: then(Button(answer)))
 
-    def ask_text(self, name: str, title: str, text: str, then: Callable[[str], None]) -> None:
-        """Ask for a line; ``then`` is called with it unless it is cancelled."""
+    def ask_text(self, name: str, title: str, text: str, then: Callable[[str], None], *, value: str = "") -> None:
+        """Ask for a line, ``value`` by default; ``then`` is called with it unless it is cancelled."""
         box = QInputDialog(self._parent)
         box.setObjectName(name)
         box.setWindowTitle(title)
         box.setLabelText(text)
+        box.setTextValue(value)
         box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         box.textValueSelected.connect(then)
         box.open()

@@ -17,6 +17,7 @@ from widgets.presenters.notification_presenter import NotificationPresenter
 from widgets.presenters.pointing_presenter import PointingPresenter
 from widgets.presenters.session.accuracy_presenter import AccuracyPresenter
 from widgets.presenters.session.effects_presenter import EffectsPresenter
+from widgets.presenters.session.notes_presenter import NotesPresenter
 from widgets.presenters.session.replay_past import ReplayPast
 from widgets.presenters.session.scene_presenter import ScenePresenter
 from widgets.presenters.session.session_presenter import LiveInputPresenter, SessionPresenter
@@ -40,6 +41,7 @@ class Presenters:
     live_input: LiveInputPresenter
     view: ViewPresenter
     session: SessionPresenter
+    notes: NotesPresenter
     replay_past: ReplayPast
     notification: NotificationPresenter
     pointing: PointingPresenter
@@ -73,6 +75,7 @@ def build(context: AppContext, parent: QWidget) -> Presenters:
         live_input=LiveInputPresenter(context, parent),
         view=ViewPresenter(context, tools, parent),
         session=SessionPresenter(context, parent),
+        notes=NotesPresenter(context, tools, parent),
         replay_past=ReplayPast(context, parent),
         notification=NotificationPresenter(context, parent),
         pointing=PointingPresenter(context, tools, parent),

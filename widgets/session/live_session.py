@@ -18,6 +18,7 @@ from app.control.command import ControlSettings
 from app.core.errors import LiveError, TactileMapsError
 from app.geometry.mesh import SurfacePoint
 from app.maps.tactile_map import TactileMap
+from app.recording.annotations import Mark
 from app.recording.player import RecordingPlayer
 from app.recording.recorder import Recorder, save_failure_report
 from app.scene.effects import Effects
@@ -70,6 +71,7 @@ class LiveSession(QObject):
         finger: That touches.
         worker: Opens scenes and recordings, lays patches flat.
         measurements: What is measured beside of what is shown.
+        marks: How many moments of the recording being written are marked.
         live_input: Whose readings are shown instead of a simulation; None while it is simulated.
     """
 
@@ -101,6 +103,8 @@ class LiveSession(QObject):
     """The address at which viewers of other programs find what is shown, or None."""
     recorded_for_viewers_changed = Signal(bool)
     """Whether recordings begun from now on hold the messages for viewers of other programs."""
+    marked = Signal(object)
+    """A moment of the recording being written was marked: the Mark."""
     saved = Signal(str)
     """Path of a complete recording."""
     player_changed = Signal(object)
@@ -131,6 +135,7 @@ class LiveSession(QObject):
         self._was_paused = False  # the run, before the recording that is replayed
         self._shown: Frame | None = None
         self._taking_over: TakeOver | None = None
+        self.marks = 0
         self._held = HAND  # the id given last to a finger that stays
         self.live_input: LiveInput | None = None
         self._recording_writer = backends.recording_writer()
@@ -568,7 +573,21 @@ class LiveSession(QObject):
             # Else a file begun and completed between two ticks, or while paused, would hold no frame to replay.
             session = run.runner.session
             self._recording_writer.write(session.frame, session.inputs)
+        self.marks = 0
         self.recording_changed.emit(str(path))
+
+    def mark(self, name: str, tick: int | None = None) -> None:
+        """Give a moment of the recording being written a name; by default the one that is shown."""
+        if self.recorder is None or self._shown is None:
+            return
+        try:
+            mark = Mark(self._shown.tick if tick is None else tick, name)
+        except TactileMapsError as error:
+            self.failed.emit(str(error))
+            return
+        self._recording_writer.mark(mark)
+        self.marks += 1
+        self.marked.emit(mark)
 
     def stop_recording(self) -> None:
         """Complete the file, beside what goes on; ``saved`` tells when that is done."""

@@ -11,6 +11,7 @@ from pathlib import Path
 from queue import SimpleQueue
 
 from app.core.errors import RecordingError, TactileMapsError
+from app.recording.annotations import Mark
 from app.recording.recorder import Recorder
 from app.session.frame import Frame
 from app.session.inputs import SessionInput
@@ -79,6 +80,11 @@ class RecordingWriter:
         if (file := self._file) is not None:
             file.put(frame, inputs)
 
+    def mark(self, mark: Mark) -> None:
+        """Keep a moment with a name, behind the ticks that were handed over."""
+        if (file := self._file) is not None:
+            file.put_mark(mark)
+
     def end(self) -> None:
         """Take no more ticks, and complete the file when what waits is written; ``take_closed`` tells of it."""
         file, self._file = self._file, None
@@ -127,7 +133,7 @@ class _OpenFile:
         self._told_at = float("inf")
         self._handed_over = 0
         self._inputs: list[tuple[int, SessionInput]] = []  # the thread's own: the session's list goes on growing
-        self._queue: SimpleQueue[tuple[Frame, _Inputs] | None] = SimpleQueue()
+        self._queue: SimpleQueue[tuple[Frame, _Inputs] | Mark | None] = SimpleQueue()
         self._thread = threading.Thread(target=self._loop, name="recording", daemon=True)
         self._thread.start()
 
@@ -146,6 +152,11 @@ class _OpenFile:
         new, self._handed_over = tuple(inputs[self._handed_over :]), len(inputs)
         self._queue.put((frame, new))
 
+    def put_mark(self, mark: Mark) -> None:
+        """Hand a moment with a name over."""
+        if self.error is None:
+            self._queue.put(mark)
+
     def end(self) -> None:
         """Close the file when all that was handed over is written, or refused."""
         self._queue.put(None)
@@ -161,15 +172,21 @@ class _OpenFile:
 
     def _loop(self) -> None:
         while (item := self._queue.get()) is not None:
-            frame, new = item
-            self._inputs += new
             if self.error is None:
                 try:
-                    self.recorder.write(frame, self._inputs)
-                    self._check()
+                    self._write(item)
                 except TactileMapsError as error:
                     self.error = error
         self._close()
+
+    def _write(self, item: tuple[Frame, _Inputs] | Mark) -> None:
+        if isinstance(item, Mark):
+            self.recorder.mark(item)
+            return
+        frame, new = item
+        self._inputs += new
+        self.recorder.write(frame, self._inputs)
+        self._check()
 
     def _close(self) -> None:
         if self.error is not None:

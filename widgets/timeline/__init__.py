@@ -1,6 +1,7 @@
 """What is being recorded, and recordings to play, scrub and step through.
 
-``playhead`` is the rule of where a replay stands, without Qt; ``timeline`` draws it with its bar, buttons and keys.
+``playhead`` is the rule of where a replay stands, without Qt; ``scrub_bar`` draws it with what happened and what was
+said of it; ``timeline`` adds buttons and keys.
 Neither reads a clock: whoever plays passes the elapsed time in.
 """
 

@@ -9,6 +9,29 @@ SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0)
 
 
 @dataclass(frozen=True)
+class Span:
+    """A part of a recording.
+
+    Attributes:
+        start: Seconds from its first frame.
+        end: The same; later than ``start``.
+    """
+
+    start: float
+    end: float
+
+    @classmethod
+    def between(cls, one: float, other: float) -> Span | None:
+        """From the earlier to the later; None where they are the same moment."""
+        return cls(min(one, other), max(one, other)) if one != other else None
+
+    @property
+    def length(self) -> float:
+        """Seconds."""
+        return self.end - self.start
+
+
+@dataclass(frozen=True)
 class Playhead:
     """A position in a recording.
 
@@ -18,6 +41,7 @@ class Playhead:
         time: Where it stands, within 0..duration [s].
         playing: Whether ``advanced`` moves it.
         speed: Seconds of recording per second of watching.
+        loop: What is played again and again while it is in there; None plays to the end.
     """
 
     duration: float
@@ -25,6 +49,7 @@ class Playhead:
     time: float = 0.0
     playing: bool = False
     speed: float = 1.0
+    loop: Span | None = None
 
     @property
     def at_end(self) -> bool:
@@ -40,17 +65,25 @@ class Playhead:
         return replace(self.at(self.time + frames * self.frame_seconds), playing=False)
 
     def toggled(self) -> Playhead:
-        """Play or pause; playing from the end starts over, and an empty recording does not play."""
+        """Play or pause; playing from the end starts over, in a loop from its start if it stands beside it.
+
+        An empty recording does not play.
+        """
         if self.playing:
             return replace(self, playing=False)
         start = 0.0 if self.at_end else self.time
+        if self.loop is not None and not self.loop.start <= start < self.loop.end:
+            start = self.loop.start
         return replace(self, time=start, playing=self.duration > 0)
 
     def advanced(self, elapsed: float) -> Playhead:
-        """Let ``elapsed`` wall time [s] pass; playing stops at the end."""
+        """Let ``elapsed`` wall time [s] pass; playing stops at the end, and goes round in a loop."""
         if not self.playing:
             return self
-        moved = self.at(self.time + elapsed * self.speed)
+        time = self.time + elapsed * self.speed
+        if (loop := self.loop) is not None and self.time <= loop.end <= time:
+            return self.at(loop.start + (time - loop.end) % loop.length)
+        moved = self.at(time)
         return replace(moved, playing=not moved.at_end)
 
 

@@ -1,233 +1,20 @@
-"""The timeline: what is being recorded, or a recording to play, pause, scrub and step through.
+"""The timeline: what is being recorded, or a recording to play, pause, scrub, loop and step through.
 
-``ScrubBar`` shows where a recording stands and where pokes and edits are in it, and follows the mouse; ``Timeline``
-puts buttons, keys and the bar together.
+``Timeline`` puts buttons, keys and the ``ScrubBar`` together.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
-from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import (
-    QColor,
-    QFont,
-    QFontMetricsF,
-    QKeyEvent,
-    QMouseEvent,
-    QPainter,
-    QPaintEvent,
-    QPalette,
-    QPolygonF,
-)
+from PySide6.QtCore import QPoint, Qt, Signal
+from PySide6.QtGui import QColor, QKeyEvent, QPalette
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QPushButton, QStackedWidget, QWidget
 
 from widgets.common.colours import Theme
-from widgets.timeline.playhead import SPEEDS, Playhead, clock_text, nice_step
-
-SIDE = 10.0
-TRACK_Y, TRACK_HEIGHT, MARK_Y, MARK_HEIGHT, LABEL_Y = 19.0, 4.0, 9.0, 4.0, 40.0
-HANDLE = 7.0
-LABEL_ROOM_PX = 72
-_EDIT_REACH_PX = 5.0
-"""An edit of the map is named while the pointer is as near to its mark."""
-
-
-_LEAST_DAMAGE_PX = 3.0
-
-
-@dataclass(frozen=True)
-class DamagedSpan:
-    """Where a recording has lost something.
-
-    Attributes:
-        start: Seconds from its first frame.
-        end: The same.
-        text: What, for people.
-    """
-
-    start: float
-    end: float
-    text: str
-
-
-class ScrubBar(QWidget):
-    """A recording from left to right. Emits ``scrubbed`` [s] while the user drags; keys are the timeline's."""
-
-    scrubbed = Signal(float)
-
-    def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self._theme = theme
-        self._duration = self._time = 0.0
-        self._spans: tuple[tuple[float, float], ...] = ()
-        self._edits: tuple[tuple[float, str], ...] = ()
-        self._damage: tuple[DamagedSpan, ...] = ()
-        self._hover: float | None = None
-        self.held = False
-        self.setObjectName("timeline-bar")
-        self.setAccessibleName("Position in the recording")
-        self.setMouseTracking(True)
-        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self.setFixedHeight(48)
-        self.setMinimumWidth(160)
-
-    def sizeHint(self) -> QSize:
-        """Qt: as wide as there is room."""
-        return QSize(600, 48)
-
-    def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
-        self._theme = theme
-        self.update()
-
-    def show_recording(
-        self,
-        duration: float,
-        spans: Sequence[tuple[float, float]],
-        edits: Sequence[tuple[float, str]] = (),
-        damage: Sequence[DamagedSpan] = (),
-    ) -> None:
-        """Show a recording of ``duration`` [s].
-
-        Args:
-            duration: Of the recording [s].
-            spans: From and to which second a finger was on the skin.
-            edits: When the map was edited [s], and what each edit was called.
-            damage: Where something was lost.
-        """
-        self._duration, self._time = duration, 0.0
-        self._spans, self._edits, self._damage = tuple(spans), tuple(edits), tuple(damage)
-        self.update()
-
-    def show_time(self, time: float) -> None:
-        """Put the handle at ``time`` [s]."""
-        self._time = time
-        self.setAccessibleDescription(f"{clock_text(time)} of {clock_text(self._duration)}")
-        self.update()
-
-    def x_of(self, time: float) -> float:
-        """Where ``time`` [s] lies [px]."""
-        share = time / self._duration if self._duration > 0 else 0.0
-        return SIDE + share * self._room
-
-    def time_at(self, x: float) -> float:
-        """The time [s] at ``x`` [px], within the recording."""
-        return min(max((x - SIDE) / self._room, 0.0), 1.0) * self._duration
-
-    @property
-    def _room(self) -> float:
-        return max(self.width() - 2 * SIDE, 1.0)
-
-    def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Qt: take the handle to the pointer."""
-        if event.button() == Qt.MouseButton.LeftButton:
-            self.held = True
-            self._scrub(event.position().x())
-
-    def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Qt: drag the handle, or show the time under the pointer."""
-        self._hover = event.position().x()
-        if self.held:
-            self._scrub(event.position().x())
-        self.update()
-
-    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Qt: let go."""
-        if event.button() == Qt.MouseButton.LeftButton:
-            self.held = False
-            self.update()
-
-    def leaveEvent(self, event: QEvent) -> None:
-        """Qt: no time under the pointer."""
-        self._hover = None
-        self.update()
-
-    def _scrub(self, x: float) -> None:
-        time = self.time_at(x)
-        self.show_time(time)
-        self.scrubbed.emit(time)
-
-    def paintEvent(self, event: QPaintEvent) -> None:
-        """Qt: draw marks, track, handle and times."""
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.setFont(self._caption())
-        self._paint_labels(painter)
-        self._paint_track(painter)
-        if self._hover is not None and self._duration > 0:
-            self._paint_hover(painter, self._hover)
-        painter.end()
-
-    def _caption(self) -> QFont:
-        font = QFont(self.font())
-        font.setPixelSize(11)
-        return font
-
-    def _paint_track(self, painter: QPainter) -> None:
-        at = self.x_of(self._time)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(self._theme.line))
-        painter.drawRoundedRect(QRectF(SIDE, TRACK_Y, self._room, TRACK_HEIGHT), 2, 2)
-        painter.setBrush(QColor(self._theme.accent))
-        painter.drawRoundedRect(QRectF(SIDE, TRACK_Y, at - SIDE, TRACK_HEIGHT), 2, 2)
-        painter.setBrush(QColor(self._theme.fault))
-        for span in self._damage:
-            left, right = self._x_range(span)
-            painter.drawRect(QRectF(left, TRACK_Y - 2, right - left, TRACK_HEIGHT + 4))
-        painter.setBrush(QColor(self._theme.quiet))
-        for start, end in self._spans:
-            left, right = self.x_of(start), self.x_of(end)
-            painter.drawRoundedRect(QRectF(left, MARK_Y, max(right - left, 2.0), MARK_HEIGHT), 1, 1)
-        painter.setBrush(QColor(self._theme.accent))
-        for time, _ in self._edits:
-            x, y = self.x_of(time), MARK_Y + MARK_HEIGHT / 2
-            painter.drawPolygon(QPolygonF([QPointF(x - 4, y), QPointF(x, y - 4), QPointF(x + 4, y), QPointF(x, y + 4)]))
-        ring = QColor(self._theme.text if self.hasFocus() or self.held else self._theme.panel)
-        painter.setBrush(ring)
-        centre = QPointF(at, TRACK_Y + TRACK_HEIGHT / 2)
-        painter.drawEllipse(centre, HANDLE + 1.5, HANDLE + 1.5)
-        painter.setBrush(QColor(self._theme.accent))
-        painter.drawEllipse(centre, HANDLE, HANDLE)
-
-    def _x_range(self, span: DamagedSpan) -> tuple[float, float]:
-        """From and to where damage is drawn [px], wide enough to be seen."""
-        left, right = self.x_of(max(span.start, 0.0)), self.x_of(min(span.end, self._duration))
-        middle, half = (left + right) / 2, max(right - left, _LEAST_DAMAGE_PX) / 2
-        return middle - half, middle + half
-
-    def _paint_labels(self, painter: QPainter) -> None:
-        if self._duration <= 0:
-            return
-        step = nice_step(self._duration, max(int(self._room / LABEL_ROOM_PX), 1))
-        decimals = 1 if step < 1 else 0
-        metrics = QFontMetricsF(painter.font())
-        for index in range(int(self._duration / step + 1e-9) + 1):
-            x, text = self.x_of(index * step), clock_text(index * step, decimals=decimals)
-            width = metrics.horizontalAdvance(text)
-            painter.setPen(QColor(self._theme.line))
-            painter.drawLine(QPointF(x, TRACK_Y + 8), QPointF(x, TRACK_Y + 11))
-            painter.setPen(QColor(self._theme.quiet))
-            painter.drawText(QPointF(min(max(x - width / 2, 0.0), self.width() - width), LABEL_Y + 2), text)
-
-    def _paint_hover(self, painter: QPainter, x: float) -> None:
-        near = [name for time, name in self._edits if abs(self.x_of(time) - x) <= _EDIT_REACH_PX]
-        lost = [span.text for span in self._damage if self._x_range(span)[0] <= x <= self._x_range(span)[1]]
-        text = "  ".join([clock_text(self.time_at(x), decimals=2), *near[:1], *lost[:1]])
-        metrics = QFontMetricsF(painter.font())
-        width = metrics.horizontalAdvance(text) + 12
-        x = self.x_of(self.time_at(x))
-        painter.setPen(QColor(self._theme.text))
-        painter.drawLine(QPointF(x, TRACK_Y - 4), QPointF(x, TRACK_Y + TRACK_HEIGHT + 4))
-        left = min(max(x - width / 2, 0.0), self.width() - width)
-        box = QRectF(left, LABEL_Y - metrics.ascent() - 1, width, metrics.height() + 3)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(self._theme.text))
-        painter.drawRoundedRect(box, 4, 4)
-        painter.setPen(QColor(self._theme.window))
-        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
-
+from widgets.timeline.playhead import SPEEDS, Playhead, Span, clock_text
+from widgets.timeline.scrub_bar import DamagedSpan, ScrubBar, TimelineNotes
 
 EMPTY = "Press Record to record the session; open a recording to replay it."
 
@@ -243,6 +30,12 @@ class Timeline(QWidget):
     """Another speed was chosen, as a multiple of real time."""
     live_requested = Signal()
     """The user wants to leave the recording."""
+    range_changed = Signal(object)
+    """Another Span of the recording is chosen, or None."""
+    loop_changed = Signal(bool)
+    """The range is played again and again from now on, or not."""
+    menu_requested = Signal(float, QPoint)
+    """The right button was pressed on the bar: the time there [s], and the place on the screen."""
 
     def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -252,6 +45,8 @@ class Timeline(QWidget):
         self._playhead = Playhead(0.0)
         self._replaying = False
         self._recorded: float | None = None
+        self._range: Span | None = None
+        self._marks = 0
         self._play, self._live = QPushButton("Play", self), QPushButton("Back to live", self)
         self._clock, self._note = QLabel(self), QLabel(self)
         self._bar, self._speed = ScrubBar(theme, self), QComboBox(self)
@@ -278,6 +73,8 @@ class Timeline(QWidget):
         self._speed.setCurrentIndex(SPEEDS.index(1.0))
         self._speed.currentIndexChanged.connect(self._on_speed_chosen)
         self._bar.scrubbed.connect(self._on_bar_scrubbed)
+        self._bar.range_dragged.connect(self.set_range)
+        self._bar.menu_requested.connect(self.menu_requested)
         self.setFocusProxy(self._bar)
 
     def _lay_out(self) -> None:
@@ -304,19 +101,26 @@ class Timeline(QWidget):
         self._bar.set_theme(theme)
         self._show()
         if not self._replaying:
-            self.set_live(self._recorded)
+            self.set_live(self._recorded, marks=self._marks)
 
-    def set_live(self, recording_seconds: float | None) -> None:
-        """Show the running session; ``recording_seconds`` of it are kept so far, None when it is not recorded."""
+    def set_live(self, recording_seconds: float | None, *, marks: int = 0) -> None:
+        """Show the running session; ``recording_seconds`` of it are kept so far, None when it is not recorded.
+
+        Args:
+            recording_seconds: As above.
+            marks: How many of its moments are marked.
+        """
         self._stop()
-        self._replaying, self._recorded = False, recording_seconds
+        self.set_range(None)
+        self._replaying, self._recorded, self._marks = False, recording_seconds, marks
         roles = QPalette.ColorRole
         self._note.setForegroundRole(roles.PlaceholderText if recording_seconds is None else roles.WindowText)
         if recording_seconds is None:
             self._note.setText(EMPTY)
         else:
             dot = f'<span style="color:{QColor(self._theme.fault).name()}">●</span>'
-            self._note.setText(f"{dot}&nbsp; Recording &nbsp;{clock_text(recording_seconds)}")
+            said = f" &nbsp; {marks} mark{'s' * (marks > 1)}" if marks else ""
+            self._note.setText(f"{dot}&nbsp; Recording &nbsp;{clock_text(recording_seconds)}{said}")
         self._show()
 
     def set_recording(
@@ -341,7 +145,42 @@ class Timeline(QWidget):
         self._replaying = True
         self._playhead = Playhead(duration, frame_seconds, speed=self._playhead.speed)
         self._bar.show_recording(duration, poke_spans, edits, damage)
+        self._bar.show_notes(TimelineNotes())
+        self.set_range(None)
         self._show()
+
+    def show_notes(self, notes: TimelineNotes) -> None:
+        """Show marks and episodes."""
+        self._bar.show_notes(notes)
+
+    @property
+    def range(self) -> Span | None:
+        """What was chosen of the recording; None for nothing."""
+        return self._range
+
+    def set_range(self, span: Span | None) -> None:
+        """Choose a part of the recording, at least a frame long; None for nothing, which ends a loop."""
+        if span is not None:
+            span = Span.between(max(span.start, 0.0), min(span.end, self._playhead.duration))
+        if span is not None and span.length < self._playhead.frame_seconds:
+            span = None
+        if span == self._range:
+            return
+        self._range = span
+        if self._playhead.loop is not None:
+            self._playhead = replace(self._playhead, loop=span)
+        self._bar.show_range(span)
+        self.range_changed.emit(span)
+
+    def set_loop(self, *, on: bool) -> None:
+        """Play the range again and again, or to the end."""
+        self._playhead = replace(self._playhead, loop=self._range if on else None)
+        self.loop_changed.emit(self._playhead.loop is not None)
+
+    def go_to(self, time: float) -> None:
+        """Stand at ``time`` [s], as if a person had scrubbed there."""
+        if self._replaying:
+            self._become(self._playhead.at(time))
 
     def set_time(self, time: float) -> None:
         """Stand at ``time`` [s] without emitting anything."""

@@ -264,6 +264,7 @@ class Tools(QObject):
     def __init__(self, editor: MapEditor, parent: QObject | None = None, *, specs: Sequence[ToolSpec] = TOOLS) -> None:
         super().__init__(parent)
         self.specs, self.active = tuple(specs), POKE
+        self._lent_undo: Undoable | None = None
         self.control = ControlSettingsEditor(self)
         context = ToolContext(editor, self.control, self)
         self._made = {spec.kind: spec.make(context) for spec in specs if spec.make is not None}
@@ -293,10 +294,20 @@ class Tools(QObject):
 
     @property
     def undo_stack(self) -> Undoable:
-        """What undo is about with the tool in use: what was drawn for the arm, grids, or else the map."""
+        """What undo is about with the tool in use: what was drawn for the arm, grids, or else the map.
+
+        While something was lent, it is about that.
+        """
+        if self._lent_undo is not None:
+            return self._lent_undo
         if self.active == GRID:
             return self.get(GridTool).steps
         return self._control_undo if self.active.controls else self._map_undo
+
+    def lend_undo(self, stack: Undoable | None) -> None:
+        """Have undo be about something else than tools do; None to have it back."""
+        self._lent_undo = stack
+        self.undo_changed.emit()
 
     def get(self, kind: type[T]) -> T:
         """The tool of a class."""

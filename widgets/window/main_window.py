@@ -22,13 +22,15 @@ from widgets.context.dialogs import Dialogs
 from widgets.context.linked_views import LinkedViews
 from widgets.context.notifier import Notifier
 from widgets.document.map_editor import MapEditor
+from widgets.document.recording_notes import RecordingNotes
 from widgets.panels.panel_column import PanelColumn
 from widgets.panels.simulation.timing_panel import TimingPanel
 from widgets.plots.live_plots import LOWEST, USUAL_HEIGHT, LivePlots
 from widgets.presenters.composition import build
 from widgets.session.backends import BACKGROUND, INLINE, Backends
 from widgets.session.live_session import LiveSession
-from widgets.timeline.timeline import ScrubBar, Timeline
+from widgets.timeline.scrub_bar import ScrubBar
+from widgets.timeline.timeline import Timeline
 from widgets.window.first_size import fit_screen
 from widgets.window.panel_docks import PanelDocks
 from widgets.window.status_line import StatusLine
@@ -65,6 +67,7 @@ class MainWindow(QMainWindow):
         self.context = AppContext(
             session=self.live,
             editor=self.editor,
+            notes=RecordingNotes(self),
             views=self.views,
             panels=self.column,
             plots=self.plots,

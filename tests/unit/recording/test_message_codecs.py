@@ -263,6 +263,6 @@ def test_a_damaged_failure_is_refused_by_name(data):
 
 
 def test_every_schema_is_json_and_named_as_its_topic_says():
-    assert set(TOPICS) == {"/frame", "/input", "/failure", "/event"}
+    assert set(TOPICS) == {"/frame", "/input", "/failure", "/event", "/mark"}
     for name, text, _encoding in TOPICS.values():
         assert json.loads(text)["title"] == name

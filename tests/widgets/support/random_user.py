@@ -36,7 +36,7 @@ from PySide6.QtWidgets import (
 
 from tests.widgets.support.window_checks import WindowChecks
 from widgets.common.colour_bar import ColourBar
-from widgets.timeline.timeline import ScrubBar
+from widgets.timeline.scrub_bar import ScrubBar
 from widgets.tools.registry import TOOLS
 
 KEY, LEFT = Qt.Key, Qt.MouseButton.LeftButton

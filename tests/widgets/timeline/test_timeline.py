@@ -8,7 +8,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QComboBox, QLabel, QPushButton
 
 from widgets.common.colours import DARK, LIGHT
-from widgets.timeline.timeline import EMPTY, DamagedSpan, ScrubBar, Timeline
+from widgets.timeline.scrub_bar import DamagedSpan, ScrubBar
+from widgets.timeline.timeline import EMPTY, Timeline
 
 LEFT, NONE, SHIFT = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.ShiftModifier
 

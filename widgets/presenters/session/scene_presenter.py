@@ -97,7 +97,7 @@ class ScenePresenter(QObject):
         context.panels.show_frame(frame)
         context.plots.show_frame(frame)
         if (recorder := self._session.recorder) is not None:
-            context.timeline.set_live(recorder.frames * recorder.tick)
+            context.timeline.set_live(recorder.frames * recorder.tick, marks=self._session.marks)
 
     def _on_rate_changed(self, rate: float) -> None:
         if self._session.player is None:

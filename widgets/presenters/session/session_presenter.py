@@ -19,7 +19,7 @@ from widgets.context.connect_dialog import ConnectDialog
 from widgets.panels.touch.live_input_panel import LiveInputPanel
 from widgets.session.live_input import LiveInputSettings
 from widgets.session.recording_writer import make_recording_folder
-from widgets.timeline.timeline import DamagedSpan
+from widgets.timeline.scrub_bar import DamagedSpan
 
 _PLAY_MS = 16
 _MOST_TOLD = 3

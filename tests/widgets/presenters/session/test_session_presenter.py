@@ -10,7 +10,7 @@ from mcap.reader import make_reader
 from app.recording.damage import DamageKind
 from tests.widgets.support.window_driver import run
 from widgets.session.recording_writer import DiskSpace
-from widgets.timeline.timeline import ScrubBar
+from widgets.timeline.scrub_bar import ScrubBar
 
 
 @pytest.fixture

@@ -1,0 +1,85 @@
+"""What is said of a recording is kept beside it; what was marked while it was made is in it; its bytes stay."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.core.errors import RecordingError
+from app.recording.annotations import (
+    Annotations,
+    LabelledEpisode,
+    Mark,
+    Outcome,
+    annotations_file,
+    load_annotations,
+    save_annotations,
+)
+from app.recording.player import RecordingPlayer
+from app.recording.recorder import Recorder
+from app.session.session import Session
+
+SAID = Annotations(
+    marks=(Mark(60, "touch"), Mark(150, "release")),
+    episodes=(LabelledEpisode(60, 150, "press", "press the arm gently", Outcome.SUCCESS),),
+    label="first try",
+    outcome=Outcome.FAILURE,
+)
+
+
+@pytest.fixture
+def copy(recording, tmp_path):
+    path = tmp_path / "copy.mcap"
+    path.write_bytes(recording.read_bytes())
+    return path
+
+
+def test_it_is_kept_beside_the_recording_whose_bytes_stay(copy):
+    before = copy.read_bytes()
+    assert load_annotations(copy) is None
+    save_annotations(copy, SAID)
+    assert load_annotations(copy) == SAID
+    assert annotations_file(copy).name == "copy.notes.json"
+    assert RecordingPlayer(copy).annotations() == SAID
+    assert copy.read_bytes() == before
+
+
+def test_marks_set_while_recording_are_in_the_file(prepared, tmp_path):
+    path, session = tmp_path / "marked.mcap", Session(prepared)
+    with Recorder(prepared, path) as recorder:
+        recorder.mark(Mark(0, "before"))
+        for _ in range(5):
+            recorder.write(session.tick(), session.inputs)
+        recorder.mark(Mark(3, "now"))
+    player = RecordingPlayer(path)
+    assert player.annotations().marks == (Mark(0, "before"), Mark(3, "now"))
+    assert player.complete
+    save_annotations(path, Annotations())
+    assert player.annotations().marks == (), "what is said later is what holds"
+
+
+def test_a_damaged_file_is_named_and_says_what_helps(copy):
+    annotations_file(copy).write_text('{"marks": [{"tick": "late"}]}')
+    with pytest.raises(RecordingError, match=r"copy\.notes\.json.*Delete the file"):
+        load_annotations(copy)
+
+
+def test_one_mark_a_tick_and_one_episode_for_the_same_ticks():
+    said = SAID.with_mark(Mark(60, "other")).with_episode(LabelledEpisode(60, 150, "push"))
+    assert [mark.name for mark in said.marks] == ["other", "release"]
+    assert [one.label for one in said.episodes] == ["push"]
+    assert said.without_mark(Mark(60, "other")).without_episode(said.episodes[0]).marks == (Mark(150, "release"),)
+
+
+def test_a_part_has_its_part_of_them():
+    part = SAID.within(100, 150)
+    assert part.marks == (Mark(150, "release"),)
+    assert [(one.first, one.last) for one in part.episodes] == [(100, 150)]
+    assert SAID.within(151, 200).episodes == ()
+
+
+@pytest.mark.parametrize(
+    "make", [lambda: LabelledEpisode(5, 4, "back"), lambda: Mark(1, "x" * 3000), lambda: Annotations(label="x" * 3000)]
+)
+def test_what_makes_no_sense_is_refused(make):
+    with pytest.raises(RecordingError):
+        make()

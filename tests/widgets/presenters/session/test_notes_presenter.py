@@ -1,0 +1,161 @@
+"""Moments marked while recording and in a replay, the range, the loop and episodes, by keys, mouse and menu."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QInputDialog
+
+from app.recording.annotations import LabelledEpisode, Mark, Outcome, annotations_file, load_annotations
+from tests.widgets.support.window_driver import run
+from widgets.context.episode_dialog import EpisodeDialog
+from widgets.timeline.playhead import Span
+from widgets.timeline.scrub_bar import ScrubBar
+
+CONTROL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
+LEFT = Qt.MouseButton.LeftButton
+
+
+@pytest.fixture(scope="module")
+def prepared(coarse_prepared):
+    """It is there ten times as soon."""
+    return coarse_prepared
+
+
+@pytest.fixture
+def recorded(window_again, tmp_path):
+    """A second of a session, marked at 0.5 s by the key while it was recorded, and the window that replays it."""
+    window, path = window_again, tmp_path / "one.mcap"
+    window.live.reset()
+    window.live.start_recording(path)
+    run(window, 0.4)
+    QTest.keyClick(window, Qt.Key.Key_B, CONTROL)
+    run(window, 0.6)
+    assert "1 mark" in window.timeline._note.text()
+    window.live.stop_recording()
+    window.live.open_recording(path)
+    yield window, path
+    window.live.back_to_live()
+
+
+def answer(window, text):
+    """Type into the question that is open, and accept."""
+    box = window.findChild(QInputDialog)
+    box.setTextValue(text)
+    box.accept()
+
+
+def names(window):
+    return [mark.name for mark in window.context.notes.value.marks]
+
+
+def test_a_moment_marked_while_recording_is_in_the_replay_and_keys_go_there(recorded):
+    window, path = recorded
+    assert window.context.notes.value.marks == (Mark(80, "Mark 1"),)
+    assert not annotations_file(path).exists(), "nothing was said since"
+    QTest.keyClick(window, Qt.Key.Key_Right, Qt.KeyboardModifier.AltModifier)
+    assert window.live.shown.tick == 80
+    assert window.timeline.playhead.time == pytest.approx(0.4)
+    QTest.keyClick(window, Qt.Key.Key_Right, Qt.KeyboardModifier.AltModifier)
+    assert window.live.shown.tick == 80, "there is none further on"
+
+
+def test_marks_of_a_replay_are_kept_beside_it_and_undone(recorded):
+    window, path = recorded
+    before = path.read_bytes()
+    window.timeline.go_to(0.7)
+    QTest.keyClick(window, Qt.Key.Key_B, CONTROL)
+    window.timeline.go_to(0.9)
+    window.action("name_mark").trigger()
+    answer(window, "lift")
+    assert names(window) == ["Mark 1", "Mark 2", "lift"]
+    assert load_annotations(path).marks[-1] == Mark(180, "lift")
+    window.action("delete_mark").trigger()
+    assert names(window) == ["Mark 1", "Mark 2"]
+    assert "Delete mark" in window.action("undo").toolTip() or window.action("undo").isEnabled()
+    QTest.keyClick(window, Qt.Key.Key_Z, CONTROL)
+    assert names(window) == ["Mark 1", "Mark 2", "lift"]
+    QTest.keyClick(window, Qt.Key.Key_Z, CONTROL | SHIFT)
+    assert names(window) == ["Mark 1", "Mark 2"]
+    assert load_annotations(path).marks == window.context.notes.value.marks
+    assert path.read_bytes() == before
+    window.live.open_recording(path)
+    assert names(window) == ["Mark 1", "Mark 2"]
+
+
+def test_the_timeline_shows_them_and_its_menu_names_what_is_there(recorded):
+    window, _ = recorded
+    bar = window.timeline.findChild(ScrubBar)
+    assert bar._notes.marks == ((pytest.approx(0.4), "Mark 1"),)
+    place = QPoint(round(bar.x_of(0.4)), 20)
+    bar.menu_requested.emit(bar.time_at(place.x()), bar.mapToGlobal(place))
+    menu = window.presenters.notes.menu
+    words = [action.text().replace("&", "") for action in menu.actions()]
+    assert "Delete Mark 1" in words
+    menu.actions()[words.index("Delete Mark 1")].trigger()
+    menu.close()
+    assert names(window) == []
+
+
+def test_a_range_is_dragged_looped_and_cleared(recorded):
+    window, _ = recorded
+    bar, timeline = window.timeline.findChild(ScrubBar), window.timeline
+    start, end = (QPoint(round(bar.x_of(t)), 20) for t in (0.2, 0.6))
+    QTest.mousePress(bar, LEFT, SHIFT, start)
+    QTest.mouseMove(bar, end)
+    QTest.mouseRelease(bar, LEFT, SHIFT, end)
+    assert timeline.range.start == pytest.approx(0.2, abs=0.01)
+    assert timeline.range.end == pytest.approx(0.6, abs=0.01)
+    assert timeline.playhead.time == 0, "a range is no scrub"
+    window.action("loop").trigger()
+    assert window.action("loop").isChecked()
+    for _ in range(20):
+        timeline.advance(0.1)
+        assert timeline.range.start <= timeline.playhead.time < timeline.range.end
+    assert timeline.playhead.playing
+    window.action("loop").trigger()
+    assert not window.action("loop").isChecked()
+    timeline.advance(10.0)
+    assert timeline.playhead.time == timeline.playhead.duration
+    window.action("clear_range").trigger()
+    assert timeline.range is None
+    assert not window.action("loop").isEnabled()
+
+
+def test_range_keys_and_an_episode_with_its_instruction(recorded):
+    window, path = recorded
+    window.timeline.go_to(0.5)
+    QTest.keyClick(window, Qt.Key.Key_BracketLeft, CONTROL)
+    assert window.timeline.range == Span(0.5, pytest.approx(1.0))
+    window.timeline.go_to(0.75)
+    QTest.keyClick(window, Qt.Key.Key_BracketRight, CONTROL)
+    assert window.timeline.range == Span(0.5, 0.75)
+    QTest.keyClick(window, Qt.Key.Key_E, CONTROL | SHIFT)
+    dialog = window.findChild(EpisodeDialog)
+    dialog.label.setText("press")
+    dialog.instruction.setPlainText("press the arm gently")
+    dialog.outcome.setCurrentText("Success")
+    dialog._on_accepted()
+    QApplication.processEvents()
+    expected = LabelledEpisode(100, 150, "press", "press the arm gently", Outcome.SUCCESS)
+    assert load_annotations(path).episodes == (expected,)
+    window.action("delete_episode").trigger()
+    assert load_annotations(path).episodes == ()
+
+
+def test_it_is_split_at_its_marks(recorded):
+    window, path = recorded
+    window.action("split_episodes").trigger()
+    parts = [(one.first, one.last, one.label) for one in load_annotations(path).episodes]
+    assert parts == [(0, 79, "Start"), (80, 200, "Mark 1")]
+
+
+def test_a_damaged_file_of_notes_is_told_and_left_alone(recorded):
+    window, path = recorded
+    annotations_file(path).write_text("no json")
+    window.live.open_recording(path)
+    assert "one.notes.json" in window.notification_bar.text
+    assert not window.action("mark").isEnabled()
+    assert annotations_file(path).read_text() == "no json"
+    assert window.live.mode == "replaying"
