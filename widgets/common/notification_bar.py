@@ -1,4 +1,4 @@
-"""Slim bars that float over the views: one message at a time, and the first hints. Nothing modal.
+"""Slim bars that float: one message at a time over the views, and the first hints. Nothing modal.
 
 They float because a bar that pushed the views aside would move the robot under a finger that is pressing it.
 """
@@ -9,28 +9,24 @@ from collections.abc import Sequence
 
 from PySide6.QtCore import QEvent, QObject, Qt, Signal
 from PySide6.QtGui import QAction, QShowEvent
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QToolButton, QWidget
 
 from widgets.common.colours import Theme, mixed
 
 _EDGE = 12
-HINTS = (
-    "Right-drag, or drag beside the robot: turn the view",
-    "Press the skin or the map: poke; drag: stroke",
-    "Alt+1 to Alt+8: controllers, in the panel at the right",
-)
+HINTS = ("Right-drag: turn the view", "Press skin or map: poke", "Alt+1 to Alt+8: controllers, right")
+"""The first needs, in one line; the sheet of F1 says all."""
 
 
 class FloatingBar(QWidget):
-    """A bar in the upper middle or the upper left of its parent.
+    """A bar in the upper middle of its parent.
 
     Args:
         parent: What it floats over.
-        widest: It takes this width [px] where the parent has room; None for as much as it needs, in the upper left:
-            maps fill their pane, and a robot stands lower.
+        widest: It takes this width [px] where the parent has room.
     """
 
-    def __init__(self, parent: QWidget, *, widest: int | None = None) -> None:
+    def __init__(self, parent: QWidget, *, widest: int) -> None:
         super().__init__(parent)
         self._parent, self._widest = parent, widest
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
@@ -38,9 +34,9 @@ class FloatingBar(QWidget):
 
     def place(self) -> None:
         """Take the place that the parent's size gives, above what else is there."""
-        width = min(self._parent.width() - 2 * _EDGE, self._widest or self.sizeHint().width())
+        width = min(self._parent.width() - 2 * _EDGE, self._widest)
         height = self.heightForWidth(width) if self.hasHeightForWidth() else self.sizeHint().height()
-        self.move(_EDGE if self._widest is None else (self._parent.width() - width) // 2, _EDGE)
+        self.move((self._parent.width() - width) // 2, _EDGE)
         self.resize(width, height)
         self.raise_()
 
@@ -141,26 +137,36 @@ class NotificationBar(FloatingBar):
 
 
 class HintBar(FloatingBar):
-    """Hints for the first minutes; gone once the skin has been touched, or when dismissed."""
+    """Hints for the first minutes, over the whole of a row that says nothing needed then; gone once the skin has been
+    touched, or when dismissed.
+
+    Not over the views: there they hid the robot, or the map.
+    """
 
     dismissed = Signal()
 
     def __init__(self, theme: Theme, parent: QWidget) -> None:
-        super().__init__(parent)
+        super().__init__(parent, widest=0)
         self.setObjectName("hint-bar")
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(12, 8, 12, 8)
-        layout.setSpacing(4)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(12, 0, 6, 0)
+        layout.setSpacing(12)
         for number, text in enumerate(HINTS, start=1):
             label = QLabel(f"{number}  {text}", self)
             label.setObjectName(f"hint-{number}")
-            layout.addWidget(label)
+            label.setWordWrap(True)
+            layout.addWidget(label, 1)
         close = QToolButton(self)
         close.setText("Got it")
         close.setObjectName("hint-dismiss")
         close.clicked.connect(self.dismissed)
-        layout.addWidget(close, 0, Qt.AlignmentFlag.AlignRight)
+        layout.addWidget(close)
         self.set_theme(theme)
+
+    def place(self) -> None:
+        """Take all of the parent."""
+        self.setGeometry(self._parent.rect().adjusted(0, 3, 0, -3))
+        self.raise_()
 
     def set_theme(self, theme: Theme) -> None:
         """Take another theme."""

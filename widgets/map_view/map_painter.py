@@ -283,12 +283,10 @@ class MapPainter:
         return box
 
     def _paint_readout(self, painter: QPainter, text: str, room: QRectF, taken: QRectF) -> None:
-        """Beside the scale, cut short where there is little room: above it other things float, and the window's status
-        bar says all of it."""
-        metrics = QFontMetricsF(self._caption)
-        text = metrics.elidedText(text, Qt.TextElideMode.ElideRight, room.right() - EDGE - taken.right() - 6 - 14)
-        left = room.right() - EDGE - metrics.horizontalAdvance(text) - 12
-        self._paint_chip(painter, QPointF(left, taken.top()), text, self._caption, QColor(self.theme.text))
+        """Beside the scale, where there is room for all of it: the window's lower edge says it too."""
+        left = room.right() - EDGE - QFontMetricsF(self._caption).horizontalAdvance(text) - 12
+        if left > taken.right() + 8:
+            self._paint_chip(painter, QPointF(left, taken.top()), text, self._caption, QColor(self.theme.text))
 
     def _paint_edge(self, painter: QPainter, room: QRectF) -> None:
         pen = QPen(QColor(self.theme.accent), 3)

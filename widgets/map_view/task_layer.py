@@ -70,6 +70,9 @@ _FADES = 5
 """So many shades from now to gone."""
 _ARROW_EVERY, _FIRST_ARROW, _ARROW = 110.0, 36.0, 7.0
 """Between two arrowheads along the path, before the first, and length of one [px]."""
+_CROSS = ((1, 0), (-1, 0), (0, 1), (0, -1))
+_CLEAR, _REACH = 11.0, 20.0
+"""The target's strokes begin and end so far from it [px]."""
 _ROOM = 16.0
 """Around the path, for its width and heads [px]."""
 MapInView = tuple[QTransform, QRectF]
@@ -142,12 +145,11 @@ def _paint_path(path: ReferencePath, shapes: MapShapes, view: QTransform, ink: Q
 
 
 def paint_target(painter: QPainter, at: QPointF, theme: Theme) -> None:
-    """A ring with a cross hair that leaves its middle free."""
+    """Four strokes that point at it from outside: the touch is mostly there already, and is not to be hidden."""
     for colour, width in ((_HALO, 5.0), (QColor(theme.intent), 2.2)):
         painter.setPen(QPen(colour, width, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
-        painter.drawEllipse(at, 9.0, 9.0)
-        for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
-            painter.drawLine(at + QPointF(5 * dx, 5 * dy), at + QPointF(14 * dx, 14 * dy))
+        for dx, dy in _CROSS:
+            painter.drawLine(at + QPointF(_CLEAR * dx, _CLEAR * dy), at + QPointF(_REACH * dx, _REACH * dy))
 
 
 def _pixels(places: FloatArray, view: QTransform) -> FloatArray:
@@ -238,10 +240,9 @@ def _paint_legend(keys: tuple[str, ...], corner: QPointF, font: QFont, theme: Th
 def _paint_glyph(painter: QPainter, key: str, middle: QPointF, theme: Theme) -> None:
     reach, ink = QPointF(_GLYPH / 2, 0), QColor(theme.intent)
     if key == TARGET:
-        painter.setPen(QPen(ink, 1.8))
-        painter.drawEllipse(middle, 3.5, 3.5)
-        for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
-            painter.drawLine(middle + QPointF(2.5 * dx, 2.5 * dy), middle + QPointF(6 * dx, 6 * dy))
+        painter.setPen(QPen(ink, 2.0, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
+        for dx, dy in _CROSS:
+            painter.drawLine(middle + QPointF(3 * dx, 3 * dy), middle + QPointF(6.5 * dx, 6.5 * dy))
         return
     strokes = ((ink, 2.6),) if key == WANTED else ((_LEGEND_RIM, 5.0), (_LEGEND_WHITE, 2.8))
     for colour, width in strokes:

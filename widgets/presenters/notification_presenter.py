@@ -36,6 +36,7 @@ class NotificationPresenter(QObject):
         self._session.disk_filling.connect(self._on_disk_filling)
         self._session.prepared_changed.connect(self._on_prepared_changed)
         self._session.touched.connect(self._on_hints_read)
+        self._session.recording_changed.connect(self._on_recording_changed)
         self._notifier.hints_dismissed.connect(self._on_hints_read)
         self._notifier.told.connect(context.panels.get(MessagesPanel).add)
 
@@ -77,6 +78,11 @@ class NotificationPresenter(QObject):
             text = f"{files} missing, first {missing[0].where}: small boxes or its other shapes stand in."
             self._notifier.say(text, fault=True, remedies=[self._context.actions["package_root"]])
         self._notifier.show_hints(shown=not self._context.settings.hints_read)
+
+    def _on_recording_changed(self, path: str | None) -> None:
+        """Whoever records has read them, and the row that they lie over has something to say."""
+        if path is not None:
+            self._on_hints_read()
 
     def _on_hints_read(self) -> None:
         self._notifier.show_hints(shown=False)

@@ -91,6 +91,11 @@ class Timeline(QWidget):
         self.setFixedHeight(56)
 
     @property
+    def note(self) -> QWidget:
+        """The row of words that stands where no recording is shown."""
+        return self._note
+
+    @property
     def playhead(self) -> Playhead:
         """Where the replay stands."""
         return self._playhead

@@ -109,7 +109,9 @@ class MainWindow(QMainWindow):
         self.views.set_paced(on=self._backends is not INLINE)  # that one is told when to show what
         self.robot_view, self.map_view, self.colour_bar = self.views.robot, self.views.map, self.views.bar
         self.setCentralWidget(self.views)
-        self.hint_bar, self.notification_bar = HintBar(self.theme, self.views), NotificationBar(self.theme, self.views)
+        self.notification_bar = NotificationBar(self.theme, self.views)
+        self.timeline = Timeline(self.theme)
+        self.hint_bar = HintBar(self.theme, self.timeline.note)
         self.hint_bar.hide()
         self._actions = ActionRegistry(self, self.theme, menus=menu_bar(), remedies=REMEDIES)
 
@@ -130,7 +132,7 @@ class MainWindow(QMainWindow):
         self.panels = self._dock("Panels", self.column, Qt.DockWidgetArea.RightDockWidgetArea)
 
     def _build_bottom(self) -> None:
-        self.timeline, self.plots = Timeline(self.theme), LivePlots(self.theme)
+        self.plots = LivePlots(self.theme)
         self.plots.follow(self.views.selection)
         content = QWidget()
         column = QVBoxLayout(content)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QPainter, QPaintEvent, QResizeEvent
-from PySide6.QtWidgets import QLabel, QSizePolicy, QStatusBar, QWidget
+from PySide6.QtWidgets import QLabel, QSizePolicy, QStatusBar, QStyle, QStyleOption, QWidget
 
 from widgets.common.progress_indicator import ProgressIndicator
 
@@ -85,9 +85,27 @@ class StatusLine(QStatusBar):
         self.factor.setContentsMargins(0, 0, 12, 0)
         self.factor.setMinimumWidth(self.factor.fontMetrics().horizontalAdvance(_FACTOR) + 12)
         self.addWidget(self.selection)
-        for part in (self.readout, self.loading, self._scene, self.factor):
+        self._kept = (self.readout, self.loading, self._scene, self.factor)
+        for part in self._kept:
             self.addPermanentWidget(part)
+        self.messageChanged.connect(self.setToolTip)
         self.setFixedHeight(self.fontMetrics().height() + _MARGINS_PX)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Qt: a message that passes ends in an ellipsis where it has too little room; the tool tip says all of it."""
+        message = self.currentMessage()
+        if not message:
+            super().paintEvent(event)
+            return
+        right = min(part.x() for part in self._kept if part.isVisible())
+        room = self.rect().adjusted(6, 0, right - self.width() - 6, 0)
+        painter, option = QPainter(self), QStyleOption()
+        option.initFrom(self)
+        self.style().drawPrimitive(QStyle.PrimitiveElement.PE_PanelStatusBar, option, painter, self)
+        painter.setPen(self.palette().windowText().color())
+        words = self.fontMetrics().elidedText(message, Qt.TextElideMode.ElideRight, room.width())
+        painter.drawText(room, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, words)
+        painter.end()
 
     def show_title(self, text: str) -> None:
         """Name the scene."""

@@ -90,6 +90,14 @@ def test_a_drag_strokes(window):
     QTest.mouseRelease(window.map_view.viewport(), Qt.MouseButton.LeftButton, pos=pixel)
 
 
+def test_hints_lie_over_neither_view_and_go_when_a_recording_begins(new_window):
+    bar = new_window.hint_bar
+    assert bar.isVisible()
+    assert new_window.timeline.isAncestorOf(bar)
+    new_window.action("record").trigger()
+    assert bar.isHidden()
+
+
 def test_hints_go_with_the_first_touch_and_stay_away(new_window):
     assert not new_window.hint_bar.isHidden()
     press_map(new_window, 70)
