@@ -22,8 +22,9 @@ from PySide6.QtWidgets import QApplication
 
 import app as tm
 from tests.tour import FRAME_MS, Film
-from widgets.common.colours import THEMES, apply_theme
+from widgets.common.colours import THEMES
 from widgets.common.settings import BaseLayer
+from widgets.theme.application_theme import apply_theme
 from widgets.tools.registry import PINS
 from widgets.window.application import make_application, picture_window
 

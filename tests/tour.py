@@ -21,9 +21,10 @@ from PySide6.QtWidgets import QApplication, QWidget
 
 from app.scene.scene_file import load_scene
 from app.session.prepare import prepare
-from widgets.common.colours import THEMES, apply_theme
+from widgets.common.colours import THEMES
 from widgets.common.settings import BaseLayer
 from widgets.common.tool_kinds import POKE
+from widgets.theme.application_theme import apply_theme
 from widgets.tools.registry import ARRANGE, PINS
 from widgets.window.application import make_application, picture_window
 from widgets.window.main_window import MainWindow

@@ -20,10 +20,11 @@ from app.scene.scene_file import load_scene, scene_for
 from app.session.prepare import prepare
 from app.studies.testbeds.reference_bodies import closed_link
 from app.tactile.poke import PokePressed
-from widgets.common.colours import DARK, apply_theme
+from widgets.common.colours import DARK
 from widgets.common.settings import Settings
 from widgets.session.backends import INLINE
 from widgets.session.session_runner import ThreadRunner
+from widgets.theme.application_theme import apply_theme
 from widgets.window.main_window import MainWindow
 from widgets.workers.map_quality_worker import MapQualityWorker
 

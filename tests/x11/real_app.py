@@ -21,7 +21,8 @@ from pathlib import Path
 from PySide6.QtCore import QPoint, QPointF, QTimer
 from app.scene.scene_file import load_scene
 from widgets.window import application
-from widgets.common.colours import THEMES, apply_theme
+from widgets.common.colours import THEMES
+from widgets.theme.application_theme import apply_theme
 from widgets.window.main_window import MainWindow
 from widgets.common.settings import Settings
 

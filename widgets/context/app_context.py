@@ -8,7 +8,7 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QApplication
 
 from widgets.actions.registry import ActionRegistry
-from widgets.common.colours import THEMES, Theme, apply_theme
+from widgets.common.colours import THEMES, Theme
 from widgets.common.settings import Settings
 from widgets.context.dialogs import Dialogs
 from widgets.context.linked_views import LinkedViews
@@ -19,6 +19,7 @@ from widgets.panels.panel_column import PanelColumn
 from widgets.plots.live_plots import LivePlots
 from widgets.session.backends import Backends
 from widgets.session.live_session import LiveSession
+from widgets.theme.application_theme import apply_theme
 from widgets.timeline.timeline import Timeline
 
 

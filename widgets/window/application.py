@@ -23,11 +23,12 @@ os.environ.setdefault("QT_API", "pyside6")
 
 from PySide6.QtWidgets import QApplication
 
-from widgets.common.colours import THEMES, apply_theme
+from widgets.common.colours import THEMES
 from widgets.common.guide_window import GuideWindow
 from widgets.common.settings import Settings
 from widgets.session.backends import INLINE
 from widgets.session.session_runner import InlineRunner
+from widgets.theme.application_theme import apply_theme
 from widgets.window.display import require_display
 from widgets.window.main_window import MainWindow
 from widgets.window.window_picture import save_window_picture

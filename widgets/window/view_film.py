@@ -19,8 +19,9 @@ from app.export.film import open_film
 from app.maps.pressure_colours import rounded_scale
 from app.recording.player import RecordingPlayer, open_recording
 from app.session.runtime_settings import RuntimeSettings
-from widgets.common.colours import THEMES, PressureScale, apply_theme
+from widgets.common.colours import THEMES, PressureScale
 from widgets.context.linked_views import LinkedViews
+from widgets.theme.application_theme import apply_theme
 
 _TOLD_EVERY = 10
 

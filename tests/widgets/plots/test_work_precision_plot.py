@@ -9,9 +9,10 @@ from PySide6.QtWidgets import QApplication, QLabel
 
 from app.studies.work_precision import Curve, Diagram, Point, Setting
 from tests.widgets.support.snapshots import pixels, shared_share
-from widgets.common.colours import DARK, LIGHT, apply_theme
+from widgets.common.colours import DARK, LIGHT
 from widgets.plots.curve_legend import SYMBOLS, CurveLegend, curve_colour
 from widgets.plots.work_precision_plot import WorkPrecisionPlot, format_number, log_ticks
+from widgets.theme.application_theme import apply_theme
 
 
 def point(method, at, milliseconds, error, **more):

@@ -8,10 +8,11 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from app.editing.document import MapDocument
-from widgets.common.colours import DARK, apply_theme
+from widgets.common.colours import DARK
 from widgets.common.settings import Settings
 from widgets.common.tool_kinds import BRUSH, POKE, SELECT_BOX
 from widgets.layers.registry import LAYERS, at_first
+from widgets.theme.application_theme import apply_theme
 from widgets.window.main_window import MainWindow
 
 SIZE = (1400, 900)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from PySide6.QtGui import QColor, QPalette
+from PySide6.QtGui import QColor
 
-from widgets.common.colours import DARK, DEFAULT_MAXIMUM, LIGHT, THEMES, PressureScale, apply_theme, mixed, rgb
+from widgets.common.colours import DEFAULT_MAXIMUM, THEMES, PressureScale, mixed, rgb
 
 # Full dichromacies on linear RGB: Machado, Oliveira, Fernandes 2009, severity 1.
 EYES = {
@@ -107,23 +107,3 @@ def test_mixing_runs_from_one_colour_to_the_other():
     assert mixed("#000000", "#ff8000", 0.0) == "#000000"
     assert mixed("#000000", "#ff8000", 1.0) == "#ff8000"
     assert mixed("#000000", "#ffffff", 0.5) == "#808080"
-
-
-@pytest.fixture
-def app_as_before(qapp):
-    style, palette, font, sheet = qapp.style().objectName(), qapp.palette(), qapp.font(), qapp.styleSheet()
-    yield qapp
-    qapp.setStyleSheet(sheet)
-    qapp.setStyle(style)
-    qapp.setPalette(palette)
-    qapp.setFont(font)
-
-
-@pytest.mark.parametrize("theme", [DARK, LIGHT], ids=lambda theme: theme.name)
-def test_a_theme_dresses_the_whole_application(app_as_before, theme):
-    apply_theme(app_as_before, theme)
-    palette = app_as_before.palette()
-    assert palette.color(QPalette.ColorRole.Window) == QColor(theme.panel)
-    assert palette.color(QPalette.ColorRole.WindowText) == QColor(theme.text)
-    assert app_as_before.font().pixelSize() == 13
-    assert theme.line in app_as_before.styleSheet()

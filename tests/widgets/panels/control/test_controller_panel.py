@@ -17,11 +17,12 @@ from app.control.limit_texts import limit_text
 from app.control.limits import Limit, LimitKind
 from tests.widgets.support.samples import touched
 from tests.widgets.support.snapshots import pixels
-from widgets.common.colours import DARK, LIGHT, apply_theme
+from widgets.common.colours import DARK, LIGHT
 from widgets.common.controller_settings import SLIDERS
 from widgets.common.panel import MIXED_VALUES
 from widgets.panels.control.controller_panel import ControllerPanel, LimitState, LimitStatusLine
 from widgets.plots.history import ShownLimit
+from widgets.theme.application_theme import apply_theme
 
 
 @pytest.fixture

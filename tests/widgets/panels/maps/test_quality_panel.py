@@ -14,9 +14,10 @@ from app.maps.distortion import DistortionSummary
 from app.maps.quality import measure
 from app.maps.topography import BodyDistances
 from tests.widgets.support.samples import leaf_map
-from widgets.common.colours import DARK, LIGHT, apply_theme
+from widgets.common.colours import DARK, LIGHT
 from widgets.panels.maps.quality_panel import QualityPanel
 from widgets.panels.panel_column import COLUMN_WIDTH
+from widgets.theme.application_theme import apply_theme
 
 
 @pytest.fixture(scope="module")

@@ -24,10 +24,11 @@ from app.studies.testbeds.reference_bodies import MESHES
 from app.studies.work_precision import Setting
 from app.studies.work_precision import method_title as method_name
 from tests.support.touch import prepared_bar
-from widgets.common.colours import DARK, LIGHT, apply_theme
+from widgets.common.colours import DARK, LIGHT
 from widgets.document.stage_settings import reflatten_for
 from widgets.panels.panel_column import COLUMN_WIDTH
 from widgets.panels.simulation.accuracy_panel import AccuracyPanel
+from widgets.theme.application_theme import apply_theme
 from widgets.workers.accuracy_worker import AccuracyWorker, InlineAccuracyWorker
 
 LONG = 60_000

@@ -1,0 +1,5 @@
+from .application_theme import apply_theme
+
+__all__ = [
+    "apply_theme",
+]
