@@ -23,6 +23,7 @@ COMMANDS = (
     "weigh",
     "replay",
     "recover",
+    "trim",
     "export",
     "compare",
     "study",

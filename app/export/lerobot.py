@@ -1,11 +1,12 @@
 """A recording as a LeRobot data set, version 3.0 (https://huggingface.co/docs/lerobot/lerobot-dataset-v3).
 
-An episode is a run of ticks without a gap, its task the scene's name. Features: joint positions and velocities
-(``observation.state``, ``observation.velocity``), pressures by taxel (``observation.tactile`` [Pa], named by hardware
-id), the commanded positions (``action``), and a film of the tactile image (``observation.images.tactile``) at the rate
-of ticks. All in single precision, as LeRobot has it. A real skin is read at any times: of it there are rows at equal
-steps, as many a second as it usually sent, each with the newest reading; in counts where it was not calibrated, which
-``meta/info.json`` says (``tactile_unit``).
+An episode is one that a person labelled, its task the instruction or else the label; where there is none, each run of
+ticks without a gap, its task the scene's name. Frames outside of episodes are left out. Features: joint positions and
+velocities (``observation.state``, ``observation.velocity``), pressures by taxel (``observation.tactile`` [Pa], named
+by hardware id), the commanded positions (``action``), and a film of the tactile image
+(``observation.images.tactile``) at the rate of ticks. All in single precision, as LeRobot has it. A real skin is read
+at any times: of it there are rows at equal steps, as many a second as it usually sent, each with the newest reading;
+in counts where it was not calibrated, which ``meta/info.json`` says (``tactile_unit``).
 """
 
 from __future__ import annotations
@@ -103,7 +104,7 @@ def _rows_of(player: RecordingPlayer) -> _RowsOf:
         if abs(rate - round(rate)) > 1e-6 * rate:
             remedy = "Record with a tick of 0.005 s, 0.004 s, ... or export to parquet"
             raise ExportError("LeRobot needs a whole number of ticks a second", value=f"{rate:.6g}", remedy=remedy)
-        return _RowsOf(round(rate), range(len(player)), found)
+        return _each_tick(round(rate), found)
     steps = np.diff(player.times)
     usual = max(round(1 / float(np.median(steps))), 1) if len(steps) else 1
     frames: list[int] = []
@@ -115,6 +116,16 @@ def _rows_of(player: RecordingPlayer) -> _RowsOf:
         sampled.append(replace(one, first=len(frames), frames=count))
         frames += (one.first + np.searchsorted(times, wanted, side="right") - 1).tolist()
     return _RowsOf(usual, frames, sampled)
+
+
+def _each_tick(rate: int, found: list[Episode]) -> _RowsOf:
+    """Every frame of every episode, one after the other."""
+    frames: list[int] = []
+    rows = []
+    for one in found:
+        rows.append(replace(one, first=len(frames)))
+        frames += range(one.first, one.first + one.frames)
+    return _RowsOf(rate, frames, rows)
 
 
 def _in_counts(player: RecordingPlayer) -> bool:
@@ -132,6 +143,11 @@ def _in_counts(player: RecordingPlayer) -> bool:
 
 def _folder_of(path: Path) -> None:
     path.parent.mkdir(parents=True)
+
+
+def _tasks(found: list[Episode]) -> list[str]:
+    """What was to be done in the episodes, each once."""
+    return list(dict.fromkeys(one.task for one in found))
 
 
 def _episode_of(number: int, found: list[Episode]) -> int:
@@ -155,7 +171,7 @@ def _rows(
         "frame_index": within,
         "episode_index": episode,
         "index": index,
-        "task_index": np.zeros_like(index),
+        "task_index": np.array([_tasks(found).index(found[number].task) for number in episode]),
     }
     for key, rows in values.items():
         columns[key] = arrow.FixedSizeListArray.from_arrays(arrow.array(rows.ravel()), rows.shape[1])
@@ -232,7 +248,8 @@ def _write_meta(
         whole.merge(one)
     (meta / "info.json").write_text(json.dumps(_info(player, rows_of, size, counts=counts), indent=4), encoding="utf8")
     (meta / "stats.json").write_text(json.dumps(whole.result(), indent=4), encoding="utf8")
-    tasks = arrow.table({"task_index": arrow.array([0]), "task": arrow.array([player.prepared.scene.name])})
+    told = _tasks(rows_of.episodes)
+    tasks = arrow.table({"task_index": arrow.array(range(len(told))), "task": arrow.array(told)})
     parquet.write_table(tasks.replace_schema_metadata(_PANDAS_INDEX), meta / "tasks.parquet")
     rows = [_episode_row(number, one, results[number], rows_of.rate) for number, one in enumerate(rows_of.episodes)]
     parquet.write_table(arrow.Table.from_pylist(rows), meta / "episodes" / f"{_FILE}.parquet")
@@ -260,7 +277,7 @@ _PANDAS_INDEX = {
 def _episode_row(number: int, one: Episode, stats: Mapping[str, Mapping[str, Any]], rate: int) -> dict[str, Any]:
     row: dict[str, Any] = {
         "episode_index": number,
-        "tasks": [one.label],
+        "tasks": [one.task],
         "length": one.frames,
         "data/chunk_index": 0,
         "data/file_index": 0,
@@ -306,7 +323,7 @@ def _info(player: RecordingPlayer, rows_of: _RowsOf, size: tuple[int, ...], *, c
         "robot_type": prepared.robot.name,
         "total_episodes": len(found),
         "total_frames": len(rows_of.frames),
-        "total_tasks": 1,
+        "total_tasks": len(_tasks(found)),
         "chunks_size": 1000,
         "data_files_size_in_mb": 100,
         "video_files_size_in_mb": 200,

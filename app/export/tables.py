@@ -11,7 +11,7 @@
 | ``images`` | each tick: the tactile image, on the map that the recording began with |
 | ``contacts`` | each contact region at each tick |
 | ``events`` | each contact event |
-| ``episodes`` | each run of ticks without a gap, with the scene's name as label |
+| ``episodes`` | each labelled episode; where there is none each run of ticks without a gap, with the scene's name |
 
 Units stand in the columns' names; places are in the frame of the link. Of a real skin ``pressures`` has the sender's
 time and numbers too, and the values as they were sent (``raw_counts``, ``raw_Pa`` or ``raw_kPa``; NaN before any).
@@ -120,15 +120,43 @@ class Episode:
         first: Number of its first frame.
         frames: How many.
         label: What it is about.
+        instruction: What was to be done, in words; empty where nobody says.
+        outcome: ``success``, ``failure`` or empty where nobody says.
     """
 
     first: int
     frames: int
     label: str
+    instruction: str = ""
+    outcome: str = ""
+
+    @property
+    def task(self) -> str:
+        """The instruction, or else the label."""
+        return self.instruction or self.label
 
 
 def episodes(player: RecordingPlayer) -> list[Episode]:
-    """The runs of ticks of a recording: one, or more where frames are missing; of a real skin, where it fell silent."""
+    """The episodes that a person labelled, each without a gap; where there is none, the runs of ticks.
+
+    A recording is one run, or more where frames are missing; of a real skin, where it fell silent.
+
+    Raises:
+        RecordingError: The file with the labels is damaged.
+    """
+    runs = _runs(player)
+    ticks = np.rint(player.times / player.prepared.scene.tick).astype(np.int64)
+    found = []
+    for one in player.annotations().episodes:
+        first, end = np.searchsorted(ticks, (one.first, one.last + 1)).tolist()
+        for run in runs:
+            begin, until = max(first, run.first), min(end, run.first + run.frames)
+            if until > begin:
+                found.append(Episode(begin, until - begin, one.label, one.instruction, str(one.outcome or "")))
+    return found or runs
+
+
+def _runs(player: RecordingPlayer) -> list[Episode]:
     if player.measured is None:
         ticks = np.rint(player.times / player.prepared.scene.tick).astype(np.int64)
         apart = np.diff(ticks) != 1
@@ -247,6 +275,8 @@ def _episodes(player: RecordingPlayer) -> Columns:
         "frames": _numbers([one.frames for one in found]),
         "start_s": np.array([float(player.times[one.first]) for one in found]),
         "label": _words([one.label for one in found]),
+        "instruction": _words([one.instruction for one in found]),
+        "outcome": _words([one.outcome for one in found]),
     }
 
 

@@ -6,6 +6,8 @@
 - ``verify``: simulates it again and compares every state.
 - ``recover``: salvages a recording that was cut off.
 - ``annotations``: what a person says of a recording, beside it.
+- ``trim``: cuts a part out into a new file.
+- ``overview``: curves over a whole recording, and a summary of it.
 - ``bundle``: a prepared scene as attachments.
 - ``frame_codec``: frames as bytes.
 - ``message_codecs``: inputs, events, marks and failures as JSON; the list of topics.

@@ -232,6 +232,54 @@ def tick_of(data: bytes, *, file: str | None = None) -> int:
     return tick
 
 
+class FrameNumbers(NamedTuple):
+    """The few numbers of a frame that its curves are made of.
+
+    Attributes:
+        tick: Of the frame.
+        force: Of all contacts together [N]; of a real skin what its units say.
+        peak: Highest reading [Pa].
+        speed: Of the fastest joint [rad/s], or slide [m/s].
+        error: On the map [m]; NaN where no task has one.
+    """
+
+    tick: int
+    force: float
+    peak: float
+    speed: float
+    error: float
+
+
+def frame_numbers(data: bytes) -> FrameNumbers | None:
+    """These numbers of a frame's message, without making the frame; None where it is not sound. Cost: 10 µs."""
+    if len(data) < _HEADER.size:
+        return None
+    tick, _time, *counts = _HEADER.unpack_from(data)
+    sizes = _Sizes(*counts)
+    floats = 6 * sizes.joints + sizes.taxels + _POSE * sizes.objects + sizes.raw
+    before = _HEADER.size + 8 * floats + sizes.pokes * POKE.itemsize
+    text = before + sizes.regions * REGION.itemsize + 4 * sizes.members
+    if min(sizes) < 0 or text + sizes.text != len(data):
+        return None
+    values = np.frombuffer(data, "<f8", 2 * sizes.joints + sizes.taxels, _HEADER.size)
+    velocity, pressures = values[sizes.joints : 2 * sizes.joints], values[2 * sizes.joints :]
+    forces = np.frombuffer(data, REGION, sizes.regions, before)["force"]
+    peak = float(np.fmax.reduce(pressures, initial=0.0))
+    return FrameNumbers(
+        tick, float(forces.sum()), peak, float(np.abs(velocity).max(initial=0.0)), _map_error(data[text:])
+    )
+
+
+def _map_error(text: bytes) -> float:
+    if b'"task":null' in text:
+        return float("nan")
+    try:
+        error = json.loads(text)["task"]["error"]
+    except (ValueError, LookupError, TypeError):
+        return float("nan")
+    return float(error) if isinstance(error, int | float) else float("nan")
+
+
 class _Sizes(NamedTuple):
     """How many there are, in the order of ``HEADER``."""
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from app.export.export import export_recording
+from app.recording.annotations import Annotations, LabelledEpisode, Outcome, save_annotations
 
 parquet = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed (extra export)")
 av = pytest.importorskip("av", reason="PyAV is not installed (extra export)")
@@ -88,3 +89,27 @@ def test_tasks_are_indexed_by_their_words(folder, player):
     table = parquet.read_table(folder / "meta/tasks.parquet")
     assert json.loads(table.schema.metadata[b"pandas"])["index_columns"] == ["task"]
     assert table.to_pydict() == {"task_index": [0], "task": [player.prepared.scene.name]}
+
+
+def test_labelled_episodes_are_the_episodes_and_their_instructions_the_tasks(path, tmp_path):
+    copy = tmp_path / "labelled.mcap"
+    copy.write_bytes(path.read_bytes())
+    said = (
+        LabelledEpisode(10, 39, "press", "press the arm gently", Outcome.SUCCESS),
+        LabelledEpisode(60, 69, "lift"),
+        LabelledEpisode(80, 89, "again", "press the arm gently"),
+    )
+    save_annotations(copy, Annotations(episodes=said))
+    player = export_recording(copy, tmp_path / "set", to="lerobot")
+    rows = parquet.read_table(tmp_path / "set/data/chunk-000/file-000.parquet").to_pydict()
+    assert rows["episode_index"] == [0] * 30 + [1] * 10 + [2] * 10
+    assert rows["task_index"] == [0] * 30 + [1] * 10 + [0] * 10
+    assert rows["frame_index"] == [*range(30), *range(10), *range(10)]
+    first = player.frame(player.number_at(10 * 0.005 - player.times[0]))
+    np.testing.assert_array_equal(np.float32(rows["observation.tactile"][0]), first.pressures.astype(np.float32))
+    tasks = parquet.read_table(tmp_path / "set/meta/tasks.parquet").to_pydict()
+    assert tasks == {"task_index": [0, 1], "task": ["press the arm gently", "lift"]}
+    episodes = parquet.read_table(tmp_path / "set/meta/episodes/chunk-000/file-000.parquet").to_pylist()
+    assert [one["tasks"] for one in episodes] == [["press the arm gently"], ["lift"], ["press the arm gently"]]
+    info = json.loads((tmp_path / "set/meta/info.json").read_text())
+    assert (info["total_episodes"], info["total_frames"], info["total_tasks"]) == (3, 50, 2)

@@ -1,0 +1,44 @@
+"""``trim``: a part of a recording, or each of its episodes, in files of their own."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from app.cli.output import print_fields, print_json, progress_line
+from app.core.errors import RecordingError, UsageError
+from app.recording.player import RecordingPlayer
+from app.recording.trim import TrimResult, make_folder, trim, trim_episodes
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Write the part, or the episodes."""
+    if arguments.episodes and (arguments.start or arguments.end is not None):
+        raise UsageError("--episodes says which parts are cut out; --from and --to do too", remedy="Give one of them")
+    if arguments.end is not None and arguments.end < arguments.start:
+        span = f"{arguments.start:g} to {arguments.end:g} s"
+        raise UsageError("the part ends before it begins", value=span, remedy="Give --from before --to")
+    report = progress_line()
+    try:
+        player = RecordingPlayer(arguments.input, progress=report)
+        if arguments.episodes:
+            folder = make_folder(Path(arguments.output))
+            written = trim_episodes(player, folder, overwrite=arguments.overwrite, progress=report)
+        else:
+            written = [_part(player, arguments)]
+    finally:
+        report("", 1.0)
+    if arguments.json:
+        print_json({"files": [{"file": one.file, "frames": one.frames, "seconds": one.seconds} for one in written]})
+    else:
+        print_fields({one.file: f"{one.seconds:.2f} s, {one.frames} frames" for one in written})
+    return 0
+
+
+def _part(player: RecordingPlayer, arguments: argparse.Namespace) -> TrimResult:
+    if arguments.start > player.duration:
+        remedy = f"It is {player.duration:.2f} s long"
+        raise RecordingError("the part begins behind the end", value=f"{arguments.start:g} s", remedy=remedy)
+    first = player.tick_at(arguments.start)
+    last = None if arguments.end is None else player.tick_at(arguments.end)
+    return trim(player.path, arguments.output, first=first, last=last, overwrite=arguments.overwrite)

@@ -1,0 +1,195 @@
+"""Cuts a part out of a recording into a new file; the recording itself is only read.
+
+The part holds the frames of its ticks, all inputs up to its end, so that it is simulated again as the whole is, and
+what is said of these ticks.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from mcap.records import Message
+from mcap.writer import CompressionType, Writer
+
+from app.core.errors import RecordingError
+from app.core.files import open_atomically
+from app.core.progress import Progress, no_progress, part_of_progress
+from app.recording import mcap_file
+from app.recording.annotations import LabelledEpisode, annotations_entry, annotations_in, load_annotations
+from app.recording.bundle import unpack_scene
+from app.recording.damage import DamageKind, RecordingDamage
+from app.recording.messages import RecordedMessages, damage_entry, read_messages
+from app.recording.player import RecordingPlayer
+from app.recording.viewer_messages import ROBOT_TOPIC, viewer_schemas
+from app.session.prepare import PreparedScene
+
+_CHUNK_BYTES = 1_000_000
+_CHUNKS_A_STEP = 50
+_OF_FRAMES = (DamageKind.FRAMES_MISSING, DamageKind.FRAMES_REPEATED, DamageKind.FRAMES_OUT_OF_ORDER)
+
+
+@dataclass(frozen=True)
+class TrimResult:
+    """What was written.
+
+    Attributes:
+        frames: How many.
+        seconds: From the first to the last.
+        file: The new file.
+    """
+
+    frames: int
+    seconds: float
+    file: str
+
+
+def trim(
+    source: str | Path,
+    target: str | Path,
+    *,
+    first: int = 0,
+    last: int | None = None,
+    overwrite: bool = False,
+    progress: Progress = no_progress,
+) -> TrimResult:
+    """Write the ticks ``first`` to ``last`` of a recording to a new one.
+
+    Args:
+        source: The recording; it stays as it is.
+        target: The new file.
+        first: Tick.
+        last: Tick, which is within; None for the end.
+        overwrite: Replace an existing file.
+        progress: Told how far it is, 0 to 1; may raise to cancel, and then nothing stays.
+
+    Raises:
+        RecordingError: The source is no recording or has no frame there; the target exists or cannot be written.
+    """
+    source, target = Path(source), Path(target)
+    if source.resolve() == target.resolve():
+        raise RecordingError("a recording cannot be cut into itself", file=target, remedy="Name another file")
+    contents = mcap_file.read_recording(source)
+    prepared = unpack_scene(contents.attachments, file=str(source))
+    messages = read_messages(contents, prepared, file=str(source), progress=lambda text, done: progress(text, done / 2))
+    end = messages.frames[-1].tick if last is None and messages.frames else last
+    kept = [frame for frame in messages.frames if end is not None and first <= frame.tick <= end]
+    if not kept:
+        span = f"ticks {first} to {'the end' if last is None else last}"
+        has = f"It has ticks {messages.frames[0].tick} to {messages.frames[-1].tick}" if messages.frames else None
+        raise RecordingError("the recording has no frame there", file=source, value=span, remedy=has)
+    own = annotations_in(contents.metadata, messages.marks, file=str(source))
+    said = (load_annotations(source) or own).within(kept[0].tick, kept[-1].tick)
+    part = _Part(contents, messages, prepared, kept[0].tick, kept[-1].tick)
+    with open_atomically(target, error=RecordingError, overwrite=overwrite) as stream:
+        writer = Writer(stream, chunk_size=_CHUNK_BYTES, compression=CompressionType.ZSTD, enable_data_crcs=True)
+        part.write(writer, annotations_entry(said), progress)
+    return TrimResult(len(kept), (kept[-1].tick - kept[0].tick) * prepared.scene.tick, str(target))
+
+
+class _Part:
+    """What of a recording goes into the new file."""
+
+    def __init__(
+        self,
+        contents: mcap_file.RecordingContents,
+        messages: RecordedMessages,
+        prepared: PreparedScene,
+        first: int,
+        last: int,
+    ) -> None:
+        self._contents, self._prepared, self._first, self._last = contents, prepared, first, last
+        frames = [frame for frame in messages.frames if first <= frame.tick <= last]
+        self._frames = {(frame.chunk, frame.place): frame.tick for frame in frames}
+        self._number = min(frame.number for frame in frames)  # running numbers begin at 0, and keep their gaps
+        self._damage = tuple(one for one in messages.damage if _concerns(one, first, last))
+        self._to_end = last == messages.frames[-1].tick
+        start = frames[0]
+        message = mcap_file.chunk_messages(contents.chunks[start.chunk], contents.channels)
+        assert message is not None
+        self._start_time = message[start.place][1].log_time
+        self._end_time = self._start_time + round(1e9 * (last - first) * prepared.scene.tick)
+
+    def write(self, writer: Writer, entry: dict[str, str], progress: Progress) -> None:
+        contents = self._contents
+        metadata = contents.metadata | damage_entry(self._damage) | entry
+        channels = mcap_file.begin_recording(writer, metadata, contents.attachments)
+        shown = viewer_schemas(self._prepared)
+        if not shown.keys().isdisjoint(contents.channels.values()):
+            channels = {**channels, **mcap_file.add_viewer_channels(writer, shown)}
+        for number, chunk in enumerate(contents.chunks):
+            if number % _CHUNKS_A_STEP == 0:
+                progress("Writing the part", 0.5 + 0.5 * number / len(contents.chunks))
+            for place, (topic, message) in enumerate(mcap_file.chunk_messages(chunk, contents.channels) or ()):
+                for time, sequence in self._as_kept(topic, message, (number, place)):
+                    if topic in channels:
+                        writer.add_message(channels[topic], time, message.data, time, sequence)
+        writer.finish()
+
+    def _as_kept(self, topic: str, message: Message, at: tuple[int, int]) -> Iterator[tuple[int, int]]:
+        """Time and running number of a message in the new file; nothing where it does not belong there."""
+        time, inside = message.log_time, self._start_time <= message.log_time <= self._end_time
+        if topic == "/frame":
+            if at in self._frames:
+                yield time, message.sequence - self._number
+        elif topic == "/failure":
+            if self._to_end:
+                yield time, message.sequence
+        elif topic in ("/input", "/event"):
+            if time <= self._end_time:
+                yield time, message.sequence
+        elif topic == ROBOT_TOPIC:
+            yield max(time, self._start_time), message.sequence
+        elif topic != "/mark" and inside:
+            yield time, message.sequence
+
+
+def _concerns(damage: RecordingDamage, first: int, last: int) -> bool:
+    """Whether what was lost can be missed in these ticks: frames of them, inputs and events also before them."""
+    if damage.first is None:
+        return damage.kind is not DamageKind.CHECKSUM
+    if damage.first > last:
+        return False
+    return damage.kind not in _OF_FRAMES or damage.last is None or damage.last >= first
+
+
+def make_folder(folder: Path) -> Path:
+    """The folder, made where it is not there.
+
+    Raises:
+        RecordingError: It cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        problem = "the folder cannot be made"
+        raise RecordingError(problem, file=folder, value=error.strerror, remedy="Name a folder to write to") from error
+    return folder
+
+
+def trim_episodes(
+    player: RecordingPlayer, folder: Path, *, overwrite: bool = False, progress: Progress = no_progress
+) -> list[TrimResult]:
+    """Write each episode of a recording that was labelled to a file of its own, "01 press.mcap".
+
+    Raises:
+        RecordingError: None was labelled, or as ``trim``.
+    """
+    episodes = player.annotations().episodes
+    if not episodes:
+        remedy = "Label them in the window: Recording > Range as episode"
+        raise RecordingError("no episode of the recording is labelled", file=player.path, remedy=remedy)
+    written = []
+    for number, one in enumerate(episodes, start=1):
+        own = part_of_progress(progress, (number - 1) / len(episodes), number / len(episodes))
+        target = folder / episode_file_name(number, one)
+        written.append(trim(player.path, target, first=one.first, last=one.last, overwrite=overwrite, progress=own))
+    return written
+
+
+def episode_file_name(number: int, episode: LabelledEpisode) -> str:
+    """What the file of an episode is called: "01 press.mcap"."""
+    label = re.sub(r"[^\w\-]+", " ", episode.label).strip()[:80]
+    return f"{number:02d} {label or 'episode'}.mcap"

@@ -1,0 +1,47 @@
+"""``trim`` from the command line: a part, episodes, and what cannot be."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from app.cli.main import run_command
+from app.recording.annotations import Annotations, LabelledEpisode, save_annotations
+from app.recording.player import RecordingPlayer
+from tests.support.recordings import record, small_arm
+
+
+@pytest.fixture(scope="module")
+def source(tmp_path_factory):
+    path = tmp_path_factory.mktemp("trim") / "demo.mcap"
+    record(small_arm(), path, ticks=40)
+    save_annotations(path, Annotations(episodes=(LabelledEpisode(5, 14, "one"), LabelledEpisode(20, 24, "two"))))
+    return str(path)
+
+
+def test_a_part_by_seconds(source, tmp_path, capsys):
+    target = tmp_path / "part.mcap"
+    words = ["trim", source, "-o", str(target), "--from", "0.05", "--to", "0.1", "--json"]
+    assert run_command(words, windows={}) == 0
+    (said,) = json.loads(capsys.readouterr().out)["files"]
+    assert (said["file"], said["frames"]) == (str(target), 11)
+    assert len(RecordingPlayer(target)) == 11
+    assert run_command(words, windows={}) == 1
+    assert "already exists" in capsys.readouterr().err
+
+
+def test_each_episode(source, tmp_path, capsys):
+    assert run_command(["trim", source, "--episodes", "-o", str(tmp_path / "new")], windows={}) == 0
+    assert sorted(path.name for path in (tmp_path / "new").iterdir()) == ["01 one.mcap", "02 two.mcap"]
+    assert "5 frames" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "status"),
+    [(["--episodes", "--to", "1"], 2), (["--from", "2", "--to", "1"], 2), (["--from", "90"], 1)],
+)
+def test_what_cannot_be_is_said(source, tmp_path, words, status, capsys):
+    assert run_command(["trim", source, "-o", str(tmp_path / "x.mcap"), *words], windows={}) == status
+    assert capsys.readouterr().err
+    assert not (tmp_path / "x.mcap").exists()

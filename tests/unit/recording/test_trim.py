@@ -1,0 +1,82 @@
+"""A part of a recording is a recording: its frames, its inputs, simulated again bit for bit; the whole stays."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.core.errors import RecordingError
+from app.recording.annotations import Annotations, LabelledEpisode, Mark, annotations_file, save_annotations
+from app.recording.player import RecordingPlayer
+from app.recording.recorder import versions
+from app.recording.trim import episode_file_name, trim, trim_episodes
+from app.recording.verify import verify
+
+
+@pytest.fixture
+def copy(recording, tmp_path):
+    path = tmp_path / "whole.mcap"
+    path.write_bytes(recording.read_bytes())
+    return path
+
+
+def test_a_part_holds_its_frames_and_is_simulated_again(copy, tmp_path):
+    before, whole = copy.read_bytes(), RecordingPlayer(copy)
+    save_annotations(copy, Annotations(marks=(Mark(90, "in"), Mark(240, "out")), label="try"))
+    result = trim(copy, tmp_path / "part.mcap", first=80, last=150)
+    part = RecordingPlayer(tmp_path / "part.mcap")
+    assert (result.frames, result.seconds) == (71, pytest.approx(0.35))
+    assert [frame.tick for frame in part] == list(range(80, 151))
+    assert (
+        part.frame(40).pressures.tobytes()
+        == whole.frame(whole.number_at(part.times[40] - whole.times[0])).pressures.tobytes()
+    )
+    assert part.inputs == [item for item in whole.inputs if item[0] <= 150] or len(part.inputs) == sum(
+        tick <= 150 for tick, _ in whole.inputs
+    )
+    assert part.complete, part.damage
+    assert part.annotations() == Annotations(marks=(Mark(90, "in"),), label="try")
+    assert copy.read_bytes() == before
+    checked = verify(part)
+    assert checked.identical, checked
+    assert part.versions["numpy"] == versions()["numpy"]
+
+
+def test_of_a_damaged_recording_what_is_missing_there_is_still_told(copy, tmp_path):
+    data = bytearray(copy.read_bytes())
+    player = RecordingPlayer(copy)
+    chunk = player._contents.chunks[10]
+    at = data.find(chunk.data[:64])
+    data[at + 70] ^= 0xFF
+    copy.write_bytes(bytes(data))
+    damaged = RecordingPlayer(copy)
+    missing = [one for one in damaged.damage if one.first is not None]
+    assert missing
+    inside = trim(copy, tmp_path / "inside.mcap", first=missing[0].first - 20, last=missing[0].last + 20)
+    part = RecordingPlayer(inside.file)
+    assert {(one.kind, one.first, one.last) for one in missing} <= {(x.kind, x.first, x.last) for x in part.damage}
+    behind = trim(copy, tmp_path / "before.mcap", last=missing[0].first - 5)
+    assert not [one for one in RecordingPlayer(behind.file).damage if one.first is not None]
+
+
+def test_episodes_become_files(copy, tmp_path):
+    with pytest.raises(RecordingError, match="no episode"):
+        trim_episodes(RecordingPlayer(copy), tmp_path)
+    episodes = (LabelledEpisode(60, 80, "a/b: press"), LabelledEpisode(81, 90, "..", "lift it"))
+    save_annotations(copy, Annotations(episodes=episodes))
+    written = trim_episodes(RecordingPlayer(copy), tmp_path)
+    assert [one.file for one in written] == [str(tmp_path / "01 a b press.mcap"), str(tmp_path / "02 episode.mcap")]
+    assert [one.frames for one in written] == [21, 10]
+    assert RecordingPlayer(written[1].file).annotations().episodes == episodes[1:]
+    assert not annotations_file(written[1].file).exists(), "it is in the file"
+    assert episode_file_name(3, LabelledEpisode(0, 1, "x" * 200)) == f"03 {'x' * 80}.mcap"
+
+
+def test_what_cannot_be_cut_is_refused_and_leaves_nothing(copy, tmp_path):
+    with pytest.raises(RecordingError, match="no frame there"):
+        trim(copy, tmp_path / "none.mcap", first=9000)
+    with pytest.raises(RecordingError, match="itself"):
+        trim(copy, copy)
+    (tmp_path / "there.mcap").write_bytes(b"")
+    with pytest.raises(RecordingError, match="exists"):
+        trim(copy, tmp_path / "there.mcap")
+    assert not (tmp_path / "none.mcap").exists()
