@@ -422,6 +422,14 @@ def _recording_menu() -> Menu:
                 enabled=lambda state: state.has_range,
                 checked=lambda state: state.looping,
             ),
+            ActionSpec(
+                "whole_recording",
+                "Whole recording",
+                ("F6",),
+                "Show the curves of the whole recording under the timeline, or of the last seconds",
+                replaying,
+                checkable=True,
+            ),
             LINE,
             ActionSpec(
                 "label_episode",
@@ -649,6 +657,7 @@ MOUSE_GESTURES = (
     ("Click or drag with Target", "hold the contact there, move it along"),
     ("Wheel or drag on the force, Page Up and Down", "0.5 N more or less, with Path and Target"),
     ("Shift-drag along the timeline", "choose a range of the recording: loop it, cut it out, label it"),
+    ("Wheel, drag, double-click on a recording's curves", "zoom, choose a range, show all; a click goes there"),
     ("Right-click on the timeline", "what can be done with that moment: mark it, begin or end the range there"),
     ("→", "one control tick while paused, or one frame of a replay"),
 )

@@ -131,6 +131,15 @@ class Settings:
         self._store.setValue("recorded_for_viewers", "true" if on else "false")
 
     @property
+    def whole_recording(self) -> bool:
+        """Whether a replay shows the curves of the whole recording, not of the last seconds."""
+        return str(self._store.value("whole_recording", "true")).lower() == "true"
+
+    @whole_recording.setter
+    def whole_recording(self, on: bool) -> None:
+        self._store.setValue("whole_recording", "true" if on else "false")
+
+    @property
     def recent(self) -> list[str]:
         """Files opened lately, newest first."""
         value = self._store.value("recent", [])

@@ -20,6 +20,7 @@ from widgets.plots.live_plots import LivePlots
 from widgets.session.backends import Backends
 from widgets.session.live_session import LiveSession
 from widgets.theme.application_theme import apply_theme
+from widgets.timeline.recording_plots import RecordingPlots
 from widgets.timeline.timeline import Timeline
 
 
@@ -61,6 +62,7 @@ class AppContext:
         views: Robot and map.
         panels: The column beside them.
         plots: The curves below them.
+        recording_plots: The curves over a whole recording, in their place.
         timeline: Of a recording.
         actions: Everything a person can ask for.
         notifier: Says what happened.
@@ -76,6 +78,7 @@ class AppContext:
     views: LinkedViews
     panels: PanelColumn
     plots: LivePlots
+    recording_plots: RecordingPlots
     timeline: Timeline
     actions: ActionRegistry
     notifier: Notifier

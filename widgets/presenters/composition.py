@@ -18,6 +18,7 @@ from widgets.presenters.pointing_presenter import PointingPresenter
 from widgets.presenters.session.accuracy_presenter import AccuracyPresenter
 from widgets.presenters.session.effects_presenter import EffectsPresenter
 from widgets.presenters.session.notes_presenter import NotesPresenter
+from widgets.presenters.session.recording_plots_presenter import RecordingPlotsPresenter
 from widgets.presenters.session.replay_past import ReplayPast
 from widgets.presenters.session.scene_presenter import ScenePresenter
 from widgets.presenters.session.session_presenter import LiveInputPresenter, SessionPresenter
@@ -42,6 +43,7 @@ class Presenters:
     view: ViewPresenter
     session: SessionPresenter
     notes: NotesPresenter
+    recording_plots: RecordingPlotsPresenter
     replay_past: ReplayPast
     notification: NotificationPresenter
     pointing: PointingPresenter
@@ -55,7 +57,15 @@ class Presenters:
 
     def close(self) -> None:
         """Finish writing, end what runs beside."""
-        for presenter in (self.export, self.map_files, self.accuracy, self.comparison, self.session, self.replay_past):
+        for presenter in (
+            self.export,
+            self.map_files,
+            self.accuracy,
+            self.comparison,
+            self.session,
+            self.replay_past,
+            self.recording_plots,
+        ):
             presenter.close()
 
 
@@ -75,6 +85,7 @@ def build(context: AppContext, parent: QWidget) -> Presenters:
         live_input=LiveInputPresenter(context, parent),
         view=ViewPresenter(context, tools, parent),
         session=SessionPresenter(context, parent),
+        recording_plots=RecordingPlotsPresenter(context, parent),
         notes=NotesPresenter(context, tools, parent),
         replay_past=ReplayPast(context, parent),
         notification=NotificationPresenter(context, parent),

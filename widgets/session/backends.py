@@ -14,6 +14,7 @@ from widgets.workers.accuracy_worker import AccuracyWorker, InlineAccuracyWorker
 from widgets.workers.comparison_worker import ComparisonWorker, InlineComparisonWorker
 from widgets.workers.cost_worker import CostWorker, InlineCostWorker
 from widgets.workers.map_quality_worker import InlineMapQualityWorker, MapQualityWorker
+from widgets.workers.recording_worker import InlineRecordingWorker, RecordingWorker
 from widgets.workers.scene_worker import InlineSceneWorker, SceneWorker
 
 
@@ -30,6 +31,7 @@ class Backends:
         cost_worker: Measures on copies of the scene.
         comparison_worker: Runs controllers side by side.
         accuracy_worker: Measures a stage for its work-precision diagram.
+        recording_worker: Reads curves and summaries of recordings, and cuts them.
     """
 
     runner: Callable[..., SessionRunner]
@@ -40,6 +42,7 @@ class Backends:
     cost_worker: Callable[[QObject], CostWorker]
     comparison_worker: Callable[[QObject], ComparisonWorker]
     accuracy_worker: Callable[[QObject], AccuracyWorker]
+    recording_worker: Callable[[QObject], RecordingWorker]
 
 
 BACKGROUND = Backends(
@@ -51,8 +54,9 @@ BACKGROUND = Backends(
     CostWorker,
     ComparisonWorker,
     AccuracyWorker,
+    RecordingWorker,
 )
-"""Two threads and five processes beside the window, which never waits."""
+"""Two threads and processes beside the window, each begun when it is needed: the window never waits."""
 INLINE = Backends(
     InlineRunner,
     InlineReadingsRunner,
@@ -62,5 +66,6 @@ INLINE = Backends(
     InlineCostWorker,
     InlineComparisonWorker,
     InlineAccuracyWorker,
+    InlineRecordingWorker,
 )
 """Here and now, and only when told to: deterministic, for tests and pictures."""

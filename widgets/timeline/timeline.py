@@ -32,6 +32,8 @@ class Timeline(QWidget):
     """The user wants to leave the recording."""
     range_changed = Signal(object)
     """Another Span of the recording is chosen, or None."""
+    notes_shown = Signal(object)
+    """The TimelineNotes that are shown from now on."""
     loop_changed = Signal(bool)
     """The range is played again and again from now on, or not."""
     menu_requested = Signal(float, QPoint)
@@ -150,13 +152,14 @@ class Timeline(QWidget):
         self._replaying = True
         self._playhead = Playhead(duration, frame_seconds, speed=self._playhead.speed)
         self._bar.show_recording(duration, poke_spans, edits, damage)
-        self._bar.show_notes(TimelineNotes())
+        self.show_notes(TimelineNotes())
         self.set_range(None)
         self._show()
 
     def show_notes(self, notes: TimelineNotes) -> None:
         """Show marks and episodes."""
         self._bar.show_notes(notes)
+        self.notes_shown.emit(notes)
 
     @property
     def range(self) -> Span | None:

@@ -29,6 +29,7 @@ from widgets.plots.live_plots import LOWEST, USUAL_HEIGHT, LivePlots
 from widgets.presenters.composition import build
 from widgets.session.backends import BACKGROUND, INLINE, Backends
 from widgets.session.live_session import LiveSession
+from widgets.timeline.recording_plots import RecordingPlots
 from widgets.timeline.scrub_bar import ScrubBar
 from widgets.timeline.timeline import Timeline
 from widgets.window.first_size import fit_screen
@@ -71,6 +72,7 @@ class MainWindow(QMainWindow):
             views=self.views,
             panels=self.column,
             plots=self.plots,
+            recording_plots=self.recording_plots,
             timeline=self.timeline,
             actions=self._actions,
             notifier=self.notifier,
@@ -132,7 +134,7 @@ class MainWindow(QMainWindow):
         self.panels = self._dock("Panels", self.column, Qt.DockWidgetArea.RightDockWidgetArea)
 
     def _build_bottom(self) -> None:
-        self.plots = LivePlots(self.theme)
+        self.plots, self.recording_plots = LivePlots(self.theme), RecordingPlots(self.theme)
         self.plots.follow(self.views.selection)
         content = QWidget()
         column = QVBoxLayout(content)
@@ -140,6 +142,7 @@ class MainWindow(QMainWindow):
         column.setSpacing(0)
         column.addWidget(self.timeline)
         column.addWidget(self.plots)
+        column.addWidget(self.recording_plots)
         self.bottom = self._dock("Timeline and plots", content, Qt.DockWidgetArea.BottomDockWidgetArea)
         self.setCorner(Qt.Corner.BottomRightCorner, Qt.DockWidgetArea.RightDockWidgetArea)
 
@@ -171,6 +174,7 @@ class MainWindow(QMainWindow):
             self.column,
             self.timeline,
             self.plots,
+            self.recording_plots,
             self.notification_bar,
             self.hint_bar,
             self._actions,
@@ -222,7 +226,8 @@ class MainWindow(QMainWindow):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Qt: in a low window the plots give room to the views."""
         super().resizeEvent(event)
-        self.plots.setFixedHeight(USUAL_HEIGHT if self.height() >= _LOW_WINDOW else LOWEST)
+        for plots in (self.plots, self.recording_plots):
+            plots.setFixedHeight(USUAL_HEIGHT if self.height() >= _LOW_WINDOW else LOWEST)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Qt: what no widget wanted; Right steps, where it neither pans the map nor turns a gain."""

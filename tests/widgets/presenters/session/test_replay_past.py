@@ -49,6 +49,7 @@ def test_after_a_jump_the_plots_show_the_seconds_before(window_again, prepared, 
             recorder.write(session.tick(), session.inputs)
             forces.append(sum(region.force for region in session.frame.regions))
     window.live.show_player(open_recording(path))
+    window.action("whole_recording").trigger()  # to the last seconds
     window.live.show_time(0.9)
     qtbot.waitUntil(lambda: len(drawn_forces(window)[0]) > 10)
     ages, shown = drawn_forces(window)
@@ -56,4 +57,5 @@ def test_after_a_jump_the_plots_show_the_seconds_before(window_again, prepared, 
     assert shown.max() == pytest.approx(max(forces[:181]))
     window.set_theme("light")
     assert len(drawn_forces(window)[0]) == len(ages), "another theme keeps them"
+    window.action("whole_recording").trigger()
     window.live.back_to_live()

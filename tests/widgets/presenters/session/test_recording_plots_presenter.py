@@ -1,0 +1,80 @@
+"""The curves of a whole recording in the window: read beside, in step with the timeline, cancelled without harm."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+
+from app.recording.overview import CURVES
+from app.recording.recorder import Recorder
+from app.session.inputs import PokePressed
+from app.session.session import Session
+from widgets.timeline.playhead import Span
+from widgets.workers.recording_worker import ReadCurves, RecordingWorker
+from widgets.workers.worker_process import SourceToken
+
+LEFT, NONE = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+
+
+@pytest.fixture(scope="module")
+def prepared(coarse_prepared):
+    """It is there ten times as soon."""
+    return coarse_prepared
+
+
+@pytest.fixture(scope="module")
+def path(prepared, tmp_path_factory) -> Path:
+    """A second, pressed from 0.25 s on."""
+    path, session = tmp_path_factory.mktemp("plots") / "press.mcap", Session(prepared, scripted=False)
+    with Recorder(prepared, path, viewers=False) as recorder:
+        for tick in range(200):
+            if tick == 50:
+                session.submit(PokePressed(0, prepared.skin.taxel_point(20)))
+            recorder.write(session.tick(), session.inputs)
+    return path
+
+
+def test_a_replay_shows_all_of_it_in_step_with_the_timeline(window_again, path):
+    window = window_again
+    plots, timeline = window.recording_plots, window.timeline
+    assert not plots.isVisible()
+    window.live.open_recording(path)
+    assert plots.isVisible()
+    assert not window.plots.isVisible()
+    forces = plots._values[:, CURVES.index("force")]
+    assert len(forces) == 200
+    assert forces[:40].max() == 0 < forces[-1]
+    QTest.mouseClick(plots, LEFT, NONE, QPoint(round(plots.x_of(0.5)), 40))
+    assert timeline.playhead.time == pytest.approx(0.5, abs=0.01)
+    assert window.live.shown.tick == 101
+    QTest.mousePress(plots, LEFT, NONE, QPoint(round(plots.x_of(0.3)), 40))
+    QTest.mouseMove(plots, QPoint(round(plots.x_of(0.6)), 40))
+    QTest.mouseRelease(plots, LEFT, NONE, QPoint(round(plots.x_of(0.6)), 40))
+    assert timeline.range == Span(pytest.approx(0.3, abs=0.01), pytest.approx(0.6, abs=0.01))
+    window.action("mark").trigger()
+    assert len(plots._notes.marks) == 1
+    window.context.notes.undo()
+    QTest.keyClick(window, Qt.Key.Key_F6)
+    assert window.plots.isVisible()
+    assert not plots.isVisible()
+    QTest.keyClick(window, Qt.Key.Key_F6)
+    window.live.back_to_live()
+    assert window.plots.isVisible()
+    path.with_suffix(".notes.json").unlink(missing_ok=True)
+
+
+@pytest.mark.long
+def test_a_process_reads_them_and_is_ended(qtbot, path):
+    worker, found = RecordingWorker(), []
+    worker.answered.connect(lambda kind, result: found.append((kind, result)))
+    worker.ask(ReadCurves(path), SourceToken("test"))
+    qtbot.waitUntil(lambda: bool(found) and found[-1][0] == "done", timeout=60_000)
+    assert found[0][0] == "curves"
+    assert len(found[0][1].value[1].ticks) == 200
+    worker.ask(ReadCurves(path.with_name("gone.mcap")), SourceToken("test", 1))
+    qtbot.waitUntil(lambda: found[-1][1].token.number == 1 and found[-1][0] == "done", timeout=60_000)
+    assert found[-2][0] == "failed"
+    worker.close()

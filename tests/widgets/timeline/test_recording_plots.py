@@ -1,0 +1,134 @@
+"""The curves of a whole recording under a real mouse: no peak is lost at any zoom, a range is what was dragged."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QColor, QImage, QPalette, QWheelEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from app.core.reading_units import ReadingUnits
+from app.recording.overview import CURVES, Curves
+from widgets.common.colours import DARK
+from widgets.timeline.playhead import Span
+from widgets.timeline.recording_plots import Overlaid, RecordingPlots
+
+LEFT, NONE = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+SECONDS, TICK = 600.0, 0.005
+SPIKE = 300.0
+
+
+def values_with(force):
+    """(n, curves) with this force, no pressure and no error."""
+    values = np.zeros((len(force), len(CURVES)))
+    values[:, CURVES.index("force")], values[:, CURVES.index("error")] = force, np.nan
+    return values
+
+
+@pytest.fixture
+def plots(qtbot):
+    """Ten minutes of nothing, but for one tick of 6.4 N in the middle."""
+    plots = RecordingPlots(DARK)
+    qtbot.addWidget(plots)
+    dark = plots.palette()
+    dark.setColor(QPalette.ColorRole.Window, QColor(DARK.panel))
+    plots.setPalette(dark)
+    plots.setAutoFillBackground(True)
+    plots.resize(900, 140)
+    plots.show_recording(SECONDS, TICK, ReadingUnits.CALIBRATED)
+    times = np.arange(round(SECONDS / TICK)) * TICK
+    force = np.zeros(len(times))
+    force[round(SPIKE / TICK)] = 6.4
+    plots.show_curves(times, values_with(force))
+    plots.show()
+    qtbot.waitExposed(plots)
+    return plots
+
+
+def seen(plots):
+    """(rows, columns) how bright the upper lane is, below its title."""
+    picture = plots.grab().toImage().convertToFormat(QImage.Format.Format_Grayscale8)
+    rows = np.frombuffer(picture.constBits(), np.uint8).reshape(picture.height(), picture.bytesPerLine())
+    return rows[20:62, : picture.width()].astype(int)
+
+
+def turn(plots, x, turns):
+    """The wheel over ``x`` [px]."""
+    at = QPointF(x, 40)
+    event = QWheelEvent(at, plots.mapToGlobal(at), QPoint(), QPoint(0, 120 * turns), Qt.MouseButton.NoButton, NONE,
+                        Qt.ScrollPhase.NoScrollPhase, False)  # fmt: skip
+    QApplication.sendEvent(plots, event)
+
+
+def test_one_tick_in_ten_minutes_is_drawn_as_high_as_it_was(plots):
+    bright = seen(plots)[:30] > 150
+    x = round(plots.x_of(SPIKE))
+    top = 20 + int(np.argmax(bright[:, x - 2 : x + 3].any(axis=1)))
+    floor, height = 61, 55 / 1.3  # of the upper lane, for 10 N
+    assert top == pytest.approx(floor - 0.64 * height, abs=2)
+    bright[:, x - 4 : x + 5] = False
+    assert not bright[:, 60:].any(), "and nothing else is"
+
+
+def test_the_wheel_zooms_where_it_is_and_a_double_click_shows_all(plots):
+    x = round(plots.x_of(SPIKE))
+    turn(plots, x, 10)
+    assert plots.view.length == pytest.approx(SECONDS / 1.25**10)
+    assert plots.x_of(SPIKE) == pytest.approx(x, abs=1)
+    turn(plots, x, 100)
+    assert plots.view.length == pytest.approx(20 * TICK)
+    assert plots.view.start <= SPIKE <= plots.view.end
+    QTest.mouseDClick(plots, LEFT, NONE, QPoint(400, 40))
+    assert plots.view == Span(0.0, SECONDS)
+    turn(plots, x, -5)
+    assert plots.view == Span(0.0, SECONDS)
+
+
+def test_a_click_goes_there_and_a_drag_chooses_a_range(plots):
+    went, ranges = [], []
+    plots.went_to.connect(went.append)
+    plots.range_dragged.connect(ranges.append)
+    QTest.mouseClick(plots, LEFT, NONE, QPoint(400, 40))
+    assert went == [pytest.approx(plots.time_at(400))]
+    QTest.mousePress(plots, LEFT, NONE, QPoint(300, 40))
+    QTest.mouseMove(plots, QPoint(500, 50))
+    QTest.mouseRelease(plots, LEFT, NONE, QPoint(500, 50))
+    assert ranges[-1] == Span(pytest.approx(plots.time_at(300)), pytest.approx(plots.time_at(500)))
+    assert len(went) == 1
+
+
+def test_a_part_moves_along_with_the_cursor(plots):
+    turn(plots, plots.x_of(100.0), 20)
+    plots.show_time(500.0)
+    assert plots.view.start < 500.0 < plots.view.end
+
+
+def test_another_recording_is_dashed_over_it_later_by_its_offset(plots):
+    ticks = np.arange(1000)
+    force = np.full(1000, 5.0)
+    other = Overlaid(Curves(ticks + 50, values_with(force)), 50, TICK, 100.0, "second")
+    assert other.times()[0] == 100.0
+    turn(plots, plots.x_of(102.5), 20)
+    before = seen(plots)
+    plots.show_overlaid(other)
+    new = np.abs(seen(plots) - before) > 30
+    row = new[np.argmax(new.sum(axis=1))]
+    dashes = np.flatnonzero(row)
+    assert plots.x_of(100.0) - 2 <= dashes.min()
+    assert dashes.max() <= plots.x_of(105.0) + 2
+    assert len(dashes) > 50
+    assert (np.diff(dashes) > 1).sum() > 5, "dashed"
+    plots.show_overlaid(None)
+    assert (seen(plots) == before).all()
+
+
+def test_lanes_are_what_there_is(plots):
+    assert plots.lanes == ("Contact force (N)", "Peak pressure (kPa)")
+    values = values_with(np.zeros(10))
+    values[3, CURVES.index("error")] = 0.004
+    plots.show_curves(np.arange(10) * TICK, values)
+    assert plots.lanes[-1] == "Error on the map (mm)"
+    plots.set_units(ReadingUnits.COUNTS)
+    assert "Contact strength (relative)" in plots.lanes

@@ -1,0 +1,401 @@
+"""Curves over a whole recording under the timeline: cursor, zoom, range, and a second recording dashed over the first.
+
+However long the recording, each pixel shows the least and the largest of what it stands for.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import (
+    QColor,
+    QContextMenuEvent,
+    QFont,
+    QFontMetricsF,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QPolygonF,
+    QWheelEvent,
+)
+from PySide6.QtWidgets import QWidget
+
+from app.core.arrays import FloatArray
+from app.core.reading_units import ReadingUnits
+from app.recording.overview import CURVES, Curves, envelope
+from widgets.common.colours import Theme
+from widgets.plots.trace_plots import nice_ceiling, peak_title
+from widgets.timeline.playhead import Span, clock_text, nice_step
+from widgets.timeline.scrub_bar import LABEL_ROOM_PX, TimelineNotes
+
+_LEFT, _RIGHT, _TOP, _AXIS, _GAP = 52.0, 12.0, 6.0, 18.0, 6.0
+_DRAG_PX = 4.0
+_ZOOM = 1.25
+_LEAST_FRAMES = 20
+"""Shown at most magnified."""
+_HEADROOM = 1.3
+"""Of a lane's top, so that its title has room."""
+_EMPTY = "The curves of the whole recording are being read."
+
+
+@dataclass(frozen=True)
+class _Lane:
+    curve: str
+    title: str
+    factor: float
+    floor: float
+
+
+def _lanes(units: ReadingUnits) -> tuple[_Lane, ...]:
+    return (
+        _Lane("force", units.strength_title, 1.0, 1.0),
+        _Lane("peak", peak_title(units), 1e-3, 1.0),
+        _Lane("error", "Error on the map (mm)", 1e3, 1.0),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Overlaid:
+    """A second recording over the first.
+
+    Attributes:
+        curves: Of it.
+        first_tick: Its first frame's.
+        tick: Of its scene [s].
+        offset: So much later than the first it begins [s].
+        name: For people.
+    """
+
+    curves: Curves
+    first_tick: int
+    tick: float
+    offset: float
+    name: str
+
+    def times(self) -> FloatArray:
+        """Of its frames [s from the first frame of the first recording]."""
+        return self.offset + self.tick * (self.curves.ticks - self.first_tick).astype(np.float64)
+
+
+class RecordingPlots(QWidget):
+    """Draws curves by time. A click goes there, a drag chooses a range, the wheel zooms, a double click shows all."""
+
+    went_to = Signal(float)
+    """A person wants to see this time [s]."""
+    range_dragged = Signal(object)
+    """A Span was dragged over."""
+    menu_requested = Signal(float, QPoint)
+    """The right button was pressed at a time [s], at a place on the screen."""
+
+    def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("recording-plots")
+        self.setAccessibleName("Curves of the whole recording")
+        self.setMouseTracking(True)
+        self.setMinimumWidth(200)
+        self._theme, self._empty = theme, _EMPTY
+        self._duration = self._time = 0.0
+        self._frame_seconds = 1 / 30
+        self._view = Span(0.0, 1.0)
+        self._lanes = _lanes(ReadingUnits.CALIBRATED)
+        self._times: FloatArray = np.zeros(0)
+        self._values: FloatArray = np.zeros((0, len(CURVES)))
+        self._other: Overlaid | None = None
+        self._range: Span | None = None
+        self._notes = TimelineNotes()
+        self._hover: float | None = None
+        self._pressed: float | None = None
+        self._panned: float | None = None
+        self._dragged = False
+
+    def sizeHint(self) -> QSize:
+        """Qt: as wide as there is room."""
+        return QSize(600, 140)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        self._theme = theme
+        self.update()
+
+    # What is shown.
+
+    def show_recording(self, duration: float, frame_seconds: float, units: ReadingUnits) -> None:
+        """Begin with a recording of ``duration`` [s]; its curves come by ``show_curves``."""
+        self._duration, self._frame_seconds, self._time = duration, frame_seconds, 0.0
+        self._view, self._lanes = self._whole, _lanes(units)
+        self._notes, self._range, self._other, self._empty = TimelineNotes(), None, None, _EMPTY
+        self.show_curves(np.zeros(0), np.zeros((0, len(CURVES))))
+
+    def set_units(self, units: ReadingUnits) -> None:
+        """What readings and contacts may be called."""
+        self._lanes = _lanes(units)
+        self.update()
+
+    def show_curves(self, times: FloatArray, values: FloatArray) -> None:
+        """Show these.
+
+        Args:
+            times: (n,) of frames [s from the first].
+            values: (n, len(CURVES)) SI.
+        """
+        self._times, self._values = times, values
+        self.update()
+
+    def show_overlaid(self, other: Overlaid | None) -> None:
+        """Draw a second recording dashed over it; None for none."""
+        self._other = other
+        self.update()
+
+    def tell(self, text: str) -> None:
+        """Say why there are no curves."""
+        self._empty = text
+        self.update()
+
+    def show_time(self, time: float) -> None:
+        """Put the cursor at ``time`` [s]; a part that is shown moves along with it."""
+        self._time = time
+        if not self._view.start <= time <= self._view.end:
+            length = self._view.length
+            self._show_view(time - 0.1 * length, length)
+        self.update()
+
+    def show_range(self, span: Span | None) -> None:
+        """Show what was chosen."""
+        self._range = span
+        self.update()
+
+    def show_notes(self, notes: TimelineNotes) -> None:
+        """Show marks."""
+        self._notes = notes
+        self.update()
+
+    @property
+    def view(self) -> Span:
+        """The part of the recording that is shown."""
+        return self._view
+
+    @property
+    def lanes(self) -> tuple[str, ...]:
+        """The titles of what is drawn, from top to bottom."""
+        return tuple(lane.title for lane in self._shown_lanes())
+
+    # Places.
+
+    @property
+    def _whole(self) -> Span:
+        return Span(0.0, max(self._duration, self._frame_seconds))
+
+    @property
+    def _room(self) -> float:
+        return max(self.width() - _LEFT - _RIGHT, 1.0)
+
+    def x_of(self, time: float) -> float:
+        """Where ``time`` [s] lies [px]."""
+        return _LEFT + (time - self._view.start) / self._view.length * self._room
+
+    def time_at(self, x: float) -> float:
+        """The time [s] at ``x`` [px], within the recording."""
+        time = self._view.start + (x - _LEFT) / self._room * self._view.length
+        return min(max(time, 0.0), self._duration)
+
+    def _show_view(self, start: float, length: float) -> None:
+        """Show so many seconds from ``start`` on, as far as there are."""
+        whole = self._whole
+        length = min(max(length, min(_LEAST_FRAMES * self._frame_seconds, whole.length)), whole.length)
+        start = min(max(start, 0.0), whole.end - length)
+        self._view = Span(start, start + length)
+        self.update()
+
+    # The hand.
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Qt: a click or a drag begins."""
+        if event.button() == Qt.MouseButton.LeftButton:
+            self._pressed, self._dragged = event.position().x(), False
+        elif event.button() == Qt.MouseButton.MiddleButton:
+            self._panned = event.position().x()
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Qt: drag a range or the part that is shown, or read the curves off."""
+        x = self._hover = event.position().x()
+        if self._pressed is not None and (self._dragged or abs(x - self._pressed) >= _DRAG_PX):
+            self._dragged = True
+            self.range_dragged.emit(Span.between(self.time_at(self._pressed), self.time_at(x)))
+        if self._panned is not None:
+            moved, self._panned = (self._panned - x) / self._room * self._view.length, x
+            self._show_view(self._view.start + moved, self._view.length)
+        self.update()
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """Qt: a click goes there."""
+        if event.button() == Qt.MouseButton.LeftButton and self._pressed is not None:
+            if not self._dragged:
+                self.went_to.emit(self.time_at(self._pressed))
+            self._pressed = None
+        elif event.button() == Qt.MouseButton.MiddleButton:
+            self._panned = None
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        """Qt: show all of it."""
+        if event.button() == Qt.MouseButton.LeftButton:
+            self._show_view(0.0, self._whole.length)
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Qt: zoom about the pointer."""
+        turns = event.angleDelta().y() / 120
+        if turns:
+            at, length = self.time_at(event.position().x()), self._view.length * _ZOOM**-turns
+            share = (at - self._view.start) / self._view.length
+            self._show_view(at - share * length, length)
+        event.accept()
+
+    def leaveEvent(self, event: QEvent) -> None:
+        """Qt: nothing is read off."""
+        self._hover = None
+        self.update()
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        """Qt: what can be done with that moment."""
+        self.menu_requested.emit(self.time_at(event.pos().x()), event.globalPos())
+
+    # Drawing.
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Qt."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        caption = QFont(self.font())
+        caption.setPixelSize(11)
+        painter.setFont(caption)
+        if not len(self._times):
+            painter.setPen(QColor(self._theme.quiet))
+            painter.drawText(QRectF(self.rect()), Qt.AlignmentFlag.AlignCenter, self._empty)
+            return
+        lanes = self._shown_lanes()
+        height = (self.height() - _TOP - _AXIS - _GAP * (len(lanes) - 1)) / len(lanes)
+        area = QRectF(_LEFT, _TOP, self._room, self.height() - _TOP - _AXIS)
+        self._paint_range(painter, area)
+        self._paint_times(painter, area)
+        for number, lane in enumerate(lanes):
+            self._paint_lane(painter, lane, QRectF(_LEFT, _TOP + number * (height + _GAP), self._room, height))
+        painter.setPen(QPen(QColor(self._theme.accent), 1.5))
+        self._paint_moment(painter, self._time, area)
+        if self._hover is not None:
+            self._paint_hover(painter, area, lanes)
+
+    def _shown_lanes(self) -> list[_Lane]:
+        """Those that have anything to show."""
+        curves = [self._values] + ([] if self._other is None else [self._other.curves.values])
+        return [
+            lane
+            for lane in self._lanes
+            if lane.curve == "force" or any(np.isfinite(part[:, CURVES.index(lane.curve)]).any() for part in curves)
+        ]
+
+    def _paint_range(self, painter: QPainter, area: QRectF) -> None:
+        if self._range is not None:
+            left, right = self.x_of(self._range.start), self.x_of(self._range.end)
+            shade = QColor(self._theme.accent)
+            shade.setAlphaF(0.18)
+            painter.fillRect(QRectF(left, area.top(), right - left, area.height()).intersected(area), shade)
+        painter.setPen(QPen(QColor(self._theme.quiet), 1, Qt.PenStyle.DotLine))
+        for time, _ in self._notes.marks:
+            self._paint_moment(painter, time, area)
+
+    def _paint_moment(self, painter: QPainter, time: float, area: QRectF) -> None:
+        x = self.x_of(time)
+        if area.left() - 1 <= x <= area.right() + 1:
+            painter.drawLine(QPointF(x, area.top()), QPointF(x, area.bottom()))
+
+    def _paint_times(self, painter: QPainter, area: QRectF) -> None:
+        step = nice_step(self._view.length, max(int(self._room / LABEL_ROOM_PX), 1))
+        metrics = QFontMetricsF(painter.font())
+        for index in range(int(np.ceil(self._view.start / step)), int(self._view.end / step + 1e-9) + 1):
+            x, text = self.x_of(index * step), clock_text(index * step, decimals=1 if step < 1 else 0)
+            width = metrics.horizontalAdvance(text)
+            painter.setPen(QColor(self._theme.line))
+            painter.drawLine(QPointF(x, area.bottom()), QPointF(x, area.bottom() + 3))
+            painter.setPen(QColor(self._theme.quiet))
+            painter.drawText(QPointF(min(max(x - width / 2, 0.0), self.width() - width), self.height() - 4), text)
+
+    def _paint_lane(self, painter: QPainter, lane: _Lane, box: QRectF) -> None:
+        column = CURVES.index(lane.curve)
+        own = lane.factor * self._values[:, column]
+        other = np.zeros(0) if self._other is None else lane.factor * self._other.curves.values[:, column]
+        both = np.concatenate([own, other])
+        top = nice_ceiling(max(float(np.fmax.reduce(both, initial=0.0)), lane.floor))
+        painter.setPen(QColor(self._theme.line))
+        painter.drawLine(box.bottomLeft(), box.bottomRight())
+        painter.setPen(QColor(self._theme.quiet))
+        edge = QRectF(0, box.top() - 2, _LEFT - 6, box.height() + 4)
+        flags = Qt.AlignmentFlag
+        painter.drawText(edge, flags.AlignRight | flags.AlignBottom, "0")
+        tick = box.bottom() - box.height() / _HEADROOM
+        painter.drawText(QRectF(0, tick - 8, _LEFT - 6, 16), flags.AlignRight | flags.AlignVCenter, f"{top:g}")
+        painter.save()
+        painter.setClipRect(box.adjusted(0, -2, 0, 2))
+        scale = box.height() / (_HEADROOM * top)
+        if self._other is not None:
+            dashes = QPen(QColor(self._theme.quiet), 1.5, Qt.PenStyle.DashLine)
+            self._paint_curve(painter, dashes, self._other.times(), other, box.bottom(), scale)
+        self._paint_curve(painter, QPen(QColor(self._theme.text), 1.25), self._times, own, box.bottom(), scale)
+        painter.restore()
+        legend = "" if self._other is None or lane.curve != "force" else f"    – –  {self._other.name}"
+        painter.setPen(QColor(self._theme.quiet))
+        painter.drawText(QPointF(box.left() + 4, box.top() + 9), f"{lane.title}{legend}")
+
+    def _paint_curve(
+        self, painter: QPainter, pen: QPen, times: FloatArray, values: FloatArray, floor: float, scale: float
+    ) -> None:
+        """Sample by sample where there is room, else the extremes of each pixel; gaps stay open."""
+        painter.setPen(pen)
+        first, last = np.searchsorted(times, (self._view.start, self._view.end)).tolist()
+        part = slice(max(first - 1, 0), last + 1)
+        times, values = times[part], values[part]
+        width = int(self._room)
+        if len(times) <= 2 * width:
+            self._draw(painter, times, values, floor, scale)
+            return
+        edges = self._view.start + np.arange(width + 1) / width * self._view.length
+        low, high = envelope(times, values, edges)
+        middle = (edges[1:] + edges[:-1]) / 2
+        if pen.style() is Qt.PenStyle.SolidLine:
+            self._draw(painter, np.repeat(middle, 2), np.stack([low, high], axis=1).ravel(), floor, scale)
+        else:  # dashes of a line to and fro could not be read
+            self._draw(painter, middle, high, floor, scale)
+
+    def _draw(self, painter: QPainter, times: FloatArray, values: FloatArray, floor: float, scale: float) -> None:
+        xs = _LEFT + (times - self._view.start) / self._view.length * self._room
+        ys = floor - scale * values
+        there = np.isfinite(ys)
+        for run in np.split(np.flatnonzero(there), np.flatnonzero(np.diff(np.flatnonzero(there)) > 1) + 1):
+            points = [QPointF(x, y) for x, y in zip(xs[run].tolist(), ys[run].tolist(), strict=True)]
+            painter.drawPolyline(QPolygonF(points))
+
+    def _paint_hover(self, painter: QPainter, area: QRectF, lanes: list[_Lane]) -> None:
+        """The time under the pointer and what the curves are there; the name of a mark."""
+        assert self._hover is not None
+        time = self.time_at(self._hover)
+        number = int(np.clip(np.searchsorted(self._times, time + 1e-9, side="right") - 1, 0, len(self._times) - 1))
+        words = [clock_text(time, decimals=2)]
+        for lane in lanes:
+            value = lane.factor * float(self._values[number, CURVES.index(lane.curve)])
+            if np.isfinite(value):
+                unit = lane.title[lane.title.find("(") + 1 : -1] if lane.title.endswith(")") else ""
+                words.append(f"{value:.2f}\u2009{unit}")
+        words += [name for at, name in self._notes.marks if abs(self.x_of(at) - self._hover) <= _DRAG_PX][:1]
+        text = "   ".join(words)
+        painter.setPen(QColor(self._theme.text))
+        self._paint_moment(painter, time, area)
+        metrics = QFontMetricsF(painter.font())
+        width = metrics.horizontalAdvance(text) + 12
+        left = min(max(self.x_of(time) - width / 2, 0.0), self.width() - width)
+        box = QRectF(left, self.height() - metrics.height() - 3, width, metrics.height() + 2)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(self._theme.text))
+        painter.drawRoundedRect(box, 4, 4)
+        painter.setPen(QColor(self._theme.window))
+        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)

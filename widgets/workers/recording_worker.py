@@ -1,0 +1,128 @@
+"""A process for what is read out of recordings and cut from them: curves, summaries, parts. The window never waits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
+
+from app.core.errors import TactileMapsError
+from app.recording.overview import read_curves, summarise
+from app.recording.player import RecordingPlayer
+from app.recording.trim import make_folder, trim, trim_episodes
+from widgets.workers.worker_process import Reply, RequestHandler, Result, SourceToken, WorkerProcess
+
+_DIED = "Reading the recording ended unexpectedly. It may need more memory."
+
+
+@dataclass(frozen=True)
+class ReadCurves:
+    """The curves of a whole recording; answered by ``curves``: the share that is read, and a piece of them."""
+
+    path: Path
+
+
+@dataclass(frozen=True)
+class Summarise:
+    """What each of these recordings is; answered by a ``summary`` for each."""
+
+    paths: tuple[Path, ...]
+
+
+@dataclass(frozen=True)
+class OpenOther:
+    """Another recording beside the one that is shown; answered by ``opened``."""
+
+    path: Path
+
+
+@dataclass(frozen=True)
+class Trim:
+    """A part of a recording as a new file; answered by ``trimmed``: the list of what was written."""
+
+    source: Path
+    target: Path
+    first: int
+    last: int
+
+
+@dataclass(frozen=True)
+class TrimEpisodes:
+    """Each labelled episode as a file in a folder; answered by ``trimmed``."""
+
+    source: Path
+    folder: Path
+
+
+def make_handler() -> RequestHandler:
+    """In the process: what is asked of recordings in; answers out as they come."""
+
+    def serve(request: object, tell: Reply) -> None:
+        def progress(text: str, done: float) -> None:
+            tell("progress", (text, done))
+
+        if isinstance(request, ReadCurves):
+            for piece in read_curves(request.path):
+                tell("curves", piece)
+        elif isinstance(request, Summarise):
+            for path in request.paths:
+                tell("summary", summarise(path))
+        elif isinstance(request, OpenOther):
+            tell("opened", RecordingPlayer(request.path, progress=progress))
+        elif isinstance(request, Trim):
+            # The dialog has asked whether a file may be replaced.
+            kept = trim(request.source, request.target, first=request.first, last=request.last, overwrite=True,
+                        progress=progress)  # fmt: skip
+            tell("trimmed", [kept])
+        elif isinstance(request, TrimEpisodes):
+            folder = make_folder(request.folder)
+            tell("trimmed", trim_episodes(RecordingPlayer(request.source), folder, overwrite=True, progress=progress))
+
+    return serve
+
+
+class RecordingWorker(QObject):
+    """Does one thing at a time, a new one instead of the one before; ``close`` ends the process."""
+
+    answered = Signal(str, object)
+    """The kind of an answer, also ``failed`` and at last ``done``, and the Result with its content."""
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._process = WorkerProcess("recordings", make_handler, self)
+        self._process.answered.connect(self._on_answered)
+        self._process.ended.connect(self._on_ended)
+
+    def ask(self, request: object, token: SourceToken) -> None:
+        """Do this; what is still being done is given up."""
+        if self._process.waiting:
+            self.close()
+        self._process.send(request, token)
+
+    def close(self) -> None:
+        """Give up what is being done; nothing of it is answered any more."""
+        self._process.close()
+
+    def _on_answered(self, _number: int, kind: str, result: Result[object]) -> None:
+        self.answered.emit(kind, result)
+
+    def _on_ended(self, token: SourceToken) -> None:
+        self.answered.emit("failed", Result(token, _DIED))
+        self.answered.emit("done", Result(token, None))
+
+
+class InlineRecordingWorker(RecordingWorker):
+    """Works at once, while the caller waits: deterministic, for tests and pictures."""
+
+    def ask(self, request: object, token: SourceToken) -> None:
+        """Do it now."""
+
+        def tell(kind: str, content: object) -> None:
+            self.answered.emit(kind, Result(token, content))
+
+        try:
+            make_handler()(request, tell)
+        except TactileMapsError as error:
+            tell("failed", str(error))
+        tell("done", None)
