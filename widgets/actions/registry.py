@@ -13,6 +13,7 @@ from PySide6.QtGui import QAction, QActionGroup, QKeySequence
 from PySide6.QtWidgets import QWidget
 
 from widgets.actions.icons import icon
+from widgets.actions.keymap import KeyMap
 from widgets.actions.mnemonics import choose_mnemonics, with_mnemonic
 from widgets.actions.state import WindowState, always
 from widgets.common.colours import Theme, mixed
@@ -28,10 +29,10 @@ class ActionSpec:
     Attributes:
         name: In code and for tests.
         text: In menus; a verb.
-        keys: Shortcuts, the first is shown.
+        keys: Shortcuts it ships with, the first is shown; a person may change them.
         tip: What it does; the key is added.
         enabled: Whether it can be asked for.
-        yields: Whether its keys first belong to a control that has the focus: Space presses a button.
+        yields: Whether the keys it ships with first belong to a control that has the focus: Space presses a button.
         checked: Whether it is down; None for one that is not checkable.
         checkable: Whether it stays down by itself, where no state says so.
         group: Of the actions of one group exactly one is down.
@@ -117,13 +118,16 @@ def _action_letters(menus: Sequence[Menu]) -> Iterator[tuple[str, str]]:
 
 
 class ActionRegistry:
-    """The actions of a window, made once. Mutable: ``bind`` what they do, ``show`` a state.
+    """The actions of a window, made once. Mutable: ``bind`` what they do, ``show`` a state, ``use_keys``.
 
     Args:
         parent: The window: owns them, and their keys act in it.
         theme: Colours of the icons.
         menus: All actions but the remedies, where the menu bar has them.
         remedies: Actions that are only offered by a message.
+
+    Attributes:
+        keymap: Which keys ask for which of them.
     """
 
     def __init__(
@@ -140,6 +144,7 @@ class ActionRegistry:
         self._icons: dict[str, str] = {}
         groups: dict[str, QActionGroup] = {}
         self._letters = dict(_action_letters(menus))
+        self.keymap = KeyMap({spec.name: spec.keys for spec in self.specs})
         self._actions = {spec.name: self._make_action(spec, parent, groups) for spec in self.specs}
         for spec in self.specs:
             parent.addAction(self._actions[spec.name])
@@ -147,6 +152,21 @@ class ActionRegistry:
 
     def __getitem__(self, name: str) -> QAction:
         return self._actions[name]
+
+    def keys(self, name: str) -> tuple[str, ...]:
+        """The keys of an action, the first is shown."""
+        return self.keymap.keys(name)
+
+    def use_keys(self, keymap: KeyMap) -> None:
+        """Take other keys: menus, tool tips and what the keyboard does follow at once."""
+        self.keymap = keymap
+        for spec in self.specs:
+            self._give_keys(self._actions[spec.name], spec)
+
+    def trigger_key(self, key: str) -> None:
+        """Ask for what a key asks for, if that can be asked for now; a view that took the key gives it back so."""
+        if (name := self.keymap.owner(key)) is not None:
+            self._actions[name].trigger()
 
     def in_toolbar(self, group: str) -> list[ActionSpec]:
         """The actions of a group of buttons, in order."""
@@ -191,14 +211,18 @@ class ActionRegistry:
     def _make_action(self, spec: ActionSpec, parent: QWidget, groups: dict[str, QActionGroup]) -> QAction:
         action = QAction(self._text(spec, spec.text), parent)
         action.setObjectName(f"action-{spec.name}")
-        action.setShortcuts([QKeySequence(keys) for keys in spec.keys])
-        tip = f"{spec.tip} ({key_text(spec.keys[0])})" if spec.keys else spec.tip
-        action.setToolTip(tip)
-        action.setStatusTip(tip)
+        self._give_keys(action, spec)
         action.setCheckable(spec.checked is not None or spec.checkable)
         if spec.group:
             groups.setdefault(spec.group, QActionGroup(parent)).addAction(action)
         return action
+
+    def _give_keys(self, action: QAction, spec: ActionSpec) -> None:
+        keys = self.keys(spec.name)
+        action.setShortcuts([QKeySequence(key) for key in keys])
+        tip = f"{spec.tip} ({key_text(keys[0])})" if keys else spec.tip
+        action.setToolTip(tip)
+        action.setStatusTip(tip)
 
     def _text(self, spec: ActionSpec, text: str) -> str:
         """A text of an action with the mnemonic that it has in its menu."""
@@ -219,10 +243,14 @@ def key_text(keys: str) -> str:
 
 
 def key_rows(menus: Sequence[Menu]) -> list[tuple[str, list[tuple[str, str]]]]:
-    """The keys of each menu that has any: all keys of an action, and what it does."""
-    groups = []
-    for menu in menus:
-        own = [spec for spec in specs_in([menu]) if spec.keys]
-        rows = [(", ".join(map(key_text, spec.keys)), spec.text.rstrip("…")) for spec in own]
-        groups += [(menu.title, rows)] if rows else []
-    return groups
+    """The actions of each menu, with or without keys: name, and what it does."""
+    return [(menu.title, [(spec.name, spec.text.rstrip("…")) for spec in specs_in([menu])]) for menu in menus]
+
+
+def taken_by_menus(menus: Sequence[Menu]) -> dict[str, str]:
+    """The keys that open a menu, with what they do."""
+    return {
+        f"Alt+{letter.upper()}": f"opening the menu {menu.title}"
+        for menu, letter in zip(menus, menu_letters(menus), strict=True)
+        if letter
+    }

@@ -590,7 +590,9 @@ def _help_menu() -> Menu:
         "Help",
         (
             ActionSpec("guide", "Guide", ("Shift+F1",), "Open the user guide"),
-            ActionSpec("keys", "Keys", ("F1", "?"), "List all mouse gestures and keys, to be left open and searched"),
+            ActionSpec(
+                "keys", "Keys", ("F1", "?"), "List all mouse gestures and keys, to be searched, changed and left open"
+            ),
             ActionSpec(
                 "palette",
                 "Commands…",

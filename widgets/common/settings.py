@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
@@ -87,12 +88,13 @@ class WindowLayout:
 
 _LAYOUT_NOW = "layout"
 _LAYOUTS = "layouts"
+_KEYS = "keys"
 _RECENT = 8
 _PACKAGE_ROOTS = 8
 
 
 class Settings:
-    """Theme, window shape, overlays, recent files, and whether the hints were read.
+    """Theme, window shape, overlays, keys, recent files, and whether the hints were read.
 
     Args:
         path: The INI file; by default the user's own.
@@ -138,6 +140,20 @@ class Settings:
     @whole_recording.setter
     def whole_recording(self, on: bool) -> None:
         self._store.setValue("whole_recording", "true" if on else "false")
+
+    @property
+    def keys(self) -> dict[str, tuple[str, ...]]:
+        """The keys that were chosen instead of those an action comes with, by its name; empty for none at all."""
+        self._store.beginGroup(_KEYS)
+        names = self._store.childKeys()
+        self._store.endGroup()
+        return {name: tuple(str(self._store.value(f"{_KEYS}/{name}", "")).split()) for name in names}
+
+    @keys.setter
+    def keys(self, keys: Mapping[str, tuple[str, ...]]) -> None:
+        self._store.remove(_KEYS)
+        for name, chosen in keys.items():
+            self._store.setValue(f"{_KEYS}/{name}", " ".join(chosen))
 
     @property
     def recent(self) -> list[str]:

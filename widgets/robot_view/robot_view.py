@@ -55,7 +55,7 @@ class MorphSlider(QWidget):
         self.slider = QSlider(Qt.Orientation.Horizontal, self)
         self.slider.setRange(0, STEPS)
         self.slider.setAccessibleName("Flatten: body to map")
-        self.slider.setToolTip("Flatten the skin with the pressures on it; each point moves straight to the map (M)")
+        self.slider.setToolTip("Flatten the skin with the pressures on it; each point moves straight to the map")
         self.slider.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.slider.valueChanged.connect(self._on_value_changed)
         row = QHBoxLayout(self)

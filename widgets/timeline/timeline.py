@@ -59,7 +59,7 @@ class Timeline(QWidget):
 
     def _set_up(self) -> None:
         self._play.setObjectName("timeline-play")
-        self._play.setToolTip("Play or pause the recording (Space)")
+        self._play.setToolTip("Play or pause the recording")
         self._play.clicked.connect(self.toggle_play)
         self._live.setObjectName("timeline-live")
         self._live.setToolTip("Leave the recording and go back to the running simulation")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 
 from PySide6.QtCore import Qt
@@ -87,7 +88,7 @@ class MainWindow(QMainWindow):
         files = self.presenters.files
         lists = {"robots": files.list_robots, "scenes": files.list_scenes, "recent": files.list_recent}
         lists["layouts"] = self.panel_docks.list_layouts
-        yielding = [key for spec in self._actions.specs if spec.yields for key in spec.keys]
+        yielding = [key for spec in self._actions.specs if spec.yields for key in spec.keys]  # whoever has them now
         FocusedKeys(self, yielding, (ScrubBar, ColourBar), (self.robot_view, self.map_view))
         guard_wheel(self)
         build_menus(self.menuBar(), self._actions, lists)
@@ -116,6 +117,7 @@ class MainWindow(QMainWindow):
         self.hint_bar = HintBar(self.theme, self.timeline.note)
         self.hint_bar.hide()
         self._actions = ActionRegistry(self, self.theme, menus=menu_bar(), remedies=REMEDIES)
+        self._actions.use_keys(replace(self._actions.keymap, changes=self.settings.keys))
 
     def _build_bars(self) -> None:
         self.status_line = StatusLine(self)

@@ -26,7 +26,7 @@ def action_commands(actions: ActionRegistry) -> list[Command]:
         Command(
             f"{paths.get(spec.name, 'Remedy')} > {without_mnemonic(actions[spec.name].text())}".rstrip("…"),
             actions[spec.name].trigger,
-            key_text(spec.keys[0]) if spec.keys else "",
+            key_text(keys[0]) if (keys := actions.keys(spec.name)) else "",
             actions[spec.name].toolTip(),
             actions[spec.name].isEnabled(),
         )

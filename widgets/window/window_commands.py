@@ -10,9 +10,10 @@ from PySide6.QtWidgets import QDockWidget, QMainWindow, QMenu
 
 from app.cli.commands.guide import find_page
 from app.core.errors import DisplayError
+from widgets.actions.keymap import RESERVED, KeyMap
 from widgets.actions.keys_sheet import KeysSheet
 from widgets.actions.palette import CommandPalette
-from widgets.actions.registry import key_rows
+from widgets.actions.registry import key_rows, taken_by_menus
 from widgets.actions.table import MOUSE_GESTURES
 from widgets.common.guide_window import GuidePlace, GuideWindow
 from widgets.context.app_context import AppContext
@@ -119,14 +120,20 @@ class WindowCommands(QObject):
             self._guide.show_page(find_page(place.page), place.heading)
 
     def tell_keys(self) -> None:
-        """List gestures and keys beside the window; asked for again, the list comes to the front."""
+        """List gestures and keys beside the window, to be changed; asked for again, the list comes to the front."""
         if self._sheet is None:
-            groups = [("Mouse", MOUSE_GESTURES), *key_rows(self._context.actions.menus)]
-            self._sheet = KeysSheet(groups, self._window)
+            actions = self._context.actions
+            taken = {**RESERVED, **taken_by_menus(actions.menus)}
+            self._sheet = KeysSheet(MOUSE_GESTURES, key_rows(actions.menus), actions.keymap, taken, self._window)
+            self._sheet.keys_changed.connect(self._on_keys_changed)
             self._sheet.finished.connect(self._on_sheet_closed)
         self._sheet.show()
         self._sheet.activateWindow()
         self._sheet.search.setFocus()
+
+    def _on_keys_changed(self, keymap: KeyMap) -> None:
+        self._context.actions.use_keys(keymap)
+        self._context.settings.keys = keymap.changes
 
     def _on_sheet_closed(self) -> None:
         self._sheet = None

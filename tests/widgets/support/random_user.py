@@ -197,13 +197,14 @@ class RandomUser:
         left_out = LEAVES | (frozenset() if self._scenes else DEAR_ACTIONS)
         specs = [spec for spec in self.window.context.actions.specs if spec.name not in left_out]
         spec = self._one_of(specs)
-        how = self._one_of(["trigger", "trigger", "key", "menu"] if spec.keys else ["trigger"])
+        keys = self.window.context.actions.keys(spec.name)
+        how = self._one_of(["trigger", "trigger", "key", "menu"] if keys else ["trigger"])
         self._say(f"action {spec.name} by {how}")
         if how == "trigger":
             self.window.action(spec.name).trigger()
         elif how == "key":
             focus = QApplication.focusWidget() or self.window.map_view
-            QTest.keySequence(focus, QKeySequence(self._one_of(spec.keys)))
+            QTest.keySequence(focus, QKeySequence(self._one_of(keys)))
         else:
             self._open_menu()
 

@@ -1,6 +1,8 @@
-"""Keys of the real window: those of a focused control are the control's, else the window's."""
+"""Keys of the real window: those of a focused control are the control's, else the window's; they can be changed."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
@@ -9,8 +11,16 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractSpinBox, QApplication, QComboBox, QPushButton, QSlider
 
 from tests.widgets.support.window_driver import run
+from widgets.actions.keymap import KeyMap
+from widgets.common.settings import Settings
+from widgets.window.palette_commands import action_commands
 
 KEY = Qt.Key
+CTRL, SHIFT, ALT = (
+    Qt.KeyboardModifier.ControlModifier,
+    Qt.KeyboardModifier.ShiftModifier,
+    Qt.KeyboardModifier.AltModifier,
+)
 
 
 @pytest.fixture
@@ -196,3 +206,111 @@ def test_return_and_escape_on_a_slider_give_the_keyboard_back(window):
         slider = focus(window.column["controller"].sliders.by_name["stiffness"]._slider)
         QTest.keyClick(slider, key)
         assert has_keyboard(window.robot_view)
+
+
+@pytest.fixture
+def sheet(window):
+    """With every key as it was afterwards."""
+    window.action("keys").trigger()
+    sheet = window._commands._sheet
+    yield sheet
+    if window._commands._sheet is sheet:
+        sheet.close()
+    window.context.actions.use_keys(KeyMap(window.context.actions.keymap.defaults))
+    window.settings.keys = {}
+
+
+def press(sheet, name, *key):
+    """Choose an action in the sheet and press its new key."""
+    sheet.choose(name)
+    QTest.mouseClick(sheet.editor.change, Qt.MouseButton.LeftButton)
+    QTest.keyClick(sheet.editor.field, *key)
+
+
+def press_in_map(window, qtbot, *key):
+    window.activateWindow()
+    window.map_view.setFocus()
+    qtbot.waitUntil(lambda: QApplication.focusWidget() is window.map_view)
+    QTest.keyClick(window.map_view, *key)
+
+
+def row(sheet, text):
+    return [keys for keys, does in sheet.shown if does == text]
+
+
+def test_a_free_key_acts_at_once_and_is_shown_everywhere(window, sheet, qtbot):
+    sheet.search.setFocus()
+    QTest.keyClicks(sheet.search, "by lasso")
+    QTest.keyClick(sheet.search, KEY.Key_Down)
+    QTest.keyClick(sheet.search, KEY.Key_Return)
+    QTest.keyClick(sheet.editor.field, KEY.Key_U)
+    assert sheet.shown == [("U", "Select by lasso")]
+    action = window.action("select_lasso")
+    assert action.toolTip().endswith("(U)")
+    assert action.shortcut().toString() == "U", "menus show it"
+    (found,) = [c for c in action_commands(window.context.actions) if c.text.endswith("Select by lasso")]
+    assert found.keys == "U"
+    press_in_map(window, qtbot, KEY.Key_L)
+    assert window.action("poke").isChecked(), "the key it had is free"
+    press_in_map(window, qtbot, KEY.Key_U)
+    assert action.isChecked()
+
+
+def test_a_key_that_another_has_is_named_and_swapped(window, sheet):
+    press(sheet, "select_box", KEY.Key_G)
+    assert "G is the key of Target" in sheet.editor.told.text()
+    assert window.context.actions.keys("select_box") == ("B",), "and nothing is done yet"
+    QTest.mouseClick(sheet.editor.keep, Qt.MouseButton.LeftButton)
+    assert window.context.actions.keys("select_box") == ("B",)
+    press(sheet, "select_box", KEY.Key_G)
+    QTest.mouseClick(sheet.editor.swap, Qt.MouseButton.LeftButton)
+    assert (row(sheet, "Select by box"), row(sheet, "Target")) == (["G"], ["B"])
+    sheet.choose("set_target")
+    QTest.mouseClick(sheet.editor.reset, Qt.MouseButton.LeftButton)
+    assert "G is the key of Select by box" in sheet.editor.told.text()
+    QTest.mouseClick(sheet.editor.swap, Qt.MouseButton.LeftButton)
+    assert (row(sheet, "Select by box"), row(sheet, "Target")) == (["B"], ["G"])
+    assert not window.settings.keys
+
+
+@pytest.mark.parametrize(("key", "words"), [((KEY.Key_Tab,), "going from control"), ((KEY.Key_F, ALT), "menu File")])
+def test_a_key_that_cannot_be_had_says_whose_it_is(sheet, key, words):
+    press(sheet, "poke", *key)
+    assert words in sheet.editor.told.text()
+    QTest.keyClick(sheet.editor.field, KEY.Key_Escape)
+    assert sheet.isVisible(), "Escape leaves the key as it is, and the sheet open"
+    assert row(sheet, "Poke") == ["T"]
+
+
+def test_a_sign_is_the_sign_however_it_is_typed(window, sheet):
+    press(sheet, "poke", "%", SHIFT)
+    assert window.context.actions.keys("poke") == ("%",)
+    press(sheet, "poke", KEY.Key_F7, CTRL | SHIFT)
+    assert window.context.actions.keys("poke") == ("Ctrl+Shift+F7",)
+
+
+def test_space_given_away_pauses_no_more_and_does_what_has_it(window, sheet, qtbot):
+    press(sheet, "select_lasso", KEY.Key_Space)
+    QTest.mouseClick(sheet.editor.swap, Qt.MouseButton.LeftButton)
+    assert window.context.actions.keys("pause") == ("L",)
+    press_in_map(window, qtbot, KEY.Key_Space)
+    assert window.live.mode == "live"
+    assert window.action("select_lasso").isChecked()
+    press_in_map(window, qtbot, KEY.Key_L)
+    run(window, 0.02)
+    assert window.live.mode == "paused"
+
+
+def test_keys_are_kept_and_reset_together(window, sheet):
+    press(sheet, "poke", KEY.Key_U)
+    sheet.choose("undo")
+    QTest.mouseClick(sheet.editor.remove, Qt.MouseButton.LeftButton)
+    path = window.settings._store.fileName()
+    window.settings._store.sync()
+    assert Settings(path).keys == {"poke": ("U",), "undo": ()}
+    window.context.actions.use_keys(replace(window.context.actions.keymap, changes=Settings(path).keys))
+    assert window.action("poke").toolTip().endswith("(U)")
+    assert window.action("undo").shortcut().isEmpty()
+    QTest.mouseClick(sheet.editor.reset_all, Qt.MouseButton.LeftButton)
+    assert window.action("undo").shortcut().toString() == "Ctrl+Z"
+    assert Settings(path).keys == {}

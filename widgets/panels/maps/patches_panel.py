@@ -220,13 +220,24 @@ class PatchActions(QObject):
             self._do("Show all patches", partial(show_patches, numbers=range(len(self._editor.document.patches))))
 
 
+class _ActionButton(QPushButton):
+    """A button for an action of the window, whose key in the tool tip may change."""
+
+    def __init__(self, action: QAction, parent: QWidget) -> None:
+        super().__init__(action.text(), parent)
+        self._action = action
+        self.clicked.connect(action.trigger)
+        action.changed.connect(self._on_action_changed)
+        self._on_action_changed()
+
+    def _on_action_changed(self) -> None:
+        self.setToolTip(self._action.toolTip())
+        self.setEnabled(self._action.isEnabled())
+
+
 def _button(action: QAction, name: str, parent: QWidget) -> QPushButton:
-    button = QPushButton(action.text(), parent)
+    button = _ActionButton(action, parent)
     button.setObjectName(name)
-    button.setToolTip(action.toolTip())
-    button.setEnabled(action.isEnabled())
-    button.clicked.connect(action.trigger)
-    action.enabledChanged.connect(button.setEnabled)
     return button
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from datetime import datetime
+from functools import partial
 from itertools import chain, count
 from pathlib import Path
 
@@ -49,7 +50,7 @@ class SessionPresenter(QObject):
             ("save_report", self.save_report),
         ):
             context.actions.bind(name, handler)
-        context.views.space_tapped.connect(context.actions["pause"].trigger)
+        context.views.space_tapped.connect(partial(context.actions.trigger_key, "Space"))
         self._timeline.play_toggled.connect(self._on_play_toggled)
         self._timeline.scrubbed.connect(self._session.show_time)
         self._timeline.live_requested.connect(self._session.back_to_live)

@@ -211,7 +211,7 @@ class ControlSettingsEditor(QObject):
         name = self.undo_name
         if name and self.enabled:
             self._wish(self._wishes.undo(self.settings))
-            self.told.emit(f"Undone: {name}. With other tools Ctrl+Z undoes edits of the map")
+            self.told.emit(f"Undone: {name}. With other tools Undo takes back edits of the map")
 
     def redo(self) -> None:
         """Redo the last undone edit of the map last."""

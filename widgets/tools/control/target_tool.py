@@ -19,7 +19,7 @@ class TargetTool(ControlTool):
 
     hint = (
         "Click where to hold the contact, drag to move the target. Arrow keys move it, Page Up and Page Down change "
-        "the force, Ctrl+Z undoes."
+        "the force, Undo takes back."
     )
     _leading = False
 

@@ -16,7 +16,7 @@ from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter
 
 from app.core.arrays import FloatArray
 from app.editing.arrange import Snap, move, rotate, scale, snap_move
-from app.editing.document import MapDocument, show_patches
+from app.editing.document import MapDocument
 from widgets.common.colours import Theme
 from widgets.common.tool_kinds import SelectionMode
 from widgets.document.map_editor import MapEditor
@@ -321,18 +321,14 @@ class ArrangeTool(ViewTool):
     # Keys.
 
     def key(self, event: QKeyEvent) -> bool:
-        """Arrows move, H hides, Alt+H shows all, Escape selects none."""
+        """Arrows move, Escape selects none."""
         held, key = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier, Qt.Key(event.key())
         shown, nothing = self._shown(), Qt.KeyboardModifier.NoModifier
         if self._press is not None:
-            return key in _ARROWS or key == Qt.Key.Key_H
+            return key in _ARROWS
         if key in _ARROWS and shown and held in (nothing, _SHIFT):
             step = NUDGE * (10 if held == _SHIFT else 1)
             self._editor.do("Move", partial(move, numbers=shown, by=step * np.array(_ARROWS[key])))
-        elif key == Qt.Key.Key_H and held == Qt.KeyboardModifier.AltModifier:
-            self._editor.do("Show all patches", lambda document: show_patches(document, range(len(document.patches))))
-        elif key == Qt.Key.Key_H and held == nothing and shown:
-            self._editor.do("Hide patches", partial(show_patches, numbers=shown, visible=False))
         elif key == Qt.Key.Key_Escape and self._editor.selected:
             self._editor.select(())
         else:

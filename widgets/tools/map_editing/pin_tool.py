@@ -192,7 +192,7 @@ class PinTool(MapEditTool):
     On the map a click on the skin adds a pin and a drag moves one, a new one too; on the body a click adds or selects.
     """
 
-    hint = "Click the skin to pin it; drag a pin and the map follows. Alt+P removes pins, arrow keys move them."
+    hint = "Click the skin to pin it; drag a pin and the map follows. Arrows move pins; Edit > Remove pins takes them."
 
     def __init__(self, editor: MapEditor, parent: QObject | None = None) -> None:
         super().__init__(editor, parent)

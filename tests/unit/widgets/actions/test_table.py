@@ -7,7 +7,8 @@ from itertools import product
 
 from app.control.controllers import CONTROL_SCHEMES
 from app.editing.arrange import EDGES
-from widgets.actions.registry import key_rows, key_text, specs_in
+from widgets.actions.keymap import RESERVED
+from widgets.actions.registry import key_rows, key_text, specs_in, taken_by_menus
 from widgets.actions.state import UndoState, WindowState
 from widgets.actions.table import MOUSE_GESTURES, REMEDIES, menu_bar, tool_action
 from widgets.common.mode import Mode
@@ -39,6 +40,7 @@ def test_each_action_stands_in_one_menu_or_is_a_remedy():
 def test_no_key_means_two_things():
     keys = [key for spec in SPECS.values() for key in spec.keys]
     assert len(keys) == len(set(keys))
+    assert not set(keys) & (RESERVED.keys() | taken_by_menus(menu_bar()).keys()), "and none that cannot be chosen"
 
 
 def test_every_rule_answers_in_every_state():
@@ -132,10 +134,9 @@ def test_what_is_shown_at_first_is_said_by_each_layer():
     assert at_first((hidden, shown)).shown == {"frame"}
 
 
-def test_keys_are_listed_with_arrows():
+def test_every_action_is_listed_and_arrows_are_drawn():
     assert key_text("Alt+Up") == "Alt+↑"
-    told = {words: keys for _, rows in key_rows(menu_bar()) for keys, words in rows}
-    assert told["More force"] == "Alt+↑"
-    assert told.keys() == {spec.text.rstrip("…") for spec in specs_in(menu_bar()) if spec.keys}
+    told = {name: words for _, rows in key_rows(menu_bar()) for name, words in rows}
+    assert told == {spec.name: spec.text.rstrip("…") for spec in specs_in(menu_bar())}
     assert "turn the view" in MOUSE_GESTURES[0][1], "what a person looks for first"
     assert all(spec.tip for spec in SPECS.values()), "every action says what it does"

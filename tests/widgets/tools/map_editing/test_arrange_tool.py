@@ -301,17 +301,6 @@ def test_a_box_selects_what_it_meets(bench):
     assert bench.steps == ()
 
 
-def test_h_hides_and_alt_h_shows_all(bench):
-    bench.editor.select([1])
-    QTest.keyClick(bench.view, Qt.Key.Key_H)
-    assert [patch.visible for patch in bench.document.patches] == [True, False]
-    bench.click(bench.over(1))
-    assert bench.editor.selected == ()
-    QTest.keyClick(bench.view, Qt.Key.Key_H, Qt.KeyboardModifier.AltModifier)
-    assert all(patch.visible for patch in bench.document.patches)
-    assert bench.steps == ("Hide patches", "Show all patches")
-
-
 def test_on_the_body_a_click_selects_and_a_drag_does_nothing(bench):
     at = bench.document.skin.taxel_point(0)
     place = PointerHit(at, None, 1e-3)
