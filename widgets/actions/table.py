@@ -191,6 +191,12 @@ def _file_menu() -> Menu:
                 "import_taxels", "Import taxels…", (), "Place the taxels of a file (iCub, CSV, JSON, npz) on the robot"
             ),
             ActionSpec("open_recording", "Open recording…", ("Ctrl+Shift+O",), "Replay a recording"),
+            ActionSpec(
+                "recordings",
+                "Recordings…",
+                ("Ctrl+Shift+R",),
+                "List the recordings of a folder with their pictures: replay, label, find or delete them",
+            ),
             MenuList("recent", "Recent files"),
             LINE,
             ActionSpec(
@@ -423,6 +429,13 @@ def _recording_menu() -> Menu:
                 checked=lambda state: state.looping,
             ),
             ActionSpec(
+                "trim_range",
+                "Save range as recording…",
+                (),
+                "Write the range to a new recording; this one stays as it is",
+                lambda state: state.has_range,
+            ),
+            ActionSpec(
                 "whole_recording",
                 "Whole recording",
                 ("F6",),
@@ -451,6 +464,21 @@ def _recording_menu() -> Menu:
                 (),
                 "Forget the episode at the moment that is shown; the recording keeps its frames",
                 lambda state: state.has_episodes,
+            ),
+            ActionSpec(
+                "save_episodes",
+                "Save episodes as files…",
+                (),
+                "Write each episode to a recording of its own",
+                lambda state: state.has_episodes,
+            ),
+            LINE,
+            ActionSpec(
+                "delete_recording",
+                "Delete recording…",
+                (),
+                "Move the recording that is shown to the trash",
+                replaying,
             ),
         ),
     )

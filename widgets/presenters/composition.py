@@ -12,6 +12,7 @@ from widgets.presenters.control.control_presenter import ControlPresenter, Contr
 from widgets.presenters.files.export_presenter import ExportPresenter
 from widgets.presenters.files.file_presenter import FilePresenter
 from widgets.presenters.files.map_file_presenter import MapFilePresenter
+from widgets.presenters.files.recordings_presenter import RecordingsPresenter
 from widgets.presenters.map_edit_presenter import MapEditPresenter
 from widgets.presenters.notification_presenter import NotificationPresenter
 from widgets.presenters.pointing_presenter import PointingPresenter
@@ -39,6 +40,7 @@ class Presenters:
     map_edit: MapEditPresenter
     files: FilePresenter
     export: ExportPresenter
+    recordings: RecordingsPresenter
     live_input: LiveInputPresenter
     view: ViewPresenter
     session: SessionPresenter
@@ -65,6 +67,7 @@ class Presenters:
             self.session,
             self.replay_past,
             self.recording_plots,
+            self.recordings,
         ):
             presenter.close()
 
@@ -75,12 +78,14 @@ def build(context: AppContext, parent: QWidget) -> Presenters:
     effects = EffectsPresenter(context, parent)
     map_files = MapFilePresenter(context, parent)
     map_edit = MapEditPresenter(context, tools, map_files, parent)
+    files = FilePresenter(context, effects, map_files, tools.get(GridTool), parent)
     return Presenters(
         tools=tools,
         effects=effects,
         map_files=map_files,
         map_edit=map_edit,
-        files=FilePresenter(context, effects, map_files, tools.get(GridTool), parent),
+        files=files,
+        recordings=RecordingsPresenter(context, files, parent),
         export=ExportPresenter(context, parent),
         live_input=LiveInputPresenter(context, parent),
         view=ViewPresenter(context, tools, parent),

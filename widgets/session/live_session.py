@@ -597,6 +597,10 @@ class LiveSession(QObject):
         self._tell_saved()
         self.recording_changed.emit(None)
 
+    def tell_saved(self, path: str) -> None:
+        """A recording was completed elsewhere: a part of another one."""
+        self.saved.emit(path)
+
     def _tell_saved(self) -> None:
         for closed in self._recording_writer.take_closed():
             if isinstance(closed, TactileMapsError):

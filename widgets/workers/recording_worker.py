@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 from PySide6.QtCore import QObject, Signal
 
 from app.core.errors import TactileMapsError
+from app.recording.annotations import Annotations, Outcome, save_annotations
 from app.recording.overview import read_curves, summarise
 from app.recording.player import RecordingPlayer
 from app.recording.trim import make_folder, trim, trim_episodes
@@ -28,6 +30,28 @@ class Summarise:
     """What each of these recordings is; answered by a ``summary`` for each."""
 
     paths: tuple[Path, ...]
+
+
+@dataclass(frozen=True)
+class Annotate:
+    """Say something of a recording that is not shown; answered by its ``summary`` as it is then.
+
+    Attributes:
+        path: The recording.
+        outcome: How it ended.
+        label: What it is.
+        changes: Whether to keep this, or only to look at the recording again.
+    """
+
+    path: Path
+    outcome: Outcome | Literal["as it is"] | None = "as it is"
+    label: str | None = None
+    changes: bool = True
+
+    def applied(self, to: Annotations) -> Annotations:
+        """What is said then."""
+        outcome = to.outcome if self.outcome == "as it is" else self.outcome
+        return replace(to, outcome=outcome, label=to.label if self.label is None else self.label)
 
 
 @dataclass(frozen=True)
@@ -68,6 +92,10 @@ def make_handler() -> RequestHandler:
         elif isinstance(request, Summarise):
             for path in request.paths:
                 tell("summary", summarise(path))
+        elif isinstance(request, Annotate):
+            if request.changes:
+                save_annotations(request.path, request.applied(RecordingPlayer(request.path).annotations()))
+            tell("summary", summarise(request.path))
         elif isinstance(request, OpenOther):
             tell("opened", RecordingPlayer(request.path, progress=progress))
         elif isinstance(request, Trim):
@@ -83,7 +111,7 @@ def make_handler() -> RequestHandler:
 
 
 class RecordingWorker(QObject):
-    """Does one thing at a time, a new one instead of the one before; ``close`` ends the process."""
+    """Does one thing after the other; ``close`` gives up all of it and ends the process."""
 
     answered = Signal(str, object)
     """The kind of an answer, also ``failed`` and at last ``done``, and the Result with its content."""
@@ -95,13 +123,11 @@ class RecordingWorker(QObject):
         self._process.ended.connect(self._on_ended)
 
     def ask(self, request: object, token: SourceToken) -> None:
-        """Do this; what is still being done is given up."""
-        if self._process.waiting:
-            self.close()
+        """Do this, after what was asked for before."""
         self._process.send(request, token)
 
     def close(self) -> None:
-        """Give up what is being done; nothing of it is answered any more."""
+        """Give up what was asked for; nothing of it is answered any more."""
         self._process.close()
 
     def _on_answered(self, _number: int, kind: str, result: Result[object]) -> None:

@@ -230,7 +230,7 @@ class NotesPresenter(QObject):
             offer(f"Delete {episode.label}", there(self.delete_episode))
         if self._timeline.range is not None:
             menu.addSeparator()
-            for name in ("loop", "label_episode", "clear_range"):
+            for name in ("loop", "trim_range", "label_episode", "clear_range"):
                 menu.addAction(self._context.actions[name])
         menu.popup(place)
 

@@ -1,0 +1,124 @@
+"""The list of recordings, parts as new files, labels and the trash: by their buttons, and no recording is changed."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QFileDialog, QInputDialog, QMessageBox, QPushButton
+
+from app.recording.annotations import Annotations, LabelledEpisode, Outcome, load_annotations, save_annotations
+from app.recording.player import RecordingPlayer
+from app.recording.recorder import Recorder
+from app.session.session import Session
+from widgets.timeline.playhead import Span
+
+LEFT = Qt.MouseButton.LeftButton
+
+
+@pytest.fixture(scope="module")
+def prepared(coarse_prepared):
+    """It is there ten times as soon."""
+    return coarse_prepared
+
+
+@pytest.fixture(scope="module")
+def recorded(prepared, tmp_path_factory):
+    path, session = tmp_path_factory.mktemp("recorded") / "one.mcap", Session(prepared)
+    with Recorder(prepared, path, viewers=False) as recorder:
+        for _ in range(100):
+            recorder.write(session.tick(), session.inputs)
+    return path.read_bytes()
+
+
+@pytest.fixture
+def folder(recorded, tmp_path, monkeypatch):
+    """Where recordings go: two, one damaged file, and a trash of this test's own."""
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    folder = tmp_path / "recordings"
+    folder.mkdir()
+    for name in ("one.mcap", "two.mcap"):
+        (folder / name).write_bytes(recorded)
+    (folder / "junk.mcap").write_bytes(b"no recording")
+    return folder
+
+
+@pytest.fixture
+def dialog(window_again, folder):
+    QTest.keyClick(window_again, Qt.Key.Key_R, Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier)
+    dialog = window_again.presenters.recordings.dialog
+    dialog.show_folder(folder, [], 0)
+    window_again.presenters.recordings.show_folder(folder)
+    yield dialog
+    dialog.close()
+    window_again.live.back_to_live()
+
+
+def row_of(dialog, name):
+    names = [dialog.table.item(row, 0).text() for row in range(dialog.table.rowCount())]
+    return next(row for row, text in enumerate(names) if text.endswith(name))
+
+
+def text(dialog, name, column):
+    titles = [dialog.table.horizontalHeaderItem(k).text() for k in range(dialog.table.columnCount())]
+    return dialog.table.item(row_of(dialog, name), titles.index(column)).text()
+
+
+def click(dialog, name, button):
+    dialog.table.selectRow(row_of(dialog, name))
+    QTest.mouseClick(dialog.findChild(QPushButton, f"recordings-{button}"), LEFT)
+
+
+def test_it_lists_judges_labels_replays_and_deletes(window_again, dialog, folder, prepared, recorded):
+    window = window_again
+    assert text(dialog, "one.mcap", "Robot") == prepared.robot.name
+    assert text(dialog, "one.mcap", "Length") == "0:00.4"
+    assert not dialog.table.item(row_of(dialog, "one.mcap"), 0).icon().isNull()
+    assert dialog.table.item(row_of(dialog, "junk.mcap"), 0).text().startswith("⚠")
+    dialog.table.selectRow(row_of(dialog, "junk.mcap"))
+    assert "not a recording" in dialog.said.text()
+    assert not dialog.findChild(QPushButton, "recordings-success").isEnabled()
+    click(dialog, "two.mcap", "success")
+    assert "Success" in text(dialog, "two.mcap", "Outcome")
+    click(dialog, "two.mcap", "label")
+    box = window.findChild(QInputDialog)
+    box.setTextValue("gentle")
+    box.accept()
+    assert load_annotations(folder / "two.mcap") == Annotations(label="gentle", outcome=Outcome.SUCCESS)
+    QTest.keyClicks(dialog.search, "gentle")
+    hidden = [dialog.table.isRowHidden(row) for row in range(3)]
+    assert hidden.count(True) == 2
+    assert not hidden[row_of(dialog, "two.mcap")]
+    dialog.search.clear()
+    click(dialog, "one.mcap", "replay")
+    assert window.live.player.path == folder / "one.mcap"
+    click(dialog, "one.mcap", "failure")
+    assert window.context.notes.value.outcome is Outcome.FAILURE, "the notes that are shown are a document"
+    assert (folder / "one.mcap").read_bytes() == recorded
+    click(dialog, "two.mcap", "delete")
+    window.findChild(QMessageBox, "delete-recording").button(QMessageBox.StandardButton.Yes).click()
+    assert not (folder / "two.mcap").exists()
+    assert load_annotations(folder / "two.mcap") is None
+    assert sorted(path.name for path in folder.parent.glob("data/Trash/files/*")) == ["two.mcap", "two.notes.json"]
+    assert dialog.table.rowCount() == 2
+
+
+def test_a_range_and_episodes_become_recordings(window_again, folder, recorded, monkeypatch):
+    window, part = window_again, folder / "part.mcap"
+    save_annotations(
+        folder / "one.mcap", Annotations(episodes=(LabelledEpisode(10, 20, "a"), LabelledEpisode(30, 35, "b")))
+    )
+    window.live.open_recording(folder / "one.mcap")
+    window.timeline.set_range(Span(0.1, 0.3))
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(part), ""))
+    window.action("trim_range").trigger()
+    assert [RecordingPlayer(part).frame(k).tick for k in (0, -1)] == [21, 61]
+    assert "Saved" in window.notification_bar.text
+    monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_args: str(folder / "parts"))
+    window.action("save_episodes").trigger()
+    assert sorted(path.name for path in (folder / "parts").iterdir()) == ["01 a.mcap", "02 b.mcap"]
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(folder / "one.mcap"), ""))
+    window.action("trim_range").trigger()
+    assert "into itself" in window.notification_bar.text
+    assert (folder / "one.mcap").read_bytes() == recorded
+    window.live.back_to_live()
