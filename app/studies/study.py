@@ -62,7 +62,8 @@ def _each_result(measure: Measure, cases: Sequence[Case], jobs: int) -> Generato
             from joblib.externals.loky.backend import resource_tracker as lokys
 
             for tracker in (resource_tracker, lokys):
-                tracker.ensure_running()  # both end by letting interrupts through, which must not be once workers start
+                tracker.ensure_running()
+            _block_interrupts()  # both trackers end their start by letting them through: workers would get them
             parallel = Parallel(n_jobs=jobs, return_as="generator")
             found = parallel(delayed(_measure_case)(measure, case) for case in cases)
         for rows in found:  # noqa: UP028 - "yield from" would close it before the guard below
@@ -87,7 +88,7 @@ def _interrupts_held() -> Generator[None]:
         return
     held: list[int] = []
     before = signal.signal(signal.SIGINT, lambda number, _: held.append(number))
-    mask = None if sys.platform == "win32" else signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    mask = _block_interrupts()
     try:
         yield
     finally:
@@ -96,6 +97,13 @@ def _interrupts_held() -> Generator[None]:
         signal.signal(signal.SIGINT, before)
         if held:
             raise KeyboardInterrupt
+
+
+def _block_interrupts() -> set[int | signal.Signals] | None:
+    """Interrupts wait; which signals waited before, None where the system knows no such thing."""
+    if sys.platform == "win32" or threading.current_thread() is not threading.main_thread():
+        return None
+    return signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
 
 
 def _measure_case(measure: Measure, case: Case) -> list[Row]:

@@ -41,15 +41,22 @@ def interrupted(words: list[str], folder: Path, number: int, *, once) -> tuple[i
     return process.returncode, errors, alive
 
 
-@pytest.mark.long
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_a_study_in_processes_ends_with_all_of_them(tmp_path, number, code):
-    def working(told):  # two workers and their two keepers, all past their start
-        children = told.children(recursive=True)
-        return len(children) == 4 and sum(child.cpu_times().user > 1.0 for child in children) == 2
+def under_way(seconds: float):
+    """Two workers and their two keepers, the workers as long [CPU s]."""
 
+    def reached(told) -> bool:
+        children = told.children(recursive=True)
+        return len(children) == 4 and sum(child.cpu_times().user > seconds for child in children[2:]) == 2
+
+    return reached
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seconds", [0.05, 1.0], ids=["starting", "working"])
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_study_in_processes_ends_with_all_of_them(tmp_path, number, code, seconds):
     words = ["study", "control-cost", "--quick", "--jobs", "2"]
-    found, errors, alive = interrupted(words, tmp_path, number, once=working)
+    found, errors, alive = interrupted(words, tmp_path, number, once=under_way(seconds))
     assert (found, alive) == (code, [])
     assert errors.splitlines()[-1] == "tactile-maps: interrupted"
     assert "Traceback" not in errors
