@@ -3,6 +3,7 @@
 ``arrays``      named array types; a value's arrays made its own and read-only
 ``errors``      the errors a user may meet, findings, remedies for unknown words, the crash report
 ``progress``    how long work says how far it is
+``interrupts``  Ctrl-C that waits for what must not be left half done
 ``timing``      stage times by the wall clock
 ``weak_cache``  what is computed from a value once, for as long as it lives
 ``files``       bounded reads, atomic writes, text by lines, named arrays as npz

@@ -19,6 +19,7 @@ from types import TracebackType
 from mcap.writer import CompressionType, Writer
 
 from app.core.errors import RecordingError
+from app.core.interrupts import interrupts_held
 from app.recording.annotations import Mark
 from app.recording.bundle import pack_scene
 from app.recording.frame_codec import encode_frame
@@ -36,6 +37,8 @@ FRAMES_A_CHUNK = 6
 
 class Recorder:
     """A recording being written. Mutable; ``close`` completes the file, and it is also a context manager.
+
+    Ctrl-C waits until what is being written is whole.
 
     The file is claimed at once. The robot, skin, map and scene go in with the first tick and are flushed, then chunks
     of a few frames, each flushed when full.
@@ -115,13 +118,14 @@ class Recorder:
         Raises:
             RecordingError: The disk is full or the file is gone; the file stays readable up to there.
         """
-        self._begin()
-        told = takewhile(lambda event: event.tick > self._told, frame.recent)
-        events = [("/event", event.tick, encode_event(event)) for event in told][::-1]
-        shown = self._shown(frame, inputs[self._inputs :])
-        self._add(inputs, *events, ("/frame", frame.tick, encode_frame(frame)), *shown)
-        self._told = frame.tick
-        self.frames += 1
+        with interrupts_held():
+            self._begin()
+            told = takewhile(lambda event: event.tick > self._told, frame.recent)
+            events = [("/event", event.tick, encode_event(event)) for event in told][::-1]
+            shown = self._shown(frame, inputs[self._inputs :])
+            self._add(inputs, *events, ("/frame", frame.tick, encode_frame(frame)), *shown)
+            self._told = frame.tick
+            self.frames += 1
 
     def mark(self, mark: Mark) -> None:
         """Add a moment with a name; after the frame of its tick.
@@ -129,7 +133,8 @@ class Recorder:
         Raises:
             RecordingError: As ``write``.
         """
-        self._put([("/mark", mark.tick, encode_mark(mark))])
+        with interrupts_held():
+            self._put([("/mark", mark.tick, encode_mark(mark))])
 
     def fail(self, failure: Failure) -> None:
         """Add why the session stopped, and the inputs of its last tick: whoever replays the file sees it stop again.
@@ -143,7 +148,8 @@ class Recorder:
             self.write(failure.frame, [item for item in failure.inputs if item[0] < failure.tick])
         shown = [] if self._viewers is None else self._viewers.of_failure(failure)
         told = [(topic, failure.tick, data) for topic, data in shown]
-        self._add(failure.inputs, ("/failure", failure.tick, encode_failure(failure.tick, failure.error)), *told)
+        with interrupts_held():
+            self._add(failure.inputs, ("/failure", failure.tick, encode_failure(failure.tick, failure.error)), *told)
 
     def _shown(self, frame: Frame, news: Sequence[tuple[int, SessionInput]]) -> list[tuple[str, int, bytes]]:
         """What viewers are told of a frame; ``news`` are the inputs since the last."""
@@ -209,6 +215,10 @@ class Recorder:
         """
         if self._stream.closed:
             return
+        with interrupts_held():
+            self._complete()
+
+    def _complete(self) -> None:
         self._begin()
         try:
             self._writer.finish()

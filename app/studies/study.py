@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from multiprocessing import resource_tracker
 
 from app.core.errors import TactileMapsError
+from app.core.interrupts import interrupts_held
 from app.core.progress import Progress
 from app.studies.figures import BarChart, Figure
 from app.studies.rows import Case, Row
@@ -56,7 +57,7 @@ def _each_result(measure: Measure, cases: Sequence[Case], jobs: int) -> Generato
         return
     found: Generator[list[Row]] | None = None
     try:
-        with _interrupts_held():
+        with _starting_processes():
             from joblib import Parallel, delayed
             from joblib.externals.loky import get_reusable_executor
             from joblib.externals.loky.backend import resource_tracker as lokys
@@ -69,7 +70,7 @@ def _each_result(measure: Measure, cases: Sequence[Case], jobs: int) -> Generato
         for rows in found:  # noqa: UP028 - "yield from" would close it before the guard below
             yield rows
     finally:
-        with _interrupts_held(), warnings.catch_warnings():
+        with _starting_processes(), warnings.catch_warnings():
             # Cases that are cancelled are no surprise here.
             warnings.simplefilter("ignore", UserWarning)
             if found is not None:
@@ -78,25 +79,18 @@ def _each_result(measure: Measure, cases: Sequence[Case], jobs: int) -> Generato
 
 
 @contextmanager
-def _interrupts_held() -> Generator[None]:
+def _starting_processes() -> Generator[None]:
     """Ctrl-C comes after the block: joblib loses it while it starts and ends its processes.
 
     Processes that are started in it never see Ctrl-C, which a terminal sends to all: each would print where it was.
     """
-    if threading.current_thread() is not threading.main_thread():
-        yield  # only the main thread is interrupted
-        return
-    held: list[int] = []
-    before = signal.signal(signal.SIGINT, lambda number, _: held.append(number))
-    mask = _block_interrupts()
-    try:
-        yield
-    finally:
-        if mask is not None:
-            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
-        signal.signal(signal.SIGINT, before)
-        if held:
-            raise KeyboardInterrupt
+    with interrupts_held():
+        mask = _block_interrupts()
+        try:
+            yield
+        finally:
+            if mask is not None:
+                signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
 
 def _block_interrupts() -> set[int | signal.Signals] | None:

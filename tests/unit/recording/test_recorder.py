@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -110,6 +111,28 @@ def test_a_killed_process_loses_less_than_one_percent(tmp_path):
     assert [damage.kind for damage in fixed.damage] == [DamageKind.CUT_OFF]
     assert len(fixed) == saved.frames
     assert fixed.frame(len(fixed) - 1).tick == saved.frames
+
+
+def test_ctrl_c_at_any_moment_loses_nothing(tmp_path):
+    prepared, path, times = prepared_bar(), tmp_path / "x.mcap", 40
+    frame = Session(prepared).tick()
+    before = signal.signal(signal.SIGALRM, lambda *_: signal.raise_signal(signal.SIGINT))
+    interrupted = 0
+    try:
+        with Recorder(prepared, path) as recorder:
+            for number in range(times):
+                try:
+                    signal.setitimer(signal.ITIMER_REAL, 1e-3 + 1e-4 * number)
+                    while True:
+                        recorder.write(replace(frame, tick=recorder.frames + 1), ())
+                except KeyboardInterrupt:
+                    interrupted += 1
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+    player = open_recording(path)
+    assert interrupted == times
+    assert (player.damage, len(player)) == ((), recorder.frames)
 
 
 def test_closing_twice_is_harmless(prepared, tmp_path):
