@@ -258,14 +258,22 @@ class Session:
         self._waiting.append(session_input)
 
     def _prepare_control(self, session_input: SessionInput) -> None:
-        """What the controller will need from the next tick on is built now, not within a tick."""
-        match session_input:
-            case ControlChanged(settings=settings):
-                self._controller.prepare((settings.task,), self.map)
-            case BehavioursChanged(behaviours=behaviours):
-                self._controller.prepare(tasks_of(behaviours), self.map)
-            case MapEdited(map=map_):
-                self._controller.prepare((self.settings.task, *tasks_of(self._behaviours.behaviours)), map_)
+        """What the controller will need from the next tick on is built now, not within a tick.
+
+        With what waits for that tick already: a map and a task may come one after the other, in either order.
+        """
+        if not isinstance(session_input, ControlChanged | BehavioursChanged | MapEdited):
+            return
+        tasks, map_ = [self.settings.task, *tasks_of(self._behaviours.behaviours)], self.map
+        for coming in (*self._waiting, session_input):
+            match coming:
+                case ControlChanged(settings=settings):
+                    tasks.append(settings.task)
+                case BehavioursChanged(behaviours=behaviours):
+                    tasks += tasks_of(behaviours)
+                case MapEdited():
+                    map_ = coming.map
+        self._controller.prepare(tasks, map_)
 
     def _check_rest(self, posture: tuple[float, ...]) -> None:
         joints = self.prepared.robot.joints

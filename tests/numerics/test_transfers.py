@@ -14,7 +14,7 @@ from app.control.command import RegraspState
 from app.control.limits import RegraspFailure
 from app.control.path_following.clearance import collision_model
 from app.robots.library import icub_folder
-from app.session.inputs import BehavioursChanged, ControlChanged
+from app.session.inputs import BehavioursChanged, ControlChanged, MapEdited
 from app.session.prepare import PreparedScene
 from tests.support.pressed_arm import beside_ball, place_of
 from tests.support.transfers import (
@@ -77,6 +77,21 @@ def test_a_lift_along_which_the_skin_is_pressed_deeper_is_refused_before_it_begi
     done = carry(covered("ur5e"), 231, 288)
     assert (done.outcome, done.limit.cause) == ("refused", RegraspFailure.NO_LIFT)
     assert done.peak < 25.0, "as at the start, where the ball is 1 mm deep"
+
+
+@pytest.mark.parametrize("order", ["map, task", "task, map"])
+def test_shapes_for_a_map_and_a_task_that_come_together_are_built_ahead_in_either_order(order):
+    prepared, path = covered("arm"), settings_to(covered("arm"), 1)
+    moved = replace(prepared.map, skin=replace(prepared.skin))  # taxels believed elsewhere: another skin's value
+    session = beside_ball(
+        replace(path, task="keep_force"), prepared=prepared, taxel=268, depth=touching_depth(prepared, 268)
+    )
+    inputs = {"map": MapEdited("edit", moved), "task": ControlChanged(path)}
+    for name in order.split(", "):
+        session.submit(inputs[name])
+    built = collision_model.cache_info().misses
+    assert RegraspState.PLAN in {session.tick().task.regrasp for _ in range(10)}
+    assert collision_model.cache_info().misses == built
 
 
 @pytest.mark.parametrize("by", ["scene", "submit", "behaviour"])
