@@ -604,6 +604,24 @@ def _view_menu(layers: tuple[LayerSpec, ...]) -> Menu:
                 "Show or hide the timeline and plots below the views",
                 checkable=True,
             ),
+            Menu(
+                "Plots",
+                (
+                    ActionSpec(
+                        "choose_plots",
+                        "Choose plots…",
+                        ("Shift+F4",),
+                        "Show plots of any taxel, contact, link, joint, force, limit or event, and hide others",
+                    ),
+                    ActionSpec(
+                        "automatic_plots",
+                        "Follow the controller",
+                        (),
+                        "Show those of the standard plots that the controller calls for",
+                    ),
+                    ActionSpec("export_plots", "Save plots as CSV…", (), "Write the samples that the plots show"),
+                ),
+            ),
             MenuList("layouts", "Layouts"),
             ActionSpec("save_layout", "Save layout…", (), "Keep where panels and windows are under a name"),
             ActionSpec("delete_layout", "Delete layout…", (), "Forget a layout that was saved"),

@@ -79,11 +79,13 @@ class WindowLayout:
         undocked: Names of the panels that stand in windows of their own.
         folded: Names of the panels of which only the heading shows.
         state: Of Qt's docks and bars.
+        plots: Which plots are shown, as ``PlotChoice`` writes it; empty for those that the controller calls for.
     """
 
     undocked: tuple[str, ...]
     folded: tuple[str, ...]
     state: QByteArray
+    plots: str = ""
 
 
 _LAYOUT_NOW = "layout"
@@ -204,6 +206,15 @@ class Settings:
         self._store.setValue("folded", " ".join(names))
 
     @property
+    def plots(self) -> str:
+        """Which plots are shown, as ``PlotChoice`` writes it; empty if that was never chosen."""
+        return str(self._store.value("plots", ""))
+
+    @plots.setter
+    def plots(self, choice: str) -> None:
+        self._store.setValue("plots", choice)
+
+    @property
     def layout(self) -> WindowLayout | None:
         """The window's layout when it was last closed; None before."""
         return self._read_layout(_LAYOUT_NOW)
@@ -236,12 +247,13 @@ class Settings:
         if not isinstance(state, QByteArray):
             return None
         undocked, folded = (str(self._store.value(f"{key}/{part}", "")).split() for part in ("undocked", "folded"))
-        return WindowLayout(tuple(undocked), tuple(folded), state)
+        return WindowLayout(tuple(undocked), tuple(folded), state, str(self._store.value(f"{key}/plots", "")))
 
     def _write_layout(self, key: str, layout: WindowLayout) -> None:
         self._store.setValue(f"{key}/state", layout.state)
         self._store.setValue(f"{key}/undocked", " ".join(layout.undocked))
         self._store.setValue(f"{key}/folded", " ".join(layout.folded))
+        self._store.setValue(f"{key}/plots", layout.plots)
 
     @property
     def geometry(self) -> QByteArray | None:

@@ -2,8 +2,8 @@
 
 ``SampleHistory`` keeps a few named series, ``TaxelHistory`` all taxels, so that one selected now shows its past;
 ``LimitHistory`` the spans in which each limit bounded the controller, said for a while after they ended so that none
-flickers by unread; ``SettingChanges`` when settings were changed. ``stage_times`` sums the sensor's effects to one
-stage.
+flickers by unread; ``EventHistory`` when contact events were, ``SettingChanges`` when settings were changed.
+``VectorHistory`` keeps a vector, as the posture is. ``stage_times`` sums the sensor's effects to one stage.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from app.contacts.events import ContactEvent, EventKind
 from app.control.limits import Limit, LimitKind
 from app.core.arrays import FloatArray, IntArray
 from app.core.timing import Timings
@@ -146,6 +147,11 @@ class TaxelHistory:
         self._times[place], self._pressures[place] = time, pressures
         self._count += 1
 
+    @property
+    def count(self) -> int:
+        """How many taxels there are; 0 before any reading."""
+        return int(self._pressures.shape[1])
+
     def traces(self, taxels: IntArray) -> tuple[FloatArray, FloatArray]:
         """Ages (n,) [s], rising to 0, and pressures (n, k) [kPa] of ``taxels`` (k,) in the last ``seconds``.
 
@@ -155,6 +161,60 @@ class TaxelHistory:
         ages = self._times[order] - self._times[order[-1:]]
         kept = ages >= -self.seconds
         return ages[kept], 1e-3 * self._pressures[np.ix_(order[kept], taxels)].astype(float)
+
+
+class VectorHistory:
+    """Samples of a vector over time, such as the posture. Mutable: ``add`` and ``clear``.
+
+    Of more samples than are kept, each span of time keeps the lowest and the highest of each number.
+
+    Args:
+        seconds: How far back to keep [s].
+        capacity: Most samples kept, two for each span of time.
+    """
+
+    def __init__(self, *, seconds: float = 10.0, capacity: int = 2048) -> None:
+        self.seconds = seconds
+        self._times = np.full(capacity, np.nan)
+        self._values = np.zeros((capacity, 0))
+        self._span = 2 * seconds / capacity
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self._count, self._span_start, self._in_span = 0, -np.inf, 0
+
+    def add(self, time: float, values: FloatArray) -> None:
+        """Keep ``values`` (n,) at ``time`` [s]; another n, or time that jumps, starts a new history. Cost: 10 µs."""
+        size = len(self._times)
+        if len(values) != self._values.shape[1]:
+            self._values = np.zeros((size, len(values)))
+            self.clear()
+        elif self._count and not 0 <= time - self._times[(self._count - 1) % size] <= self.seconds:
+            self.clear()
+        if time >= self._span_start + self._span:
+            self._span_start, self._in_span = time, 0
+        self._in_span += 1
+        if self._in_span <= 2:
+            place = self._count % size
+            self._times[place], self._values[place] = time, values
+            self._count += 1
+            return
+        last, before = (self._count - 1) % size, (self._count - 2) % size
+        rises = self._values[before] <= self._values[last]
+        three = np.stack([self._values[before], self._values[last], values])
+        low, high = three.min(axis=0), three.max(axis=0)
+        self._values[before], self._values[last] = np.where(rises, low, high), np.where(rises, high, low)
+        self._times[last] = time
+
+    def series(self, number: int) -> tuple[FloatArray, FloatArray]:
+        """Ages (k,) [s], rising to 0 at the newest sample, and that number (k,) of the last ``seconds``; maybe none."""
+        if not self._count or not 0 <= number < self._values.shape[1]:
+            return np.zeros(0), np.zeros(0)
+        order = _oldest_first(self._count, len(self._times))
+        ages = self._times[order] - self._times[order[-1]]
+        kept = ages >= -self.seconds
+        return ages[kept], self._values[order[kept], number]
 
 
 def _oldest_first(count: int, size: int) -> IntArray:
@@ -238,6 +298,58 @@ class LimitHistory:
             self._spans[kind] = [span for span in self._spans[kind] if span[1] >= oldest]
             if not self._spans[kind]:
                 del self._spans[kind], self._last[kind]
+
+
+_LASTING_EVENTS = ("press", "stroke", "grasp", "self-touch")
+"""What begins and ends; the other events are instants."""
+
+
+class EventHistory:
+    """Contact events by kind. Mutable: ``take`` and ``clear``.
+
+    Args:
+        seconds: How far back to remember [s].
+    """
+
+    def __init__(self, *, seconds: float = 10.0) -> None:
+        self.seconds = seconds
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self._now: float | None = None
+        self._events: list[ContactEvent] = []
+
+    def take(self, time: float, recent: Sequence[ContactEvent]) -> None:
+        """The newest events up to ``time`` [s], newest first; time that jumps, or runs backwards, starts anew."""
+        if self._now is not None and not 0 <= time - self._now <= self.seconds:
+            self.clear()
+        before, self._now = self._now, time
+        known = -np.inf if before is None else before
+        self._events += [event for event in reversed(recent) if event.time > known]
+        self._events = [event for event in self._events if time - event.time <= self.seconds]
+
+    @property
+    def rows(self) -> tuple[tuple[EventKind, tuple[tuple[float, float], ...]], ...]:
+        """Kind and spans of the events remembered, first come first, as ages [s]: 0 for now and below before.
+
+        What lasts still ends now; an event without duration ends when it begins.
+        """
+        now, spans = self._now, dict[EventKind, dict[tuple[object, ...], tuple[float, float]]]()
+        if now is None:
+            return ()
+        for number, event in enumerate(self._events):
+            lasts = event.kind in _LASTING_EVENTS
+            at = event.time - now
+            mine = spans.setdefault(event.kind, {})
+            if lasts and event.phase == "began":
+                mine[event.contacts] = at, 0.0
+            elif lasts:
+                mine.pop(event.contacts, None)
+                mine[event.contacts, number] = max(at - event.duration, -self.seconds), at
+            else:
+                mine[event.contacts, number] = at, at
+        return tuple((kind, tuple(sorted(mine.values()))) for kind, mine in spans.items())
 
 
 _MERGE_CHANGES_WITHIN = 0.4

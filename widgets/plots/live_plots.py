@@ -2,159 +2,76 @@
 
 Which of them are shown follows from what the controller does, so that they stay few: pressure gives way to the response
 of a controller with a task, unless taxels are selected. Where there is no room, the milliseconds give way, which have a
-panel. ``LimitTimeline`` shows which limit bounded the controller when, a row a limit, over the same time axis.
+panel. A person may choose others, and add plots of single taxels, contacts, links, joints, limits and events.
 """
 
 from __future__ import annotations
 
+import csv
+import io
 from collections.abc import Sequence
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
-import pyqtgraph as pg
-from PySide6.QtCore import QElapsedTimer, QPointF, QRectF, Qt, QTimer, Signal
-from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPaintEvent, QPen, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QBoxLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtCore import QElapsedTimer, QPoint, Qt, QTimer, Signal
+from PySide6.QtGui import QAction, QResizeEvent, QShowEvent
+from PySide6.QtWidgets import QHBoxLayout, QToolButton, QVBoxLayout, QWidget
 
+from app.contacts.events import EVENT_KINDS
 from app.control.command import ControlSettings
 from app.control.controller_registry import TASKS_AT_A_PLACE, effective_settings, has_task
-from app.control.limit_texts import limit_name
 from app.control.limits import LimitKind
 from app.core.reading_units import ReadingUnits
 from app.session.frame import Frame
-from widgets.common.colours import Theme, mixed
+from app.session.prepare import PreparedScene
+from widgets.common.colours import Theme
 from widgets.document.taxel_selection import TaxelSelection
-from widgets.plots.history import LimitHistory, SampleHistory, SettingChanges, stage_times
+from widgets.plots.chosen_traces import SourcedTrace, StageAreas, TraceSource
+from widgets.plots.history import (
+    EventHistory,
+    LimitHistory,
+    SampleHistory,
+    SettingChanges,
+    VectorHistory,
+    stage_times,
+)
+from widgets.plots.plot_board import PlotBoard, PlotCell
+from widgets.plots.plot_choice import STANDARD, PlotChoice, PlotKey, PlotKind
+from widgets.plots.span_strip import EventStrip, LimitStrip
 from widgets.plots.trace_plots import (
-    AXIS_END,
-    AXIS_START,
     PLOT_SECONDS,
-    TIME_TICKS,
     ForceTraces,
+    PlotPart,
     PressureTraces,
     TracePlot,
     error_of,
     error_trace,
-    legend_entry,
-    max_or_zero,
     peak_title,
     speed_of,
     speed_trace,
 )
 
-_ROW, _BAR, _THINNEST = 21.0, 4.0, 2.0
-_AXIS = 16.0
-"""Room of the time axis below the rows [px]."""
-
-LimitRow = tuple[LimitKind, tuple[tuple[float, float], ...]]
-
-
-class LimitTimeline(QWidget):
-    """Heading, rows and axis. Mutable: ``draw`` what a memory holds."""
-
-    def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.setObjectName("limit-strip")
-        caption = QFont(self.font())
-        caption.setPixelSize(11)
-        self._heading, self._rows = QLabel(self), _LimitRows(theme, caption, self)
-        self._heading.setFont(caption)
-        self._heading.setWordWrap(True)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(4)
-        layout.addWidget(self._heading)
-        layout.addWidget(self._rows, 1)
-        self.set_theme(theme)
-
-    @property
-    def heading(self) -> str:
-        """What the heading says."""
-        return self._heading.text()
-
-    def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
-        self._heading.setStyleSheet(f"color: {theme.quiet}")
-        self._rows.theme = theme
-        self._rows.update()
-
-    def draw(self, memory: LimitHistory, marks: Sequence[float]) -> None:
-        """Show the limits remembered, and settings changed at these ages [s]."""
-        rows, active = memory.rows, [limit for limit in memory.told if limit.active]
-        words = "Limits" if rows else f"Limits: none in the last {PLOT_SECONDS:g}\u2009s"
-        self._heading.setText(f"{words}, {len(active)} now" if active else words)
-        said = ", ".join(limit_name(kind) for kind, _ in rows)
-        self.setAccessibleName(f"Limits in the last {PLOT_SECONDS:g} seconds: {said or 'none'}")
-        self.setToolTip("\n".join(limit_name(kind).capitalize() for kind, _ in rows))
-        self._rows.show_rows(rows, marks)
-
-
-class _LimitRows(QWidget):
-    """A name over a bar each; what has no room is counted."""
-
-    def __init__(self, theme: Theme, caption: QFont, parent: QWidget) -> None:
-        super().__init__(parent)
-        self.theme, self._caption = theme, caption
-        self._shown: tuple[LimitRow, ...] = ()
-        self._marks: tuple[float, ...] = ()
-
-    def show_rows(self, rows: tuple[LimitRow, ...], marks: Sequence[float]) -> None:
-        """Draw these."""
-        self._shown, self._marks = rows, tuple(marks)
-        self.update()
-
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        """Qt."""
-        painter = QPainter(self)
-        painter.setFont(self._caption)
-        floor = self.height() - _AXIS
-        painter.setPen(QPen(QColor(self.theme.line), 1))
-        painter.drawLine(QPointF(0, floor), QPointF(self.width(), floor))
-        self._draw_times(painter, floor)
-        painter.setPen(QPen(QColor(self.theme.quiet), 1, Qt.PenStyle.DotLine))
-        for age in self._marks:
-            painter.drawLine(QPointF(self._x(age), 0), QPointF(self._x(age), floor))
-        room = max(int(floor // _ROW), 1)
-        shown = self._shown if len(self._shown) <= room else self._shown[: room - 1]
-        for number, row in enumerate(shown):
-            self._draw_row(painter, number * _ROW, row)
-        if len(shown) < len(self._shown):
-            painter.setPen(QColor(self.theme.quiet))
-            painter.drawText(QPointF(2, len(shown) * _ROW + 12), f"and {len(self._shown) - len(shown)} more")
-
-    def _draw_row(self, painter: QPainter, top: float, row: LimitRow) -> None:
-        kind, spans = row
-        now = spans[-1][1] >= 0
-        painter.setPen(QColor(self.theme.text if now else self.theme.quiet))
-        words = QFontMetricsF(self._caption).elidedText(limit_name(kind), Qt.TextElideMode.ElideRight, self.width() - 4)
-        painter.drawText(QPointF(2, top + 12), words)
-        painter.fillRect(QRectF(0, top + 15, self.width(), _BAR), QColor(mixed(self.theme.panel, self.theme.line, 0.5)))
-        for start, end in spans:
-            left = self._x(start)
-            width = max(self._x(end) - left, _THINNEST)
-            painter.fillRect(QRectF(left, top + 15, width, _BAR), QColor(self.theme.warning))
-
-    def _draw_times(self, painter: QPainter, floor: float) -> None:
-        painter.setPen(QColor(self.theme.quiet))
-        for age, words in TIME_TICKS:
-            wide = QFontMetricsF(self._caption).horizontalAdvance(words)
-            left = min(max(self._x(age) - wide / 2, 0.0), self.width() - wide)
-            painter.drawText(QPointF(left, floor + 13), words)
-
-    def _x(self, age: float) -> float:
-        """Where that age [s] is: now near the right edge, as in the plots."""
-        return self.width() * (age - AXIS_START) / (AXIS_END - AXIS_START)
-
-
 REDRAW_MS = 50
 """Plots are redrawn at most this often; samples in between are kept, not drawn."""
-STAGE_COLOURS = ("#4c6a92", "#6f8fb5", "#93b1cf", "#b9cfe2", "#8d99a6", "#6b7683", "#505a66", "#adb8c4")
-"""From the bottom of the stack upwards: quiet, ordered by lightness, and never mistaken for touch."""
 SIDE_BY_SIDE_ASPECT = 1.6
 LOWEST, USUAL_HEIGHT = 84, 140
 """Of the plots side by side [px]."""
+ENLARGED_SHARE = 0.36
+"""Of the window's height, for a plot that is enlarged."""
 MIN_PLOT_WIDTH = 190
 """What a plot beside others needs [px]."""
-_STRETCH_FACTORS = {"force": 3, "pressure": 3, "error": 3, "speed": 3, "limits": 3, "ms": 4}
+_STRETCH = 3
+_FORCE, _ERROR, _SPEED, _LIMITS, _PRESSURE, _TIME, _EVENTS = STANDARD
+_SMALLEST_SPAN = {False: 0.1, True: 0.01}
+"""Of the axis of a joint's place: turned [rad], and slid [m]."""
+
+
+class PlotGroup(NamedTuple):
+    """Plots that can be added, under one heading."""
+
+    title: str
+    keys: tuple[PlotKey, ...]
 
 
 class LivePlots(QWidget):
@@ -162,58 +79,250 @@ class LivePlots(QWidget):
 
     region_forgotten = Signal(int)
     """The last sample of a contact region has gone: its id."""
+    choice_changed = Signal()
+    """A person chose other plots, or another order."""
+    menu_wanted = Signal(object, QPoint)
+    """A menu is wanted for a PlotKey, at this place of the screen."""
+    time_clicked = Signal(float)
+    """What began at this time [s] was clicked."""
+    enlarged_changed = Signal(bool)
+    """One plot fills the board and needs more height, or no longer."""
 
     def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setObjectName("live-plots")
         self.setAccessibleName("Live plots")
         self._theme, self._settings = theme, ControlSettings()
-        self._stages = SampleHistory(seconds=PLOT_SECONDS)
-        self._limits, self._changes = LimitHistory(seconds=PLOT_SECONDS), SettingChanges(seconds=PLOT_SECONDS)
+        self._prepared: PreparedScene | None = None
+        self._latest: Frame | None = None
+        self._make_memory()
         self._since_drawn, self._dirty, self._late = QElapsedTimer(), False, QTimer(self)
         self._late.setSingleShot(True)
         self._late.setInterval(REDRAW_MS)
         self._late.timeout.connect(self._on_late)
         self._units = ReadingUnits.CALIBRATED
-        self._make_plots(theme)
-        self._stage_areas: dict[str, pg.PlotDataItem] = {}
         self._selection: TaxelSelection | None = None
-        self._layout = QBoxLayout(QBoxLayout.Direction.LeftToRight, self)
-        self._layout.setContentsMargins(12, 8, 12, 8)
-        self._layout.setSpacing(16)
-        for name, cell in self._cells.items():
-            self._layout.addWidget(cell, _STRETCH_FACTORS[name])
+        self._choice = PlotChoice()
+        self.board = PlotBoard(theme, self)
+        self.board.move_wanted.connect(self.move_plot)
+        self.board.window_closed.connect(self._on_window_closed)
+        self.board.enlarged_changed.connect(self.enlarged_changed)
+        self._parts: dict[PlotKey, PlotPart] = {}
+        self._trace_plots: dict[PlotKey, TracePlot] = {}
+        self._make_plots(theme)
+        self._row = QHBoxLayout(self)
+        self._row.setContentsMargins(12, 8, 12, 8)
+        self._row.setSpacing(8)
+        self._row.addWidget(self.board, 1)
         self.setMinimumSize(200, LOWEST)
         self.set_theme(theme)
         self._arrange()
 
+    def _make_memory(self) -> None:
+        self._stages, self._links = SampleHistory(seconds=PLOT_SECONDS), SampleHistory(seconds=PLOT_SECONDS)
+        self._posture, self._velocity = VectorHistory(seconds=PLOT_SECONDS), VectorHistory(seconds=PLOT_SECONDS)
+        self._limits, self._changes = LimitHistory(seconds=PLOT_SECONDS), SettingChanges(seconds=PLOT_SECONDS)
+        self._events = EventHistory(seconds=PLOT_SECONDS)
+
     def _make_plots(self, theme: Theme) -> None:
-        plots = {
-            "force": TracePlot(ReadingUnits.CALIBRATED.strength_title, 5.0, self),
-            "pressure": TracePlot(peak_title(ReadingUnits.CALIBRATED), 5.0, self),
-            "ms": TracePlot("Time per tick (ms)", 1.0, self),
-            "error": TracePlot("Error on the map (mm)", 10.0, self),
-            "speed": TracePlot("Max joint speed (rad/s)", 2.0, self),
+        titles = {
+            _FORCE: (ReadingUnits.CALIBRATED.strength_title, 5.0),
+            _PRESSURE: (peak_title(ReadingUnits.CALIBRATED), 5.0),
+            _TIME: ("Time per tick (ms)", 1.0),
+            _ERROR: ("Error on the map (mm)", 10.0),
+            _SPEED: ("Max joint speed (rad/s)", 2.0),
         }
-        self._plots, self._ms, self._strip = plots, plots["ms"], LimitTimeline(theme, self)
-        self._cells: dict[str, QWidget] = {
-            "force": plots["force"], "error": plots["error"], "speed": plots["speed"], "limits": self._strip,
-            "pressure": plots["pressure"], "ms": plots["ms"],
+        plots = {key: self._add_plot(key, *said) for key, said in titles.items()}
+        self._force, self._pressure = ForceTraces(plots[_FORCE], theme), PressureTraces(plots[_PRESSURE], theme)
+        self._error, self._speed = error_trace(plots[_ERROR], theme), speed_trace(plots[_SPEED], theme)
+        self._areas = StageAreas(plots[_TIME], self._stages, theme)
+        self._strip = LimitStrip(self._limits, self._ages, theme, self)
+        self._parts |= {
+            _FORCE: self._force, _PRESSURE: self._pressure, _TIME: self._areas, _ERROR: self._error,
+            _SPEED: self._speed, _LIMITS: self._add_strip(_LIMITS, self._strip),
+            _EVENTS: self._add_strip(_EVENTS, EventStrip(self._events, self._ages, theme, self)),
         }  # fmt: skip
-        self._force, self._pressure = ForceTraces(plots["force"], theme), PressureTraces(plots["pressure"], theme)
-        self._error, self._speed = error_trace(plots["error"], theme), speed_trace(plots["speed"], theme)
+
+    def _ages(self) -> Sequence[float]:
+        return self._changes.ages
+
+    def _add_plot(self, key: PlotKey, title: str, floor: float) -> TracePlot:
+        plot = self._trace_plots[key] = TracePlot(title, floor, self)
+        self._connect(self.board.add(key, plot, _STRETCH))
+        return plot
+
+    def _add_strip(self, key: PlotKey, strip: LimitStrip | EventStrip) -> PlotPart:
+        cell = self.board.add(key, strip, _STRETCH)
+        cell.clicked.connect(strip.click)
+        strip.clicked.connect(self._on_age_clicked)
+        self._connect(cell)
+        return strip
+
+    def _connect(self, cell: PlotCell) -> None:
+        cell.menu_wanted.connect(partial(self.menu_wanted.emit, cell.key))
+
+    def offer(self, actions: Sequence[QAction]) -> None:
+        """Buttons for these, beside the plots."""
+        column = QVBoxLayout()
+        column.setSpacing(4)
+        for action in actions:
+            button = QToolButton(self)
+            button.setDefaultAction(action)
+            button.setAutoRaise(True)
+            button.setObjectName(f"plots-{action.objectName()}")
+            button.setText(action.iconText().split()[0])
+            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
+            column.addWidget(button)
+        column.addStretch(1)
+        self._row.addLayout(column)
+
+    # What is shown.
 
     @property
     def shown(self) -> tuple[str, ...]:
-        """The plots that are shown now, from left to right: ``force``, ``error``, ``speed``, ``limits``, …"""
-        return tuple(name for name, cell in self._cells.items() if not cell.isHidden())
+        """The plots that are shown now, from left to right: ``force``, ``error``, ``joint:elbow``, …"""
+        return tuple(key.text for key in self.shown_keys)
+
+    @property
+    def shown_keys(self) -> tuple[PlotKey, ...]:
+        """The same as keys."""
+        return self._choice.shown(self._called_for)
+
+    @property
+    def choice(self) -> PlotChoice:
+        """What a person chose, with where the windows are now."""
+        choice = self._choice
+        for key, where in self.board.windows.items():
+            choice = choice.with_window(key, where)
+        return choice
+
+    def choose(self, choice: PlotChoice) -> None:
+        """Show these, as they were kept."""
+        for key in self.board.windows:
+            self.board.close_window(key)
+        self._take(choice)
+        for key, where in choice.windows.items():
+            if key in self.shown_keys:
+                self.board.open_window(key, where)
+
+    def add_plot(self, key: PlotKey) -> None:
+        """Show one more."""
+        self._take(self._choice.with_plot(key, self._called_for))
+
+    def remove_plot(self, key: PlotKey) -> None:
+        """Show one less."""
+        self.board.close_window(key)
+        self._take(self._choice.without(key, self._called_for))
+
+    def move_plot(self, key: PlotKey, before: PlotKey | None) -> None:
+        """Have a plot left of another, or last."""
+        self._take(self._choice.moved(key, before))
+
+    def show_called_for(self) -> None:
+        """Of the standard plots those that the controller calls for."""
+        self._take(PlotChoice(self._choice.order, None, self._choice.windows))
+
+    def keep_standard(self) -> None:
+        """Of the standard plots those that are shown now, whatever the controller calls for later."""
+        self._take(PlotChoice(self._choice.order, self._called_for, self._choice.windows))
+
+    def pop_out(self, key: PlotKey) -> None:
+        """Give a plot a window of its own, or take it back among the others."""
+        if key in self.board.windows:
+            self.board.close_window(key)
+            self._on_window_closed(key)
+        else:
+            self.board.open_window(key, None)
+            self._take(self._choice.with_window(key, None))
+
+    def _on_window_closed(self, key: PlotKey) -> None:
+        self._take(self._choice.without_window(key))
+
+    def _take(self, choice: PlotChoice) -> None:
+        if choice == self._choice:
+            return
+        self._choice = choice
+        for key in [key for key in self._parts if key not in choice.order]:
+            self.board.remove(key)
+            del self._parts[key]
+            self._trace_plots.pop(key, None)
+        for key in choice.order:
+            if key not in self._parts:
+                self._parts[key] = self._make_part(key)
+        self._arrange()
+        self._redraw_if_seen()
+        self.choice_changed.emit()
+
+    def _make_part(self, key: PlotKey) -> PlotPart:
+        """The plot of something that a person added."""
+        if key.kind is PlotKind.LIMIT:
+            strip = LimitStrip(self._limits, self._ages, self._theme, self, only=(key.of,))
+            return self._add_strip(key, strip)
+        if key.kind is PlotKind.EVENT:
+            return self._add_strip(key, EventStrip(self._events, self._ages, self._theme, self, only=(key.of,)))
+        signed = key.kind in (PlotKind.JOINT, PlotKind.JOINT_SPEED)
+        plot = self._add_plot(key, key.title, _SMALLEST_SPAN[self._slides(key.of)] if signed else 1.0)
+        source = partial(self._source, key)
+        return SourcedTrace(plot, self._theme, name=key.title, source=source, signed=signed)
+
+    def _source(self, key: PlotKey) -> TraceSource:
+        units = self._units
+        match key.kind:
+            case PlotKind.TAXEL:
+                known = self._prepared is None or int(key.of) < len(self._prepared.skin)
+                missing = "" if known else "this skin has no such taxel"
+                return TraceSource(units.unit, partial(self._pressure.taxel, int(key.of)), missing)
+            case PlotKind.CONTACT:
+                return TraceSource(units.force or "relative", partial(self._force.contact, key.of))
+            case PlotKind.LINK:
+                known = self._prepared is None or key.of in self._prepared.robot.link_index
+                missing = "" if known else "this robot has no such link"
+                return TraceSource(units.force or "relative", partial(self._links.series, key.of), missing)
+        return self._joint_source(key)
+
+    def _joint_source(self, key: PlotKey) -> TraceSource:
+        number, speed = self._joint_number(key.of), key.kind is PlotKind.JOINT_SPEED
+        unit = ("m" if self._slides(key.of) else "rad") + ("/s" if speed else "")
+        samples = partial((self._velocity if speed else self._posture).series, -1 if number is None else number)
+        if number is None or self._prepared is None:
+            return TraceSource(unit, samples, "" if self._prepared is None else "this robot has no such joint")
+        joint = self._prepared.robot.joints[number]
+        return TraceSource(unit, samples, bounds=() if speed else (joint.lower, joint.upper))
+
+    def _joint_number(self, name: str) -> int | None:
+        joints = () if self._prepared is None else self._prepared.robot.joints
+        return next((number for number, joint in enumerate(joints) if joint.name == name), None)
+
+    def _slides(self, name: str) -> bool:
+        number = self._joint_number(name)
+        return self._prepared is not None and number is not None and self._prepared.robot.joints[number].slide
+
+    @property
+    def offered(self) -> tuple[PlotGroup, ...]:
+        """All plots there can be now, but for those of taxels."""
+        prepared, frame = self._prepared, self._latest
+        links = [] if prepared is None else list(dict.fromkeys(patch.link for patch in prepared.skin.patches))
+        joints = [] if prepared is None else [joint.name for joint in prepared.robot.joints]
+        contacts = () if frame is None else frame.regions
+        subjects: dict[str, tuple[PlotKind, Sequence[str]]] = {
+            "Contacts now": (PlotKind.CONTACT, [str(region.id) for region in contacts]),
+            "Forces on links": (PlotKind.LINK, links),
+            "Joints": (PlotKind.JOINT, joints),
+            "Speeds of joints": (PlotKind.JOINT_SPEED, joints),
+            "Contact events of one kind": (PlotKind.EVENT, EVENT_KINDS),
+            "Single limits": (PlotKind.LIMIT, [kind.value for kind in LimitKind]),
+        }
+        groups = [
+            PlotGroup(title, tuple(PlotKey(kind, of) for of in names)) for title, (kind, names) in subjects.items()
+        ]
+        return PlotGroup("Standard", STANDARD), *(group for group in groups if group.keys)
 
     def set_theme(self, theme: Theme) -> None:
         """Take another theme."""
         self._theme = theme
-        for part in (self._force, self._pressure, self._error, self._speed, self._strip):
+        self.board.set_theme(theme)
+        for part in self._parts.values():
             part.set_theme(theme)
-        self._update_stage_legend()
 
     def show_settings(self, settings: ControlSettings) -> None:
         """The controller's settings in force: what they ask for is drawn, and when they changed is marked."""
@@ -227,25 +336,34 @@ class LivePlots(QWidget):
         self._arrange()
         self._redraw_if_seen()
 
-    def _arrange(self) -> None:
-        """Show those that matter now, and no more than have room."""
+    @property
+    def _called_for(self) -> frozenset[PlotKey]:
+        """Those that matter now, and no more than have room."""
         settings, selected = self._settings, self._selection is not None and bool(len(self._selection.taxels))
-        wanted = ["force"]
+        wanted = [_FORCE]
         if has_task(settings.controller):
             at_a_place = settings.task in TASKS_AT_A_PLACE
-            wanted += ["error", "speed", "limits"] if at_a_place else ["speed", "limits"]
-            wanted += ["pressure"] if selected or not at_a_place else []
+            wanted += [_ERROR, _SPEED, _LIMITS] if at_a_place else [_SPEED, _LIMITS]
+            wanted += [_PRESSURE] if selected or not at_a_place else []
         else:
-            wanted += ["limits", "pressure"] if settings.controller == "hold_force" else ["pressure"]
-        if not self._beside or (len(wanted) + 1) * MIN_PLOT_WIDTH <= self.width():
-            wanted.append("ms")
-        for name, cell in self._cells.items():
-            cell.setVisible(name in wanted)
+            wanted += [_LIMITS, _PRESSURE] if settings.controller == "hold_force" else [_PRESSURE]
+        added = len(self._choice.order) - len(STANDARD)
+        if not self._beside or (len(wanted) + added + 1) * MIN_PLOT_WIDTH <= self.width():
+            wanted.append(_TIME)
+        return frozenset(wanted)
+
+    def _arrange(self) -> None:
+        self.board.arrange(self.shown_keys)
 
     @property
     def _beside(self) -> bool:
         """Whether the plots stand side by side."""
         return self.width() >= SIDE_BY_SIDE_ASPECT * self.height()
+
+    def wanted_height(self, window_height: int, *, low: bool) -> int:
+        """What the plots are to be given in a window of this height [px]; ``low`` where views need the room."""
+        usual = LOWEST if low else USUAL_HEIGHT
+        return usual if self.board.enlarged is None else max(usual, round(ENLARGED_SHARE * window_height))
 
     def follow(self, selection: TaxelSelection) -> None:
         """Trace what is selected there from now on, its past included."""
@@ -261,12 +379,22 @@ class LivePlots(QWidget):
             self._pressure.select(self._selection.taxels, self._selection.inks)
             self._arrange()
 
+    # What is kept.
+
+    def show_prepared(self, prepared: PreparedScene) -> None:
+        """Another scene: its joints and links can be plotted."""
+        self._prepared = prepared
+        self.clear()
+
     def clear(self) -> None:
         """Forget everything, for another session."""
-        for part in (self._force, self._pressure, self._error, self._speed, self._limits, self._changes, self._stages):
+        for part in (self._force, self._pressure, self._error, self._speed, self._areas):
             part.clear()
-        for name in tuple(self._stage_areas):
-            self._ms.plot.removeItem(self._stage_areas.pop(name))
+        for memory in (
+            self._limits, self._changes, self._stages, self._links, self._posture, self._velocity, self._events,
+        ):  # fmt: skip
+            memory.clear()
+        self._latest = None
         self._redraw()
 
     def show_frame(self, frame: Frame) -> None:
@@ -298,6 +426,8 @@ class LivePlots(QWidget):
             self._units = frame.units
             self._force.set_units(frame.units)
             self._pressure.set_units(frame.units)
+            self._links.clear()
+        self._latest = frame
         gone = self._force.add(time, frame.regions, frame.task.force_goal if frame.task else None)
         self._pressure.add(time, frame.pressures)
         self._error.add(time, error_of(frame))
@@ -305,8 +435,22 @@ class LivePlots(QWidget):
         self._limits.take(time, frame.why_limited)
         self._changes.at(time)
         self._stages.add(time, stage_times(frame.timings))
+        self._links.add(time, self._link_forces(frame))
+        self._posture.add(time, frame.posture)
+        self._velocity.add(time, frame.velocity)
+        self._events.take(time, frame.recent)
         self._dirty = True
         return gone
+
+    def _link_forces(self, frame: Frame) -> dict[str, float]:
+        """The sum of the contacts of each link that was touched, 0 where nothing touches it now."""
+        forces = dict.fromkeys(self._links.names, 0.0)
+        forces |= {key.of: 0.0 for key in self._parts if key.kind is PlotKind.LINK}
+        for region in frame.regions:
+            forces[region.link] = forces.get(region.link, 0.0) + region.force
+        return forces
+
+    # Drawing.
 
     def _on_late(self) -> None:
         """No frame came that would have shown the last one: time stands still."""
@@ -314,43 +458,34 @@ class LivePlots(QWidget):
             self._redraw_if_seen()
 
     def _redraw_if_seen(self) -> None:
-        if self.isVisible():
+        if self.isVisible() or self.board.windows:
             self._redraw()
 
     def _redraw(self) -> None:
         """Draw what is shown; the others keep their samples until they are."""
         self._since_drawn.start()
         self._dirty = False
-        shown, ages = self.shown, self._changes.ages
-        for name, part in (("force", self._force), ("error", self._error), ("speed", self._speed)):
-            if name in shown:
-                part.draw()
-        if "pressure" in shown:
-            self._pressure.draw()
-        if "limits" in shown:
-            self._strip.draw(self._limits, ages)
-        if "ms" in shown:
-            self._draw_stages()
-        for plot in self._plots.values():
+        ages = self._ages()
+        for key in self.shown_keys:
+            self._parts[key].draw()
+        for plot in self._trace_plots.values():
             plot.mark(ages)
 
-    def _draw_stages(self) -> None:
-        """Stack the stages: each area reaches from zero to the sum so far, later ones lie behind earlier ones."""
-        known, total = len(self._stage_areas), np.zeros(1)
-        for index, name in enumerate(self._stages.names):
-            if name not in self._stage_areas:
-                self._stage_areas[name] = self._ms.plot.plot(pen=None, fillLevel=0, brush=_stage_colour(index))
-                self._stage_areas[name].setZValue(-index)
-            ages, ms = self._stages.series(name)
-            total = total + np.nan_to_num(ms)
-            self._stage_areas[name].setData(ages, total)
-        self._ms.reach(max_or_zero(total))
-        if len(self._stage_areas) != known:
-            self._update_stage_legend()
+    def _on_age_clicked(self, age: float) -> None:
+        if self._latest is not None:
+            self.time_clicked.emit(self._latest.time + age)
 
-    def _update_stage_legend(self) -> None:
-        keys = [legend_entry("■", _stage_colour(index), name) for index, name in enumerate(self._stage_areas)]
-        self._ms.update_style(self._theme, after_title="".join(keys))
+    def table(self, keys: Sequence[PlotKey] | None = None) -> str:
+        """What is shown, or of these plots, as CSV: a row a sample, with simulated time [s]."""
+        written, now = io.StringIO(), 0.0 if self._latest is None else self._latest.time
+        rows = csv.writer(written, lineterminator="\n")
+        rows.writerow(("plot", "series", "unit", "time_s", "value"))
+        for key in self.shown_keys if keys is None else keys:
+            for series in self._parts[key].series():
+                for age, value in zip(series.ages.tolist(), series.values.tolist(), strict=True):
+                    if np.isfinite(value):
+                        rows.writerow((key.title, series.name, series.unit, f"{now + age:.6g}", f"{value:.6g}"))
+        return written.getvalue()
 
     def showEvent(self, event: QShowEvent) -> None:
         """Qt: catch up with what came while hidden."""
@@ -361,11 +496,5 @@ class LivePlots(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Qt: side by side where it is wide, one under the other where it is tall."""
         super().resizeEvent(event)
-        self._layout.setDirection(
-            QBoxLayout.Direction.LeftToRight if self._beside else QBoxLayout.Direction.TopToBottom
-        )
+        self.board.set_beside(beside=self._beside)
         self._arrange()
-
-
-def _stage_colour(index: int) -> str:
-    return STAGE_COLOURS[index % len(STAGE_COLOURS)]

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from html import escape
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import pyqtgraph as pg
@@ -37,6 +38,41 @@ AXIS_START, AXIS_END = -1.04 * PLOT_SECONDS, 0.09 * PLOT_SECONDS
 """Its ends [s]: a little more than is shown, so that what is written at the ends has room."""
 
 
+class PlotSeries(NamedTuple):
+    """What one curve of a plot shows, for files.
+
+    Attributes:
+        name: Of the curve.
+        unit: Of the values; empty for none.
+        ages: (k,) [s], 0 for now and below before.
+        values: (k,) NaN where nothing was said.
+    """
+
+    name: str
+    unit: str
+    ages: FloatArray
+    values: FloatArray
+
+    @classmethod
+    def of_spans(cls, name: str, spans: Sequence[tuple[float, float]]) -> PlotSeries:
+        """1 at the beginning and at the end of each span, 0 right after; nothing else is said."""
+        ages = [age for start, end in spans for age in (start, end, end)]
+        return cls(name, "", np.array(ages), np.tile([1.0, 1.0, 0.0], len(spans)))
+
+
+class PlotPart(Protocol):
+    """What fills a plot."""
+
+    def draw(self) -> None:
+        """Show the samples kept."""
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+
+    def series(self) -> list[PlotSeries]:
+        """What is shown, for files."""
+
+
 class TracePlot(QWidget):
     """From zero to a round top that rarely changes; now at the right, ten seconds ago at the left.
 
@@ -48,6 +84,7 @@ class TracePlot(QWidget):
     def __init__(self, title: str, floor: float, parent: QWidget) -> None:
         super().__init__(parent)
         self._title, self._floor, self._top = title, floor, 0.0
+        self._ends = 0.0, 0.0
         self._marks: list[pg.InfiniteLine] = []
         self._mark_pen = pg.mkPen(None)
         self.setAccessibleName(title)
@@ -121,6 +158,15 @@ class TracePlot(QWidget):
             self._top = top
             self.plot.setYRange(-0.02 * top, 1.1 * top, padding=0)  # the top's own label needs room
 
+    def reach_between(self, lowest: float, highest: float) -> None:
+        """Make room for values of either sign: from a round bottom to a round top, at least ``floor`` apart."""
+        middle, half = (lowest + highest) / 2, max(highest - lowest, self._floor) / 2
+        step = nice_ceiling(half) / 5
+        bottom, top = step * np.floor((middle - half) / step), step * np.ceil((middle + half) / step)
+        if (bottom, top) != self._ends:
+            self._ends = bottom, top
+            self.plot.setYRange(bottom, top, padding=0.06)
+
 
 def legend_entry(mark: str, ink: str, words: str, *, strong: bool = False) -> str:
     """Rich text of one entry of a legend: a mark in its colour, then words that stay together."""
@@ -165,6 +211,7 @@ class ForceTraces:
         self._goal = plot.plot.plot(connect="finite")
         self._goal.hide()
         self._goal_force: float | None = None
+        self._units = ReadingUnits.CALIBRATED
 
     def set_theme(self, theme: Theme) -> None:
         """Take another theme."""
@@ -180,6 +227,7 @@ class ForceTraces:
 
     def set_units(self, units: ReadingUnits) -> None:
         """What forces may be called from now on; what was drawn in another unit is forgotten."""
+        self._units = units
         self._plot.set_title(units.strength_title)
         self.clear()
         self._update_legend()
@@ -224,6 +272,18 @@ class ForceTraces:
             self._lines[name].setData(*self._regions.series(name))
         self._plot.reach(max(max_or_zero(force), max_or_zero(goals[np.isfinite(goals)])))
         self._update_legend()
+
+    def series(self) -> list[PlotSeries]:
+        """Of all contacts together, the goal, and of each contact."""
+        unit = self._units.force or "relative"
+        told = [PlotSeries("all contacts", unit, *self._total.series("force"))]
+        if np.isfinite(self._total.series("goal")[1]).any():
+            told.append(PlotSeries("goal", unit, *self._total.series("goal")))
+        return told + [PlotSeries(f"contact {name}", unit, *self.contact(name)) for name in self._regions.names]
+
+    def contact(self, name: str) -> tuple[FloatArray, FloatArray]:
+        """Ages (k,) [s] and forces (k,) of the contact with this id."""
+        return self._regions.series(name)
 
     def _ink(self, name: str, line: pg.PlotDataItem) -> None:
         """The selected one is thick; the others step back while there is one."""
@@ -330,6 +390,22 @@ class PressureTraces:
             there = number < shown.shape[1]
             line.setData(ages if there else [], shown[:, number] if there else [])
 
+    def series(self) -> list[PlotSeries]:
+        """The peak, and the selected taxels one by one or together."""
+        unit = self._units.unit
+        told = [PlotSeries("max of all", unit, *self._peak.series("peak"))]
+        if self._many:
+            together = {"mean": f"mean of {len(self._selected)}", "max": f"max of {len(self._selected)}"}
+            return told + [PlotSeries(words, unit, *self._together.series(name)) for name, words in together.items()]
+        return told + [PlotSeries(f"taxel {one}", unit, *self.taxel(one)) for one in self._selected.tolist()]
+
+    def taxel(self, taxel: int) -> tuple[FloatArray, FloatArray]:
+        """Ages (k,) [s] and pressures (k,) [kPa] of one; none where the skin has no such taxel."""
+        if taxel >= self._taxels.count:
+            return np.zeros(0), np.zeros(0)
+        ages, traces = self._taxels.traces(np.array([taxel]))
+        return ages, traces[:, 0]
+
     @property
     def _many(self) -> bool:
         return len(self._selected) > len(TAXEL_COLOURS)
@@ -367,9 +443,13 @@ class BoundedTrace:
         bound: What it should stay below.
         words: Of the bound, for the legend.
         hard: Whether the bound is a limit that is kept, or a wish.
+        quantity: Its name and unit.
     """
 
-    def __init__(self, plot: TracePlot, theme: Theme, *, bound: float, words: str, hard: bool) -> None:
+    def __init__(
+        self, plot: TracePlot, theme: Theme, *, bound: float, words: str, hard: bool, quantity: tuple[str, str]
+    ) -> None:
+        self._quantity, self._unit = quantity
         self._plot, self._theme, self._bound, self._words, self._hard = plot, theme, bound, words, hard
         self._history = SampleHistory(seconds=PLOT_SECONDS)
         self._line = plot.plot.plot(connect="finite")
@@ -398,6 +478,10 @@ class BoundedTrace:
         known = values[np.isfinite(values)]
         self._plot.reach(max(max_or_zero(known), self._bound))
 
+    def series(self) -> list[PlotSeries]:
+        """The quantity."""
+        return [PlotSeries(self._quantity, self._unit, *self._history.series("value"))]
+
     @property
     def _ink(self) -> QColor:
         return QColor(self._theme.warning if self._hard else self._theme.intent)
@@ -408,12 +492,14 @@ class BoundedTrace:
 
 def error_trace(plot: TracePlot, theme: Theme) -> BoundedTrace:
     """Of the error on the map [mm]."""
-    return BoundedTrace(plot, theme, bound=1e3 * TOLERANCE, words=f"tolerance {1e3 * TOLERANCE:g}", hard=False)
+    words = f"tolerance {1e3 * TOLERANCE:g}"
+    return BoundedTrace(plot, theme, bound=1e3 * TOLERANCE, words=words, hard=False, quantity=("error", "mm"))
 
 
 def speed_trace(plot: TracePlot, theme: Theme) -> BoundedTrace:
     """Of the fastest joint [rad/s]."""
-    return BoundedTrace(plot, theme, bound=MAX_JOINT_SPEED, words=f"limit {MAX_JOINT_SPEED:g}", hard=True)
+    words, quantity = f"limit {MAX_JOINT_SPEED:g}", ("max joint speed", "rad/s")
+    return BoundedTrace(plot, theme, bound=MAX_JOINT_SPEED, words=words, hard=True, quantity=quantity)
 
 
 def error_of(frame: Frame) -> float | None:

@@ -15,6 +15,7 @@ from widgets.presenters.files.map_file_presenter import MapFilePresenter
 from widgets.presenters.files.recordings_presenter import RecordingsPresenter
 from widgets.presenters.map_edit_presenter import MapEditPresenter
 from widgets.presenters.notification_presenter import NotificationPresenter
+from widgets.presenters.plots_presenter import PlotsPresenter
 from widgets.presenters.pointing_presenter import PointingPresenter
 from widgets.presenters.session.accuracy_presenter import AccuracyPresenter
 from widgets.presenters.session.effects_presenter import EffectsPresenter
@@ -48,6 +49,7 @@ class Presenters:
     recording_plots: RecordingPlotsPresenter
     replay_past: ReplayPast
     notification: NotificationPresenter
+    plots: PlotsPresenter
     pointing: PointingPresenter
     touch_script: TouchScriptPresenter
     control_tools: ControlToolsPresenter
@@ -68,6 +70,7 @@ class Presenters:
             self.replay_past,
             self.recording_plots,
             self.recordings,
+            self.plots,
         ):
             presenter.close()
 
@@ -79,6 +82,7 @@ def build(context: AppContext, parent: QWidget) -> Presenters:
     map_files = MapFilePresenter(context, parent)
     map_edit = MapEditPresenter(context, tools, map_files, parent)
     files = FilePresenter(context, effects, map_files, tools.get(GridTool), parent)
+    plots = PlotsPresenter(context, parent)
     return Presenters(
         tools=tools,
         effects=effects,
@@ -94,7 +98,8 @@ def build(context: AppContext, parent: QWidget) -> Presenters:
         notes=NotesPresenter(context, tools, parent),
         replay_past=ReplayPast(context, parent),
         notification=NotificationPresenter(context, parent),
-        pointing=PointingPresenter(context, tools, parent),
+        plots=plots,
+        pointing=PointingPresenter(context, tools, plots, parent),
         touch_script=TouchScriptPresenter(context, effects, parent),
         control_tools=ControlToolsPresenter(context, tools, parent),
         control=ControlPresenter(context, parent),

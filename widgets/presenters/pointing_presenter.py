@@ -1,13 +1,14 @@
 """The context menu of both views: what is pointed at, and what can be done with it.
 
-``POINTED_ACTIONS`` is the one list of what a right click offers; each entry says for what it is there and how it is
-called then. Fingers that stay are put, changed and taken away here.
+``POINTED_ACTIONS`` is the one list of what a right click offers on either view and on a plot; each entry says for what
+it is there and how it is called then. Fingers that stay are put, changed and taken away here.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +19,7 @@ from PySide6.QtWidgets import QMenu, QWidget
 from app.contacts.regions import ContactRegion
 from app.core.arrays import FloatArray
 from app.geometry.mesh import SurfacePoint
+from app.robots.kinematics import Configuration
 from app.session.frame import Frame
 from app.session.prepare import PreparedScene
 from app.tactile.poke import PokeState
@@ -28,6 +30,8 @@ from widgets.interaction.pointed_at import PointedAt
 from widgets.map_view.map_coordinates import nearest_taxel
 from widgets.panels.touch.contacts_panel import ContactsPanel
 from widgets.panels.touch.held_fingers import FIRST_HELD
+from widgets.plots.plot_choice import PlotKey, PlotKind
+from widgets.presenters.plots_presenter import PlotsPresenter
 from widgets.tools.control.drawn_path import as_points
 from widgets.tools.control.path_tool import PathTool
 from widgets.tools.map_editing.pin_tool import PinTool, pins_by_point
@@ -49,6 +53,9 @@ class Pointed:
         region: The contact there.
         finger: The finger that stays there.
         pin: The pin there.
+        link: Name of the link that is pointed at, bare or under skin.
+        joint: Name of the joint that moves this link against the one before; None where none does.
+        plot: The plot that is pointed at, in place of all others.
     """
 
     at: SurfacePoint | None = None
@@ -58,6 +65,9 @@ class Pointed:
     region: ContactRegion | None = None
     finger: PokeState | None = None
     pin: SurfacePoint | None = None
+    link: str | None = None
+    joint: str | None = None
+    plot: PlotKey | None = None
 
 
 class PointedAction(NamedTuple):
@@ -80,15 +90,17 @@ class PointingPresenter(QObject):
     Args:
         context: What it works on.
         tools: Path, target and pins.
+        plots: What can be plotted.
         parent: Qt parent; the menu opens over it.
     """
 
-    def __init__(self, context: AppContext, tools: Tools, parent: QWidget) -> None:
+    def __init__(self, context: AppContext, tools: Tools, plots: PlotsPresenter, parent: QWidget) -> None:
         super().__init__(parent)
-        self.context, self.tools, self._window = context, tools, parent
+        self.context, self.tools, self.plots, self._window = context, tools, plots, parent
         self.fingers = context.panels.get(ContactsPanel).fingers
         self.menu: QMenu | None = None
         context.views.menu_requested.connect(self.open_menu)
+        context.plots.menu_wanted.connect(self.open_plot_menu)
         context.views.latch_requested.connect(self.hold)
         context.views.poke_pressed.connect(self.press)
         context.session.taken_over.connect(self._on_taken_over)
@@ -131,7 +143,13 @@ class PointingPresenter(QObject):
 
     def open_menu(self, hit: PointedAt, place: QPoint) -> None:
         """Offer what can be done with what is there; nothing where there is nothing."""
-        pointed = self.resolve(hit)
+        self._offer(self.resolve(hit), place)
+
+    def open_plot_menu(self, plot: PlotKey, place: QPoint) -> None:
+        """Offer what can be done with a plot."""
+        self._offer(Pointed(plot=plot), place)
+
+    def _offer(self, pointed: Pointed, place: QPoint) -> None:
         offered = [(action, words) for action in POINTED_ACTIONS if (words := action.words(self, pointed))]
         if not offered:
             return
@@ -150,9 +168,12 @@ class PointingPresenter(QObject):
         if prepared is None:
             return Pointed()
         if hit.at is None:
-            return Pointed(body=hit.body, name=_body_name(prepared, hit.body))
+            link = _link_name(prepared, hit.body)
+            name = _body_name(prepared, hit.body)
+            return Pointed(body=hit.body, name=name, link=link, joint=_joint_name(prepared, link))
         at, map_ = hit.at, prepared.map
         taxel = nearest_taxel(map_, at)
+        link = prepared.skin.patches[at.patch].link
         return Pointed(
             at,
             None,
@@ -161,7 +182,17 @@ class PointingPresenter(QObject):
             _region(frame, taxel),
             _finger(prepared, frame, at),
             _pin(self.context.editor, at),
+            link,
+            _joint_name(prepared, link),
         )
+
+    def neighbours(self, plot: PlotKey | None, step: int) -> tuple[PlotKey | None] | None:
+        """Which plot ``plot`` would stand left of, one place before (-1) or behind (1); None where it cannot."""
+        shown = [key for key in self.context.plots.shown_keys if key not in self.context.plots.board.windows]
+        if plot is None or plot not in shown or not 0 <= shown.index(plot) + step < len(shown):
+            return None
+        place = shown.index(plot) + (step if step < 0 else 2)
+        return (shown[place] if place < len(shown) else None,)
 
     @property
     def running(self) -> bool:
@@ -179,6 +210,19 @@ def _body_name(prepared: PreparedScene, body: int | None) -> str:
         return ""
     links = prepared.robot.links
     return links[body].name if body < len(links) else prepared.objects[body - len(links)].spec.name
+
+
+def _link_name(prepared: PreparedScene, body: int | None) -> str | None:
+    links = prepared.robot.links
+    return links[body].name if body is not None and body < len(links) else None
+
+
+def _joint_name(prepared: PreparedScene, link: str | None) -> str | None:
+    """The last joint before a link: its own, or that of the nearest link before it that has one."""
+    if link is None:
+        return None
+    before = Configuration(prepared.robot).joints_before(link)
+    return prepared.robot.joints[int(before[-1])].name if len(before) else None
 
 
 def _region(frame: Frame | None, taxel: int | None) -> ContactRegion | None:
@@ -259,19 +303,95 @@ def _start_path(presenter: PointingPresenter, pointed: Pointed) -> None:
 
 
 def _plot_words(_presenter: PointingPresenter, pointed: Pointed) -> str:
-    if pointed.region is not None:
-        return "Plot this contact"
-    return "" if pointed.taxel is None else f"Plot taxel {pointed.taxel}"
+    return "" if pointed.region is None else "Plot this contact"
 
 
 def _plot(presenter: PointingPresenter, pointed: Pointed) -> None:
-    context = presenter.context
-    if not context.actions["plots"].isChecked():
-        context.actions["plots"].trigger()
     if pointed.region is not None:
-        context.views.selection.select_region(pointed.region.id)
-    elif pointed.taxel is not None:
-        context.views.select_taxel(pointed.taxel)
+        presenter.plots.plot(PlotKey(PlotKind.CONTACT, str(pointed.region.id)))
+        presenter.context.views.selection.select_region(pointed.region.id)
+
+
+def _plot_taxel_words(_presenter: PointingPresenter, pointed: Pointed) -> str:
+    return "" if pointed.taxel is None else f"Plot taxel {pointed.taxel}"
+
+
+def _plot_taxel(presenter: PointingPresenter, pointed: Pointed) -> None:
+    if pointed.taxel is not None:
+        presenter.plots.plot(PlotKey(PlotKind.TAXEL, str(pointed.taxel)))
+        presenter.context.views.select_taxel(pointed.taxel)
+
+
+def _plot_link_words(presenter: PointingPresenter, pointed: Pointed) -> str:
+    prepared = presenter.context.session.prepared
+    skinned = prepared is not None and any(patch.link == pointed.link for patch in prepared.skin.patches)
+    return f"Plot the force on {(pointed.link or '').replace('_', ' ')}" if skinned else ""
+
+
+def _plot_link(presenter: PointingPresenter, pointed: Pointed) -> None:
+    if pointed.link is not None:
+        presenter.plots.plot(PlotKey(PlotKind.LINK, pointed.link))
+
+
+def _plot_joint_words(_presenter: PointingPresenter, pointed: Pointed) -> str:
+    return "" if pointed.joint is None else f"Plot joint {pointed.joint.replace('_', ' ')}"
+
+
+def _plot_joint(presenter: PointingPresenter, pointed: Pointed) -> None:
+    if pointed.joint is not None:
+        presenter.plots.plot(PlotKey(PlotKind.JOINT, pointed.joint))
+
+
+def _enlarge_words(presenter: PointingPresenter, pointed: Pointed) -> str:
+    board = presenter.context.plots.board
+    if pointed.plot is None or pointed.plot in board.windows:
+        return ""
+    return "Show all plots" if board.enlarged == pointed.plot else "Enlarge"
+
+
+def _enlarge(presenter: PointingPresenter, pointed: Pointed) -> None:
+    if pointed.plot is not None:
+        presenter.context.plots.board.toggle(pointed.plot)
+
+
+def _pop_out_words(presenter: PointingPresenter, pointed: Pointed) -> str:
+    if pointed.plot is None:
+        return ""
+    return "Put back among the plots" if pointed.plot in presenter.context.plots.board.windows else "Own window"
+
+
+def _pop_out(presenter: PointingPresenter, pointed: Pointed) -> None:
+    if pointed.plot is not None:
+        presenter.context.plots.pop_out(pointed.plot)
+
+
+def _move_words(step: int, presenter: PointingPresenter, pointed: Pointed) -> str:
+    ways = ("left", "right") if presenter.context.plots.board.beside else ("up", "down")
+    return "" if presenter.neighbours(pointed.plot, step) is None else f"Move {ways[step > 0]}"
+
+
+def _move(step: int, presenter: PointingPresenter, pointed: Pointed) -> None:
+    found = presenter.neighbours(pointed.plot, step)
+    if found is not None and pointed.plot is not None:
+        presenter.context.plots.move_plot(pointed.plot, *found)
+
+
+def _hide_plot_words(_presenter: PointingPresenter, pointed: Pointed) -> str:
+    return "" if pointed.plot is None else "Hide this plot"
+
+
+def _hide_plot(presenter: PointingPresenter, pointed: Pointed) -> None:
+    if pointed.plot is not None:
+        presenter.context.plots.remove_plot(pointed.plot)
+
+
+def _save_plot_words(_presenter: PointingPresenter, pointed: Pointed) -> str:
+    return "" if pointed.plot is None else "Save as CSV…"
+
+
+def _save_plot(presenter: PointingPresenter, pointed: Pointed) -> None:
+    if pointed.plot is not None:
+        presenter.plots.save_table((pointed.plot,))
 
 
 def _frame_words(_presenter: PointingPresenter, pointed: Pointed) -> str:
@@ -306,17 +426,45 @@ def _unpin(presenter: PointingPresenter, pointed: Pointed) -> None:
 
 
 def _copy_words(_presenter: PointingPresenter, pointed: Pointed) -> str:
-    return "Copy values" if pointed.name else ""
+    return "Copy values" if pointed.name or pointed.plot is not None else ""
 
 
 def _copy(presenter: PointingPresenter, pointed: Pointed) -> None:
+    if pointed.plot is not None:
+        QGuiApplication.clipboard().setText(presenter.context.plots.table((pointed.plot,)))
+    else:
+        QGuiApplication.clipboard().setText(_values(presenter, pointed))
+    presenter.context.notifier.status("Copied")
+
+
+def _values(presenter: PointingPresenter, pointed: Pointed) -> str:
     told = presenter.context.views.map.display.words_for(pointed.at) or pointed.name
     lines = [told.replace("\u2009", " ")]
     if pointed.region is not None:
         region = pointed.region
         lines.append(f"Contact {region.id}: {region.force:.4g} N, {region.area:.4g} m², peak {region.peak:.4g} Pa")
-    QGuiApplication.clipboard().setText("\n".join(lines))
-    presenter.context.notifier.status("Copied")
+    lines += _body_values(presenter.context.session.prepared, presenter.context.session.shown, pointed)
+    return "\n".join(lines)
+
+
+def _body_values(prepared: PreparedScene | None, frame: Frame | None, pointed: Pointed) -> list[str]:
+    """Where a bare link or an object is, and how its joint stands."""
+    lines: list[str] = []
+    if prepared is None or frame is None or pointed.at is not None:
+        return lines
+    links = len(prepared.robot.links)
+    if pointed.body is not None and pointed.body >= links:
+        lines.append(f"Place: {_numbers(frame.objects[pointed.body - links][:3, 3])} m")
+    if pointed.joint is not None:
+        number = [joint.name for joint in prepared.robot.joints].index(pointed.joint)
+        unit = "m" if prepared.robot.joints[number].slide else "rad"
+        told = f"{frame.posture[number]:.4g} {unit}, {frame.velocity[number]:.4g} {unit}/s"
+        lines.append(f"Joint {pointed.joint}: {told}")
+    return lines
+
+
+def _numbers(values: FloatArray) -> str:
+    return " ".join(f"{value:.4g}" for value in values.tolist())
 
 
 POINTED_ACTIONS = (
@@ -326,9 +474,18 @@ POINTED_ACTIONS = (
     PointedAction("target", _target_words, _set_target),
     PointedAction("path", _path_words, _start_path),
     PointedAction("plot", _plot_words, _plot),
+    PointedAction("plot-taxel", _plot_taxel_words, _plot_taxel),
+    PointedAction("plot-link", _plot_link_words, _plot_link),
+    PointedAction("plot-joint", _plot_joint_words, _plot_joint),
     PointedAction("frame", _frame_words, _frame),
     PointedAction("hide", _hide_words, _hide),
     PointedAction("unpin", _unpin_words, _unpin),
+    PointedAction("enlarge", _enlarge_words, _enlarge),
+    PointedAction("pop-out", _pop_out_words, _pop_out),
+    PointedAction("earlier", partial(_move_words, -1), partial(_move, -1)),
+    PointedAction("later", partial(_move_words, 1), partial(_move, 1)),
+    PointedAction("hide-plot", _hide_plot_words, _hide_plot),
+    PointedAction("save-plot", _save_plot_words, _save_plot),
     PointedAction("copy", _copy_words, _copy),
 )
-"""In the order of the menu, the same in both views."""
+"""In the order of the menu, the same in both views and on plots."""

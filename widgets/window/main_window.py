@@ -138,6 +138,7 @@ class MainWindow(QMainWindow):
     def _build_bottom(self) -> None:
         self.plots, self.recording_plots = LivePlots(self.theme), RecordingPlots(self.theme)
         self.plots.follow(self.views.selection)
+        self.plots.enlarged_changed.connect(self._give_plots_room)
         content = QWidget()
         column = QVBoxLayout(content)
         column.setContentsMargins(0, 0, 0, 0)
@@ -228,8 +229,11 @@ class MainWindow(QMainWindow):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Qt: in a low window the plots give room to the views."""
         super().resizeEvent(event)
-        for plots in (self.plots, self.recording_plots):
-            plots.setFixedHeight(USUAL_HEIGHT if self.height() >= _LOW_WINDOW else LOWEST)
+        self._give_plots_room()
+
+    def _give_plots_room(self) -> None:
+        self.plots.setFixedHeight(self.plots.wanted_height(self.height(), low=self.height() < _LOW_WINDOW))
+        self.recording_plots.setFixedHeight(USUAL_HEIGHT if self.height() >= _LOW_WINDOW else LOWEST)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Qt: what no widget wanted; Right steps, where it neither pans the map nor turns a gain."""

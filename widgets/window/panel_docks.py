@@ -10,6 +10,7 @@ from widgets.common.panel import SLIM_SCROLL_BAR, Panel
 from widgets.common.settings import Settings, WindowLayout
 from widgets.context.app_context import AppContext
 from widgets.panels.panel_column import COLUMN_WIDTH, PanelColumn
+from widgets.plots.plot_choice import PlotChoice
 
 _SCROLL_BAR_PX = 16
 _TALLEST_PX = 640
@@ -99,7 +100,8 @@ class PanelDocks(QObject):
     def layout(self) -> WindowLayout:
         """As the window is arranged now."""
         undocked = tuple(dock.panel.objectName() for dock in self._docks)
-        return WindowLayout(undocked, self._column.folded, self._window.saveState())
+        plots = self._context.plots.choice.to_text()
+        return WindowLayout(undocked, self._column.folded, self._window.saveState(), plots)
 
     def arrange(self, layout: WindowLayout) -> None:
         """Arrange the window so; panels it names that are not there any more are left out."""
@@ -109,6 +111,7 @@ class PanelDocks(QObject):
                 self._undock(panel)
         self._column.set_folded(layout.folded)
         self._window.restoreState(layout.state)
+        self._context.plots.choose(PlotChoice.from_text(layout.plots))
         self.arranged.emit()
 
     def gather(self) -> None:

@@ -17,6 +17,7 @@ from widgets.actions.registry import key_rows, taken_by_menus
 from widgets.actions.table import MOUSE_GESTURES
 from widgets.common.guide_window import GuidePlace, GuideWindow
 from widgets.context.app_context import AppContext
+from widgets.plots.plot_choice import PlotChoice
 from widgets.window.palette_commands import ListFiller, action_commands, listed_commands, setting_commands
 from widgets.window.panel_docks import PanelDocks
 from widgets.window.window_picture import save_window_picture
@@ -100,6 +101,7 @@ class WindowCommands(QObject):
             self._context.actions[name].setChecked(True)
         self._show_docks()
         self._context.views.level()
+        self._context.plots.choose(PlotChoice())
 
     def toggle_full_screen(self) -> None:
         """The whole screen, or not."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pyqtgraph as pg
 import pytest
-from PySide6.QtWidgets import QLabel
+from PySide6.QtWidgets import QApplication, QLabel
 
 from app.control.command import ControlSettings
 from tests.widgets.support.samples import touched
@@ -85,6 +85,7 @@ def test_tall_plots_stand_on_each_other(plots, qtbot):
     first, second = plots.findChildren(pg.PlotWidget)[:2]
     assert first.mapTo(plots, first.pos()).x() < second.mapTo(plots, second.pos()).x()
     plots.resize(300, 700)
+    QApplication.processEvents()
     assert first.mapTo(plots, first.pos()).y() < second.mapTo(plots, second.pos()).y()
 
 

@@ -12,16 +12,20 @@ from app.recording.player import RecordingPlayer
 from app.recording.verify import verify
 from tests.widgets.support.window_driver import run, visible_skin
 from widgets.interaction.pointed_at import PointedAt
+from widgets.plots.plot_choice import PlotChoice
 from widgets.presenters.pointing_presenter import POINTED_ACTIONS
 from widgets.tools.map_editing.pin_tool import with_pins
 
 RIGHT, LEFT, SHIFT = Qt.MouseButton.RightButton, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.ShiftModifier
 
+OFFERED_ON_SKIN = ["poke", "target", "path", "plot-taxel", "plot-link", "plot-joint", "frame", "hide", "copy"]
+
 
 @pytest.fixture
 def window(window_again):
-    """With nobody touching it."""
-    return window_again
+    """With nobody touching it, and the plots that the controller calls for."""
+    yield window_again
+    window_again.plots.choose(PlotChoice())
 
 
 def right_click(window, view, pixel):
@@ -60,7 +64,7 @@ def test_both_views_offer_the_same_of_the_same_place(window):
     _, places = pixels(window)
     offered = {view: names(right_click(window, view, pixel)) for view, pixel in places.items()}
     window.findChild(QMenu, "pointed-menu").close()
-    assert offered["robot"] == offered["map"] == ["poke", "target", "path", "plot", "frame", "hide", "copy"]
+    assert offered["robot"] == offered["map"] == OFFERED_ON_SKIN
     assert names(right_click(window, "robot", QPoint(4, 4))) == [], "there is nothing in the corner"
 
 
@@ -128,8 +132,9 @@ def test_target_path_plot_frame_and_copy(window):
     run(window, 0.05)
     assert session.settings.task == "follow_path"
     assert len(session.settings.path) == 2
-    choose(right_click(window, "map", places["map"]), "plot")
+    choose(right_click(window, "map", places["map"]), "plot-taxel")
     assert len(window.views.selection.taxels) == 1
+    assert window.plots.shown[-1] == f"taxel:{window.views.selection.taxels[0]}"
     zoom = window.map_view.camera.zoom
     choose(right_click(window, "map", places["map"]), "frame")
     assert window.map_view.camera.zoom != zoom
@@ -142,7 +147,7 @@ def test_target_path_plot_frame_and_copy(window):
     window.action("controller_impedance").trigger()
 
 
-def test_a_link_without_skin_is_framed(window):
+def test_a_link_without_skin_is_framed_and_its_joint_plotted_and_copied(window):
     view = window.robot_view
     for x in range(20, view.width(), 25):
         for y in range(20, view.height() - 60, 25):
@@ -150,8 +155,12 @@ def test_a_link_without_skin_is_framed(window):
             if hit.at is None and hit.body is not None and not view.over_control(QPoint(x, y).toPointF()):
                 before = view.display.scene.viewpoint.distance
                 menu = right_click(window, "robot", QPoint(x, y))
-                assert names(menu) == ["frame", "copy"]
-                choose(menu, "frame")
+                assert names(menu) == ["plot-joint", "frame", "copy"]
+                choose(menu, "plot-joint")
+                assert window.plots.shown[-1].startswith("joint:")
+                choose(right_click(window, "robot", QPoint(x, y)), "copy")
+                assert " rad/s" in QApplication.clipboard().text()
+                choose(right_click(window, "robot", QPoint(x, y)), "frame")
                 assert view.display.scene.viewpoint.distance < before
                 window.views.frame_all()
                 return

@@ -12,6 +12,7 @@ from widgets.common.colours import DARK
 from widgets.common.settings import Settings
 from widgets.common.tool_kinds import BRUSH, POKE, SELECT_BOX
 from widgets.layers.registry import LAYERS, at_first
+from widgets.plots.plot_choice import PlotChoice
 from widgets.theme.application_theme import apply_theme
 from widgets.window.main_window import MainWindow
 
@@ -47,6 +48,7 @@ def begin_again(window, prepared, *, folded):
         window.set_theme("dark")
     window.resize(*SIZE)
     window.column.set_folded(folded)
+    window.plots.choose(PlotChoice())
     if window.live.prepared.skin is prepared.skin:  # the window would go on with what was edited
         window.editor.open(MapDocument.of(prepared.map))
     window.live.show_prepared(prepared)
@@ -71,6 +73,7 @@ def window_facts(window):
         "size": window.size().toTuple(),
         "views": views.geometry().getRect(),
         "folded": window.column.folded,
+        "plots": window.plots.choice,
         "windows": sum(widget.isVisible() for widget in QApplication.topLevelWidgets()),
         "message": window.notification_bar.isVisible(),
     }

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from PySide6.QtCore import QAbstractListModel, QModelIndex, QObject, QPersistentModelIndex, QRect, QSize, Qt
+from PySide6.QtCore import QAbstractListModel, QModelIndex, QObject, QPersistentModelIndex, QRect, QSize, Qt, Signal
 from PySide6.QtGui import QFont, QPainter, QPalette
 from PySide6.QtWidgets import QAbstractItemView, QListView, QStyledItemDelegate, QStyleOptionViewItem, QWidget
 
@@ -20,6 +20,7 @@ _MAX_ROWS = 8
 _EMPTY = "Touches, presses, strokes and grasps are listed here: press the skin in a view."
 _ONGOING = int(Qt.ItemDataRole.UserRole)
 _TIME = _ONGOING + 1
+_BEGAN = _ONGOING + 2
 _LASTING = ("press", "stroke", "grasp", "self-touch")
 _NOWHERE = QModelIndex()
 
@@ -31,11 +32,13 @@ class EventLine(NamedTuple):
         time: In words.
         text: What happened.
         ongoing: Whether it still goes on.
+        began: When it began [s].
     """
 
     time: str
     text: str
     ongoing: bool
+    began: float
 
 
 def event_lines(recent: Sequence[ContactEvent]) -> list[EventLine]:
@@ -50,8 +53,13 @@ def event_lines(recent: Sequence[ContactEvent]) -> list[EventLine]:
             continue
         ongoing = event.phase == "began" and event.kind in _LASTING
         text = event.words[:1].upper() + event.words[1:]
-        lines.append(EventLine(f"{event.time:.1f}\u2009s", text, ongoing))
+        lines.append(EventLine(f"{event.time:.1f}\u2009s", text, ongoing, event.time - _lasted(event)))
     return lines
+
+
+def _lasted(event: ContactEvent) -> float:
+    """How long before it was noticed it began [s]."""
+    return event.duration if event.phase == "ended" else 0.0
 
 
 class EventListModel(QAbstractListModel):
@@ -85,7 +93,7 @@ class EventListModel(QAbstractListModel):
                 return line.text
             case Qt.ItemDataRole.AccessibleTextRole | Qt.ItemDataRole.ToolTipRole:
                 return f"{line.text}, {'since' if line.ongoing else 'at'} {line.time}"
-        return {_ONGOING: line.ongoing, _TIME: line.time}.get(role)
+        return {_ONGOING: line.ongoing, _TIME: line.time, _BEGAN: line.began}.get(role)
 
 
 class _EventDelegate(QStyledItemDelegate):
@@ -120,6 +128,9 @@ class _EventDelegate(QStyledItemDelegate):
 class EventsPanel(Panel):
     """Shows a frame's recent events, so it is right live, in replay and wherever a user drags the timeline."""
 
+    event_clicked = Signal(float)
+    """An event that began at this time [s] was clicked."""
+
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Contact events", "events-panel", parent)
         self._note = self.caption(_EMPTY)
@@ -137,6 +148,8 @@ class EventsPanel(Panel):
         self.list.setModel(self.events)
         self.list.setItemDelegate(_EventDelegate(self.list))
         self.list.setFixedHeight(ROW * _MAX_ROWS)
+        self.list.setToolTip("In a recording, a click on an event goes there")
+        self.list.clicked.connect(self._on_clicked)
         self.column.addWidget(self.list)
         self.clear()
 
@@ -151,6 +164,9 @@ class EventsPanel(Panel):
     def show_frame(self, frame: Frame) -> None:
         """What has happened up to a frame."""
         self._show(frame.recent)
+
+    def _on_clicked(self, index: QModelIndex) -> None:
+        self.event_clicked.emit(float(index.data(_BEGAN)))
 
     def _show(self, recent: tuple[ContactEvent, ...]) -> None:
         bar = self.list.verticalScrollBar()

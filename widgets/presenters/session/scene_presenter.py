@@ -67,7 +67,7 @@ class ScenePresenter(QObject):
         self._effects.show_prepared(prepared)
         context.views.show_prepared(prepared)
         context.panels.show_prepared(prepared)
-        context.plots.clear()
+        context.plots.show_prepared(prepared)
         self._map_edit.show_prepared(prepared)
         self.title_changed.emit(prepared.scene.title or prepared.robot.name)
         if prepared.robot.findings or prepared.skin.findings:

@@ -5,17 +5,23 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from app.contacts.events import ContactEvent
 from app.control.limits import Limit, LimitKind
 from app.core.timing import Timings
+from app.geometry.mesh import SurfacePoint
 from widgets.plots.history import (
     LIMIT_SHOWN_FOR,
+    EventHistory,
     LimitHistory,
     SampleHistory,
     SettingChanges,
     ShownLimit,
     TaxelHistory,
+    VectorHistory,
     stage_times,
 )
+
+AT = SurfacePoint(0, 0, (1.0, 0.0, 0.0))
 
 
 def test_it_keeps_the_last_seconds_in_order():
@@ -229,3 +235,38 @@ def test_a_press_too_short_to_be_kept_by_itself_is_kept_as_hard_as_it_was():
     for k in range(1000):
         history.add(1e-3 * k, np.array([6400.0 if k == 503 else 10.0, 5.0]))
     assert history.traces(np.array([0, 1]))[1].max(axis=0) == pytest.approx([6.4, 0.005])
+
+
+def test_a_vector_keeps_the_extremes_of_what_it_drops():
+    history = VectorHistory(seconds=1.0, capacity=20)
+    for k in range(1000):
+        history.add(1e-3 * k, np.array([np.sin(0.01 * k), 5.0 if k == 503 else 0.0]))
+    ages, values = history.series(1)
+    assert values.max() == 5.0
+    assert len(ages) <= 20
+    assert ages[-1] == 0.0
+    assert ages[values.argmax()] == pytest.approx(0.503 - 0.999, abs=0.1)
+    assert history.series(7)[0].size == 0
+    history.add(5.0, np.zeros(2))
+    assert len(history.series(0)[0]) == 1, "time that jumps starts anew"
+
+
+def event(kind, time, phase="began", contacts=(1,), duration=0.0):
+    return ContactEvent(round(200 * time), time, kind, phase, contacts, ("hand",), AT, duration=duration)
+
+
+def test_events_are_rows_of_what_lasted_and_what_lasts_and_each_is_told_once():
+    history = EventHistory()
+    touch, press = event("touch", 1.0), event("press", 1.2)
+    history.take(1.5, (press, touch))
+    history.take(2.0, (press, touch))
+    assert dict(history.rows) == {
+        "touch": ((pytest.approx(-1.0), pytest.approx(-1.0)),),
+        "press": ((pytest.approx(-0.8), 0.0),),
+    }
+    history.take(3.0, (event("press", 2.5, "ended", duration=1.3), press, touch))
+    assert dict(history.rows)["press"] == ((pytest.approx(-1.8), pytest.approx(-0.5)),)
+    history.take(11.6, ())
+    assert [kind for kind, _ in history.rows] == ["press"], "as long as its end is remembered"
+    history.take(3.0, ())
+    assert history.rows == (), "time that runs backwards starts anew"

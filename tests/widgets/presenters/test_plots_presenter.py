@@ -1,0 +1,147 @@
+"""Choosing plots in the real window: the list, the menu of a plot, events that lead into a recording, what is kept."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QContextMenuEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from app.recording.player import open_recording
+from tests.widgets.support.window_driver import press_map, run
+from widgets.common.settings import Settings
+from widgets.panels.touch.events_panel import EventsPanel
+from widgets.plots.plot_choice import STANDARD, PlotChoice, PlotKey, PlotKind
+
+LEFT = Qt.MouseButton.LeftButton
+FORCE, EVENTS = STANDARD[0], STANDARD[-1]
+pytestmark = pytest.mark.qt_log_ignore("This plugin does not support")
+
+
+@pytest.fixture
+def window(window_again):
+    """With the plots that the controller calls for, before and after."""
+    yield window_again
+    if window_again.presenters.plots.chooser is not None:
+        window_again.presenters.plots.chooser.close()
+    window_again.plots.choose(PlotChoice())
+    window_again.live.back_to_live()
+    if not window_again.action("whole_recording").isChecked():
+        window_again.action("whole_recording").trigger()
+    QApplication.processEvents()
+
+
+def row(chooser, words):
+    return next(item for item in chooser.list.findItems(words, Qt.MatchFlag.MatchExactly) if item.data(256))
+
+
+def toggle(chooser, words):
+    """By its box."""
+    item = row(chooser, words)
+    chooser.list.scrollToItem(item)
+    box = chooser.list.visualItemRect(item)
+    QTest.mouseClick(chooser.list.viewport(), LEFT, pos=QPoint(box.left() + 10, box.center().y()))
+
+
+def test_any_plot_is_found_by_its_letters_and_shown(window):
+    window.action("choose_plots").trigger()
+    chooser = window.presenters.plots.chooser
+    name = window.live.prepared.robot.joints[2].name.replace("_", " ")
+    QTest.keyClicks(chooser.field, f"joint {name}")
+    toggle(chooser, f"Joint {name}")
+    chooser.field.clear()
+    QTest.keyClicks(chooser.field, "17")
+    toggle(chooser, "Taxel 17")
+    chooser.field.clear()
+    toggle(chooser, "Contact events")
+    assert set(window.plots.shown) >= {PlotKey(PlotKind.JOINT, name.replace(" ", "_")).text, "taxel:17", "events"}
+    assert not chooser.automatic.isChecked(), "a standard one was chosen"
+    QTest.mouseClick(chooser.automatic, LEFT, pos=QPoint(8, chooser.automatic.height() // 2))
+    assert "events" not in window.plots.shown
+    toggle(chooser, "Taxel 17")
+    assert "taxel:17" not in window.plots.shown
+    again = PlotChoice.from_text(Settings(Path(window.settings._store.fileName())).plots)
+    assert again == window.plots.choice, "kept at once"
+
+
+def plot_menu(window, key):
+    """As the right button opens it."""
+    surface = window.plots.board.cell(key).content.plot.viewport()
+    place = surface.rect().center()
+    event = QContextMenuEvent(QContextMenuEvent.Reason.Mouse, place, surface.mapToGlobal(place))
+    QApplication.sendEvent(surface, event)
+    return window.presenters.pointing.menu
+
+
+def choose(menu, name):
+    entry = menu.findChild(object, f"pointed-{name}")
+    menu.close()
+    entry.trigger()
+    QApplication.processEvents()
+
+
+def test_a_right_click_on_a_plot_offers_what_can_be_done_with_it(window):
+    run(window, 0.1)
+    names = [entry.objectName().removeprefix("pointed-") for entry in plot_menu(window, FORCE).actions()]
+    assert names == ["enlarge", "pop-out", "later", "hide-plot", "save-plot", "copy"]
+    choose(plot_menu(window, FORCE), "later")
+    assert window.plots.shown[:2] == ("pressure", "force")
+    choose(plot_menu(window, FORCE), "earlier")
+    height = window.plots.height()
+    choose(plot_menu(window, FORCE), "enlarge")
+    assert window.plots.height() > 1.5 * height
+    choose(plot_menu(window, FORCE), "enlarge")
+    choose(plot_menu(window, FORCE), "copy")
+    assert QApplication.clipboard().text().startswith("plot,series,unit,time_s,value\nForce,all contacts,N,")
+    choose(plot_menu(window, FORCE), "pop-out")
+    assert FORCE in window.plots.board.windows
+    choose(plot_menu(window, FORCE), "pop-out")
+    choose(plot_menu(window, FORCE), "hide-plot")
+    assert "force" not in window.plots.shown
+
+
+def test_the_choice_belongs_to_saved_layouts(window):
+    window.plots.add_plot(EVENTS)
+    window.panel_docks._save("events")
+    window.action("reset_layout").trigger()
+    assert "events" not in window.plots.shown
+    window.panel_docks._take("events")
+    assert "events" in window.plots.shown
+    window.settings.delete_layout("events")
+
+
+def test_a_click_on_an_event_goes_there_in_a_recording(window, tmp_path):
+    window.live.start_recording(tmp_path / "touch.mcap")
+    run(window, 0.2)
+    pixel = press_map(window, 70)
+    run(window, 0.6)
+    QTest.mouseRelease(window.map_view.viewport(), LEFT, pos=pixel)
+    run(window, 0.4)
+    window.live.stop_recording()
+    window.live.show_player(open_recording(tmp_path / "touch.mcap"))
+    assert not window.plots.isVisible(), "the curves of the whole recording are in their place"
+    window.presenters.plots.plot(EVENTS)
+    assert window.plots.isVisible()
+    QApplication.processEvents()
+    window.timeline.set_time(1.15)
+    window.live.show_time(1.15)
+    began = next(event.time for event in window.live.shown.recent if event.kind == "touch")
+    window.plots.show_past(window.live.replay.frames(range(0, window.live.replay.number + 1)))
+    QApplication.processEvents()
+    strip = window.plots.board.cell(EVENTS).content
+    x = strip._rows._x(began - window.live.shown.time)
+    surface = strip._rows
+    QTest.mouseClick(surface, LEFT, pos=QPointF(x, 16).toPoint())
+    assert window.live.shown.time == pytest.approx(began, abs=0.011)
+    assert window.timeline.playhead.time == pytest.approx(
+        window.live.shown.time - window.live.player.times[0], abs=0.011
+    )
+    window.timeline.go_to(1.1)
+    events = window.column.get(EventsPanel)
+    number = next(k for k, line in enumerate(events.events._lines) if line.began == began)
+    events.list.scrollTo(events.events.index(number))
+    QTest.mouseClick(events.list.viewport(), LEFT, pos=events.list.visualRect(events.events.index(number)).center())
+    assert window.live.shown.time == pytest.approx(began, abs=0.011)
