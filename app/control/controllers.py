@@ -26,6 +26,7 @@ import numpy as np
 from app.contacts.force_estimation.wrench_consistency import WrenchMismatch
 from app.contacts.regions import ContactRegion
 from app.control.command import ControlSettings, JointCommand, TaskReport
+from app.control.force_loop.normal_motion import ENOUGH_TILT, LEAST_TILT, RisingForces, bearable_tilt, slow_aside
 from app.control.joint_impedance import MAX_POINT_SPEED, PostureReference, joint_impedance, limit_joint_speed
 from app.control.limits import ActiveLimits, Limit, LimitKind
 from app.control.map_kinematics import MapKinematics
@@ -49,7 +50,7 @@ from app.control.task_priority import (
     solve_within_limits,
 )
 from app.control.tasks import TaskManager
-from app.core.arrays import FloatArray, readonly
+from app.core.arrays import FloatArray, length, readonly
 from app.robots.kinematics import Configuration
 from app.robots.robot import Robot
 
@@ -221,8 +222,13 @@ class HoldForceController:
         push = self._servo.push(settings, contact, settings.force_goal - region.force, dt, limits)
         self._configuration.update(posture)
         normal = self._configuration.pose(region.link).rotation.dot(region.link_normal)
-        row = normal.dot(self._configuration.jacobian(region.link, region.link_position))
-        return solve_within_limits([PriorityLevel(row[None], np.array((push,)))], self._reference, start, limits)
+        move = self._configuration.jacobian(region.link, region.link_position)
+        row = normal.dot(move)
+        tilt = bearable_tilt(row, move)
+        freely, straight = PriorityLevel(row[None], np.array((push,))), PriorityLevel(move, push * normal)
+        level = freely if tilt >= LEAST_TILT else straight
+        speed = solve_within_limits([level], self._reference, start, limits)
+        return slow_aside(move, normal, tilt, speed, limits)
 
 
 STOP_FREQUENCY = 8.0
@@ -272,6 +278,8 @@ class TaskController:
         self._safety.reset()
         self.tank.reset()
         self._stall.reset()
+        self._slippery: dict[int, float] = {}
+        self._rising = RisingForces()
         self._speed = np.zeros_like(self.rest)
 
     def start(self, posture: FloatArray, torque: FloatArray) -> None:
@@ -335,6 +343,7 @@ class TaskController:
     def _idle(self, settings: ControlSettings, start: FloatArray, dt: float, limits: ActiveLimits) -> FloatArray:
         self._scheme.reset()
         self.tank.reset()
+        self._slippery.clear()
         if settings.task in STAY:
             return np.zeros_like(start)
         if not self._task_manager.lost:
@@ -358,15 +367,25 @@ class TaskController:
         others = tuple(self._contact(settings, ContactGoal(r, r.force)) for r in regions if r.id not in wanted)
         home = np.minimum(np.maximum(self.rest - start, -_HOME_SPEED), _HOME_SPEED)
         arm = ArmState(start, home, self._speed, self._reference, contacts + others, dt)
+        if self._rising.look((c.id, c.force, c.force + c.force_error, c.tilt) for c in contacts):
+            limits.add(Limit(LimitKind.FORCE_RISES))
+            self._scheme.reset()
+            return np.zeros_like(start)
         contacts = self._unless_stuck(settings, contacts, goals, dt, limits)
         # What the tank slows down is no force that an integral could bring.
         asked = settings if self.tank.share == 1.0 else replace(settings, integral_time=inf)
         levels = self._scheme.levels(asked, contacts, arm, limits)
         speed = self._scheme.solve(levels, settings, contacts, arm, limits)
+        for contact in (one for one in contacts if one.tilt < ENOUGH_TILT):
+            wanted = length(contact.along(settings.position_gain, MAX_POINT_SPEED))
+            speed = slow_aside(contact.move, contact.normal, contact.tilt, speed, limits, wanted=wanted)
         return self._within_energy(contacts, speed, velocity, dt, limits)
 
     def _contact(self, settings: ControlSettings, want: ContactGoal) -> TaskContact:
         region, pose = want.region, self._configuration.pose(want.region.link)
+        normal = pose.rotation.dot(self.sight.normal(region, settings.jacobian))
+        move = self._configuration.jacobian(region.link, region.link_position)
+        tilt = self._tilt(region.id, normal.dot(move), move)
         to_map = want.to_map
         if to_map is None and want.error is not None:
             to_map = self.sight.jacobian(region.at, settings.jacobian, self._configuration)
@@ -374,14 +393,23 @@ class TaskController:
             id=region.id,
             force=region.force,
             force_error=want.force - region.force,
-            normal=pose.rotation.dot(self.sight.normal(region, settings.jacobian)),
+            normal=normal,
             point=pose.points(region.link_position),
-            move=self._configuration.jacobian(region.link, region.link_position),
+            move=move,
             to_map=_NO_MAP if to_map is None else to_map,
             error=want.error,
             velocity=_NO_VELOCITY if want.velocity is None else want.velocity,
             presence=want.presence,
+            tilt=tilt,
+            straight=tilt < LEAST_TILT,
         )
+
+    def _tilt(self, contact: int, outward: FloatArray, move: FloatArray) -> float:
+        """By how much a contact's normal may err [rad]: the least since it began, if that was little."""
+        tilt = min(bearable_tilt(outward, move), self._slippery.get(contact, inf))
+        if tilt < LEAST_TILT:
+            self._slippery[contact] = tilt
+        return tilt
 
     def _unless_stuck(
         self,

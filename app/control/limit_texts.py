@@ -13,6 +13,7 @@ _NAMES = {
     LimitKind.POINT_SPEED: "contact point speed",
     LimitKind.FORCE_CAP: "force cap",
     LimitKind.WEAK_DIRECTION: "singular configuration: little motion along the contact",
+    LimitKind.FORCE_RISES: "no force control here: the joints hardly move the skin off",
     LimitKind.HELD_BACK: "the arm is blocked",
     LimitKind.ENERGY_TANK: "net energy output to the contact",
     LimitKind.SLOW_HOMING: "slow return to the rest posture",

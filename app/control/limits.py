@@ -12,8 +12,9 @@ class LimitKind(Enum):
     """What bounds the controller, holds its task up, or stopped it. In brackets: what a ``Limit`` tells besides.
 
     Bounds on motion: ``JOINT_LIMIT`` (names: the joints), ``JOINT_SPEED``, ``JOINT_ACCELERATION``, ``POINT_SPEED`` (of
-    the touched point), ``FORCE_CAP``, ``WEAK_DIRECTION`` (the joints hardly move the point so), ``HELD_BACK`` (the arm
-    does not follow the wanted posture), ``ENERGY_TANK`` (value: given [J]), ``SLOW_HOMING`` (after a lost contact).
+    the touched point), ``FORCE_CAP``, ``WEAK_DIRECTION`` (the joints hardly move the point so), ``FORCE_RISES`` (there,
+    while it is to fall), ``HELD_BACK`` (the arm does not follow the wanted posture), ``ENERGY_TANK`` (value: given
+    [J]), ``SLOW_HOMING`` (after a lost contact).
 
     The contact: ``CONTACT_LOST``, ``CONTACT_STICKS`` (it moves along with the skin), ``OUT_OF_REACH`` (the target).
 
@@ -37,6 +38,7 @@ class LimitKind(Enum):
     POINT_SPEED = "point-speed"
     FORCE_CAP = "force-cap"
     WEAK_DIRECTION = "weak-direction"
+    FORCE_RISES = "force-rises"
     HELD_BACK = "held-back"
     ENERGY_TANK = "energy-tank"
     SLOW_HOMING = "slow-homing"

@@ -309,16 +309,26 @@ class PriorityScheme:
     def levels(
         self, settings: ControlSettings, contacts: Sequence[TaskContact], arm: ArmState, limits: ActiveLimits
     ) -> list[PriorityLevel]:
-        """Forces of all contacts, then places of those that may not slide."""
+        """Forces of all contacts, then places of those that may not slide; both alike where force alone would slide."""
         self._servo.keep(contact.key for contact in contacts)
-        push = [self._servo.push(settings, c.key, c.force_error, arm.dt, limits) for c in contacts]
-        levels = [PriorityLevel(np.stack([c.outward for c in contacts]), np.array(push))]
-        held = [c for c in contacts if c.error is not None]
+        parts = [self._pushed(settings, contact, arm.dt, limits) for contact in contacts]
+        levels = single_level(parts)
+        held = [c for c in contacts if c.error is not None and not c.straight]
         if held:
             rows = np.concatenate([c.map_axes.dot(c.move) for c in held])
             speed = np.concatenate([c.map_axes.dot(c.along(settings.position_gain, MAX_POINT_SPEED)) for c in held])
             levels.append(PriorityLevel(rows, speed))
         return levels
+
+    def _pushed(
+        self, settings: ControlSettings, contact: TaskContact, dt: float, limits: ActiveLimits
+    ) -> tuple[FloatArray, FloatArray]:
+        """Rows and speeds of what comes first."""
+        push, normal = self._servo.push(settings, contact.key, contact.force_error, dt, limits), contact.normal
+        if not contact.straight:
+            return contact.outward[None], np.array([push])
+        along = contact.along(settings.position_gain, MAX_POINT_SPEED)
+        return contact.move, along + (push - along.dot(normal)) * normal
 
     def solve(
         self,

@@ -10,6 +10,7 @@ differ: how errors become joint velocities.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -75,6 +76,8 @@ class TaskContact:
         error: (2,) on the map [m]; None where the contact may slide.
         velocity: (2,) of the goal on the map [m/s].
         presence: Whether it is there.
+        tilt: By how much its normal may err [rad], see ``force_loop.normal_motion``.
+        straight: Whether it is too little to let the point slide on its way along the normal.
     """
 
     id: int
@@ -87,6 +90,8 @@ class TaskContact:
     error: FloatArray | None
     velocity: FloatArray
     presence: ContactPresence = ContactPresence.FELT
+    tilt: float = math.pi / 2
+    straight: bool = False
 
     @property
     def key(self) -> ContactKey:
@@ -265,7 +270,7 @@ def solve_within_limits(
 
 def point_rows(contact: TaskContact, velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Rows (k, n) and speeds (k,) that give a contact's point a ``velocity`` (3,); its normal part if it may slide."""
-    if contact.error is None:
+    if contact.error is None and not contact.straight:
         return contact.outward[None], np.array([contact.normal @ velocity])
     return contact.move, velocity
 

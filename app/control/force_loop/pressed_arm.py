@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from app.contacts.regions import ContactRegion
 from app.control.command import ControlSettings
 from app.control.force_loop.loop_stability import SensorTiming
+from app.control.force_loop.normal_motion import LEAST_TILT, bearable_tilt
 from app.control.joint_impedance import JointImpedance
 from app.control.task_priority import singular_damping, singular_directions
 from app.core.arrays import FloatArray, freeze_arrays
@@ -127,14 +128,15 @@ def pressed_arm(
         impedance: That holds the wanted posture.
         region: Where it presses.
         stiffness: Of the contact [N/m].
-        slides: Whether the touched point may move aside as it likes when it is moved outward.
+        slides: Whether the touched point may move aside as it likes when it is moved outward, if that is not far.
 
     Cost: 0.1 ms.
     """
     normal = configuration.pose(region.link).rotation @ region.link_normal
     move = configuration.jacobian(region.link, region.link_position)
     outward = normal @ move
-    push = _least_motion(outward[None], np.ones(1)) if slides else _least_motion(move, normal)
+    freely = slides and bearable_tilt(outward, move) >= LEAST_TILT
+    push = _least_motion(outward[None], np.ones(1)) if freely else _least_motion(move, normal)
     damping = impedance.damping + configuration.joint_damping
     root = np.linalg.inv(np.linalg.cholesky(configuration.mass_matrix()))
     squares, modes = np.linalg.eigh((root * impedance.stiffness) @ root.T)

@@ -1,0 +1,71 @@
+"""What a joint motion makes of a force where the normal is not quite right."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from app.control.force_loop.normal_motion import (
+    ENOUGH_TILT,
+    LEAST_ASIDE,
+    LEAST_TILT,
+    MOST_RISE,
+    RisingForces,
+    bearable_tilt,
+    slow_aside,
+)
+from app.control.limits import ActiveLimits, LimitKind
+
+UP = np.array([0.0, 0.0, 1.0])
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_normal_that_errs_by_more_turns_the_answer_around(seed):
+    """The worst error of each size is tried: towards where the motion goes."""
+    move = np.random.default_rng(seed).normal(size=(3, 2))
+    tilt, way = bearable_tilt(UP @ move, move), move @ (UP @ move)
+    away = way - way[2] * UP
+    away /= np.linalg.norm(away)
+    answers = [way @ (math.cos(angle) * UP - math.sin(angle) * away) for angle in (0.99 * tilt, 1.01 * tilt)]
+    assert answers[0] > 0 > answers[1]
+
+
+def test_joints_that_move_a_point_everywhere_bear_any_tilt():
+    assert bearable_tilt(UP, np.eye(3)) == pytest.approx(math.pi / 2)
+    assert bearable_tilt(np.zeros(2), np.zeros((3, 2))) == pytest.approx(math.pi / 2), "nothing moves"
+
+
+def test_it_slides_slowly_where_little_tilt_is_borne_and_beside_what_is_wanted():
+    move, speed = np.array([[1.0], [0.0], [0.1]]), np.array([0.5])
+    limits = ActiveLimits()
+    assert slow_aside(move, UP, LEAST_TILT, speed, limits) == pytest.approx([LEAST_ASIDE])
+    assert LimitKind.WEAK_DIRECTION in limits
+    assert slow_aside(move, UP, 0.0, speed, limits, wanted=0.1) == pytest.approx([LEAST_ASIDE + 0.1])
+    between = [float(slow_aside(move, UP, tilt, speed, limits)[0]) for tilt in np.linspace(LEAST_TILT, ENOUGH_TILT, 9)]
+    assert np.all(np.diff(between) >= 0)
+    assert between[-1] == speed[0]
+
+
+def rises(*forces: float, goal: float = 3.0, tilt: float = 0.1) -> list[bool]:
+    watch = RisingForces()
+    return [watch.look([(1, force, goal, tilt)]) for force in forces]
+
+
+def test_a_force_that_rises_while_it_is_to_fall_is_told_until_half_of_it_is_gone():
+    least = 10.0 + MOST_RISE
+    assert rises(20.0, 10.0, least - 0.1, least + 0.1, 10.1 + MOST_RISE / 2, 9.9 + MOST_RISE / 2) == [
+        False, False, False, True, True, False,
+    ]  # fmt: skip
+
+
+def test_below_the_goal_and_where_much_tilt_is_borne_it_may_rise():
+    assert not any(rises(0.0, 3.0 + MOST_RISE, goal=3.0))
+    assert not any(rises(1.0, 30.0, tilt=ENOUGH_TILT))
+
+
+def test_a_goal_that_is_set_lower_is_no_rise():
+    watch = RisingForces()
+    assert not watch.look([(1, 15.0, 15.0, 0.1)])
+    assert not watch.look([(1, 15.0, 3.0, 0.1)])
