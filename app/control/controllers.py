@@ -377,8 +377,8 @@ class TaskController:
         levels = self._scheme.levels(asked, contacts, arm, limits)
         speed = self._scheme.solve(levels, settings, contacts, arm, limits)
         for contact in (one for one in contacts if one.tilt < ENOUGH_TILT):
-            wanted = length(contact.along(settings.position_gain, MAX_POINT_SPEED))
-            speed = slow_aside(contact.move, contact.normal, contact.tilt, speed, limits, wanted=wanted)
+            aside = length(contact.along(settings.position_gain, MAX_POINT_SPEED))
+            speed = slow_aside(contact.move, contact.normal, contact.tilt, speed, limits, wanted=aside)
         return self._within_energy(contacts, speed, velocity, dt, limits)
 
     def _contact(self, settings: ControlSettings, want: ContactGoal) -> TaskContact:

@@ -153,15 +153,7 @@ CASES: dict[str, HardCase] = {
         kept(),
         force=15.0,
         says=((LimitKind.FORCE_GAIN_HELD,),),
-        controllers=tuple(controller for controller in OTHERS if controller != "parallel"),
-    ),
-    "foam of 1e6 Pa, high gain and inertia": HardCase(
-        "with a virtual inertia the same gain is not held, since that would let the place win: the goal is kept",
-        foam(1e6, 3e-4),
-        kept(),
-        force=15.0,
-        controllers=("parallel",),
-        between=True,
+        controllers=OTHERS,
     ),
     "foam of 1e7 Pa, gain for it": HardCase(
         "the goal is kept",

@@ -28,6 +28,8 @@ NOMINAL_SHARE, SAMPLED_SHARE = 0.9, 0.3
 once. The reserve of the first is in the stiffness, four times that of a cover; one that is really so stiff swings, is
 measured by that, and gets ``GAIN_SHARE``. With a slow skin that takes seconds, so there the second holds from the
 start."""
+INERTIA_SHARE = 0.6
+"""Of the limit at a measured contact, that limited gains with a virtual inertia take at most."""
 PLACE_SHARE = 0.3
 """Of one over what passes from a touch to its reading, that the gain of place takes."""
 _PATIENCE = 12.0
@@ -64,7 +66,8 @@ class GainLimiter:
     contact is comes from the arm's own approach (``contact_stiffness``); until that has been measured it is nominal,
     and the shares are ``NOMINAL_SHARE`` and ``SAMPLED_SHARE``.
     Where a robot touches itself nothing is measured: one side's way is not what brings them together. Controllers with
-    a virtual inertia (admittance, parallel) keep to ``SAMPLED_SHARE`` of the nominal limit, whatever is measured.
+    a virtual inertia (admittance, parallel) keep to ``SAMPLED_SHARE`` of the nominal limit of joints that follow at
+    once, and to ``INERTIA_SHARE`` of the limit at a measured contact.
 
     Args:
         robot: Whose joints hold the arm against the contact.
@@ -160,14 +163,13 @@ class GainLimiter:
     ) -> _Answer:
         calm, loop, measured = _limited(settings, readings), LoopFilter.of(settings), self._estimator.measured
         slides = settings.controller == "hold_force" or settings.task not in TASKS_AT_A_PLACE
-        stiffness_here = stiffness if loop.inertia_time == 0 else CONTACT_STIFFNESS
-        arm = pressed_arm(self._configuration, self._impedance, region, stiffness_here, slides=slides)
+        arm = pressed_arm(self._configuration, self._impedance, region, stiffness, slides=slides)
+        most = arm.gain_limit(LoopFilter.of(calm), readings, dt)
         if loop.inertia_time > 0:
             # A lower gain lets the place, or a wrong normal, win over the force before the loop swings.
-            most = arm.sampled_limit(readings)
-            held = SAMPLED_SHARE * most
+            held = SAMPLED_SHARE * replace(arm, stiffness=CONTACT_STIFFNESS).sampled_limit(readings)
+            held = min(held, INERTIA_SHARE * most) if measured else held
         else:
-            most = arm.gain_limit(LoopFilter.of(calm), readings, dt)
             sampled = SAMPLED_SHARE * arm.sampled_limit(readings)
             held = GAIN_SHARE * most if measured else min(NOMINAL_SHARE * most, sampled)
         calm = replace(calm, force_gain=min(settings.force_gain, held))
