@@ -27,6 +27,7 @@ from app.session.inputs import (
     ControlChanged,
     EffectsChanged,
     MapEdited,
+    PosturePlaced,
     ReadingChanged,
     RestChanged,
     SessionInput,
@@ -55,6 +56,7 @@ RecordedInput: TypeAlias = (
     | EffectsChanged
     | ReadingChanged
     | RestChanged
+    | PosturePlaced
     | CalibrationUsed
     | MapEdit
 )

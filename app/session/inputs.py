@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 from app.contacts.pipeline import ReadingSettings
 from app.control.behaviours import Behaviour, ControlTrigger
 from app.control.command import ControlSettings
 from app.core.arrays import FloatArray, freeze_arrays
+from app.core.codec import LATER
 from app.maps.tactile_map import TactileMap
 from app.scene.effects import Effects
 from app.tactile.poke import PokeInput, PokeMoved, PokePressed, PokeReleased
@@ -68,6 +69,21 @@ class RestChanged:
 
     Attributes:
         posture: Position of each joint, in the robot's order [rad, or m for a slide].
+        speed: How fast the rest posture goes there: its fastest joint [rad/s, or m/s]; None for at once.
+    """
+
+    posture: tuple[float, ...]
+    speed: float | None = field(default=None, metadata=LATER)
+
+
+@dataclass(frozen=True)
+class PosturePlaced:
+    """The robot stands still in this posture, which is also the one of rest, from the next tick on.
+
+    Only where nothing touches it, before and after: it does not go there. A reset forgets it.
+
+    Attributes:
+        posture: Position of each joint, in the robot's order [rad, or m for a slide].
     """
 
     posture: tuple[float, ...]
@@ -105,6 +121,7 @@ SessionInput = (
     | BehavioursChanged
     | ReadingChanged
     | RestChanged
+    | PosturePlaced
     | CalibrationUsed
 )
 
@@ -117,6 +134,7 @@ __all__ = [
     "PokeMoved",
     "PokePressed",
     "PokeReleased",
+    "PosturePlaced",
     "ReadingChanged",
     "RestChanged",
     "SessionInput",

@@ -35,6 +35,7 @@ from app.session.inputs import (
     ControlChanged,
     EffectsChanged,
     MapEdited,
+    PosturePlaced,
     ReadingChanged,
     RestChanged,
     SessionInput,
@@ -191,6 +192,7 @@ class Session:
         self._contacts.reset()
         self._controller.reset()
         self._controller.rest = self.prepared.robot.home
+        self._rest_goal: RestChanged | None = None  # on the way to which the rest posture is
         before = self._behaviours.reset()
         if before is not None:
             self._controller.settings = before
@@ -240,13 +242,17 @@ class Session:
         Raises:
             MapError: The map of an edit is of another skin; the session is as if it had not come.
             RobotError: MuJoCo refuses the shapes that collide, which a path task needs; likewise.
-            SimulationError: A rest posture is none of the robot's, the scene moves the robot itself, or it is the
-                calibration of a real skin; likewise.
+            SimulationError: A posture is none of the robot's, the scene moves the robot itself, the robot is to be
+                placed while something touches it, or it is the calibration of a real skin; likewise.
         """
         if isinstance(session_input, MapEdited):
             _checked_map(session_input.map, self.prepared.skin)
+        if isinstance(session_input, RestChanged | PosturePlaced):
+            self._check_posture(session_input.posture)
         if isinstance(session_input, RestChanged):
-            self._check_rest(session_input.posture)
+            self._check_speed(session_input.speed)
+        if isinstance(session_input, PosturePlaced):
+            self._check_free(session_input.posture)
         if isinstance(session_input, ControlChanged) and session_input.by is not None:
             return
         self._prepare_control(session_input)
@@ -275,7 +281,22 @@ class Session:
                     map_ = coming.map
         self._controller.prepare(tasks, map_)
 
-    def _check_rest(self, posture: tuple[float, ...]) -> None:
+    def _check_speed(self, speed: float | None) -> None:
+        if speed is not None and not (math.isfinite(speed) and speed > 0):
+            raise SimulationError("there is no such speed", value=speed, remedy="Give rad/s above 0, or None")
+
+    def _check_free(self, posture: tuple[float, ...]) -> None:
+        """Nothing touches the robot, neither as it stands nor in ``posture``."""
+        remedy = "Let it move there instead: play, and set the posture again"
+        if self._simulation.pokes:
+            raise SimulationError("a finger presses the robot, which cannot be placed elsewhere then", remedy=remedy)
+        for where, at in (("where it stands", self._simulation.posture), ("there", np.array(posture))):
+            if touching := self._simulation.touching(at):
+                raise SimulationError(
+                    f"the robot cannot be placed: something touches it {where}", value=touching, remedy=remedy
+                )
+
+    def _check_posture(self, posture: tuple[float, ...]) -> None:
         joints = self.prepared.robot.joints
         if self._motion is not None:
             remedy = "Leave motion out of the scene"
@@ -414,10 +435,38 @@ class Session:
             elif isinstance(session_input, ReadingChanged):
                 self._contacts.settings = session_input.settings
             elif isinstance(session_input, RestChanged):
-                self._controller.rest = np.array(session_input.posture)
+                self._change_rest(session_input)
+            elif isinstance(session_input, PosturePlaced):
+                self._place(session_input.posture)
             elif not isinstance(session_input, CalibrationUsed):  # which is refused
                 self._simulation.apply(session_input)
             self.inputs.append((self._ticks + 1, session_input))
+
+    def _change_rest(self, change: RestChanged) -> None:
+        self._rest_goal = None if change.speed is None else change
+        if change.speed is None:
+            self._controller.rest = np.array(change.posture)
+
+    def _place(self, posture: tuple[float, ...]) -> None:
+        self._check_free(posture)  # what touches may have come since it was asked for
+        self._simulation.place(np.array(posture))
+        self._controller.reset()
+        self._controller.rest, self._rest_goal = np.array(posture), None
+        # The command in force is about the posture before, and would pull for a tick.
+        still = np.zeros(len(posture))
+        self._command = self._controller.command(np.array(posture), still, (), self.prepared.scene.tick)
+
+    def _move_rest(self) -> None:
+        """The rest posture goes on its straight way in joint space; all joints arrive together."""
+        goal = self._rest_goal
+        if goal is None or goal.speed is None:
+            return
+        away = np.array(goal.posture) - self._controller.rest
+        farthest, step = float(np.abs(away).max(initial=0.0)), goal.speed * self.prepared.scene.tick
+        if farthest <= step:
+            self._controller.rest, self._rest_goal = np.array(goal.posture), None
+        else:
+            self._controller.rest = self._controller.rest + away * (step / farthest)
 
     def _trigger(self) -> None:
         """Let what has happened at this tick change the controller at the next."""
@@ -439,6 +488,7 @@ class Session:
         with watch.stage("control"):
             if self._motion is not None:
                 self._controller.rest = self._motion.posture(time)
+            self._move_rest()
             posture, velocity, tick = simulation.posture, simulation.velocity, self.prepared.scene.tick
             sound = bool(np.isfinite(pressures).all())
             self._command = self._controller.command(

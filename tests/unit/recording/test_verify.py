@@ -16,7 +16,7 @@ from app.recording.player import RecordingPlayer
 from app.recording.recorder import Recorder, record
 from app.recording.recover import recover
 from app.recording.verify import verify
-from app.session.inputs import MapEdited, RestChanged
+from app.session.inputs import MapEdited, PosturePlaced, RestChanged
 from app.session.session import Session
 from app.tactile.poke import Finger, PokePressed, PokeReleased
 from tests.support.pressed_arm import forearm
@@ -161,10 +161,14 @@ def test_a_rest_posture_that_moved_is_run_again_bit_for_bit(tmp_path):
     session, path = Session(forearm()), tmp_path / "rest.mcap"
     with record(session, path):
         for number in range(20):
-            session.submit(RestChanged(tuple(session.prepared.robot.home + 0.01 * number)))
+            posture = tuple(session.prepared.robot.home + 0.01 * number)
+            session.submit(RestChanged(posture) if number % 5 else RestChanged(posture, 0.5))
+            if number == 12:
+                session.submit(PosturePlaced(posture))
             session.tick()
     player = RecordingPlayer(path)
     assert sum(isinstance(act, RestChanged) for _, act in player.inputs) == 20
+    assert sum(isinstance(act, PosturePlaced) for _, act in player.inputs) == 1
     assert verify(player).identical
     player.inputs = [(tick, act) for tick, act in player.inputs if not (isinstance(act, RestChanged) and tick == 9)]
     assert not verify(player).identical

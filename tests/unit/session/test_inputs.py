@@ -17,6 +17,7 @@ from app.session.inputs import (
     ControlChanged,
     EffectsChanged,
     MapEdited,
+    PosturePlaced,
     ReadingChanged,
     RestChanged,
     SessionInput,
@@ -33,7 +34,8 @@ def test_every_input_can_be_recorded():
     then = {"task": "retreat", "force_goal": 0.1, "starts": 3, "path": ((0.0, 0.1), (0.2, 0.3))}
     behaviour = Behaviour("tap", "bar", 2, 1 / 3, then=then)
     acts += [BehavioursChanged((behaviour,)), EffectsChanged(Effects(gravity="on"))]
-    acts += [ReadingChanged(ReadingSettings("tikhonov", threshold=2e3)), RestChanged((0.1, 1 / 3)), edit]
+    acts += [ReadingChanged(ReadingSettings("tikhonov", threshold=2e3)), RestChanged((0.1, 1 / 3), 0.6)]
+    acts += [PosturePlaced((0.1, 1 / 3)), edit]
     level = np.full(len(map_.skin), 1 / 3)
     acts.append(CalibrationUsed(level, 2 * level, 0 * level, None, True, "baseline"))
     assert {type(act) for act in acts} == set(get_args(SessionInput))

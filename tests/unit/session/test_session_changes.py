@@ -20,7 +20,15 @@ from app.scene.effects import Effects
 from app.scene.motion import Waypoint
 from app.scene.object_meshes import make_objects
 from app.scene.objects import ObjectSpec
-from app.session.inputs import BehavioursChanged, ControlChanged, EffectsChanged, MapEdited, ReadingChanged, RestChanged
+from app.session.inputs import (
+    BehavioursChanged,
+    ControlChanged,
+    EffectsChanged,
+    MapEdited,
+    PosturePlaced,
+    ReadingChanged,
+    RestChanged,
+)
 from app.session.session import Session
 from app.skin.calibration_error import with_calibration_error
 from app.skin.skin import Skin
@@ -448,6 +456,62 @@ def test_the_arm_goes_to_another_rest_posture_and_a_reset_forgets_it():
     session.reset()
     assert not any(isinstance(act, RestChanged) for _, act in session.inputs)
     assert np.allclose(session.tick().command.posture, home)
+
+
+def test_with_a_speed_the_rest_posture_goes_there_and_all_joints_arrive_together():
+    session = Session(forearm())
+    home, away = session.prepared.robot.home, np.array([0.3, 0.0, -0.1, 0.0, 0.2, 0.0, 0.0])
+    session.submit(RestChanged(tuple(home + away), 0.6))
+    assert np.allclose(session.run_for(0.25).command.posture, home + 0.5 * away)
+    assert np.allclose(session.run_for(0.3).command.posture, home + away, atol=1e-12)
+    session.submit(RestChanged(tuple(home), 0.6))
+    session.tick()
+    session.reset()
+    assert np.allclose(session.run_for(0.1).command.posture, home)
+
+
+@pytest.mark.parametrize("speed", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_rest_posture_wants_a_speed_that_there_is(speed):
+    session = Session(forearm())
+    with pytest.raises(SimulationError, match="no such speed"):
+        session.submit(RestChanged(tuple(session.prepared.robot.home), speed))
+
+
+@pytest.mark.parametrize("controller", ["impedance", "hold_force", "hybrid"])
+def test_a_robot_that_is_placed_stands_still_there_and_stays(controller):
+    session = Session(forearm(), settings=ControlSettings(controller=controller))
+    home = session.prepared.robot.home
+    session.run_for(0.1)
+    session.submit(PosturePlaced(tuple(home + 0.3)))
+    placed = session.tick()
+    assert np.abs(placed.posture - home - 0.3).max() < 1e-3  # a tick of gravity
+    assert np.abs(session.run_for(0.5).posture - home - 0.3).max() < 0.05
+    session.reset()
+    assert np.allclose(session.tick().posture, home, atol=1e-3)
+
+
+def test_a_robot_is_not_placed_where_something_touches_it():
+    at = (0.25 * float(np.cos(1.0)), 0.0, -0.25 * float(np.sin(1.0)))
+    block = ObjectSpec("block", "box", (0.1, 0.1, 0.1), at=at)
+    prepared = prepared_bar(objects=(block,), task="push", overrides={"gravity": "off"})
+    session = Session(replace(prepared, objects=make_objects(prepared.scene)))
+    assert session.effects.contact != "off"
+    with pytest.raises(SimulationError, match=r"something touches it there \(found: bar on block\)"):
+        session.submit(PosturePlaced((1.0,)))
+    session.tick()
+    assert abs(session.frame.posture[0]) < 0.1
+    session.submit(PosturePlaced((-0.5,)))
+    assert session.tick().posture[0] == pytest.approx(-0.5, abs=1e-3)
+
+
+def test_a_robot_is_not_placed_while_a_finger_presses_it():
+    session = Session(forearm())
+    session.press(session.prepared.skin.taxel_point(30), force=3.0)
+    before = session.run_for(0.2)
+    with pytest.raises(SimulationError, match="a finger presses"):
+        session.submit(PosturePlaced(tuple(session.prepared.robot.home)))
+    assert session.frame is before
+    assert not any(isinstance(act, PosturePlaced) for _, act in session.inputs)
 
 
 @pytest.mark.parametrize("posture", [(), (99.0,) * 7, (float("nan"),) * 7])

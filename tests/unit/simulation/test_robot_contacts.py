@@ -1,0 +1,42 @@
+"""What would touch the robot in a posture it is not in, under every contact model."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.scene.effects import Effects
+from app.simulation.simulation import Simulation
+from tests.support.scene_objects import thing
+from tests.support.touch import bar, bar_skin, hold
+
+
+def on_the_way(posture: float) -> tuple[float, ...]:
+    """Where the end of the bar is at a posture: the bar turns about y."""
+    return (0.25 * float(np.cos(posture)), 0.0, -0.25 * float(np.sin(posture)))
+
+
+@pytest.mark.parametrize("skin", ["water-fill", "foundation", "depth"])
+def test_what_stands_in_the_way_is_named_and_what_does_not_is_not(skin):
+    block = thing("box", at=on_the_way(1.0))
+    simulation = Simulation(bar(), bar_skin(), Effects(contact="environment", skin=skin), objects=(block,))
+    before = simulation.state()
+    assert simulation.touching(simulation.posture) == ""
+    assert block.spec.name.replace("_", " ") in simulation.touching(np.array([1.0]))
+    assert simulation.state().tobytes() == before.tobytes()
+
+
+def test_without_contacts_nothing_touches():
+    block = thing("box", at=on_the_way(1.0))
+    simulation = Simulation(bar(), bar_skin(), Effects(contact="off"), objects=(block,))
+    assert simulation.touching(np.array([1.0])) == ""
+    simulation.use(Effects(contact="environment"))
+    assert simulation.touching(np.array([1.0]))
+
+
+def test_a_robot_that_is_placed_stands_still_there():
+    simulation = Simulation(bar(), bar_skin(), Effects())
+    simulation.step(20, hold(bar(), 3.0, 0.5))
+    simulation.place(np.array([0.4]))
+    assert simulation.posture.tolist() == [0.4]
+    assert simulation.velocity.tolist() == [0.0]
