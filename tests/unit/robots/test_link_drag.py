@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from app.control.joint_impedance import joint_limits
-from app.control.link_drag import CLOSE, drag_link
 from app.core.errors import RobotError
 from app.robots.kinematics import Configuration
 from app.robots.library import load_robot
+from app.robots.link_drag import CLOSE, drag_link
 
 TIP = np.array([0.0, 0.0, 0.05])
 
