@@ -70,7 +70,7 @@ class MapEditPresenter(QObject):
             ("hide_patches", self._hide),
             ("show_patches", self._show_all),
             ("cancel_edit", self._editor.cancel_work),
-            ("compare", self._context.panels.get(ComparePanel).toggle),
+            ("compare", self._toggle_other),
         ):
             self._context.actions.bind(name, handler)
         for edge in arrange.EDGES:
@@ -115,6 +115,12 @@ class MapEditPresenter(QObject):
         self._context.panels.get(PatchesPanel).show_hover(None if at is None else at.patch)
 
     # Commands.
+
+    def _toggle_other(self) -> None:
+        panel = self._context.panels.get(ComparePanel)
+        if not panel.can_show_other:
+            self._context.notifier.status("No other layout to show: open or keep one in the panel Compare")
+        panel.toggle()
 
     def _add_pin(self) -> None:
         taxels = self._views.selection.taxels

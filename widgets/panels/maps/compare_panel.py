@@ -116,9 +116,14 @@ class ComparePanel(Panel):
         if history is not None:
             self._set_other(history.present, history.names[history.position])
 
+    @property
+    def can_show_other(self) -> bool:
+        """Whether there is a B that the view can show."""
+        return not self._b.isHidden() and self._b.isEnabled()
+
     def toggle(self) -> None:
         """Show B in the view instead of A, or A again, where B can be shown."""
-        if not self._b.isHidden() and self._b.isEnabled():
+        if self.can_show_other:
             self._show_b(shown=not self.shows_other)
 
     def show_comparison(self, comparison: Comparison) -> None:

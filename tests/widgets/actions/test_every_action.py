@@ -1,0 +1,501 @@
+"""Every action of the table, asked for once in a window, has an effect.
+
+``EFFECTS`` says for each action in which state it is asked for and what it must change. An action that is new in the
+table and has no line here fails the test. One window goes through them all, in the order of the lines.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple, get_args
+
+import pytest
+from PySide6.QtCore import QEvent, Qt
+from PySide6.QtGui import QDesktopServices, QGuiApplication
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QFileDialog, QMenu
+
+from app.control.controller_registry import CONTROLLERS
+from app.editing.arrange import EDGES, move, scale
+from app.editing.reflatten import set_method
+from app.maps.paths import PathKind
+from app.scene.scene import with_override
+from tests.widgets.support.window_driver import blow_up, press_map, run
+from widgets.actions.registry import specs_in
+from widgets.actions.table import REMEDIES, menu_bar
+from widgets.common.controller_settings import SETTING_CHOICES
+from widgets.common.mode import Mode
+from widgets.common.settings import BaseLayer
+from widgets.layers.registry import LAYERS
+from widgets.session.live_input import LiveInputSettings
+from widgets.timeline.playhead import Span
+from widgets.tools.map_editing.pin_tool import PinTool
+from widgets.tools.registry import TOOLS
+
+
+@pytest.fixture(scope="module")
+def prepared(coarse_prepared):
+    """Its map is edited ten times as soon."""
+    return coarse_prepared
+
+
+TICK = 0.005
+"""Of the session [s]."""
+
+
+class Bench:
+    """A window, what files it is given, and what it asked."""
+
+    def __init__(self, window, prepared, folder, patching) -> None:
+        self.window, self.prepared, self.folder, self.patching = window, prepared, folder, patching
+        self.asked: list[str] = []
+        self.opened: list[str] = []
+        self.prepares = 0
+        patching.setattr(QFileDialog, "getOpenFileName", lambda *asked: (self._answer_none(*asked), ""))
+        patching.setattr(QFileDialog, "getExistingDirectory", self._answer_none)
+        patching.setattr(QFileDialog, "getSaveFileName", self._answer_save)
+        patching.setattr(QDesktopServices, "openUrl", self.opened.append)
+        patching.setattr("widgets.workers.scene_worker.prepare", self._prepare)
+
+    def _answer_none(self, _parent, title, *_more):
+        self.asked.append(title)
+        return ""
+
+    def _answer_save(self, _parent, title, start, *_more):
+        self.asked.append(title)
+        endings = {"Export map": ".svg", "Save map": ".npz", "Save map as": ".npz"}
+        name = f"{title.lower()}{Path(start).suffix or endings.get(title, '.toml')}"
+        return str(self.folder / name), ""
+
+    def _prepare(self, *_args, **_kwargs):
+        self.prepares += 1
+        return self.prepared
+
+    @property
+    def state(self):
+        return self.window.presenters.state.state
+
+    @property
+    def files(self):
+        return sorted(path.name for path in self.folder.rglob("*") if path.is_file())
+
+    @property
+    def windows(self):
+        """The dialogs and windows that are open."""
+        return sorted(type(top).__name__ for top in QApplication.topLevelWidgets() if top.isVisible())
+
+    @property
+    def document(self):
+        return self.window.editor.document
+
+    @property
+    def settings(self):
+        """Of the controller."""
+        return self.window.live.runner.session.settings
+
+    def ask(self, *names: str) -> None:
+        """Ask for actions, as a menu would."""
+        for name in names:
+            action = self.window.action(name)
+            assert action.isEnabled(), name
+            action.trigger()
+            run(self.window, TICK)
+
+    def tidy(self) -> None:
+        """Close what an action opened, and have the views again."""
+        for top in QApplication.topLevelWidgets():
+            if top.isVisible() and top is not self.window and not isinstance(top, QMenu):
+                top.close()
+        self.window.notification_bar.hide()
+        QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete.value)
+
+    # States in which things can be asked for.
+
+    def live(self) -> None:
+        """A session runs."""
+        live = self.window.live
+        if live.recorder is not None:
+            live.stop_recording()
+        if live.mode == Mode.REPLAYING:
+            live.back_to_live()
+        live.set_paused(paused=False)
+
+    def paused(self) -> None:
+        self.live()
+        self.window.live.set_paused(paused=True)
+
+    def recorded(self) -> None:
+        """A recording is shown, from within."""
+        if self.window.live.mode != Mode.REPLAYING:
+            self.live()
+            path = self.folder / f"recording-{len(self.files)}.mcap"
+            self.window.live.start_recording(path)
+            run(self.window, 0.1)
+            self.window.live.stop_recording()
+            self.window.live.open_recording(path)
+        self.window.timeline.go_to(0.05)
+
+    def marked(self) -> None:
+        """It has marks at its moment and on either side."""
+        self.recorded()
+        for time in (0.02, 0.08, 0.05):
+            self.window.timeline.go_to(time)
+            self.window.presenters.notes.mark()
+
+    def ranged(self) -> None:
+        self.recorded()
+        self.window.timeline.set_range(Span(0.02, 0.08))
+
+    def in_episode(self) -> None:
+        self.marked()
+        self.ask("split_episodes")
+
+    def patches(self) -> None:
+        """The patches are selected, and each has a size and a place of its own."""
+        self.live()
+        self.ask("arrange")
+        document = self.window.editor.document
+        for number in range(len(document.patches)):
+            self.window.editor.do("Move", partial(move, numbers=[number], by=(0.01 * number, 0.02 * number)))
+            self.window.editor.do("Scale", partial(scale, numbers=[number], factor=1.1 + 0.1 * number))
+        self.window.editor.select(range(len(document.patches)))
+
+    def taxel(self) -> None:
+        self.live()
+        self.ask("poke")
+        self.window.views.select_taxel(3)
+
+    def pinned(self) -> None:
+        """A pin is there, and chosen."""
+        self.taxel()
+        self.ask("add_pin", "pins", "select_pins")
+
+    def unchosen(self) -> None:
+        """A pin is there, and not chosen."""
+        self.pinned()
+        self.window.presenters.tools.get(PinTool)._choose(())
+
+    def tasked(self) -> None:
+        """A controller with tasks is in force."""
+        self.live()
+        self.ask("controller_hybrid")
+
+
+class Effect(NamedTuple):
+    """What asking for an action must change, in which state.
+
+    Attributes:
+        state: Brings the window into a state in which it can be asked for.
+        of: What is another one afterwards.
+    """
+
+    state: Callable[[Bench], object]
+    of: Callable[[Bench], object]
+
+
+def asked(bench):
+    return len(bench.asked)
+
+
+def windows(bench):
+    return bench.windows
+
+
+def document(bench):
+    return id(bench.document)
+
+
+def files(bench):
+    return bench.files
+
+
+def status(bench):
+    return bench.window.status_line.currentMessage()
+
+
+def selected(bench):
+    return bench.window.views.selection.taxels.tolist()
+
+
+def overlays(bench):
+    return bench.window.views.overlays
+
+
+def of_state(name):
+    return lambda bench: getattr(bench.state, name)
+
+
+def mode(bench):
+    return bench.window.live.mode
+
+
+def opening(bench):
+    """What is prepared; with edits that are not saved, the question."""
+    return bench.prepares, bench.windows
+
+
+def notes(bench):
+    return bench.window.context.notes.value
+
+
+def position(bench):
+    return bench.window.timeline.playhead.time
+
+
+def after(*names):
+    """The state after these were asked for in a live session."""
+
+    def reach(bench):
+        bench.live()
+        bench.ask(*names)
+
+    return reach
+
+
+def aimed(bench):
+    """A target was set with the mouse."""
+    bench.tasked()
+    bench.ask("set_target")
+    view, pixel = bench.window.map_view, press_map(bench.window, 5)
+    QTest.mouseRelease(view.viewport(), Qt.MouseButton.LeftButton, pos=pixel)
+    run(bench.window, TICK)
+
+
+def measuring(bench):
+    bench.live()
+    bench.window.live.connect_source(LiveInputSettings("udp://127.0.0.1:0"))
+
+
+def crashed(bench):
+    """Edits of this robot's map were left by a window that ended without closing."""
+    bench.patches()
+    files = bench.window.presenters.map_files
+    files.autosave()
+    files._wait()
+    prepared = bench.prepared
+    skin = replace(prepared.map.skin)
+    bench.window.live.show_prepared(replace(prepared, map=replace(prepared.map, skin=skin)))
+
+
+def failed(bench):
+    bench.live()
+    blow_up(bench.window.live)
+
+
+def unsteady(bench):
+    """A wish was made that a warning stands against."""
+    bench.live()
+    effects = bench.window.presenters.effects
+    effects._asked_about = with_override(effects.scene, "gravity", "off")
+
+
+def without_fingers(bench):
+    bench.live()
+    bench.window.presenters.effects.wish("fingers", "off")
+    run(bench.window, TICK)
+
+
+def scene(bench):
+    return bench.window.presenters.effects.scene
+
+
+def editing(bench):
+    """An edit is being computed beside: nobody answers for it yet."""
+    bench.patches()
+    worker = bench.window.editor._worker
+    bench.patching.setattr(worker, "reflatten", lambda *_args: None)
+    bench.window.editor.ask(partial(set_method, numbers=[0], method="tutte"))
+
+
+def restartable(bench):
+    bench.tasked()
+    bench.ask("task_keep_force", "task_hold_point")
+
+
+def turned(bench):
+    """A gain is another one than the scene's."""
+    bench.tasked()
+    panel = bench.window.column["controller"]
+    panel.take(replace(bench.settings, stiffness=2 * bench.settings.stiffness))
+    run(bench.window, TICK)
+
+
+def zoomed(bench):
+    bench.live()
+    view = bench.window.map_view
+    view.zoom(2.0, view.viewport().rect().center().toPointF())
+
+
+def chosen_plots(bench):
+    bench.live()
+    bench.window.plots.keep_standard()
+
+
+def folded(bench):
+    """Every panel shows its heading alone."""
+    bench.live()
+    bench.window.column.set_folded(tuple(panel.objectName() for panel in bench.window.column))
+
+
+def held(bench):
+    """A finger was pressed: there is something to save."""
+    bench.live()
+    bench.ask("poke")
+    view, pixel = bench.window.map_view, press_map(bench.window, 5)
+    run(bench.window, 0.1)
+    QTest.mouseRelease(view.viewport(), Qt.MouseButton.LeftButton, pos=pixel)
+    run(bench.window, 0.05)
+
+
+def _family(prefix, names, field, *first):
+    """Actions of which exactly one is down: each is asked for while another one is."""
+    names = list(names)
+    return {
+        f"{prefix}_{name}": Effect(after(*first, f"{prefix}_{names[number - 1]}"), of_state(field))
+        for number, name in enumerate(names)
+    }
+
+
+LIVE, PAUSED, RECORDED = Bench.live, Bench.paused, Bench.recorded
+
+EFFECTS: dict[str, Effect] = {
+    # File.
+    **dict.fromkeys(
+        ("open_robot", "package_root", "open_scene", "import_taxels", "open_recording", "open_map"), Effect(LIVE, asked)
+    ),
+    "connect": Effect(LIVE, windows),
+    "disconnect": Effect(measuring, of_state("measured")),
+    **dict.fromkeys(("save_map", "export_map", "save_scene", "save_picture"), Effect(LIVE, files)),
+    "save_map_as": Effect(LIVE, asked),
+    "share_live": Effect(LIVE, of_state("sharing")),
+    "copy_command": Effect(LIVE, lambda _bench: QGuiApplication.clipboard().text()),
+    # Edit.
+    "undo": Effect(Bench.patches, document),
+    "redo": Effect(after("undo"), document),
+    **{spec.kind.name: Effect(after("select_box"), of_state("tool")) for spec in TOOLS},
+    "select_box": Effect(after("poke"), of_state("tool")),
+    "add_pin": Effect(Bench.taxel, document),
+    "remove_pin": Effect(Bench.pinned, document),
+    "select_pins": Effect(Bench.unchosen, lambda bench: bench.window.presenters.tools.get(PinTool).chosen),
+    "mirror": Effect(Bench.patches, document),
+    **{f"align_{edge}": Effect(Bench.patches, document) for edge in EDGES},
+    "true_size": Effect(Bench.patches, document),
+    "repack": Effect(Bench.patches, document),
+    "hide_patches": Effect(Bench.patches, document),
+    "show_patches": Effect(LIVE, document),
+    "propose_seam": Effect(LIVE, of_state("tool")),
+    "cancel_edit": Effect(editing, of_state("edit_busy")),
+    # Session.
+    "pause": Effect(LIVE, mode),
+    "step": Effect(PAUSED, lambda bench: bench.window.live.runner.session.frame.tick),
+    "reset": Effect(LIVE, lambda bench: bench.window.live.runner.session.frame.tick),
+    "record": Effect(LIVE, of_state("recording")),
+    "record_for_viewers": Effect(LIVE, of_state("recorded_for_viewers")),
+    # Recording.
+    "mark": Effect(RECORDED, notes),
+    "name_mark": Effect(RECORDED, windows),
+    "delete_mark": Effect(Bench.marked, notes),
+    "previous_mark": Effect(Bench.marked, position),
+    "next_mark": Effect(Bench.marked, position),
+    "range_start": Effect(RECORDED, lambda bench: bench.window.timeline.range),
+    "range_end": Effect(RECORDED, lambda bench: bench.window.timeline.range),
+    "clear_range": Effect(Bench.ranged, of_state("has_range")),
+    "loop": Effect(Bench.ranged, of_state("looping")),
+    "whole_recording": Effect(RECORDED, lambda bench: bench.window.context.settings.whole_recording),
+    "label_episode": Effect(Bench.ranged, windows),
+    "split_episodes": Effect(Bench.marked, notes),
+    "delete_episode": Effect(Bench.in_episode, notes),
+    "trim_range": Effect(Bench.ranged, asked),
+    "save_episodes": Effect(Bench.in_episode, asked),
+    "export_recording": Effect(RECORDED, windows),
+    "recordings": Effect(RECORDED, windows),
+    "delete_recording": Effect(RECORDED, windows),
+    "take_over": Effect(RECORDED, mode),
+    "show_saved": Effect(LIVE, lambda bench: len(bench.opened)),
+    "replay_saved": Effect(LIVE, mode),
+    # Touch.
+    "save_script": Effect(held, files),
+    "play_script": Effect(LIVE, asked),
+    "weigh": Effect(LIVE, lambda bench: bench.window.notification_bar.text),
+    # Control.
+    **_family("controller", CONTROLLERS, "controller"),
+    **_family("task", SETTING_CHOICES["task"][1], "task", "controller_hybrid"),
+    **_family("path", get_args(PathKind), "path_kind", "controller_hybrid"),
+    "more_force": Effect(Bench.tasked, lambda bench: bench.settings.force_goal),
+    "less_force": Effect(Bench.tasked, lambda bench: bench.settings.force_goal),
+    "clear_path": Effect(aimed, of_state("has_path")),
+    "start_again": Effect(restartable, lambda bench: len(bench.window.live.runner.session.inputs)),
+    "reset_gains": Effect(turned, lambda bench: bench.settings.stiffness),
+    "compare_controllers": Effect(LIVE, windows),
+    # Select.
+    "smaller_brush": Effect(after("larger_brush"), lambda bench: bench.window.views.brush),
+    "larger_brush": Effect(after("smaller_brush"), lambda bench: bench.window.views.brush),
+    "select_all": Effect(Bench.taxel, selected),
+    "select_none": Effect(Bench.taxel, selected),
+    "select_inverse": Effect(Bench.taxel, selected),
+    "find_taxel": Effect(LIVE, windows),
+    # View.
+    "frame": Effect(zoomed, lambda bench: bench.window.map_view.camera),
+    "morph": Effect(LIVE, lambda bench: bench.window.robot_view.morph._ease.endValue()),
+    "compare": Effect(LIVE, status),
+    **{f"ground_{layer.value}": Effect(after("ground_checker"), overlays) for layer in BaseLayer},
+    "ground_checker": Effect(after("ground_pressure"), overlays),
+    **{f"mark_{layer.name}": Effect(LIVE, overlays) for layer in LAYERS},
+    "theme": Effect(LIVE, of_state("light")),
+    "panels": Effect(LIVE, lambda bench: bench.window.panels.isVisible()),
+    "plots": Effect(LIVE, lambda bench: bench.window.bottom.isVisible()),
+    "choose_plots": Effect(LIVE, windows),
+    "automatic_plots": Effect(chosen_plots, lambda bench: bench.window.plots.choice),
+    "export_plots": Effect(LIVE, asked),
+    "timing": Effect(folded, lambda bench: bench.window.column.folded),
+    "effects": Effect(folded, lambda bench: bench.window.column.folded),
+    "save_layout": Effect(LIVE, windows),
+    "delete_layout": Effect(LIVE, status),
+    "reset_layout": Effect(after("panels"), lambda bench: bench.window.panels.isVisible()),
+    "full_screen": Effect(LIVE, lambda bench: bench.window.isFullScreen()),
+    # Help.
+    "guide": Effect(LIVE, windows),
+    "keys": Effect(LIVE, windows),
+    "palette": Effect(LIVE, windows),
+    "about": Effect(LIVE, windows),
+    # Remedies.
+    "restore_map": Effect(crashed, document),
+    "save_report": Effect(failed, files),
+    "open_path_scene": Effect(LIVE, opening),
+    "simulate_fingers": Effect(without_fingers, scene),
+    "use_anyway": Effect(unsteady, scene),
+    "quit": Effect(LIVE, windows),
+}
+
+
+@pytest.fixture
+def bench(new_window, prepared, tmp_path, monkeypatch):
+    new_window.resize(900, 600)
+    new_window.robot_view.hide()  # it is most of what is drawn
+    made = Bench(new_window, prepared, tmp_path, monkeypatch)
+    yield made
+    made.tidy()
+
+
+def test_every_action_of_the_table_has_a_line_here():
+    """Its tip, its menu and its place in the palette are looked at beside the table and the palette."""
+    assert EFFECTS.keys() == {spec.name for spec in (*specs_in(menu_bar()), *REMEDIES)}
+
+
+def test_every_action_does_something_where_it_can_be_asked_for(bench):
+    idle = []
+    for name, effect in EFFECTS.items():
+        effect.state(bench)
+        bench.tidy()
+        bench.window.presenters.state.update()
+        assert bench.window.action(name).isEnabled(), f"{name} cannot be asked for in the state that its line names"
+        before = effect.of(bench)
+        bench.window.action(name).trigger()
+        if effect.of(bench) == before:
+            run(bench.window, TICK)
+        idle += [name] if effect.of(bench) == before else []
+        bench.tidy()
+    assert not idle, "these changed nothing of what they are for"
