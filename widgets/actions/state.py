@@ -55,6 +55,8 @@ class WindowState:
         has_marks: Whether moments of the recording are marked.
         has_episodes: Whether it has episodes.
         has_range: Whether a part of the recording is chosen.
+        overlaid: Whether a second recording is drawn over it.
+        can_repeat: Whether the touches of the recording can be repeated in a scene that runs behind it.
         looping: Whether that part is played again and again.
     """
 
@@ -81,6 +83,8 @@ class WindowState:
     has_marks: bool = False
     has_episodes: bool = False
     has_range: bool = False
+    overlaid: bool = False
+    can_repeat: bool = False
     looping: bool = False
 
 
@@ -107,6 +111,11 @@ def running(state: WindowState) -> bool:
 def replaying(state: WindowState) -> bool:
     """A recording is shown."""
     return state.mode is Mode.REPLAYING
+
+
+def overlaid(state: WindowState) -> bool:
+    """A second recording is drawn over the one that is shown."""
+    return state.overlaid
 
 
 def can_mark(state: WindowState) -> bool:

@@ -22,6 +22,7 @@ from widgets.actions.state import (
     has_scene,
     has_tasks,
     measured,
+    overlaid,
     patches_selected,
     paused,
     replaying,
@@ -471,6 +472,33 @@ def _recording_menu() -> Menu:
                 (),
                 "Write each episode to a recording of its own",
                 lambda state: state.has_episodes,
+            ),
+            LINE,
+            ActionSpec(
+                "repeat_touches",
+                "Repeat these touches live",
+                (),
+                "Restart the scene that runs, with its skin, map and controller, touched as in this recording",
+                lambda state: state.can_repeat,
+            ),
+            Menu(
+                "Second recording",
+                (
+                    ActionSpec(
+                        "overlay_recording",
+                        "Overlay recording…",
+                        (),
+                        "Draw another recording of the same skin dashed over this one, its contacts as outlines",
+                        replaying,
+                    ),
+                    ActionSpec("overlay_align", "Align first touches", (), "Let the first touches coincide", overlaid),
+                    ActionSpec(
+                        "overlay_earlier", "Earlier", ("Alt+Shift+Left",), "Let it begin 0.05 s earlier", overlaid
+                    ),
+                    ActionSpec("overlay_later", "Later", ("Alt+Shift+Right",), "Let it begin 0.05 s later", overlaid),
+                    ActionSpec("overlay_offset", "Offset…", (), "Say how much later it begins", overlaid),
+                    ActionSpec("overlay_remove", "Remove overlay", (), "Show the first recording alone", overlaid),
+                ),
             ),
             LINE,
             ActionSpec(

@@ -9,6 +9,7 @@ import numpy as np
 from PySide6.QtCore import QPoint, QPointF, Qt, QTimer, Signal
 from PySide6.QtWidgets import QHBoxLayout, QSplitter, QVBoxLayout, QWidget
 
+from app.contacts.regions import ContactRegion
 from app.control.command import ControlSettings
 from app.core.arrays import IntArray
 from app.editing.document import MapDocument
@@ -169,6 +170,10 @@ class LinkedViews(QWidget):
         self.bar.set_units(frame.units)
         self.bar.set_peak(1e-3 * float(frame.pressures.max(initial=0.0)))
         self._read_out()
+
+    def show_overlaid(self, regions: Sequence[ContactRegion]) -> None:
+        """Outline contacts of a second recording on the map; none for none."""
+        self.map.display.show_overlaid(regions)
 
     def show_settings(self, settings: ControlSettings) -> None:
         """By these the arm is led in what is shown."""

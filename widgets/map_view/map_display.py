@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from PySide6.QtCore import QObject, QRectF, Signal
 from PySide6.QtGui import QFont, QPainter, QTransform
 from PySide6.QtWidgets import QGraphicsScene
 
+from app.contacts.regions import ContactRegion
 from app.core.arrays import FloatArray, IntArray
 from app.core.reading_units import ReadingUnits
 from app.editing.document import MapDocument
@@ -19,7 +20,7 @@ from widgets.common.colours import PressureScale, Theme
 from widgets.common.settings import OverlayOptions
 from widgets.map_view.live_image import ImageAtlas, ImageSettings
 from widgets.map_view.map_coordinates import nearest_taxel, readout_text
-from widgets.map_view.map_painter import MapMarks, MapPainter
+from widgets.map_view.map_painter import MapMarks, MapPainter, outlines
 from widgets.map_view.map_scene import MapLayerFactory, MapScene
 from widgets.map_view.taxel_faults import NO_FAULTS, TaxelFaults
 from widgets.overlays.body_overlays import SkinTexture
@@ -69,6 +70,7 @@ class MapDisplay(QObject):
         super().__init__(parent)
         self.theme, self._scale, self._layers = theme, scale, dict(layers or {})
         self.picture: MapScene | None = None
+        self._overlaid: tuple[ContactRegion, ...] = ()
         self.marks = MapMarks()
         self._frame: Frame | None = None
         self._hovered_at: SurfacePoint | None = None
@@ -110,6 +112,7 @@ class MapDisplay(QObject):
         scene = QGraphicsScene(self)
         picture.add_to(scene)
         self.picture, self._frame, self._hovered_at, self._task = picture, None, None, NO_TASK
+        self._overlaid = ()
         self.marks = MapMarks(paused=self.marks.paused, replaying=self.marks.replaying, legend=picture.legend)
         self.scene_changed.emit(scene)
         self.picture_changed.emit()
@@ -128,6 +131,12 @@ class MapDisplay(QObject):
         """Show what a controller wants while there is no other frame; nothing for the same again."""
         if task is not self._task:
             self._task = task
+            self._update_marks()
+
+    def show_overlaid(self, regions: Sequence[ContactRegion]) -> None:
+        """Outline contacts of a second recording on the same skin, until others come."""
+        if regions or self._overlaid:
+            self._overlaid = tuple(regions)
             self._update_marks()
 
     def set_hover(self, at: SurfacePoint | None) -> None:
@@ -236,6 +245,7 @@ class MapDisplay(QObject):
             return
         hover = picture.mark_of(self._hovered_at)
         marks = replace(self.marks, legend=picture.legend, faults=picture.fault_legend, hover=hover)
+        marks = replace(marks, overlaid=outlines(self._overlaid, picture))
         marks = replace(marks, task=self._task, target=picture.mark_of(self._task.target))
         self._mark(marks if self._frame is None else marks.of_frame(self._frame, picture))
 

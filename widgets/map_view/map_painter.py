@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,16 +10,19 @@ from PySide6.QtCore import QPointF, QRectF, QSizeF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QTransform
 
 from app.contacts.regions import ContactRegion
+from app.core.arrays import FloatArray
 from app.session.frame import Frame
 from widgets.common.colours import Theme
 from widgets.map_view.background import Legend, paint_legend
 from widgets.map_view.map_coordinates import nice_floor
 from widgets.map_view.map_items import ZOrder
+from widgets.map_view.map_layers import ellipses_on_map
 from widgets.map_view.map_scene import CONTACT_KPA, MapScene
 from widgets.map_view.map_shapes import PatchShape
 from widgets.map_view.task_layer import TaskLegend, TaskPainter, task_legend_entries
 from widgets.map_view.taxel_faults import FaultLegend, paint_fault_legend
 from widgets.overlays.callouts import Callout, Spot, place_callouts
+from widgets.overlays.painting import polygon
 from widgets.overlays.task_overlay import NO_TASK, TaskOverlay
 
 EDGE = 12.0
@@ -30,6 +34,10 @@ _RING_GAP, _SMALLEST_RING = 4.0, 8.0
 """Between a touch and the ring around it, and the ring's smallest radius [px]: nothing is drawn over the touch."""
 _CENTRE_FROM = 36.0
 """The centre of pressure is a dot only in rings at least as large [px]: in smaller ones it would be the picture."""
+
+_SMALLEST_OUTLINE = 9.0
+"""Half-axis of the outline of a second recording's contact [px]."""
+_ANGLES = np.linspace(0, 2 * np.pi, 49)[:, None]
 
 
 @dataclass(frozen=True)
@@ -74,6 +82,7 @@ class MapMarks:
         faults: What marks on single taxels mean.
         task: What a controller with a task wants, and what came of it.
         target: Where that is now.
+        overlaid: Contacts of a second recording: centre, and half-axes (2, 2) of the ellipse.
     """
 
     contacts: tuple[ContactMark, ...] = ()
@@ -86,6 +95,7 @@ class MapMarks:
     faults: FaultLegend = ()
     task: TaskOverlay = NO_TASK
     target: QPointF | None = None
+    overlaid: tuple[tuple[QPointF, FloatArray], ...] = ()
 
     def of_frame(self, frame: Frame, picture: MapScene) -> MapMarks:
         """The same view with the contacts of ``frame`` where the map of ``picture`` has them.
@@ -103,6 +113,16 @@ class MapMarks:
             contacts=tuple(contacts),
             fingers=tuple(FingerMark(at, radius) for at, radius in tips if at is not None),
         )
+
+
+def outlines(regions: Sequence[ContactRegion], picture: MapScene) -> tuple[tuple[QPointF, FloatArray], ...]:
+    """Centre and half-axes (2, 2) of the ellipse of each region, where the map of ``picture`` has it [scene units]."""
+    scale, found = picture.shapes.frame.scale * np.array([1.0, -1.0]), []
+    for region in regions:
+        at = picture.mark_of(region.at)
+        if at is not None:
+            found.append((at, ellipses_on_map(region, picture.map)[0] * scale))
+    return tuple(found)
 
 
 def _reach(region: ContactRegion, at: QPointF, frame: Frame, picture: MapScene) -> float:
@@ -145,6 +165,7 @@ class MapPainter:
             ZOrder.TASK: self._paint_task,
             ZOrder.NAMES: self._paint_names,
             ZOrder.FINGERS: self._paint_fingers,
+            ZOrder.SHAPES: self._paint_overlaid,
             ZOrder.CONTACTS: self._paint_contacts,
             ZOrder.CAPTIONS: self._paint_captions,
         }
@@ -178,6 +199,25 @@ class MapPainter:
             at = view.map(finger.at)
             around = (contact.ring(view) for contact in marks.contacts if _near(view.map(contact.at), at))
             self._paint_ring(painter, at, max(finger.radius * view.m11(), *around, _SMALLEST_RING))
+
+    def _paint_overlaid(
+        self, painter: QPainter, marks: MapMarks, picture: MapScene, view: QTransform, room: QRectF
+    ) -> None:
+        """A dashed outline with a cross for each contact of the second recording, dark on a light halo."""
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        for centre, axes in marks.overlaid:
+            at, pixels = view.map(centre), axes * [view.m11(), view.m22()]
+            sizes = np.maximum(np.linalg.norm(pixels, axis=1, keepdims=True), 1e-9)
+            pixels = pixels * np.maximum(_SMALLEST_OUTLINE / sizes, 1.0)
+            ring = polygon(np.cos(_ANGLES) * pixels[0] + np.sin(_ANGLES) * pixels[1] + [at.x(), at.y()])
+            for ink, width, style in (
+                (QColor(255, 255, 255, 200), 4.0, Qt.PenStyle.SolidLine),
+                (QColor(29, 33, 38), 1.75, Qt.PenStyle.DashLine),
+            ):
+                painter.setPen(QPen(ink, width, style))
+                painter.drawPolygon(ring)
+            painter.drawLine(at - QPointF(4, 0), at + QPointF(4, 0))
+            painter.drawLine(at - QPointF(0, 4), at + QPointF(0, 4))
 
     def _paint_contacts(
         self, painter: QPainter, marks: MapMarks, _picture: MapScene, view: QTransform, room: QRectF

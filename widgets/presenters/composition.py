@@ -20,6 +20,7 @@ from widgets.presenters.pointing_presenter import PointingPresenter
 from widgets.presenters.session.accuracy_presenter import AccuracyPresenter
 from widgets.presenters.session.effects_presenter import EffectsPresenter
 from widgets.presenters.session.notes_presenter import NotesPresenter
+from widgets.presenters.session.overlay_presenter import OverlayPresenter
 from widgets.presenters.session.recording_plots_presenter import RecordingPlotsPresenter
 from widgets.presenters.session.replay_past import ReplayPast
 from widgets.presenters.session.scene_presenter import ScenePresenter
@@ -42,6 +43,7 @@ class Presenters:
     files: FilePresenter
     export: ExportPresenter
     recordings: RecordingsPresenter
+    overlay: OverlayPresenter
     live_input: LiveInputPresenter
     view: ViewPresenter
     session: SessionPresenter
@@ -71,6 +73,7 @@ class Presenters:
             self.recording_plots,
             self.recordings,
             self.plots,
+            self.overlay,
         ):
             presenter.close()
 
@@ -83,13 +86,15 @@ def build(context: AppContext, parent: QWidget) -> Presenters:
     map_edit = MapEditPresenter(context, tools, map_files, parent)
     files = FilePresenter(context, effects, map_files, tools.get(GridTool), parent)
     plots = PlotsPresenter(context, parent)
+    overlay = OverlayPresenter(context, parent)
     return Presenters(
         tools=tools,
         effects=effects,
         map_files=map_files,
         map_edit=map_edit,
         files=files,
-        recordings=RecordingsPresenter(context, files, parent),
+        recordings=RecordingsPresenter(context, files, overlay, parent),
+        overlay=overlay,
         export=ExportPresenter(context, parent),
         live_input=LiveInputPresenter(context, parent),
         view=ViewPresenter(context, tools, parent),
@@ -106,5 +111,5 @@ def build(context: AppContext, parent: QWidget) -> Presenters:
         comparison=ComparisonPresenter(context, effects, parent),
         accuracy=AccuracyPresenter(context, effects, parent),
         scene=ScenePresenter(context, effects, map_edit, parent),
-        state=StateTracker(context, tools, parent),
+        state=StateTracker(context, tools, overlay, parent),
     )

@@ -9,6 +9,7 @@ from widgets.actions.state import UndoState, WindowState
 from widgets.common.mode import Mode
 from widgets.context.app_context import AppContext
 from widgets.panels.control.controller_panel import can_restart_task
+from widgets.presenters.session.overlay_presenter import OverlayPresenter
 from widgets.tools.registry import Tools
 
 
@@ -18,6 +19,7 @@ class StateTracker(QObject):
     Args:
         context: What it reads, and whose actions it shows.
         tools: Which is in use.
+        overlay: Whether a second recording is shown.
         parent: Qt parent.
 
     Attributes:
@@ -27,9 +29,10 @@ class StateTracker(QObject):
     changed = Signal(object)
     """Another WindowState."""
 
-    def __init__(self, context: AppContext, tools: Tools, parent: QObject) -> None:
+    def __init__(self, context: AppContext, tools: Tools, overlay: OverlayPresenter, parent: QObject) -> None:
         super().__init__(parent)
         self._context, self._tools, self._settings = context, tools, ControlSettings()
+        self._overlay = overlay
         self.state = WindowState()
         session, editor = context.session, context.editor
         session.settings_changed.connect(self._on_settings_changed)
@@ -44,6 +47,7 @@ class StateTracker(QObject):
             context.timeline.range_changed,
             context.timeline.loop_changed,
             context.notes.changed,
+            overlay.changed,
             editor.history_changed,
             editor.selection_changed,
             editor.enabled_changed,
@@ -97,6 +101,8 @@ class StateTracker(QObject):
             notable=context.notes.editable,
             has_marks=bool(context.notes.value.marks),
             has_episodes=bool(context.notes.value.episodes),
+            overlaid=self._overlay.other is not None,
+            can_repeat=session.player is not None and session.simulates_behind,
             has_range=context.timeline.range is not None,
             looping=context.timeline.playhead.loop is not None,
         )

@@ -192,6 +192,11 @@ class LiveSession(QObject):
         return self._shown_run is not None and self.live_input is None
 
     @property
+    def simulates_behind(self) -> bool:
+        """Whether a simulation runs or waits, shown or not."""
+        return self._run is not None and self.live_input is None
+
+    @property
     def runner(self) -> SessionRunner | None:
         """Of the scene that runs, shown or not; None before there is one."""
         return None if self._run is None else self._run.runner

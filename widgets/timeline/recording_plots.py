@@ -173,6 +173,16 @@ class RecordingPlots(QWidget):
         self.update()
 
     @property
+    def times(self) -> FloatArray:
+        """(n,) of the frames whose curves are known [s from the first]."""
+        return self._times
+
+    @property
+    def values(self) -> FloatArray:
+        """(n, len(CURVES)) of them, SI."""
+        return self._values
+
+    @property
     def view(self) -> Span:
         """The part of the recording that is shown."""
         return self._view

@@ -20,6 +20,7 @@ from widgets.common.file_types import RECORDING_FILTER
 from widgets.context.app_context import AppContext
 from widgets.context.recordings_dialog import RecordingsDialog
 from widgets.presenters.files.file_presenter import FilePresenter
+from widgets.presenters.session.overlay_presenter import OverlayPresenter
 from widgets.presenters.session.session_presenter import recordings_folder
 from widgets.workers.recording_worker import Annotate, Summarise, Trim, TrimEpisodes
 from widgets.workers.worker_process import Result, SourceToken
@@ -37,13 +38,14 @@ class RecordingsPresenter(QObject):
     Args:
         context: What it works on.
         files: Opens one.
+        overlay: Draws one over the one that is shown.
         parent: Qt parent, over which dialogs open.
     """
 
-    def __init__(self, context: AppContext, files: FilePresenter, parent: QWidget) -> None:
+    def __init__(self, context: AppContext, files: FilePresenter, overlay: OverlayPresenter, parent: QWidget) -> None:
         super().__init__(parent)
         self._context, self._files, self._window = context, files, parent
-        self._session = context.session
+        self._session, self._overlay = context.session, overlay
         self.dialog: RecordingsDialog | None = None
         self._folder = Path()
         make = context.backends.recording_worker
@@ -121,6 +123,7 @@ class RecordingsPresenter(QObject):
         if self.dialog is None:
             dialog = self.dialog = RecordingsDialog(self._window)
             dialog.replay_wanted.connect(lambda path: self._files.open_path(str(path)))
+            dialog.overlay_wanted.connect(self._overlay.open)
             dialog.show_wanted.connect(self._show_file)
             dialog.delete_wanted.connect(self.delete)
             dialog.outcome_chosen.connect(self.judge)

@@ -9,6 +9,7 @@ from PySide6.QtCore import QObject
 
 from app.core.errors import TactileMapsError
 from app.simulation.known_load_check import WeighingResult
+from app.stimuli.stimuli_from_pokes import stimuli_from_pokes
 from app.stimuli.stimulus_file import load_stimuli, save_stimuli
 from widgets.common.file_types import SCRIPT_FILTER
 from widgets.context.app_context import AppContext
@@ -34,6 +35,7 @@ class TouchScriptPresenter(QObject):
         for name, act in (
             ("save_script", self.choose_save),
             ("play_script", self.choose_play),
+            ("repeat_touches", self.repeat),
             ("weigh", self.weigh),
         ):
             context.actions.bind(name, act)
@@ -78,6 +80,24 @@ class TouchScriptPresenter(QObject):
             self._context.notifier.fault(str(error))
             return
         self._live.show_prepared(replace(prepared, scene=replace(scene, stimuli=stimuli)))
+
+    def repeat(self) -> None:
+        """Restart the scene behind the recording, with its skin, map and controller, touched as in the recording."""
+        player = self._live.player
+        if player is None:
+            return
+        tick, last = player.prepared.scene.tick, round(float(player.times[-1]) / player.prepared.scene.tick)
+        stimuli = stimuli_from_pokes(player.prepared.skin, player.inputs, tick=tick, last=last, scripted=True)
+        if not stimuli:
+            self._context.notifier.say("Nothing touches the skin in this recording.")
+            return
+        self._live.back_to_live()
+        prepared, scene, source = self._live.prepared, self._effects.scene, self._live.source
+        if prepared is not None and scene is not None and source is not None:
+            settings, map_ = source.settings.settings, source.settings.map
+            self._live.show_prepared(replace(prepared, scene=replace(scene, stimuli=stimuli), map=map_))
+            self._live.set_settings(settings)
+            self._context.notifier.say("The touches of the recording are repeated here. Record them to compare both.")
 
     def weigh(self) -> None:
         """Lay a known load on a copy of the scene beside, and say what it reads."""

@@ -1,0 +1,104 @@
+"""A second recording over the first: its outline on the map, its dashed curve, aligned by the first touch; repeats."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QFileDialog, QInputDialog
+
+from app.recording.recorder import Recorder
+from app.session.session import Session
+from app.tactile.poke import PokePressed
+from tests.support.recordings import record, small_arm
+from tests.widgets.support.window_driver import run
+from widgets.presenters.session.overlay_presenter import first_touch, same_skin
+
+ALT_SHIFT = Qt.KeyboardModifier.AltModifier | Qt.KeyboardModifier.ShiftModifier
+TAXEL = 20
+
+
+@pytest.fixture(scope="module")
+def prepared(coarse_prepared):
+    """It is there ten times as soon."""
+    return coarse_prepared
+
+
+@pytest.fixture(scope="module")
+def two(prepared, tmp_path_factory):
+    """The same press at 0.1 s, and at 0.25 s."""
+    folder = tmp_path_factory.mktemp("two")
+    for name, press in (("first", 20), ("second", 50)):
+        session = Session(prepared, scripted=False)
+        with Recorder(prepared, folder / f"{name}.mcap", viewers=False) as recorder:
+            for tick in range(140):
+                if tick == press:
+                    session.submit(PokePressed(5, prepared.skin.taxel_point(TAXEL)))
+                recorder.write(session.tick(), session.inputs)
+    return folder / "first.mcap", folder / "second.mcap"
+
+
+@pytest.fixture
+def window(window_again, two, monkeypatch):
+    """It shows the first, and the second over it."""
+    window_again.live.open_recording(two[0])
+    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_args: (str(two[1]), ""))
+    window_again.action("overlay_recording").trigger()
+    yield window_again
+    window_again.live.back_to_live()
+
+
+def outlined(window):
+    return window.map_view.display.marks.overlaid
+
+
+def test_its_contacts_are_outlined_when_they_are_and_moved_in_time(window, prepared):
+    window.timeline.go_to(0.3)
+    assert window.live.shown.regions
+    assert not outlined(window), "the second is not pressed yet"
+    QTest.keyClick(window, Qt.Key.Key_Left, ALT_SHIFT)
+    QTest.keyClick(window, Qt.Key.Key_Left, ALT_SHIFT)
+    assert window.presenters.overlay.offset == pytest.approx(-0.1)
+    assert window.recording_plots._other.times()[0] == pytest.approx(-0.1)
+    window.action("overlay_align").trigger()
+    assert window.presenters.overlay.offset == pytest.approx(-0.15, abs=0.01)
+    ((centre, axes),) = outlined(window)
+    touched = window.map_view.display.picture.mark_of(prepared.skin.taxel_point(TAXEL))
+    scale = window.map_view.display.picture.shapes.frame.scale
+    assert (centre - touched).manhattanLength() < 0.02 * scale
+    assert axes.shape == (2, 2)
+    own, other = window.recording_plots, window.recording_plots._other
+    assert first_touch(own.times, own.values) == pytest.approx(
+        first_touch(other.times(), other.curves.values), abs=0.006
+    )
+    window.action("overlay_offset").trigger()
+    box = window.findChild(QInputDialog)
+    box.setTextValue("0,5")
+    box.accept()
+    assert window.presenters.overlay.offset == 0.5
+    window.action("overlay_remove").trigger()
+    assert not outlined(window)
+    assert window.recording_plots._other is None
+    assert not window.action("overlay_align").isEnabled()
+
+
+def test_the_touches_are_repeated_on_the_scene_that_waits(window):
+    assert window.action("repeat_touches").isEnabled()
+    window.action("repeat_touches").trigger()
+    assert window.live.mode == "live"
+    assert not outlined(window), "it went with the recording it lay over"
+    assert len(window.live.prepared.scene.stimuli) == 1
+    run(window, 0.4)
+    assert [region.link for region in window.live.shown.regions] == [
+        window.live.prepared.skin.link(window.live.prepared.skin.taxel_point(TAXEL))
+    ]
+
+
+@pytest.mark.long
+def test_another_skin_is_refused(window, prepared, tmp_path, monkeypatch):
+    record(small_arm(), tmp_path / "other.mcap", ticks=5)
+    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_args: (str(tmp_path / "other.mcap"), ""))
+    window.action("overlay_recording").trigger()
+    assert "of another skin" in window.notification_bar.text
+    assert window.presenters.overlay.other is None
+    assert same_skin(prepared.skin, prepared.skin)
