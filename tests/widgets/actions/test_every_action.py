@@ -153,6 +153,18 @@ class Bench:
         self.marked()
         self.ask("split_episodes")
 
+    def overlaid(self) -> None:
+        """It lies over itself, later."""
+        self.recorded()
+        overlay = self.window.presenters.overlay
+        overlay.open(self.window.live.player.path)
+        overlay.set_offset(0.02)
+
+    def touched(self) -> None:
+        """A recording of a press is shown."""
+        held(self)
+        self.recorded()
+
     def patches(self) -> None:
         """The patches are selected, and each has a size and a place of its own."""
         self.live()
@@ -239,6 +251,10 @@ def opening(bench):
 
 def notes(bench):
     return bench.window.context.notes.value
+
+
+def offset(bench):
+    return bench.window.presenters.overlay.offset
 
 
 def position(bench):
@@ -413,6 +429,13 @@ EFFECTS: dict[str, Effect] = {
     "export_recording": Effect(RECORDED, windows),
     "recordings": Effect(RECORDED, windows),
     "delete_recording": Effect(RECORDED, windows),
+    "overlay_recording": Effect(RECORDED, asked),
+    "overlay_align": Effect(Bench.overlaid, status),
+    "overlay_earlier": Effect(Bench.overlaid, offset),
+    "overlay_later": Effect(Bench.overlaid, offset),
+    "overlay_offset": Effect(Bench.overlaid, windows),
+    "overlay_remove": Effect(Bench.overlaid, of_state("overlaid")),
+    "repeat_touches": Effect(Bench.touched, mode),
     "take_over": Effect(RECORDED, mode),
     "show_saved": Effect(LIVE, lambda bench: len(bench.opened)),
     "replay_saved": Effect(LIVE, mode),
