@@ -2,8 +2,9 @@
 
 An act is drawn by ``seed`` and its number alone, from what the window then shows: an action by its key, by the menu or
 by triggering it; any visible button, slider, combo box, number, text or list; mouse, wheel and keys on both views with
-any tool; files that are dropped or answered to a dialog, good and bad; and time that passes. What is modal is answered
-as the next act, and a menu that runs its own loop from within that loop.
+any tool; right clicks and their menus; fingers that stay; panels undocked, layouts kept and taken; the palette; keys
+changed; recordings replayed, marked and taken over; files that are dropped or answered to a dialog, good and bad; and
+time that passes. What is modal is answered as the next act, and a menu that runs its own loop from within that loop.
 """
 
 from __future__ import annotations
@@ -15,7 +16,15 @@ from pathlib import Path
 import numpy as np
 import shiboken6
 from PySide6.QtCore import QEvent, QMimeData, QModelIndex, QPoint, QPointF, Qt, QTimer, QUrl
-from PySide6.QtGui import QAction, QDropEvent, QKeySequence, QMouseEvent, QWheelEvent
+from PySide6.QtGui import (
+    QAction,
+    QContextMenuEvent,
+    QDesktopServices,
+    QDropEvent,
+    QKeySequence,
+    QMouseEvent,
+    QWheelEvent,
+)
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
     QAbstractButton,
@@ -25,6 +34,7 @@ from PySide6.QtWidgets import (
     QComboBox,
     QFileDialog,
     QHeaderView,
+    QInputDialog,
     QLineEdit,
     QMenu,
     QMessageBox,
@@ -35,7 +45,11 @@ from PySide6.QtWidgets import (
 )
 
 from tests.widgets.support.window_checks import WindowChecks
+from widgets.actions.keys_sheet import KeysSheet
+from widgets.actions.palette import CommandPalette
+from widgets.actions.registry import specs_in
 from widgets.common.colour_bar import ColourBar
+from widgets.presenters.files import recordings_presenter
 from widgets.timeline.scrub_bar import ScrubBar
 from widgets.tools.registry import TOOLS
 
@@ -56,6 +70,10 @@ VIEW_KEYS = [
 CONTROL_KEYS = [
     KEY.Key_Up, KEY.Key_Down, KEY.Key_Left, KEY.Key_Right, KEY.Key_Home, KEY.Key_End, KEY.Key_PageUp,
     KEY.Key_PageDown, KEY.Key_Delete, KEY.Key_Return, KEY.Key_Tab, KEY.Key_Space,
+]  # fmt: skip
+CHANGED_KEYS = [
+    KEY.Key_T, KEY.Key_G, KEY.Key_U, KEY.Key_Space, KEY.Key_Escape, KEY.Key_Tab, KEY.Key_F7, KEY.Key_Question,
+    KEY.Key_Z,
 ]  # fmt: skip
 OPERATED = (
     QAbstractButton, QSlider, QComboBox, QAbstractSpinBox, QLineEdit, QAbstractItemView, ColourBar, ScrubBar,
@@ -111,7 +129,9 @@ class RandomUser:
         self._kinds = (
             (self._asks_an_action, 20), (self._operates, 30), (self._on_map, 18), (self._on_body, 14),
             (self._waits, 8), (self._records, 3), (self._drops_a_file, 2), (self._resizes, 1),
-            (self._gesture_cut_short, 4), *(((self._opens, 1),) if scenes is not None else ()),
+            (self._gesture_cut_short, 4), (self._right_clicks, 3), (self._latches, 3), (self._undocks, 2),
+            (self._arranges, 1), (self._changes_a_key, 2), (self._replays, 3),
+            *(((self._opens, 1),) if scenes is not None else ()),
         )  # fmt: skip
 
     def __enter__(self) -> RandomUser:
@@ -126,6 +146,8 @@ class RandomUser:
         )
         QFileDialog.getSaveFileName = lambda _parent, _title, name, _kinds="": (self._file_to_save(name), "")
         QFileDialog.getExistingDirectory = lambda _parent, _title, _folder="": str(self.folder)
+        self._opened, QDesktopServices.openUrl = QDesktopServices.openUrl, lambda _url: True
+        self._trashed, recordings_presenter._to_trash = recordings_presenter._to_trash, _away
         self._checks.__enter__()
         self._answerer.start()
         return self
@@ -133,6 +155,7 @@ class RandomUser:
     def __exit__(self, *error: object) -> None:
         self._answerer.stop()
         self._checks.__exit__(*error)
+        QDesktopServices.openUrl, recordings_presenter._to_trash = self._opened, self._trashed
         for name, kept in self._kept.items():
             setattr(QFileDialog, name, kept)
 
@@ -212,7 +235,7 @@ class RandomUser:
         bar = self.window.menuBar()
         entry = self._one_of(bar.actions())
         self._say(f"menu {entry.text()}")
-        QTest.mouseClick(bar, LEFT, pos=bar.actionGeometry(entry).center())
+        _click(bar, bar.actionGeometry(entry).center())
 
     def _choose_in(self, popup: QWidget) -> None:
         """Take an entry of a menu or of a combo box's list, or leave it."""
@@ -262,23 +285,45 @@ class RandomUser:
         if isinstance(modal, QMessageBox):
             button = self._one_of(modal.buttons())
             self._say(f"answers {modal.objectName()} by {button.text()}")
-            QTest.mouseClick(button, LEFT)
+            _click(button)
+        elif isinstance(modal, CommandPalette):
+            self._finds(modal)
+        elif isinstance(modal, QInputDialog) and self._chance(0.6):
+            self._say(f"answers {modal.objectName()}")
+            if (field := modal.findChild(QLineEdit)) is not None and field.isVisible():
+                QTest.keyClicks(field, self._one_of(["left", "1", "  ", "<b>&", "x" * 80]))
+            QTest.keyClick(modal, KEY.Key_Return)
+        elif self._chance(0.5) and (inside := [one for one in self._operated(modal) if _can_be_used(one)]):
+            self._uses(self._one_of(inside))
         else:
             self._say(f"Escape from {_name(modal)}")
             QTest.keyClick(modal, KEY.Key_Escape)
+
+    def _finds(self, palette: CommandPalette) -> None:
+        """Types a few letters of the command palette, and takes what is found first, or gives up."""
+        letters = self._one_of(["layout", "fold", "pla", "mark", "ctrl", "sett", "zz", ""])
+        QTest.keyClicks(palette.field, letters)
+        for _ in range(int(self._rng.integers(4))):
+            QTest.keyClick(palette.field, self._one_of([KEY.Key_Down, KEY.Key_Up, KEY.Key_PageDown]))
+        found = palette.found[max(palette.list.currentRow(), 0)].text if palette.found else "nothing"
+        harmless = found.startswith(("View", "Select", "Edit", "Session > P", "Setting", "Help"))
+        take = harmless and self._chance(0.7)
+        self._say(f"palette: {letters!r} finds {found}, {'taken' if take else 'Escape'}")
+        QTest.keyClick(palette.field, KEY.Key_Return if take else KEY.Key_Escape)
 
     # Panels, bars and dialogs.
 
     def _operates(self) -> None:
         if (board := self.window.presenters.comparison.board) is not None:
             board.stimulus.seconds.setMaximum(0.5)  # simulated: Return runs a comparison
-        widgets = [one for one in self._operated() if one.isVisible() and one.isEnabled()]
-        widget = self._one_of(widgets)
+        self._uses(self._one_of([one for one in self._operated() if _can_be_used(one)]))
+
+    def _uses(self, widget: QWidget) -> None:
         for area in _scroll_areas(widget):
             area.ensureWidgetVisible(widget)
         self._say(f"{_name(widget)}")
         if isinstance(widget, QComboBox):
-            self._keys(widget, CONTROL_KEYS[:8]) if self._chance(0.7) else QTest.mouseClick(widget, LEFT)
+            self._keys(widget, CONTROL_KEYS[:8]) if self._chance(0.7) else _click(widget)
         elif isinstance(widget, QAbstractButton):
             self._presses(widget)
         elif isinstance(widget, QLineEdit | QAbstractSpinBox):
@@ -290,10 +335,10 @@ class RandomUser:
         else:
             self._drags_on(widget, self._anywhere(widget), self._anywhere(widget), LEFT, MODIFIERS[0])
 
-    def _operated(self) -> list[QWidget]:
+    def _operated(self, within: QWidget | None = None) -> list[QWidget]:
         found = [
             child
-            for top in QApplication.topLevelWidgets()
+            for top in (QApplication.topLevelWidgets() if within is None else [within])
             if top.isVisible()
             for kind in OPERATED
             for child in top.findChildren(kind)
@@ -305,7 +350,7 @@ class RandomUser:
 
     def _presses(self, button: QAbstractButton) -> None:
         if self._chance(0.8):
-            QTest.mouseClick(button, LEFT, self._one_of(MODIFIERS))
+            _click(button, modifier=self._one_of(MODIFIERS))
         else:
             button.setFocus()
             QTest.keyClick(button, KEY.Key_Space)
@@ -332,8 +377,8 @@ class RandomUser:
         index = model.index(int(self._rng.integers(model.rowCount(QModelIndex()))), int(self._rng.integers(columns)))
         view.scrollTo(index, QAbstractItemView.ScrollHint.EnsureVisible)
         at = view.visualRect(index).center()
-        press = QTest.mouseDClick if self._chance(0.2) else QTest.mouseClick
-        press(view.viewport(), LEFT, self._one_of(MODIFIERS), at)
+        twice, modifier = self._chance(0.2), self._one_of(MODIFIERS)
+        _click(view.viewport(), at, modifier=modifier, twice=twice)
         if self._chance(0.3) and shiboken6.isValid(view):
             self._keys(view, CONTROL_KEYS)
 
@@ -358,9 +403,9 @@ class RandomUser:
         if how == "drag":
             self._drags_on(target, start, end, button, modifier)
         elif how == "click":
-            QTest.mouseClick(target, button, modifier, start)
+            _click(target, start, button, modifier)
         elif how == "double":
-            QTest.mouseDClick(target, button, modifier, start)
+            _click(target, start, button, modifier, twice=True)
         elif how == "wheel":
             self._wheel(target, start, modifier)
         elif how == "hover":
@@ -374,7 +419,7 @@ class RandomUser:
 
     def _drags_on(self, target: QWidget, start: QPoint, end: QPoint, button, modifier) -> None:
         """Press, move, maybe hold while time passes, maybe give up by Escape, lift."""
-        QTest.mousePress(target, button, modifier, start)
+        _mouse(target, QEvent.Type.MouseButtonPress, start, button, modifier)
         for share in (0.3, 0.7, 1.0):
             if shiboken6.isValid(target):
                 _move(target, start + (end - start) * share, button, modifier)
@@ -383,7 +428,7 @@ class RandomUser:
         if self._chance(0.15) and shiboken6.isValid(target):
             QTest.keyClick(target, KEY.Key_Escape)
         if shiboken6.isValid(target):
-            QTest.mouseRelease(target, button, modifier, end)
+            _mouse(target, QEvent.Type.MouseButtonRelease, end, button, modifier)
 
     def _wheel(self, target: QWidget, at: QPoint, modifier) -> None:
         place = QPointF(at)
@@ -400,7 +445,7 @@ class RandomUser:
         target = view.viewport() if view is self.window.map_view else view.display.canvas.widget
         self.window.action(self._one_of(TOOLS).kind.name).trigger()
         tool, start, end = self.window.views.tool.name, self._place(view, target), self._place(view, target)
-        QTest.mousePress(target, LEFT, pos=start)
+        _mouse(target, QEvent.Type.MouseButtonPress, start)
         _move(target, (start + end) / 2, LEFT)
         self._pass_time(0.04)
         other = self._one_of([self._asks_an_action, self._operates, self._records, self._drops_a_file])
@@ -408,7 +453,72 @@ class RandomUser:
         self._say(f"{self.last[-1].split(': ', 1)[1]}, while {tool} is held on the {_name(view)}")
         self._pass_time(0.02)
         _move(target, end, LEFT)
-        QTest.mouseRelease(target, LEFT, pos=end)
+        _mouse(target, QEvent.Type.MouseButtonRelease, end)
+
+    def _right_clicks(self) -> None:
+        """On a view: what can be done with what is there is offered, and answered as the next act."""
+        view, target = self._view()
+        at = self._place(view, target)
+        self._say(f"right-click on the {_name(view)} at {_at(at)}")
+        _click(target, at, Qt.MouseButton.RightButton)
+
+    def _latches(self) -> None:
+        """Leaves a finger on the skin."""
+        view, target = self._view()
+        self.window.action("poke").trigger()
+        at = self._place(view, target)
+        self._say(f"Shift-click on the {_name(view)} at {_at(at)}")
+        _click(target, at, modifier=Qt.KeyboardModifier.ShiftModifier)
+
+    def _view(self) -> tuple[QWidget, QWidget]:
+        view = self._one_of([self.window.map_view, self.window.robot_view])
+        return view, view.viewport() if view is self.window.map_view else view.display.canvas.widget
+
+    def _undocks(self) -> None:
+        """Gives a panel a window of its own, or puts it back, or folds it there."""
+        panel = self._one_of(list(self.window.column))
+        self._say(f"undocks {panel.objectName()}, or puts it back")
+        self.window.panel_docks.toggle(panel)
+
+    def _arranges(self) -> None:
+        """Saves a layout, or takes one that was saved."""
+        layouts, docks = self.window.settings.layouts, self.window.panel_docks
+        if layouts and self._chance(0.6):
+            name = self._one_of(sorted(layouts))
+            self._say(f"takes the layout {name}")
+            docks.arrange(layouts[name])
+        else:
+            name = self._one_of(["left", "right"])
+            self._say(f"saves the layout {name}")
+            self.window.settings.save_layout(name, docks.layout)
+
+    def _changes_a_key(self) -> None:
+        """On the sheet of keys: press another key for an action, and swap, keep or give up."""
+        self.window.action("keys").trigger()
+        sheet = self.window.findChild(KeysSheet)
+        spec = self._one_of(list(specs_in(self.window.context.actions.menus)))
+        key, modifier = self._one_of(CHANGED_KEYS), self._one_of(MODIFIERS)
+        self._say(f"gives {spec.name} the key {modifier.name} {key.name}")
+        sheet.choose(spec.name)
+        editor = sheet.editor
+        _click(editor.change)
+        QTest.keyClick(editor.field, key, modifier)
+        button = self._one_of([editor.swap, editor.keep, editor.reset, editor.remove, editor.reset_all])
+        if button.isVisible() and button.isEnabled():
+            _click(button)
+        if self._chance(0.8):
+            sheet.close()
+
+    def _replays(self) -> None:
+        """Shows what was recorded last, or takes over from it, or goes back to the session."""
+        live, files = self.window.live, sorted(self.folder.rglob("recordings/*.mcap"))
+        if live.mode == "replaying":
+            name = self._one_of(["take_over", "mark", "range_start", "range_end", "split_episodes"])
+            self._say(f"{name} in a replay")
+            self.window.action(name).trigger()
+        elif files:
+            self._say(f"replays {files[-1].name}")
+            live.open_recording(files[-1])
 
     def _place(self, view, target: QWidget) -> QPoint:
         pixels = view.taxel_pixels()
@@ -472,11 +582,42 @@ class RandomUser:
         return str(self.folder / f"{stem}{ending}")
 
 
-def _move(target: QWidget, at: QPoint, button=Qt.MouseButton.NoButton, modifier=MODIFIERS[0]) -> None:
-    """Not by ``QTest.mouseMove``: an exception in what it calls ends the process (PySide6 6.11)."""
-    place, none = QPointF(at), Qt.MouseButton.NoButton
+def _mouse(target: QWidget, kind: QEvent.Type, at: QPoint, button=LEFT, modifier=MODIFIERS[0]) -> None:
+    """Not by ``QTest``: an exception in what it calls ends the process there (PySide6 6.11), and names no act."""
+    if not shiboken6.isValid(target):
+        return
+    none = Qt.MouseButton.NoButton
+    changed = none if kind == QEvent.Type.MouseMove else button
+    held = none if kind == QEvent.Type.MouseButtonRelease else button
     there = QPointF(target.mapToGlobal(at))
-    QApplication.sendEvent(target, QMouseEvent(QEvent.Type.MouseMove, place, there, none, button, modifier))
+    QApplication.sendEvent(target, QMouseEvent(kind, QPointF(at), there, changed, held, modifier))
+
+
+def _move(target: QWidget, at: QPoint, button=Qt.MouseButton.NoButton, modifier=MODIFIERS[0]) -> None:
+    _mouse(target, QEvent.Type.MouseMove, at, button, modifier)
+
+
+def _click(target: QWidget, at: QPoint | None = None, button=LEFT, modifier=MODIFIERS[0], *, twice=False) -> None:
+    """Press and lift, as one act of the hand; a right click asks for a menu too, as the desktop has it."""
+    at = target.rect().center() if at is None else at
+    kinds = [QEvent.Type.MouseButtonPress, QEvent.Type.MouseButtonRelease]
+    if twice:
+        kinds += [QEvent.Type.MouseButtonDblClick, QEvent.Type.MouseButtonRelease]
+    for kind in kinds:
+        _mouse(target, kind, at, button, modifier)
+    if button == Qt.MouseButton.RightButton and shiboken6.isValid(target):
+        reason = QContextMenuEvent.Reason.Mouse
+        QApplication.sendEvent(target, QContextMenuEvent(reason, at, target.mapToGlobal(at), modifier))
+
+
+def _away(path: Path) -> bool:
+    """Not into the trash of who runs the tests."""
+    path.unlink(missing_ok=True)
+    return True
+
+
+def _can_be_used(widget: QWidget) -> bool:
+    return widget.isVisible() and widget.isEnabled()
 
 
 def _scroll_areas(widget: QWidget) -> list[QScrollArea]:
