@@ -175,6 +175,18 @@ def _set_target(painter: QPainter, colour: str) -> None:
         painter.drawLine(QPointF(8 + 2.6 * x, 8 + 2.6 * y), QPointF(8 + 7.2 * x, 8 + 7.2 * y))
 
 
+def _posture(painter: QPainter, colour: str) -> None:
+    """Two links, the joint between them, and the hand that leads."""
+    pen = QPen(QColor(colour), 2.2, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap)
+    painter.setPen(pen)
+    painter.drawLine(QPointF(3, 14), QPointF(5.2, 6.2))
+    painter.drawLine(QPointF(5.2, 6.2), QPointF(12.4, 9.6))
+    painter.setPen(QPen(QColor(colour), 1.4))
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    painter.drawEllipse(QPointF(5.2, 4.2), 2.2, 2.2)
+    painter.drawEllipse(QPointF(13.2, 12.4), 1.8, 1.8)
+
+
 def _undo(painter: QPainter, colour: str) -> None:
     bow = QPainterPath(QPointF(4, 5.5))
     bow.lineTo(10, 5.5)
@@ -208,6 +220,7 @@ _SHAPES: dict[str, Callable[[QPainter, str], None]] = {
     "grid": _grid,
     "draw_path": _draw_path,
     "set_target": _set_target,
+    "posture": _posture,
     "undo": _undo,
     "redo": _redo,
 }

@@ -41,6 +41,8 @@ class WindowState:
         task: Name of the one in force.
         path_kind: How the next path is drawn.
         can_control: Whether there is an arm to control, and a map to draw on.
+        can_pose: Whether there is a simulated robot that can be led to a posture.
+        can_undo_posture: Whether another posture was wanted before.
         has_path: Whether a path or a target was drawn.
         can_restart_task: Whether the task can start from its beginning.
         editable: Whether there is a map that takes edits.
@@ -69,6 +71,8 @@ class WindowState:
     task: str = ""
     path_kind: str = ""
     can_control: bool = False
+    can_pose: bool = False
+    can_undo_posture: bool = False
     has_path: bool = False
     can_restart_task: bool = False
     editable: bool = False
@@ -141,6 +145,11 @@ def patches_selected(state: WindowState) -> bool:
 def can_control(state: WindowState) -> bool:
     """There is an arm to control, and a map to draw on."""
     return state.can_control
+
+
+def can_pose(state: WindowState) -> bool:
+    """There is a simulated robot that can be led to a posture."""
+    return state.can_pose
 
 
 def has_tasks(state: WindowState) -> bool:

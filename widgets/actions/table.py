@@ -18,6 +18,7 @@ from widgets.actions.state import (
     WindowState,
     can_control,
     can_mark,
+    can_pose,
     editable,
     has_scene,
     has_tasks,
@@ -563,6 +564,30 @@ def _control_menu(tools: tuple[ToolSpec, ...]) -> Menu:
                 enabled=lambda state: state.mode.running and state.can_restart_task,
             ),
             LINE,
+            Menu(
+                "Posture",
+                (
+                    ActionSpec(
+                        "scene_posture",
+                        "Scene posture",
+                        (),
+                        "Want the posture of the scene of the robot again",
+                        can_pose,
+                    ),
+                    ActionSpec(
+                        "undo_posture",
+                        "Previous posture",
+                        (),
+                        "Want the posture that was wanted before",
+                        lambda state: state.can_undo_posture,
+                    ),
+                    ActionSpec(
+                        "copy_posture", "Copy posture", (), "Copy the posture as text: a line a joint", can_pose
+                    ),
+                    ActionSpec("paste_posture", "Paste posture", (), "Want the posture that was copied", can_pose),
+                ),
+            ),
+            LINE,
             ActionSpec(
                 "reset_gains", "Reset gains", (), "Reset all gains of the controller to the scene's values", running
             ),
@@ -707,6 +732,9 @@ REMEDIES = (
         "Simulate on from the instant of the recording that is shown",
         lambda state: state.mode is Mode.REPLAYING,
     ),
+    ActionSpec(
+        "go_there", "Move there", (), "Play, and let the robot go to the posture under its controller", can_pose
+    ),
     ActionSpec("use_anyway", "Use anyway", (), "Simulate in spite of the warning"),
 )
 """Offered by a message, where they help."""
@@ -731,6 +759,7 @@ MOUSE_GESTURES = (
     ("Click or drag with Path", "draw; Enter or a double click ends, Backspace removes the last corner"),
     ("Drag a path's corner, side or line", "move it, add a corner, move all of it; Delete removes a corner"),
     ("Click or drag with Target", "hold the contact there, move it along"),
+    ("Drag a link with Drag links", "the joints follow within their limits; while paused the robot is placed there"),
     ("Wheel or drag on the force, Page Up and Down", "0.5 N more or less, with Path and Target"),
     ("Shift-drag along the timeline", "choose a range of the recording: loop it, cut it out, label it"),
     ("Wheel, drag, double-click on a recording's curves", "zoom, choose a range, show all; a click goes there"),

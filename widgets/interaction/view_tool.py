@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import ClassVar
 
 from PySide6.QtCore import QEvent, QObject, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QWheelEvent
@@ -23,6 +24,25 @@ ToPixels = Callable[[FloatArray], FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
+class BodyHit:
+    """The place of a link or an object under the pointer, skin or not, in the world.
+
+    Attributes:
+        number: Of the link, or of the object behind the links.
+        point: (3,) [m].
+        direction: (3,) unit, along which it was met.
+        origin: (3,) of the body [m].
+        rotation: (3, 3) of the body.
+    """
+
+    number: int
+    point: FloatArray
+    direction: FloatArray
+    origin: FloatArray
+    rotation: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
 class PointerHit:
     """What is under the pointer.
 
@@ -30,11 +50,15 @@ class PointerHit:
         at: The place of the skin; None beside it.
         point: (2,) the map point [m]; None in the robot view.
         pixel: How large a pixel is there [m].
+        ray: Origin (3,) [m] and unit direction (3,) of the line of sight, for tools that grab links; else None.
+        body: What it meets first, likewise.
     """
 
     at: SurfacePoint | None
     point: FloatArray | None
     pixel: float
+    ray: tuple[FloatArray, FloatArray] | None = None
+    body: BodyHit | None = None
 
 
 class ViewTool(QObject):
@@ -45,6 +69,8 @@ class ViewTool(QObject):
 
     hint = ""
     """What the mouse and the keys do with it, for people."""
+    grabs_links: ClassVar[bool] = False
+    """Whether it is told which link or object is under the pointer, skin or not."""
     drawn = Signal()
     """``paint`` would draw something else now."""
 

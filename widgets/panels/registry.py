@@ -16,6 +16,7 @@ from widgets.document.map_editor import MapEditor
 from widgets.document.taxel_selection import TaxelSelection
 from widgets.panels.control.behaviours_panel import BehavioursPanel
 from widgets.panels.control.controller_panel import ControllerPanel
+from widgets.panels.control.posture_panel import PosturePanel
 from widgets.panels.findings_panel import FindingsPanel
 from widgets.panels.history_panel import HistoryPanel
 from widgets.panels.maps.compare_panel import ComparePanel
@@ -112,6 +113,7 @@ PANELS = (
         _follow_behaviours,
         folded_at_first=True,
     ),
+    PanelSpec(lambda _editor, _panels: PosturePanel(), GuidePlace("control", "Posture"), folded_at_first=True),
     PanelSpec(lambda editor, _panels: PatchesPanel(editor), GuidePlace("maps", "Edit it")),
     PanelSpec(lambda _editor, _panels: QualityPanel(), GuidePlace("maps", "Its quality"), _follow_quality),
     PanelSpec(_make_compare, GuidePlace("maps", "Its quality"), folded_at_first=True),

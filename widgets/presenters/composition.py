@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QWidget
 from widgets.context.app_context import AppContext
 from widgets.presenters.control.comparison_presenter import ComparisonPresenter
 from widgets.presenters.control.control_presenter import ControlPresenter, ControlToolsPresenter
+from widgets.presenters.control.posture_presenter import PosturePresenter
 from widgets.presenters.files.export_presenter import ExportPresenter
 from widgets.presenters.files.file_presenter import FilePresenter
 from widgets.presenters.files.map_file_presenter import MapFilePresenter
@@ -56,6 +57,7 @@ class Presenters:
     touch_script: TouchScriptPresenter
     control_tools: ControlToolsPresenter
     control: ControlPresenter
+    posture: PosturePresenter
     comparison: ComparisonPresenter
     accuracy: AccuracyPresenter
     scene: ScenePresenter
@@ -108,6 +110,7 @@ def build(context: AppContext, parent: QWidget) -> Presenters:
         touch_script=TouchScriptPresenter(context, effects, parent),
         control_tools=ControlToolsPresenter(context, tools, parent),
         control=ControlPresenter(context, parent),
+        posture=PosturePresenter(context, tools, parent),
         comparison=ComparisonPresenter(context, effects, parent),
         accuracy=AccuracyPresenter(context, effects, parent),
         scene=ScenePresenter(context, effects, map_edit, parent),

@@ -88,6 +88,8 @@ class StateTracker(QObject):
             task=settings.task,
             path_kind=settings.path_kind,
             can_control=control.enabled and control.map is not None,
+            can_pose=self._tools.posture.enabled,
+            can_undo_posture=self._tools.posture.can_undo,
             has_path=bool(settings.path),
             can_restart_task=can_restart_task(settings),
             editable=editor.enabled and editor.document is not None,

@@ -56,6 +56,14 @@ class SkinPicker:
         hits = [(caster.first_hit(*_local(ray, poses[body])), body) for body, caster in self._bare]
         return min(((hit.distance, body) for hit, body in hits if hit is not None), default=(0.0, None))[1]
 
+    def any_body(self, ray: CameraRay, poses: FloatArray) -> tuple[int, float] | None:
+        """The link, or the object behind the links, that the ray meets first with its skin or bare, and how far [m]."""
+        bodies = (*self._skin, *self._bare)
+        hits = [(caster.first_hit(*_local(ray, poses[body])), body) for body, caster in bodies]
+        return min(
+            ((body, hit.distance) for hit, body in hits if hit is not None), key=lambda met: met[1], default=None
+        )
+
     def distance(self, ray: CameraRay, poses: FloatArray) -> float:
         """How far along the ray [m] it first meets anything; infinite where it meets nothing."""
         hits = (caster.first_hit(*_local(ray, poses[link])) for link, caster in (*self._skin, *self._bare))

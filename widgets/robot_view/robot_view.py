@@ -22,9 +22,9 @@ from widgets.interaction.pointed_at import PointedAt
 from widgets.interaction.poke_gesture import Panned
 from widgets.interaction.select_gesture import Pixel
 from widgets.interaction.view_interaction import ViewInteraction
-from widgets.interaction.view_tool import PointerHit, ViewTool
+from widgets.interaction.view_tool import BodyHit, PointerHit, ViewTool
 from widgets.overlays.body_overlays import NO_MARKS
-from widgets.robot_view.camera import look_from, orbit, pan, zoom
+from widgets.robot_view.camera import CameraRay, look_from, orbit, pan, zoom
 from widgets.robot_view.caption_overlay import CubeFace
 from widgets.robot_view.picking import BodyTaxels, SkinPicker, facing_pixels
 from widgets.robot_view.robot_display import RobotDisplay
@@ -215,7 +215,19 @@ class RobotView(QWidget):
         """What a tool is told of a pixel over ``at``; None without a robot, and under a message."""
         if self.display.prepared is None or self.card.isVisible():
             return None
-        return PointerHit(at, None, self.display.pixel_size(at))
+        size, tool = self.display.pixel_size(at), self.interaction.view_tool
+        if tool is None or not tool.grabs_links:
+            return PointerHit(at, None, size)
+        ray = self.display.scene.viewpoint.ray((pixel.x(), pixel.y()), self.display.size)
+        return PointerHit(at, None, size, (ray.origin, ray.direction), self._body_along(ray))
+
+    def _body_along(self, ray: CameraRay) -> BodyHit | None:
+        scene = self.display.scene
+        met = None if self._picker is None or scene.morphed else self._picker.any_body(ray, scene.body_poses)
+        if met is None:
+            return None
+        pose = scene.body_poses[met[0]]
+        return BodyHit(met[0], ray.origin + met[1] * ray.direction, ray.direction, pose[:3, 3], pose[:3, :3])
 
     def empty_at(self, pixel: QPointF) -> bool:
         """Whether there is neither skin nor orientation cube."""

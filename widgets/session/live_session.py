@@ -15,6 +15,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from app.contacts.pipeline import ReadingSettings
 from app.control.behaviours import Behaviour
 from app.control.command import ControlSettings
+from app.core.arrays import FloatArray
 from app.core.errors import LiveError, TactileMapsError
 from app.geometry.mesh import SurfacePoint
 from app.maps.tactile_map import TactileMap
@@ -29,7 +30,9 @@ from app.session.inputs import (
     ControlChanged,
     EffectsChanged,
     MapEdited,
+    PosturePlaced,
     ReadingChanged,
+    RestChanged,
     SessionInput,
 )
 from app.session.prepare import PreparedScene
@@ -56,6 +59,8 @@ HAND = 1
 SCRIPT_SECONDS = 10.0
 """A script is compared on for so long, unless a person says otherwise."""
 FRAME_MS = 16
+POSTURE_SPEED = 0.6
+"""At which the robot goes to a posture that is wanted: its fastest joint [rad/s, or m/s]."""
 
 
 class LiveSession(QObject):
@@ -492,6 +497,21 @@ class LiveSession(QObject):
     def set_reading(self, settings: ReadingSettings) -> None:
         """Read contacts otherwise from the next tick on."""
         self._submit(ReadingChanged(settings))
+
+    def move_robot(self, posture: FloatArray) -> None:
+        """The robot goes to a posture (n,) under its controller, from the next tick on, where it holds its rest."""
+        self._submit(RestChanged(tuple(posture.tolist()), POSTURE_SPEED))
+
+    def place_robot(self, posture: FloatArray) -> TactileMapsError | None:
+        """The robot of a paused scene stands in a posture (n,) at once, which takes a tick; why not, where refused."""
+        run = self._shown_run
+        if run is None or not run.runner.paused:
+            return None
+        run.submit(PosturePlaced(tuple(posture.tolist())))
+        refused, run.runner.failure = run.runner.failure, None
+        if refused is None:
+            self.step()
+        return refused
 
     def edit_map(self, map_: TactileMap, name: str) -> None:
         """Contacts are placed and controlled by an edited map, from the next tick on."""

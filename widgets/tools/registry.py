@@ -10,9 +10,11 @@ from PySide6.QtCore import QObject, Signal
 
 from widgets.common.tool_kinds import POKE, SELECT_BOX, SELECT_BRUSH, SELECT_LASSO, ToolKind, ToolRole
 from widgets.document.map_editor import MapEditor
+from widgets.document.posture_editor import PostureEditor
 from widgets.interaction.view_tool import ViewTool
 from widgets.tools.control.control_settings_editor import ControlSettingsEditor
 from widgets.tools.control.path_tool import PathTool
+from widgets.tools.control.posture_tool import PostureTool
 from widgets.tools.control.target_tool import TargetTool
 from widgets.tools.map_editing.arrange_tool import ArrangeTool
 from widgets.tools.map_editing.grid_tool import GridTool
@@ -28,11 +30,13 @@ class ToolContext:
     Attributes:
         editor: The map.
         control: Path, target and force of the controller.
+        posture: Of the robot.
         parent: Qt parent of the tools.
     """
 
     editor: MapEditor
     control: ControlSettingsEditor
+    posture: PostureEditor
     parent: QObject
 
 
@@ -62,6 +66,7 @@ INTEREST = ToolKind("interest", ToolRole.EDIT)
 GRID = ToolKind("grid", ToolRole.EDIT)
 PATH = ToolKind("draw_path", ToolRole.CONTROL)
 TARGET = ToolKind("set_target", ToolRole.CONTROL)
+POSTURE = ToolKind("posture", ToolRole.CONTROL)
 
 TOOLS = (
     ToolSpec(POKE, "Poke", "T", "Press the skin to poke it"),
@@ -131,6 +136,13 @@ TOOLS = (
         "G",
         "Click on map or body where to hold the contact; drag to move the target",
         lambda context: TargetTool(context.control, context.parent),
+    ),
+    ToolSpec(
+        POSTURE,
+        "Drag links",
+        "J",
+        "Drag a link of the robot: the joints follow; while paused the robot is placed, else it goes there",
+        lambda context: PostureTool(context.posture, context.parent),
     ),
 )
 """One line a tool: its action, its key, its buttons and its place in both views come from here."""
@@ -253,6 +265,7 @@ class Tools(QObject):
 
     Attributes:
         control: What they tell the arm.
+        posture: What posture is wanted of it.
         active: The one in use.
     """
 
@@ -266,7 +279,8 @@ class Tools(QObject):
         self.specs, self.active = tuple(specs), POKE
         self._lent_undo: Undoable | None = None
         self.control = ControlSettingsEditor(self)
-        context = ToolContext(editor, self.control, self)
+        self.posture = PostureEditor(self)
+        context = ToolContext(editor, self.control, self.posture, self)
         self._made = {spec.kind: spec.make(context) for spec in specs if spec.make is not None}
         path = self.get(PathTool)
         self._map_undo, self._control_undo = MapUndo(editor), ControlUndo(self.control, path)
@@ -278,6 +292,7 @@ class Tools(QObject):
             editor.gesture_changed,  # undo takes back what is being dragged, before there is a step
             editor.enabled_changed,
             grid.changed,
+            self.posture.changed,
         ):
             signal.connect(self.undo_changed)
 
@@ -294,7 +309,7 @@ class Tools(QObject):
 
     @property
     def undo_stack(self) -> Undoable:
-        """What undo is about with the tool in use: what was drawn for the arm, grids, or else the map.
+        """What undo is about with the tool in use: what was drawn for the arm, postures, grids, or the map.
 
         While something was lent, it is about that.
         """
@@ -302,6 +317,8 @@ class Tools(QObject):
             return self._lent_undo
         if self.active == GRID:
             return self.get(GridTool).steps
+        if self.active == POSTURE:
+            return self.posture
         return self._control_undo if self.active.controls else self._map_undo
 
     def lend_undo(self, stack: Undoable | None) -> None:

@@ -141,7 +141,14 @@ def column(qtbot, prepared):
 
 
 def test_the_column_tells_which_panels_are_folded(column):
-    at_first = ("behaviours-panel", "compare-panel", "history-panel", "accuracy-panel", "messages-panel")
+    at_first = (
+        "behaviours-panel",
+        "posture-panel",
+        "compare-panel",
+        "history-panel",
+        "accuracy-panel",
+        "messages-panel",
+    )
     assert column.folded == at_first
     told = []
     column.folded_changed.connect(told.append)

@@ -1,0 +1,67 @@
+"""What is wanted of the joints: gestures are steps, limits hold, and a new start forgets."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.support.touch import prepared_bar
+from widgets.document.posture_editor import PostureEditor
+
+
+@pytest.fixture
+def editor():
+    made = PostureEditor()
+    made.show_prepared(prepared_bar())
+    made.set_mode(enabled=True, placing=False)
+    made.heard = {"wished": [], "previewed": []}
+    made.wished.connect(lambda posture: made.heard["wished"].append(posture.tolist()))
+    made.previewed.connect(
+        lambda posture: made.heard["previewed"].append(None if posture is None else posture.tolist())
+    )
+    return made
+
+
+def lead(editor, *values):
+    editor.begin("lead")
+    for value in values:
+        editor.change(np.array([value]))
+    editor.end()
+
+
+def test_live_each_move_is_wished_and_all_are_one_step(editor):
+    lead(editor, 0.1, 0.2)
+    assert editor.heard == {"wished": [[0.1], [0.2]], "previewed": []}
+    editor.undo()
+    assert editor.wanted.tolist() == [0.0]
+    assert editor.heard["wished"][-1] == [0.0]
+    editor.redo()
+    assert editor.wanted.tolist() == [0.2]
+    assert not editor.can_redo
+
+
+def test_paused_moves_are_shown_and_the_end_is_wished(editor):
+    editor.set_mode(enabled=True, placing=True)
+    lead(editor, 0.1, 0.2)
+    assert editor.heard == {"wished": [[0.2]], "previewed": [[0.1], [0.2]]}
+    editor.refused()
+    assert editor.wanted.tolist() == [0.0]
+    assert not editor.can_undo
+
+
+def test_a_gesture_given_up_never_was(editor):
+    editor.begin("lead")
+    editor.change(np.array([0.3]))
+    assert editor.cancel()
+    assert editor.wanted.tolist() == [0.0]
+    assert editor.heard["wished"] == [[0.3], [0.0]]
+    assert not editor.can_undo
+
+
+def test_limits_hold_and_nothing_is_wished_of_what_cannot_be_led(editor):
+    lead(editor, 99.0)
+    assert editor.wanted.tolist() == [1.5]
+    editor.set_mode(enabled=False, placing=False)
+    editor.do("lead", np.array([0.1]))
+    assert editor.wanted.tolist() == [1.5]
+    assert not editor.can_undo

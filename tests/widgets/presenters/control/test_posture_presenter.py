@@ -1,0 +1,175 @@
+"""The posture in the real window: sliders, typed values and a dragged link lead the robot, live and paused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QAbstractButton, QApplication
+
+from app.recording.player import RecordingPlayer
+from app.recording.verify import verify
+from app.robots.kinematics import Configuration
+from app.session.inputs import PosturePlaced, RestChanged
+from tests.widgets.support.window_driver import run, visible_skin
+from widgets.panels.control.posture_panel import PosturePanel
+
+LEFT = Qt.MouseButton.LeftButton
+pytestmark = pytest.mark.qt_log_ignore("This plugin does not support")
+
+
+@pytest.fixture
+def window(window_again):
+    """With nobody touching it, and the panel unfolded."""
+    panel = window_again.column.get(PosturePanel)
+    if panel.folded:
+        window_again.findChild(QAbstractButton, "posture-panel-heading").click()
+    assert len(panel.sliders) == 7
+    QApplication.processEvents()
+    return window_again
+
+
+def type_degrees(window, joint, degrees):
+    """Type into a joint's number, as a person does."""
+    field = window.column.get(PosturePanel).sliders[joint]._value
+    field.setFocus()
+    field.selectAll()
+    QTest.keyClicks(field, f"{degrees}")
+    QTest.keyClick(field, Qt.Key.Key_Return)
+
+
+def postures(window, kind):
+    return [act for _, act in window.live.runner.session.inputs if isinstance(act, kind)]
+
+
+def end_script(window):
+    """A person touches, and the scene's own finger lifts."""
+    window.live.press(visible_skin(window)[0])
+    window.live.release()
+    run(window, 0.2)
+
+
+def pause(window):
+    window.live.set_paused(paused=True)
+
+
+def robot_pixel(window, link):
+    """A pixel where the robot view shows this link, which no other hides."""
+    view, number = window.robot_view, window.live.prepared.robot.link_index[link]
+    for y in range(40, view.height() - 40, 6):
+        for x in range(40, view.width() - 40, 6):
+            pixel = QPoint(x, y).toPointF()
+            body = view._body_along(view.display.scene.viewpoint.ray((x, y), view.display.size))
+            if body is not None and body.number == number and not view.over_control(pixel):
+                return QPoint(x, y)
+    raise AssertionError(f"{link} cannot be seen")
+
+
+def drag(window, start, by):
+    canvas = window.robot_view.display.canvas.widget
+    QTest.mousePress(canvas, LEFT, pos=start)
+    for part in (0.25, 0.5, 0.75, 1.0):
+        QTest.mouseMove(canvas, start + QPoint(round(part * by.x()), round(part * by.y())))
+    return lambda: QTest.mouseRelease(canvas, LEFT, pos=start + by)
+
+
+def test_a_typed_joint_is_gone_to_live_and_the_recording_replays_bit_for_bit(window, tmp_path):
+    home = window.live.prepared.robot.home
+    wanted = np.degrees(home[1]) + 8.0
+    window.live.start_recording(tmp_path / "led.mcap")
+    type_degrees(window, 1, f"{wanted:.1f}")
+    run(window, 0.2)
+    moved = window.live.shown.posture[1] - home[1]
+    assert 0 < moved < np.radians(7.9), "it goes there, it does not jump"
+    run(window, 1.4)
+    assert abs(np.degrees(window.live.shown.posture[1]) - wanted) < 1.0
+    window.live.stop_recording()
+    assert [act.speed for act in postures(window, RestChanged)] == [0.6]
+    assert verify(RecordingPlayer(tmp_path / "led.mcap")).identical
+
+
+def test_while_paused_the_robot_is_placed_and_undo_places_it_back(window):
+    end_script(window)
+    home, pose = window.live.prepared.robot.home, window.presenters.posture
+    pause(window)
+    before = window.live.shown
+    type_degrees(window, 2, f"{np.degrees(home[2]) + 20:.1f}")
+    assert np.degrees(window.live.shown.posture[2] - home[2]) == pytest.approx(20, abs=0.2)
+    assert window.live.shown.tick == before.tick + 1
+    assert len(postures(window, PosturePlaced)) == 1
+    window.action("undo_posture").trigger()
+    assert np.abs(window.live.shown.posture - home).max() < 2e-3
+    assert pose.editor.can_redo
+
+
+def test_beside_a_finger_it_is_not_placed_and_moving_there_is_offered(window):
+    at, _ = visible_skin(window)
+    window.live.hold_finger(at, 2.0)
+    run(window, 0.2)
+    home = window.live.prepared.robot.home
+    pause(window)
+    shown = window.live.shown
+    type_degrees(window, 1, f"{np.degrees(home[1]) + 5:.1f}")
+    assert window.live.shown is shown
+    assert "a finger presses the robot" in window.notification_bar.text
+    assert np.allclose(window.presenters.posture.editor.wanted, home), "what is refused is not wanted any more"
+    window.action("go_there").trigger()
+    run(window, 1.0)
+    assert window.live.mode == "live"
+    assert np.degrees(window.live.shown.posture[1] - home[1]) > 2.0
+
+
+def test_a_link_is_dragged_with_the_mouse_live_and_escape_gives_it_up(window):
+    window.action("posture").trigger()
+    robot = window.live.prepared.robot
+    start = robot_pixel(window, "hand")
+    release = drag(window, start, QPoint(30, -24))
+    wanted = window.presenters.posture.editor.wanted
+    assert np.abs(wanted - robot.home).max() > 0.02
+    release()
+    configuration, places = Configuration(robot), []
+    for posture in (robot.home, wanted):
+        configuration.update(posture)
+        places.append(configuration.pose("hand").translation.copy())
+    right, up, _ = window.robot_view.display.scene.viewpoint.axes
+    step = places[1] - places[0]
+    assert step @ right > 0
+    assert step @ up > 0
+    run(window, 1.0)
+    assert np.abs(window.live.shown.posture - wanted).max() < 0.06
+    QTest.keyClick(window.robot_view, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    assert np.allclose(window.presenters.posture.editor.wanted, robot.home)
+    drag(window, robot_pixel(window, "hand"), QPoint(20, 20))
+    QTest.keyClick(window.robot_view, Qt.Key.Key_Escape)
+    assert np.allclose(window.presenters.posture.editor.wanted, robot.home)
+
+
+def test_a_link_led_out_of_reach_says_so_and_paused_is_placed_at_the_release(window):
+    end_script(window)
+    pause(window)
+    window.action("posture").trigger()
+    ticks = window.live.shown.tick
+    release = drag(window, robot_pixel(window, "hand"), QPoint(3000, -1500))
+    assert "short" in window.presenters.tools.view_tool.words
+    assert window.live.shown.tick == ticks
+    release()
+    assert window.live.shown.tick == ticks + 1
+    assert np.allclose(window.live.shown.posture, window.presenters.posture.editor.wanted, atol=2e-3)
+
+
+def test_a_posture_is_copied_and_pasted_and_a_wrong_one_is_named(window):
+    home = window.live.prepared.robot.home
+    window.action("copy_posture").trigger()
+    text = QGuiApplication.clipboard().text()
+    first = window.live.prepared.robot.joints[0].name
+    QGuiApplication.clipboard().setText(text.replace(f"{first} = {float(home[0])!r}", f"{first} = 0.125"))
+    window.action("paste_posture").trigger()
+    assert window.presenters.posture.editor.wanted[0] == 0.125
+    assert np.allclose(window.presenters.posture.editor.wanted[1:], home[1:])
+    QGuiApplication.clipboard().setText(f"{first} = 99")
+    window.action("paste_posture").trigger()
+    assert "no position of the joint" in window.notification_bar.text
+    window.action("scene_posture").trigger()
+    assert np.allclose(window.presenters.posture.editor.wanted, home)
