@@ -8,19 +8,27 @@ from PySide6.QtWidgets import QApplication, QStyleFactory
 from widgets.common.colours import Theme, mixed
 from widgets.theme.dialog_icons import dialog_icons
 
+_STYLE = "fusion"
+
 
 def apply_theme(app: QApplication, theme: Theme) -> None:
     """Dress the whole application: Fusion, our palette, one small style sheet.
 
     The desktop's own colour scheme is not asked: it is not told reliably without a desktop.
+
+    Cost: 0.2 to 0.5 s with a window open, of which Qt dresses every widget; nothing where it is worn already.
     """
-    app.setStyle(QStyleFactory.create("Fusion"))
+    sheet = _style_sheet(theme)
+    if app.styleSheet() == sheet:
+        return
+    if app.style().objectName() != _STYLE:
+        app.setStyle(QStyleFactory.create(_STYLE))
     app.setPalette(_palette(theme))
     font = QFont(app.font())
     font.setPixelSize(13)
     font.setFeature(QFont.Tag("tnum"), 1)
     app.setFont(font)
-    app.setStyleSheet(_style_sheet(theme))
+    app.setStyleSheet(sheet)
 
 
 def _palette(theme: Theme) -> QPalette:
